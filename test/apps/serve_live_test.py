@@ -79,7 +79,7 @@ class WhileMapping(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             command("simulate", "stairs", "-o", f"{folder}/scans", "--frames", "90", "--noise-scale", "0")
             with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime", "--together", "1",
-                                verb="map", port="--serve") as server:
+                                "--detection-budget", "0", verb="map", port="--serve") as server:
                 stuck = serving.Live(server)
                 live, known, messages, resyncs, compared = serving.Live(server), {}, 0, 0, 0
                 try:
@@ -110,7 +110,7 @@ class WhileMapping(unittest.TestCase):
             command("simulate", "stairs", "-o", f"{folder}/scans", "--frames", "90", "--noise-scale", "0")
             command("map", f"{folder}/scans", "-o", f"{folder}/alone")
             with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime", "--together", "1",
-                                verb="map", port="--serve") as server:
+                                "--detection-budget", "0", verb="map", port="--serve") as server:
                 stuck = [server.half_open(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n" * 20) for _ in range(3)]
                 known, revision, told = {}, 0, 0
                 try:

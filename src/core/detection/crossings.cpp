@@ -5,54 +5,39 @@
 #include <algorithm>
 
 namespace octosurf::detection {
-namespace {
 
-using Index = Readings::Index;
-
-/// The last part of a ray before its end point.
-class LastStretch {
- public:
-  LastStretch(const Readings& readings, const std::vector<Label>& labels, const std::vector<Patch>& patches)
-      : readings_(readings), labels_(labels), patches_(patches) {}
-
-  /// The labels of planes that face the same way as the one at its end, each once.
-  const std::vector<Label>& passed(Index end) {
-    passed_.clear();
-    const Reading& reading = readings_[end];
-    const Plane& own = patches_[labels_[end]].plane;
-    const int steps = static_cast<int>(sensing::ReadingModel::clutter_depth / 2 / readings_.resolution());
-    for (int k = 1; k <= steps; ++k) {
-      geometry::VoxelKey key;
-      const Eigen::Vector3f at =
-          reading.position + static_cast<float>(k * readings_.resolution()) * reading.view;
-      if (!readings_.grid().key_of(at, key)) break;
-      const Index there = readings_.find(key);
-      if (there == Readings::none) continue;
-      const Label label = labels_[there];
-      if (label == clutter || label == labels_[end]) continue;
-      if (own.normal.dot(patches_[label].plane.normal) < Constants::cos_nearly_parallel) continue;
-      if (std::find(passed_.begin(), passed_.end(), label) == passed_.end()) passed_.push_back(label);
-    }
-    return passed_;
+const Crossings::Stretch& Crossings::stretch_of(Index end) {
+  Stretch& stretch = stretches_[end];
+  if (stretch.known) return stretch;
+  stretch = {.first = static_cast<std::uint32_t>(passed_.size()), .count = 0, .known = true};
+  const Reading& reading = readings_[end];
+  const double d = readings_.resolution();
+  const int steps = static_cast<int>(sensing::ReadingModel::clutter_depth / 2 / d);
+  for (int k = 1; k <= steps; ++k) {
+    geometry::VoxelKey key;
+    if (!readings_.grid().key_of(reading.position + static_cast<float>(k * d) * reading.view, key)) break;
+    if (const Index there = readings_.find(key); there != Readings::none) passed_.push_back(there);
   }
+  stretch.count = static_cast<std::uint32_t>(passed_.size()) - stretch.first;
+  return stretch;
+}
 
- private:
-  const Readings& readings_;
-  const std::vector<Label>& labels_;
-  const std::vector<Patch>& patches_;
-  std::vector<Label> passed_;
-};
-
-}  // namespace
-
-std::map<std::pair<Label, Label>, double> count_crossings(const Readings& readings,
-                                                          const std::vector<Label>& labels,
-                                                          const std::vector<Patch>& patches) {
+std::map<std::pair<Label, Label>, double> Crossings::count(const std::vector<Label>& labels,
+                                                           const std::vector<Patch>& patches) {
   std::map<std::pair<Label, Label>, double> crossings;
-  LastStretch stretch(readings, labels, patches);
-  for (Index i = 0; i < readings.size_with_context(); ++i) {
+  std::vector<Label> passed;  // by one ray, each once
+  for (Index i = 0; i < readings_.size_with_context(); ++i) {
     if (labels[i] == clutter) continue;
-    for (const Label label : stretch.passed(i)) crossings[std::minmax(label, labels[i])] += readings[i].hits;
+    passed.clear();
+    const Plane& own = patches[labels[i]].plane;
+    const Stretch& stretch = stretch_of(i);
+    for (std::uint32_t k = stretch.first; k < stretch.first + stretch.count; ++k) {
+      const Label label = labels[passed_[k]];
+      if (label == clutter || label == labels[i]) continue;
+      if (own.normal.dot(patches[label].plane.normal) < Constants::cos_nearly_parallel) continue;
+      if (std::find(passed.begin(), passed.end(), label) == passed.end()) passed.push_back(label);
+    }
+    for (const Label label : passed) crossings[std::minmax(label, labels[i])] += readings_[i].hits;
   }
   return crossings;
 }

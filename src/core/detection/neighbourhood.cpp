@@ -176,7 +176,7 @@ class Collector {
       for (const PointId i : map_.neighbours.of(point)) add(i);
   }
 
-  /// Rays through a plane speak against it, whether the ray or the plane is new (count_crossings).
+  /// Rays through a plane speak against it, whether the ray or the plane is new (Crossings).
   void add_along_ray(PointId point) {
     const occupancy::VoxelPoint& end = map_.window[point];
     const auto step = static_cast<float>(map_.grid.resolution());

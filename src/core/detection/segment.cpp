@@ -171,10 +171,10 @@ struct Verdict {
 /// Decides which planes exist, in descending order of explained nats: a plane is rejected unless it explains
 /// more than the rays that passed through it, or through planes accepted before to reach it, speak against
 /// both. Such rays are as rare as outliers.
-std::vector<Verdict> resolve_see_through(const Readings& readings, const Segmentation& segmentation,
+std::vector<Verdict> resolve_see_through(Crossings& crossings, const Segmentation& segmentation,
                                          const std::vector<double>& explained) {
   std::vector<std::vector<std::pair<Label, double>>> crossed(explained.size());
-  for (const auto& [pair, rays] : count_crossings(readings, segmentation.labels, segmentation.patches)) {
+  for (const auto& [pair, rays] : crossings.count(segmentation.labels, segmentation.patches)) {
     crossed[pair.first].emplace_back(pair.second, rays);
     crossed[pair.second].emplace_back(pair.first, rays);
   }
@@ -231,8 +231,8 @@ void keep_labels(const Readings& readings, Segmentation& segmentation, std::vect
   segmentation.follow(into, std::move(kept));
 }
 
-void accept(const Readings& readings, const SegmentLimits& limits, Segmentation& segmentation,
-            std::vector<Refused>* refused) {
+void accept(const Readings& readings, const SegmentLimits& limits, Crossings& crossings,
+            Segmentation& segmentation, std::vector<Refused>* refused) {
   keep_labels(readings, segmentation, refused,
               [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
                 const auto why = refusal_by_shape(readings, limits, segmentation.labels,
@@ -251,7 +251,7 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
     if (outside.label != clutter)
       explained[outside.label] += outside.sums.hits / outside.sums.readings *
                                   outside.sums.explained_by(segmentation.patches[outside.label].plane);
-  const std::vector<Verdict> verdicts = resolve_see_through(readings, segmentation, explained);
+  const std::vector<Verdict> verdicts = resolve_see_through(crossings, segmentation, explained);
   keep_labels(readings, segmentation, refused, [&](Label label, const auto&) -> std::optional<Refusal> {
     if (verdicts[label].accepted()) return {};
     if (refused == nullptr) return Refusal{Reason::clutter};  // reason not requested: O(readings)
@@ -280,10 +280,11 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segm
     junctions.renew(result.labels, result.patches);
   }
   merge(readings, limits.gap, junctions, result);
-  accept(readings, limits, result, refused);
+  Crossings crossings(readings);
+  accept(readings, limits, crossings, result, refused);
   relabel(readings, result.patches, result.labels);
   refit_patches(readings, Junctions(readings, result.labels, result.patches), result);
-  accept(readings, limits, result, refused);
+  accept(readings, limits, crossings, result, refused);
   return result;
 }
 

@@ -16,9 +16,9 @@ struct Due {
 
 /// The pending points of blocks with enough new points since the last segmentation.
 ///
-/// 1. Due are all pending points in the blocks of planelets, of each size, in which at least as many points
-///    as a plane needs, and half of all waiting there, are new: with fewer, another segmentation would find
-///    no plane either.
+/// 1. Due are all pending points in the blocks of planelets, of each size, in which at least a quarter of n,
+///    the fewest points of a surface, and half of all waiting there are new: with fewer, another segmentation
+///    would find no surface either, at any resolution.
 /// 2. The largest of those blocks form a queue, oldest first, from their first `fresh` point until they are
 ///    segmented. Of the block at which the budget ends, compact parts are due; it stays first. The budget is
 ///    DetectionParameters::detection_budget, or a quarter of the points waiting in these blocks.
