@@ -126,7 +126,8 @@ class Flood {
     return best;
   }
 
-  /// Whether the plane's hash has a cell within h from which nothing hides the point.
+  /// Whether the nearest cell of the plane's hash is beyond a gap, at most h away, and nothing hides it. Beside
+  /// a cell, flood() has decided.
   bool reaches(SurfaceId id, PointId i) const {
     const surfaces::SurfaceModel& surface = *map_.surfaces.find(id);
     const geometry::PlaneCell from = surface.cell_of(map_.window[i].position);
@@ -189,7 +190,8 @@ class Flood {
     return piece;
   }
 
-  /// Effort: around one gained point in each cube of a quarter of h.
+  /// Where pieces may follow across the next gap. Effort: around one gained point in each cube of a quarter
+  /// of h.
   std::vector<PointId> pending_within_gap(const std::vector<Assignment>& gained) const {
     const VoxelBlocks cubes(std::max(1, gap_ / 4));
     std::set<VoxelBlocks::Place> taken;
