@@ -126,8 +126,8 @@ class Flood {
     return best;
   }
 
-  /// Whether the nearest cell of the plane's hash is beyond a gap, at most h away, and nothing hides it. Beside
-  /// a cell, flood() has decided.
+  /// Whether the nearest cell of the plane's hash is beyond a gap, at most h away, and nothing hides it.
+  /// Beside a cell, flood() has decided.
   bool reaches(SurfaceId id, PointId i) const {
     const surfaces::SurfaceModel& surface = *map_.surfaces.find(id);
     const geometry::PlaneCell from = surface.cell_of(map_.window[i].position);
