@@ -17,9 +17,9 @@ using geometry::VoxelKey;
 using occupancy::PointSet;
 
 /// Times that a surface of the fewest points, n, is looked at while it comes into view. Looking more often
-/// costs more and finds more false surfaces: on thirteen recordings 26 at four looks, 28 at eight, and 32 at
-/// every five points; 27 at two.
-constexpr std::size_t looks = 4;
+/// costs more and finds more false surfaces (on thirteen recordings 26 at four looks, 28 at eight, 32 at
+/// every five points); with four, rungs of ladders are lost.
+constexpr std::size_t looks = 5;
 
 /// Adds the pending points of these blocks to `due`. `come`: points that came since the last segmentation.
 void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const PointId> come,
