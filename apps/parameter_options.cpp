@@ -151,7 +151,8 @@ Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
 }
 
 void ParameterChoice::require_same(const Parameters& of_map) const {
-  const Parameters asked = preset_ ? in_force() : apply_to(of_map);
+  Parameters asked = preset_ ? in_force() : apply_to(of_map);
+  if (!given("detection_budget")) asked.detection.detection_budget = of_map.detection.detection_budget;
   for (const ParameterInfo& info : parameter_infos()) {
     if (info.name.starts_with("up_") || (!preset_ && !given(info.name))) continue;
     const std::string value = get_parameter(asked, info.name), kept = get_parameter(of_map, info.name);

@@ -58,10 +58,10 @@ struct DetectionParameters {
                                         ///< cylinders, the largest neighbourhood; empty: derived
   std::optional<double> normal_radius;  ///< m: neighbourhood of cylinders' normals where points are dense and
                                         ///< exact; empty: derived
-  // For the paper's detector and cylinders:
+  // For the paper's detector:
   double smoothness_angle = 0.5235987755982988;  ///< rad: region growing, normal difference (30°)
   double max_curvature = 0.05;                   ///< region growing, surface variation λ₀/Σλ
-  int ransac_iterations = 200;                   ///< RANSAC of planes and cylinders
+  int ransac_iterations = 200;                   ///< RANSAC of its planes, and of cylinders
 };
 
 /// src/core/alignment: a scan's pose against the map, before insertion.

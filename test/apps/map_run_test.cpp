@@ -316,6 +316,9 @@ TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {
   EXPECT_LT(report.at("detection_lag_s").at("p50"), report.at("wall_s"));
   run_well("map floor -o fast");
   same_maps("m", "fast");
+  // The budget of real time is no choice of the user's, and does not conflict with a map made without it.
+  run_well("map floor -o paper --preset paper");
+  run_well("map floor --resume paper --again --preset paper --realtime --rate 100");
 }
 
 TEST_F(MapRun, OctreesGiveSurfaces) {

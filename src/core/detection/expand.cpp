@@ -132,17 +132,15 @@ class Flood {
     const surfaces::SurfaceModel& surface = *map_.surfaces.find(id);
     const geometry::PlaneCell from = surface.cell_of(map_.window[i].position);
     const auto gained = gained_cells_.find(id);
-    const auto has = [&](geometry::PlaneCell cell) {
-      return surface.occupied(cell) ||
-             (gained != gained_cells_.end() && gained->second.contains(cell.packed()));
+    const auto within_gap = [&](geometry::PlaneCell cell) {
+      const int u = cell.u - from.u, v = cell.v - from.v;
+      return u * u + v * v <= gap_ * gap_ &&
+             (surface.occupied(cell) ||
+              (gained != gained_cells_.end() && gained->second.contains(cell.packed())));
     };
-    for (int ring = 1; ring <= gap_; ++ring)
-      for (int v = -ring; v <= ring; ++v)
-        for (int u = -ring; u <= ring; u += (std::abs(v) == ring ? 1 : 2 * ring))
-          if (const geometry::PlaneCell cell{from.u + u, from.v + v};
-              u * u + v * v <= gap_ * gap_ && has(cell))
-            return ring > 1 && is_open(surface, i, surface.centre_of(cell).cast<float>());
-    return false;
+    const auto cell = geometry::first_in_rings(from, 1, gap_, within_gap);
+    return cell && std::max(std::abs(cell->u - from.u), std::abs(cell->v - from.v)) > 1 &&
+           is_open(surface, i, surface.centre_of(*cell).cast<float>());
   }
 
   /// No reading off the plane lies between the two or just above: it would be of an object on the plane, such

@@ -19,7 +19,8 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 ///
 /// 1. A point must fit every plane within two standard deviations of the surface's.
 /// 2. Expansion does not cross a surface at an angle, nor a gap in which readings lie off the plane.
-/// 3. A piece beyond a gap needs five points at least, and most of the pending points that it touches must fit
+/// 3. A piece beyond a gap needs five points at least, and most of the pending points that it touches must
+/// fit
 ///    the plane, too: else another plane passes there.
 /// 4. Each connected piece that a surface gains is one patch. It stays pending unless one plane is likelier
 ///    than two (log_same). The rim prior is not used: it would favour anything in contact.

@@ -16,11 +16,6 @@ namespace {
 using geometry::VoxelKey;
 using occupancy::PointSet;
 
-/// Times that a surface of the fewest points, n, is looked at while it comes into view. Looking more often
-/// costs more and finds more false surfaces (on thirteen recordings 26 at four looks, 28 at eight, 32 at
-/// every five points); with four, rungs of ladders are lost.
-constexpr std::size_t looks = 5;
-
 /// Adds the pending points of these blocks to `due`. `come`: points that came since the last segmentation.
 void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const PointId> come,
              std::size_t fewest, PointSet& in_due, std::vector<PointId>& due) {
@@ -124,8 +119,9 @@ Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& b
   const BlockQueue queue(largest, order, result.left.fresh);
   const std::size_t budget =
       all ? std::numeric_limits<std::size_t>::max() : budget_of(map.parameters, queue.points());
-  const std::size_t fewest = std::max(Constants::fewest_of_plane,
-                                      static_cast<std::size_t>(map.parameters.min_surface_points()) / looks);
+  const std::size_t fewest =
+      std::max(Constants::fewest_of_plane,
+               static_cast<std::size_t>(map.parameters.min_surface_points()) / Constants::looks);
   std::size_t turn = 0;
   PointSet in_due;
   for (; turn < queue.size() && result.points.size() < budget; ++turn) {

@@ -86,11 +86,7 @@ bool SurfaceModel::covers(geometry::PlaneCell cell) const {
 }
 
 std::optional<geometry::PlaneCell> SurfaceModel::nearest(geometry::PlaneCell cell, int reach) const {
-  for (int ring = 0; ring <= reach; ++ring)
-    for (int v = -ring; v <= ring; ++v)
-      for (int u = -ring; u <= ring; u += (std::abs(v) == ring ? 1 : 2 * ring))
-        if (const geometry::PlaneCell at{cell.u + u, cell.v + v}; occupied(at)) return at;
-  return {};
+  return geometry::first_in_rings(cell, 0, reach, [this](geometry::PlaneCell at) { return occupied(at); });
 }
 
 Eigen::Vector3d SurfaceModel::centre_of(geometry::PlaneCell cell) const {
