@@ -19,6 +19,12 @@ struct Scan {
   double stamp_s = 0;                            ///< time the scan was taken, seconds
   SensorKind sensor = SensorKind::depth_camera;  ///< picks the default maximum range
   std::string name;                              ///< for messages: file or index
+  /// When each reading was taken, s after `stamp_s`; empty: all at once. deskew() undoes the motion
+  /// meanwhile.
+  std::vector<float> times_s{};
+  /// Where each reading's ray starts, sensor frame at `stamp_s`, m; empty: at 0. Neighbours with equal ones
+  /// are traced together.
+  std::vector<Eigen::Vector3f> origins{};
 };
 
 /// Throws Error(data) naming `where` unless T is finite and |RᵀR − I| ≤ 1e-3, det R > 0.
