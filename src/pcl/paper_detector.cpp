@@ -127,14 +127,16 @@ std::vector<PlaneFit> find_planes(const Points& points, const Parameters& parame
     refuse_small(all);
     return planes;
   }
-  const std::vector<PointNormal> normals = mls_normals(points, parameters.search_radius());
+  const double r = parameters.search_radius();
+  const std::vector<PointNormal> normals = mls_normals(points, r);
   Indices with_normal;
   for (const PointNormal& normal : normals) with_normal.push_back(normal.point);
   const Points smoothed = at(points, with_normal);
   if (refused != nullptr)
-    for (const Indices& region : smooth_regions(smoothed, normals, d.smoothness_angle, d.max_curvature, 1))
+    for (const Indices& region : smooth_regions(smoothed, normals, r, d.smoothness_angle, d.max_curvature, 1))
       refuse_small(at(with_normal, region));
-  for (const Indices& of_region : smooth_regions(smoothed, normals, d.smoothness_angle, d.max_curvature, n)) {
+  for (const Indices& of_region :
+       smooth_regions(smoothed, normals, r, d.smoothness_angle, d.max_curvature, n)) {
     Indices region = at(with_normal, of_region);
     while (region.size() > n) {
       const PlaneFit fit = fit_plane(at(points, region), parameters.surface_tolerance(), d.ransac_iterations);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <pcl/console/print.h>
 #include <pcl/filters/radius_outlier_removal.h>
@@ -61,6 +62,25 @@ class Silence {
   static inline ::pcl::console::VERBOSITY_LEVEL before_ = ::pcl::console::L_INFO;
 };
 
+/// Grows over all neighbours within a radius (paper, III-C3), where PCL's takes a number of them.
+class GrowingByRadius : public ::pcl::RegionGrowing<::pcl::PointXYZ, ::pcl::Normal> {
+ public:
+  explicit GrowingByRadius(double radius) : radius_(radius) {
+    setNumberOfNeighbours(std::numeric_limits<unsigned>::max());  // of those found
+  }
+
+ protected:
+  void findPointNeighbours() override {
+    point_neighbours_.resize(input_->size());
+    std::vector<float> squared_distances;
+    for (std::size_t i = 0; i < input_->size(); ++i)
+      search_->radiusSearch((*input_)[i], radius_, point_neighbours_[i], squared_distances);
+  }
+
+ private:
+  double radius_;  // m
+};
+
 }  // namespace
 
 Indices with_neighbors(const Points& points, double radius, int neighbors) {
@@ -116,15 +136,14 @@ std::vector<PointNormal> mls_normals(const Points& points, double radius) {
 }
 
 std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
-                                    double angle, double max_curvature, std::size_t min_size) {
+                                    double radius, double angle, double max_curvature, std::size_t min_size) {
   auto pcl_normals = std::make_shared<::pcl::PointCloud<::pcl::Normal>>();
   for (const auto& [point, normal, curvature] : normals)
     pcl_normals->emplace_back(normal.x(), normal.y(), normal.z(), curvature);
-  ::pcl::RegionGrowing<::pcl::PointXYZ, ::pcl::Normal> growing;
+  GrowingByRadius growing(radius);
   growing.setInputCloud(pcl_cloud(points));
   growing.setInputNormals(pcl_normals);
   growing.setSearchMethod(std::make_shared<KdTree>());
-  growing.setNumberOfNeighbours(30);
   growing.setMinClusterSize(static_cast<::pcl::uindex_t>(min_size));
   growing.setSmoothnessThreshold(static_cast<float>(angle));
   growing.setCurvatureThreshold(static_cast<float>(max_curvature));

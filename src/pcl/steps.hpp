@@ -41,9 +41,9 @@ struct PointNormal {
 /// Points without a plane through their neighbours are skipped.
 std::vector<PointNormal> mls_normals(const Points& points, double radius);
 
-/// pcl::RegionGrowing with its 30 nearest neighbours; point i has normals[i].
+/// pcl::RegionGrowing over all neighbours within `radius`; point i has normals[i]. Memory: 4 bytes a pair.
 std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
-                                    double angle, double max_curvature, std::size_t min_size);
+                                    double radius, double angle, double max_curvature, std::size_t min_size);
 
 /// pcl::SACSegmentation, RANSAC, plain plane model, constant seed. Normal of either sign.
 struct PlaneFit {

@@ -194,7 +194,7 @@ class PaperTwin {
     for (const pcl::PointNormal& normal : normals) known.push_back(pending_[normal.point]);
     std::set<std::uint32_t> placed;
     for (const pcl::Indices& smooth : pcl::smooth_regions(
-             pick(points_, known), normals, detection_.smoothness_angle, detection_.max_curvature, n_)) {
+             pick(points_, known), normals, r_, detection_.smoothness_angle, detection_.max_curvature, n_)) {
       pcl::Indices region = pick(known, smooth);
       while (region.size() > n_) {
         const pcl::PlaneFit fit = pcl::fit_plane(pick(points_, region), s_, detection_.ransac_iterations);

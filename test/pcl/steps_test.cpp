@@ -63,6 +63,20 @@ TEST(Steps, SplitsWhatLiesFartherApartThanH) {
   EXPECT_EQ(clusters(points, 0.08, 13).size(), 1U);
 }
 
+/// A strip has far more than 30 points nearer than the next strip.
+TEST(Steps, GrowsOverAllNeighboursWithinR) {
+  Points strips;
+  for (int strip = 0; strip < 3; ++strip)
+    for (int i = 0; i < 40; ++i)
+      for (int k = 0; k < 5; ++k)
+        strips.emplace_back(0.1F * static_cast<float>(strip) + 0.005F * static_cast<float>(k),
+                            0.005F * static_cast<float>(i), 0.F);
+  std::vector<PointNormal> normals;
+  for (std::uint32_t i = 0; i < strips.size(); ++i) normals.push_back({i, Eigen::Vector3f::UnitZ(), 0});
+  EXPECT_EQ(smooth_regions(strips, normals, 0.09, 0.5, 0.05, 1).size(), 1U);
+  EXPECT_EQ(smooth_regions(strips, normals, 0.07, 0.5, 0.05, 1).size(), 3U);
+}
+
 TEST(Steps, NormalsAreThoseOfThePlaneThatPointsLieOn) {
   auto random = test::rng();
   const Points points = tilted_plane(random, 900);
