@@ -21,12 +21,12 @@ class VoxelBlocks {
   template <class Visit>
   void for_each_point(const occupancy::PointWindow& window, Place place, Visit&& visit) const {
     const geometry::VoxelKey block = geometry::VoxelKey::unpack(place);
-    const auto middle = [this](std::uint16_t k) {
-      return static_cast<std::uint16_t>(std::min(65535, k * edge_ + edge_ / 2));
+    const auto voxel = [this](std::uint16_t k, int i) {
+      return static_cast<std::uint16_t>(std::min(65535, k * edge_ + i));
     };
-    window.for_each_near({middle(block.x), middle(block.y), middle(block.z)}, edge_ / 2, [&](PointId i) {
-      if (part(window[i].key) == block) visit(i);
-    });
+    const int last = edge_ - 1;
+    window.for_each_in({voxel(block.x, 0), voxel(block.y, 0), voxel(block.z, 0)},
+                       {voxel(block.x, last), voxel(block.y, last), voxel(block.z, last)}, visit);
   }
 
   /// The blocks up to `voxels` voxels from one of `places`, themselves included, each once; in order.

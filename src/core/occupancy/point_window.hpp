@@ -8,6 +8,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstdlib>
 #include <tsl/robin_map.h>
 #include <vector>
 
@@ -92,7 +93,11 @@ class PointWindow {
   template <class Visit>
   void for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
 
-  /// Number of these points. Cost: blocks met.
+  /// The same in the box from `low` to `high`, both included.
+  template <class Visit>
+  void for_each_in(geometry::VoxelKey low, geometry::VoxelKey high, Visit&& visit) const;
+
+  /// Number of the points near a voxel. Cost: blocks met.
   std::size_t count_near(geometry::VoxelKey key, int reach) const {
     std::size_t count = 0;
     for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
@@ -138,6 +143,10 @@ class PointWindow {
   };
   template <class Visit>
   void for_each_block_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
+  /// `home`: a block; those beside it are looked up once.
+  template <class Visit>
+  void for_each_block_in(const std::array<int, 3>& low, const std::array<int, 3>& high,
+                         const std::array<int, 3>& home, Visit&& visit) const;
   template <class Visit>
   void visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit) const;
   /// Its voxel must hold a point.
@@ -175,20 +184,30 @@ class PointWindow {
 
 template <class Visit>
 void PointWindow::for_each_block_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
-  const std::array<int, 3> low{std::max(0, key.x - reach), std::max(0, key.y - reach),
-                               std::max(0, key.z - reach)};
-  const std::array<int, 3> high{std::min(65535, key.x + reach), std::min(65535, key.y + reach),
-                                std::min(65535, key.z + reach)};
+  for_each_block_in(
+      {std::max(0, key.x - reach), std::max(0, key.y - reach), std::max(0, key.z - reach)},
+      {std::min(65535, key.x + reach), std::min(65535, key.y + reach), std::min(65535, key.z + reach)},
+      {key.x >> 3, key.y >> 3, key.z >> 3}, visit);
+}
+
+template <class Visit>
+void PointWindow::for_each_block_in(const std::array<int, 3>& low, const std::array<int, 3>& high,
+                                    const std::array<int, 3>& home, Visit&& visit) const {
   const auto cut = [](int v, int b) { return static_cast<unsigned>(std::clamp(v - 8 * b, 0, 7)); };
-  const int hx = key.x >> 3, hy = key.y >> 3, hz = key.z >> 3;
-  const std::uint32_t home = block_of(key.packed() >> 3 & block_mask);
+  const auto packed = [](int x, int y, int z) {
+    return (static_cast<std::uint64_t>(z) << 32) | (static_cast<std::uint64_t>(y) << 16) |
+           static_cast<std::uint64_t>(x);
+  };
+  const std::uint32_t at_home = block_of(packed(home[0], home[1], home[2]));
   for (int bz = low[2] >> 3; bz <= high[2] >> 3; ++bz)
     for (int by = low[1] >> 3; by <= high[1] >> 3; ++by)
       for (int bx = low[0] >> 3; bx <= high[0] >> 3; ++bx) {
-        const std::uint64_t packed = (static_cast<std::uint64_t>(bz) << 32) |
-                                     (static_cast<std::uint64_t>(by) << 16) | static_cast<std::uint64_t>(bx);
-        const auto side = static_cast<std::size_t>(9 * (bz - hz) + 3 * (by - hy) + (bx - hx) + 13);
-        const std::uint32_t b = reach <= 8 ? block_beside(home, side, packed) : block_of(packed);
+        const int dx = bx - home[0], dy = by - home[1], dz = bz - home[2];
+        const bool beside = std::max({std::abs(dx), std::abs(dy), std::abs(dz)}) <= 1;
+        const std::uint32_t b =
+            beside ? block_beside(at_home, static_cast<std::size_t>(9 * dz + 3 * dy + dx + 13),
+                                  packed(bx, by, bz))
+                   : block_of(packed(bx, by, bz));
         if (blocks_[b].count == 0) continue;
         const unsigned x0 = cut(low[0], bx), x1 = cut(high[0], bx);
         visit(b, Box{(0xffU >> (7 - x1 + x0)) << x0, cut(low[1], by), cut(high[1], by), cut(low[2], bz),
@@ -201,6 +220,15 @@ void PointWindow::for_each_near(geometry::VoxelKey key, int reach, Visit&& visit
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     for (unsigned z = box.z0; z <= box.z1; ++z) visit_points(b, z, blocks_[b].slices[z] & box.slice(), visit);
   });
+}
+
+template <class Visit>
+void PointWindow::for_each_in(geometry::VoxelKey low, geometry::VoxelKey high, Visit&& visit) const {
+  for_each_block_in({low.x, low.y, low.z}, {high.x, high.y, high.z}, {low.x >> 3, low.y >> 3, low.z >> 3},
+                    [&](std::uint32_t b, const Box& box) {
+                      for (unsigned z = box.z0; z <= box.z1; ++z)
+                        visit_points(b, z, blocks_[b].slices[z] & box.slice(), visit);
+                    });
 }
 
 template <class Visit>
