@@ -3,6 +3,9 @@
 #include "bounds.hpp"
 
 #include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace octosurf {
 
@@ -27,6 +30,18 @@ void add_bag_options(CLI::App& verb, BagOptions& bag) {
       ->group(group);
 }
 
+/// "auto", or three numbers.
+std::optional<Eigen::Vector3d> origin_of(const std::vector<std::string>& words) {
+  if (words.size() == 1 && words[0] == "auto") return {};
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  bool good = words.size() == 3;
+  for (std::size_t i = 0; i < words.size() && good; ++i)
+    good = CLI::detail::lexical_cast(words[i], origin[static_cast<int>(i)]);
+  if (!good || !origin.allFinite())
+    throw CLI::ValidationError("--origin", "expects auto, or X Y Z in metres");
+  return origin;
+}
+
 }  // namespace
 
 void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& range) {
@@ -37,10 +52,21 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
   verb.add_option("--depth-scale", source.depth_scale,
                   "units of a depth image per metre [5000 for TUM, else 1000]")
       ->group(group);
+  verb.add_option("--fields", source.fields,
+                  "floats of a point in velodyne files, x y z first [4, or what their values say]")
+      ->check(at_least(3))
+      ->group(group);
   verb.add_option("--rate", source.rate_hz, "scans per second if they have no time stamps [30, lidar 10]")
       ->group(group);
   verb.add_option("--max-pose-gap", source.max_pose_gap_s,
                   "seconds between two poses at most that one is interpolated between [0.1, bags 0.25]")
+      ->group(group);
+  verb.add_option_function<std::vector<std::string>>(
+          "--origin", [&source](const std::vector<std::string>& words) { source.origin = origin_of(words); },
+          "X Y Z: subtracted from all coordinates, m, and kept with the map [auto: 0, or whole metres near "
+          "the "
+          "first scan if it is far away, as in UTM or ECEF]")
+      ->expected(1, 3)
       ->group(group);
   verb.add_flag("--skip-bad", source.skip_bad,
                 "go on without scans that cannot be read or have no rigid pose")

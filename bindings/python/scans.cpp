@@ -44,6 +44,8 @@ class Recording {
     return source_->skipped();
   }
 
+  Eigen::Vector3d origin() const { return source_->origin(); }
+
   std::vector<std::string> notes() {
     const py::gil_scoped_release others_run;
     const std::lock_guard alone(busy_);
@@ -119,33 +121,47 @@ void bind_scans(py::module_& module) {
       .def("__next__", &Recording::next, "Throws Error(data) with its name for a scan that cannot be read.")
       .def("__repr__",
            [](const Recording& self) { return "<ScanSource of " + std::to_string(self.size()) + " scans>"; })
+      .def_property_readonly("origin", &Recording::origin, "Subtracted from all coordinates, (3), m.")
       .def("notes", &Recording::notes, "What was chosen among what the recording has, a line each.")
       .def("skipped", &Recording::skipped, "A line for every scan that was left out so far, and why.");
   module.def(
       "open_scans",
       [](std::variant<fs::path, std::vector<fs::path>> inputs, std::optional<fs::path> poses,
-         std::optional<fs::path> intrinsics, std::optional<double> depth_scale, std::optional<double> rate_hz,
-         std::optional<double> max_pose_gap_s, std::vector<std::string> topics,
-         std::optional<std::string> pose_topic, std::optional<std::string> pose_frame,
-         std::optional<std::string> fixed_frame, std::optional<std::string> info_topic, bool skip_bad) {
-        const BagOptions bag{std::move(topics), std::move(pose_topic), std::move(pose_frame),
-                             std::move(fixed_frame), std::move(info_topic)};
-        return opened(std::move(inputs), {std::move(poses), std::move(intrinsics), depth_scale, rate_hz,
-                                          max_pose_gap_s, bag, skip_bad});
+         std::optional<fs::path> intrinsics, std::optional<double> depth_scale,
+         std::optional<std::size_t> fields, std::optional<double> rate_hz,
+         std::optional<double> max_pose_gap_s, std::optional<Eigen::Vector3d> origin,
+         std::vector<std::string> topics, std::optional<std::string> pose_topic,
+         std::optional<std::string> pose_frame, std::optional<std::string> fixed_frame,
+         std::optional<std::string> info_topic, bool skip_bad) {
+        ScanSourceOptions options;
+        options.poses = std::move(poses);
+        options.intrinsics = std::move(intrinsics);
+        options.depth_scale = depth_scale;
+        options.fields = fields;
+        options.rate_hz = rate_hz;
+        options.max_pose_gap_s = max_pose_gap_s;
+        options.origin = origin;
+        options.bag = {std::move(topics), std::move(pose_topic), std::move(pose_frame),
+                       std::move(fixed_frame), std::move(info_topic)};
+        options.skip_bad = skip_bad;
+        return opened(std::move(inputs), options);
       },
       py::arg("inputs"), py::kw_only(), py::arg("poses") = py::none(), py::arg("intrinsics") = py::none(),
-      py::arg("depth_scale") = py::none(), py::arg("rate_hz") = py::none(),
-      py::arg("max_pose_gap_s") = py::none(), py::arg("topics") = std::vector<std::string>(),
-      py::arg("pose_topic") = py::none(), py::arg("pose_frame") = py::none(),
-      py::arg("fixed_frame") = py::none(), py::arg("info_topic") = py::none(), py::arg("skip_bad") = false,
+      py::arg("depth_scale") = py::none(), py::arg("fields") = py::none(), py::arg("rate_hz") = py::none(),
+      py::arg("max_pose_gap_s") = py::none(), py::arg("origin") = py::none(),
+      py::arg("topics") = std::vector<std::string>(), py::arg("pose_topic") = py::none(),
+      py::arg("pose_frame") = py::none(), py::arg("fixed_frame") = py::none(),
+      py::arg("info_topic") = py::none(), py::arg("skip_bad") = false,
       R"(Opens a recording, or a list of them, one after the other: what `octosurf map` reads.
 
 7-Scenes, TUM RGB-D and KITTI folders, 16-bit depth images (PNG, PGM), PCD, PLY, OctoMap's .graph,
 bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder).
 poses: a file with one pose per scan, or a stamped trajectory; wins over what lies beside the scans.
 intrinsics: a file with K or `fx fy cx cy`. depth_scale: units per metre; None: 5000 for TUM folders, else 1000.
+fields: floats of a point in velodyne files; None: 4, or what their values say.
 rate_hz: of scans without time stamps; None: 30 for depth cameras, 10 for lidar.
 max_pose_gap_s: a pose is interpolated between neighbours at most so far apart; None: 0.1, and 0.25 in bags.
+origin: subtracted from all coordinates, m; None: 0, or near the first scan if that is over 8192 m from 0.
 Of bags: topics, of clouds or depth images; pose_topic, instead of tf, and pose_frame, whose poses those are; fixed_frame,
 the map's in tf; info_topic, CameraInfo. What is not given is chosen where there is no choice, see notes().
 skip_bad: go on after a scan that cannot be read or whose pose is not a rigid motion.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -35,10 +36,16 @@ struct ScanSourceOptions {
   std::optional<std::filesystem::path> intrinsics;
   /// Depth image units per metre; empty: 5000 for TUM folders, else 1000.
   std::optional<double> depth_scale;
+  /// Floats of a point in velodyne files, x y z first; empty: 4, or what their values say.
+  std::optional<std::size_t> fields;
   /// Scans per second if there are no time stamps; empty: 30 for depth cameras, 10 for lidar.
   std::optional<double> rate_hz;
   /// Maximum time between neighbouring poses for interpolation; empty: 0.1 for files of poses, 0.25 for bags.
   std::optional<double> max_pose_gap_s;
+  /// Subtracted from all coordinates, m, so that an octree and float reach them; empty: 0, or whole metres
+  /// near the first scan if it lies farther than `origin_beyond_m` from 0 (UTM, ECEF).
+  std::optional<Eigen::Vector3d> origin;
+  double origin_beyond_m = 8192;  ///< m; from here on float rounds by more than half a millimetre
   /// Options of bags.
   BagOptions bag;
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
@@ -67,6 +74,9 @@ class ScanSource {
 
   /// One line for every automatic choice: a bag's topics, camera and poses.
   virtual std::vector<std::string> notes() const { return {}; }
+
+  /// Subtracted from all coordinates of the inputs, m.
+  virtual Eigen::Vector3d origin() const { return Eigen::Vector3d::Zero(); }
 };
 
 /// Kind of an input.
@@ -87,33 +97,43 @@ InputKind classify(const std::filesystem::path& input);
 ///   Intrinsics default to 525 525 319.5 239.5.
 /// - 16-bit depth images (PNG; PGM P5, P2), in the folder, `frames/` or `depth/`. If some are named
 ///   `*depth*`, only those.
-/// - PCD and PLY, in the folder, `scans/` or `clouds/`; in the sensor's frame. A PCD's VIEWPOINT is
+/// - PCD (of any version, padding and counts of 0 included) and PLY (either byte order, lists), in the
+/// folder, `scans/` or `clouds/`; in the sensor's frame. A PCD's VIEWPOINT is
 ///   its pose; a PLY has none. Organised PCDs come from a depth camera, the others from a lidar.
-/// - KITTI velodyne: `*.bin`, in the folder or `velodyne/`. KITTI poses (3×4) are the camera's: if
+/// - KITTI velodyne: `*.bin`, in the folder or `velodyne/`, of 4 floats a point, or of 3 to 8 as told apart
+///   by their values (nuScenes has 5). KITTI poses (3×4) are the camera's: if
 ///   `calib.txt` has a line `Tr:` (velodyne to camera), T_map_velodyne = pose · Tr. `times.txt`.
 /// - OctoMap `.graph`.
 /// - Bags of ROS 1 (2.0; chunks plain, bz2 or lz4) and ROS 2 (`.db3`, `.mcap`; a file, or the folder with
 ///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64; depth as Image (16UC1,
-///   mono16 in millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG) with CameraInfo, whose K (P for
-///   images called `rect`) is used; lens distortion is not corrected. In the order of their headers' time
-///   stamps. Poses come from tf, static and moving, or from a topic, interpolated unless one has the scan's
-///   exact time; a scan without a pose is a bad one. No index is needed. A truncated bag is rejected, or with
-///   skip_bad read up to the cut. Opening one reads it once.
+///   mono16 in millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG; compressedDepth as PNG or RVL,
+///   in millimetres or quantised) with CameraInfo, whose K (P for images called `rect`) is used; lens
+///   distortion is not corrected. In the order of their headers' time stamps. Poses come from tf, static and
+///   moving, or from a topic, interpolated unless one has the scan's exact time; a scan without a pose is a
+///   bad one. No index is needed. A truncated bag is rejected, or with skip_bad read up to the cut. Opening
+///   one reads it once.
 ///
 /// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`, `intrinsics.txt`,
 /// `camera.txt`, `K.txt` or `*.K` beside them, in the folder above or beside the file of poses. Scans of a
 /// folder come in natural order (full2 before full10), files in the order given. PCDs and PLYs, a single
 /// image and a single velodyne scan are taken to be in the map frame if there is no pose for them. Files
-/// called like a time (`1305031102.16.png`), or a number and a time (`000012_1305031102.16.pcd`), are stamped
-/// with it.
+/// called like a time (`1305031102.16.png`; `1403636579763555584.png` in ns, likewise us, ms), alone or
+/// behind a word or number (`000012_1305031102.16.pcd`, `cloud_1403636579_763555584.pcd`), are stamped with
+/// it.
+///
+/// Clouds whose points lie farther than 8192 m from 0 (no sensor reaches so far) are in the map's frame, and
+/// their VIEWPOINT or pose says where the sensor was.
 ///
 /// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
 /// depths 0 and 65535 are no readings and give no points. Points exactly at a cloud's origin are no
 /// readings either, and are set to NaN.
 ///
 /// Formats of pose files are recognised by their columns (blanks or commas, `#` comments): `tx ty tz qx qy qz
-/// qw`; the same with a time stamp in front; 3×4 row-major; 4×4 row-major in one line or in four.
-/// A 4×4 whose last row is `0 0 0 TIME` carries a time stamp. Poses are T_map_sensor.
+/// qw`; 3×4 row-major; 4×4 row-major in one line or in four; each in one line also with a time stamp in
+/// front. A 4×4 whose last row is `0 0 0 TIME` carries a time stamp. Of a table with a header (EuRoC's CSV,
+/// rostopic echo -p) the columns are found by its names. Poses are T_map_sensor. Time stamps may be in s, ms,
+/// us or ns: told by their size, or else by the scans'. Where poses and scans have them, they are matched by
+/// time, however many there are, and poses that are no rigid motion are left out, which notes() tells.
 ///
 /// Throws Error(usage) for invalid options, Error(data) for errors found before reading any scan: missing
 /// or empty input, no poses, no intrinsics, different counts.

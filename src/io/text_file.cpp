@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <sstream>
 
 #include <octosurf/error.hpp>
 
@@ -52,7 +53,7 @@ std::vector<std::string_view> words_between(std::string_view separators, std::st
   return words;
 }
 
-std::vector<TextLine> read_text(const std::filesystem::path& file) {
+std::vector<TextLine> read_text(const std::filesystem::path& file, std::vector<std::string>* heads) {
   const std::string bytes = read_bytes(file, text_limit);
   std::string_view rest = bytes;
   if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
@@ -69,9 +70,19 @@ std::vector<TextLine> read_text(const std::filesystem::path& file) {
       throw Error(Error::Kind::data, at_line(file, lines.number()),
                   "too many short words to be a list of numbers",
                   "give a file of poses, intrinsics or time stamps");
+    constexpr std::size_t most_heads = 256;
+    if (heads != nullptr && result.empty() && !line.empty() && heads->size() < most_heads)
+      heads->emplace_back(line);
     if (!words.empty()) result.push_back({lines.number(), {words.begin(), words.end()}});
   }
   return result;
+}
+
+std::string text_of(const Eigen::Vector3d& place) {
+  std::ostringstream text;
+  text.precision(10);  // of a survey's coordinates to the millimetre
+  text << place.x() << ' ' << place.y() << ' ' << place.z();
+  return text.str();
 }
 
 std::string count_of(std::size_t count, const char* what) {

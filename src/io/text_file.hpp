@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -33,11 +34,15 @@ struct TextLine {
 };
 
 /// The file as words: separated by blanks, commas or semicolons; `#` starts a comment; any line
-/// ending. Throws Error(data) if it cannot be read or is larger than 256 MB.
-std::vector<TextLine> read_text(const std::filesystem::path& file);
+/// ending. Throws Error(data) if it cannot be read or is larger than 256 MB. `heads`: the comments before the
+/// first line, and that line, as they are.
+std::vector<TextLine> read_text(const std::filesystem::path& file, std::vector<std::string>* heads = nullptr);
 
 /// "file:line", for messages.
 std::string at_line(const std::filesystem::path& file, std::size_t line);
+
+/// "448000 5411000 120", for messages.
+std::string text_of(const Eigen::Vector3d& place);
 
 /// "1 scan", "2 scans", for messages.
 std::string count_of(std::size_t count, const char* what);

@@ -221,7 +221,7 @@ void BagRecording::read_image(std::string_view bytes, const ListedMessage& liste
   scan.points = points_of(image, camera.intrinsics, depth_scale_, largest_scan(bytes_));
 }
 
-Scan BagRecording::read(std::size_t index) {
+Scan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
   const ListedMessage& listed = scans_[index];
   const TopicContents& topic = index_.topics[listed.topic];
   Scan scan;
@@ -234,6 +234,7 @@ Scan BagRecording::read(std::size_t index) {
           read_cloud_message(*message_reader(bytes, topic.topic.encoding), largest_scan(bytes_));
       if (cloud.organised) scan.sensor = SensorKind::depth_camera;
       scan.points = std::move(cloud.points);
+      shift = cloud.shift;
     } else {
       read_image(bytes, listed, scan);
     }

@@ -31,8 +31,9 @@ class BagRecording {
   double stamp_s(std::size_t scan) const { return static_cast<double>(scans_[scan].stamp_ns) / 1e9; }
   SensorKind sensor(std::size_t scan) const;
 
-  /// Throws Error(data) with topic and time if the scan or its pose is bad.
-  Scan read(std::size_t scan);
+  /// Throws Error(data) with topic and time if the scan or its pose is bad. `shift`: what was subtracted from
+  /// the points (cloud_file.hpp).
+  Scan read(std::size_t scan, Eigen::Vector3d& shift);
 
   /// The automatic choices, a line each.
   const std::vector<std::string>& notes() const { return notes_; }

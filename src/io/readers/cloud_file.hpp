@@ -15,6 +15,8 @@ struct Cloud {
   std::vector<Eigen::Vector3f> points;
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   bool organised = false;  ///< rows and columns, like an image
+  /// What was subtracted from the points: not 0 for coordinates of a survey, which no sensor's frame has.
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
 };
 
 // Each throws Error(data) for files that are truncated, damaged or without points. Headers are checked
@@ -22,12 +24,17 @@ struct Cloud {
 // header claims, accepts short lines and words for numbers, and reports to stderr; its PLYReader does not
 // check the indices in range grids and obj_info.
 
-/// PCD: DATA ascii, binary or binary_compressed; x, y, z float or double; VIEWPOINT is the pose.
+/// PCD of any version: DATA ascii, binary or binary_compressed; x, y, z float or double; VIEWPOINT is the
+/// pose.
 Cloud read_pcd(const std::filesystem::path& file);
 /// PLY: ascii or binary of either byte order; the vertices' x, y, z, float or double; no pose.
 Cloud read_ply(const std::filesystem::path& file);
-/// KITTI's velodyne: float32 x y z reflectance, little-endian; no pose.
-Cloud read_velodyne(const std::filesystem::path& file);
+/// KITTI's velodyne: `floats` float32 a point, little-endian, x y z first; no pose.
+Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats);
+
+/// How many float32 a point of a velodyne file takes: KITTI's 4 unless its values say otherwise. Throws
+/// Error(data) for a file of anything else.
+std::size_t floats_of_velodyne(const std::filesystem::path& file);
 
 /// Labels of a PCD's points.
 struct PcdLabels {

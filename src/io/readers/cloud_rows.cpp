@@ -1,11 +1,13 @@
 #include "io/readers/cloud_rows.hpp"
 
-#include "io/readers/bounded_file.hpp"
 #include "io/readers/cloud_file.hpp"
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
+#include <map>
+#include <string>
 
 #include <octosurf/error.hpp>
 
@@ -20,57 +22,173 @@ std::uint32_t count_in_header(std::string_view word, const std::filesystem::path
               "write the file again");
 }
 
-Eigen::Vector3f point_or_nothing(const Eigen::Vector3f& point) {
-  if (!point.isZero(0)) return point;
-  return Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
-}
+namespace {
 
-std::vector<Eigen::Vector3f> binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
-                                           bool swap_bytes) {
-  std::vector<Eigen::Vector3f> result(points);
-  for (int axis = 0; axis < 3; ++axis) {
-    const char* place = bytes.data() + xyz[axis].offset;
-    for (Eigen::Vector3f& point : result) {
-      point[axis] = xyz[axis].is_double ? static_cast<float>(number_at<double>(place, swap_bytes))
-                                        : number_at<float>(place, swap_bytes);
-      place += xyz[axis].step;
-    }
+bool is_return(const Eigen::Vector3d& point) { return point.allFinite() && !point.isZero(0); }
+
+/// The points given by `at(i)`, less their shift.
+template <class At>
+CloudPoints shifted(std::size_t count, const At& at) {
+  constexpr std::size_t sampled = 255;  // their middle is that of all to some percent of their spread
+  std::array<std::vector<double>, 3> sample;
+  for (std::size_t i = 0; i < count; i += 1 + count / sampled)
+    if (const Eigen::Vector3d point = at(i); is_return(point))
+      for (std::size_t axis = 0; axis < 3; ++axis) sample[axis].push_back(point[static_cast<int>(axis)]);
+  CloudPoints result;
+  for (std::size_t axis = 0; axis < 3 && !sample[0].empty(); ++axis) {
+    const auto middle = sample[axis].begin() + static_cast<std::ptrdiff_t>(sample[axis].size() / 2);
+    std::nth_element(sample[axis].begin(), middle, sample[axis].end());
+    result.shift[static_cast<int>(axis)] = std::round(*middle);
   }
-  for (auto& point : result) point = point_or_nothing(point);
+  if (result.shift.lpNorm<Eigen::Infinity>() < farthest_m) result.shift.setZero();
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  result.points.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d point = at(i);
+    result.points[i] =
+        point.isZero(0) ? Eigen::Vector3f::Constant(nan) : (point - result.shift).cast<float>().eval();
+  }
   return result;
 }
 
-std::vector<Eigen::Vector3f> text_points(Lines& lines, const Coordinates& xyz, std::size_t points,
-                                         std::size_t columns, const std::filesystem::path& file) {
-  std::vector<Eigen::Vector3f> result;
+}  // namespace
+
+CloudPoints points_from(const std::vector<Eigen::Vector3d>& points) {
+  return shifted(points.size(), [&](std::size_t i) { return points[i]; });
+}
+
+CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
+                          bool swap_bytes) {
+  return binary_points(bytes, xyz, points, 1, bytes.size(), swap_bytes);
+}
+
+CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t width, std::size_t rows,
+                          std::size_t row, bool swap_bytes) {
+  return shifted(width * rows, [&](std::size_t i) {
+    const std::string_view of_row = bytes.substr(i / width * row);
+    return Eigen::Vector3d(value_of(of_row, xyz[0], i % width, swap_bytes),
+                           value_of(of_row, xyz[1], i % width, swap_bytes),
+                           value_of(of_row, xyz[2], i % width, swap_bytes));
+  });
+}
+
+CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
+                        const std::filesystem::path& file, bool more_columns) {
+  std::vector<Eigen::Vector3d> result;
   result.reserve(std::min(points, lines.rest().size() / (2 * columns) + 1));  // a digit and a blank a value
   for (std::string_view line; result.size() < points && lines.next(line);) {
     const auto words = words_of(line);
     if (words.empty()) continue;
-    if (words.size() != columns)
+    if (words.size() < columns || (words.size() > columns && !more_columns))
       throw Error(Error::Kind::data, at_line(file, lines.number()),
                   std::to_string(words.size()) + " values where the header says " + std::to_string(columns),
                   "write the file again");
-    Eigen::Vector3f point;
-    for (int axis = 0; axis < 3; ++axis)
-      point[axis] = static_cast<float>(number(words[xyz[axis].column], file, lines.number()));
-    result.push_back(point_or_nothing(point));
+    Eigen::Vector3d point;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      point[static_cast<int>(axis)] = number(words[xyz[axis].column], file, lines.number());
+    result.push_back(point);
   }
-  if (result.size() == points) return result;
+  if (result.size() == points) return points_from(result);
   throw Error(Error::Kind::data, file.string(),
               "truncated: " + std::to_string(result.size()) + " of " + std::to_string(points) + " points",
               "write the file again");
 }
 
-Cloud read_velodyne(const std::filesystem::path& file) {
-  constexpr std::size_t step = 4 * sizeof(float);
+// Velodyne files have no header: how many floats a point takes is read from their values.
+namespace {
+
+constexpr std::size_t kitti_floats = 4, least_floats = 3, most_floats = 8;
+constexpr std::size_t chunk = 840;          // floats: a whole number of points of each width from 3 to 8
+constexpr std::size_t most_chunks = 24;     // 20,000 floats give the shares of columns to some percent
+constexpr float largest_coordinate = 1e8F;  // m: beyond the earth's, as two fifths of random bits are
+
+/// Alike values have the same: half of an octave, sign, and whether it is a whole number.
+int kind_of_value(float value) {
+  if (value == 0 || !std::isfinite(value)) return value == 0 ? 0 : 1;
+  const int half = static_cast<int>(std::floor(2 * std::log2(std::fabs(value))));
+  return 4 * (half + 512) + 2 * (value < 0 ? 1 : 0) + (value == std::trunc(value) ? 1 : 0);
+}
+
+/// Mutual information in bits between a value's kind and its column, if points have so many columns: columns
+/// of a right width differ (x, y, z, intensity, ring), those of a wrong one are the same mixture. Less its
+/// expectation for independent ones (Miller 1955), which holds for many values of a kind: 0 for fewer.
+double column_information(const std::vector<int>& kinds, std::size_t columns) {
+  std::map<int, std::vector<double>> counts;
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    ++counts.try_emplace(kinds[i], columns, 0.0).first->second[i % columns];
+  const auto n = static_cast<double>(kinds.size()), width = static_cast<double>(columns);
+  constexpr std::size_t least_of_kind = 4;
+  if (kinds.size() < least_of_kind * counts.size()) return 0;
+  double sum = 0;
+  for (const auto& [kind, of_columns] : counts) {
+    double all = 0;
+    for (const double count : of_columns) all += count;
+    for (const double count : of_columns)
+      if (count > 0) sum += count / n * std::log2(count * width / all);
+  }
+  return sum - static_cast<double>(counts.size() - 1) * (width - 1) / (2 * n * std::log(2.0));
+}
+
+float float_at(std::string_view bytes, std::size_t i) {
+  return number_at<float>(bytes.data() + sizeof(float) * i, !little_endian_host);
+}
+
+[[noreturn]] void refuse_velodyne(const std::filesystem::path& file, const std::string& what,
+                                  const std::string& mend) {
+  throw Error(Error::Kind::data, file.string(), what, mend);
+}
+
+}  // namespace
+
+std::size_t floats_of_velodyne(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, largest_cloud_file);
-  if (bytes.empty() || bytes.size() % step != 0)
-    throw Error(Error::Kind::data, file.string(),
-                bytes.empty() ? "is empty" : "is not a list of float32 x y z reflectance",
-                "the file is truncated or foreign");
-  return {binary_points(bytes, {{{0, step}, {4, step}, {8, step}}}, bytes.size() / step, false),
-          Eigen::Isometry3d::Identity(), false};
+  const std::size_t floats = bytes.size() / sizeof(float);
+  std::vector<int> kinds;
+  const std::size_t chunks = std::max<std::size_t>(1, floats / chunk), step = 1 + chunks / most_chunks;
+  for (std::size_t first = 0; first < chunks; first += step)
+    for (std::size_t i = first * chunk; i < std::min((first + 1) * chunk, floats); ++i)
+      kinds.push_back(kind_of_value(float_at(bytes, i)));
+  std::vector<double> information(most_floats + 1);
+  double most = 0;
+  for (std::size_t width = least_floats; width <= most_floats; ++width) {
+    if (bytes.size() % (width * sizeof(float)) != 0 || kinds.empty()) continue;
+    information[width] = column_information(kinds, width);
+    most = std::max(most, information[width]);
+  }
+  constexpr double least_bits = 0.1, nearly = 0.9;  // multiples of the right width tell no less than it
+  if (most < least_bits) return kitti_floats;
+  return static_cast<std::size_t>(std::find_if(information.begin(), information.end(),
+                                               [&](double bits) { return bits >= nearly * most; }) -
+                                  information.begin());
+}
+
+Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats) {
+  const std::size_t step = floats * sizeof(float);
+  const std::string bytes = read_bytes(file, largest_cloud_file);
+  if (bytes.empty()) refuse_velodyne(file, "is empty", "the file is truncated or foreign");
+  const std::string form = "float32 x y z" + (floats == kitti_floats ? std::string(" reflectance")
+                                              : floats == 3          ? ""
+                                                            : " and " + count_of(floats - 3, "value"));
+  if (bytes.size() % step != 0)
+    refuse_velodyne(file, "is not a list of " + form,
+                    "it is truncated, or --fields says how many floats a point takes");
+  const std::size_t points = bytes.size() / step;
+  CloudPoints read = binary_points(bytes,
+                                   {{{0, step, 0, Scalar::float32},
+                                     {sizeof(float), step, 0, Scalar::float32},
+                                     {2 * sizeof(float), step, 0, Scalar::float32}}},
+                                   points, !little_endian_host);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::size_t absurd = 0;
+    for (std::size_t i = 0; i < points; ++i)
+      absurd += std::fabs(float_at(bytes, i * floats + axis)) > largest_coordinate;
+    if (10 * absurd > points)
+      refuse_velodyne(file,
+                      std::to_string(absurd) + " of " + std::to_string(points) + " values of " + "xyz"[axis] +
+                          " are larger than the earth: not a list of " + form,
+                      "write it as float32, or --fields says how many a point takes");
+  }
+  return {std::move(read.points), Eigen::Isometry3d::Identity(), false, read.shift};
 }
 
 }  // namespace octosurf::io

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/readers/bounded_file.hpp"
 #include "io/text_file.hpp"
 
 #include <Eigen/Core>
@@ -12,7 +13,7 @@
 
 namespace octosurf::io {
 
-// Common part of PCD and PLY: a header in lines, then rows of values, three of which are used.
+// Common part of PCD, PLY, PointCloud2 and velodyne: points as rows of values, some of which are used.
 
 constexpr std::size_t largest_step = 1 << 16;  ///< maximum bytes of one point, and so its values
 
@@ -24,24 +25,93 @@ inline std::vector<std::string_view> words_of(std::string_view line) {
 /// A count in a header; throws Error(data) naming the word.
 std::uint32_t count_in_header(std::string_view word, const std::filesystem::path& file);
 
-struct Coordinate {
+/// Type of a value, whatever a format calls it.
+enum class Scalar : std::uint8_t {
+  none,
+  int8,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  float32,
+  float64
+};
+
+/// Calls `use` with a value of that type; of `none`, with a byte.
+template <class Use>
+decltype(auto) with_type_of(Scalar type, const Use& use) {
+  switch (type) {
+    case Scalar::int8:
+      return use(std::int8_t{});
+    case Scalar::int16:
+      return use(std::int16_t{});
+    case Scalar::uint16:
+      return use(std::uint16_t{});
+    case Scalar::int32:
+      return use(std::int32_t{});
+    case Scalar::uint32:
+      return use(std::uint32_t{});
+    case Scalar::int64:
+      return use(std::int64_t{});
+    case Scalar::uint64:
+      return use(std::uint64_t{});
+    case Scalar::float32:
+      return use(float{});
+    case Scalar::float64:
+      return use(double{});
+    default:
+      return use(std::uint8_t{});
+  }
+}
+
+inline std::size_t size_of(Scalar type) {
+  return with_type_of(type, [](auto value) { return sizeof value; });
+}
+inline bool is_real(Scalar type) { return type == Scalar::float32 || type == Scalar::float64; }
+
+/// Where a value of each point is.
+struct Field {
   std::size_t offset = 0;  ///< bytes from the first point's begin to its value
   std::size_t step = 0;    ///< bytes from one point to the next
   std::size_t column = 0;  ///< of the row, when the values are text
-  bool is_double = false;  ///< else float
+  Scalar type = Scalar::float32;
 };
-using Coordinates = std::array<Coordinate, 3>;  ///< x, y, z
+using Coordinates = std::array<Field, 3>;  ///< x, y, z
 
-/// The caller must ensure that all values lie in `bytes`.
-std::vector<Eigen::Vector3f> binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
-                                           bool swap_bytes);
+/// The i-th point's value; it must lie in `bytes`.
+inline double value_of(std::string_view bytes, const Field& field, std::size_t i, bool swap_bytes) {
+  const char* const place = bytes.data() + field.offset + i * field.step;
+  return with_type_of(field.type, [&](auto value) {
+    return static_cast<double>(number_at<decltype(value)>(place, swap_bytes));
+  });
+}
 
-/// One point per line of `columns` words. Throws Error(data) with the line for other lines and for missing
-/// ones.
-std::vector<Eigen::Vector3f> text_points(Lines& lines, const Coordinates& xyz, std::size_t points,
-                                         std::size_t columns, const std::filesystem::path& file);
+/// Points less `shift`. It is 0 unless half of the points lie farther than `farthest_m` from 0 along an axis,
+/// as a survey's coordinates do: then whole metres amid them, as float would round the points.
+struct CloudPoints {
+  std::vector<Eigen::Vector3f> points;
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+};
+/// From here on float rounds by more than half a millimetre. No sensor reaches so far.
+constexpr double farthest_m = 8192;
 
-/// The point, or not finite if it is exactly at the origin.
-Eigen::Vector3f point_or_nothing(const Eigen::Vector3f& point);
+/// The caller must ensure that all values lie in `bytes`. CloudPoints exactly at 0 become not finite: drivers
+/// write them for "no return".
+CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
+                          bool swap_bytes);
+/// The same in `rows` of `width` points, from one to the next `row` bytes.
+CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t width, std::size_t rows,
+                          std::size_t row, bool swap_bytes);
+
+/// One point per line of `columns` words, or of more with `more_columns`. Throws Error(data) with the line
+/// for other lines and for missing ones.
+CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
+                        const std::filesystem::path& file, bool more_columns = false);
+
+/// Points less their shift.
+CloudPoints points_from(const std::vector<Eigen::Vector3d>& points);
 
 }  // namespace octosurf::io

@@ -26,6 +26,7 @@ constexpr std::array signatures{
     std::pair<std::string_view, FileKind>{"VERSION ", FileKind::pcd},
     std::pair<std::string_view, FileKind>{"FIELDS ", FileKind::pcd},
     std::pair<std::string_view, FileKind>{"# Octomap OcTree", FileKind::occupancy_map},
+    std::pair<std::string_view, FileKind>{"# OctoMap OcTree", FileKind::occupancy_map},
     std::pair<std::string_view, FileKind>{"#ROSBAG V", FileKind::bag},
     std::pair<std::string_view, FileKind>{"SQLite format 3", FileKind::bag},
     std::pair<std::string_view, FileKind>{"\x89MCAP0\r\n", FileKind::bag},

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <lzf.h>
 #include <map>
@@ -23,29 +22,59 @@ constexpr std::uint64_t lzf_ratio = 100;  // LZF writes at most 264 bytes for 3 
 // Memory limit for a compressed cloud, without its file.
 constexpr std::uint64_t pcd_free_bytes = std::uint64_t{64} << 20, pcd_bytes_per_file_byte = 7;
 
-/// In the order the format prescribes.
+// Before version 0.7, fields were four bytes of float if nothing else was said, and binary data began at a
+// page.
 constexpr std::array<std::string_view, 10> keywords{"VERSION", "FIELDS", "SIZE",      "TYPE",   "COUNT",
                                                     "WIDTH",   "HEIGHT", "VIEWPOINT", "POINTS", "DATA"};
+constexpr std::size_t page_bytes = 4096;
+
+Scalar scalar_of(std::string_view type, std::size_t size) {
+  constexpr std::array sizes{1, 2, 4, 8};
+  const auto found = std::find(sizes.begin(), sizes.end(), size);
+  if (found == sizes.end() || type.size() != 1) return Scalar::none;
+  const auto at = static_cast<std::size_t>(found - sizes.begin());
+  constexpr std::array signed_types{Scalar::int8, Scalar::int16, Scalar::int32, Scalar::int64};
+  constexpr std::array unsigned_types{Scalar::uint8, Scalar::uint16, Scalar::uint32, Scalar::uint64};
+  constexpr std::array real_types{Scalar::none, Scalar::none, Scalar::float32, Scalar::float64};
+  switch (type[0]) {
+    case 'I':
+      return signed_types[at];
+    case 'U':
+      return unsigned_types[at];
+    case 'F':
+      return real_types[at];
+    default:
+      return Scalar::none;
+  }
+}
 
 class PcdReader {
  public:
-  PcdReader(const std::filesystem::path& file, std::string_view bytes) : file_(file), lines_(bytes) {}
+  PcdReader(const std::filesystem::path& file, std::string_view bytes)
+      : file_(file), lines_(bytes), bytes_(bytes.size()) {}
 
   Cloud read() {
     read_header();
-    check_fields();
     check_points();
-    Cloud cloud{{}, viewpoint(), value("HEIGHT") > 1};
     const auto& data = header("DATA");
     const std::string_view format = data.size() == 2 ? data[1] : "";
+    lay_out(1);
+    const std::size_t step_of_ones = step_, columns_of_ones = columns_;
+    lay_out(0);
+    Cloud cloud{{}, viewpoint(), header_.contains("HEIGHT") && value("HEIGHT") > 1, {}};
     if (format == "ascii") {
       Lines rows = lines_;
-      cloud.points = text_points(lines_, xyz_, points_, columns_, file_);
+      if (columns_ != columns_of_ones && columns_in(rows) == columns_of_ones) lay_out(1);
+      take(text_points(lines_, xyz_, points_, columns_, file_), cloud);
       read_text_labels(rows);
     } else if (format == "binary") {
-      read_binary(rows_of(lines_.rest()), cloud);
+      std::string_view bytes = lines_.rest();
+      const std::size_t before = bytes_ - bytes.size(), size = points_ * step_;
+      if (bytes.size() == points_ * step_of_ones) lay_out(1);
+      if (before < page_bytes && bytes_ == page_bytes + size) bytes.remove_prefix(page_bytes - before);
+      read_binary(rows_of(bytes), cloud);
     } else if (format == "binary_compressed") {
-      read_binary(decompressed(lines_.rest()), cloud);
+      read_binary(decompressed(lines_.rest(), step_of_ones), cloud);
     } else {
       refuse("PCD DATA is none of ascii, binary, binary_compressed");
     }
@@ -61,17 +90,15 @@ class PcdReader {
   }
 
   void read_header() {
-    auto expected = keywords.begin();
-    for (std::string_view line; expected != keywords.end();) {
+    while (!header_.contains("DATA")) {
+      std::string_view line;
       if (!lines_.next(line)) refuse("truncated or damaged PCD header");
       Words words = words_of(line);
       if (words.empty() || words[0].starts_with('#')) continue;
       if (words[0] == "COLUMNS") words[0] = "FIELDS";  // its old name
-      const auto found = std::find(expected, keywords.end(), words[0]);
-      if (found == keywords.end())
+      const bool known = std::find(keywords.begin(), keywords.end(), words[0]) != keywords.end();
+      if (!known || !header_.emplace(words[0], words).second)
         refuse(std::string("PCD header line '").append(words[0].substr(0, 20)) + "' is not expected here");
-      expected = found + 1;
-      header_.emplace(words[0], words);
     }
   }
 
@@ -87,47 +114,70 @@ class PcdReader {
     return count_in_header(words[1], file_);
   }
 
-  void check_fields() {
+  /// A line of the header with a word for each field; `otherwise` where there is none.
+  Words words_for_fields(std::string_view keyword, std::string_view otherwise) const {
+    return header_.contains(keyword) ? header(keyword) : Words(header("FIELDS").size(), otherwise);
+  }
+
+  /// Some writers give a field that takes no room a COUNT of 0, others one of one value: `zero_counts`.
+  void lay_out(std::size_t zero_counts) {
     const auto& names = header("FIELDS");
-    const auto& sizes = header("SIZE");
-    const auto& types = header("TYPE");
-    const Words ones(names.size(), "1");
-    const auto& counts = header_.contains("COUNT") ? header("COUNT") : ones;
+    const Words sizes = words_for_fields("SIZE", "4"), types = words_for_fields("TYPE", "F"),
+                counts = words_for_fields("COUNT", "1");
     if (sizes.size() != names.size() || types.size() != names.size() || counts.size() != names.size())
       refuse("PCD header lines FIELDS, SIZE, TYPE and COUNT differ in length");
+    step_ = columns_ = 0;
+    label_.reset();
+    labels_ = {};
     std::array<int, 3> found{};
     for (std::size_t i = 1; i < names.size(); ++i) {
-      const std::size_t size = count_in_header(sizes[i], file_), count = count_in_header(counts[i], file_);
-      const bool real = types[i] == "F" && (size == 4 || size == 8);
-      const bool integer =
-          (types[i] == "I" || types[i] == "U") && (size == 1 || size == 2 || size == 4 || size == 8);
-      if ((!real && !integer) || count == 0 || count > largest_step)
+      const std::size_t size = count_in_header(sizes[i], file_);
+      std::size_t count = count_in_header(counts[i], file_);
+      const Scalar type = scalar_of(types[i], size);
+      const auto axis = std::string_view("xyz").find(names[i]);
+      const bool coordinate = names[i].size() == 1 && axis != std::string_view::npos;
+      if (count == 0) count = coordinate ? 1 : zero_counts;
+      if ((type == Scalar::none && names[i] != "_") || size > largest_step || count > largest_step)
         refuse(std::string("PCD field '").append(names[i].substr(0, 20)) +
                "' has no usable SIZE, TYPE or COUNT");
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (names[i] != std::string_view("xyz").substr(axis, 1)) continue;
-        found[axis] += real && count == 1 ? 1 : 2;
-        xyz_[axis] = {step_, 0, columns_, size == 8};
+      if (coordinate) {
+        found[axis] += is_real(type) && count == 1 ? 1 : 2;
+        xyz_[axis] = {step_, 0, columns_, type};
       }
-      note_label(names[i], types[i], size, count);
+      note_label(names[i], type, count);
       step_ += size * count;
       columns_ += count;
       if (step_ > largest_step) refuse("a PCD with more than 65536 bytes per point");
     }
-    if (found != std::array{1, 1, 1}) refuse("a PCD without one each of x, y and z as real numbers");
+    if (found != std::array{1, 1, 1})
+      refuse("a PCD without one each of x, y and z as real numbers, which are in metres");
   }
 
-  void note_label(std::string_view name, std::string_view type, std::size_t size, std::size_t count) {
+  static std::size_t columns_in(Lines rows) {
+    std::string_view line;
+    while (rows.next(line))
+      if (const Words words = words_of(line); !words.empty()) return words.size();
+    return 0;
+  }
+
+  void take(CloudPoints points, Cloud& cloud) const {
+    cloud.points = std::move(points.points);
+    cloud.shift = points.shift;
+  }
+
+  void note_label(std::string_view name, Scalar type, std::size_t count) {
     if (name == "rgba") labels_.colored = true;
     const bool better = name == "label" || (name == "intensity" && labels_.field.empty());
-    if (!better || size != 4 || count != 1) return;
+    if (!better || size_of(type) != 4 || count != 1) return;
     labels_.field = name;
-    label_ = {{step_, 0, columns_, false}, type == "F"};
+    label_ = {step_, 0, columns_, type};
   }
 
   void check_points() {
-    points_ = value("POINTS");
-    if (value("WIDTH") * value("HEIGHT") != points_) refuse("PCD header says WIDTH x HEIGHT is not POINTS");
+    const bool sized = header_.contains("WIDTH");
+    const std::uint64_t height = header_.contains("HEIGHT") ? value("HEIGHT") : 1;
+    points_ = header_.contains("POINTS") || !sized ? value("POINTS") : value("WIDTH") * height;
+    if (sized && value("WIDTH") * height != points_) refuse("PCD header says WIDTH x HEIGHT is not POINTS");
     if (points_ == 0) refuse("a cloud without points");
   }
 
@@ -137,16 +187,17 @@ class PcdReader {
 
   std::string_view rows_of(std::string_view bytes) {
     if (bytes.size() / step_ < points_) refuse_truncated();
-    for_each_column([&](Coordinate& c) { c.step = step_; });
+    for_each_column([&](Field& c) { c.step = step_; });
     return bytes;
   }
 
   /// All x, then all y, and so on, as one LZF block after its two sizes.
-  std::string decompressed(std::string_view bytes) {
+  std::string decompressed(std::string_view bytes, std::size_t step_of_ones) {
     if (bytes.size() < 8) refuse_truncated();
     const auto size = number_at<std::uint32_t>(bytes.data(), false);
     const auto plain_size = number_at<std::uint32_t>(bytes.data() + 4, false);
     bytes.remove_prefix(8);
+    if (plain_size == points_ * step_of_ones) lay_out(1);
     if (size > bytes.size() || plain_size != points_ * step_ || plain_size > lzf_ratio * size)
       refuse_truncated();
     if (plain_size + sizeof(Eigen::Vector3f) * points_ >
@@ -154,26 +205,27 @@ class PcdReader {
       refuse("a PCD that is compressed to less than a seventh and has over 64 MiB of points");
     std::string columns(plain_size, '\0');
     if (lzf_decompress(bytes.data(), size, columns.data(), plain_size) != plain_size) refuse_truncated();
-    for_each_column([&](Coordinate& c) {
+    for_each_column([&](Field& c) {
       c.offset *= points_;
-      c.step = c.is_double ? sizeof(double) : sizeof(float);
+      c.step = size_of(c.type);
     });
     return columns;
   }
 
   template <class Change>
   void for_each_column(const Change& change) {
-    for (Coordinate& c : xyz_) change(c);
-    if (label_) change(label_->place);
+    for (Field& c : xyz_) change(c);
+    if (label_) change(*label_);
   }
 
   void read_binary(std::string_view bytes, Cloud& cloud) {
-    cloud.points = binary_points(bytes, xyz_, points_, false);
+    take(binary_points(bytes, xyz_, points_, !little_endian_host), cloud);
     if (!label_) return;
     for (std::size_t i = 0; i < points_; ++i) {
-      const auto bits =
-          number_at<std::uint32_t>(bytes.data() + label_->place.offset + i * label_->place.step, false);
-      labels_.of_points.push_back(label_->is_float ? label_of(std::bit_cast<float>(bits)) : bits);
+      const double value = value_of(bytes, *label_, i, !little_endian_host);
+      labels_.of_points.push_back(is_real(label_->type)
+                                      ? label_of(value)
+                                      : static_cast<std::uint32_t>(static_cast<std::int64_t>(value)));
     }
   }
 
@@ -182,7 +234,7 @@ class PcdReader {
     if (!label_) return;
     for (std::string_view line; labels_.of_points.size() < points_ && rows.next(line);)
       if (const Words words = words_of(line); !words.empty())
-        labels_.of_points.push_back(label_of(number(words[label_->place.column], file_, rows.number())));
+        labels_.of_points.push_back(label_of(number(words[label_->column], file_, rows.number())));
   }
 
   /// A whole number, 0 for anything else.
@@ -203,13 +255,9 @@ class PcdReader {
   Lines lines_;
   std::map<std::string_view, Words> header_;
   Coordinates xyz_;
-  struct LabelColumn {
-    Coordinate place;
-    bool is_float;
-  };
-  std::optional<LabelColumn> label_;
+  std::optional<Field> label_;
   PcdLabels labels_;
-  std::size_t step_ = 0, columns_ = 0, points_ = 0;
+  std::size_t bytes_ = 0, step_ = 0, columns_ = 0, points_ = 0;
 };
 
 }  // namespace

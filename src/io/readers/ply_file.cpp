@@ -13,19 +13,28 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-const std::map<std::string_view, std::size_t> scalar_bytes{
-    {"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1},  {"short", 2}, {"ushort", 2},
-    {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},   {"int32", 4}, {"uint32", 4},
-    {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
+const std::map<std::string_view, Scalar> scalars{
+    {"char", Scalar::int8},       {"uchar", Scalar::uint8},    {"int8", Scalar::int8},
+    {"uint8", Scalar::uint8},     {"short", Scalar::int16},    {"ushort", Scalar::uint16},
+    {"int16", Scalar::int16},     {"uint16", Scalar::uint16},  {"int", Scalar::int32},
+    {"uint", Scalar::uint32},     {"int32", Scalar::int32},    {"uint32", Scalar::uint32},
+    {"int64", Scalar::int64},     {"uint64", Scalar::uint64},  {"float", Scalar::float32},
+    {"float32", Scalar::float32}, {"double", Scalar::float64}, {"float64", Scalar::float64}};
 
 constexpr std::size_t most_elements = 256;  // quadratic comparison; files have two or three
+
+struct Property {
+  std::string_view name;
+  Scalar type = Scalar::none;
+  Scalar count = Scalar::none;  ///< of a list: the type of its length
+};
 
 struct Element {
   std::string_view name;
   std::size_t count = 0;
-  std::size_t step = 0;     ///< bytes of one
-  std::size_t columns = 0;  ///< values of one
-  bool lists = false;       ///< step and columns are then unused
+  std::vector<Property> properties{};
+  std::size_t step = 0;  ///< bytes of one, without lists
+  bool lists = false;
 };
 
 class PlyReader {
@@ -37,14 +46,14 @@ class PlyReader {
     const auto vertex = std::find_if(elements_.begin(), elements_.end(),
                                      [](const Element& element) { return element.name == "vertex"; });
     if (vertex == elements_.end() || found_ != std::array{1, 1, 1})
-      refuse("a PLY without one each of x, y and z as real numbers per vertex");
-    if (vertex->lists) refuse("a PLY with lists per vertex is not supported");
+      refuse("a PLY without one each of x, y and z as real numbers per vertex, which are in metres");
     if (vertex->count == 0) refuse("a cloud without points");
+    if (format_ != "ascii" && format_ != "binary_big_endian" && format_ != "binary_little_endian")
+      refuse("PLY format is neither ascii nor binary");
     std::string_view data = lines_.rest();
     for (auto element = elements_.begin(); element != vertex; ++element) skip(*element, data);
-    return {format_ == "ascii" ? text_points(lines_, xyz_, vertex->count, vertex->columns, file_)
-                               : binary(*vertex, data),
-            Eigen::Isometry3d::Identity(), false};
+    CloudPoints read = format_ == "ascii" ? text(*vertex) : binary(*vertex, data);
+    return {std::move(read.points), Eigen::Isometry3d::Identity(), false, read.shift};
   }
 
  private:
@@ -74,53 +83,115 @@ class PlyReader {
     for (const auto& known : elements_)
       if (known.name == words[1])
         refuse("PLY element " + std::string(words[1].substr(0, 20)) + " is defined twice");
-    elements_.push_back({words[1], count_in_header(words[2], file_), 0, 0, false});
+    elements_.push_back({words[1], count_in_header(words[2], file_)});
+  }
+
+  Scalar scalar(std::string_view word) const {
+    const auto type = scalars.find(word);
+    if (type == scalars.end())
+      refuse(std::string("PLY type '").append(word.substr(0, 20)) + "' is not known");
+    return type->second;
   }
 
   void take_property(const Words& words, Element& element) {
+    Property property{words.back()};
     if (words[1] == "list") {
+      if (words.size() != 5) refuse("a PLY list without the types of its length and its values");
+      property.count = scalar(words[2]);
+      property.type = scalar(words[3]);
+      if (is_real(property.count)) refuse("a PLY list whose length is no whole number");
       element.lists = true;
-      return;
+    } else {
+      property.name = words[2];
+      property.type = scalar(words[1]);
+      const auto axis = std::string_view("xyz").find(property.name);
+      if (element.name == "vertex" && property.name.size() == 1 && axis != std::string_view::npos) {
+        found_[axis] += is_real(property.type) ? 1 : 2;
+        xyz_[axis] = {element.step, 0, element.properties.size(), property.type};
+      }
+      element.step += size_of(property.type);
     }
-    const auto type = scalar_bytes.find(words[1]);
-    if (type == scalar_bytes.end())
-      refuse(std::string("PLY type '").append(words[1].substr(0, 20)) + "' is not known");
-    const bool real = words[1].starts_with("float") || words[1].starts_with("double");
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (element.name != "vertex" || words[2] != std::string_view("xyz").substr(axis, 1)) continue;
-      found_[axis] += real ? 1 : 2;
-      xyz_[axis] = {element.step, 0, element.columns, type->second == 8};
-    }
-    element.step += type->second;
-    ++element.columns;
-    if (element.step > largest_step) refuse("a PLY with more than 65536 bytes per point");
+    element.properties.push_back(property);
+    if (element.step > largest_step || element.properties.size() > largest_step)
+      refuse("a PLY with more than 65536 bytes per point");
   }
 
   /// Skips the elements before the vertices.
   void skip(const Element& element, std::string_view& data) {
-    if (element.count == 0) return;
-    if (element.lists) refuse("a PLY with lists before its vertices is not supported");
     if (format_ == "ascii") {
       std::string_view line;
       for (std::size_t i = 0; i < element.count; ++i)
         if (!lines_.next(line)) refuse_truncated(element);
-    } else {
-      if (element.step > 0 && data.size() / element.step < element.count) refuse_truncated(element);
+    } else if (element.lists) {
+      for (std::size_t i = 0; i < element.count; ++i)
+        walk(element, data, [](const Property&, const char*) {});
+    } else if (element.step > 0) {
+      if (data.size() / element.step < element.count) refuse_truncated(element);
       data.remove_prefix(element.step * element.count);
     }
   }
+
+  /// Calls `visit` with each property of one element that is no list, and skips it.
+  template <class Visit>
+  void walk(const Element& element, std::string_view& data, const Visit& visit) {
+    const auto skip_bytes = [&](std::size_t count, std::size_t size) {
+      if (count > data.size() / size) refuse_truncated(element);
+      data.remove_prefix(count * size);
+    };
+    for (const Property& property : element.properties) {
+      const char* const place = data.data();
+      if (property.count == Scalar::none) {
+        skip_bytes(1, size_of(property.type));
+        visit(property, place);
+        continue;
+      }
+      const std::string_view head = data;
+      skip_bytes(1, size_of(property.count));
+      const double count = value_of(head, {0, 0, 0, property.count}, 0, swaps());
+      if (count < 0 || count > static_cast<double>(data.size())) refuse_truncated(element);
+      skip_bytes(static_cast<std::size_t>(count), size_of(property.type));
+    }
+  }
+
+  bool swaps() const { return (format_ == "binary_big_endian") == little_endian_host; }
 
   [[noreturn]] void refuse_truncated(const Element& element) const {
     refuse("truncated PLY: " + std::to_string(element.count) + " of element " +
            std::string(element.name.substr(0, 20)) + " announced");
   }
 
-  std::vector<Eigen::Vector3f> binary(const Element& vertex, std::string_view data) {
-    const bool big = format_ == "binary_big_endian";
-    if (!big && format_ != "binary_little_endian") refuse("PLY format is neither ascii nor binary");
-    if (data.size() / vertex.step < vertex.count) refuse_truncated(vertex);
-    for (auto& c : xyz_) c.step = vertex.step;
-    return binary_points(data, xyz_, vertex.count, big == little_endian_host);
+  CloudPoints text(const Element& vertex) {
+    for (const Field& c : xyz_)
+      for (std::size_t i = 0; i < c.column; ++i)
+        if (vertex.properties[i].count != Scalar::none)
+          refuse("an ascii PLY with a list before its coordinates is not supported");
+    return text_points(lines_, xyz_, vertex.count, vertex.properties.size(), file_, vertex.lists);
+  }
+
+  CloudPoints binary(const Element& vertex, std::string_view data) {
+    if (data.size() / std::max<std::size_t>(1, vertex.step) < vertex.count) refuse_truncated(vertex);
+    std::string packed;
+    if (vertex.lists) {  // their lengths differ: the coordinates alone have a step
+      std::size_t step = 0;
+      const auto is_coordinate = [](const Property& property) {
+        return property.name == "x" || property.name == "y" || property.name == "z";
+      };
+      for (const Property& property : vertex.properties) {
+        if (!is_coordinate(property)) continue;
+        xyz_[static_cast<std::size_t>(property.name[0] - 'x')].offset = step;
+        step += size_of(property.type);
+      }
+      packed.reserve(step * vertex.count);
+      for (std::size_t i = 0; i < vertex.count; ++i)
+        walk(vertex, data, [&](const Property& property, const char* place) {
+          if (is_coordinate(property)) packed.append(place, size_of(property.type));
+        });
+      data = packed;
+      for (Field& c : xyz_) c.step = step;
+    } else {
+      for (Field& c : xyz_) c.step = vertex.step;
+    }
+    return binary_points(data, xyz_, vertex.count, swaps());
   }
 
   const std::filesystem::path& file_;

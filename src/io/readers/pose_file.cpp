@@ -5,8 +5,10 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include <octosurf/error.hpp>
@@ -20,7 +22,7 @@ constexpr double nearest_within_s = 0.02;  // TUM's associate.py
 
 [[noreturn]] void refuse_poses(const std::string& where, const std::string& what) {
   throw Error(Error::Kind::data, where, what,
-              "a pose is 7, 8 (with time stamp), 12 or 16 numbers in a line, or four lines of 4");
+              "a pose is 7, 12 or 16 numbers in a line, with a time stamp before or not, or four lines of 4");
 }
 
 Eigen::Isometry3d pose_of_seven(const double* v) {
@@ -59,37 +61,179 @@ std::vector<FilePose> read_blocks(const std::vector<TextLine>& lines, const std:
 }
 
 FilePose read_line(const TextLine& line, std::size_t columns, const std::filesystem::path& file) {
-  const auto values = numbers(line, file);
+  auto values = numbers(line, file);
   const std::string where = at_line(file, line.number);
   if (values.size() != columns)
     refuse_poses(where, std::to_string(values.size()) + " numbers where " + std::to_string(columns) +
                             " were expected");
-  if (columns == 7) return {pose_of_seven(values.data()), {}, where};
-  if (columns == 8) return {pose_of_seven(values.data() + 1), values[0], where};
-  if (columns == 12) return {pose_from_rows(values), {}, where};
-  if (columns == 16) return from_matrix(values, where);
-  refuse_poses(where, std::to_string(columns) + " numbers are no pose");
+  std::optional<double> stamp;
+  if (columns == 8 || columns == 13 || columns == 17) {
+    stamp = values.front();
+    values.erase(values.begin());
+  }
+  if (values.size() == 7) return {pose_of_seven(values.data()), stamp, where};
+  if (values.size() == 12) return {pose_from_rows(values), stamp, where};
+  if (values.size() == 16) {
+    FilePose pose = from_matrix(values, where);
+    if (stamp) pose.stamp_s = stamp;
+    return pose;
+  }
+  refuse_poses(where, std::to_string(columns) + " numbers are no pose, and no line before names them");
+}
+
+/// The parts of a pose that a table's header may name.
+enum Part : std::size_t { tx, ty, tz, qx, qy, qz, qw, time, nanoseconds, parts };
+
+/// Columns of a table by its header's names: "timestamp", "p_RS_R_x [m]", "q_RS_w []",
+/// "field.pose.position.x".
+struct Columns {
+  std::size_t count = 0;
+  std::array<std::optional<std::size_t>, parts> of{};
+  bool whole() const {
+    return std::all_of(of.begin(), of.begin() + time, [](auto at) { return at.has_value(); });
+  }
+};
+
+std::optional<Part> part_named(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  name.erase(std::min(name.find_first_of("[("), name.size()));  // the unit
+  std::vector<std::string_view> words = words_between(" \t\r#%._-/:\"'", name, name.size());
+  if (words.empty()) return {};
+  const std::string_view last = words.back();
+  if (last.find("nsec") != last.npos || last.find("nanosec") != last.npos) return nanoseconds;
+  if (last.find("time") != last.npos || last.find("stamp") != last.npos || last == "t" || last == "sec" ||
+      last == "secs" || last == "s" || last == "ns")
+    return time;
+  const auto axis = std::string_view("xyzw").find(last.back());
+  if (axis == std::string_view::npos) return {};
+  words.back().remove_suffix(1);
+  if (words.back().empty()) words.pop_back();
+  const auto has = [&](const auto& test) { return std::any_of(words.begin(), words.end(), test); };
+  if (has([](std::string_view word) {
+        return word.starts_with('q') || word.starts_with("orient") || word.starts_with("rot");
+      }))
+    return static_cast<Part>(qx + axis);
+  const bool position = words.empty() || has([](std::string_view word) {
+                          return word == "p" || word == "t" || word.starts_with("pos") ||
+                                 word.starts_with("trans") || word.starts_with("loc");
+                        });
+  if (!position || axis == 3) return {};
+  return static_cast<Part>(tx + axis);
+}
+
+/// `width`: of the rows, which the last names are of.
+Columns columns_named(const std::string& header, std::size_t width) {
+  const bool commas = header.find_first_of(",;") != std::string::npos;
+  std::string_view names = header;
+  names.remove_prefix(std::min(names.find_first_not_of("#% \t"), names.size()));
+  Columns columns;
+  for (const std::string_view name : words_between(commas ? ",;\r" : " \t\r", names, names.size())) {
+    if (const auto part = part_named(std::string(name)); part && !columns.of[*part])
+      columns.of[*part] = columns.count;
+    ++columns.count;
+  }
+  const std::size_t excess = columns.count > width ? columns.count - width : 0;  // "# format: tx ty …"
+  for (auto& at : columns.of) at = at && *at >= excess ? std::optional(*at - excess) : std::nullopt;
+  columns.count -= excess;
+  return columns.count == width ? columns : Columns{};
+}
+
+FilePose read_named(const TextLine& line, const Columns& columns, const std::filesystem::path& file) {
+  const std::string where = at_line(file, line.number);
+  if (line.words.size() != columns.count)
+    refuse_poses(where, std::to_string(line.words.size()) + " values where the header names " +
+                            std::to_string(columns.count));
+  const auto value = [&](Part part) { return number(line.words[*columns.of[part]], file, line.number); };
+  FilePose pose{pose_from({value(tx), value(ty), value(tz)},
+                          Eigen::Quaterniond(value(qw), value(qx), value(qy), value(qz))),
+                {},
+                where};
+  if (columns.of[time]) pose.stamp_s = value(time);
+  if (pose.stamp_s && columns.of[nanoseconds]) *pose.stamp_s += 1e-9 * value(nanoseconds);
+  return pose;
+}
+
+void convert_stamps(PoseFile& file) {
+  std::vector<double> stamps;
+  for (const FilePose& pose : file.poses) stamps.push_back(*pose.stamp_s);
+  const std::string unit = to_seconds(stamps);
+  if (unit.empty()) return;
+  for (std::size_t i = 0; i < stamps.size(); ++i) file.poses[i].stamp_s = stamps[i];
+  file.notes.push_back("times in " + unit);
 }
 
 }  // namespace
 
 PoseFile read_poses(const std::filesystem::path& file) {
-  const auto lines = read_text(file);
+  std::vector<std::string> heads;
+  auto lines = read_text(file, &heads);
   if (lines.empty()) refuse_poses(file.string(), "holds no poses");
-  const std::size_t columns = lines.front().words.size();
-  PoseFile result{file, {}, false, columns == 12};
-  if (columns == 4) {
-    result.poses = read_blocks(lines, file);
+  const std::size_t width = lines[lines.size() > 1 ? 1 : 0].words.size();
+  Columns named;
+  for (const std::string& head : heads)
+    if (const Columns columns = columns_named(head, width); columns.whole()) named = columns;
+  PoseFile result{file, {}, false, false};
+  if (named.whole()) {
+    const bool first_is_head = columns_named(heads.back(), width).whole();
+    if (first_is_head) lines.erase(lines.begin());
+    if (lines.empty()) refuse_poses(file.string(), "holds no poses");
+    for (const auto& line : lines) result.poses.push_back(read_named(line, named, file));
+    if (*named.of[qw] < *named.of[qx]) result.notes.push_back("qw first, as its header says");
   } else {
-    result.poses.reserve(lines.size());
-    for (const auto& line : lines) result.poses.push_back(read_line(line, columns, file));
+    const std::size_t columns = lines.front().words.size();
+    result.kitti = columns == 12 || columns == 13;
+    if (columns == 4) {
+      result.poses = read_blocks(lines, file);
+    } else {
+      result.poses.reserve(lines.size());
+      for (const auto& line : lines) result.poses.push_back(read_line(line, columns, file));
+    }
+    if (columns == 4 || columns == 16 || columns == 17) keep_only_real_stamps(result.poses);
   }
-  if (columns == 4 || columns == 16) keep_only_real_stamps(result.poses);
   result.stamped = result.poses.front().stamp_s.has_value();
-  for (const auto& pose : result.poses)
-    if (pose.stamp_s && !std::isfinite(*pose.stamp_s))
-      refuse_poses(pose.where, "the time stamp is not finite");
+  if (result.stamped) convert_stamps(result);
   return result;
+}
+
+bool is_good(const FilePose& pose) {
+  try {
+    require_rigid(pose.T, pose.where);
+  } catch (const Error&) {
+    return false;
+  }
+  return !pose.stamp_s || std::isfinite(*pose.stamp_s);
+}
+
+std::string to_seconds(std::vector<double>& stamps) {
+  struct Unit {
+    const char* name;
+    double seconds;
+  };
+  constexpr std::array units{Unit{"milliseconds", 1e-3}, Unit{"microseconds", 1e-6},
+                             Unit{"nanoseconds", 1e-9}};
+  std::vector<double> sorted;
+  for (const double stamp : stamps)
+    if (std::isfinite(stamp)) sorted.push_back(stamp);
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted.empty()) return {};
+  const double middle = sorted[sorted.size() / 2];
+  const Unit* unit = nullptr;
+  constexpr double year_2001 = 1e9, year_2286 = 1e10;  // s since 1970
+  for (const Unit& candidate : units)
+    if (middle * candidate.seconds >= year_2001 && middle * candidate.seconds < year_2286) unit = &candidate;
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    if (sorted[i] > sorted[i - 1]) steps.push_back(sorted[i] - sorted[i - 1]);
+  if (unit == nullptr && !steps.empty()) {
+    // Poses and scans come at 0.5 to 500 Hz: a step in milliseconds looks like seconds still.
+    const auto step = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+    std::nth_element(steps.begin(), step, steps.end());
+    if (*step >= 2e3) unit = *step >= 2e6 ? &units[2] : &units[1];
+  }
+  if (unit == nullptr) return {};
+  for (double& stamp : stamps) stamp *= unit->seconds;
+  return unit->name;
 }
 
 std::string tum_line(double stamp_s, const Eigen::Isometry3d& T) {
@@ -163,6 +307,33 @@ Trajectory::Neighbours Trajectory::around(double stamp_s) const {
 bool Trajectory::covers(double stamp_s) const {
   const auto found = around(stamp_s);
   return found.before || found.nearest;
+}
+
+std::string Trajectory::gap_at(double stamp_s) const {
+  const auto seconds = [](double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.3g s", value);
+    return std::string(text.data());
+  };
+  if (stamp_s < *poses_.front().stamp_s)
+    return seconds(*poses_.front().stamp_s - stamp_s) + " before the first";
+  if (stamp_s > *poses_.back().stamp_s) return seconds(stamp_s - *poses_.back().stamp_s) + " after the last";
+  const auto after =
+      std::ranges::lower_bound(poses_, stamp_s, {}, [](const FilePose& pose) { return *pose.stamp_s; });
+  return "those before and after are " + seconds(*after->stamp_s - *std::prev(after)->stamp_s) +
+         " apart, and --max-pose-gap is " + seconds(largest_gap_s_);
+}
+
+std::optional<double> Trajectory::step_at(double stamp_s) const {
+  const auto found = around(stamp_s);
+  if (!found.before || *found.after->stamp_s == stamp_s) return {};
+  return *found.after->stamp_s - *found.before->stamp_s;
+}
+
+Trajectory Trajectory::scaled(double factor) const {
+  Trajectory result = *this;
+  for (FilePose& pose : result.poses_) *pose.stamp_s *= factor;
+  return result;
 }
 
 Eigen::Isometry3d Trajectory::at(double stamp_s, const std::string& where) const {

@@ -18,13 +18,23 @@ struct FilePose {
 struct PoseFile {
   std::filesystem::path file;
   std::vector<FilePose> poses;
-  bool stamped = false;  ///< every pose has a time stamp
-  bool kitti = false;    ///< 3×4 in one line
+  bool stamped = false;              ///< every pose has a time stamp
+  bool kitti = false;                ///< 3×4 in one line
+  std::vector<std::string> notes{};  ///< how its columns and times were read, where that was chosen
 };
 
 /// The formats of open_scans(). Throws Error(data) with the line for anything else, including an
-/// empty file, a change of format, and a time stamp that is not finite.
+/// empty file and a change of format. Time stamps are in seconds, whatever the file has, and may be not
+/// finite.
 PoseFile read_poses(const std::filesystem::path& file);
+
+/// Whether it is a rigid motion up to rounding, at a finite time if it has one.
+bool is_good(const FilePose& pose);
+
+/// Converts time stamps of one clock from nanoseconds, microseconds or milliseconds to seconds and returns
+/// the unit's name; empty: they are in seconds. Told by their size if they count from 1970, else by the usual
+/// step from one to the next.
+std::string to_seconds(std::vector<double>& stamps);
 
 /// "stamp tx ty tz qx qy qz qw", as in TUM's trajectories; reading it back gives the same pose up to
 /// rounding.
@@ -55,6 +65,15 @@ class Trajectory {
   /// True if there are neighbours at most `largest_gap_s` apart around `stamp_s`, or a pose within 0.02 s
   /// (and that gap).
   bool covers(double stamp_s) const;
+
+  /// Why it does not cover that time.
+  std::string gap_at(double stamp_s) const;
+
+  /// s, from the pose before `stamp_s` to the one after it, if that would be interpolated between.
+  std::optional<double> step_at(double stamp_s) const;
+
+  /// The same poses with times `factor` times as large.
+  Trajectory scaled(double factor) const;
 
   /// The pose at exactly that time; else linear and slerp between the neighbours, else the nearest. Requires
   /// covers(stamp_s); throws Error(data) naming `where` if a pose used is not rigid.

@@ -32,6 +32,7 @@ ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, c
     io::CloudMessage read =
         io::read_cloud_message(*io::message_reader(cloud, encoding), io::largest_scan(cloud.size()));
     received.scan.sensor = read.organised ? SensorKind::depth_camera : SensorKind::lidar;
+    if (!read.shift.isZero(0)) io::fail_reading("points over 8 km away, which no sensor's frame has");
     received.scan.points = std::move(read.points);
     return received;
   });

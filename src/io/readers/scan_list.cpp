@@ -1,10 +1,13 @@
 #include "io/readers/scan_list.hpp"
 
+#include "io/readers/cloud_file.hpp"
+#include "io/readers/cloud_rows.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 
 #include <octosurf/error.hpp>
 
@@ -15,9 +18,10 @@ namespace fs = std::filesystem;
 
 constexpr Intrinsics tum_camera{525, 525, 319.5, 239.5};  // its "default" calibration, used for depth
 
-[[noreturn]] void differ(const fs::path& file, std::size_t scans, std::size_t others, const char* what) {
+[[noreturn]] void differ(const fs::path& file, std::size_t scans, std::size_t others, const char* what,
+                         const char* or_else = "") {
   throw Error(Error::Kind::data, file.string(), count_of(others, what) + " for " + count_of(scans, "scan"),
-              std::string("give one ") + what + " per scan, in the order of the scans");
+              std::string("give one ") + what + " per scan, in the order of the scans" + or_else);
 }
 
 /// The one file of these names in these folders; empty if there is none.
@@ -60,16 +64,25 @@ fs::path own_pose_file(const fs::path& image) {
   return image.parent_path() / (stem.stem().string() + ".pose.txt");
 }
 
+void convert_stamps(std::vector<ListedScan>& scans) {
+  std::vector<double> stamps;
+  for (const ListedScan& scan : scans) stamps.push_back(*scan.stamp_s);
+  to_seconds(stamps);
+  for (std::size_t i = 0; i < scans.size(); ++i) scans[i].stamp_s = stamps[i];
+}
+
 void find_stamps(ListedRecording& recording) {
   auto& scans = recording.scans;
-  if (scans.front().stamp_s || scans.front().kind == FileKind::graph || recording.bag) return;
+  if (recording.bag) return;
+  if (scans.front().stamp_s) return convert_stamps(scans);  // of depth.txt
+  if (scans.front().kind == FileKind::graph || recording.bag) return;
   const fs::path times = find_beside(around(recording.folder), {"times.txt"}, "--rate");
   if (!times.empty()) {
     const auto lines = read_text(times);
     if (lines.size() != scans.size()) differ(times, scans.size(), lines.size(), "time stamp");
     for (std::size_t i = 0; i < scans.size(); ++i)
       scans[i].stamp_s = time_stamp(lines[i].words[0], times, lines[i].number);
-    return;
+    return convert_stamps(scans);
   }
   if (!std::all_of(scans.begin(), scans.end(), [](const auto& s) { return stamp_in_name(s.file); })) return;
   for (auto& scan : scans) scan.stamp_s = stamp_in_name(scan.file);
@@ -89,6 +102,21 @@ void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
                 "give --intrinsics FILE (3x3 K, or fx fy cx cy)");
 }
 
+/// By the first file of the recording that has readings enough to tell.
+void find_floats(ListedRecording& recording, const ScanSourceOptions& options,
+                 std::vector<std::string>& notes) {
+  if (recording.scans.front().kind != FileKind::velodyne) return;
+  if (options.fields) {
+    recording.floats = *options.fields;
+    return;
+  }
+  const fs::path& first = recording.scans.front().file;
+  recording.floats = floats_of_velodyne(first);
+  if (recording.floats != ListedRecording{}.floats)
+    notes.push_back(first.string() + ": " + std::to_string(recording.floats) +
+                    " floats a point, by its values: x y z first; --fields says otherwise");
+}
+
 /// KITTI's poses are those of the left camera; its calib.txt has the scanner's pose.
 void find_velodyne_in_camera(ListedRecording& recording) {
   const fs::path file = find_beside(around(recording.folder), {"calib.txt"}, "--poses");
@@ -103,34 +131,102 @@ void find_velodyne_in_camera(ListedRecording& recording) {
   }
 }
 
-/// Assigns the poses of one file: by time if both sides have it, else by order.
-void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& poses,
-              const ScanSourceOptions& options) {
-  std::size_t scans = 0;
-  bool stamped = poses.stamped;
-  for (const ListedRecording* recording : recordings) {
-    scans += recording->scans.size();
-    stamped = stamped && recording->scans.front().stamp_s;
+/// Leaves out poses that are no rigid motion or have no time, as tf2 does.
+void drop_bad(PoseFile& poses) {
+  const std::size_t before = poses.poses.size();
+  std::string first;
+  std::erase_if(poses.poses, [&](const FilePose& pose) {
+    const bool bad = !is_good(pose);
+    if (bad && first.empty()) first = pose.where;
+    return bad;
+  });
+  if (poses.poses.empty())
+    throw Error(Error::Kind::data, first, "pose is not a rigid motion, nor is any of the file",
+                "give poses as rotation and translation, quaternions of unit length");
+  const std::size_t left = before - poses.poses.size();
+  if (left > 0)
+    poses.notes.push_back(count_of(left, "pose") +
+                          " left out, no rigid motion at a finite time, the first at " + first);
+}
+
+/// The trajectory with its times in the scans' unit, if they are covered by that alone.
+Trajectory in_unit_of(const std::vector<double>& stamps, Trajectory trajectory,
+                      std::vector<std::string>& notes) {
+  const auto covered = [&](const Trajectory& candidate) {
+    return std::ranges::count_if(stamps, [&](double stamp) { return candidate.covers(stamp); });
+  };
+  if (covered(trajectory) > 0) return trajectory;
+  for (const double factor : {1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9}) {
+    Trajectory scaled = trajectory.scaled(factor);
+    if (2 * covered(scaled) <= static_cast<std::ptrdiff_t>(stamps.size())) continue;
+    std::ostringstream text;
+    text << "its times are multiplied by " << factor << " to be in the scans' unit";
+    notes.push_back(text.str());
+    return scaled;
   }
-  if (!stamped && scans != poses.poses.size()) differ(poses.file, scans, poses.poses.size(), "pose");
-  const auto trajectory =
-      stamped ? std::make_shared<const Trajectory>(poses, options.max_pose_gap_s.value_or(largest_pose_gap_s))
-              : nullptr;
+  return trajectory;
+}
+
+/// What a user should know of poses matched by time.
+std::string describe_match(const std::vector<double>& stamps, const Trajectory& trajectory) {
+  std::size_t found = 0, between = 0;
+  double largest = 0;
+  for (const double stamp : stamps) {
+    found += trajectory.covers(stamp) ? 1 : 0;
+    if (const auto step = trajectory.step_at(stamp)) {
+      ++between;
+      largest = std::max(largest, *step);
+    }
+  }
+  std::ostringstream text;
+  text.precision(3);
+  text << found << " of " << count_of(stamps.size(), "scan") << " matched by time";
+  if (between > 0) text << ", " << between << " interpolated between poses at most " << largest << " s apart";
+  return text.str();
+}
+
+/// Assigns the poses of one file: by time if both sides have it, else by order.
+void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
+              const ScanSourceOptions& options, std::vector<std::string>& notes) {
+  std::vector<double> stamps;
+  std::size_t scans = 0;
+  for (const ListedRecording* recording : recordings)
+    for (const ListedScan& scan : recording->scans) {
+      ++scans;
+      if (scan.stamp_s) stamps.push_back(*scan.stamp_s);
+    }
+  std::shared_ptr<const Trajectory> trajectory;
+  if (poses.stamped && stamps.size() == scans) {
+    drop_bad(poses);
+    trajectory = std::make_shared<const Trajectory>(in_unit_of(
+        stamps, Trajectory(poses, options.max_pose_gap_s.value_or(largest_pose_gap_s)), poses.notes));
+    poses.notes.push_back(describe_match(stamps, *trajectory));
+  } else if (scans != poses.poses.size()) {
+    differ(poses.file, scans, poses.poses.size(), "pose",
+           poses.stamped ? "; or stamp the scans, by their names, to match them by time" : "");
+  } else {
+    poses.notes.push_back("one pose for each scan, in order");
+  }
+  for (const std::string& note : poses.notes) notes.push_back("poses: " + poses.file.string() + ": " + note);
   std::size_t next = 0;
   for (ListedRecording* recording : recordings) {
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)
       find_velodyne_in_camera(*recording);
     recording->trajectory = trajectory;
-    if (stamped) continue;
+    if (trajectory) continue;
     for (auto& scan : recording->scans) {
       scan.pose = poses.poses[next++];
-      if (!scan.stamp_s) scan.stamp_s = scan.pose->stamp_s;
+      if (scan.stamp_s || !scan.pose->stamp_s) continue;
+      if (!std::isfinite(*scan.pose->stamp_s))
+        throw Error(Error::Kind::data, scan.pose->where, "the time stamp is not finite");
+      scan.stamp_s = scan.pose->stamp_s;
     }
   }
 }
 
 /// Poses beside the scans, if the scans need any.
-void find_poses(ListedRecording& recording, const ScanSourceOptions& options) {
+void find_poses(ListedRecording& recording, const ScanSourceOptions& options,
+                std::vector<std::string>& notes) {
   auto& scans = recording.scans;
   const FileKind kind = scans.front().kind;
   if (kind == FileKind::graph || recording.bag) return;  // their own
@@ -142,7 +238,7 @@ void find_poses(ListedRecording& recording, const ScanSourceOptions& options) {
                                              ? std::vector<std::string>{"groundtruth.txt"}
                                              : std::vector<std::string>{"pose.txt", "poses.txt"};
   const fs::path file = find_beside(around(recording.folder), names, "--poses");
-  if (!file.empty()) return pose_all({&recording}, read_poses(file), options);
+  if (!file.empty()) return pose_all({&recording}, read_poses(file), options, notes);
   const bool needed = kind == FileKind::image || kind == FileKind::velodyne;
   if (needed && (scans.size() > 1 || is_tum(recording.folder)))
     throw Error(Error::Kind::data, recording.folder.string(),
@@ -155,11 +251,16 @@ void leave_out_unposed(ScanList& list) {
     if (!recording.trajectory) continue;
     const auto unposed = [&](const ListedScan& scan) { return !recording.trajectory->covers(*scan.stamp_s); };
     for (const auto& scan : recording.scans)
-      if (unposed(scan)) list.left_out.push_back(scan.file.string() + ": no pose at its time; left out");
+      if (unposed(scan))
+        list.left_out.push_back(scan.file.string() + ": no pose at its time (" +
+                                recording.trajectory->gap_at(*scan.stamp_s) + "); left out");
+    const std::string first_gap = recording.trajectory->gap_at(*recording.scans.front().stamp_s);
     std::erase_if(recording.scans, unposed);
     if (recording.scans.empty())
-      throw Error(Error::Kind::data, recording.folder.string(), "no scan has a pose at its time",
-                  "the time stamps of scans and poses must be of one clock");
+      throw Error(
+          Error::Kind::data, recording.folder.string(),
+          "no scan has a pose at its time; of the first: " + first_gap,
+          "the time stamps of scans and poses must be of one clock; --max-pose-gap allows larger steps");
   }
 }
 
@@ -212,6 +313,8 @@ void check_options(const ScanSourceOptions& options) {
   };
   positive(options.depth_scale, "depth_scale");
   positive(options.rate_hz, "rate_hz");
+  if (options.fields && (*options.fields < 3 || *options.fields > largest_step / sizeof(float)))
+    throw Error(Error::Kind::usage, "fields", std::to_string(*options.fields) + " floats hold no point");
   if (const auto gap = options.max_pose_gap_s; gap && !(*gap >= 0))
     throw Error(Error::Kind::usage, "max_pose_gap", std::to_string(*gap) + " is not a number of seconds");
 }
@@ -219,15 +322,49 @@ void check_options(const ScanSourceOptions& options) {
 }  // namespace
 
 std::optional<double> stamp_in_name(const fs::path& file) {
+  constexpr const char* digit = "0123456789";
   const std::string stem = file.stem().string();
-  const std::size_t digits = std::min(stem.find_first_not_of("0123456789"), stem.size());
-  const char *begin = stem.data() + (stem[digits] == '_' && digits > 0 ? digits + 1 : 0),
-             *end = stem.data() + stem.size();
-  double stamp = 0;
-  const auto [stop, error] = std::from_chars(begin, end, stamp, std::chars_format::fixed);
-  if (error != std::errc() || stop != end || stem.find('.') == std::string::npos || !std::isfinite(stamp))
-    return std::nullopt;
-  return stamp;
+  // The number at the end, after a word, or after another number and '_'.
+  const std::size_t before = stem.find_last_not_of("0123456789.");
+  std::string_view text = std::string_view(stem).substr(before == std::string::npos ? 0 : before + 1);
+  const auto number_of = [](std::string_view word) -> std::optional<double> {
+    double value = 0;
+    const auto [stop, error] =
+        std::from_chars(word.data(), word.data() + word.size(), value, std::chars_format::fixed);
+    if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(value)) return {};
+    return value;
+  };
+  const auto value = number_of(text);
+  if (!value) return {};
+  const bool only_numbers = before == std::string::npos ||
+                            (stem[before] == '_' && before > 0 && stem.find_first_not_of(digit) == before);
+  if (text.find('.') != std::string_view::npos) {
+    constexpr double year_1973 = 1e8;  // after a word, smaller numbers are of other things
+    if (only_numbers || *value >= year_1973) return value;
+    return {};
+  }
+  // Whole seconds since 1970 and nanoseconds, as ROS has them.
+  constexpr std::size_t seconds_digits = 10, ns_digits = 9;
+  if (before != std::string::npos && text.size() <= ns_digits) {
+    const std::string_view head = std::string_view(stem).substr(0, before);
+    const std::size_t word = head.find_last_not_of(digit);
+    const std::string_view seconds = head.substr(word == std::string_view::npos ? 0 : word + 1);
+    if (seconds.size() == seconds_digits && seconds[0] != '0') return *number_of(seconds) + 1e-9 * *value;
+  }
+  // One number without a point is a time if it has as many digits as one since 1970 in s, ms, us or ns.
+  if (text[0] == '0') return {};
+  switch (text.size()) {
+    case seconds_digits:
+      return *value;
+    case seconds_digits + 3:
+      return *value / 1e3;
+    case seconds_digits + 6:
+      return *value / 1e6;
+    case seconds_digits + 9:
+      return *value / 1e9;
+    default:
+      return {};
+  }
 }
 
 ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {
@@ -250,8 +387,9 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
     open_graph(recording);
     open_bags(recording, options, list);
     find_camera(recording, options);
+    find_floats(recording, options, list.notes);
     find_stamps(recording);
-    if (!options.poses) find_poses(recording, options);
+    if (!options.poses) find_poses(recording, options, list.notes);
   }
   if (options.poses) {
     std::vector<ListedRecording*> all;
@@ -261,7 +399,7 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
                     "a .graph has poses of its own", "leave --poses away");
       all.push_back(&recording);
     }
-    pose_all(all, read_poses(*options.poses), options);
+    pose_all(all, read_poses(*options.poses), options, list.notes);
   }
   leave_out_unposed(list);
   return list;

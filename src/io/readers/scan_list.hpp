@@ -33,6 +33,7 @@ struct ListedRecording {
   std::vector<ListedScan> scans;
   std::optional<Intrinsics> camera;  ///< of images
   double depth_scale = 1000;
+  std::size_t floats = 4;  ///< of a velodyne's point
   std::shared_ptr<const ScanGraphFile> graph;
   std::shared_ptr<BagRecording> bag;
   std::shared_ptr<const Trajectory> trajectory;  ///< poses by time; overrides the scans' own
@@ -49,8 +50,9 @@ struct ScanList {
 /// Finds the scans of open_scans() with their poses, intrinsics and time stamps; same errors.
 ScanList list_scans(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
 
-/// Seconds, if the file is called like a time (TUM: 1305031102.160407.png), or like a number and a time
-/// (000012_1305031102.160407.pcd).
+/// Seconds, if the file is called like a time, alone or at the end: 1305031102.160407.png (TUM),
+/// 000012_1305031102.160407.pcd, 1403636579763555584.png (EuRoC, ns; likewise us and ms),
+/// cloud_1403636579_763555584.pcd.
 std::optional<double> stamp_in_name(const std::filesystem::path& file);
 
 /// The scans of one folder, in natural order, without poses and intrinsics; depth.txt gives stamps.

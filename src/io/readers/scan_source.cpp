@@ -1,4 +1,5 @@
 #include "io/readers/cloud_file.hpp"
+#include "io/readers/cloud_rows.hpp"
 #include "io/readers/depth_image.hpp"
 #include "io/readers/file_kind.hpp"
 #include "io/readers/scan_list.hpp"
@@ -24,11 +25,16 @@ class FileScanSource : public ScanSource {
         skipped_(std::move(list.left_out)),
         notes_(std::move(list.notes)) {
     for (const auto& recording : recordings_) size_ += recording.scans.size();
+    if (options_.origin)
+      origin_ = *options_.origin;
+    else
+      choose_origin();
   }
 
   std::size_t size() const override { return size_; }
   const std::vector<std::string>& skipped() const override { return skipped_; }
   std::vector<std::string> notes() const override { return notes_; }
+  Eigen::Vector3d origin() const override { return origin_; }
 
   std::optional<Scan> next() override {
     while (recording_ < recordings_.size()) {
@@ -63,8 +69,61 @@ class FileScanSource : public ScanSource {
     shift_s_.reset();
   }
 
+  /// Near the first good scan, if that is far away.
+  void choose_origin() {
+    for (const io::ListedRecording& recording : recordings_) {
+      try {
+        const Survey first = posed(recording, recording.scans.front());
+        const Eigen::Vector3d place =
+            first.from_nowhere() ? first.shift : first.scan.T_map_sensor.translation();
+        if (!(place.lpNorm<Eigen::Infinity>() > options_.origin_beyond_m)) return;
+        origin_ = place.array().round();
+        notes_.push_back("origin: " + io::text_of(origin_) +
+                         " m is subtracted from all coordinates, which are too far from 0 for an octree; "
+                         "--origin X Y Z states another");
+        return;
+      } catch (const Error&) {  // next() tells of it
+      }
+    }
+  }
+
+  /// A posed scan whose points may lack a shift. That of a survey's points, in the map's frame, is far away.
+  struct Survey {
+    Scan scan;
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    bool shifted() const { return !shift.isZero(0); }
+    bool from_nowhere() const {
+      return shifted() && scan.T_map_sensor.matrix() == Eigen::Isometry3d::Identity().matrix();
+    }
+  };
+
   Scan load(const io::ListedRecording& recording, const io::ListedScan& listed) {
-    Scan scan = read(recording, listed);
+    Survey read = posed(recording, listed);
+    Scan& scan = read.scan;
+    Eigen::Isometry3d& T = scan.T_map_sensor;
+    if (read.from_nowhere()) {
+      const Eigen::Vector3f rest = (read.shift - origin_).cast<float>();
+      for (Eigen::Vector3f& point : scan.points) point += rest;
+      return std::move(scan);
+    }
+    if (read.shifted()) {
+      if ((read.shift - T.translation()).lpNorm<Eigen::Infinity>() > io::farthest_m)
+        throw Error(Error::Kind::data, scan.name,
+                    "its points lie about " + io::text_of(read.shift) + " m, its pose at " +
+                        io::text_of(T.translation()),
+                    "give clouds in the sensor's frame, or poses in the clouds'");
+      const Eigen::Vector3d rest = read.shift - T.translation();
+      const Eigen::Matrix3d R_sensor_map = T.linear().transpose();
+      for (Eigen::Vector3f& point : scan.points)
+        point = (R_sensor_map * (point.cast<double>() + rest)).cast<float>();
+    }
+    T.translation() -= origin_;
+    return std::move(scan);
+  }
+
+  Survey posed(const io::ListedRecording& recording, const io::ListedScan& listed) {
+    Survey read = this->read(recording, listed);
+    Scan& scan = read.scan;
     if (recording.trajectory)
       scan.T_map_sensor = recording.trajectory->at(*listed.stamp_s, scan.name) * recording.T_posed_sensor;
     else if (listed.pose)
@@ -74,28 +133,33 @@ class FileScanSource : public ScanSource {
       scan.T_map_sensor = own_pose(listed);
     else if (!recording.bag)  // made of rigid ones
       scan.T_map_sensor = io::rigid(scan.T_map_sensor, scan.name);
-    return scan;
+    return read;
   }
 
   /// Points, and the pose in the same file.
-  Scan read(const io::ListedRecording& recording, const io::ListedScan& listed) {
-    if (recording.graph) return recording.graph->read(listed.index);
-    if (recording.bag) return recording.bag->read(listed.index);
-    Scan scan;
+  Survey read(const io::ListedRecording& recording, const io::ListedScan& listed) {
+    if (recording.graph) return {recording.graph->read(listed.index), Eigen::Vector3d::Zero()};
+    Survey result;
+    Scan& scan = result.scan;
+    if (recording.bag) {
+      scan = recording.bag->read(listed.index, result.shift);
+      return result;
+    }
     scan.name = listed.file.string();
     if (listed.kind == io::FileKind::image) {
       const io::DepthImage image = io::read_depth_image(listed.file);
       check_size(image, listed.file);
       scan.points = io::back_project(image, *recording.camera, recording.depth_scale);
-      return scan;
+      return result;
     }
     io::Cloud cloud = listed.kind == io::FileKind::pcd   ? io::read_pcd(listed.file)
                       : listed.kind == io::FileKind::ply ? io::read_ply(listed.file)
-                                                         : io::read_velodyne(listed.file);
+                                                         : io::read_velodyne(listed.file, recording.floats);
     scan.points = std::move(cloud.points);
     scan.T_map_sensor = cloud.T_map_sensor;
     scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
-    return scan;
+    result.shift = cloud.shift;
+    return result;
   }
 
   /// For a scan that cannot be read.
@@ -148,6 +212,7 @@ class FileScanSource : public ScanSource {
   std::vector<io::ListedRecording> recordings_;
   ScanSourceOptions options_;
   std::vector<std::string> skipped_, notes_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::size_t size_ = 0, good_ = 0;
   std::size_t recording_ = 0, index_ = 0;
   int image_width_ = 0, image_height_ = 0;  // of this recording's first image

@@ -27,20 +27,26 @@ Eigen::Quaterniond read_quaternion(MessageReader& message) {
   return q;
 }
 
+/// A PointField's datatype.
+Scalar scalar_of(std::uint8_t datatype) {
+  constexpr std::array types{Scalar::none,  Scalar::int8,   Scalar::uint8,   Scalar::int16,  Scalar::uint16,
+                             Scalar::int32, Scalar::uint32, Scalar::float32, Scalar::float64};
+  return datatype < types.size() ? types[datatype] : Scalar::none;
+}
+
 /// The fields x, y and z of a cloud, as offsets in a point.
 Coordinates read_fields(MessageReader& message) {
-  constexpr std::uint8_t float32 = 7, float64 = 8;
   Coordinates xyz;
   std::array<int, 3> found{};
   for (std::uint32_t count = message.u32(); count > 0; --count) {
     const std::string name = message.text();
     const std::uint32_t offset = message.u32();
-    const std::uint8_t type = message.u8();
+    const Scalar type = scalar_of(message.u8());
     message.u32();  // values of it; drivers write 0 or 1
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (name != std::string_view("xyz").substr(axis, 1)) continue;
-      if (type != float32 && type != float64) fail_reading("its field " + name + " is no float32 or float64");
-      xyz[axis] = {offset, 0, 0, type == float64};
+      if (!is_real(type)) fail_reading("its field " + name + " is no float32 or float64");
+      xyz[axis] = {offset, 0, 0, type};
       ++found[axis];
     }
   }
@@ -80,29 +86,20 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
   const bool big_endian = message.u8() != 0;
   const std::uint64_t step = message.u32(), row_step = message.u32();
   const std::string_view data = message.bytes();
-  for (Coordinate& c : xyz) {
+  for (Field& c : xyz) {
     c.step = step;
-    if (c.offset + (c.is_double ? 8 : 4) > step) fail_reading("a field of it lies outside of its points");
+    if (c.offset + size_of(c.type) > step) fail_reading("a field of it lies outside of its points");
   }
   const std::uint64_t row = height > 1 ? row_step : width * step;
-  if (width == 0 || height == 0) return {{}, height > 1};  // a scan without returns
+  if (width == 0 || height == 0) return {{}, height > 1, {}};  // a scan without returns
   // This order avoids overflow: width and step have 32 bits, and so has `row` when there are rows.
   if (width * step > data.size() || row < width * step || (data.size() - width * step) / row < height - 1)
     fail_reading("says it has " + size_text(width, height) + " points of " + std::to_string(step) +
                  " bytes, but holds " + std::to_string(data.size()) + " bytes");
   if (width * height > largest_size / sizeof(Eigen::Vector3f))
     fail_reading("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
-  CloudMessage cloud{{}, height > 1};
-  if (row == width * step) {
-    cloud.points = binary_points(data, xyz, width * height, big_endian);
-    return cloud;
-  }
-  cloud.points.reserve(width * height);
-  for (std::uint64_t i = 0; i < height; ++i) {
-    const auto points = binary_points(data.substr(i * row), xyz, width, big_endian);
-    cloud.points.insert(cloud.points.end(), points.begin(), points.end());
-  }
-  return cloud;
+  CloudPoints read = binary_points(data, xyz, width, height, row, big_endian);
+  return {std::move(read.points), height > 1, read.shift};
 }
 
 DepthKind depth_kind(std::string_view encoding) {

@@ -27,7 +27,8 @@ MessageHeader read_header(MessageReader& message);
 /// byte order, with padding between points and rows. Points exactly at the origin become not finite.
 struct CloudMessage {
   std::vector<Eigen::Vector3f> points;
-  bool organised = false;  ///< rows and columns, as from a depth camera
+  bool organised = false;                           ///< rows and columns, as from a depth camera
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< as Cloud's
 };
 /// `largest_size`: memory limit of the points in bytes.
 CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size);
@@ -49,7 +50,8 @@ struct ImageMessage {
 };
 ImageMessage read_image_message(MessageReader& message);
 
-/// A sensor_msgs/CompressedImage: depth as a 16-bit PNG, plain or of compressed_depth_image_transport.
+/// A sensor_msgs/CompressedImage: depth as a 16-bit PNG, or of compressed_depth_image_transport: PNG or RVL,
+/// in millimetres (16UC1) or as quantised inverse depth (32FC1).
 struct CompressedImageMessage {
   std::string format;
   std::string_view data;
@@ -61,7 +63,8 @@ CompressedImageMessage read_compressed_image_message(MessageReader& message);
 /// empty: 1000 for millimetres, 1 for metres.
 std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
                                        std::optional<double> units_per_metre, std::uint64_t largest_size);
-/// `where` names the message for the PNG's decoder, which throws Error(data).
+/// `where` names the message for the PNG's decoder, which throws Error(data). A format that does not name the
+/// encoding is of 32FC1 if the head has its numbers.
 DepthImage depth_of(const CompressedImageMessage& image, const std::string& where,
                     std::uint64_t largest_size);
 

@@ -1,13 +1,16 @@
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/scan_files.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <limits>
+#include <numbers>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
+#include <random>
 
 namespace octosurf::test {
 namespace {
@@ -217,8 +220,9 @@ TEST_F(Clouds, BadPlysAreRefused) {
   EXPECT_THAT(refused_ply(replaced(good, "float z", "float w")), HasSubstr("one each of x, y and z"));
   EXPECT_THAT(refused_ply(replaced(good, "float z", "int z")), HasSubstr("one each of x, y and z"));
   EXPECT_THAT(refused_ply(replaced(good, "float y", "float x")), HasSubstr("one each of x, y and z"));
-  EXPECT_THAT(refused_ply(replaced(good, "end_header", "property list uchar float v\nend_header")),
-              HasSubstr("lists per vertex"));
+  EXPECT_THAT(
+      refused_ply(replaced(good, "property float x", "property list uchar float v\nproperty float x")),
+      HasSubstr("list before its coordinates"));
   EXPECT_THAT(refused_ply(replaced(good, "float z", "quad z")), HasSubstr("'quad'"));
   EXPECT_THAT(refused_ply(replaced(good, "end_header", "element vertex 9\nend_header")), HasSubstr("twice"));
   EXPECT_THAT(refused_ply(replaced(good, "ascii", "morse")), HasSubstr("format"));
@@ -236,12 +240,185 @@ TEST_F(Clouds, WhatFollowsAPlysVerticesIsNotRead) {
   expect_points(cloud.points, {{1, 2, 3}});
 }
 
+TEST_F(Clouds, PcdFieldsThatTakeNoRoomOrPadAreSkipped) {
+  const std::string head =
+      "VERSION 0.7\nFIELDS x _ y z _ ring _ t\nSIZE 4 1 4 4 1 1 3 4\nTYPE F U F F U U U U\n"
+      "COUNT 1 3 1 1 0 1 2 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA binary\n";
+  const std::string pad3(3, '\xff'), pad6(6, '\xff');
+  const auto row = [&](float x, float y, float z) {
+    return bytes_of(x) + pad3 + bytes_of(y, z) + bytes_of(std::uint8_t{7}) + pad6 + bytes_of(9u);
+  };
+  expect_points(io::read_pcd(write("a.pcd", head + row(1, 2, 3) + row(4, 5, 6))).points,
+                {{1, 2, 3}, {4, 5, 6}});
+}
+
+TEST_F(Clouds, ACountOfZeroIsOneValueWhereTheSizeOfTheDataSaysSo) {
+  const std::string head =
+      "VERSION 0.7\nFIELDS intensity x y z ring\nSIZE 4 4 4 4 2\nTYPE F F F F U\nCOUNT 0 0 0 0 0\n"
+      "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ";
+  const std::uint16_t ring = 3;
+  expect_points(io::read_pcd(write("a.pcd", head + "binary\n" + bytes_of(.5f, 1.f, 2.f, 3.f, ring) +
+                                                bytes_of(.5f, 4.f, 5.f, 6.f, ring)))
+                    .points,
+                {{1, 2, 3}, {4, 5, 6}});
+  expect_points(
+      io::read_pcd(write("b.pcd", head + "binary\n" + bytes_of(1.f, 2.f, 3.f, 4.f, 5.f, 6.f))).points,
+      {{1, 2, 3}, {4, 5, 6}});
+  expect_points(io::read_pcd(write("c.pcd", head + "ascii\n0.5 1 2 3 9\n0.5 4 5 6 9\n")).points,
+                {{1, 2, 3}, {4, 5, 6}});
+}
+
+TEST_F(Clouds, OldPcdHeadersSayLess) {
+  const std::vector<Eigen::Vector3f> expected{{1, 2, 3}, {4, 5, 6}};
+  expect_points(
+      io::read_pcd(write("v4.pcd", "# .PCD v.4\nCOLUMNS x y z\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6\n")).points,
+      expected);
+  const std::string v5 =
+      "# .PCD v.5 - Point Cloud Data file format\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT "
+      "1\nPOINTS 2\nDATA ";
+  const std::string data = bytes_of(1.f, 2.f, 3.f, 4.f, 5.f, 6.f);
+  expect_points(io::read_pcd(write("v5.pcd", v5 + "ascii\n1 2 3\n4 5 6\n")).points, expected);
+  expect_points(io::read_pcd(write("v5b.pcd", v5 + "binary\n" + data)).points, expected);
+  std::string page = v5 + "binary\n";
+  page.resize(4096, '\0');
+  expect_points(io::read_pcd(write("v5page.pcd", page + data)).points, expected);
+  expect_points(io::read_pcd(write("v6.pcd",
+                                   "# .PCD v.6\nVERSION .6\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT "
+                                   "1 1 1\nPOINTS 2\nHEIGHT 1\nWIDTH 2\nDATA binary\n" +
+                                       data))
+                    .points,
+                expected);
+}
+
+TEST_F(Clouds, PlyListsBeforeWithinAndAfterTheVerticesAreSkipped) {
+  const std::string vertex =
+      "element vertex 2\nproperty double y\nproperty list uchar short tags\nproperty float x\nproperty float "
+      "z\n";
+  const std::string head =
+      "ply\nformat binary_little_endian 1.0\nelement strip 2\nproperty list ushort int i\n"
+      "property uchar kind\n" +
+      vertex + "element face 1\nproperty list uchar int i\nend_header\n";
+  const std::uint8_t kind = 1;
+  const std::int16_t tag = 5;
+  const std::string data = bytes_of(std::uint16_t{2}, 7, 8, kind, std::uint16_t{0}, kind) +
+                           bytes_of(2.0, std::uint8_t{1}, tag, 1.f, 3.f) +
+                           bytes_of(5.0, std::uint8_t{3}, tag, tag, tag, 4.f, 6.f);
+  expect_points(io::read_ply(write("a.ply", head + data + bytes_of(std::uint8_t{1}, 0))).points,
+                {{1, 2, 3}, {4, 5, 6}});
+  for (std::size_t kept = 0; kept < data.size(); ++kept) refused_ply(head + data.substr(0, kept));
+  EXPECT_THAT(refused_ply(replaced(head, "list ushort int i", "list float int i") + data),
+              HasSubstr("length"));
+  EXPECT_THAT(refused_ply(replaced(head, "list ushort int i", "list char int i") + "\xff" + data),
+              HasSubstr("of element strip announced"));
+  expect_points(
+      io::read_ply(write("b.ply",
+                         "ply\nformat ascii 1.0\nelement strip 1\nproperty list uchar int i\nelement "
+                         "vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty list "
+                         "uchar int tags\nend_header\n2 8 9\n1 2 3 0\n4 5 6 2 1 1\n"))
+          .points,
+      {{1, 2, 3}, {4, 5, 6}});
+}
+
+/// Readings of a box of 20 × 8 × 4 m with the sensor 1 m above its floor, `floats` values each: x y z, then
+/// intensity, ring, time since the scan began and two constants. Every ninth has no return.
+std::vector<float> readings(std::size_t floats, bool shuffled) {
+  std::vector<std::vector<float>> rows;
+  for (int ring = 0; ring < 32; ++ring)
+    for (int column = 0; column < 128; ++column) {
+      const double azimuth = column * 2 * std::numbers::pi / 128;
+      const double elevation = (ring - 16) * 2.5 * std::numbers::pi / 180;
+      const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
+                                std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      const Eigen::Array3d wall =
+          (ray.array() > 0).select(Eigen::Array3d(10, 4, 3), Eigen::Array3d(10, 4, 1));
+      const double range = (wall / ray.array().abs().max(1e-9)).minCoeff();
+      const Eigen::Vector3f p = (range * ray).cast<float>();
+      rows.push_back({p.x(), p.y(), p.z(), 10 + static_cast<float>((37 * column + ring) % 200) / 2,
+                      static_cast<float>(ring), static_cast<float>(column) / 1280, 1, 0});
+      if ((ring + column) % 9 == 0) std::fill_n(rows.back().begin(), 3, 0.0f);
+    }
+  if (shuffled) std::shuffle(rows.begin(), rows.end(), std::mt19937(1));
+  std::vector<float> values;
+  for (const auto& row : rows)
+    values.insert(values.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(floats));
+  return values;
+}
+
+TEST_F(Clouds, HowManyFloatsAVelodynePointTakesIsToldByItsValues) {
+  for (const bool shuffled : {false, true})
+    for (std::size_t floats = 3; floats <= 8; ++floats) {
+      const std::vector<float> values = readings(floats, shuffled);
+      const auto file = write("scan.bin", std::string(reinterpret_cast<const char*>(values.data()),
+                                                      values.size() * sizeof(float)));
+      const auto source = open_scans({file});
+      EXPECT_EQ(source->notes().size(), floats == 4 ? 0U : 1U) << floats;
+      if (floats != 4) {
+        EXPECT_THAT(source->notes()[0], HasSubstr(std::to_string(floats) + " floats a point"));
+      }
+      std::vector<Eigen::Vector3f> expected;
+      for (std::size_t i = 0; i < values.size(); i += floats) {
+        expected.emplace_back(values[i], values[i + 1], values[i + 2]);
+        if (expected.back().isZero(0)) expected.back().setConstant(nan);
+      }
+      expect_points(read_all(*source).at(0).points, expected);
+      if (floats == 4) continue;
+      ScanSourceOptions options;
+      options.fields = floats;
+      EXPECT_TRUE(open_scans({file}, options)->notes().empty());
+    }
+}
+
+TEST_F(Clouds, VelodyneFilesOfOtherNumbersAreRefused) {
+  std::string doubles;
+  for (const float value : readings(4, false)) doubles += bytes_of(static_cast<double>(value) * 1.0000001);
+  EXPECT_THAT(failure({write("doubles.bin", doubles)}), HasSubstr("float32"));
+  const std::vector<float> values = readings(5, false);
+  const std::string bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+  EXPECT_THAT(failure({write("cut.bin", bytes.substr(0, bytes.size() - 4))}), HasSubstr("--fields"));
+}
+
+TEST_F(Clouds, CoordinatesOfASurveyAreReadLessAnOriginOfWholeMetres) {
+  const auto pcd = [](const std::string& viewpoint) {
+    return "VERSION 0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 4\nHEIGHT 1\nVIEWPOINT " +
+           viewpoint + "\nPOINTS 4\nDATA binary\n" + bytes_of(448001.25, 5411002.5, 120.125) +
+           bytes_of(448001.25, 5411002.75, 120.0) + bytes_of(0.0, 0.0, 0.0) +
+           bytes_of(448001.0, 5411002.5, 121.0);
+  };
+  // Without a place of the sensor: in the map's frame, about the middle.
+  auto source = open_scans({write("a.pcd", pcd("0 0 0 1 0 0 0"))});
+  EXPECT_EQ(source->origin(), Eigen::Vector3d(448001, 5411003, 120));
+  EXPECT_THAT(source->notes().at(0), HasSubstr("origin: 448001 5411003 120 m"));
+  Scan scan = read_all(*source).at(0);
+  EXPECT_EQ(scan.T_map_sensor.matrix(), Eigen::Matrix4d::Identity());
+  expect_points(scan.points, {{.25, -.5, .125}, {.25, -.25, 0}, {nan, nan, nan}, {0, -.5, 1}});
+  // A VIEWPOINT near the points is where they were seen from, here turned by 90° about z.
+  source =
+      open_scans({write("b.pcd", pcd("448000.5 5411002 121 0.7071067811865476 0 0 0.7071067811865476"))});
+  scan = read_all(*source).at(0);
+  EXPECT_EQ(source->origin(), Eigen::Vector3d(448001, 5411002, 121));
+  EXPECT_TRUE(scan.T_map_sensor.translation().isApprox(Eigen::Vector3d(-.5, 0, 0)));
+  EXPECT_TRUE(
+      (scan.T_map_sensor * scan.points[0].cast<double>()).isApprox(Eigen::Vector3d(.25, .5, -.875), 1e-6));
+  EXPECT_TRUE(scan.points[0].isApprox(Eigen::Vector3f(.5, -.75, -.875), 1e-6F));
+  // A stated origin; poses alone far away; another one for all scans of the run.
+  ScanSourceOptions options;
+  options.origin = Eigen::Vector3d(448000, 5411000, 100);
+  expect_points({read_all({folder / "a.pcd"}, options).at(0).points[0]}, {{1.25, 2.5, 20.125}});
+  const auto first = write_pcd("s/1.pcd", "448000.25 5411000 120 1 0 0 0"),
+             second = write_pcd("s/2.pcd", "448001.25 5411000 120 1 0 0 0");
+  const auto scans = read_all({first, second});
+  expect_points(scans.at(0).points, {{1, 2, 3}, {4, 5, 6}, {nan, nan, nan}});
+  EXPECT_EQ(scans.at(0).T_map_sensor.translation(), Eigen::Vector3d(.25, 0, 0));
+  EXPECT_EQ(scans.at(1).T_map_sensor.translation(), Eigen::Vector3d(1.25, 0, 0));
+  EXPECT_THAT(failure({write("c.pcd", pcd("3 0 0 1 0 0 0"))}), HasSubstr("its pose at 3 0 0"));
+}
+
 TEST_F(Clouds, VelodyneIsFourFloatsAPoint) {
   const auto file = write("a.bin", bytes_of(1.f, 2.f, 3.f, 0.5f, 0.f, 0.f, 0.f, 0.f, 4.f, 5.f, 6.f, 0.1f));
-  expect_points(io::read_velodyne(file).points, {{1, 2, 3}, {nan, nan, nan}, {4, 5, 6}});
-  EXPECT_THAT(refusal(io::read_velodyne, "bad.bin", bytes_of(1.f, 2.f, 3.f, 0.5f, 1.f)),
-              HasSubstr("float32"));
-  EXPECT_THAT(refusal(io::read_velodyne, "bad.bin", ""), HasSubstr("empty"));
+  expect_points(io::read_velodyne(file, 4).points, {{1, 2, 3}, {nan, nan, nan}, {4, 5, 6}});
+  const auto four_floats = [](const auto& name) { io::read_velodyne(name, 4); };
+  EXPECT_THAT(refusal(four_floats, "bad.bin", bytes_of(1.f, 2.f, 3.f, 0.5f, 1.f)), HasSubstr("float32"));
+  EXPECT_THAT(refusal(four_floats, "bad.bin", ""), HasSubstr("empty"));
 }
 
 }  // namespace

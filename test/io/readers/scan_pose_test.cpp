@@ -1,9 +1,12 @@
 #include "io/readers/pose_file.hpp"
 #include "io/readers/scan_files.hpp"
+#include "io/readers/scan_list.hpp"
 
 #include <cmath>
 #include <gmock/gmock.h>
+#include <iomanip>
 #include <numbers>
+#include <sstream>
 
 namespace octosurf::test {
 namespace {
@@ -80,7 +83,6 @@ TEST_F(PoseFiles, WhatIsNoPoseIsNamedWithItsLine) {
   EXPECT_THAT(refusal("1 2 3\n"), HasSubstr("poses.txt:1: 3 numbers are no pose"));
   EXPECT_THAT(refusal("1 0 0 0\n0 1 0 0\n0 0 1 0\n"), HasSubstr("poses.txt:1: a 4x4 pose breaks off"));
   EXPECT_THAT(refusal("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 2 1\n"), HasSubstr("last row"));
-  EXPECT_THAT(refusal("nan 0 0 0 0 0 0 1\n"), HasSubstr("time stamp is not finite"));
 }
 
 TEST_F(PoseFiles, NotRigidIsRefused) {
@@ -105,6 +107,170 @@ TEST_F(PoseFiles, TrajectoryIsInterpolatedAcrossSmallGapsOnly) {
   EXPECT_FALSE(trajectory.covers(9.97));
   EXPECT_FALSE(trajectory.covers(10.5));
   EXPECT_FALSE(trajectory.covers(12));
+}
+
+TEST_F(PoseFiles, ColumnsAreFoundByTheNamesOfAHeader) {
+  const char* const quarter = "0.70710678";
+  const std::string q = quarter;
+  // EuRoC: comma-separated, nanoseconds, w first, more columns behind.
+  expect_quarter_turns(
+      "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+      "q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1]\n"
+      "1403636580838555648,1,2,3," +
+          q + ",0,0," + q + ",9,9,9,9\n",
+      1, true);
+  io::PoseFile file = io::read_poses(folder / "poses.txt");
+  EXPECT_NEAR(*file.poses[0].stamp_s, 1403636580.838555648, 1e-6);
+  EXPECT_THAT(file.notes, testing::ElementsAre(HasSubstr("qw first"), HasSubstr("nanoseconds")));
+  // rostopic echo -p, a header that is no comment, a column of words.
+  expect_quarter_turns(
+      "%time,field.header.stamp,field.header.frame_id,field.pose.pose.position.x,"
+      "field.pose.pose.position.y,field.pose.pose.position.z,field.pose.pose.orientation.x,"
+      "field.pose.pose.orientation.y,field.pose.pose.orientation.z,"
+      "field.pose.pose.orientation.w,field.twist.twist.linear.x\n"
+      "1305031102160407000,1305031102160407000,odom,1,2,3,0,0," +
+          q + "," + q + ",7\n",
+      1, true);
+  EXPECT_NEAR(*io::read_poses(folder / "poses.txt").poses[0].stamp_s, 1305031102.160407, 1e-6);
+  expect_quarter_turns("# sec nsec x y z qx qy qz qw\n17 500000000 1 2 3 0 0 " + q + " " + q + "\n", 1, true);
+  EXPECT_DOUBLE_EQ(*io::read_poses(folder / "poses.txt").poses[0].stamp_s, 17.5);
+  expect_quarter_turns("# format: tx ty tz qw qx qy qz\n1 2 3 " + q + " 0 0 " + q + "\n", 1, false);
+  // Comments of another kind say nothing.
+  expect_quarter_turns("# ground truth trajectory\n# file: 'a.bag'\n17.5 1 2 3 0 0 " + q + " " + q + "\n", 1,
+                       true);
+  EXPECT_THAT(refusal("#t,x,y,z,qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n1,1,2,3,1,0,0\n"),
+              HasSubstr("poses.txt:3: 7 values where the header names 8"));
+}
+
+TEST_F(PoseFiles, MatricesMayHaveATimeStampBefore) {
+  expect_quarter_turns("17.5 0 -1 0 1 1 0 0 2 0 0 1 3\n", 1, true);
+  expect_quarter_turns("17.5 0 -1 0 1 1 0 0 2 0 0 1 3 0 0 0 1\n", 1, true);
+  EXPECT_DOUBLE_EQ(*io::read_poses(folder / "poses.txt").poses[0].stamp_s, 17.5);
+}
+
+TEST(TimeStamps, AreTakenToSecondsFromTheUnitTheyShow) {
+  const double epoch = 1403636579.5;
+  for (const auto& [factor, unit] : {std::pair(1.0, ""), std::pair(1e3, "milliseconds"),
+                                     std::pair(1e6, "microseconds"), std::pair(1e9, "nanoseconds")}) {
+    std::vector<double> stamps{epoch * factor, (epoch + 0.1) * factor};
+    EXPECT_EQ(io::to_seconds(stamps), unit);
+    EXPECT_NEAR(stamps[1], epoch + 0.1, 1e-6);
+  }
+  // Counted from a start: by the step, here of 20 Hz.
+  for (const auto& [factor, unit] :
+       {std::pair(1.0, ""), std::pair(1e6, "microseconds"), std::pair(1e9, "nanoseconds")}) {
+    std::vector<double> stamps{3.1 * factor, 3 * factor, 3.05 * factor, NAN};
+    EXPECT_EQ(io::to_seconds(stamps), unit);
+    EXPECT_NEAR(stamps[0], 3.1, 1e-9);
+  }
+}
+
+TEST(TimeStamps, AreFoundInNames) {
+  const auto stamp = [](const char* name) { return io::stamp_in_name(name).value_or(-1); };
+  EXPECT_DOUBLE_EQ(stamp("1305031102.160407.png"), 1305031102.160407);
+  EXPECT_DOUBLE_EQ(stamp("000012_1305031102.16.pcd"), 1305031102.16);
+  EXPECT_DOUBLE_EQ(stamp("12.5.pcd"), 12.5);
+  EXPECT_NEAR(stamp("1403636579763555584.png"), 1403636579.763555584, 1e-6);
+  EXPECT_NEAR(stamp("1403636579763555.pcd"), 1403636579.763555, 1e-6);
+  EXPECT_NEAR(stamp("1403636579763.pcd"), 1403636579.763, 1e-6);
+  EXPECT_DOUBLE_EQ(stamp("1403636579.pcd"), 1403636579);
+  EXPECT_NEAR(stamp("cloud_1403636579763555584.pcd"), 1403636579.763555584, 1e-6);
+  EXPECT_NEAR(stamp("depth-1403636579.7635.png"), 1403636579.7635, 1e-6);
+  EXPECT_NEAR(stamp("1403636579_763555584.pcd"), 1403636579.763555584, 1e-6);
+  EXPECT_NEAR(stamp("cloud-1403636579-063555584.pcd"), 1403636579.063555584, 1e-6);
+  for (const char* const none : {"000012.bin", "0000000010.bin", "scan12.pcd", "room_0.05.pcd", "cloud.pcd",
+                                 "a_1.2.3.pcd", "20240131.png"})
+    EXPECT_FALSE(io::stamp_in_name(none)) << none;
+}
+
+class TimedScans : public ScanFiles {
+ protected:
+  static constexpr std::int64_t first_ns = 1403636579763555584;
+
+  /// Five clouds 0.1 s apart, called by `digits` of their time.
+  void write_scans(std::int64_t divisor) const {
+    for (int i = 0; i < 5; ++i)
+      write_pcd("scans/" + std::to_string((first_ns + i * 100000000) / divisor) + ".pcd");
+  }
+  /// Poses at x = 0, 0.1, … m, one each `step_ms` from 25 ms before the first scan on, times in 1/`per_s` s.
+  std::string poses(int count, int step_ms, double per_s) const {
+    std::ostringstream text;
+    text.precision(per_s == 1 ? 9 : 0);
+    for (int i = 0; i < count; ++i)
+      text << std::fixed << (static_cast<double>(first_ns) / 1e9 - 0.025 + 1e-3 * i * step_ms) * per_s << " "
+           << std::setprecision(9) << 0.1 * i << " 0 0 0 0 0 1\n"
+           << std::setprecision(per_s == 1 ? 9 : 0);
+    return text.str();
+  }
+};
+
+TEST_F(TimedScans, AreGivenThePosesOfTheirTimeWhateverTheUnits) {
+  for (const std::int64_t divisor : {1, 1000, 1000000}) {
+    std::filesystem::remove_all(folder / "scans");
+    write_scans(divisor);
+    for (const double per_s : {1.0, 1e3, 1e6, 1e9}) {
+      ScanSourceOptions options;
+      options.poses = write("trajectory.txt", poses(20, 50, per_s));
+      const auto source = open_scans({folder / "scans"}, options);
+      EXPECT_THAT(
+          source->notes().back(),
+          HasSubstr("5 of 5 scans matched by time, 5 interpolated between poses at most 0.05 s apart"));
+      const auto scans = read_all(*source);
+      for (std::size_t i = 0; i < 5; ++i)  // 25 ms are half a step; whole milliseconds are 1 % of a step each
+        EXPECT_NEAR(scans[i].T_map_sensor.translation().x(), 0.05 + 0.2 * static_cast<double>(i), 4e-3);
+    }
+  }
+}
+
+TEST_F(TimedScans, AreGivenPosesByTimeEvenIfThereAreAsMany) {
+  write_scans(1);
+  ScanSourceOptions options;
+  options.max_pose_gap_s = 0.11;
+  options.poses = write("trajectory.txt", poses(6, 100, 1));
+  auto scans = read_all({folder / "scans"}, options);
+  EXPECT_NEAR(scans.at(4).T_map_sensor.translation().x(), 0.425, 1e-6);
+  // Poses that count from the recording's start, in nanoseconds.
+  write("scans/times.txt", "5\n5.1\n5.2\n5.3\n5.4\n");
+  for (int i = 0; i < 5; ++i) {
+    const std::string name = std::to_string(first_ns + i * std::int64_t{100000000});
+    std::filesystem::rename(folder / "scans" / (name + ".pcd"),
+                            folder / "scans" / (std::to_string(i) + ".pcd"));
+  }
+  options.poses = write("start.txt",
+                        "5000000000 0 0 0 0 0 0 1\n5100000000 1 0 0 0 0 0 1\n"
+                        "5200000000 2 0 0 0 0 0 1\n5300000000 3 0 0 0 0 0 1\n5400000000 4 0 0 0 0 0 1\n");
+  scans = read_all({folder / "scans"}, options);
+  EXPECT_EQ(scans.at(4).T_map_sensor.translation().x(), 4);
+}
+
+TEST_F(TimedScans, LeaveOutBadPosesAndTellOfGaps) {
+  write_scans(1);
+  ScanSourceOptions options;
+  std::string text = poses(20, 50, 1);
+  std::string::size_type line = 0;
+  for (const char* const bad : {"0 0 0 0 0 0 1.014", "nan 0 0 0 0 0 1", "0 0 0 0 0 0 0"}) {
+    const auto end = text.find('\n', line), blank = text.find(' ', line);
+    text.insert(end + 1, text.substr(line, blank - line) + "1 " + bad + "\n");
+    line = end + 1;
+  }
+  options.poses = write("trajectory.txt", text + "nan 0 0 0 0 0 0 1\n");
+  const auto source = open_scans({folder / "scans"}, options);
+  EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("4 poses left out, no rigid motion")));
+  EXPECT_NEAR(read_all(*source).at(4).T_map_sensor.translation().x(), 0.85, 1e-6);
+
+  options.poses = write("sparse.txt", poses(5, 125, 1));  // one at the second scan's time
+  EXPECT_THAT(
+      open_scans({folder / "scans"}, options)->skipped(),
+      AllOf(testing::SizeIs(4), testing::Each(HasSubstr("0.125 s apart, and --max-pose-gap is 0.1 s"))));
+  options.poses = write("sparser.txt", poses(2, 500, 1));
+  EXPECT_THAT(failure({folder / "scans"}, options),
+              AllOf(HasSubstr("no scan has a pose at its time"), HasSubstr("0.5 s apart"),
+                    HasSubstr("--max-pose-gap")));
+  options.poses = folder / "sparse.txt";
+  options.max_pose_gap_s = 0.13;
+  EXPECT_EQ(read_all({folder / "scans"}, options).size(), 5U);
+  options.poses = write("bad.txt", "1403636579 0 0 0 0 0 0 2\n");
+  EXPECT_THAT(failure({folder / "scans"}, options), HasSubstr("nor is any"));
 }
 
 }  // namespace
