@@ -1,6 +1,7 @@
 // `octosurf diff`: what changed between two maps.
 #include "bounds.hpp"
 #include "degrees.hpp"
+#include "io/text_file.hpp"
 #include "lineage.hpp"
 
 #include <CLI/CLI.hpp>
@@ -180,6 +181,11 @@ void run_diff(const DiffArguments& arguments) {
   const LoadedMap first = load_map(arguments.before), second = load_map(arguments.after);
   for (const LoadedMap* loaded : {&first, &second})
     if (!loaded->warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded->warning.c_str());
+  if (first.map.origin() != second.map.origin())
+    throw Error(Error::Kind::data, arguments.after,
+                "its origin is " + io::text_of(second.map.origin()) + ", the other's " +
+                    io::text_of(first.map.origin()),
+                "map both with the same --origin");
   const Snapshot &before = *first.map.snapshot(), &after = *second.map.snapshot();
   const bool lineage = arguments.by != "place" && goes_on_from(after, before);
   if (arguments.by == "ids" && !lineage)

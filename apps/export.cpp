@@ -4,6 +4,7 @@
 #include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/scan_list.hpp"
+#include "io/text_file.hpp"
 #include "output_files.hpp"
 #include "planner_export.hpp"
 #include "up_option.hpp"
@@ -84,6 +85,7 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
     options.parts.push_back(static_cast<ExportPart>(at - export_part_names.begin()));
   }
   options.up = up.direction;
+  options.origin = map.origin();
   options.mesh_thickness =
       arguments.thickness > 0 ? arguments.thickness : map.parameters().surfaces.mesh_thickness;
   const std::shared_ptr<const Snapshot> snapshot = map.snapshot();
@@ -145,6 +147,9 @@ void run_export(const ExportArguments& arguments) {
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   warn_of_up(loaded.map, arguments.up);
   const Up up = up_in_force(loaded.map, arguments.up);
+  if (const Eigen::Vector3d origin = loaded.map.origin(); !origin.isZero(0))
+    std::printf("origin: add %s m to the coordinates for the frame of the poses\n",
+                io::text_of(origin).c_str());
   if (!arguments.planner.format.empty())
     export_for_planner(loaded.map, up, arguments.planner, arguments.file, arguments.force);
   else if (ending_of(arguments.file) == ".ot")

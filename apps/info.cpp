@@ -3,6 +3,7 @@
 
 #include "bag_info.hpp"
 #include "io/readers/bag.hpp"
+#include "io/text_file.hpp"
 #include "parameter_options.hpp"
 #include "run_statistics.hpp"
 #include "surface_table.hpp"
@@ -77,6 +78,8 @@ void print(const Map& map, const KeptScans& scans, const Contents& contents) {
     std::printf("%-12s x %.2f … %.2f, y %.2f … %.2f, z %.2f … %.2f m\n", "extent", low.x(), high.x(), low.y(),
                 high.y(), low.z(), high.z());
   }
+  if (!map.origin().isZero(0))
+    std::printf("%-12s %s m in the frame of the poses\n", "origin", io::text_of(map.origin()).c_str());
   std::printf("%-12s %s\n", "up", describe(contents.up).c_str());
   std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*contents.snapshot));
   if (size.surfaces > 0) {
@@ -126,6 +129,7 @@ Json json_of(const LoadedMap& loaded, const Contents& contents) {
   json["extent"] = nullptr;
   if (!contents.extent.isEmpty())
     json["extent"] = {{"min", contents.extent.min()}, {"max", contents.extent.max()}};
+  if (!map.origin().isZero(0)) json["origin"] = map.origin();
   json["up"] = Json::parse(up_json(contents.up));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = total_area(*contents.snapshot);

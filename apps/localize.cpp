@@ -107,10 +107,12 @@ void run_localize(const LocalizeOptions& options) {
   const LoadedMap loaded = load_map(options.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   Localizer localizer(loaded.map.snapshot(), {options.reach_m, options.turn_deg / deg_per_rad});
-  auto source = open_scans({options.scans.begin(), options.scans.end()}, options.source);
+  ScanSourceOptions source_options = options.source;
+  source_options.origin = loaded.map.origin();
+  auto source = open_scans({options.scans.begin(), options.scans.end()}, source_options);
   for (const std::string& note : source->notes()) std::fprintf(stderr, "%s\n", note.c_str());
   ScanFeed feed(std::move(source), options.range);
-  PoseLog poses(options.write_poses, options.force);
+  PoseLog poses(options.write_poses, options.force, loaded.map.origin());
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   std::size_t scans = 0, unexplained = 0;
   while (const std::optional<Scan> scan = feed.next()) {

@@ -1,6 +1,7 @@
 // `octosurf map`: scans in, map out.
 #include "bounds.hpp"
 #include "io/new_file.hpp"
+#include "io/text_file.hpp"
 #include "map_run.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
@@ -149,8 +150,11 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     kept = std::move(loaded.scans);
     return std::move(loaded.map);
   }
-  if (inputs.octree)
+  if (inputs.octree) {
+    if (const std::string note = octomap_note(*inputs.octree); !note.empty())
+      std::printf("%s\n", note.c_str());
     return map_from_octomap(*inputs.octree, choice.in_force(read_octomap_resolution(*inputs.octree)));
+  }
   return Map(choice.in_force());
 }
 
@@ -180,6 +184,20 @@ std::string without_ending(const std::string& stem) {
              : stem;
 }
 
+/// With the origin of a map that goes on.
+ScanSourceOptions source_options(const MapOptions& options, const Inputs& inputs, const Map& start) {
+  ScanSourceOptions source = options.source;
+  constexpr double half_of_octree = 16384;  // voxels from its middle: as much is left to move in
+  source.origin_beyond_m =
+      std::min(source.origin_beyond_m, half_of_octree * start.parameters().occupancy.resolution);
+  if (options.resume.empty() && !inputs.octree) return source;
+  if (source.origin && *source.origin != start.origin())
+    throw Error(Error::Kind::usage, "--origin", "is that of the map, " + io::text_of(start.origin()),
+                "leave it away");
+  source.origin = start.origin();
+  return source;
+}
+
 void run_map(MapOptions& options) {
   const auto begin = MapRun::Clock::now();
   const ParameterChoice choice(options.parameters, options.realtime);
@@ -195,10 +213,11 @@ void run_map(MapOptions& options) {
   const Inputs inputs = sort_inputs(options);
   RunContext context;
   context.input = options.inputs;
-  std::unique_ptr<ScanSource> source;
-  if (!inputs.scans.empty()) source = open_scans(inputs.scans, options.source);
   KeptScans before;
   Map start = start_of(options, choice, inputs, context, before);
+  std::unique_ptr<ScanSource> source;
+  if (!inputs.scans.empty()) source = open_scans(inputs.scans, source_options(options, inputs, start));
+  if (source) start.set_origin(source->origin());
   KeptScans kept = folder_of_scans(options, start, before, context);
   MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree.has_value(), std::move(source));

@@ -88,7 +88,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       begin_(begin),
       checkpoints_(options.output, options.checkpoint_s),
       keeper_(std::move(kept)),
-      poses_(options.write_poses, options.force),
+      poses_(options.write_poses, options.force, mapper_.map().origin()),
       backlog_(options.together),
       scene_(options.mcap, options.force, mapper_.map().parameters().up.value_or(Eigen::Vector3d::UnitZ())),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
@@ -141,7 +141,11 @@ void MapRun::adopt_octree() {
 
 void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
   const std::size_t listed = source->size();
-  for (const std::string& note : source->notes()) std::printf("%s\n", note.c_str());
+  posed_ = options_.source.poses.has_value();
+  for (const std::string& note : source->notes()) {
+    std::printf("%s\n", note.c_str());
+    posed_ = posed_ || note.find("poses: ") != std::string::npos;
+  }
   const bool alone = listed == 1 && !options_.source.poses;
   ScanFeed feed(std::move(source), options_.range, options_.realtime ? options_.together : 1,
                 accepting(alone));
@@ -274,8 +278,8 @@ void MapRun::insert_all(ScanFeed& feed) {
     if (options_.realtime) wait_and_join(scans, feed);
     if (interrupted) break;
     if (statistics_.scans() == 0)
-      near_sensor_ = warn_of_first_scan(scans.front().scan(), context_.input,
-                                        options_.source.poses.has_value(), mapper_.map().parameters());
+      near_sensor_ =
+          warn_of_first_scan(scans.front().scan(), context_.input, posed_, mapper_.map().parameters());
     if (!pose_check_.full()) {
       for (const PreparedScan& prepared : scans) pose_check_.add(prepared.scan());
       if (pose_check_.full()) require_sensible_poses();

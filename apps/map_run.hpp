@@ -113,6 +113,7 @@ class MapRun {
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;
   bool near_sensor_ = false;            // warn_of_first_scan()
+  bool posed_ = false;                  // poses come from elsewhere than the scans
   std::unique_ptr<LiveServer> server_;  // destroyed before the mapper, which it uses
   std::optional<double> last_stamp_s_;  // of the scans that were mapped
   double stamp_zero_s_ = 0;             // --realtime: a time stamp's arrival is stamp + stamp_zero_s_

@@ -91,6 +91,7 @@ class Merge {
     before_ = first.map.snapshot();
     size_before_ = first.map.size();
     T_first_second_ = pose_of(options_);
+    T_first_second_ *= Eigen::Translation3d(second.map.origin() - first.map.origin());
     if (options_.align)
       align(second.map);
     else if (!options_.anyway)

@@ -11,7 +11,7 @@ namespace octosurf {
 
 void PoseLog::add(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
   if (file_.empty()) return;
-  lines_ += io::tum_line(stamp_s, T_map_sensor);
+  lines_ += io::tum_line(stamp_s, Eigen::Translation3d(origin_) * T_map_sensor);
   lines_ += '\n';
 }
 

@@ -8,8 +8,10 @@ namespace octosurf {
 /// Writes the poses with which a run's scans were mapped (`--write-poses`).
 class PoseLog {
  public:
-  /// No file is written if `file` is empty. `force`: overwrite a file from before the run.
-  PoseLog(std::string file, bool force) : file_(std::move(file)), force_(force) {}
+  /// No file is written if `file` is empty. `force`: overwrite a file from before the run. `origin`: of the
+  /// map, added to the poses, so that they are in the frame of those given.
+  PoseLog(std::string file, bool force, const Eigen::Vector3d& origin)
+      : file_(std::move(file)), force_(force), origin_(origin) {}
 
   void add(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
   /// Writes all poses so far; throws Error(output), Error(usage).
@@ -20,6 +22,7 @@ class PoseLog {
  private:
   std::string file_;
   bool force_, failing_ = false;
+  Eigen::Vector3d origin_;
   std::string lines_;
 };
 

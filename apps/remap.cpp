@@ -67,7 +67,7 @@ class Remap {
       : options_(options),
         before_(load_map(options.map)),
         statistics_(before_.map.parameters()),
-        poses_log_(options.write_poses, options.force) {
+        poses_log_(options.write_poses, options.force, before_.map.origin()) {
     context_.input = {options.map};
     if (!before_.warning.empty()) warn(before_.warning);
   }
@@ -75,12 +75,15 @@ class Remap {
   void run() {
     find_scans();
     find_poses();
+    if (!options_.poses.empty())
+      for (Eigen::Isometry3d& pose : kept_.poses) pose.translation() -= before_.map.origin();
     const Parameters parameters = before_.map.parameters();
     Parameters as_given = parameters;
     as_given.alignment.enabled = false;  // these poses are corrected already
     Mapper mapper(as_given, options_.threads, paper_detector());
     insert_all(mapper);
     Map map = std::move(mapper).release();
+    map.set_origin(before_.map.origin());
     map.state().parameters = parameters;
     const mapper::Identities identities = identify(map.state());
     mapper::renumber(map.state(), identities);

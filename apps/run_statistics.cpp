@@ -192,6 +192,8 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["version"] = OCTOSURF_VERSION;
   json["parameters"] = parameters_object(parameters_);
   json["input"] = context.input;
+  if (const Eigen::Vector3d origin = map.origin(); !origin.isZero(0))
+    json["origin"] = {origin.x(), origin.y(), origin.z()};
   json["scans"] = scans_;
   json["skipped_scans"] = context.skipped_scans;
   json["scans_mapped_before"] = context.mapped_before;

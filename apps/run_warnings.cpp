@@ -101,6 +101,7 @@ std::string pose_like_file(const std::vector<std::string>& inputs) {
                        [](unsigned char c) { return std::tolower(c); });
         const std::string ending = entry.path().extension().string();
         const bool text = ending == ".txt" || ending == ".csv" || ending == ".tum" || ending == ".g2o";
+        if (name.ends_with(".pose.txt")) continue;  // of one scan each, which are read without being named
         for (const char* const part : {"pose", "traj", "groundtruth", "odom"})
           if (text && name.find(part) != std::string::npos) found.push_back(entry.path().string());
       }

@@ -11,8 +11,8 @@
 namespace octosurf {
 
 /// Before a run's first scan is mapped, warns on stderr of problems that would make the map useless or
-/// expensive. `inputs`: of the run; `poses_given`: by a file, so that all come from there. True if nearly all
-/// readings lie within a few voxels of the sensor.
+/// expensive. `inputs`: of the run; `poses_given`: by a file or a bag, so that all come from there. True if
+/// nearly all readings lie within a few voxels of the sensor.
 bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs, bool poses_given,
                         const Parameters& parameters);
 

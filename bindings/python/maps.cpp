@@ -138,6 +138,10 @@ Compares its pose as it was given, its number of points and up to 4096 of them.)
           "parameters",
           [](const MapHolder& map) { return map.read([](const Map& whole) { return whole.parameters(); }); },
           "A copy of its Parameters.")
+      .def_property_readonly(
+          "origin",
+          [](const MapHolder& map) { return map.read([](const Map& whole) { return whole.origin(); }); },
+          "Where its 0 lies in the frame of the scans' poses, (3), m.")
       .def("snapshot", &MapHolder::snapshot, "Snapshot of the last whole scan; shared, nothing is copied.")
       .def(
           "at",

@@ -28,7 +28,9 @@ struct ExportOptions {
   std::vector<ExportPart> parts{ExportPart::polygons};
   double mesh_thickness = 0.02;                   ///< m, of meshes
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, of .glb
-  bool force = false;                             ///< overwrite an existing file
+  /// Map::origin(), m: told once in .json (`"origin"`) and .glb (`extras` of its root node) unless it is 0.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  bool force = false;  ///< overwrite an existing file
 };
 
 /// A point of the map and its surface.

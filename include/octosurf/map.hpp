@@ -32,6 +32,12 @@ class Map {
   const Parameters& parameters() const;              ///< parameters it was made with
   std::shared_ptr<const Snapshot> snapshot() const;  ///< surfaces after the last complete scan
 
+  /// Where the map frame's 0 lies in the frame of the scans' poses, m: ScanSource::origin() when it was
+  /// begun. All coordinates of the map are less this, which is saved with it.
+  Eigen::Vector3d origin() const;
+  /// Throws Error(usage) unless it is finite.
+  void set_origin(const Eigen::Vector3d& origin);
+
   /// State of a voxel.
   enum class Occupancy { unknown, free, occupied };
   /// All data of a voxel.
@@ -104,9 +110,13 @@ LoadedMap load_map(const std::filesystem::path& stem);
 /// Resolution of an OctoMap file (.bt or .ot), m, from its header. Throws Error(data).
 double read_octomap_resolution(const std::filesystem::path& file);
 
-/// The octree of an OctoMap file (.bt or .ot), without points or surfaces yet: input of
-/// Mapper::detect_in_occupancy. The file's resolution replaces the parameters'. Throws Error(data) for
-/// damaged or foreign files, Error(usage) for unsuitable parameters.
+/// What of an OctoMap file (.bt or .ot) is not taken, such as the colours of a ColorOcTree; empty: nothing.
+/// Throws Error(data).
+std::string octomap_note(const std::filesystem::path& file);
+
+/// The octree of an OctoMap file (.bt or .ot) of any type whose nodes begin with log-odds, without points or
+/// surfaces yet: input of Mapper::detect_in_occupancy. The file's resolution replaces the parameters'. Throws
+/// Error(data) for damaged or foreign files, Error(usage) for unsuitable parameters.
 Map map_from_octomap(const std::filesystem::path& file, Parameters parameters);
 
 /// The same from an octree's leaves in any order, on the grid of parameters.occupancy.resolution; where two

@@ -191,6 +191,41 @@ TEST_F(MapRun, ACloudThatSaysNothingOfItsViewpointIsSeenFromWhereItCanHaveBeen) 
   EXPECT_GE(treads("n"), 5);
 }
 
+TEST_F(MapRun, FarFromZeroAMapIsTheSameAndKeepsItsOrigin) {
+  write_floor("near");
+  write_floor("far");
+  std::istringstream lines(read("near/poses.txt"));
+  std::ostringstream far;
+  far.precision(12);
+  double x = 0, y = 0, z = 0;
+  for (std::string rest; lines >> x >> y >> z && std::getline(lines, rest);)
+    far << 448000 + x << ' ' << 5411000 + y << ' ' << 119 + z << rest << '\n';
+  write("far/poses.txt", far.str());
+  run_well("map near -o n --origin 0 0 1");
+  const Outcome run = run_well("map far -o f --report r.json --write-poses p.txt");
+  EXPECT_THAT(run.out, HasSubstr("origin: 448000 5411000 120 m"));
+  const json origin{448000.0, 5411000.0, 120.0};
+  EXPECT_EQ(info("f").at("origin"), origin);
+  EXPECT_EQ(read_json("r.json").at("origin"), origin);
+  EXPECT_EQ(info("n").at("points"), info("f").at("points"));
+  const json floor = info("f").at("largest").at(0);
+  EXPECT_NEAR(floor.at("offset").get<double>(), floor_height - 1, 1e-4);
+  EXPECT_NEAR(floor.at("area_m2").get<double>(), info("n").at("largest").at(0).at("area_m2").get<double>(),
+              1e-6);
+  std::istringstream used(read("p.txt"));
+  std::string comment;
+  std::getline(used, comment);
+  double stamp = 0;
+  used >> stamp >> x >> y >> z;
+  EXPECT_NEAR(y, 5411000, 1);
+  run_well("export f --to f.json");
+  EXPECT_EQ(read_json("f.json").at("origin"), origin);
+  // It goes on with its own, whatever is far or near.
+  EXPECT_THAT(run_well("map far --resume f").out, HasSubstr("they are in the map already"));
+  EXPECT_THAT(error_of("map far --resume f --origin 1 2 3", 2), HasSubstr("448000 5411000 120"));
+  EXPECT_THAT(error_of("map near -o m --origin 1 2", 2), HasSubstr("X Y Z"));
+}
+
 TEST_F(MapRun, WarnsOfTheFirstScanBeforeItIsMapped) {
   write("far.pcd",
         "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
@@ -199,6 +234,11 @@ TEST_F(MapRun, WarnsOfTheFirstScanBeforeItIsMapped) {
   EXPECT_THAT(fine, HasSubstr("readings reach 30 m"));
   EXPECT_LT(fine.find("readings reach"), fine.find("1/1 scans"));
   EXPECT_THAT(fine, Not(HasSubstr("lies beside it")));
+  write("own/far.pcd", read("far.pcd"));
+  write("own/poses.txt", "0 0 0 0 0 0 1\n");  // used, and at the origin
+  const Outcome used = run_well("map own -o own/m --resolution 0.05");
+  EXPECT_THAT(used.err, Not(HasSubstr("lies beside it")));
+  EXPECT_THAT(used.out, HasSubstr("poses.txt: one pose for each scan"));
   write("my_trajectory.txt", "0 0 0 0 0 0 1\n");
   const std::string coarse = run_well("map far.pcd -o n --resolution 0.05").err;
   EXPECT_THAT(coarse, AllOf(HasSubstr("my_trajectory.txt lies beside it"), Not(HasSubstr("readings reach"))));

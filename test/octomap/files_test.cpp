@@ -8,11 +8,13 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <octomap/ColorOcTree.h>
+#include <octomap/OcTreeStamped.h>
 #include <sstream>
 
 #include <octosurf/adapters/octomap_files.hpp>
 #include <octosurf/adapters/octree.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf {
@@ -97,6 +99,55 @@ TEST_F(OctomapFilesTest, ReadsWhatOctomapWrites) {
   expect_same(*read_octree(file("colour.ot")), *tree);
 }
 
+TEST_F(OctomapFilesTest, TreesOfOtherTypesGiveTheirOccupancyAndSayWhatIsLeft) {
+  const auto tree = scanned(0.1);
+  tree->expand();
+  octomap::OcTreeStamped stamped(0.1);
+  for (auto leaf = tree->begin_leafs(); leaf != tree->end_leafs(); ++leaf)
+    stamped.setNodeValue(leaf.getKey(), leaf->getLogOdds());
+  stamped.updateInnerOccupancy();
+  tree->prune();
+  ASSERT_TRUE(stamped.write(file("stamped.ot").string()));
+  expect_same(*read_octree(file("stamped.ot")), *tree);
+  EXPECT_EQ(octomap_note(file("stamped.ot")).find("bytes"), std::string::npos);
+
+  // One that writes eight bytes of its own after each log-odds; our own tree's nodes have none.
+  ASSERT_TRUE(tree->write(file("plain.ot").string()));
+  const std::string plain = bytes_of(file("plain.ot"));
+  const std::size_t data = plain.find("data\n") + 5;
+  std::string labelled = plain.substr(0, data);
+  labelled.replace(labelled.find("id OcTree"), 9, "id LabelOcTree");
+  for (std::size_t at = data; at < plain.size(); at += 5)
+    labelled += plain.substr(at, 4) + "\xff\x7f\xc0\x01 ab " + plain.substr(at + 4, 1);
+  expect_same(*read_octree(written("labelled.ot", labelled)), *tree);
+  EXPECT_NE(octomap_note(file("labelled.ot")).find("LabelOcTree, whose occupancy is taken, and the 8 bytes"),
+            std::string::npos);
+  EXPECT_EQ(octomap_note(file("plain.ot")), "");
+}
+
+TEST_F(OctomapFilesTest, HeadersOfOlderVersionsAreRead) {
+  octomap::OcTree binary(*scanned(0.1));
+  ASSERT_TRUE(binary.writeBinary(file("now.bt").string()));
+  const auto expected = read_octree(file("now.bt"));
+  const std::string now = bytes_of(file("now.bt"));
+  const std::string data = now.substr(now.find("data\n"));
+  const std::string size = std::to_string(binary.size());
+  for (const std::string& head :
+       {"# Octomap OcTree binary file\nid 1\nres 0.1\nsize " + size + "\n",
+        "# OctoMap OcTree binary file (feel free to change)\n# by hand\nres 0.1\nmaxdepth 16\nsize " + size +
+            "\n"})
+    expect_same(*read_octree(written("old.bt", head + data)), *expected);
+  // The first .bt had no text: a 3, the resolution, the number of nodes.
+  const std::int32_t type = 3;
+  const double resolution = 0.1;
+  const auto nodes = static_cast<std::uint32_t>(binary.size());
+  std::string first(16, '\0');
+  std::memcpy(first.data(), &type, 4);
+  std::memcpy(first.data() + 4, &resolution, 8);
+  std::memcpy(first.data() + 12, &nodes, 4);
+  expect_same(*read_octree(written("first.bt", first + data.substr(5))), *expected);
+}
+
 TEST_F(OctomapFilesTest, AnEmptyTreeComesBackEmpty) {
   write_ot(octomap::OcTree(0.2), file("empty.ot"));
   const auto tree = read_octree(file("empty.ot"));
@@ -138,8 +189,10 @@ TEST_F(OctomapFilesTest, HostileFilesAreRefused) {
   expect_refused(file("missing.ot"));
   expect_refused(written("text.ot", "no octree\n"));
   const std::string head = "# Octomap OcTree file\nid OcTree\n";
-  expect_refused(written("stamped.ot", "# Octomap OcTree file\nid OcTreeStamped\nsize 1\nres 0.1\ndata\n" +
-                                           std::string(5, '\0')));
+  expect_refused(written("counts.ot", "# Octomap OcTree file\nid CountingOcTree\nsize 1\nres 0.1\ndata\n" +
+                                          std::string(5, '\0')));
+  expect_refused(written(
+      "uneven.ot", "# Octomap OcTree file\nid LabelOcTree\nsize 2\nres 0.1\ndata\n" + std::string(13, '\0')));
   expect_refused(written("no_resolution.ot", head + "size 1\nres nan\ndata\n" + std::string(5, '\0')));
   // A chain of single children that never ends, as OctoMap's reader would follow it.
   const std::string chain_link("\0\0\0\0\1", 5);

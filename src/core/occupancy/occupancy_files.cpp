@@ -4,6 +4,8 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -172,10 +174,11 @@ struct OctomapHeader {
   std::string id;
   double resolution = 0;
   std::optional<std::size_t> nodes;
+  std::size_t dropped = 0;  ///< .ot: bytes of a node after its log-odds
 };
 
 [[noreturn]] void refuse_octomap(const std::filesystem::path& file, const std::string& what) {
-  throw Error(Error::Kind::data, file.string(), what, "expected an OctoMap .bt or .ot of type OcTree");
+  throw Error(Error::Kind::data, file.string(), what, "expected an OctoMap .bt or .ot");
 }
 
 /// The next line of a header, of bounded length.
@@ -189,14 +192,58 @@ bool next_line(std::istream& in, std::string& line) {
   return false;
 }
 
+/// The header of OctoMap's first .bt: a 3, resolution and size in binary.
+std::optional<OctomapHeader> read_first_header(std::istream& in) {
+  std::array<char, 4 + 8 + 4> bytes{};
+  const auto begin = in.tellg();
+  in.read(bytes.data(), bytes.size());
+  std::int32_t type = 0;
+  OctomapHeader header{true, "OcTree", 0, {}, 0};
+  std::uint32_t nodes = 0;
+  std::memcpy(&type, bytes.data(), sizeof type);
+  std::memcpy(&header.resolution, bytes.data() + 4, sizeof header.resolution);
+  std::memcpy(&nodes, bytes.data() + 12, sizeof nodes);
+  header.nodes = nodes;
+  if (in && type == 3) return header;
+  in.clear();
+  in.seekg(begin);
+  return {};
+}
+
+bool begins_with(std::string text, std::string_view lower_case) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return text.starts_with(lower_case);
+}
+
+/// Fields of a .ot's nodes beside log-odds, which come first. Other types than OctoMap's own (with time
+/// stamps, labels) are known by the bytes that a node takes.
+std::size_t dropped_bytes(const OctomapHeader& header, std::istream& in, const std::filesystem::path& file) {
+  if (header.id == "OcTree") return 0;
+  if (header.id == "ColorOcTree") return 3;
+  std::error_code error;
+  const auto left = std::filesystem::file_size(file, error) - static_cast<std::uintmax_t>(in.tellg());
+  const std::size_t nodes = header.nodes.value_or(0);
+  constexpr std::size_t least = sizeof(float) + 1;  // log-odds, children
+  if (error || nodes == 0 || left % nodes != 0 || left / nodes < least)
+    refuse_octomap(file, "holds a tree of type '" + header.id + "'");
+  return left / nodes - least;
+}
+
 OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
   if (!in) refuse_octomap(file, "cannot be opened");
+  const auto usable = [&](const OctomapHeader& header) {
+    if (!(header.resolution >= 1e-3 && header.resolution <= 10))
+      refuse_octomap(file, "has no usable resolution");
+    return header;
+  };
+  if (const auto first = read_first_header(in)) return usable(*first);
   OctomapHeader header;
   std::string line;
   if (!next_line(in, line)) refuse_octomap(file, line.empty() ? "is empty" : "is not an OctoMap file");
-  if (line.rfind("# Octomap OcTree binary file", 0) == 0)
+  if (begins_with(line, "# octomap octree binary file"))
     header.binary = true;
-  else if (line.rfind("# Octomap OcTree file", 0) != 0)
+  else if (!begins_with(line, "# octomap octree file"))
     refuse_octomap(file, "is not an OctoMap file");
   for (int lines = 0; lines < 64 && next_line(in, line); ++lines) {
     if (line.ends_with('\r'))
@@ -208,11 +255,10 @@ OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
     if (word == "res") words >> header.resolution;
     if (std::size_t nodes = 0; word == "size" && words >> nodes) header.nodes = nodes;
     if (word == "data") {
-      if (!(header.resolution >= 1e-3 && header.resolution <= 10))
-        refuse_octomap(file, "has no usable resolution");
-      if (header.id != "OcTree" && header.id != "ColorOcTree")
-        refuse_octomap(file, "holds a tree of type '" + header.id + "'");
-      return header;
+      if (header.id == "CountingOcTree") refuse_octomap(file, "holds counts, not occupancy");
+      if (header.id.empty() || header.id == "1") header.id = "OcTree";  // older names of it
+      if (!header.binary && header.nodes != 0) header.dropped = dropped_bytes(header, in, file);
+      return usable(header);
     }
   }
   refuse_octomap(file, "ends within its header");
@@ -257,13 +303,13 @@ class OctomapReader {
     for (unsigned c = 0; c < 8; ++c)
       if ((bits >> (2 * c) & 3) == 3) read_binary(child_key(corner, c, level - 1), level - 1);
   }
-  // .ot: log-odds (and a colour), then a byte of child bits.
+  // .ot: log-odds and what is dropped, then a byte of child bits.
   void read_full(geometry::VoxelKey corner, int level) {
     float value = 0;
     for (std::size_t i = 0; i < sizeof value; ++i)
       reinterpret_cast<unsigned char*>(&value)[i] = byte() & 0xff;
     if (!std::isfinite(value)) refuse_octomap(file_, "is damaged: a log-odds is not finite");
-    if (header_.id == "ColorOcTree") byte(), byte(), byte();
+    for (std::size_t i = 0; i < header_.dropped; ++i) byte();
     const unsigned mask = byte();
     if (mask == 0) set_leaf(corner, level, value);
     if (mask != 0 && level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
@@ -326,6 +372,16 @@ void occupancy::OccupancyMap::read_nodes(const std::function<std::string()>& sou
 double read_octomap_resolution(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   return read_header(in, file).resolution;
+}
+
+std::string octomap_note(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  const OctomapHeader header = read_header(in, file);
+  if (header.id == "OcTree") return {};
+  return "octree: of type " + header.id + ", whose occupancy is taken" +
+         (header.dropped > 0 ? ", and the " + std::to_string(header.dropped) +
+                                   " bytes a node has besides (colour, time or labels) left"
+                             : "");
 }
 
 occupancy::OccupancyMap occupancy::OccupancyMap::read_octomap(const std::filesystem::path& file,

@@ -61,9 +61,8 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
   out.origin = T_map_sensor.translation().cast<float>();
   out.max_range = max_range;
   if (geometry::VoxelKey key; !grid_.key_of(out.origin, key))
-    throw Error(
-        Error::Kind::data, scan.name, "the sensor is outside the octree's range",
-        "check that poses are in metres; shift them nearer to the origin, or use a larger resolution");
+    throw Error(Error::Kind::data, scan.name, "the sensor is outside the octree's range",
+                "check that poses are in metres; --origin X Y Z shifts all coordinates");
   table_.clear();
   // Runs end at the same points for any number of threads, so sums round equally.
   const std::size_t stretches = scan.points.size() / LocatedPoints::most + 1;

@@ -126,6 +126,13 @@ Map::Size Map::size() const {
   return size;
 }
 
+Eigen::Vector3d Map::origin() const { return state_->origin; }
+
+void Map::set_origin(const Eigen::Vector3d& origin) {
+  if (!origin.allFinite()) throw Error(Error::Kind::usage, "origin", "is not finite");
+  state_->origin = origin;
+}
+
 Map map_from_octomap(const std::filesystem::path& file, Parameters parameters) {
   parameters.occupancy.resolution = read_octomap_resolution(file);
   parameters.validate();

@@ -43,8 +43,9 @@ struct MapState {
   std::uint64_t revision = 0;
   /// Sum over the scans of their sensor's up direction, unit vectors in the map frame: for up_of().
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();
-  AtomicSharedPtr<const Snapshot> snapshot;  ///< the state that readers in other threads see
-  bool octree_shared = false;                ///< snapshots include it; a setting of the process
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< Map::origin()
+  AtomicSharedPtr<const Snapshot> snapshot;          ///< the state that readers in other threads see
+  bool octree_shared = false;                        ///< snapshots include it; a setting of the process
 
   /// A change failed, and its rollback is incomplete for lack of memory (Transaction).
   bool unrestored = false;

@@ -137,8 +137,10 @@ Json cylinder_json(const Cylinder& cylinder) {
 
 void write_json(const ExportJob& job, std::ostream& out) {
   out << R"({"format":"octosurf-surfaces","version":1,"resolution":)"
-      << Json(finite(job.snapshot.resolution, 0)) << R"(,"revision":)" << job.snapshot.revision
-      << R"(,"surfaces":[)";
+      << Json(finite(job.snapshot.resolution, 0));
+  if (const Eigen::Vector3d& origin = job.options.origin; !origin.isZero(0))
+    out << R"(,"origin":)" << Json({origin.x(), origin.y(), origin.z()});
+  out << R"(,"revision":)" << job.snapshot.revision << R"(,"surfaces":[)";
   // Surface by surface: the text of a large map may not fit into memory as one document.
   const char* separator = "\n";
   for (const SurfacePtr& surface : job.snapshot.surfaces) {

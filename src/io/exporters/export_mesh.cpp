@@ -1,5 +1,6 @@
 #include "io/exporters/export_formats.hpp"
 #include "io/new_file.hpp"
+#include "io/readers/bounded_file.hpp"
 
 #include <assimp/Exporter.hpp>
 #include <assimp/config.h>
@@ -7,6 +8,9 @@
 #include <assimp/scene.h>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -109,10 +113,33 @@ std::unique_ptr<aiScene> to_scene(const std::vector<NamedMesh>& meshes, const Me
   return scene;
 }
 
-void write_blob(const aiExportDataBlob& blob, NewFile& output) {
-  output.write([&](std::ostream& out) {
-    out.write(static_cast<const char*>(blob.data), static_cast<std::streamsize>(blob.size));
-  });
+std::string_view bytes_in(const aiExportDataBlob& blob) {
+  return {static_cast<const char*>(blob.data), blob.size};
+}
+
+void write_bytes(std::string_view bytes, NewFile& output) {
+  output.write(
+      [&](std::ostream& out) { out.write(bytes.data(), static_cast<std::streamsize>(bytes.size())); });
+}
+
+/// The .glb with the origin in its root node's extras, which Assimp does not write: a head of 12 bytes, the
+/// length and type of the JSON, the JSON, the rest.
+std::string with_origin(std::string_view glb, const Eigen::Vector3d& origin) {
+  constexpr std::size_t length_at = 12, begin = 20, alignment = 4;
+  const std::size_t length = number_at<std::uint32_t>(glb.data() + length_at, !little_endian_host);
+  auto json = nlohmann::ordered_json::parse(glb.substr(begin, length));
+  json["nodes"][json["scenes"][0]["nodes"][0].get<std::size_t>()]["extras"]["origin"] = {
+      origin.x(), origin.y(), origin.z()};
+  std::string text = json.dump();
+  text.append((alignment - text.size() % alignment) % alignment, ' ');
+  const std::string_view rest = glb.substr(begin + length);
+  std::string result(glb.substr(0, begin));
+  const auto put = [&](std::size_t at, std::size_t value) {
+    for (std::size_t i = 0; i < 4; ++i) result[at + i] = static_cast<char>(value >> (8 * i) & 0xff);
+  };
+  put(8, begin + text.size() + rest.size());
+  put(length_at, text.size());
+  return result.append(text).append(rest);
 }
 
 }  // namespace
@@ -140,10 +167,14 @@ void write_mesh_file(const ExportJob& job, const std::filesystem::path& file) {
   const aiExportDataBlob* blob =
       exporter.ExportToBlob(to_scene(meshes, format, job.options.up).get(), format.id, 0u, &properties);
   if (blob == nullptr) throw Error(Error::Kind::output, file.string(), exporter.GetErrorString());
-  write_blob(*blob, output);
+  const Eigen::Vector3d& origin = job.options.origin;
+  if (format.y_up && !origin.isZero(0))
+    write_bytes(with_origin(bytes_in(*blob), origin), output);
+  else
+    write_bytes(bytes_in(*blob), output);
   if (blob->next != nullptr) {  // .obj's materials
     NewFile materials(std::filesystem::path(file).replace_extension(".mtl"), job.options.force);
-    write_blob(*blob->next, materials);
+    write_bytes(bytes_in(*blob->next), materials);
     materials.commit();
   }
   output.commit();

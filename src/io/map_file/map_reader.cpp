@@ -113,6 +113,7 @@ class MapReader : Damage {
       state.cylinders.set_next_id(header.next_cylinder_id());
     }
     state.sensors_up = read_sensors_up(header);
+    state.origin = read_origin(header);
     if (header.has_alignment()) state.alignment = read_alignment(*header.mutable_alignment(), where);
     read_noise(header);
     file_.bt = {header.bt_bytes(), header.bt_crc32()};
@@ -157,6 +158,14 @@ class MapReader : Damage {
     require(sum.norm() <= static_cast<double>(header.scans()) * (1 + 1e-3),
             "the sensors' up direction makes no sense");
     return sum;
+  }
+
+  Eigen::Vector3d read_origin(const map_file::Header& header) const {
+    if (header.origin_size() == 0) return Eigen::Vector3d::Zero();
+    require(header.origin_size() == 3, "the origin has no three coordinates");
+    const Eigen::Vector3d origin(header.origin(0), header.origin(1), header.origin(2));
+    require(origin.allFinite(), "the origin makes no sense");
+    return origin;
   }
 
   void read_noise(const map_file::Header& header) {

@@ -40,6 +40,8 @@ void write_header(const surfaces::MapState& state, const FileSum& bt, const Kept
   for (const sensing::NoiseModel::SharedError& error : state.noise.shared_errors().of_class) put(error);
   put(state.noise.shared_errors().of_surface);
   for (const double coordinate : state.sensors_up) header.add_sensors_up(coordinate);
+  if (!state.origin.isZero(0))
+    for (const double coordinate : state.origin) header.add_origin(coordinate);
   if (!state.alignment.hypotheses.empty()) write_alignment(state.alignment, *header.mutable_alignment());
   header.set_bt_bytes(bt.bytes);
   header.set_bt_crc32(bt.crc32);

@@ -5,6 +5,8 @@
 #include <assimp/scene.h>
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <pcl/PolygonMesh.h>
 #include <pcl/conversions.h>
 #include <pcl/io/ply_io.h>
@@ -235,6 +237,30 @@ TEST_F(ExportTest, GlbStandsUpright) {
   }
   options.up.setZero();
   EXPECT_THROW(export_surfaces(room_, path("room.glb"), options, extras_), Error);
+}
+
+TEST_F(ExportTest, AnOriginStandsOnceInGlbAndJson) {
+  ExportOptions options;
+  options.origin = {448000.25, 5411000, 120};
+  export_surfaces(room_, path("far.glb"), options, extras_);
+  export_surfaces(room_, path("near.glb"), {}, extras_);
+  const tinygltf::Model far = load_glb(path("far.glb")), near = load_glb(path("near.glb"));
+  const auto extras = [](const tinygltf::Model& model) {
+    return model.nodes.at(static_cast<std::size_t>(model.scenes[0].nodes[0])).extras;
+  };
+  ASSERT_TRUE(extras(far).Has("origin"));
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(extras(far).Get("origin").Get(i).GetNumberAsDouble(), options.origin[i]);
+  EXPECT_FALSE(extras(near).Has("origin"));
+  EXPECT_EQ(far.meshes.size(), near.meshes.size());
+  EXPECT_EQ(far.buffers.at(0).data, near.buffers.at(0).data);
+  export_surfaces(room_, path("far.json"), options, extras_);
+  export_surfaces(room_, path("near.json"), {}, extras_);
+  std::ifstream far_file(path("far.json")), near_file(path("near.json"));
+  auto far_json = nlohmann::json::parse(far_file);
+  EXPECT_EQ(far_json.at("origin"), nlohmann::json({448000.25, 5411000.0, 120.0}));
+  far_json.erase("origin");
+  EXPECT_EQ(far_json, nlohmann::json::parse(near_file));
 }
 
 TEST_F(ExportTest, GlbPointsAreReadByTinygltf) {

@@ -61,6 +61,21 @@ TEST_F(MapFiles, EmptyMap) {
   EXPECT_EQ(bytes_of(map), bytes_of(loaded.map));
 }
 
+TEST_F(MapFiles, AnOriginComesBackExactlyAndANoneIsNotWritten) {
+  const Eigen::Vector3d utm(448000.1, 5411000, -120);
+  Map map(coarse());
+  EXPECT_EQ(map.origin(), Eigen::Vector3d::Zero());
+  EXPECT_EQ(unpack(bytes_of(map)).front().header().origin_size(), 0);
+  map.set_origin(utm);
+  save_map(map, folder / "far");
+  EXPECT_EQ(load_map(folder / "far").map.origin(), utm);
+  EXPECT_THROW(map.set_origin(Eigen::Vector3d::Constant(NAN)), Error);
+  std::vector<map_file::Record> records = unpack(bytes_of(map));
+  records.front().mutable_header()->add_origin(1);
+  write_file(folder / "bad.surfaces", pack(records));
+  EXPECT_THROW(load_map(folder / "bad"), Error);
+}
+
 TEST_F(MapFiles, ParametersComeBackExactly) {
   Parameters parameters;  // every one another than the default, thirds that no short text holds
   for (const auto& [name, value] :
