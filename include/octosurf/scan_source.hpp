@@ -19,7 +19,8 @@ struct BagOptions {
   std::vector<std::string> topics;
   /// Poses by Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped, instead of by tf.
   std::optional<std::string> pose_topic;
-  /// The frame whose poses the pose topic contains; empty: Odometry's child frame, else the sensor's.
+  /// The frame whose poses the pose topic contains; empty: Odometry's child frame, else the sensor's. Of clouds
+  /// that are in the map's frame: where their rays start.
   std::optional<std::string> pose_frame;
   /// The frame of the map in tf; empty: `map`, if the sensor hangs below it, else the root above the sensor.
   std::optional<std::string> fixed_frame;
@@ -105,13 +106,15 @@ InputKind classify(const std::filesystem::path& input);
 ///   `calib.txt` has a line `Tr:` (velodyne to camera), T_map_velodyne = pose · Tr. `times.txt`.
 /// - OctoMap `.graph`.
 /// - Bags of ROS 1 (2.0; chunks plain, bz2 or lz4) and ROS 2 (`.db3`, `.mcap`; a file, or the folder with
-///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64; depth as Image (16UC1,
+///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64, or Livox' CustomMsg, without
+///   its noise; those without points are no scans; depth as Image (16UC1,
 ///   mono16 in millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG; compressedDepth as PNG or RVL,
 ///   in millimetres or quantised) with CameraInfo, whose K (P for images called `rect`) is used; lens
 ///   distortion is not corrected. In the order of their headers' time stamps. Poses come from tf, static and
 ///   moving, or from a topic, interpolated unless one has the scan's exact time; a scan without a pose is a
-///   bad one. No index is needed. A truncated bag is rejected, or with skip_bad read up to the cut. Opening
-///   one reads it once.
+///   bad one. Damaged samples of poses are left out, as tf2 does. Clouds in a frame that stands still (map, odom,
+///   camera_init, …) are seen from the robot, by odometry or tf in it. No index is needed. A truncated bag is
+///   rejected, or with skip_bad read up to the cut. Opening one reads it once.
 ///
 /// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`, `intrinsics.txt`,
 /// `camera.txt`, `K.txt` or `*.K` beside them, in the folder above or beside the file of poses. Scans of a

@@ -21,6 +21,7 @@ void count(const BagMessage& message, TopicContents& contents) {
   contents.first_ns = contents.messages == 0 ? now : std::min(contents.first_ns, now);
   contents.last_ns = contents.messages == 0 ? now : std::max(contents.last_ns, now);
   ++contents.messages;
+  contents.bytes += message.bytes.size();
 }
 
 /// Adds the data of one message.
@@ -35,7 +36,7 @@ class Indexer {
     if (contents.messages == 0) contents.topic = topic;
     count(message, contents);
     if (topic.encoding == MessageEncoding::other) return;
-    if (topic.type == "sensor_msgs/PointCloud2" || topic.type == "sensor_msgs/Image" ||
+    if (is_cloud_type(topic.type) || topic.type == "sensor_msgs/Image" ||
         topic.type == "sensor_msgs/CompressedImage")
       return add_scan(contents, message);
     try {
@@ -63,7 +64,13 @@ class Indexer {
   void add_scan(TopicContents& contents, const BagMessage& message) {
     MessageHeader header;
     try {
-      header = read_header(*message_reader(message.bytes, contents.topic.encoding));
+      const BagTopic& topic = contents.topic;
+      if (is_cloud_type(topic.type) &&
+          points_in(*message_reader(message.bytes, topic.encoding), topic.type) == 0) {
+        ++contents.empty_scans;  // such messages often have no frame and no time either
+        return;
+      }
+      header = read_header(*message_reader(message.bytes, topic.encoding));
     } catch (const std::runtime_error&) {
       header = {};
     }
@@ -74,7 +81,7 @@ class Indexer {
   }
 
   static bool is_depth(const BagTopic& topic, std::string_view bytes) {
-    if (topic.type == "sensor_msgs/PointCloud2") return true;
+    if (is_cloud_type(topic.type)) return true;
     try {
       const auto reader = message_reader(bytes, topic.encoding);
       if (topic.type == "sensor_msgs/CompressedImage")

@@ -22,9 +22,10 @@ struct ListedMessage {
 /// Contents of a topic found in one pass; only the fields of its type are set.
 struct TopicContents {
   BagTopic topic;
-  std::uint64_t messages = 0;
+  std::uint64_t messages = 0, bytes = 0;
   std::int64_t first_ns = 0, last_ns = 0;   ///< when they were recorded
-  std::vector<ListedMessage> scans;         ///< of clouds and images
+  std::vector<ListedMessage> scans;         ///< of clouds and images, those of no point left out
+  std::uint64_t empty_scans = 0;            ///< these
   bool is_depth = false;                    ///< clouds, and images one of which is of depth
   PoseTrack poses;                          ///< of messages that hold one pose
   std::string pose_parent, pose_child;      ///< frames of the first one; a child is optional

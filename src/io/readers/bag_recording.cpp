@@ -21,6 +21,7 @@ namespace {
 constexpr double default_gap_s = 0.25;
 
 bool holds_scans(const TopicContents& topic) { return topic.is_depth && !topic.scans.empty(); }
+bool holds_empty_scans(const TopicContents& topic) { return topic.empty_scans > 0; }
 bool holds_poses(const TopicContents& topic) { return !topic.poses.samples().empty(); }
 bool holds_camera(const TopicContents& topic) { return topic.camera.has_value(); }
 
@@ -31,7 +32,24 @@ std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const
   return list.empty() ? "none" : list;
 }
 
-bool is_cloud(const TopicContents& topic) { return topic.topic.type == "sensor_msgs/PointCloud2"; }
+bool is_cloud(const TopicContents& topic) { return is_cloud_type(topic.topic.type); }
+
+/// Of a type that is not read, with messages of the size of a hundred points.
+bool may_be_cloud(const TopicContents& topic) {
+  constexpr std::uint64_t least_bytes = 100 * sizeof(Eigen::Vector3f);
+  return topic.messages > 0 && topic.scans.empty() && topic.empty_scans == 0 &&
+         topic.bytes / topic.messages >= least_bytes && !topic.topic.type.starts_with("tf") &&
+         !is_pose_type(topic.topic.type);
+}
+
+/// A frame called like this is of a robot or sensor, though an arm or a leg may move in it.
+bool is_named_as_part(const std::string& frame) {
+  for (const char* const part :
+       {"base", "body", "link", "robot", "imu", "lidar", "laser", "velodyne", "ouster", "os_", "livox",
+        "hesai", "rslidar", "sensor", "camera", "depth", "optical"})
+    if (frame.find(part) != std::string::npos) return true;
+  return false;
+}
 
 }  // namespace
 
@@ -44,6 +62,7 @@ BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, cons
   choose_scans(options.bag);
   choose_cameras(options);
   if (posed_) choose_poses(options.bag);
+  if (posed_) tell_left_out();
 }
 
 void BagRecording::refuse(const std::string& what, const std::string& mend) const {
@@ -63,8 +82,15 @@ void BagRecording::choose_scans(const BagOptions& options) {
   if (options.topics.empty()) {
     for (const TopicContents& topic : index_.topics)
       if (holds_scans(topic)) chosen.push_back(&topic);
-    if (chosen.empty())
-      refuse("no topic with point clouds or depth images", "octosurf info lists the bag's topics and frames");
+    if (chosen.empty()) {
+      if (const std::string empty = list_of(index_.topics, holds_empty_scans); empty != "none")
+        refuse("no message of " + empty + " holds a point", "record it again");
+      const std::string others = list_of(index_.topics, may_be_cloud);
+      refuse("no topic with point clouds or depth images" +
+                 (others == "none" ? "" : "; of a type that is not read, but large: " + others),
+             others == "none" ? "octosurf info lists the bag's topics and frames"
+                              : "record PointCloud2, or convert them to it");
+    }
     if (chosen.size() > 1)
       refuse(count_of(chosen.size(), "topic") + " with scans: " + list_of(index_.topics, holds_scans),
              "choose by --topic");
@@ -73,8 +99,10 @@ void BagRecording::choose_scans(const BagOptions& options) {
     chosen.push_back(&named(name, "--topic", "point clouds or depth images", holds_scans));
   for (const TopicContents* topic : chosen) {
     scans_.insert(scans_.end(), topic->scans.begin(), topic->scans.end());
-    notes_.push_back("scans: " + count_of(topic->scans.size(), "message") + " of " + topic->topic.name +
-                     " (" + topic->topic.type + ")");
+    notes_.push_back(
+        "scans: " + count_of(topic->scans.size(), "message") + " of " + topic->topic.name + " (" +
+        topic->topic.type + ")" +
+        (topic->empty_scans == 0 ? "" : ", " + std::to_string(topic->empty_scans) + " more without points"));
   }
   std::ranges::stable_sort(scans_, {}, &ListedMessage::stamp_ns);
 }
@@ -130,6 +158,7 @@ void BagRecording::choose_poses(const BagOptions& options) {
   const std::string& frame = index_.frames[scans_.front().frame];
   if (options.pose_topic)
     return choose_pose_topic(named(*options.pose_topic, "--pose-topic", "poses", holds_poses), options);
+  if (choose_registered(frame, options)) return;
   if (options.fixed_frame) {
     if (!index_.tree.knows(*options.fixed_frame))
       refuse("tf has no frame " + *options.fixed_frame, "octosurf info lists the bag's topics and frames");
@@ -148,6 +177,36 @@ void BagRecording::choose_poses(const BagOptions& options) {
   if (index_.tree.knows(frame)) return choose_fixed_frame("", "nothing moves it");
   refuse("no poses: neither tf of frame '" + frame + "' nor a topic with poses",
          "give --poses FILE, or record /tf and /tf_static");
+}
+
+/// Clouds that an odometry by lidar has moved to the frame of its map: tf or the odometry knows from where
+/// they were seen. False: they are in a sensor's frame.
+bool BagRecording::choose_registered(const std::string& frame, const BagOptions& options) {
+  if (!is_cloud(index_.topics[scans_.front().topic])) return false;
+  const auto poses_in_it = [&](const TopicContents& topic) {
+    return holds_poses(topic) && topic.pose_parent == frame && topic.pose_child != frame;
+  };
+  const bool by_topic = std::ranges::any_of(index_.topics, poses_in_it);
+  std::string robot = index_.tree.robot_below(frame);
+  const bool stands = is_map_frame(frame) || (index_.tree.ancestors(frame).size() == 1 && !robot.empty() &&
+                                              !is_named_as_part(frame));
+  if (!stands && !by_topic) return false;
+  if (options.pose_frame) {
+    const auto above = index_.tree.ancestors(*options.pose_frame);
+    robot = std::ranges::find(above, frame) != above.end() ? *options.pose_frame : std::string();
+  }
+  if (robot.empty() && by_topic) return false;             // choose_pose_topic() goes on
+  if (robot.empty() && options.fixed_frame) return false;  // as if seen from its origin, as is stated
+  if (robot.empty())
+    refuse("its clouds are in frame '" + frame +
+               "', which is no sensor's, and where they were seen from is not found",
+           "record tf or odometry of the robot in it; --pose-frame names the robot's frame, --fixed-frame " +
+               frame + " takes its origin");
+  choose_fixed_frame(options.fixed_frame.value_or(""), "");
+  robot_ = robot;
+  notes_.back() = "poses: tf of " + robot_ + " in " + fixed_frame_ + "; clouds are in " + frame +
+                  ", and their rays start at " + robot_ + " (else --pose-frame)";
+  return true;
 }
 
 /// Default: `map` (REP 105) if the sensor is below it, else the tree's root.
@@ -171,11 +230,26 @@ void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOption
   if (pose_child_.empty() && !one_frame)
     refuse("the poses of " + topic.topic.name + " name no frame, and the scans are of several",
            "name it by --pose-frame");
+  if (topic.pose_parent == sensor && pose_child_ != sensor) {
+    robot_ = pose_child_.empty() ? "the poses' places" : pose_child_;
+    notes_.push_back("poses: " + topic.topic.name + " (" + topic.topic.type + "); clouds are in " + sensor +
+                     ", as the poses are, and their rays start at " + robot_);
+    return;
+  }
   std::string of =
       pose_child_.empty() ? sensor + " (the sensor, as they name no frame; else --pose-frame)" : pose_child_;
   if (!pose_child_.empty() && pose_child_ != sensor) of += ", and tf from there to " + sensor;
   notes_.push_back("poses: " + topic.topic.name + " (" + topic.topic.type + ") in " + topic.pose_parent +
                    " of " + of);
+}
+
+void BagRecording::tell_left_out() {
+  const auto [bad, frame] = pose_topic_ ? std::pair(pose_topic_->poses.left_out(), pose_topic_->topic.name)
+                                        : index_.tree.left_out();
+  if (bad == 0) return;
+  notes_.push_back("poses: " + count_of(bad, "sample") +
+                   " left out, not finite or with a quaternion farther " + "than 1 % from length 1 (" +
+                   (pose_topic_ ? "on " : "the first of frame ") + frame + "); poses there are interpolated");
 }
 
 SensorKind BagRecording::sensor(std::size_t scan) const {
@@ -189,17 +263,20 @@ std::string BagRecording::name_of(const ListedMessage& scan) const {
   return files_[scan.place.file].string() + " " + index_.topics[scan.topic].topic.name + " at " + time.data();
 }
 
-Eigen::Isometry3d BagRecording::pose(const ListedMessage& scan) const {
-  const std::string& sensor = index_.frames[scan.frame];
-  if (!pose_topic_) return index_.tree.lookup(fixed_frame_, sensor, scan.stamp_ns, gap_ns_);
-  PoseTrack::At at;
+Eigen::Isometry3d BagRecording::pose_on_topic(std::int64_t stamp_ns) const {
   try {
-    at = pose_topic_->poses.at(scan.stamp_ns, gap_ns_);
+    return pose_topic_->poses.at(stamp_ns, gap_ns_).T_parent_child;
   } catch (const NoPose& none) {
     throw NoPose("no pose on " + pose_topic_->topic.name + " at its time: " + none.what());
   }
-  if (pose_child_.empty() || pose_child_ == sensor) return at.T_parent_child;
-  return at.T_parent_child * index_.tree.lookup(pose_child_, sensor, scan.stamp_ns, gap_ns_);
+}
+
+Eigen::Isometry3d BagRecording::pose(const std::string& frame, std::int64_t stamp_ns) const {
+  if (!pose_topic_)
+    return index_.tree.lookup(fixed_frame_, robot_.empty() ? frame : robot_, stamp_ns, gap_ns_);
+  const Eigen::Isometry3d T = pose_on_topic(stamp_ns);
+  if (!robot_.empty() || pose_child_.empty() || pose_child_ == frame) return T;
+  return T * index_.tree.lookup(pose_child_, frame, stamp_ns, gap_ns_);
 }
 
 void BagRecording::read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const {
@@ -230,15 +307,26 @@ Scan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
   try {
     const std::string_view bytes = bag_->read(listed.place);
     if (is_cloud(topic)) {
-      CloudMessage cloud =
-          read_cloud_message(*message_reader(bytes, topic.topic.encoding), largest_scan(bytes_));
+      const auto reader = message_reader(bytes, topic.topic.encoding);
+      CloudMessage cloud = is_livox_type(topic.topic.type)
+                               ? read_livox_message(*reader, largest_scan(bytes_))
+                               : read_cloud_message(*reader, largest_scan(bytes_));
       if (cloud.organised) scan.sensor = SensorKind::depth_camera;
       scan.points = std::move(cloud.points);
       shift = cloud.shift;
     } else {
       read_image(bytes, listed, scan);
     }
-    if (posed_) scan.T_map_sensor = pose(listed);
+    if (posed_) scan.T_map_sensor = pose(index_.frames[listed.frame], listed.stamp_ns);
+    if (!robot_.empty()) {
+      const Eigen::Isometry3d T_cloud_robot =
+          pose_topic_ ? scan.T_map_sensor
+                      : index_.tree.lookup(index_.frames[listed.frame], robot_, listed.stamp_ns, gap_ns_);
+      const Eigen::Isometry3d T_robot_cloud = T_cloud_robot.inverse();
+      for (Eigen::Vector3f& point : scan.points)
+        point = (T_robot_cloud * (point.cast<double>() + shift)).cast<float>();
+      shift.setZero();
+    }
   } catch (const NoPose& none) {
     throw Error(Error::Kind::data, scan.name, none.what(),
                 "--skip-bad leaves such scans out, --max-pose-gap allows more");

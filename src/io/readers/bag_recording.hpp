@@ -43,12 +43,15 @@ class BagRecording {
   void choose_cameras(const ScanSourceOptions& options);
   void choose_camera(const TopicContents& images, const std::optional<std::string>& info_topic);
   void choose_poses(const BagOptions& options);
+  bool choose_registered(const std::string& frame, const BagOptions& options);
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
+  void tell_left_out();
   void choose_fixed_frame(const std::string& frame, const std::string& why);
   [[noreturn]] void refuse(const std::string& what, const std::string& mend) const;
   const TopicContents& named(const std::string& topic, const char* option, const char* what,
                              bool (*fits)(const TopicContents&)) const;
-  Eigen::Isometry3d pose(const ListedMessage& scan) const;
+  Eigen::Isometry3d pose(const std::string& frame, std::int64_t stamp_ns) const;
+  Eigen::Isometry3d pose_on_topic(std::int64_t stamp_ns) const;
   void read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const;
   std::string name_of(const ListedMessage& scan) const;
 
@@ -69,6 +72,7 @@ class BagRecording {
   const TopicContents* pose_topic_ = nullptr;  // in index_; null: tf
   std::string pose_child_;                     // frame of its poses; empty: the sensor's
   std::string fixed_frame_;
+  std::string robot_;  // clouds are in a frame that stands still, and are seen from here; empty: they are not
   std::vector<std::string> notes_;
 };
 

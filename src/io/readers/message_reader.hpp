@@ -22,6 +22,7 @@ class MessageReader {
   std::uint8_t u8() { return static_cast<std::uint8_t>(number(1)); }
   std::uint32_t u32() { return static_cast<std::uint32_t>(number(4)); }
   std::uint64_t u64() { return number(8); }
+  float f32() { return std::bit_cast<float>(u32()); }
   double f64() { return std::bit_cast<double>(u64()); }
   std::string text();
   std::string_view bytes() { return bytes_.take(u32()); }  ///< of a uint8[]

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace octosurf::io {
 namespace {
@@ -82,6 +83,8 @@ MessageHeader read_header(MessageReader& message) {
 CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size) {
   read_header(message);
   const std::uint64_t height = message.u32(), width = message.u32();
+  if (width == 0 || height == 0)
+    return {{}, height > 1, {}};  // a scan without returns; its fields may be none
   Coordinates xyz = read_fields(message);
   const bool big_endian = message.u8() != 0;
   const std::uint64_t step = message.u32(), row_step = message.u32();
@@ -91,7 +94,6 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
     if (c.offset + size_of(c.type) > step) fail_reading("a field of it lies outside of its points");
   }
   const std::uint64_t row = height > 1 ? row_step : width * step;
-  if (width == 0 || height == 0) return {{}, height > 1, {}};  // a scan without returns
   // This order avoids overflow: width and step have 32 bits, and so has `row` when there are rows.
   if (width * step > data.size() || row < width * step || (data.size() - width * step) / row < height - 1)
     fail_reading("says it has " + size_text(width, height) + " points of " + std::to_string(step) +
@@ -100,6 +102,45 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
     fail_reading("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
   CloudPoints read = binary_points(data, xyz, width, height, row, big_endian);
   return {std::move(read.points), height > 1, read.shift};
+}
+
+bool is_livox_type(std::string_view type) {
+  return type.starts_with("livox") && type.ends_with("/CustomMsg");
+}
+
+CloudMessage read_livox_message(MessageReader& message, std::uint64_t largest_size) {
+  const std::uint64_t count = points_in(message, "livox_ros_driver/CustomMsg");
+  if (count > largest_size / sizeof(Eigen::Vector3f))
+    fail_reading("a cloud of " + std::to_string(count) + " points, far more than its bag's size");
+  CloudMessage cloud;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    message.u32();  // ns after the first
+    Eigen::Vector3f point;
+    for (float& value : point) value = message.f32();
+    message.u8();  // reflectivity
+    const std::uint8_t tag = message.u8();
+    message.u8();  // laser
+    // Bits 0 and 1 tell noise by its place, 2 and 3 by its intensity: 0 is none, 1 and 2 are sure and likely
+    // noise of the first driver's lidars, doubtful and bad points of the second's; 3 is unlikely or unused.
+    const auto noise = [&](int shift) { return ((tag >> shift & 3) + 1) / 2 == 1; };
+    if (point.isZero(0) || noise(0) || noise(2)) point.setConstant(std::numeric_limits<float>::quiet_NaN());
+    cloud.points.push_back(point);
+  }
+  return cloud;
+}
+
+bool is_cloud_type(std::string_view type) { return type == "sensor_msgs/PointCloud2" || is_livox_type(type); }
+
+std::uint64_t points_in(MessageReader& message, std::string_view type) {
+  read_header(message);
+  if (!is_livox_type(type)) {
+    const std::uint64_t height = message.u32();
+    return height * message.u32();
+  }
+  message.u64();                             // the first point's time
+  message.u32();                             // number of points, as in the list's head
+  for (int i = 0; i < 4; ++i) message.u8();  // lidar's number, reserved
+  return message.u32();
 }
 
 DepthKind depth_kind(std::string_view encoding) {

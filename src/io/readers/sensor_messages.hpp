@@ -33,6 +33,16 @@ struct CloudMessage {
 /// `largest_size`: memory limit of the points in bytes.
 CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size);
 
+/// CustomMsg of Livox' drivers (livox_ros_driver, livox_ros_driver2, livox_interfaces).
+bool is_livox_type(std::string_view type);
+/// Points at the origin, and those that its tag calls noise, become not finite.
+CloudMessage read_livox_message(MessageReader& message, std::uint64_t largest_size);
+
+/// PointCloud2 and Livox' CustomMsg.
+bool is_cloud_type(std::string_view type);
+/// The number of points that a message of such a type says it has.
+std::uint64_t points_in(MessageReader& message, std::string_view type);
+
 enum class DepthKind {
   none,         ///< a picture
   millimetres,  ///< 16UC1, mono16

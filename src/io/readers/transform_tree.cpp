@@ -16,6 +16,11 @@ namespace {
 
 constexpr std::int64_t nearest_within_ns = 20000000;  // as for pose files
 
+/// pose_from()'s limit: a quaternion of single precision is off by 1e-7, one that is off by 1 % is damaged.
+bool is_pose(const PoseTrack::Sample& sample) {
+  return sample.translation.allFinite() && std::abs(sample.rotation.norm() - 1) <= 1e-2;
+}
+
 std::string seconds(std::int64_t ns) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.3f s", static_cast<double>(ns) / 1e9);
@@ -37,7 +42,15 @@ std::int64_t distance(std::int64_t a, std::int64_t b) {
 
 }  // namespace
 
+bool is_map_frame(std::string_view frame) {
+  constexpr std::array<std::string_view, 5> names{"map", "odom", "world", "earth", "camera_init"};
+  frame.remove_prefix(frame.rfind('/') + 1);  // a robot's namespace; npos + 1 is 0
+  return std::ranges::find(names, frame) != names.end();
+}
+
 void PoseTrack::finish() {
+  if (std::ranges::any_of(samples_, is_pose))
+    left_out_ += std::erase_if(samples_, [](const Sample& sample) { return !is_pose(sample); });
   std::ranges::stable_sort(samples_, {}, &Sample::stamp_ns);
   // Of equal times keep the last: unique() over the reversed sequence keeps its first.
   const auto kept = std::unique(samples_.rbegin(), samples_.rend(),
@@ -78,14 +91,23 @@ std::uint32_t TransformTree::index_of(const std::string& frame) {
 void TransformTree::add(const Edge& edge, PoseTrack::Sample sample) {
   sample.parent = index_of(edge.parent);
   Frame& child = frames_[index_of(edge.child)];
-  if (edge.fixed)
+  if (edge.fixed && (is_pose(sample) || !child.fixed))
     child.fixed = sample;
-  else
+  else if (!edge.fixed)
     child.track.add(sample);
 }
 
 void TransformTree::finish() {
   for (Frame& frame : frames_) frame.track.finish();
+}
+
+std::pair<std::size_t, std::string> TransformTree::left_out() const {
+  std::pair<std::size_t, std::string> all;
+  for (const Frame& frame : frames_) {
+    if (all.first == 0) all.second = frame.name;
+    all.first += frame.track.left_out();
+  }
+  return all;
 }
 
 void TransformTree::keep_last(std::int64_t duration_ns) {
@@ -94,19 +116,26 @@ void TransformTree::keep_last(std::int64_t duration_ns) {
       frame.track.forget_before(frame.track.samples().back().stamp_ns - duration_ns);
 }
 
+std::optional<std::uint32_t> TransformTree::parent_of(const Frame& frame) const {
+  if (!frame.track.samples().empty()) return frame.track.samples().front().parent;
+  return frame.fixed ? std::optional(frame.fixed->parent) : std::nullopt;
+}
+
+std::vector<std::uint32_t> TransformTree::children_of(std::uint32_t frame) const {
+  std::vector<std::uint32_t> children;
+  for (std::uint32_t i = 0; i < frames_.size(); ++i)
+    if (parent_of(frames_[i]) == frame) children.push_back(i);
+  return children;
+}
+
 std::vector<std::string> TransformTree::ancestors(const std::string& frame) const {
   std::vector<std::string> names;
   auto found = indices_.find(frame);
   if (found == indices_.end()) return names;
-  for (std::uint32_t at = found->second; names.size() <= frames_.size();) {
-    const Frame& f = frames_[at];
+  for (std::optional<std::uint32_t> at = found->second; at && names.size() <= frames_.size();) {
+    const Frame& f = frames_[*at];
     names.push_back(f.name);
-    if (!f.track.samples().empty())
-      at = f.track.samples().front().parent;
-    else if (f.fixed)
-      at = f.fixed->parent;
-    else
-      break;
+    at = parent_of(f);
   }
   return names;
 }
@@ -116,6 +145,24 @@ bool TransformTree::moves(const std::string& frame) const {
   return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
     return !frames_[indices_.at(name)].track.samples().empty();
   });
+}
+
+std::string TransformTree::robot_below(const std::string& frame) const {
+  const auto found = indices_.find(frame);
+  if (found == indices_.end()) return {};
+  std::uint32_t at = found->second;
+  const auto moving = [&](std::uint32_t i) { return !frames_[i].track.samples().empty(); };
+  for (std::size_t steps = 0; steps < frames_.size(); ++steps) {
+    std::vector<std::uint32_t> children = children_of(at);
+    const bool stands = at == found->second || is_map_frame(frames_[at].name);
+    if (stands)
+      std::erase_if(children, [&](std::uint32_t i) { return !moving(i) && !is_map_frame(frames_[i].name); });
+    if (children.size() == 1 && (stands || !moving(children.front())))
+      at = children.front();
+    else
+      return stands ? std::string() : frames_[at].name;
+  }
+  return {};  // a ring
 }
 
 bool TransformTree::settled(const std::string& to, const std::string& from, std::int64_t stamp_ns) const {

@@ -7,6 +7,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace octosurf::io {
@@ -28,8 +30,10 @@ class PoseTrack {
   };
 
   void add(const Sample& sample) { samples_.push_back(sample); }
-  /// Call after the last add(): sorts by time; of several at one time the last one added is kept.
+  /// Call after the last add(): sorts by time; of several at one time the last one added is kept. Leaves out
+  /// what is no pose, as tf2 does, unless all are.
   void finish();
+  std::size_t left_out() const { return left_out_; }
   const std::vector<Sample>& samples() const { return samples_; }
   /// Removes older samples of a finished track.
   void forget_before(std::int64_t stamp_ns);
@@ -46,7 +50,11 @@ class PoseTrack {
 
  private:
   std::vector<Sample> samples_;
+  std::size_t left_out_ = 0;
 };
+
+/// True for the frames that stand still: REP 105's, and LOAM's camera_init.
+bool is_map_frame(std::string_view frame);
 
 /// tf: frames, each in its parent's, some fixed (/tf_static), some moving (/tf).
 class TransformTree {
@@ -62,11 +70,18 @@ class TransformTree {
   void keep_last(std::int64_t duration_ns);
 
   std::size_t size() const { return frames_.size(); }  ///< frames
+  /// Of the frames' tracks, and the first such frame; 0: none.
+  std::pair<std::size_t, std::string> left_out() const;
   bool knows(const std::string& frame) const { return indices_.contains(frame); }
   /// From the frame up to its tree's root, by their first transforms.
   std::vector<std::string> ancestors(const std::string& frame) const;
   /// True if a frame between these two, or they themselves, moves.
   bool moves(const std::string& frame) const;
+
+  /// The robot below a frame that stands still: the one frame that moves in it, or behind further ones that
+  /// stand still, and from there the end of fixed transforms, as long as frames have one child. Empty: none,
+  /// or several.
+  std::string robot_below(const std::string& frame) const;
 
   /// True if later transforms, in order of time, cannot change lookup(): the frames are connected, and each
   /// moving one between them has a transform at that time or later.
@@ -87,6 +102,8 @@ class TransformTree {
     std::uint32_t frame = 0;
     Eigen::Isometry3d T_frame_start = Eigen::Isometry3d::Identity();
   };
+  std::optional<std::uint32_t> parent_of(const Frame& frame) const;
+  std::vector<std::uint32_t> children_of(std::uint32_t frame) const;
   std::uint32_t index_of(const std::string& frame);
   struct Way {
     std::vector<Step> steps;

@@ -86,6 +86,75 @@ TEST_F(BagChoice, NothingToMap) {
   EXPECT_THAT(refusal({}), HasSubstr("no topic with point clouds or depth images"));
 }
 
+TEST_F(BagChoice, LargeMessagesOfAnUnknownTypeAreNamed) {
+  const std::vector<McapMessage> packets{
+      tf(1, "odom", "lidar", 4),
+      {"/packets", "velodyne_msgs/msg/VelodyneScan", 1, std::string(1300, '\0')},
+      {"/imu", "sensor_msgs/msg/Imu", 1, std::string(324, '\0')}};
+  EXPECT_THAT(refusal(packets), AllOf(HasSubstr("large: /packets (velodyne_msgs/VelodyneScan)"),
+                                      ::testing::Not(HasSubstr("/imu")), HasSubstr("PointCloud2")));
+}
+
+/// A cloud without fields, as drivers send one before the first revolution, without frame and time, too.
+McapMessage empty_cloud(double stamp_s, const std::string& frame, std::uint32_t width = 0) {
+  CdrBytes message;
+  message.header(stamp_s, frame).u32(1).u32(width).u32(0).u8(0).u32(0).u32(0).bytes("").u8(1);
+  return {"/points", cloud_type, 1.5, message.all()};
+}
+
+TEST_F(BagChoice, MessagesWithoutPointsAreNoScans) {
+  const auto source =
+      open_scans({bag({empty_cloud(0, ""), tf(1, "odom", "lidar", 4), tf(2, "odom", "lidar", 5), cloud(1),
+                       empty_cloud(1.5, "lidar"), cloud(2)})});
+  EXPECT_THAT(source->notes().front(), HasSubstr("2 messages of /points (sensor_msgs/PointCloud2), 2 more "
+                                                 "without points"));
+  EXPECT_EQ(read_all(*source).size(), 2U);
+  EXPECT_THAT(refusal({tf(1, "odom", "lidar", 4), empty_cloud(1, "lidar")}),
+              HasSubstr("no message of /points (sensor_msgs/PointCloud2) holds a point"));
+  EXPECT_THAT(refusal({tf(1, "odom", "lidar", 4), empty_cloud(1, "lidar", 7)}),
+              HasSubstr("without one each of x, y and z"));
+}
+
+TEST_F(BagChoice, BadSamplesOfTfAreLeftOutAndTold) {
+  std::vector<McapMessage> messages{fixed("base", "arm", 1)};
+  for (int i = 0; i < 5; ++i) messages.push_back(tf(1 + 0.02 * i, "odom", "lidar", i));
+  messages.push_back(
+      {"/tf", tf_type, 1.05, CdrBytes().u32(1).header(1.05, "odom").text("lidar").pose(90, 1.014).all()});
+  messages.push_back(
+      {"/tf", tf_type, 1.05, CdrBytes().u32(1).header(1.05, "base").text("arm").pose(0, 0).all()});
+  messages.push_back(tf(1.08, "base", "arm", 0));
+  messages.push_back(cloud(1.05));
+  const auto source = open_scans({bag(messages)});
+  EXPECT_THAT(source->notes().back(), AllOf(HasSubstr("poses: 2 samples left out"), HasSubstr("1 %")));
+  const auto scans = read_all(*source);
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_NEAR(scans[0].T_map_sensor.translation().x(), 2.5, 1e-9);
+}
+
+TEST_F(BagChoice, LivoxMessagesAreClouds) {
+  struct Point {
+    float x;
+    std::uint8_t tag;
+  };
+  // Return numbers in bits 4 and 5; noise by place (0x01, 0x02) and by intensity (0x04, 0x08); 3 is no noise.
+  const std::vector<Point> points{{1, 0x00}, {2, 0x10}, {0, 0x10}, {4, 0x11}, {5, 0x02},
+                                  {6, 0x04}, {7, 0x28}, {8, 0x13}, {9, 0x0c}};
+  for (const std::string type : {"livox_ros_driver2/msg/CustomMsg", "livox_ros_driver/msg/CustomMsg"}) {
+    CdrBytes message;
+    message.header(1, "lidar").u64(1000000000);
+    message.u32(9).u8(0).u8(0).u8(0).u8(0).u32(9);
+    for (const Point& p : points) message.u32(1000).f32(p.x).f32(0).f32(0).u8(30).u8(p.tag).u8(2);
+    const auto scans = read_all({bag({tf(1, "odom", "lidar", 4), {"/livox/lidar", type, 1, message.all()}})});
+    ASSERT_EQ(scans.size(), 1U);
+    std::vector<float> x;
+    for (const Eigen::Vector3f& point : scans[0].points)
+      if (point.allFinite()) x.push_back(point.x());
+    EXPECT_EQ(x, (std::vector<float>{1, 2, 8, 9}));
+    EXPECT_EQ(scans[0].points.size(), 9U);
+    EXPECT_EQ(scans[0].sensor, SensorKind::lidar);
+  }
+}
+
 TEST_F(BagChoice, TheMapsFrameIsMapOrTheRoot) {
   const std::vector<McapMessage> chain{fixed("base", "lidar", 0.5), tf(1, "earth", "map", 1000),
                                        tf(1, "map", "odom", 10), tf(1, "odom", "base", 1), cloud(1)};
@@ -143,6 +212,60 @@ TEST_F(BagChoice, SeveralPoseTopicsAreListed) {
 
 TEST_F(BagChoice, NoPosesAtAll) {
   EXPECT_THAT(refusal({cloud(1)}), AllOf(HasSubstr("no poses"), HasSubstr("--poses FILE")));
+}
+
+/// A cloud's one point at (1, 2, 3) in the map's frame, seen from x = 7.
+class RegisteredClouds : public BagChoice {
+ protected:
+  void expect_from_the_robot(const std::vector<McapMessage>& messages, const BagOptions& choice = {}) const {
+    ScanSourceOptions options;
+    options.bag = choice;
+    const auto source = open_scans({bag(messages)}, options);
+    EXPECT_THAT(source->notes().back(), HasSubstr("their rays start at"));
+    const auto scans = read_all(*source);
+    ASSERT_EQ(scans.size(), 1U);
+    EXPECT_EQ(scans[0].T_map_sensor.translation().x(), 7);
+    EXPECT_EQ(scans[0].points, std::vector<Eigen::Vector3f>({{1 - 7, 2, 3}}));
+  }
+};
+
+TEST_F(RegisteredClouds, AreSeenFromTheRobotsPlace) {
+  const McapMessage registered = cloud(1, "/cloud_registered", "odom");
+  expect_from_the_robot({odometry(1, 7), registered});
+  expect_from_the_robot({tf(1, "odom", "base", 7), registered});
+  expect_from_the_robot({tf(1, "odom", "base", 7), odometry(1, 7), registered});
+  expect_from_the_robot({tf(1, "map", "odom", 0), tf(1, "odom", "base", 7), registered});
+  expect_from_the_robot({tf(1, "lio", "base", 7), cloud(1, "/cloud_registered", "lio")});
+  BagOptions choice;
+  choice.pose_topic = "/odom";
+  expect_from_the_robot({tf(1, "odom", "base", 5), odometry(1, 7), registered}, choice);
+  choice.pose_topic.reset();
+  choice.pose_frame = "bob";
+  expect_from_the_robot({tf(1, "odom", "alice", 5), tf(1, "odom", "bob", 7), registered}, choice);
+}
+
+TEST_F(RegisteredClouds, AreMovedByTheMapsFrame) {
+  const std::vector<McapMessage> messages{tf(1, "map", "odom", 100), tf(1, "odom", "base", 7),
+                                          cloud(1, "/cloud_registered", "odom")};
+  const auto scans = read_all({bag(messages)});
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_EQ(scans[0].T_map_sensor.translation().x(), 107);
+  EXPECT_EQ(scans[0].points, std::vector<Eigen::Vector3f>({{1 - 7, 2, 3}}));
+}
+
+TEST_F(RegisteredClouds, OfARobotThatIsNotFoundAreRefused) {
+  const McapMessage registered = cloud(1, "/cloud_registered", "odom");
+  EXPECT_THAT(refusal({tf(1, "map", "odom", 7), registered}),
+              AllOf(HasSubstr("in frame 'odom', which is no sensor's"), HasSubstr("--pose-frame")));
+  EXPECT_THAT(refusal({tf(1, "odom", "alice", 5), tf(1, "odom", "bob", 7), registered}),
+              HasSubstr("--pose-frame"));
+  BagOptions choice;
+  choice.fixed_frame = "map";
+  EXPECT_THAT(places({tf(1, "map", "odom", 7), registered}, choice), ElementsAre(7));
+}
+
+TEST_F(BagChoice, AFrameInWhichALegMovesIsASensors) {
+  EXPECT_THAT(places({tf(1, "base_link", "leg", 7), cloud(1, "/points", "base_link")}), ElementsAre(0));
 }
 
 TEST_F(BagChoice, PosesAreInterpolatedWithinTheGap) {

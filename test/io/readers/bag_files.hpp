@@ -29,6 +29,8 @@ class CdrBytes {
  public:
   CdrBytes& u8(std::uint8_t value) { return put(value); }
   CdrBytes& u32(std::uint32_t value) { return put(value); }
+  CdrBytes& u64(std::uint64_t value) { return put(value); }
+  CdrBytes& f32(float value) { return put(value); }
   CdrBytes& f64(double value) { return put(value); }
   CdrBytes& text(const std::string& value);
   CdrBytes& bytes(std::string_view value);

@@ -104,6 +104,39 @@ TEST(PoseTrack, TakesNoTimesForNear) {
   EXPECT_THROW(track.at(0, second), io::NoPose);
 }
 
+TEST(PoseTrack, LeavesOutWhatIsNoPose) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double length : {1.014, 0.986, 0.0, nan}) {
+    io::PoseTrack track;
+    io::PoseTrack::Sample bad = sample(1.1, 70);
+    bad.rotation.coeffs() *= length;
+    track.add(sample(1, 2));
+    track.add(bad);
+    track.add(sample(1.2, 4));
+    track.finish();
+    EXPECT_EQ(track.left_out(), 1U) << length;
+    EXPECT_NEAR(track.at(second * 11 / 10, second / 4).T_parent_child.translation().x(), 3, 1e-12) << length;
+  }
+  io::PoseTrack track;
+  io::PoseTrack::Sample nowhere = sample(1.1, nan), rounded = sample(1.2, 5);
+  rounded.rotation.coeffs() *= 0.9996;
+  track.add(sample(1.1, 3));
+  track.add(nowhere);  // at the same time
+  track.add(rounded);
+  track.finish();
+  EXPECT_EQ(track.left_out(), 1U);
+  EXPECT_EQ(track.at(second * 11 / 10, second / 4).T_parent_child.translation().x(), 3);
+  EXPECT_EQ(track.at(second * 12 / 10, second / 4).T_parent_child.translation().x(), 5);
+}
+
+TEST(TransformTree, ABadFixedTransformReplacesNoGoodOne) {
+  io::TransformTree tree;
+  tree.add({"base", "lidar", true}, sample(1, 2));
+  tree.add({"base", "lidar", true}, sample(2, std::numeric_limits<double>::infinity()));
+  tree.finish();
+  EXPECT_EQ(tree.lookup("base", "lidar", second, 0).translation().x(), 2);
+}
+
 TEST(PoseTrack, RefusesWhatIsNoRotation) {
   io::PoseTrack track;
   io::PoseTrack::Sample bad = sample(1, 0);
@@ -139,6 +172,30 @@ TEST(TransformTree, TellsWhatIsMissing) {
   EXPECT_THAT(why_not(tree, "map", "lidar", 1), HasSubstr("no frame 'lidar'"));
   EXPECT_THAT(why_not(tree, "earth", "base", 1), HasSubstr("no frame 'earth'"));
   EXPECT_THAT(why_not(tree, "map", "camera", 1), HasSubstr("does not connect camera with map"));
+}
+
+TEST(TransformTree, ARobotIsWhatAloneMovesInItsMap) {
+  io::TransformTree tree;
+  tree.add({"camera_init", "body", false}, sample(1, 0));
+  tree.add({"map", "odom", false}, sample(1, 0));
+  tree.add({"odom", "base", false}, sample(1, 0));
+  tree.add({"base", "lidar", true}, sample(1, 0));
+  tree.add({"base", "leg_1", false}, sample(1, 0));
+  tree.add({"base", "leg_2", false}, sample(1, 0));
+  tree.add({"world", "drone", false}, sample(1, 0));
+  tree.add({"world", "gate", true}, sample(1, 0));
+  tree.add({"drone", "mount", true}, sample(1, 0));
+  tree.add({"mount", "scanner", true}, sample(1, 0));
+  tree.add({"earth", "alice", false}, sample(1, 0));
+  tree.add({"earth", "bob", false}, sample(1, 0));
+  tree.finish();
+  EXPECT_EQ(tree.robot_below("camera_init"), "body");
+  EXPECT_EQ(tree.robot_below("map"), "base");
+  EXPECT_EQ(tree.robot_below("odom"), "base");
+  EXPECT_EQ(tree.robot_below("world"), "scanner");
+  EXPECT_EQ(tree.robot_below("earth"), "");
+  EXPECT_EQ(tree.robot_below("gate"), "");
+  EXPECT_EQ(tree.robot_below("nowhere"), "");
 }
 
 TEST(TransformTree, RingsEnd) {
