@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iomanip>
 #include <limits>
 #include <map>
+#include <sstream>
 #include <string>
 
 #include <octosurf/error.hpp>
@@ -64,12 +66,26 @@ CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::s
 
 CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t width, std::size_t rows,
                           std::size_t row, bool swap_bytes) {
-  return shifted(width * rows, [&](std::size_t i) {
+  CloudPoints read = shifted(width * rows, [&](std::size_t i) {
     const std::string_view of_row = bytes.substr(i / width * row);
     return Eigen::Vector3d(value_of(of_row, xyz[0], i % width, swap_bytes),
                            value_of(of_row, xyz[1], i % width, swap_bytes),
                            value_of(of_row, xyz[2], i % width, swap_bytes));
   });
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    constexpr int float_digits = std::numeric_limits<float>::digits;
+    constexpr double usual_noise_m = 0.01;  // of a reading
+    const double far = std::fabs(read.shift[static_cast<int>(axis)]);
+    const double step = std::ldexp(1.0, std::ilogb(std::max(far, 1.0)) + 1 - float_digits);
+    if (xyz[axis].type == Scalar::float32 && step > usual_noise_m) {
+      std::ostringstream what;
+      what << "its coordinates, " << std::fixed << std::setprecision(0) << far
+           << " m from 0, are multiples of " << std::defaultfloat << std::setprecision(2) << step
+           << " m, as they are float32: write them as double";
+      fail_reading(what.str());
+    }
+  }
+  return read;
 }
 
 CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,

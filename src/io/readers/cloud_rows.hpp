@@ -98,8 +98,9 @@ struct CloudPoints {
 /// From here on float rounds by more than half a millimetre. No sensor reaches so far.
 constexpr double farthest_m = 8192;
 
-/// The caller must ensure that all values lie in `bytes`. CloudPoints exactly at 0 become not finite: drivers
-/// write them for "no return".
+/// The caller must ensure that all values lie in `bytes`. Points exactly at 0 become not finite: drivers
+/// write them for "no return". Throws std::runtime_error for float32 that is so far from 0 that it rounds by
+/// more than a reading's noise.
 CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
                           bool swap_bytes);
 /// The same in `rows` of `width` points, from one to the next `row` bytes.

@@ -1,3 +1,4 @@
+#include "io/readers/bounded_file.hpp"
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/cloud_rows.hpp"
 #include "io/readers/depth_image.hpp"
@@ -136,6 +137,12 @@ class FileScanSource : public ScanSource {
     return read;
   }
 
+  static io::Cloud read_cloud(const io::ListedRecording& recording, const io::ListedScan& listed) {
+    if (listed.kind == io::FileKind::pcd) return io::read_pcd(listed.file);
+    if (listed.kind == io::FileKind::ply) return io::read_ply(listed.file);
+    return io::read_velodyne(listed.file, recording.floats);
+  }
+
   /// Points, and the pose in the same file.
   Survey read(const io::ListedRecording& recording, const io::ListedScan& listed) {
     if (recording.graph) return {recording.graph->read(listed.index), Eigen::Vector3d::Zero()};
@@ -152,9 +159,9 @@ class FileScanSource : public ScanSource {
       scan.points = io::back_project(image, *recording.camera, recording.depth_scale);
       return result;
     }
-    io::Cloud cloud = listed.kind == io::FileKind::pcd   ? io::read_pcd(listed.file)
-                      : listed.kind == io::FileKind::ply ? io::read_ply(listed.file)
-                                                         : io::read_velodyne(listed.file, recording.floats);
+    io::Cloud cloud =
+        io::with_place([&] { return read_cloud(recording, listed); },
+                       [&](const std::string& what) { return Error(Error::Kind::data, scan.name, what); });
     scan.points = std::move(cloud.points);
     scan.T_map_sensor = cloud.T_map_sensor;
     scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;

@@ -411,6 +411,9 @@ TEST_F(Clouds, CoordinatesOfASurveyAreReadLessAnOriginOfWholeMetres) {
   EXPECT_EQ(scans.at(0).T_map_sensor.translation(), Eigen::Vector3d(.25, 0, 0));
   EXPECT_EQ(scans.at(1).T_map_sensor.translation(), Eigen::Vector3d(1.25, 0, 0));
   EXPECT_THAT(failure({write("c.pcd", pcd("3 0 0 1 0 0 0"))}), HasSubstr("its pose at 3 0 0"));
+  EXPECT_THAT(
+      failure({write("f.bin", bytes_of(448001.F, 5411002.F, 120.F, 0.F, 448002.F, 5411002.F, 120.F, 0.F))}),
+      HasSubstr("5411002 m from 0, are multiples of 0.5 m"));
 }
 
 TEST_F(Clouds, VelodyneIsFourFloatsAPoint) {
