@@ -30,7 +30,8 @@ struct BagOptions {
 
 /// Options of open_scans().
 struct ScanSourceOptions {
-  /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time stamps.
+  /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time stamps; or a
+  /// folder of files with one pose each, called like the scans.
   /// Overrides poses found beside or inside the scans. See below for the formats.
   std::optional<std::filesystem::path> poses;
   /// Of depth images: 3×3 K, or `fx fy cx cy`. Overrides a file found beside the images.

@@ -224,6 +224,18 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
   }
 }
 
+/// Files called like the scans, with one pose each (ScanNet's pose/12.txt for depth/12.png). False if there
+/// is none for the first.
+bool take_poses_in(const fs::path& folder, ListedRecording& recording, std::vector<std::string>& notes) {
+  const auto pose_file = [&](const ListedScan& scan) {
+    return folder / (scan.file.stem().string() + ".txt");
+  };
+  if (!fs::is_regular_file(pose_file(recording.scans.front()))) return false;
+  for (auto& scan : recording.scans) scan.pose_file = pose_file(scan);
+  notes.push_back("poses: " + folder.string() + ": a file for each scan, called like it");
+  return true;
+}
+
 /// Poses beside the scans, if the scans need any.
 void find_poses(ListedRecording& recording, const ScanSourceOptions& options,
                 std::vector<std::string>& notes) {
@@ -239,6 +251,9 @@ void find_poses(ListedRecording& recording, const ScanSourceOptions& options,
                                              : std::vector<std::string>{"pose.txt", "poses.txt"};
   const fs::path file = find_beside(around(recording.folder), names, "--poses");
   if (!file.empty()) return pose_all({&recording}, read_poses(file), options, notes);
+  for (const fs::path& place : around(recording.folder))
+    for (const char* const name : {"pose", "poses"})
+      if (take_poses_in(place / name, recording, notes)) return;
   const bool needed = kind == FileKind::image || kind == FileKind::velodyne;
   if (needed && (scans.size() > 1 || is_tum(recording.folder)))
     throw Error(Error::Kind::data, recording.folder.string(),
@@ -397,8 +412,13 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
       if (recording.graph)
         throw Error(Error::Kind::usage, recording.scans.front().file.string(),
                     "a .graph has poses of its own", "leave --poses away");
+      if (fs::is_directory(*options.poses) && !take_poses_in(*options.poses, recording, list.notes))
+        throw Error(Error::Kind::data, options.poses->string(),
+                    "has no " + recording.scans.front().file.stem().string() + ".txt",
+                    "give a file of poses, or a folder of files called like the scans");
       all.push_back(&recording);
     }
+    if (fs::is_directory(*options.poses)) return list;
     pose_all(all, read_poses(*options.poses), options, list.notes);
   }
   leave_out_unposed(list);

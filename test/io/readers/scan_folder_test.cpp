@@ -158,6 +158,29 @@ TEST_F(ScanFolders, AnyDepthImagesWithPosesIntrinsicsAndScale) {
   EXPECT_THAT(failure({folder}), HasSubstr("holds both pose.txt and poses.txt; choose one with --poses"));
 }
 
+TEST_F(ScanFolders, AFolderOfPosesHasAFileForEachScanCalledLikeIt) {
+  for (const char* const name : {"0", "1", "10"}) {
+    write_png("depth/" + std::string(name) + ".png", 2, 1, {1000, 2000});
+    write("pose/" + std::string(name) + ".txt",
+          "1 0 0 " + std::string(name) + "\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  }
+  write("intrinsics.txt", unit_camera);
+  const auto expect_poses = [&](const std::vector<Scan>& scans) {
+    ASSERT_THAT(scans, SizeIs(3));
+    EXPECT_EQ(scans[1].T_map_sensor.translation().x(), 1);
+    EXPECT_EQ(scans[2].T_map_sensor.translation().x(), 10);
+  };
+  expect_poses(read_all({folder}));
+  expect_poses(read_all({folder / "depth"}));
+  std::filesystem::rename(folder / "pose", folder / "elsewhere");
+  EXPECT_THAT(failure({folder}), HasSubstr("without poses"));
+  ScanSourceOptions options;
+  options.poses = folder / "elsewhere";
+  expect_poses(read_all({folder}, options));
+  options.poses = folder / "depth";
+  EXPECT_THAT(failure({folder}, options), HasSubstr("has no 0.txt"));
+}
+
 TEST_F(ScanFolders, ScansComeInNaturalOrder) {
   EXPECT_TRUE(io::natural_less("full2.pcd", "full10.pcd"));
   EXPECT_FALSE(io::natural_less("full10.pcd", "full2.pcd"));
