@@ -114,9 +114,9 @@ CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points
 namespace {
 
 constexpr std::size_t kitti_floats = 4, least_floats = 3, most_floats = 8;
-constexpr std::size_t chunk = 840;          // floats: a whole number of points of each width from 3 to 8
-constexpr std::size_t most_chunks = 24;     // 20,000 floats give the shares of columns to some percent
-constexpr float largest_coordinate = 1e8F;  // m: beyond the earth's, as two fifths of random bits are
+constexpr std::size_t floats_of_chunk = 840;   // a whole number of points of each width from 3 to 8
+constexpr std::size_t most_float_chunks = 24;  // 20,000 floats give the shares of columns to some percent
+constexpr float largest_coordinate = 1e8F;     // m: beyond the earth's, as two fifths of random bits are
 
 /// Alike values have the same: half of an octave, sign, and whether it is a whole number.
 int kind_of_value(float value) {
@@ -160,9 +160,10 @@ std::size_t floats_of_velodyne(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, largest_cloud_file);
   const std::size_t floats = bytes.size() / sizeof(float);
   std::vector<int> kinds;
-  const std::size_t chunks = std::max<std::size_t>(1, floats / chunk), step = 1 + chunks / most_chunks;
+  const std::size_t chunks = std::max<std::size_t>(1, floats / floats_of_chunk),
+                    step = 1 + chunks / most_float_chunks;
   for (std::size_t first = 0; first < chunks; first += step)
-    for (std::size_t i = first * chunk; i < std::min((first + 1) * chunk, floats); ++i)
+    for (std::size_t i = first * floats_of_chunk; i < std::min((first + 1) * floats_of_chunk, floats); ++i)
       kinds.push_back(kind_of_value(float_at(bytes, i)));
   std::vector<double> information(most_floats + 1);
   double most = 0;
