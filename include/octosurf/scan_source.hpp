@@ -129,7 +129,8 @@ InputKind classify(const std::filesystem::path& input);
 /// their VIEWPOINT or pose says where the sensor was.
 ///
 /// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
-/// depths 0 and 65535 are no readings and give no points. Points exactly at a cloud's origin are no
+/// depths 0 and 65535 are no readings and give no points, nor do flying pixels: those of up to four between a
+/// nearer and a farther surface, on neither. Points exactly at a cloud's origin are no
 /// readings either, and are set to NaN.
 ///
 /// Formats of pose files are recognised by their columns (blanks or commas, `#` comments): `tx ty tz qx qy qz

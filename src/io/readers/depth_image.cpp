@@ -1,6 +1,7 @@
 #include "io/readers/depth_image.hpp"
 
 #include "io/readers/bounded_file.hpp"
+#include "io/readers/flying_pixels.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
@@ -174,6 +175,27 @@ bool is_picture(const std::filesystem::path& file) {
   numbers.next();
   const auto maximum = numbers.next();
   return maximum && *maximum <= 255;
+}
+
+std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
+                                          const Intrinsics& camera) {
+  erase_flying_pixels(depth, width);
+  std::vector<float> slope_x(width);
+  for (std::size_t u = 0; u < width; ++u)
+    slope_x[u] = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
+  std::vector<Eigen::Vector3f> points(depth.size());
+  std::size_t count = 0;
+  for (std::size_t i = 0, v = 0; i < depth.size(); ++v) {
+    const auto slope_y = static_cast<float>((static_cast<double>(v) - camera.cy) / camera.fy);
+    for (std::size_t u = 0; u < width; ++u, ++i) {
+      const float z = depth[i];
+      // Written always and kept only for valid readings: no branch to mispredict.
+      points[count] = {slope_x[u] * z, slope_y * z, z};
+      count += z > 0;
+    }
+  }
+  points.resize(count);
+  return points;
 }
 
 std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace octosurf::io {
@@ -48,29 +49,22 @@ inline bool is_reading(std::uint16_t pixel) { return pixel != 0 && pixel != 6553
 /// REP 118: NaN, ±∞ and, by some drivers, 0 are no readings.
 inline bool is_reading(float pixel) { return pixel > 0 && pixel <= std::numeric_limits<float>::max(); }
 
-/// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel
-/// that has a reading. `scale`: units per metre. `pixel(u, v)`: in units, row by row.
+/// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel that has a
+/// reading of a surface (erase_flying_pixels). `depth`: m, row by row; 0: no reading.
+std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
+                                          const Intrinsics& camera);
+/// `scale`: units per metre. `pixel(u, v)`: in units, row by row.
 template <class Pixel>
 std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height, const Intrinsics& camera,
                                           double scale, const Pixel& pixel) {
-  std::vector<float> slope_x(width);
-  for (std::size_t u = 0; u < width; ++u)
-    slope_x[u] = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
   const auto metres = static_cast<float>(1 / scale);
-  std::vector<Eigen::Vector3f> points(width * height);
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < height; ++v) {
-    const auto slope_y = static_cast<float>((static_cast<double>(v) - camera.cy) / camera.fy);
+  std::vector<float> depth(width * height);
+  for (std::size_t v = 0; v < height; ++v)
     for (std::size_t u = 0; u < width; ++u) {
       const auto reading = pixel(u, v);
-      const float z = static_cast<float>(reading) * metres;
-      // Written always and kept only for valid readings: no branch to mispredict.
-      points[count] = {slope_x[u] * z, slope_y * z, z};
-      count += is_reading(reading);
+      depth[v * width + u] = is_reading(reading) ? static_cast<float>(reading) * metres : 0;
     }
-  }
-  points.resize(count);
-  return points;
+  return back_project(std::move(depth), width, camera);
 }
 std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale);
 

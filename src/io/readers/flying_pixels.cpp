@@ -1,0 +1,54 @@
+#include "io/readers/flying_pixels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace octosurf::io {
+namespace {
+
+/// Pixels from a reading on a ramp to the surfaces beside it: an edge blurs over two pixels on each side.
+constexpr std::ptrdiff_t ramp_width = 4;
+
+/// m: a smaller offset stays within a voxel.
+constexpr float least_offset = 0.01F;
+
+/// 1/m, times depth²: four standard deviations of a depth camera (1.5 mm at 1 m; Khoshelham and Elberink
+/// 2012).
+constexpr float noise = 4 * 0.0015F;
+
+/// Whether `at[0]` is on a ramp; its neighbours are `step` apart. at[±2 · ramp_width · step] must be there.
+bool flies(const float* at, std::ptrdiff_t step) {
+  const std::ptrdiff_t near = ramp_width * step;
+  const float z = at[0], before = at[-near], after = at[near];
+  const float offset = std::max(least_offset, noise * z * z);
+  if (!(std::min(before, after) < z - offset && std::max(before, after) > z + offset)) return false;
+  const float beyond_before = at[-2 * near], beyond_after = at[2 * near];
+  if (!(std::min({z, before, after, beyond_before, beyond_after}) > 0)) return false;
+  // Inverse depths: on a plane they change by the same from place to place.
+  const float change = 1 / after - 1 / before;
+  const float change_before = 1 / before - 1 / beyond_before, change_after = 1 / beyond_after - 1 / after;
+  if (std::max(std::fabs(change_before), std::fabs(change_after)) > std::fabs(change) / 4) return false;
+  // Where the two surfaces would be seen here.
+  const float first = 1 / (1 / before + change_before), second = 1 / (1 / after - change_after);
+  return std::min(first, second) < z - offset && std::max(first, second) > z + offset;
+}
+
+}  // namespace
+
+void erase_flying_pixels(std::vector<float>& depth, std::size_t width) {
+  constexpr auto margin = static_cast<std::size_t>(2 * ramp_width);
+  const std::size_t height = width == 0 ? 0 : depth.size() / width;
+  std::vector<std::size_t> flying;
+  for (std::size_t v = 0; v < height; ++v) {
+    const bool column = v >= margin && v + margin < height;
+    for (std::size_t u = 0; u < width; ++u) {
+      const std::size_t i = v * width + u;
+      const bool row = u >= margin && u + margin < width;
+      if ((row && flies(&depth[i], 1)) || (column && flies(&depth[i], static_cast<std::ptrdiff_t>(width))))
+        flying.push_back(i);
+    }
+  }
+  for (const std::size_t i : flying) depth[i] = 0;
+}
+
+}  // namespace octosurf::io
