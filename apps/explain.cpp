@@ -1,4 +1,6 @@
 // `octosurf explain`: why there is no surface at a place.
+#include "open_map.hpp"
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
@@ -78,8 +80,7 @@ void print_json(const Explanation& why, const std::string& detector) {
 }
 
 void run_explain(const ExplainArguments& arguments) {
-  const LoadedMap loaded = load_map(arguments.map);
-  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const LoadedMap loaded = open_map(arguments.map);
   const std::vector<double>& at = arguments.at;
   const Explanation why = explain(loaded.map, {at[0], at[1], at[2]}, paper_detector());
   const std::string detector = get_parameter(loaded.map.parameters(), "detector");

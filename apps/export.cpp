@@ -4,7 +4,7 @@
 #include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/scan_list.hpp"
-#include "io/text_file.hpp"
+#include "open_map.hpp"
 #include "output_files.hpp"
 #include "planner_export.hpp"
 #include "up_option.hpp"
@@ -143,13 +143,9 @@ void export_mcap(const LoadedMap& loaded, const Up& up, const ExportArguments& a
 
 void run_export(const ExportArguments& arguments) {
   require_apart("--to", arguments.file, files_of_map(arguments.map));
-  const LoadedMap loaded = load_map(arguments.map);
-  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const LoadedMap loaded = open_map(arguments.map);
   warn_of_up(loaded.map, arguments.up);
   const Up up = up_in_force(loaded.map, arguments.up);
-  if (const Eigen::Vector3d origin = loaded.map.origin(); !origin.isZero(0))
-    std::printf("origin: add %s m to the coordinates for the frame of the poses\n",
-                io::text_of(origin).c_str());
   if (!arguments.planner.format.empty())
     export_for_planner(loaded.map, up, arguments.planner, arguments.file, arguments.force);
   else if (ending_of(arguments.file) == ".ot")

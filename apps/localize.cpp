@@ -2,6 +2,7 @@
 #include "degrees.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
+#include "open_map.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "scan_options.hpp"
@@ -104,8 +105,7 @@ void run_localize(const LocalizeOptions& options) {
     require_apart("--write-poses", options.write_poses, files_of_map(options.map));
     require_apart("--write-poses", options.write_poses, options.scans);
   }
-  const LoadedMap loaded = load_map(options.map);
-  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const LoadedMap loaded = open_map(options.map);
   Localizer localizer(loaded.map.snapshot(), {options.reach_m, options.turn_deg / deg_per_rad});
   ScanSourceOptions source_options = options.source;
   source_options.origin = loaded.map.origin();

@@ -2,6 +2,7 @@
 #include "bounds.hpp"
 #include "degrees.hpp"
 #include "io/new_file.hpp"
+#include "open_map.hpp"
 #include "output_files.hpp"
 #include "picture_eye.hpp"
 #include "plan_query.hpp"
@@ -113,8 +114,7 @@ void require_sensible_files(const PlanArguments& arguments) {
 
 void run_plan(const PlanArguments& arguments) {
   require_sensible_files(arguments);
-  const LoadedMap loaded = load_map(arguments.map);
-  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const LoadedMap loaded = open_map(arguments.map);
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   warn_of_up(loaded.map, arguments.up);
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;

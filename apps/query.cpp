@@ -3,6 +3,7 @@
 #include "bounds.hpp"
 #include "contact_query.hpp"
 #include "degrees.hpp"
+#include "open_map.hpp"
 #include "place_query.hpp"
 #include "up_option.hpp"
 
@@ -54,8 +55,7 @@ void print(const Nearest& found, const Surface& surface, const Eigen::Vector3d& 
 }
 
 void run_query(const QueryArguments& arguments) {
-  const LoadedMap loaded = load_map(arguments.map);
-  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const LoadedMap loaded = open_map(arguments.map);
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   warn_of_up(loaded.map, arguments.up);
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;

@@ -1,5 +1,6 @@
 // `octosurf serve`: the page, and a planner's questions over HTTP.
 #include "bounds.hpp"
+#include "open_map.hpp"
 #include "output_files.hpp"
 #include "serve/api.hpp"
 #include "serve/http_server.hpp"
@@ -87,8 +88,7 @@ void run_serve(const ServeArguments& arguments) {
   if (place.token.empty() && !is_loopback(place.address))
     throw Error(Error::Kind::usage, "--listen " + place.address, "lets others ask, too",
                 std::string("give a token they must know by --token FILE or ") + token_variable);
-  LoadedMap map = load_map(arguments.map);
-  if (!map.warning.empty()) std::fprintf(stderr, "warning: %s\n", map.warning.c_str());
+  LoadedMap map = open_map(arguments.map);
   const auto served = std::make_shared<const ServedMap>(std::move(map), title_of(arguments.map), arguments.up,
                                                         arguments.max_mb);
   Api api([&] { return served; });

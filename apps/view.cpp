@@ -2,6 +2,7 @@
 #include "bounds.hpp"
 #include "io/text_file.hpp"
 #include "lineage.hpp"
+#include "open_map.hpp"
 #include "output_files.hpp"
 #include "page_feet.hpp"
 #include "picture_eye.hpp"
@@ -66,12 +67,6 @@ struct ViewArguments {
   bool whole = false, pending = false, edges = false, force = false;
 };
 
-LoadedMap load(const std::string& name) {
-  LoadedMap loaded = load_map(name);
-  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
-  return loaded;
-}
-
 std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map) {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   for (const SurfacePtr& surface : map.snapshot()->surfaces) edges[surface->id] = label_edges(map, *surface);
@@ -117,7 +112,7 @@ void write_html(const ViewArguments& arguments) {
   options.force = arguments.force;
   std::vector<PageMap> maps;
   for (const std::string& name : arguments.maps) {
-    const LoadedMap loaded = load(name);
+    const LoadedMap loaded = open_map(name);
     const Map& map = loaded.map;
     if (maps.empty()) {
       options.up = up_in_force(map, arguments.up).direction;
@@ -153,7 +148,7 @@ void draw_png(const ViewArguments& arguments) {
                 "give one map, or --html FILE for a page of several");
   const std::string& name = arguments.maps.front();
   require_apart("--png", arguments.png, files_of_map(name));
-  const LoadedMap loaded = load(name);
+  const LoadedMap loaded = open_map(name);
   PictureOptions options;
   options.width = arguments.width;
   options.height = arguments.height;

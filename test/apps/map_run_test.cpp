@@ -218,7 +218,8 @@ TEST_F(MapRun, FarFromZeroAMapIsTheSameAndKeepsItsOrigin) {
   double stamp = 0;
   used >> stamp >> x >> y >> z;
   EXPECT_NEAR(y, 5411000, 1);
-  run_well("export f --to f.json");
+  EXPECT_THAT(run_well("export f --to f.json").err, HasSubstr("448000 5411000 120"));
+  EXPECT_THAT(run_well("query f --below 0 0 0 --json").err, HasSubstr("448000 5411000 120"));
   EXPECT_EQ(read_json("f.json").at("origin"), origin);
   // It goes on with its own, whatever is far or near.
   EXPECT_THAT(run_well("map far --resume f").out, HasSubstr("they are in the map already"));
