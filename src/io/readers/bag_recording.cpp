@@ -290,7 +290,7 @@ void BagRecording::read_image(std::string_view bytes, const ListedMessage& liste
     const DepthImage image =
         depth_of(read_compressed_image_message(*reader), scan.name, largest_scan(bytes_));
     check_size(image.width, image.height);
-    scan.points = back_project(image, camera.intrinsics, depth_scale_.value_or(1000));
+    scan.points = back_project(image, camera.intrinsics, depth_scale_.value_or(image.default_scale()));
     return;
   }
   const ImageMessage image = read_image_message(*reader);

@@ -162,6 +162,47 @@ DepthImage read_png(std::string_view bytes, const std::string& where, std::uint6
   return decode_png(bytes, where, largest_size);
 }
 
+DepthImage read_rvl(std::string_view bytes, std::uint64_t largest_size) {
+  RecordBytes stream(bytes);
+  const std::uint32_t width = stream.u32(), height = stream.u32();
+  if (width == 0 || height == 0 || width > largest_side || height > largest_side ||
+      pixel_cost * width * height > largest_size)
+    fail_reading("an image of " + size_text(width, height) + " pixels");
+  // Numbers of nibbles, the high ones of each little-endian word first: three bits each, the lowest first,
+  // and one that says whether more follow.
+  std::uint32_t word = 0;
+  int nibbles = 0;
+  const auto number = [&] {
+    std::uint32_t value = 0;
+    for (int shift = 0; shift < 32; shift += 3) {
+      if (nibbles == 0) {
+        word = stream.u32();
+        nibbles = 8;
+      }
+      const std::uint32_t nibble = word >> 28;
+      word <<= 4;
+      --nibbles;
+      value |= (nibble & 7) << shift;
+      if ((nibble & 8) == 0) return value;
+    }
+    fail_reading("damaged RVL");
+  };
+  DepthImage image{static_cast<int>(width), static_cast<int>(height), {}};
+  image.pixels.resize(std::size_t{width} * height);
+  std::uint16_t last = 0;
+  for (std::size_t i = 0; i < image.pixels.size();) {
+    const std::size_t zeros = number(), others = number();
+    if (zeros + others > image.pixels.size() - i || zeros + others == 0) fail_reading("damaged RVL");
+    i += zeros;
+    for (const std::size_t end = i + others; i < end; ++i) {
+      const std::uint32_t step = number();
+      last = static_cast<std::uint16_t>(last + (step >> 1 ^ (0U - (step & 1))));
+      image.pixels[i] = last;
+    }
+  }
+  return image;
+}
+
 bool is_picture(const std::filesystem::path& file) {
   std::string head(256, '\0');
   std::ifstream stream(file, std::ios::binary);
@@ -200,8 +241,12 @@ std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t 
 
 std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale) {
   const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-  return back_project(width, height, camera, scale,
-                      [&](std::size_t u, std::size_t v) { return image.pixels[v * width + u]; });
+  const auto pixel = [&](std::size_t u, std::size_t v) { return image.pixels[v * width + u]; };
+  if (image.quant_a == 0) return back_project(width, height, camera, scale, pixel);
+  return back_project(width, height, camera, scale, [&](std::size_t u, std::size_t v) {
+    const std::uint16_t p = pixel(u, v);
+    return p == 0 ? 0.0F : image.quant_a / (static_cast<float>(p) - image.quant_b);
+  });
 }
 
 }  // namespace octosurf::io

@@ -28,6 +28,10 @@ std::string size_text(std::uint64_t width, std::uint64_t height);
 struct DepthImage {
   int width = 0, height = 0;
   std::vector<std::uint16_t> pixels;
+  /// Not 0: a pixel p is at quant_a / (p − quant_b) m, else at p units.
+  float quant_a = 0, quant_b = 0;
+
+  double default_scale() const { return quant_a != 0 ? 1 : 1000; }
 };
 
 /// Maximum pixels along a side of an image.
@@ -40,6 +44,10 @@ DepthImage read_depth_image(const std::filesystem::path& file);
 /// The same for a PNG in memory, which may take `largest_size` bytes with its points; `where` names it in
 /// messages.
 DepthImage read_png(std::string_view bytes, const std::string& where, std::uint64_t largest_size);
+
+/// Wilson's RVL, after its width and height in four bytes each: runs of zeros, and differences in groups of
+/// three bits. The same limit. Throws std::runtime_error.
+DepthImage read_rvl(std::string_view bytes, std::uint64_t largest_size);
 
 /// True if the header is complete and of a picture other than a 16-bit depth image.
 bool is_picture(const std::filesystem::path& file);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -197,16 +198,29 @@ std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsi
 
 DepthImage depth_of(const CompressedImageMessage& image, const std::string& where,
                     std::uint64_t largest_size) {
-  constexpr std::size_t transport_head = 12;  // compressed_depth_image_transport's: format, two parameters
-  std::string_view png = image.data;
-  if (image.format.find("compressedDepth") != std::string::npos) {
-    if (image.format.find("32FC1") != std::string::npos)
-      fail_reading("depth of 32FC1, quantised by its transport, is not read (record the raw topic)");
-    if (image.format.find("rvl") != std::string::npos)
-      fail_reading("compressed by RVL, which is not read (use png)");
-    png.remove_prefix(std::min(transport_head, png.size()));
+  const auto says = [&](const char* word) { return image.format.find(word) != std::string::npos; };
+  if (!says("compressedDepth")) return read_png(image.data, where, largest_size);
+  // compressed_depth_image_transport: the kind of its head, and two numbers that depth of 32FC1 is quantised
+  // with, 0 or not set for 16UC1.
+  RecordBytes head(image.data);
+  const std::uint32_t kind = head.u32();
+  const float a = std::bit_cast<float>(head.u32()), b = std::bit_cast<float>(head.u32());
+  DepthImage depth = head.rest().starts_with("\x89PNG") ? read_png(head.rest(), where, largest_size)
+                     : says("png")                      ? read_png(head.rest(), where, largest_size)
+                                                        : read_rvl(head.rest(), largest_size);
+  const bool millimetres = says("16UC1") || says("mono16");
+  // The farthest depth that it tells apart, of pixel 1: its writer's depth_max.
+  const float farthest = a / (1 - b);
+  constexpr float least_farthest = 0.1F, most_farthest = 1e4F;  // m
+  const bool quantised =
+      kind == 0 && a > 0 && std::isfinite(b) && farthest >= least_farthest && farthest <= most_farthest;
+  if (says("32FC1") && !quantised)
+    fail_reading("depth of 32FC1, whose head does not say how it is quantised");
+  if (!millimetres && quantised) {
+    depth.quant_a = a;
+    depth.quant_b = b;
   }
-  return read_png(png, where, largest_size);
+  return depth;
 }
 
 CameraInfoMessage read_camera_info(MessageReader& message) {

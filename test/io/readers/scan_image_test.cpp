@@ -1,8 +1,11 @@
 #include "io/readers/depth_image.hpp"
 #include "io/readers/scan_files.hpp"
+#include "io/readers/sensor_messages.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <gmock/gmock.h>
+#include <random>
 
 namespace octosurf::test {
 namespace {
@@ -107,6 +110,119 @@ TEST_F(DepthImages, IntrinsicsAreAMatrixOrFourNumbers) {
   EXPECT_THAT(refused_camera("0 510 320 240"), HasSubstr("focal length"));
   EXPECT_THAT(refused_camera("500 nan 320 240"), HasSubstr("not finite"));
   EXPECT_THAT(refused_camera("fx fy cx cy"), HasSubstr("camera.txt:1: 'fx' is not a number"));
+}
+
+/// The parts of RVL, as its author describes them.
+class RvlWriter {
+ public:
+  void number(std::uint32_t value) {
+    do {
+      nibbles_.push_back((value & 7) | (value > 7 ? 8 : 0));
+      value >>= 3;
+    } while (value > 0);
+  }
+  std::string words() const {
+    std::string bytes;
+    for (std::size_t first = 0; first < nibbles_.size(); first += 8) {
+      std::uint32_t word = 0;
+      for (std::size_t i = 0; i < 8; ++i)
+        word = word << 4 | (first + i < nibbles_.size() ? nibbles_[first + i] : 0);
+      bytes += bytes_of(word);
+    }
+    return bytes;
+  }
+
+ private:
+  std::vector<std::uint32_t> nibbles_;
+};
+
+/// Of these pixels: zeros, others, and each other's difference to the one before, its sign last.
+std::string rvl_of(std::uint32_t width, std::uint32_t height, const std::vector<std::uint16_t>& pixels) {
+  RvlWriter writer;
+  int last = 0;
+  for (std::size_t i = 0; i < pixels.size();) {
+    const auto other = std::find_if(pixels.begin() + i, pixels.end(), [](auto p) { return p != 0; });
+    const auto zero = std::find(other, pixels.end(), 0);
+    writer.number(static_cast<std::uint32_t>(other - pixels.begin()) - static_cast<std::uint32_t>(i));
+    writer.number(static_cast<std::uint32_t>(zero - other));
+    for (auto p = other; p != zero; ++p) {
+      const int step = *p - last;
+      writer.number(static_cast<std::uint32_t>(step >= 0 ? 2 * step : -2 * step - 1));
+      last = *p;
+    }
+    i = static_cast<std::size_t>(zero - pixels.begin());
+  }
+  return bytes_of(width, height) + writer.words();
+}
+
+constexpr std::size_t room = 1 << 20;
+
+io::DepthImage depth_message(const std::string& format, const std::string& data) {
+  return io::depth_of({format, data}, "message", room);
+}
+
+TEST_F(DepthImages, CompressedDepthIsReadFromPngAndRvlOfEitherEncoding) {
+  const std::vector<std::uint16_t> pixels{0, 0, 1000, 1003, 990, 0, 65535, 1, 0, 0, 0, 7};
+  const std::string rvl = rvl_of(4, 3, pixels), png = content(write_png("a.png", 4, 3, pixels));
+  // quantA and quantB of the transport's defaults: depth_max 10 m, depth_quantization 100.
+  const float a = 100 * 101, b = 1 - a / 10;
+  const std::string unset = bytes_of(0, 0.0F, 0.0F), set = bytes_of(0, a, b);
+  for (const auto& [word, data] : {std::pair("png", png), std::pair("rvl", rvl)}) {
+    for (const std::string& format :
+         {std::string("16UC1; compressedDepth ") + word, std::string("mono16; compressedDepth ") + word}) {
+      for (const std::string& head : {unset, set}) {
+        const io::DepthImage image = depth_message(format, head + data);
+        EXPECT_EQ(image.width, 4);
+        EXPECT_EQ(image.height, 3);
+        EXPECT_EQ(image.pixels, pixels) << format;
+        EXPECT_EQ(image.default_scale(), 1000);
+      }
+    }
+  }
+  for (const auto& [pixel, depth] : {std::pair(std::uint16_t{1000}, a / (1000 - b)), {1, 10.0F}}) {
+    const std::vector<std::uint16_t> wall(12, pixel);  // of pixel 1 at depth_max
+    for (const std::string& format :
+         {std::string("32FC1; compressedDepth "), std::string("compressedDepth ")})
+      for (const io::DepthImage& image :
+           {depth_message(format + "rvl", set + rvl_of(4, 3, wall)),
+            depth_message(format + "png", set + content(write_png("wall.png", 4, 3, wall)))}) {
+        EXPECT_EQ(image.default_scale(), 1);
+        const auto points = io::back_project(image, {1, 1, 0, 0}, 1);
+        ASSERT_EQ(points.size(), 12U);
+        EXPECT_NEAR(points[5].z(), depth, 1e-4);
+      }
+  }
+  // Nothing but the name: the head's numbers tell.
+  EXPECT_EQ(depth_message("compressedDepth", unset + png).default_scale(), 1000);
+  EXPECT_EQ(depth_message("compressedDepth", set + png).default_scale(), 1);
+  EXPECT_EQ(depth_message("16UC1; compressedDepth", unset + png).pixels, pixels);
+  EXPECT_THROW(depth_message("32FC1; compressedDepth png", unset + png), std::runtime_error);
+}
+
+TEST_F(DepthImages, RvlIsReadToTheBitAndNeverBeyondItsEnd) {
+  // 0 zeros, 2 others: 5 (+5: 10 = 2 + 8·1) and 4 (−1: 1), nibbles 0 2 a 1 1.
+  const std::string by_hand = bytes_of(2U, 1U, 0x02a11000U);
+  EXPECT_EQ(io::read_rvl(by_hand, room).pixels, (std::vector<std::uint16_t>{5, 4}));
+  std::vector<std::uint16_t> pixels(64 * 48);
+  std::mt19937 random(3);
+  for (auto& pixel : pixels)
+    pixel = static_cast<std::uint16_t>(random() % 3 == 0 ? 0 : 500 + random() % 4000);
+  const std::string whole = rvl_of(64, 48, pixels);
+  EXPECT_EQ(io::read_rvl(whole, room).pixels, pixels);
+  for (std::size_t size = 0; size + 4 < whole.size(); size += 5)
+    EXPECT_THROW(io::read_rvl(whole.substr(0, size), room), std::runtime_error) << size;
+  EXPECT_THROW(io::read_rvl(bytes_of(8192U, 8192U, 0U), room), std::runtime_error);
+  EXPECT_THROW(io::read_rvl(bytes_of(0U, 4U, 0U), room), std::runtime_error);
+  EXPECT_THROW(io::read_rvl(bytes_of(2U, 1U, 0x31110000U), room), std::runtime_error);  // three zeros
+  EXPECT_THROW(io::read_rvl(bytes_of(2U, 1U, ~0U, ~0U, ~0U), room), std::runtime_error);
+  for (int i = 0; i < 2000; ++i) {  // no byte does harm
+    std::string damaged = whole;
+    damaged[8 + random() % (damaged.size() - 8)] = static_cast<char>(random());
+    try {
+      EXPECT_EQ(io::read_rvl(damaged, room).pixels.size(), pixels.size());
+    } catch (const std::runtime_error&) {  // refused
+    }
+  }
 }
 
 }  // namespace
