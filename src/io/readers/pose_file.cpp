@@ -82,29 +82,31 @@ FilePose read_line(const TextLine& line, std::size_t columns, const std::filesys
 }
 
 /// The parts of a pose that a table's header may name.
-enum Part : std::size_t { tx, ty, tz, qx, qy, qz, qw, time, nanoseconds, parts };
+namespace part {
+enum Part : std::size_t { tx, ty, tz, qx, qy, qz, qw, time, nanoseconds, count };
+}  // namespace part
 
 /// Columns of a table by its header's names: "timestamp", "p_RS_R_x [m]", "q_RS_w []",
 /// "field.pose.position.x".
 struct Columns {
   std::size_t count = 0;
-  std::array<std::optional<std::size_t>, parts> of{};
+  std::array<std::optional<std::size_t>, part::count> of{};
   bool whole() const {
-    return std::all_of(of.begin(), of.begin() + time, [](auto at) { return at.has_value(); });
+    return std::all_of(of.begin(), of.begin() + part::time, [](auto at) { return at.has_value(); });
   }
 };
 
-std::optional<Part> part_named(std::string name) {
+std::optional<part::Part> part_named(std::string name) {
   std::transform(name.begin(), name.end(), name.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   name.erase(std::min(name.find_first_of("[("), name.size()));  // the unit
   std::vector<std::string_view> words = words_between(" \t\r#%._-/:\"'", name, name.size());
   if (words.empty()) return {};
   const std::string_view last = words.back();
-  if (last.find("nsec") != last.npos || last.find("nanosec") != last.npos) return nanoseconds;
+  if (last.find("nsec") != last.npos || last.find("nanosec") != last.npos) return part::nanoseconds;
   if (last.find("time") != last.npos || last.find("stamp") != last.npos || last == "t" || last == "sec" ||
       last == "secs" || last == "s" || last == "ns")
-    return time;
+    return part::time;
   const auto axis = std::string_view("xyzw").find(last.back());
   if (axis == std::string_view::npos) return {};
   words.back().remove_suffix(1);
@@ -113,13 +115,13 @@ std::optional<Part> part_named(std::string name) {
   if (has([](std::string_view word) {
         return word.starts_with('q') || word.starts_with("orient") || word.starts_with("rot");
       }))
-    return static_cast<Part>(qx + axis);
+    return static_cast<part::Part>(part::qx + axis);
   const bool position = words.empty() || has([](std::string_view word) {
                           return word == "p" || word == "t" || word.starts_with("pos") ||
                                  word.starts_with("trans") || word.starts_with("loc");
                         });
   if (!position || axis == 3) return {};
-  return static_cast<Part>(tx + axis);
+  return static_cast<part::Part>(part::tx + axis);
 }
 
 /// `width`: of the rows, which the last names are of.
@@ -144,13 +146,16 @@ FilePose read_named(const TextLine& line, const Columns& columns, const std::fil
   if (line.words.size() != columns.count)
     refuse_poses(where, std::to_string(line.words.size()) + " values where the header names " +
                             std::to_string(columns.count));
-  const auto value = [&](Part part) { return number(line.words[*columns.of[part]], file, line.number); };
-  FilePose pose{pose_from({value(tx), value(ty), value(tz)},
-                          Eigen::Quaterniond(value(qw), value(qx), value(qy), value(qz))),
-                {},
-                where};
-  if (columns.of[time]) pose.stamp_s = value(time);
-  if (pose.stamp_s && columns.of[nanoseconds]) *pose.stamp_s += 1e-9 * value(nanoseconds);
+  const auto value = [&](part::Part named) {
+    return number(line.words[*columns.of[named]], file, line.number);
+  };
+  FilePose pose{
+      pose_from({value(part::tx), value(part::ty), value(part::tz)},
+                Eigen::Quaterniond(value(part::qw), value(part::qx), value(part::qy), value(part::qz))),
+      {},
+      where};
+  if (columns.of[part::time]) pose.stamp_s = value(part::time);
+  if (pose.stamp_s && columns.of[part::nanoseconds]) *pose.stamp_s += 1e-9 * value(part::nanoseconds);
   return pose;
 }
 
@@ -179,7 +184,7 @@ PoseFile read_poses(const std::filesystem::path& file) {
     if (first_is_head) lines.erase(lines.begin());
     if (lines.empty()) refuse_poses(file.string(), "holds no poses");
     for (const auto& line : lines) result.poses.push_back(read_named(line, named, file));
-    if (*named.of[qw] < *named.of[qx]) result.notes.push_back("qw first, as its header says");
+    if (*named.of[part::qw] < *named.of[part::qx]) result.notes.push_back("qw first, as its header says");
   } else {
     const std::size_t columns = lines.front().words.size();
     result.kitti = columns == 12 || columns == 13;
