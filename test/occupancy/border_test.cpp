@@ -35,7 +35,7 @@ TEST(OccupancyBorder, ScansEndAtTheLastVoxel) {
 
       std::size_t hits = 0;
       for (const sensing::EndVoxel& end : voxels.ends)
-        if (voxels.within_range(map.grid().centre_of(end.key))) {
+        if (voxels.within_range(end, map.grid().centre_of(end.key))) {
           ++hits;
           EXPECT_EQ(map.at(end.key).state, OccupancyMap::State::occupied);
         }

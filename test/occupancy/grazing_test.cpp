@@ -23,7 +23,7 @@ std::vector<Ray> rays_of(const sensing::VoxelScan& scan, const geometry::VoxelGr
   std::vector<Ray> rays;
   for (const sensing::EndVoxel& end : scan.ends) {
     const Eigen::Vector3d centre = grid.centre_of(end.key).cast<double>(), from = scan.origin.cast<double>();
-    rays.push_back({from, scan.within_range(grid.centre_of(end.key))
+    rays.push_back({from, scan.within_range(end, grid.centre_of(end.key))
                               ? centre
                               : Eigen::Vector3d(from + (centre - from).normalized() * scan.max_range)});
   }

@@ -1,10 +1,12 @@
 // The batched insertion against OctoMap's own, its slow and obvious twin.
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
+#include "occupancy/octree_bytes.hpp"
 #include "support/paths.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <limits>
@@ -65,6 +67,54 @@ TEST(OccupancyInsert, EqualsOctomapOnSimulatedScans) {
 TEST(OccupancyInsert, EqualsOctomapFarFromTheOrigin) {
   compare(simulated(test::rng(), 1500, 97.31), 0.02, -1);
   compare(simulated(test::rng(), 3000, -611.7), 0.05, 1.5);
+}
+
+/// The rays of a scan in which the sensor moved, by 0.4 m at most and back a little.
+Scan moving_scan(std::mt19937_64& rng) {
+  Scan scan = test::room_scan(rng, 4000, {2.1, 1.7, 1.3});
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const float t = static_cast<float>(i) / static_cast<float>(scan.points.size());
+    scan.origins.emplace_back(0.4F * t, 0.1F * std::sin(6 * t), -0.05F * t);
+  }
+  return scan;
+}
+
+TEST(OccupancyInsert, ScansOfAMovingSensorEqualOctomapsStartByStart) {
+  std::mt19937_64 rng = test::rng();
+  for (const double resolution : {0.02, 0.05})
+    for (const double max_range : {-1.0, 1.5}) {
+      OccupancyParameters parameters;
+      parameters.resolution = resolution;
+      OccupancyMap ours(parameters), by_threads(parameters);
+      octomap::OcTree theirs(resolution);
+      sensing::Downsampler downsample(ours.grid());
+      for (int i = 0; i < 3; ++i) {
+        const Scan scan = moving_scan(rng);
+        test::insert_moving_scan(theirs, scan, max_range);
+        const sensing::VoxelScan voxels =
+            downsample(scan, 0, max_range < 0 ? std::numeric_limits<double>::infinity() : max_range);
+        EXPECT_GT(voxels.starts.size(), 5U);
+        ours.insert(voxels, downsample, nullptr);
+        by_threads.insert(voxels, downsample, nullptr, 3);
+      }
+      test::expect_equal(ours, theirs);
+      test::expect_equal(by_threads, theirs);
+    }
+}
+
+TEST(OccupancyInsert, ScansWithAllStartsAtTheSensorAreAsWithout) {
+  std::mt19937_64 rng = test::rng();
+  Scan scan = test::room_scan(rng, 4000, {2.1, 1.7, 1.3});
+  const auto octree_of = [](const Scan& inserted) {
+    OccupancyParameters parameters;
+    OccupancyMap map(parameters);
+    sensing::Downsampler downsample(map.grid());
+    map.insert(downsample(inserted, 0, 1.5), downsample, nullptr);
+    return test::bytes_of(map);
+  };
+  const std::string without = octree_of(scan);
+  scan.origins.assign(scan.points.size(), Eigen::Vector3f::Zero());
+  EXPECT_EQ(octree_of(scan), without);
 }
 
 TEST(OccupancyInsert, EqualsOctomapOnRealDepthImages) {

@@ -2,8 +2,10 @@
 
 #include "occupancy/occupancy_map.hpp"
 
+#include <array>
 #include <cstdint>
 #include <gtest/gtest.h>
+#include <map>
 #include <octomap/octomap.h>
 #include <set>
 #include <sstream>
@@ -27,6 +29,38 @@ inline octomap::Pointcloud cloud_in_map(const Scan& scan) {
 inline void insert_scan(octomap::OcTree& tree, const Scan& scan, double max_range) {
   const Eigen::Vector3f o = scan.T_map_sensor.translation().cast<float>();
   tree.insertPointCloud(cloud_in_map(scan), octomap::point3d(o.x(), o.y(), o.z()), max_range, false, true);
+}
+
+/// A scan whose rays start in several places the slow way: each end voxel's ray from where that of its first
+/// reading does, or from the first start in that place's voxel; what any ray hits is hit, what else any
+/// passes is missed.
+inline void insert_moving_scan(octomap::OcTree& tree, const Scan& scan, double max_range) {
+  const auto in_map = [&](const Eigen::Vector3f& p) {
+    const Eigen::Vector3f m = (scan.T_map_sensor * p.cast<double>()).cast<float>();
+    return octomap::point3d(m.x(), m.y(), m.z());
+  };
+  using Key = std::array<std::uint16_t, 3>;
+  const auto key_of = [&](const octomap::point3d& p) {
+    const octomap::OcTreeKey k = tree.coordToKey(p);
+    return Key{k[0], k[1], k[2]};
+  };
+  std::map<Key, std::pair<octomap::point3d, octomap::Pointcloud>> groups;  // by the starts' voxels
+  std::set<Key> ends;
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const octomap::point3d end = in_map(scan.points[i]), start = in_map(scan.origins[i]);
+    if (!ends.insert(key_of(end)).second) continue;
+    groups.try_emplace(key_of(start), start, octomap::Pointcloud()).first->second.second.push_back(end);
+  }
+  octomap::KeySet free, occupied;
+  for (const auto& [key, group] : groups) {
+    octomap::KeySet passed, hit;
+    tree.computeDiscreteUpdate(group.second, group.first, passed, hit, max_range);
+    free.insert(passed.begin(), passed.end());
+    occupied.insert(hit.begin(), hit.end());
+  }
+  for (const octomap::OcTreeKey& key : free)
+    if (occupied.find(key) == occupied.end()) tree.updateNode(key, false);
+  for (const octomap::OcTreeKey& key : occupied) tree.updateNode(key, true);
 }
 
 /// Every voxel of the lowest level below a leaf, as keys.

@@ -123,6 +123,26 @@ TEST(Downsample, FindsNothingThatIsNotThere) {
   EXPECT_EQ(downsample.find({32768 + 50, 32768, 32768}), 0);
 }
 
+TEST(Downsample, AnEndVoxelsRayStartsWhereItsFirstReadingsDoes) {
+  Downsampler downsample{geometry::VoxelGrid(0.1)};
+  Scan scan;
+  scan.T_map_sensor.translation().x() = 5;
+  scan.points = {{1.04F, 0, 0}, {2.04F, 0, 0}, {1.05F, 0, 0}, {3.04F, 0, 0}, {0.6F, 0, 0}};
+  scan.origins = {{0.01F, 0, 0}, {0.51F, 0, 0}, {0.51F, 0, 0}, {0.02F, 0, 0}, {0.51F, 0, 0}};
+  const VoxelScan voxels = downsample(scan, 0.2, 2.0);
+  ASSERT_EQ(voxels.ends.size(), 3U);
+  EXPECT_EQ(voxels.too_near, 1U);  // by 0.09 m
+  ASSERT_EQ(voxels.starts.size(), 2U);
+  EXPECT_EQ(voxels.start_of(voxels.ends[0]), Eigen::Vector3f(5.01F, 0, 0));
+  EXPECT_EQ(voxels.start_of(voxels.ends[1]), Eigen::Vector3f(5.51F, 0, 0));
+  EXPECT_EQ(voxels.start_of(voxels.ends[2]), Eigen::Vector3f(5.01F, 0, 0));
+  EXPECT_EQ(voxels.beyond_range, 1U);  // 3.03 m
+  scan.origins.pop_back();
+  EXPECT_THROW(downsample(scan, 0.2, 2.0), Error);
+  scan.origins.emplace_back(std::numeric_limits<float>::quiet_NaN(), 0.0F, 0.0F);
+  EXPECT_THROW(downsample(scan, 0, 2.0), Error);
+}
+
 TEST(Downsample, EmptyAndAllNotFinite) {
   Downsampler downsample{geometry::VoxelGrid(0.02)};
   Scan scan;

@@ -43,7 +43,7 @@ bool segment_meets_box(const Eigen::Vector3f& from, const Eigen::Vector3f& to, c
 
 Eigen::Vector3f GrazingTest::end_of(const sensing::EndVoxel& end) const {
   const Eigen::Vector3f centre = grid_.centre_of(end.key);
-  if (scan_.within_range(centre)) return centre;
+  if (scan_.within_range(end, centre)) return centre;
   return scan_.origin + (centre - scan_.origin).normalized() * static_cast<float>(scan_.max_range);
 }
 

@@ -73,15 +73,16 @@ struct OccupancyMap::Policy {
     while (!(scan.ends[*next_hit].key == key)) ++next_hit;  // hits in voxels that are not occupied yet
     const std::uint32_t end = *next_hit++;
     const Eigen::Vector3f& centroid = scan.ends[end].centroid;
+    const Eigen::Vector3f& seen_from = scan.start_of(scan.ends[end]);
     if (!payload.has_point()) {
-      store_point(payload, grid, key, centroid, scan.origin);
+      store_point(payload, grid, key, centroid, seen_from);
       delta.appeared.push_back(point_of(payload, grid, key));
     } else if (const float near = nearest_of[payload.range_class];
-               (scan.origin - centroid).squaredNorm() < near * near &&
-               sensing::range_class_of((scan.origin - centroid).norm()) < payload.range_class) {
+               (seen_from - centroid).squaredNorm() < near * near &&
+               sensing::range_class_of((seen_from - centroid).norm()) < payload.range_class) {
       // A view from clearly nearer replaces the first one.
       const VoxelPoint before = point_of(payload, grid, key);
-      store_point(payload, grid, key, centroid, scan.origin);
+      store_point(payload, grid, key, centroid, seen_from);
       delta.refined.push_back({before, point_of(payload, grid, key)});
     } else if (payload.surface != 0) {
       delta.confirmed.push_back({payload.surface, end});

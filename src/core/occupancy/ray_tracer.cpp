@@ -3,23 +3,28 @@
 #include <algorithm>
 #include <bit>
 #include <span>
+#include <utility>
 
 namespace octosurf::occupancy {
 namespace {
 
-/// One ray per distinct end voxel; those beyond the range end there and hit nothing.
-std::vector<GridRay> rays_of(const sensing::VoxelScan& scan, const geometry::VoxelGrid& grid) {
+/// One ray per distinct end voxel whose ray begins at this start; those beyond the range end there and hit
+/// nothing.
+std::vector<GridRay> rays_of(const sensing::VoxelScan& scan, std::size_t start,
+                             const geometry::VoxelGrid& grid) {
   std::vector<GridRay> rays;
-  rays.reserve(scan.ends.size());
+  if (start == 0) rays.reserve(scan.ends.size());
   for (const sensing::EndVoxel& end : scan.ends) {
+    if (end.start != start) continue;
+    const Eigen::Vector3f& origin = scan.start_of(end);
     const Eigen::Vector3f centre = grid.centre_of(end.key);
-    if (scan.within_range(centre)) {
+    if (scan.within_range(end, centre)) {
       rays.push_back({{centre.x(), centre.y(), centre.z()}, {end.key.x, end.key.y, end.key.z}, true, true});
       continue;
     }
-    Eigen::Vector3f direction = centre - scan.origin;
+    Eigen::Vector3f direction = centre - origin;
     direction /= static_cast<float>(sensing::norm_of(direction.x(), direction.y(), direction.z()));
-    const Eigen::Vector3f cut = scan.origin + direction * static_cast<float>(scan.max_range);
+    const Eigen::Vector3f cut = origin + direction * static_cast<float>(scan.max_range);
     if (geometry::VoxelKey key; grid.key_of(cut, key))
       rays.push_back({{cut.x(), cut.y(), cut.z()}, {key.x, key.y, key.z}, false, false});
   }
@@ -47,16 +52,52 @@ TouchedVoxels copy_of(std::span<const TouchedBlock> blocks) {
   return copy;
 }
 
+/// What any of them touched; a hit in one outweighs the others' misses.
+TouchedVoxels joined(const std::vector<TouchedVoxels>& parts) {
+  std::vector<TouchedBlock> all;
+  for (const TouchedVoxels& part : parts) all.insert(all.end(), part.blocks.begin(), part.blocks.end());
+  std::ranges::stable_sort(all, {}, &TouchedBlock::morton);
+  std::size_t last = 0;  // of the blocks joined so far, whose masks are the first part's own copies
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    TouchedBlock& block = all[last];
+    if (all[i].morton != block.morton) {
+      all[++last] = all[i];
+      continue;
+    }
+    if (all[i].hit && !block.hit)
+      std::swap(block.hits, all[i].hits);  // those of blocks without hits are shared
+    const bool both = all[i].hit && block.hit;
+    block.hit = block.hit || all[i].hit;
+    for (unsigned w = 0; w < 8; ++w) {
+      block.misses[w] |= all[i].misses[w];
+      if (both) block.hits[w] |= all[i].hits[w];
+    }
+  }
+  if (!all.empty()) all.resize(last + 1);
+  for (const TouchedBlock& block : all)
+    for (unsigned w = 0; w < 8; ++w) block.misses[w] &= ~block.hits[w];
+  return copy_of(all);
+}
+
 }  // namespace
+
+TouchedVoxels RayTracer::trace(const sensing::VoxelScan& scan, std::size_t start, int threads) {
+  const Eigen::Vector3f& origin = scan.starts.empty() ? scan.origin : scan.starts[start];
+  GridOrigin from{{origin.x(), origin.y(), origin.z()}, {}, grid_.resolution()};
+  geometry::VoxelKey key;
+  grid_.key_of(origin, key);
+  from.key = {key.x, key.y, key.z};
+  TouchedVoxels touched = copy_of(bits_.trace(from, rays_of(scan, start, grid_), threads));
+  bits_.clear();
+  return touched;
+}
 
 TouchedVoxels RayTracer::operator()(const sensing::VoxelScan& scan, const sensing::Downsampler& index,
                                     int threads) {
-  GridOrigin from{{scan.origin.x(), scan.origin.y(), scan.origin.z()}, {}, grid_.resolution()};
-  geometry::VoxelKey key;
-  grid_.key_of(scan.origin, key);
-  from.key = {key.x, key.y, key.z};
-  TouchedVoxels touched = copy_of(bits_.trace(from, rays_of(scan, grid_), threads));
-  bits_.clear();
+  std::vector<TouchedVoxels> parts;
+  for (std::size_t start = 0; start < std::max<std::size_t>(scan.starts.size(), 1); ++start)
+    parts.push_back(trace(scan, start, threads));
+  TouchedVoxels touched = parts.size() == 1 ? std::move(parts.front()) : joined(parts);
   touched.ends.reserve(scan.ends.size());
   for (const TouchedBlock& block : touched.blocks) {
     if (!block.hit) continue;

@@ -17,7 +17,8 @@ struct TouchedVoxels {
   std::vector<std::uint32_t> ends;  ///< index into the scan's ends of each hit, in Morton order
 };
 
-/// Traces scans on a grid. Memory is kept from scan to scan (RayBits).
+/// Traces scans on a grid, from one place after the other where a sensor moved within a scan. Memory is kept
+/// from scan to scan (RayBits).
 class RayTracer {
  public:
   explicit RayTracer(const geometry::VoxelGrid& grid) : grid_(grid) {}
@@ -27,6 +28,8 @@ class RayTracer {
   TouchedVoxels operator()(const sensing::VoxelScan& scan, const sensing::Downsampler& index, int threads);
 
  private:
+  TouchedVoxels trace(const sensing::VoxelScan& scan, std::size_t start, int threads);
+
   geometry::VoxelGrid grid_;
   RayBits bits_;
 };

@@ -16,7 +16,7 @@ std::int64_t Downsampler::find(geometry::VoxelKey key) const {
 void Downsampler::add(const Run& run, VoxelScan& out) {
   std::uint32_t& place = table_.at({run.key.x, run.key.y, run.key.z});
   if (place == 0) {
-    out.ends.push_back({run.key, 0, Eigen::Vector3f::Zero()});
+    out.ends.push_back({run.key, 0, 0, Eigen::Vector3f::Zero()});
     place = static_cast<std::uint32_t>(out.ends.size());
   }
   EndVoxel& end = out.ends[place - 1];
@@ -24,21 +24,42 @@ void Downsampler::add(const Run& run, VoxelScan& out) {
   end.centroid += run.sum;
 }
 
+/// A sensor moves through few voxels within a scan, and stays in one for a while: the last one is tried
+/// first.
+std::uint16_t Downsampler::start_of(std::size_t reading, const Scan& scan,
+                                    const Eigen::Isometry3d& T_map_sensor, VoxelScan& out) {
+  const Eigen::Vector3f start = (T_map_sensor * scan.origins[reading].cast<double>()).cast<float>();
+  geometry::VoxelKey key;
+  if (!start.allFinite() || !grid_.key_of(start, key))
+    throw Error(Error::Kind::data, scan.name, "a ray starts outside the octree's range",
+                "check the scan's origins");
+  const auto last = std::ranges::find(start_keys_.rbegin(), start_keys_.rend(), key);
+  if (last != start_keys_.rend()) return static_cast<std::uint16_t>(start_keys_.rend() - last - 1);
+  if (start_keys_.size() > std::numeric_limits<std::uint16_t>::max())
+    throw Error(Error::Kind::data, scan.name, "its rays start in more than 65536 voxels",
+                "divide it into scans, or use a larger resolution");
+  start_keys_.push_back(key);
+  out.starts.push_back(start);
+  return static_cast<std::uint16_t>(start_keys_.size() - 1);
+}
+
 void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
                                std::size_t begin, std::size_t end, ThreadPart& part) const {
   const double min_range_sq = min_range * min_range;
   part.runs.clear();
   part.not_finite = part.too_near = part.out_of_map = 0;
+  const bool moved = !scan.origins.empty();
   LocatedPoints located;
   for (std::size_t from = begin; from < end; from += LocatedPoints::most) {
     const std::span points(scan.points.data() + from, std::min(LocatedPoints::most, end - from));
     locate(points, T_map_sensor, grid_, located);
     Run run;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (located.inside[i] == 0 || points[i].cast<double>().squaredNorm() < min_range_sq) {
-        ++(!points[i].allFinite()                                  ? part.not_finite
-           : points[i].cast<double>().squaredNorm() < min_range_sq ? part.too_near
-                                                                   : part.out_of_map);
+      const bool near = (moved ? Eigen::Vector3f(points[i] - scan.origins[from + i]) : points[i])
+                            .cast<double>()
+                            .squaredNorm() < min_range_sq;
+      if (located.inside[i] == 0 || near) {
+        ++(!points[i].allFinite() ? part.not_finite : near ? part.too_near : part.out_of_map);
         continue;
       }
       const geometry::VoxelKey key{static_cast<std::uint16_t>(located.key_x[i]),
@@ -46,7 +67,7 @@ void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_
                                    static_cast<std::uint16_t>(located.key_z[i])};
       if (run.count == 0 || !(key == run.key)) {
         if (run.count > 0) part.runs.push_back(run);
-        run = {key, 0, grid_.centre_of(key), Eigen::Vector3f::Zero()};
+        run = {key, 0, from + i, grid_.centre_of(key), Eigen::Vector3f::Zero()};
       }
       ++run.count;
       run.sum += Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - run.centre;
@@ -63,7 +84,13 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
   if (geometry::VoxelKey key; !grid_.key_of(out.origin, key))
     throw Error(Error::Kind::data, scan.name, "the sensor is outside the octree's range",
                 "check that poses are in metres; --origin X Y Z shifts all coordinates");
+  if (!scan.origins.empty() && scan.origins.size() != scan.points.size())
+    throw Error(Error::Kind::data, scan.name,
+                std::to_string(scan.origins.size()) + " rays' origins for " +
+                    std::to_string(scan.points.size()) + " readings",
+                "give one to each, or none");
   table_.clear();
+  start_keys_.clear();
   // Runs end at the same points for any number of threads, so sums round equally.
   const std::size_t stretches = scan.points.size() / LocatedPoints::most + 1;
   parts_.resize(std::min(static_cast<std::size_t>(threads), stretches));
@@ -74,14 +101,19 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
                  parts_[static_cast<std::size_t>(t)]);
   });
   for (const ThreadPart& part : parts_) {
-    for (const Run& run : part.runs) add(run, out);
+    for (const Run& run : part.runs) {
+      const std::size_t ends = out.ends.size();
+      add(run, out);
+      if (!scan.origins.empty() && out.ends.size() > ends)
+        out.ends.back().start = start_of(run.first, scan, T_map_sensor, out);
+    }
     out.not_finite += part.not_finite;
     out.too_near += part.too_near;
     out.out_of_map += part.out_of_map;
   }
   for (EndVoxel& end : out.ends) {
     const Eigen::Vector3f centre = grid_.centre_of(end.key);
-    if (!out.within_range(centre)) out.beyond_range += end.count;
+    if (!out.within_range(end, centre)) out.beyond_range += end.count;
     end.centroid = centre + end.centroid / static_cast<float>(end.count);
   }
   return out;

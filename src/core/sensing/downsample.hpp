@@ -21,6 +21,7 @@ inline double norm_of(float x, float y, float z) {
 /// One distinct voxel that scan points ended in (paper III-A1).
 struct EndVoxel {
   geometry::VoxelKey key;
+  std::uint16_t start = 0;                             ///< of its ray, index into VoxelScan::starts
   std::uint32_t count = 0;                             ///< readings in it
   Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< mean of its readings, map frame
 };
@@ -30,11 +31,18 @@ struct VoxelScan {
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
   double max_range = std::numeric_limits<double>::infinity();
   std::vector<EndVoxel> ends;  ///< in the order of the scan's first point in each
+  /// Where rays start, one place in each voxel where some do; empty: all at `origin`. An end voxel's ray is
+  /// that of its first reading.
+  std::vector<Eigen::Vector3f> starts;
   std::size_t not_finite = 0, too_near = 0, out_of_map = 0, beyond_range = 0;
 
-  /// OctoMap's rule: an end voxel is a hit if its centre is within max_range; else a free ray.
-  bool within_range(const Eigen::Vector3f& centre) const {
-    const Eigen::Vector3f v = centre - origin;
+  const Eigen::Vector3f& start_of(const EndVoxel& end) const {
+    return starts.empty() ? origin : starts[end.start];
+  }
+  /// OctoMap's rule: an end voxel is a hit if its centre is within max_range of its ray's start; else a free
+  /// ray.
+  bool within_range(const EndVoxel& end, const Eigen::Vector3f& centre) const {
+    const Eigen::Vector3f v = centre - start_of(end);
     return norm_of(v.x(), v.y(), v.z()) <= max_range;
   }
 };
@@ -52,7 +60,8 @@ class Downsampler {
   explicit Downsampler(const geometry::VoxelGrid& grid) : grid_(grid) {}
 
   /// `scan` as seen from `T_map_sensor`, which must be rigid. Throws Error(data) if the sensor itself is
-  /// outside the octree. The result does not depend on `threads`.
+  /// outside the octree, or its rays start there, in over 65536 voxels, or not one for each reading. The
+  /// result does not depend on `threads`.
   VoxelScan operator()(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
                        double max_range, int threads = 1);
   /// At the scan's own pose.
@@ -72,6 +81,7 @@ class Downsampler {
   struct Run {
     geometry::VoxelKey key;
     std::uint32_t count = 0;  // of readings
+    std::size_t first = 0;    // of the scan's points
     Eigen::Vector3f centre = Eigen::Vector3f::Zero();
     Eigen::Vector3f sum =
         Eigen::Vector3f::Zero();  // relative to the centre, for float precision far from the origin
@@ -84,10 +94,13 @@ class Downsampler {
   void collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
                     std::size_t begin, std::size_t end, ThreadPart& part) const;
   void add(const Run& run, VoxelScan& out);
+  std::uint16_t start_of(std::size_t reading, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                         VoxelScan& out);
 
   geometry::VoxelGrid grid_;
   VoxelTable table_;  // place in `ends` plus one
   std::vector<ThreadPart> parts_;
+  std::vector<geometry::VoxelKey> start_keys_;  // of the result's starts
 };
 
 }  // namespace octosurf::sensing

@@ -39,14 +39,13 @@ void observe_again(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
   constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading suffices for its plane
   const sensing::NoiseModel& noise = ledger.noise;
   const sensing::ReadingModel model(noise, ledger.grid.resolution());
-  const Eigen::Vector3d origin = scan.origin.cast<double>();
   surfaces::SurfaceModel* surface = nullptr;  // cached: readings come in runs of one surface
   SurfaceId found = 0;
   for (const occupancy::OccupancyDelta::Confirmed& c : confirmed) {
     if (c.surface != found) surface = ledger.find(found = c.surface);
     if (surface == nullptr || (surface->size() > large_surface && c.end % 8 != 0)) continue;
     const sensing::EndVoxel& end = scan.ends[c.end];
-    const Eigen::Vector3d sight = origin - end.centroid.cast<double>();
+    const Eigen::Vector3d sight = scan.start_of(end).cast<double>() - end.centroid.cast<double>();
     const double range = sight.norm();
     const double facing = std::max(least_facing, surface->plane().normal.dot(sight) / range);
     const unsigned range_class = sensing::range_class_of(static_cast<float>(range));

@@ -94,8 +94,9 @@ TEST_F(BagFiles, AFolderWithMetadataIsOneRecordingOfItsFiles) {
   const auto source = open_scans({folder / "walk"});
   EXPECT_EQ(source->size(), 6U);
   EXPECT_EQ(read_all(*source).size(), 6U);
-  EXPECT_THAT(source->notes(), ElementsAre(HasSubstr("scans: 6 messages of /lidar/points"),
-                                           HasSubstr("poses: tf of lidar in map")));
+  EXPECT_THAT(source->notes(),
+              ElementsAre(HasSubstr("scans: 6 messages of /lidar/points"),
+                          HasSubstr("poses: tf of lidar in map"), HasSubstr("times: none for each point")));
 }
 
 TEST_F(BagFiles, PosesOfAFileWin) {
