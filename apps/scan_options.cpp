@@ -68,6 +68,14 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
           "first scan if it is far away, as in UTM or ECEF]")
       ->expected(1, 3)
       ->group(group);
+  verb.add_option_function<std::string>(
+          "--deskew",
+          [&source](const std::string& name) {
+            source.deskew = name == "off" ? Deskew::off : Deskew::automatic;
+          },
+          "auto, off: undo the sensor's motion within a scan by its points' times [auto]")
+      ->check(CLI::IsMember({"auto", "off"}))
+      ->group(group);
   verb.add_flag("--skip-bad", source.skip_bad,
                 "go on without scans that cannot be read or have no rigid pose")
       ->group(group);

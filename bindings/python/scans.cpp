@@ -12,6 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include <octosurf/deskew.hpp>
+#include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
 #include <octosurf/scan_source.hpp>
 
@@ -21,6 +23,7 @@ namespace octosurf::python {
 namespace {
 
 namespace fs = std::filesystem;
+using Times = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 /// A source with a lock, for several threads.
 class Recording {
@@ -67,6 +70,8 @@ std::unique_ptr<Recording> opened(std::variant<fs::path, std::vector<fs::path>> 
 void bind_scan(py::module_& module) {
   Value<Scan>(module, "Scan", "One posed scan, which owns its points; does not change.")
       .rows("points", &Scan::points, "(N, 3) float32, sensor frame, m; a read-only view.")
+      .rows("origins", &Scan::origins,
+            "(N, 3) float32, where each reading's ray starts, sensor frame at stamp_s, m; empty: at 0.")
       .field("T_map_sensor", &Scan::T_map_sensor, "(4, 4) float64, sensor frame to map frame; a copy.")
       .field("stamp_s", &Scan::stamp_s, "s.")
       .field("sensor", &Scan::sensor, R"("depth_camera" or "lidar".)")
@@ -107,6 +112,26 @@ intrinsics: (fx, fy, cx, cy) or K, (3, 3); pixels. T_map_camera: (4, 4), camera 
             return moved;
           },
           py::arg("T_map_sensor"), "A copy of it at another pose, (4, 4).")
+      .def_property_readonly(
+          "times_s", [](const Scan& self) { return moved_array(std::vector<float>(self.times_s)); },
+          "(N,) float32, when each reading was taken, s after stamp_s; empty: all at once; a copy.")
+      .def(
+          "deskewed",
+          [](const Scan& self, const std::optional<Times>& times_s, const std::vector<double>& stamps_s,
+             const std::vector<Eigen::Isometry3d>& poses) {
+            if (stamps_s.size() != poses.size())
+              throw Error(Error::Kind::data, "stamps_s", "are not as many as the poses", "give one to each");
+            Scan scan = self;
+            if (times_s) scan.times_s.assign(times_s->data(), times_s->data() + times_s->size());
+            std::vector<StampedPose> stamped;
+            for (std::size_t i = 0; i < poses.size(); ++i) stamped.push_back({stamps_s[i], poses[i]});
+            const py::gil_scoped_release others_run;
+            return deskew(std::move(scan), stamped);
+          },
+          py::arg("times_s"), py::arg("stamps_s"), py::arg("poses"),
+          R"(A copy with the sensor's motion within the scan undone: its points where they were in the sensor's frame at
+stamp_s, their rays from where the sensor was. times_s: (N,), s after stamp_s, one for each point; None: its own.
+stamps_s: (M,), ascending, and poses: (M, 4, 4), T_map_sensor, interpolated between, from the first to the last reading.)")
       .def("__len__", [](const Scan& self) { return self.points.size(); });
 }
 
@@ -132,8 +157,9 @@ void bind_scans(py::module_& module) {
          std::optional<double> max_pose_gap_s, std::optional<Eigen::Vector3d> origin,
          std::vector<std::string> topics, std::optional<std::string> pose_topic,
          std::optional<std::string> pose_frame, std::optional<std::string> fixed_frame,
-         std::optional<std::string> info_topic, bool skip_bad) {
+         std::optional<std::string> info_topic, bool skip_bad, bool deskewed) {
         ScanSourceOptions options;
+        options.deskew = deskewed ? Deskew::automatic : Deskew::off;
         options.poses = std::move(poses);
         options.intrinsics = std::move(intrinsics);
         options.depth_scale = depth_scale;
@@ -151,7 +177,7 @@ void bind_scans(py::module_& module) {
       py::arg("max_pose_gap_s") = py::none(), py::arg("origin") = py::none(),
       py::arg("topics") = std::vector<std::string>(), py::arg("pose_topic") = py::none(),
       py::arg("pose_frame") = py::none(), py::arg("fixed_frame") = py::none(),
-      py::arg("info_topic") = py::none(), py::arg("skip_bad") = false,
+      py::arg("info_topic") = py::none(), py::arg("skip_bad") = false, py::arg("deskew") = true,
       R"(Opens a recording, or a list of them, one after the other: what `octosurf map` reads.
 
 7-Scenes, TUM RGB-D and KITTI folders, 16-bit depth images (PNG, PGM), PCD, PLY, OctoMap's .graph,
@@ -165,6 +191,7 @@ origin: subtracted from all coordinates, m; None: 0, or near the first scan if t
 Of bags: topics, of clouds or depth images; pose_topic, instead of tf, and pose_frame, whose poses those are; fixed_frame,
 the map's in tf; info_topic, CameraInfo. What is not given is chosen where there is no choice, see notes().
 skip_bad: go on after a scan that cannot be read or whose pose is not a rigid motion.
+deskew: undo the sensor's motion within scans by their points' times.
 Throws Error(usage, data).)");
 }
 

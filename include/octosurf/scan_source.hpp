@@ -19,13 +19,19 @@ struct BagOptions {
   std::vector<std::string> topics;
   /// Poses by Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped, instead of by tf.
   std::optional<std::string> pose_topic;
-  /// The frame whose poses the pose topic contains; empty: Odometry's child frame, else the sensor's. Of clouds
-  /// that are in the map's frame: where their rays start.
+  /// The frame whose poses the pose topic contains; empty: Odometry's child frame, else the sensor's. Of
+  /// clouds that are in the map's frame: where their rays start.
   std::optional<std::string> pose_frame;
   /// The frame of the map in tf; empty: `map`, if the sensor hangs below it, else the root above the sensor.
   std::optional<std::string> fixed_frame;
   /// CameraInfo of the depth images; empty: `camera_info` beside the images' topic.
   std::optional<std::string> info_topic;
+};
+
+/// Whether a sensor's motion within a scan is undone (octosurf/deskew.hpp).
+enum class Deskew {
+  automatic,  ///< where points have times, and poses are as frequent as scans
+  off         ///< never; Scan::times_s says when points were taken, if they say so
 };
 
 /// Options of open_scans().
@@ -52,6 +58,7 @@ struct ScanSourceOptions {
   BagOptions bag;
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
+  Deskew deskew = Deskew::automatic;
 };
 
 /// A sequence of posed scans, decoded on demand.
@@ -107,15 +114,15 @@ InputKind classify(const std::filesystem::path& input);
 ///   `calib.txt` has a line `Tr:` (velodyne to camera), T_map_velodyne = pose · Tr. `times.txt`.
 /// - OctoMap `.graph`.
 /// - Bags of ROS 1 (2.0; chunks plain, bz2 or lz4) and ROS 2 (`.db3`, `.mcap`; a file, or the folder with
-///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64, or Livox' CustomMsg, without
-///   its noise; those without points are no scans; depth as Image (16UC1,
-///   mono16 in millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG; compressedDepth as PNG or RVL,
-///   in millimetres or quantised) with CameraInfo, whose K (P for images called `rect`) is used; lens
-///   distortion is not corrected. In the order of their headers' time stamps. Poses come from tf, static and
-///   moving, or from a topic, interpolated unless one has the scan's exact time; a scan without a pose is a
-///   bad one. Damaged samples of poses are left out, as tf2 does. Clouds in a frame that stands still (map, odom,
-///   camera_init, …) are seen from the robot, by odometry or tf in it. No index is needed. A truncated bag is
-///   rejected, or with skip_bad read up to the cut. Opening one reads it once.
+///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64, or Livox' CustomMsg,
+///   without its noise; those without points are no scans; depth as Image (16UC1, mono16 in millimetres,
+///   32FC1 in metres) or CompressedImage (16-bit PNG; compressedDepth as PNG or RVL, in millimetres or
+///   quantised) with CameraInfo, whose K (P for images called `rect`) is used; lens distortion is not
+///   corrected. In the order of their headers' time stamps. Poses come from tf, static and moving, or from a
+///   topic, interpolated unless one has the scan's exact time; a scan without a pose is a bad one. Damaged
+///   samples of poses are left out, as tf2 does. Clouds in a frame that stands still (map, odom, camera_init,
+///   …) are seen from the robot, by odometry or tf in it. No index is needed. A truncated bag is rejected, or
+///   with skip_bad read up to the cut. Opening one reads it once.
 ///
 /// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`, `intrinsics.txt`,
 /// `camera.txt`, `K.txt` or `*.K` beside them, in the folder above or beside the file of poses. Scans of a
@@ -139,6 +146,11 @@ InputKind classify(const std::filesystem::path& input);
 /// rostopic echo -p) the columns are found by its names. Poses are T_map_sensor. Time stamps may be in s, ms,
 /// us or ns: told by their size, or else by the scans'. Where poses and scans have them, they are matched by
 /// time, however many there are, and poses that are no rigid motion are left out, which notes() tells.
+///
+/// Motion within a scan is undone by its points' times: a field called t, time, timestamp, offset_time or
+/// alike in PointCloud2, PCD and PLY, or Livox' message. Its unit (s, ms, µs, ns) is told by how long scans
+/// take, its zero by the scans' time stamps: on the same clock, or from the stamp on. notes() tells both, and
+/// by how far points move; and of a bag's lidar without such times by how far it moves within a scan.
 ///
 /// Throws Error(usage) for invalid options, Error(data) for errors found before reading any scan: missing
 /// or empty input, no poses, no intrinsics, different counts.

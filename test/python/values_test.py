@@ -166,6 +166,23 @@ class Rows(unittest.TestCase):
         self.assertEqual(octosurf.ContactShape.polygon([[0, 0], [1, 0], [0, 1]]).outline.shape, (3, 2))
 
 
+class MotionWithinAScan(unittest.TestCase):
+    def test_is_undone(self):
+        # 1 m/s along x: one place 5 m ahead, seen nearer and nearer.
+        times = np.array([0, 0.05, 0.1])
+        points = np.c_[5 - times, np.ones(3), np.zeros(3)]
+        scan = octosurf.Scan(points, np.eye(4), stamp_s=100.0, sensor="lidar")
+        poses = np.tile(np.eye(4), (2, 1, 1))
+        poses[1, 0, 3] = 0.1
+        undone = scan.deskewed(times, [100.0, 100.1], poses)
+        np.testing.assert_allclose(undone.points, [[5, 1, 0]] * 3, atol=1e-5)
+        np.testing.assert_allclose(undone.origins, np.c_[times, np.zeros((3, 2))], atol=1e-5)
+        self.assertEqual(len(undone.times_s), 0)
+        self.assertEqual(len(scan.origins), 0)
+        with self.assertRaisesRegex(octosurf.Error, "2 times for 3 readings"):
+            scan.deskewed(times[:2], [100.0, 100.1], poses)
+
+
 class WhichWayIsUp(unittest.TestCase):
     Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # the sensor's z is the map's y
 

@@ -298,10 +298,19 @@ void BagRecording::read_image(std::string_view bytes, const ListedMessage& liste
   scan.points = points_of(image, camera.intrinsics, depth_scale_, largest_scan(bytes_));
 }
 
-Scan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
+bool BagRecording::holds_clouds(std::size_t scan) const {
+  return is_cloud(index_.topics[scans_[scan].topic]);
+}
+
+Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const {
+  return pose(index_.frames[scans_[scan].frame], std::llround(stamp_s * 1e9));
+}
+
+RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
   const ListedMessage& listed = scans_[index];
   const TopicContents& topic = index_.topics[listed.topic];
-  Scan scan;
+  RawScan raw;
+  Scan& scan = raw.scan;
   scan.name = name_of(listed);
   scan.sensor = sensor(index);
   try {
@@ -314,6 +323,7 @@ Scan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
       if (cloud.organised) scan.sensor = SensorKind::depth_camera;
       scan.points = std::move(cloud.points);
       shift = cloud.shift;
+      raw.times = std::move(cloud.times);
     } else {
       read_image(bytes, listed, scan);
     }
@@ -335,7 +345,7 @@ Scan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
   } catch (const std::runtime_error& error) {
     throw Error(Error::Kind::data, scan.name, error.what(), "--skip-bad leaves it out");
   }
-  return scan;
+  return raw;
 }
 
 }  // namespace octosurf::io

@@ -2,6 +2,7 @@
 
 #include "io/readers/bag.hpp"
 #include "io/readers/bag_index.hpp"
+#include "io/readers/scan_motion.hpp"
 
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -31,9 +32,16 @@ class BagRecording {
   double stamp_s(std::size_t scan) const { return static_cast<double>(scans_[scan].stamp_ns) / 1e9; }
   SensorKind sensor(std::size_t scan) const;
 
+  std::uint32_t topic(std::size_t scan) const { return scans_[scan].topic; }
+  bool holds_clouds(std::size_t scan) const;
+  /// Its clouds are in the map's frame, the motion within them undone.
+  bool registered() const { return !robot_.empty(); }
+
   /// Throws Error(data) with topic and time if the scan or its pose is bad. `shift`: what was subtracted from
   /// the points (cloud_file.hpp).
-  Scan read(std::size_t scan, Eigen::Vector3d& shift);
+  RawScan read(std::size_t scan, Eigen::Vector3d& shift);
+  /// Of the scan's frame at a time, or else NoPose.
+  Eigen::Isometry3d pose_at(std::size_t scan, double stamp_s) const;
 
   /// The automatic choices, a line each.
   const std::vector<std::string>& notes() const { return notes_; }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "io/readers/scan_motion.hpp"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -17,6 +19,7 @@ struct Cloud {
   bool organised = false;  ///< rows and columns, like an image
   /// What was subtracted from the points: not 0 for coordinates of a survey, which no sensor's frame has.
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  PointTimes times{};  ///< of a field that is called like a time
 };
 
 // Each throws Error(data) for files that are truncated, damaged or without points. Headers are checked

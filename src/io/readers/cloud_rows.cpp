@@ -110,6 +110,32 @@ CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points
               "write the file again");
 }
 
+void TimeField::note(std::string_view field, const Field& at) {
+  if (place || !is_time_field(field) || size_of(at.type) < 2) return;
+  name = field;
+  place = at;
+}
+
+PointTimes binary_times(std::string_view bytes, const TimeField& time, std::size_t width, std::size_t rows,
+                        std::size_t row, bool swap_bytes) {
+  if (!time.place) return {};
+  PointTimes times{time.name, {}};
+  times.values.reserve(width * rows);
+  for (std::size_t i = 0; i < width * rows; ++i)
+    times.values.push_back(value_of(bytes.substr(i / width * row), *time.place, i % width, swap_bytes));
+  return times;
+}
+
+PointTimes text_times(Lines rows, const TimeField& time, std::size_t points,
+                      const std::filesystem::path& file) {
+  if (!time.place) return {};
+  PointTimes times{time.name, {}};
+  for (std::string_view line; times.values.size() < points && rows.next(line);)
+    if (const auto words = words_of(line); !words.empty())
+      times.values.push_back(number(words[time.place->column], file, rows.number()));
+  return times;
+}
+
 // Velodyne files have no header: how many floats a point takes is read from their values.
 namespace {
 

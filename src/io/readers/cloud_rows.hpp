@@ -1,12 +1,14 @@
 #pragma once
 
 #include "io/readers/bounded_file.hpp"
+#include "io/readers/scan_motion.hpp"
 #include "io/text_file.hpp"
 
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -111,6 +113,20 @@ CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::s
 /// for other lines and for missing ones.
 CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
                         const std::filesystem::path& file, bool more_columns = false);
+
+/// The first field that is called as drivers call a point's time.
+struct TimeField {
+  std::string name;
+  std::optional<Field> place;
+
+  void note(std::string_view field, const Field& at);
+};
+/// As binary_points(); empty if there is no such field.
+PointTimes binary_times(std::string_view bytes, const TimeField& time, std::size_t width, std::size_t rows,
+                        std::size_t row, bool swap_bytes);
+/// In rows that text_points() has read.
+PointTimes text_times(Lines rows, const TimeField& time, std::size_t points,
+                      const std::filesystem::path& file);
 
 /// Points less their shift.
 CloudPoints points_from(const std::vector<Eigen::Vector3d>& points);

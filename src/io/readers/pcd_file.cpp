@@ -67,6 +67,7 @@ class PcdReader {
       if (columns_ != columns_of_ones && columns_in(rows) == columns_of_ones) lay_out(1);
       take(text_points(lines_, xyz_, points_, columns_, file_), cloud);
       read_text_labels(rows);
+      cloud.times = text_times(rows, time_, points_, file_);
     } else if (format == "binary") {
       std::string_view bytes = lines_.rest();
       const std::size_t before = bytes_ - bytes.size(), size = points_ * step_;
@@ -128,6 +129,7 @@ class PcdReader {
       refuse("PCD header lines FIELDS, SIZE, TYPE and COUNT differ in length");
     step_ = columns_ = 0;
     label_.reset();
+    time_ = {};
     labels_ = {};
     std::array<int, 3> found{};
     for (std::size_t i = 1; i < names.size(); ++i) {
@@ -145,6 +147,7 @@ class PcdReader {
         xyz_[axis] = {step_, 0, columns_, type};
       }
       note_label(names[i], type, count);
+      if (count == 1) time_.note(names[i], {step_, 0, columns_, type});
       step_ += size * count;
       columns_ += count;
       if (step_ > largest_step) refuse("a PCD with more than 65536 bytes per point");
@@ -216,10 +219,12 @@ class PcdReader {
   void for_each_column(const Change& change) {
     for (Field& c : xyz_) change(c);
     if (label_) change(*label_);
+    if (time_.place) change(*time_.place);
   }
 
   void read_binary(std::string_view bytes, Cloud& cloud) {
     take(binary_points(bytes, xyz_, points_, !little_endian_host), cloud);
+    cloud.times = binary_times(bytes, time_, points_, 1, 0, !little_endian_host);
     if (!label_) return;
     for (std::size_t i = 0; i < points_; ++i) {
       const double value = value_of(bytes, *label_, i, !little_endian_host);
@@ -256,6 +261,7 @@ class PcdReader {
   std::map<std::string_view, Words> header_;
   Coordinates xyz_;
   std::optional<Field> label_;
+  TimeField time_;
   PcdLabels labels_;
   std::size_t bytes_ = 0, step_ = 0, columns_ = 0, points_ = 0;
 };

@@ -52,8 +52,13 @@ class PlyReader {
       refuse("PLY format is neither ascii nor binary");
     std::string_view data = lines_.rest();
     for (auto element = elements_.begin(); element != vertex; ++element) skip(*element, data);
+    const Lines rows = lines_;
+    if (vertex->lists) time_ = {};
     CloudPoints read = format_ == "ascii" ? text(*vertex) : binary(*vertex, data);
-    return {std::move(read.points), Eigen::Isometry3d::Identity(), false, read.shift};
+    if (time_.place) time_.place->step = vertex->step;
+    PointTimes times = format_ == "ascii" ? text_times(rows, time_, vertex->count, file_)
+                                          : binary_times(data, time_, vertex->count, 1, 0, swaps());
+    return {std::move(read.points), Eigen::Isometry3d::Identity(), false, read.shift, std::move(times)};
   }
 
  private:
@@ -109,6 +114,8 @@ class PlyReader {
         found_[axis] += is_real(property.type) ? 1 : 2;
         xyz_[axis] = {element.step, 0, element.properties.size(), property.type};
       }
+      if (element.name == "vertex")
+        time_.note(property.name, {element.step, 0, element.properties.size(), property.type});
       element.step += size_of(property.type);
     }
     element.properties.push_back(property);
@@ -199,6 +206,7 @@ class PlyReader {
   std::string_view format_;
   std::vector<Element> elements_;
   Coordinates xyz_;
+  TimeField time_;
   std::array<int, 3> found_{};
 };
 

@@ -4,9 +4,13 @@
 #include "io/readers/depth_image.hpp"
 #include "io/readers/file_kind.hpp"
 #include "io/readers/scan_list.hpp"
+#include "io/readers/scan_motion.hpp"
+#include "io/readers/transform_tree.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -30,6 +34,7 @@ class FileScanSource : public ScanSource {
       origin_ = *options_.origin;
     else
       choose_origin();
+    for (const auto& recording : recordings_) motions_.push_back(motions_of(recording));
   }
 
   std::size_t size() const override { return size_; }
@@ -46,7 +51,7 @@ class FileScanSource : public ScanSource {
       }
       const io::ListedScan& listed = recording.scans[index_++];
       try {
-        Scan scan = load(recording, listed);
+        Scan scan = load(recording, motions_[recording_], listed);
         scan.stamp_s = stamp(listed, scan.sensor);
         ++good_;
         return scan;
@@ -91,6 +96,7 @@ class FileScanSource : public ScanSource {
   /// A posed scan whose points may lack a shift. That of a survey's points, in the map's frame, is far away.
   struct Survey {
     Scan scan;
+    io::PointTimes times{};
     Eigen::Vector3d shift = Eigen::Vector3d::Zero();
     bool shifted() const { return !shift.isZero(0); }
     bool from_nowhere() const {
@@ -98,9 +104,83 @@ class FileScanSource : public ScanSource {
     }
   };
 
-  Scan load(const io::ListedRecording& recording, const io::ListedScan& listed) {
+  using Motions = std::map<std::uint32_t, io::ScanMotion>;  // by sensor
+  using Scans = std::vector<const io::ListedScan*>;
+
+  /// A bag's topics may be of several sensors, files are of one.
+  static std::uint32_t sensor_index(const io::ListedRecording& recording, const io::ListedScan& listed) {
+    return recording.bag ? recording.bag->topic(listed.index) : 0;
+  }
+
+  Motions motions_of(const io::ListedRecording& recording) {
+    std::map<std::uint32_t, Scans> sensors;
+    for (const io::ListedScan& listed : recording.scans) {
+      const bool cloud = recording.bag
+                             ? recording.bag->holds_clouds(listed.index) && !recording.bag->registered()
+                             : listed.kind == io::FileKind::pcd || listed.kind == io::FileKind::ply;
+      if (cloud) sensors[sensor_index(recording, listed)].push_back(&listed);
+    }
+    Motions motions;
+    for (const auto& [sensor, scans] : sensors) {
+      io::ScanMotion::Recording timed;
+      for (const io::ListedScan* listed : scans)
+        if (listed->stamp_s) timed.stamps_s.push_back(*listed->stamp_s);
+      const Scans all = scans;
+      timed.read = [this, &recording, all](std::size_t i) {
+        Survey survey = read(recording, *all[i]);
+        return io::RawScan{std::move(survey.scan), std::move(survey.times)};
+      };
+      const bool posed = recording.trajectory || recording.bag || scans.front()->pose;
+      if (!posed || timed.stamps_s.size() != scans.size()) {
+        tell_unused_times(timed, scans.size());
+        continue;
+      }
+      timed.pose_at = [&recording, all](double stamp_s) { return pose_at(recording, all, stamp_s); };
+      timed.undo = options_.deskew == Deskew::automatic;
+      timed.real = recording.bag != nullptr;
+      const io::ScanMotion& motion = motions.emplace(sensor, io::ScanMotion(std::move(timed))).first->second;
+      for (const std::string& note : motion.notes())
+        notes_.push_back((recording.bag ? scans.front()->file : recording.folder).string() + ": " + note);
+    }
+    return motions;
+  }
+
+  void tell_unused_times(const io::ScanMotion::Recording& timed, std::size_t scans) {
+    if (scans < 2 || options_.deskew != Deskew::automatic) return;
+    try {
+      const io::RawScan first = timed.read(0);
+      const auto cloud = io::timed_cloud(0, first.scan.points, first.times);
+      if (cloud && cloud->first < cloud->last)
+        notes_.push_back(first.scan.name + ": times: field " + first.times.field +
+                         " is not used: motion within scans is undone where these have time stamps and poses "
+                         "(files that are called like times, --poses FILE)");
+    } catch (const Error&) {  // told when it is its turn
+    }
+  }
+
+  /// Of the scans' sensor; throws NoPose where there is none.
+  static Eigen::Isometry3d pose_at(const io::ListedRecording& recording, const Scans& scans, double stamp_s) {
+    if (recording.trajectory) {
+      if (!recording.trajectory->covers(stamp_s)) throw io::NoPose("no pose at its time");
+      return recording.trajectory->at(stamp_s, recording.folder.string()) * recording.T_posed_sensor;
+    }
+    if (!scans.front()->pose) return recording.bag->pose_at(scans.front()->index, stamp_s);
+    const auto scan =
+        std::ranges::lower_bound(scans, stamp_s, {}, [](const auto* listed) { return *listed->stamp_s; });
+    if (scan == scans.end() || *(*scan)->stamp_s != stamp_s) throw io::NoPose("no pose between scans");
+    return io::rigid((*scan)->pose->T, (*scan)->pose->where) * recording.T_posed_sensor;
+  }
+
+  /// Motion is undone before an origin is subtracted; points of a survey are in the map's frame and have
+  /// none.
+  Scan load(const io::ListedRecording& recording, const Motions& motions, const io::ListedScan& listed) {
     Survey read = posed(recording, listed);
     Scan& scan = read.scan;
+    if (const auto motion = motions.find(sensor_index(recording, listed));
+        motion != motions.end() && !read.shifted()) {
+      scan.stamp_s = *listed.stamp_s;
+      scan = motion->second({std::move(scan), std::move(read.times)});
+    }
     Eigen::Isometry3d& T = scan.T_map_sensor;
     if (read.from_nowhere()) {
       const Eigen::Vector3f rest = (read.shift - origin_).cast<float>();
@@ -145,11 +225,13 @@ class FileScanSource : public ScanSource {
 
   /// Points, and the pose in the same file.
   Survey read(const io::ListedRecording& recording, const io::ListedScan& listed) {
-    if (recording.graph) return {recording.graph->read(listed.index), Eigen::Vector3d::Zero()};
+    if (recording.graph) return {recording.graph->read(listed.index)};
     Survey result;
     Scan& scan = result.scan;
     if (recording.bag) {
-      scan = recording.bag->read(listed.index, result.shift);
+      io::RawScan raw = recording.bag->read(listed.index, result.shift);
+      scan = std::move(raw.scan);
+      result.times = std::move(raw.times);
       return result;
     }
     scan.name = listed.file.string();
@@ -166,6 +248,7 @@ class FileScanSource : public ScanSource {
     scan.T_map_sensor = cloud.T_map_sensor;
     scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
     result.shift = cloud.shift;
+    result.times = std::move(cloud.times);
     return result;
   }
 
@@ -219,6 +302,7 @@ class FileScanSource : public ScanSource {
   std::vector<io::ListedRecording> recordings_;
   ScanSourceOptions options_;
   std::vector<std::string> skipped_, notes_;
+  std::vector<Motions> motions_;  // of each recording
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::size_t size_ = 0, good_ = 0;
   std::size_t recording_ = 0, index_ = 0;

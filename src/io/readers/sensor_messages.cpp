@@ -36,24 +36,41 @@ Scalar scalar_of(std::uint8_t datatype) {
   return datatype < types.size() ? types[datatype] : Scalar::none;
 }
 
-/// The fields x, y and z of a cloud, as offsets in a point.
-Coordinates read_fields(MessageReader& message) {
+/// Fields of a cloud, as offsets in a point.
+struct CloudFields {
   Coordinates xyz;
+  TimeField time;
+};
+
+CloudFields read_fields(MessageReader& message) {
+  CloudFields fields;
   std::array<int, 3> found{};
   for (std::uint32_t count = message.u32(); count > 0; --count) {
     const std::string name = message.text();
     const std::uint32_t offset = message.u32();
     const Scalar type = scalar_of(message.u8());
     message.u32();  // values of it; drivers write 0 or 1
+    fields.time.note(name, {offset, 0, 0, type});
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (name != std::string_view("xyz").substr(axis, 1)) continue;
       if (!is_real(type)) fail_reading("its field " + name + " is no float32 or float64");
-      xyz[axis] = {offset, 0, 0, type};
+      fields.xyz[axis] = {offset, 0, 0, type};
       ++found[axis];
     }
   }
   if (found != std::array{1, 1, 1}) fail_reading("a cloud without one each of x, y and z");
-  return xyz;
+  return fields;
+}
+
+// Until its motion is undone: before and after, with its time, in double and in float, and its ray's start.
+constexpr std::uint64_t bytes_of_timed_point =
+    3 * sizeof(Eigen::Vector3f) + sizeof(double) + 2 * sizeof(float);
+
+/// Behind the first point's time; leaves the message at the list of points.
+std::uint32_t livox_points(MessageReader& message) {
+  message.u32();                             // number of points, as in the list's head
+  for (int i = 0; i < 4; ++i) message.u8();  // lidar's number, reserved
+  return message.u32();
 }
 
 void check_positive_side(std::uint32_t width, std::uint32_t height) {
@@ -85,8 +102,8 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
   read_header(message);
   const std::uint64_t height = message.u32(), width = message.u32();
   if (width == 0 || height == 0)
-    return {{}, height > 1, {}};  // a scan without returns; its fields may be none
-  Coordinates xyz = read_fields(message);
+    return {{}, height > 1, {}, {}};  // a scan without returns; its fields may be none
+  auto [xyz, time] = read_fields(message);
   const bool big_endian = message.u8() != 0;
   const std::uint64_t step = message.u32(), row_step = message.u32();
   const std::string_view data = message.bytes();
@@ -94,15 +111,18 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
     c.step = step;
     if (c.offset + size_of(c.type) > step) fail_reading("a field of it lies outside of its points");
   }
+  if (time.place && time.place->offset + size_of(time.place->type) > step) time = {};
+  if (time.place) time.place->step = step;
   const std::uint64_t row = height > 1 ? row_step : width * step;
   // This order avoids overflow: width and step have 32 bits, and so has `row` when there are rows.
   if (width * step > data.size() || row < width * step || (data.size() - width * step) / row < height - 1)
     fail_reading("says it has " + size_text(width, height) + " points of " + std::to_string(step) +
                  " bytes, but holds " + std::to_string(data.size()) + " bytes");
-  if (width * height > largest_size / sizeof(Eigen::Vector3f))
+  if (width * height > largest_size / (time.place ? bytes_of_timed_point : sizeof(Eigen::Vector3f)))
     fail_reading("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
   CloudPoints read = binary_points(data, xyz, width, height, row, big_endian);
-  return {std::move(read.points), height > 1, read.shift};
+  return {std::move(read.points), height > 1, read.shift,
+          binary_times(data, time, width, height, row, big_endian)};
 }
 
 bool is_livox_type(std::string_view type) {
@@ -110,12 +130,15 @@ bool is_livox_type(std::string_view type) {
 }
 
 CloudMessage read_livox_message(MessageReader& message, std::uint64_t largest_size) {
-  const std::uint64_t count = points_in(message, "livox_ros_driver/CustomMsg");
-  if (count > largest_size / sizeof(Eigen::Vector3f))
+  read_header(message);
+  const std::uint64_t first_ns = message.u64();
+  const std::uint64_t count = livox_points(message);
+  if (count > largest_size / bytes_of_timed_point)
     fail_reading("a cloud of " + std::to_string(count) + " points, far more than its bag's size");
   CloudMessage cloud;
+  cloud.times.field = "offset_time";
   for (std::uint64_t i = 0; i < count; ++i) {
-    message.u32();  // ns after the first
+    cloud.times.values.push_back(static_cast<double>(first_ns + message.u32()));
     Eigen::Vector3f point;
     for (float& value : point) value = message.f32();
     message.u8();  // reflectivity
@@ -123,8 +146,9 @@ CloudMessage read_livox_message(MessageReader& message, std::uint64_t largest_si
     message.u8();  // laser
     // Bits 0 and 1 tell noise by its place, 2 and 3 by its intensity: 0 is none, 1 and 2 are sure and likely
     // noise of the first driver's lidars, doubtful and bad points of the second's; 3 is unlikely or unused.
-    const auto noise = [&](int shift) { return ((tag >> shift & 3) + 1) / 2 == 1; };
-    if (point.isZero(0) || noise(0) || noise(2)) point.setConstant(std::numeric_limits<float>::quiet_NaN());
+    const auto is_noise = [&](int shift) { return ((tag >> shift & 3) + 1) / 2 == 1; };
+    if (point.isZero(0) || is_noise(0) || is_noise(2))
+      point.setConstant(std::numeric_limits<float>::quiet_NaN());
     cloud.points.push_back(point);
   }
   return cloud;
@@ -138,10 +162,8 @@ std::uint64_t points_in(MessageReader& message, std::string_view type) {
     const std::uint64_t height = message.u32();
     return height * message.u32();
   }
-  message.u64();                             // the first point's time
-  message.u32();                             // number of points, as in the list's head
-  for (int i = 0; i < 4; ++i) message.u8();  // lidar's number, reserved
-  return message.u32();
+  message.u64();  // the first point's time
+  return livox_points(message);
 }
 
 DepthKind depth_kind(std::string_view encoding) {

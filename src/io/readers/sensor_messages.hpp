@@ -2,6 +2,7 @@
 
 #include "io/readers/depth_image.hpp"
 #include "io/readers/message_reader.hpp"
+#include "io/readers/scan_motion.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -29,6 +30,7 @@ struct CloudMessage {
   std::vector<Eigen::Vector3f> points;
   bool organised = false;                           ///< rows and columns, as from a depth camera
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< as Cloud's
+  PointTimes times{};                               ///< of a field that is called like a time, or Livox'
 };
 /// `largest_size`: memory limit of the points in bytes.
 CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size);

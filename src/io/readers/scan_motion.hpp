@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <octosurf/deskew.hpp>
+#include <octosurf/scan.hpp>
+
+namespace octosurf::io {
+
+/// When a cloud's points were taken, in the unit and from the zero of its field.
+struct PointTimes {
+  std::string field;           ///< empty: it has none
+  std::vector<double> values;  ///< one for each point
+};
+
+/// True for names that drivers give to a point's time.
+bool is_time_field(std::string_view name);
+
+/// A cloud that the times' unit is told by.
+struct TimedCloud {
+  double stamp_s = 0;
+  double first = 0, last = 0;  ///< of the points that are readings
+};
+/// Of the finite points; empty: none of them has a finite time.
+std::optional<TimedCloud> timed_cloud(double stamp_s, const std::vector<Eigen::Vector3f>& points,
+                                      const PointTimes& times);
+
+/// What a field's times mean.
+struct PointClock {
+  double unit_s = 1;
+  enum class Zero {
+    stamp,       ///< the cloud's time stamp
+    epoch,       ///< that of the time stamps
+    other_clock  ///< another one's; the first point is taken for the time stamp's
+  } zero = Zero::stamp;
+  double longest_s = 0;  ///< farther from the time stamp is no time
+
+  /// s after the stamp; what is no time becomes NaN.
+  std::vector<float> after_stamp(double stamp_s, const std::vector<Eigen::Vector3f>& points,
+                                 const PointTimes& times) const;
+  std::string text() const;
+};
+/// The largest unit of s, ms, µs and ns in which the points of one cloud were taken within twice the
+/// `period_s` of the clouds, and within 10 s. Empty: in none, or all at once.
+std::optional<PointClock> clock_of(std::span<const TimedCloud> clouds, double period_s);
+
+/// A scan as its file or message has it.
+struct RawScan {
+  Scan scan;
+  PointTimes times;
+};
+
+/// Undoes the motion within the scans of a recording's one sensor.
+class ScanMotion {
+ public:
+  struct Recording {
+    std::string name;
+    std::vector<double> stamps_s;  ///< of its scans, ascending
+    PoseAtTime pose_at;            ///< throws std::runtime_error where there is none
+    std::function<RawScan(std::size_t scan)> read;
+    bool undo = true;
+    bool real = false;  ///< a lidar of it turns while it moves, whether or not its points tell their times
+  };
+  /// Reads up to five scans, to tell the unit of their times.
+  explicit ScanMotion(Recording recording);
+
+  /// The scan with its motion undone; or with `times_s` where that cannot be, or is not wanted.
+  Scan operator()(RawScan raw) const;
+
+  /// What is undone or not, a line each.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  /// Calls `look` with up to five good scans, posed.
+  void look_at_samples(const std::function<void(RawScan&)>& look) const;
+  void tell_undone();
+  void tell_without_times();
+  /// Empty: poses do not reach over its readings' times.
+  std::optional<Scan> undone(const Scan& scan) const;
+
+  Recording recording_;
+  double period_s_ = 0;
+  std::vector<StampedPose> poses_;  // at the scans' stamps
+  std::optional<PointClock> clock_;
+  std::string field_;      // of the times
+  bool is_lidar_ = false;  // some sample
+  std::vector<std::string> notes_;
+};
+
+}  // namespace octosurf::io

@@ -1,0 +1,198 @@
+// Points' times in bags and cloud files, as drivers and tools write them: a sensor at 2 m/s that sees a wall
+// at x = 10.
+#include "io/readers/bag_files.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <gmock/gmock.h>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+constexpr int points_each = 11, scan_count = 4;
+constexpr double first_stamp_s = 1700000000.5;
+
+double stamp_of(int scan) { return first_stamp_s + 0.1 * scan; }
+double after_stamp(int point) { return 0.0099 * point; }
+double place_at(double time_s) { return 2 * (time_s - first_stamp_s); }
+
+/// A field of a cloud, and its bytes for a time.
+struct DriverField {
+  std::string name;
+  std::uint8_t datatype;  // PointField's
+  std::string pcd;        // size and type
+  std::function<std::string(double stamp_s, double after_s)> bytes;
+  double unit_s;
+  bool absolute;
+};
+
+template <class Number>
+DriverField time_field(const std::string& name, std::uint8_t datatype, const std::string& pcd, double unit_s,
+                       bool absolute) {
+  return {name,
+          datatype,
+          pcd,
+          [=](double stamp, double after_s) {
+            const double value = ((absolute ? stamp : 0) + after_s) / unit_s;
+            return bytes_of(static_cast<Number>(std::is_integral_v<Number> ? std::round(value) : value));
+          },
+          unit_s,
+          absolute};
+}
+
+std::vector<DriverField> time_fields() {
+  return {time_field<std::uint32_t>("t", 6, "4 U", 1e-9, false),
+          time_field<float>("time", 7, "4 F", 1, false),
+          time_field<double>("timestamp", 8, "8 F", 1, true),
+          time_field<double>("timestamp", 8, "8 F", 1e-9, true),
+          time_field<std::uint32_t>("offset_time", 6, "4 U", 1e-9, false),
+          time_field<std::uint32_t>("time_stamp", 6, "4 U", 1e-6, false),
+          time_field<float>("time", 7, "4 F", 1e-6, false),
+          time_field<std::int32_t>("t", 5, "4 I", 1e-6, false)};
+}
+
+class PointTime : public ScanFiles {
+ protected:
+  /// With tf at 100 Hz.
+  std::filesystem::path bag(const DriverField& time) const {
+    std::vector<McapMessage> messages;
+    for (int i = -2; i < 10 * scan_count + 3; ++i) {
+      const double t = first_stamp_s + 0.01 * i;
+      messages.push_back(
+          {"/tf", "tf2_msgs/msg/TFMessage", t, one_transform(t, "map", "lidar", place_at(t)).all()});
+    }
+    for (int scan = 0; scan < scan_count; ++scan) {
+      CdrBytes cloud;
+      cloud.header(stamp_of(scan), "lidar").u32(1).u32(points_each).u32(4);
+      for (std::uint32_t axis = 0; axis < 3; ++axis)
+        cloud.text(std::string("xyz").substr(axis, 1)).u32(4 * axis).u8(7).u32(1);
+      const std::string rows = rows_of(time, scan);
+      const auto step = static_cast<std::uint32_t>(rows.size() / points_each);
+      cloud.text(time.name).u32(12).u8(time.datatype).u32(1);
+      cloud.u8(0).u32(step).u32(points_each * step).bytes(rows).u8(1);
+      messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", stamp_of(scan), cloud.all()});
+    }
+    return write("a.mcap", mcap_of(messages));
+  }
+
+  /// x y z and the time.
+  static std::string rows_of(const DriverField& time, int scan) {
+    std::string rows;
+    for (int i = 0; i < points_each; ++i) {
+      const double stamp = stamp_of(scan);
+      rows +=
+          bytes_of(static_cast<float>(10 - place_at(stamp + after_stamp(i))), static_cast<float>(i), 0.5F);
+      rows += time.bytes(stamp, after_stamp(i));
+    }
+    return rows;
+  }
+
+  std::string name_of(int scan) const { return std::to_string(stamp_of(scan)); }
+
+  ScanSourceOptions with_poses() const {
+    std::string lines;
+    for (int i = -2; i < 10 * scan_count + 3; ++i) {
+      const double t = first_stamp_s + 0.01 * i;
+      lines += std::to_string(t) + " " + std::to_string(place_at(t)) + " 0 0 0 0 0 1\n";
+    }
+    ScanSourceOptions options;
+    options.poses = write("trajectory.txt", lines);
+    return options;
+  }
+
+  /// All points on the wall, and rays from where the sensor was.
+  static void expect_undone(const std::vector<Scan>& read) {
+    ASSERT_EQ(read.size(), static_cast<std::size_t>(scan_count));
+    for (int scan = 0; scan < scan_count; ++scan) {
+      const Scan& s = read[static_cast<std::size_t>(scan)];
+      ASSERT_EQ(s.origins.size(), static_cast<std::size_t>(points_each));
+      for (int i = 0; i < points_each; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        EXPECT_NEAR(s.T_map_sensor.translation().x() + static_cast<double>(s.points[at].x()), 10, 1e-4);
+        EXPECT_NEAR(static_cast<double>(s.origins[at].x()), 2 * after_stamp(i), 1e-4);
+      }
+    }
+  }
+};
+
+TEST_F(PointTime, OfBagsUndoesTheMotion) {
+  for (const DriverField& time : time_fields()) {
+    SCOPED_TRACE(time.name + " " + std::to_string(time.unit_s));
+    const auto source = open_scans({bag(time)});
+    EXPECT_THAT(source->notes(), Contains(::testing::AllOf(
+                                     HasSubstr("field " + time.name), HasSubstr("up to 20 cm"),
+                                     HasSubstr(time.absolute ? "on the stamps' clock" : "after the stamp"))));
+    expect_undone(read_all(*source));
+  }
+}
+
+TEST_F(PointTime, OfBagsIsGivenWhereTheMotionIsLeft) {
+  ScanSourceOptions options;
+  options.deskew = Deskew::off;
+  const auto read = read_all({bag(time_fields().front())}, options);
+  ASSERT_EQ(read.size(), static_cast<std::size_t>(scan_count));
+  EXPECT_TRUE(read[1].origins.empty());
+  ASSERT_EQ(read[1].times_s.size(), static_cast<std::size_t>(points_each));
+  EXPECT_NEAR(static_cast<double>(read[1].times_s.back()), after_stamp(points_each - 1), 1e-6);
+  EXPECT_NEAR(static_cast<double>(read[1].points.back().x()),
+              10 - place_at(stamp_of(1) + after_stamp(points_each - 1)), 1e-5);
+}
+
+TEST_F(PointTime, OfPcdsUndoesTheMotion) {
+  for (const DriverField& time : time_fields()) {
+    SCOPED_TRACE(time.name + " " + std::to_string(time.unit_s));
+    const std::string folder_name = "pcd_" + time.name + std::to_string(std::lround(1e9 * time.unit_s));
+    for (int scan = 0; scan < scan_count; ++scan)
+      write(folder_name + "/" + name_of(scan) + ".pcd",
+            "VERSION 0.7\nFIELDS x y z " + time.name + "\nSIZE 4 4 4 " + time.pcd.substr(0, 1) +
+                "\nTYPE F F F " + time.pcd.substr(2) +
+                "\nCOUNT 1 1 1 1\nWIDTH 11\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 11\n" +
+                "DATA binary\n" + rows_of(time, scan));
+    expect_undone(read_all({folder / folder_name}, with_poses()));
+  }
+}
+
+TEST_F(PointTime, OfPlysUndoesTheMotion) {
+  for (int scan = 0; scan < scan_count; ++scan) {
+    std::string rows;
+    for (int i = 0; i < points_each; ++i)
+      rows += std::to_string(std::lround(1e6 * after_stamp(i))) + " " +
+              std::to_string(10 - place_at(stamp_of(scan) + after_stamp(i))) + " " + std::to_string(i) +
+              " 0.5\n";
+    write("ply/" + name_of(scan) + ".ply",
+          "ply\nformat ascii 1.0\nelement vertex 11\nproperty uint t\nproperty float x\nproperty float y\n"
+          "property float z\nend_header\n" +
+              rows);
+    write("binary/" + name_of(scan) + ".ply",
+          "ply\nformat binary_little_endian 1.0\nelement vertex 11\nproperty float x\nproperty float y\n"
+          "property float z\nproperty double timestamp\nend_header\n" +
+              rows_of(time_field<double>("timestamp", 8, "8 F", 1, true), scan));
+  }
+  expect_undone(read_all({folder / "ply"}, with_poses()));
+  expect_undone(read_all({folder / "binary"}, with_poses()));
+}
+
+TEST_F(PointTime, WithAPoseForEachScanIsEnough) {
+  const DriverField time = time_fields().front();
+  std::string poses, times;
+  for (int scan = 0; scan < scan_count; ++scan) {
+    write("clouds/" + std::to_string(scan) + ".pcd",
+          "VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 11\nHEIGHT 1\n"
+          "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 11\nDATA binary\n" +
+              rows_of(time, scan));
+    poses += std::to_string(place_at(stamp_of(scan))) + " 0 0 0 0 0 1\n";
+    times += std::to_string(stamp_of(scan)) + "\n";
+  }
+  write("clouds/poses.txt", poses);
+  const auto untimed = open_scans({folder / "clouds"});
+  EXPECT_THAT(untimed->notes(), Contains(HasSubstr("field t is not used")));
+  write("clouds/times.txt", times);
+  expect_undone(read_all({folder / "clouds"}));
+}
+
+}  // namespace
+}  // namespace octosurf::test
