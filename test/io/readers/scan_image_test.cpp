@@ -155,10 +155,10 @@ std::string rvl_of(std::uint32_t width, std::uint32_t height, const std::vector<
   return bytes_of(width, height) + writer.words();
 }
 
-constexpr std::size_t room = 1 << 20;
+constexpr std::size_t most_bytes = 1 << 20;
 
 io::DepthImage depth_message(const std::string& format, const std::string& data) {
-  return io::depth_of({format, data}, "message", room);
+  return io::depth_of({format, data}, "message", most_bytes);
 }
 
 TEST_F(DepthImages, CompressedDepthIsReadFromPngAndRvlOfEitherEncoding) {
@@ -202,24 +202,24 @@ TEST_F(DepthImages, CompressedDepthIsReadFromPngAndRvlOfEitherEncoding) {
 TEST_F(DepthImages, RvlIsReadToTheBitAndNeverBeyondItsEnd) {
   // 0 zeros, 2 others: 5 (+5: 10 = 2 + 8·1) and 4 (−1: 1), nibbles 0 2 a 1 1.
   const std::string by_hand = bytes_of(2U, 1U, 0x02a11000U);
-  EXPECT_EQ(io::read_rvl(by_hand, room).pixels, (std::vector<std::uint16_t>{5, 4}));
+  EXPECT_EQ(io::read_rvl(by_hand, most_bytes).pixels, (std::vector<std::uint16_t>{5, 4}));
   std::vector<std::uint16_t> pixels(64 * 48);
   std::mt19937 random(3);
   for (auto& pixel : pixels)
     pixel = static_cast<std::uint16_t>(random() % 3 == 0 ? 0 : 500 + random() % 4000);
   const std::string whole = rvl_of(64, 48, pixels);
-  EXPECT_EQ(io::read_rvl(whole, room).pixels, pixels);
+  EXPECT_EQ(io::read_rvl(whole, most_bytes).pixels, pixels);
   for (std::size_t size = 0; size + 4 < whole.size(); size += 5)
-    EXPECT_THROW(io::read_rvl(whole.substr(0, size), room), std::runtime_error) << size;
-  EXPECT_THROW(io::read_rvl(bytes_of(8192U, 8192U, 0U), room), std::runtime_error);
-  EXPECT_THROW(io::read_rvl(bytes_of(0U, 4U, 0U), room), std::runtime_error);
-  EXPECT_THROW(io::read_rvl(bytes_of(2U, 1U, 0x31110000U), room), std::runtime_error);  // three zeros
-  EXPECT_THROW(io::read_rvl(bytes_of(2U, 1U, ~0U, ~0U, ~0U), room), std::runtime_error);
+    EXPECT_THROW(io::read_rvl(whole.substr(0, size), most_bytes), std::runtime_error) << size;
+  EXPECT_THROW(io::read_rvl(bytes_of(8192U, 8192U, 0U), most_bytes), std::runtime_error);
+  EXPECT_THROW(io::read_rvl(bytes_of(0U, 4U, 0U), most_bytes), std::runtime_error);
+  EXPECT_THROW(io::read_rvl(bytes_of(2U, 1U, 0x31110000U), most_bytes), std::runtime_error);  // three zeros
+  EXPECT_THROW(io::read_rvl(bytes_of(2U, 1U, ~0U, ~0U, ~0U), most_bytes), std::runtime_error);
   for (int i = 0; i < 2000; ++i) {  // no byte does harm
     std::string damaged = whole;
     damaged[8 + random() % (damaged.size() - 8)] = static_cast<char>(random());
     try {
-      EXPECT_EQ(io::read_rvl(damaged, room).pixels.size(), pixels.size());
+      EXPECT_EQ(io::read_rvl(damaged, most_bytes).pixels.size(), pixels.size());
     } catch (const std::runtime_error&) {  // refused
     }
   }
