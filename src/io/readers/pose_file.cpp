@@ -174,7 +174,13 @@ PoseFile read_poses(const std::filesystem::path& file) {
   std::vector<std::string> heads;
   auto lines = read_text(file, &heads);
   if (lines.empty()) refuse_poses(file.string(), "holds no poses");
-  const std::size_t width = lines[lines.size() > 1 ? 1 : 0].words.size();
+  // A header need not be a comment.
+  const std::string& first = lines.front().words.front();
+  double number_there = 0;
+  const bool begins_with_names =
+      std::from_chars(first.data(), first.data() + first.size(), number_there).ec != std::errc() &&
+      !first.starts_with('+');
+  const std::size_t width = lines[begins_with_names && lines.size() > 1 ? 1 : 0].words.size();
   Columns named;
   for (const std::string& head : heads)
     if (const Columns columns = columns_named(head, width); columns.whole()) named = columns;
