@@ -283,7 +283,9 @@ void add_map(CLI::App& app) {
             options->pose_form = static_cast<PoseForm>(at - pose_form_names.begin());
           },
           "what poses are: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl (cameras "
-          "look along -z, y up), opengl-inverse [as-given, and refused where another fits far better]")
+          "look along -z, y up), opengl-inverse, w-first (quaternions qw qx qy qz), of-camera (a lidar's "
+          "scans, its camera's poses, as KITTI's without calib.txt) [as-given, and refused "
+          "where another fits far better]")
       ->check(CLI::IsMember(std::vector<std::string>(pose_form_names.begin(), pose_form_names.end())))
       ->group("Scans");
   add_parameter_options(*verb, options->parameters);

@@ -172,7 +172,9 @@ std::function<bool(Scan&)> MapRun::accepting(bool alone) const {
   const std::vector<std::uint64_t>& held = mapper_.map().state().held;
   std::set<std::uint64_t> before;
   if (!options_.again) before.insert(held.begin(), held.end());
-  return [this, alone, before = std::move(before)](Scan& scan) {
+  return [this, alone, before = std::move(before), first = true](Scan& scan) mutable {
+    if (std::exchange(first, false) && !options_.source.cloud_scale)
+      require_metres(scan, mapper_.map().parameters());  // before its rays are traced
     place(scan, alone);
     return before.empty() || !before.contains(sensing::fingerprint_of(scan));
   };
@@ -202,35 +204,60 @@ void MapRun::place(Scan& cloud, bool alone) const {
   set_viewpoint(cloud, found->at);
 }
 
-void MapRun::require_sensible_poses() {
-  if (options_.pose_form) return;
-  const auto form = pose_check_.better_form();
-  if (!form) return;
+void MapRun::refuse(const std::string& what, const std::string& mend) {
   changed_ = false;  // nothing to save
-  const std::string name = pose_form_names.at(static_cast<std::size_t>(*form));
   throw Error(Error::Kind::data, context_.input.empty() ? "" : context_.input.front(),
-              "scans do not fit each other at the poses as they are, but do if these are taken as " + name +
-                  "; nothing is written",
-              "--pose-form " + name + "; or --pose-form as-given, if they are right");
+              what + "; nothing is written", mend);
+}
+
+void MapRun::require_sensible_poses() {
+  if (!options_.pose_form)
+    if (const auto form = pose_check_.better_form()) {
+      const std::string name = pose_form_names.at(static_cast<std::size_t>(*form));
+      refuse("scans do not fit each other at the poses as they are, but do if these are taken as " + name,
+             "--pose-form " + name + "; or --pose-form as-given, if they are right");
+    }
+  if (options_.source.depth_scale || options_.source.cloud_scale) return;
+  if (const auto scale = pose_check_.better_scale()) {
+    const bool long_readings = *scale > 1;
+    std::array<char, 300> mend{};
+    std::snprintf(
+        mend.data(), mend.size(),
+        "of depth images --depth-scale %g where it was 1000, of clouds --cloud-scale %g; or state the "
+        "scale they have, if it is right and the poses' unit is no metre",
+        1000 * *scale, *scale);
+    std::array<char, 120> what{};
+    std::snprintf(what.data(), what.size(),
+                  "scans do not fit each other, but do if readings are taken as %g times too %s",
+                  long_readings ? *scale : 1 / *scale, long_readings ? "long" : "short");
+    refuse(what.data(), mend.data());
+  }
 }
 
 void MapRun::require_mapped() {
   const ScanReport& totals = statistics_.totals();
   if (statistics_.scans() == 0) return;
-  const auto fail = [&](const std::string& what, const std::string& mend) {
-    changed_ = false;  // nothing to save
-    throw Error(Error::Kind::data, context_.input.empty() ? "" : context_.input.front(),
-                what + "; nothing is written", mend);
-  };
   const std::string units =
-      "check the units: --depth-scale says how many there are to a metre, clouds and poses are in metres";
+      "check the units: --depth-scale says how many there are to a metre in images, --cloud-scale in clouds; "
+      "poses are in metres";
   if (near_sensor_ && mapper_.snapshot()->surfaces.empty())
-    fail("no surface was found, as hardly a reading is more than a few voxels from the sensor", units);
-  if (totals.voxels > 0) return;
+    refuse("no surface was found, as hardly a reading is more than a few voxels from the sensor", units);
+  const std::size_t readings = totals.points_raw - totals.points_not_finite;
+  const std::size_t mapped =
+      readings - totals.points_too_near - totals.points_out_of_map - totals.points_beyond_range;
+  // A map of a hundredth of what was seen is none, unless it was asked for by a range.
+  constexpr std::size_t hardly_any = 100;
+  const bool asked = mapper_.map().parameters().occupancy.max_range.has_value();
+  if (mapped > 0 && (asked || mapped >= readings / hardly_any)) return;
+  const std::string how_many =
+      mapped == 0 ? "no reading was"
+                  : "only " + std::to_string(mapped) + " of " + std::to_string(readings) + " readings were";
   if (totals.points_beyond_range + totals.points_out_of_map > 0)
-    fail("no reading was mapped, all lie beyond the maximum range, or outside the octree", units);
-  if (totals.points_too_near > 0) fail("no reading was mapped, all are nearer than min_range", units);
-  fail("the scans hold no readings", "check the input");
+    refuse(how_many + " mapped, all " + (mapped == 0 ? "" : "others ") +
+               "lie beyond the maximum range, or outside the octree",
+           units + (asked ? "" : "; --max-range says how far readings are mapped"));
+  if (totals.points_too_near > 0) refuse(how_many + " mapped, all are nearer than min_range", units);
+  refuse("the scans hold no readings", "check the input");
 }
 
 void MapRun::end_early(const std::exception& failure) {

@@ -70,9 +70,11 @@ class MapRun {
   /// began. `alone`: there is one scan only, and no file of poses.
   std::function<bool(Scan&)> accepting(bool alone) const;
   void place(Scan& cloud, bool alone) const;
-  /// Throws if poses fit far better in another form, which would ruin the map: nothing is written.
+  /// Throws Error(data): nothing is written.
+  [[noreturn]] void refuse(const std::string& what, const std::string& mend);
+  /// Throws if poses fit far better in another form or unit, which would ruin the map: nothing is written.
   void require_sensible_poses();
-  /// Throws if the run has mapped no reading at all.
+  /// Throws if the run has mapped hardly any reading.
   void require_mapped();
   void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);

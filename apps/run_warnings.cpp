@@ -13,6 +13,7 @@
 #include <numbers>
 
 #include <octosurf/diagnosis.hpp>
+#include <octosurf/error.hpp>
 
 namespace octosurf {
 namespace {
@@ -60,6 +61,18 @@ void warn_of_sensor_error(const Map& map) {
                  "warning: the readings seem to be too %s by %.1f %%: check the sensor's depth scale; "
                  "nothing was changed\n",
                  error->range_scale() > 0 ? "long" : "short", 100 * std::fabs(error->range_scale()));
+}
+
+/// A sensor's usual limit is a guess where it cuts much.
+void warn_of_limit(const RunStatistics& statistics, const Map& map) {
+  const ScanReport& totals = statistics.totals();
+  const std::size_t readings = totals.points_raw - totals.points_not_finite;
+  if (map.parameters().occupancy.max_range || 3 * totals.points_beyond_range <= readings) return;
+  std::fprintf(
+      stderr,
+      "warning: %.0f %% of the readings were only taken as free space, as they lie beyond 4 m, a depth "
+      "camera's usual range: --max-range maps farther ones, and of clouds --sensor lidar all\n",
+      100 * static_cast<double>(totals.points_beyond_range) / static_cast<double>(readings));
 }
 
 void warn_of_closures(const RunStatistics& statistics) {
@@ -123,6 +136,16 @@ double usual_range(const Scan& scan) {
 
 }  // namespace
 
+void require_metres(const Scan& scan, const Parameters& parameters) {
+  // No robot's sensor reaches so far, and rays of kilometres take hours and all memory.
+  constexpr double farthest = 300;  // m
+  const double range = usual_range(scan);
+  if (scan.sensor != SensorKind::lidar || parameters.occupancy.max_range || range <= farthest) return;
+  throw Error(Error::Kind::data, scan.name,
+              "its readings reach " + std::to_string(static_cast<long>(range)) + " m, as if not in metres",
+              "--cloud-scale 1000 for millimetres, 100 for centimetres; 1, if they are metres");
+}
+
 bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs, bool poses_given,
                         const Parameters& parameters) {
   if (!poses_given && scan.T_map_sensor.matrix() == Eigen::Isometry3d::Identity().matrix())
@@ -141,16 +164,17 @@ bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs
   constexpr double voxels_near = 5;  // no sensor measures so near with such voxels
   const bool near = range > 0 && range < voxels_near * d;
   if (near)
-    std::fprintf(
-        stderr,
-        "warning: 19 of 20 readings of %s lie within %.2g m of the sensor: check the units, --depth-scale\n",
-        scan.name.c_str(), range);
+    std::fprintf(stderr,
+                 "warning: 19 of 20 readings of %s lie within %.2g m of the sensor: check the units, "
+                 "--depth-scale, --cloud-scale\n",
+                 scan.name.c_str(), range);
   return near;
 }
 
 void print_warnings(const RunStatistics& statistics, const Map& map, bool reported) {
   std::fflush(stdout);  // so that they follow the summary
   warn_of_missing_poses(statistics);
+  warn_of_limit(statistics, map);
   warn_of_up(map, "");
   warn_of_closures(statistics);
   warn_of_sensor_error(map);

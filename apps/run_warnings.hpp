@@ -10,6 +10,10 @@
 
 namespace octosurf {
 
+/// Throws Error(data) for a lidar's scan whose readings reach farther than one sees, unless max_range is
+/// given.
+void require_metres(const Scan& scan, const Parameters& parameters);
+
 /// Before a run's first scan is mapped, warns on stderr of problems that would make the map useless or
 /// expensive. `inputs`: of the run; `poses_given`: by a file or a bag, so that all come from there. True if
 /// nearly all readings lie within a few voxels of the sensor.

@@ -56,6 +56,24 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
                   "floats of a point in velodyne files, x y z first [4, or what their values say]")
       ->check(at_least(3))
       ->group(group);
+  verb.add_option("--cloud-scale", source.cloud_scale,
+                  "units of a cloud per metre: 1000 for millimetres, 3.2808 for feet [1]")
+      ->group(group);
+  verb.add_option("--no-return", source.no_return,
+                  "m: a range, of cameras a depth, of rays without a return; may be given several times, 0: "
+                  "none has one [far values that many readings have]")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->group(group);
+  verb.add_option_function<std::string>(
+          "--sensor",
+          [&source](const std::string& name) {
+            source.sensor = name == "camera" ? SensorKind::depth_camera : SensorKind::lidar;
+          },
+          "of clouds: camera, mapped up to 4 m if --max-range says no other, or lidar [what their rays' "
+          "directions say]")
+      ->check(CLI::IsMember({"camera", "lidar"}))
+      ->group(group);
   verb.add_option("--rate", source.rate_hz, "scans per second if they have no time stamps [30, lidar 10]")
       ->group(group);
   verb.add_option("--max-pose-gap", source.max_pose_gap_s,

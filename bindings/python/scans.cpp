@@ -157,7 +157,8 @@ void bind_scans(py::module_& module) {
          std::optional<double> max_pose_gap_s, std::optional<Eigen::Vector3d> origin,
          std::vector<std::string> topics, std::optional<std::string> pose_topic,
          std::optional<std::string> pose_frame, std::optional<std::string> fixed_frame,
-         std::optional<std::string> info_topic, bool skip_bad, bool deskewed) {
+         std::optional<std::string> info_topic, bool skip_bad, bool deskewed,
+         std::optional<SensorKind> sensor, std::optional<double> cloud_scale, std::vector<double> no_return) {
         ScanSourceOptions options;
         options.deskew = deskewed ? Deskew::automatic : Deskew::off;
         options.poses = std::move(poses);
@@ -170,6 +171,9 @@ void bind_scans(py::module_& module) {
         options.bag = {std::move(topics), std::move(pose_topic), std::move(pose_frame),
                        std::move(fixed_frame), std::move(info_topic)};
         options.skip_bad = skip_bad;
+        options.sensor = sensor;
+        options.cloud_scale = cloud_scale;
+        options.no_return = std::move(no_return);
         return opened(std::move(inputs), options);
       },
       py::arg("inputs"), py::kw_only(), py::arg("poses") = py::none(), py::arg("intrinsics") = py::none(),
@@ -178,6 +182,8 @@ void bind_scans(py::module_& module) {
       py::arg("topics") = std::vector<std::string>(), py::arg("pose_topic") = py::none(),
       py::arg("pose_frame") = py::none(), py::arg("fixed_frame") = py::none(),
       py::arg("info_topic") = py::none(), py::arg("skip_bad") = false, py::arg("deskew") = true,
+      py::arg("sensor") = py::none(), py::arg("cloud_scale") = py::none(),
+      py::arg("no_return") = std::vector<double>(),
       R"(Opens a recording, or a list of them, one after the other: what `octosurf map` reads.
 
 7-Scenes, TUM RGB-D and KITTI folders, 16-bit depth images (PNG, PGM), PCD, PLY, OctoMap's .graph,
@@ -192,6 +198,8 @@ Of bags: topics, of clouds or depth images; pose_topic, instead of tf, and pose_
 the map's in tf; info_topic, CameraInfo. What is not given is chosen where there is no choice, see notes().
 skip_bad: go on after a scan that cannot be read or whose pose is not a rigid motion.
 deskew: undo the sensor's motion within scans by their points' times.
+Of clouds: sensor, "depth_camera" or "lidar"; None: what their rays' directions say. cloud_scale: units per metre; None: 1.
+no_return: ranges, of cameras depths, that stand for no return, m; empty: far values that many readings have; [0]: none.
 Throws Error(usage, data).)");
 }
 

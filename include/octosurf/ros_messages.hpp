@@ -33,8 +33,9 @@ struct ReceivedScan {
 };
 
 /// Decodes a sensor_msgs/PointCloud2. Throws Error(data) naming `where` for a message that is truncated,
-/// lacks x, y or z, or has contradictory sizes.
-ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where);
+/// lacks x, y or z, or has contradictory sizes. `sensor`: kind of sensor; empty: guess_sensor()'s.
+ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where,
+                             std::optional<SensorKind> sensor = {});
 
 /// Decodes a sensor_msgs/Image with depth and its sensor_msgs/CameraInfo, using K, or P if the images are
 /// `rectified`. `depth_scale`: units per metre; empty: 1000 for 16UC1 and mono16, 1 for 32FC1. Throws as

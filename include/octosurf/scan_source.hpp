@@ -59,6 +59,13 @@ struct ScanSourceOptions {
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
   Deskew deskew = Deskew::automatic;
+  /// Of clouds; empty: by their readings' directions, see guess_sensor(). Depth images are a camera's.
+  std::optional<SensorKind> sensor = {};
+  /// Units per metre of clouds, and of poses in the same file; empty: 1.
+  std::optional<double> cloud_scale = {};
+  /// m: ranges, of cameras depths, that stand for no return, to the millimetre. Empty: values that many
+  /// readings have, beyond 4 m and with hardly any before them, see notes().
+  std::vector<double> no_return = {};
 };
 
 /// A sequence of posed scans, decoded on demand.
@@ -81,7 +88,8 @@ class ScanSource {
   /// recording's images without a pose at their time.
   virtual const std::vector<std::string>& skipped() const = 0;
 
-  /// One line for every automatic choice: a bag's topics, camera and poses.
+  /// One line for every automatic choice: a bag's topics, camera and poses, kinds of sensors, values without
+  /// a return. The last may come with any scan.
   virtual std::vector<std::string> notes() const { return {}; }
 
   /// Subtracted from all coordinates of the inputs, m.
@@ -108,7 +116,7 @@ InputKind classify(const std::filesystem::path& input);
 ///   `*depth*`, only those.
 /// - PCD (of any version, padding and counts of 0 included) and PLY (either byte order, lists), in the
 /// folder, `scans/` or `clouds/`; in the sensor's frame. A PCD's VIEWPOINT is
-///   its pose; a PLY has none. Organised PCDs come from a depth camera, the others from a lidar.
+///   its pose; a PLY has none.
 /// - KITTI velodyne: `*.bin`, in the folder or `velodyne/`, of 4 floats a point, or of 3 to 8 as told apart
 ///   by their values (nuScenes has 5). KITTI poses (3×4) are the camera's: if
 ///   `calib.txt` has a line `Tr:` (velodyne to camera), T_map_velodyne = pose · Tr. `times.txt`.
@@ -138,7 +146,11 @@ InputKind classify(const std::filesystem::path& input);
 /// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
 /// depths 0 and 65535 are no readings and give no points, nor do flying pixels: those of up to four between a
 /// nearer and a farther surface, on neither. Points exactly at a cloud's origin are no
-/// readings either, and are set to NaN.
+/// readings either, and are set to NaN, as are values that stand for no return.
+///
+/// The sensor of a cloud is told by its readings' directions, in any order: an even raster is a depth
+/// camera's. The first of up to 20 scans of each topic or folder that has 100 readings decides, on opening;
+/// of smaller ones an organised cloud is a camera's.
 ///
 /// Formats of pose files are recognised by their columns (blanks or commas, `#` comments): `tx ty tz qx qy qz
 /// qw`; 3×4 row-major; 4×4 row-major in one line or in four; each in one line also with a time stamp in

@@ -100,11 +100,15 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
   constexpr MessageEncoding cdr = MessageEncoding::cdr;
   ReceivedScan received;
   if (!options_.takes_depth()) {
-    received = scan_from_cloud(message, cdr, {});
+    received = scan_from_cloud(message, cdr, {}, SensorKind::lidar);  // or as rules_ find
   } else {
     if (!camera) throw std::runtime_error("no CameraInfo has come yet");
     const bool rectified = is_rectified(options_.depth);
     received = scan_from_depth(message, *camera, cdr, {}, rectified, options_.depth_scale);
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    rules_.apply(received.scan, {}, options_.takes_depth(), options_.scans());
   }
   received.stamp_ns = header.stamp_ns;
   received.scan.name = name_of(options_.scans(), header.stamp_ns);

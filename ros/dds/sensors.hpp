@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/readers/reading_rules.hpp"
 #include "io/readers/sensor_messages.hpp"
 #include "io/readers/transform_tree.hpp"
 #include "options.hpp"
@@ -42,6 +43,7 @@ class Sensors {
   const NodeOptions& options_;
   std::mutex mutex_;
   std::condition_variable_any news_;
+  io::ReadingRules rules_{ScanSourceOptions{}};
   io::TransformTree tree_;
   bool tree_sorted_ = true;
   std::optional<std::string> camera_;  // CameraInfo as it came, found to be one of a calibrated camera

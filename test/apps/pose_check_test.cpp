@@ -5,6 +5,7 @@
 #include <fstream>
 #include <functional>
 #include <gmock/gmock.h>
+#include <sstream>
 
 namespace octosurf::test {
 namespace {
@@ -44,6 +45,13 @@ TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
   }();
   const std::vector<std::pair<std::string, std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>>> forms{
       {"inverse", [](const Eigen::Matrix4d& T) { return T.inverse().eval(); }},
+      {"w-first",
+       [](const Eigen::Matrix4d& T) {  // as if w x y z were x y z w
+         const Eigen::Quaterniond q(Eigen::Matrix3d(T.topLeftCorner<3, 3>()));
+         Eigen::Matrix4d read = T;
+         read.topLeftCorner<3, 3>() = Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()).toRotationMatrix();
+         return read;
+       }},
       {"opengl", [](const Eigen::Matrix4d& T) { return (T * turned).eval(); }},
       {"opengl-inverse", [](const Eigen::Matrix4d& T) { return (T * turned).inverse().eval(); }}};
   for (const auto& [name, change] : forms) {
@@ -57,6 +65,48 @@ TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
   }
   run_well("map inverse -o wrong --resolution 0.05 --pose-form as-given");
   EXPECT_TRUE(exists("wrong.surfaces"));
+}
+
+TEST_F(PoseCheck, PosesInAnotherUnitThanTheReadingsAreRefused) {
+  run_well("simulate room -o room --frames 16");
+  for (const auto& [name, scale] : {std::pair("4", 4.0),
+                                    {"1000", 1000.0},
+                                    {"0.25", 0.25},
+                                    {"0.001", 0.001},
+                                    {"10", 10.0},
+                                    {"0.2", 0.2}}) {
+    change_poses("room", name, [scale = scale](Eigen::Matrix4d T) {
+      T.topRightCorner<3, 1>() /= scale;
+      return T;
+    });
+    const std::string line = error_of("map " + std::string(name) + " -o wrong --resolution 0.05", 1);
+    EXPECT_THAT(line,
+                AllOf(HasSubstr("--cloud-scale " + std::string(name)), HasSubstr("nothing is written")));
+    EXPECT_FALSE(exists("wrong.surfaces"));
+  }
+  run_well("map 4 -o wrong --resolution 0.05 --depth-scale 1000");
+}
+
+TEST_F(PoseCheck, ACamerasPosesForALidarsScansAreRefused) {
+  run_well("simulate room -o room --sensor spinning --frames 8");
+  // x right, y down, z forward; the camera stands by the lidar, at a few hundredths of the usual range.
+  Eigen::Isometry3d T_lidar_camera = Eigen::Isometry3d::Identity();
+  T_lidar_camera.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  T_lidar_camera.translation() << 0.06, 0, -0.04;
+  std::ifstream in(folder / "room/poses.txt");
+  std::ostringstream out;
+  out.precision(17);
+  double stamp = 0;
+  Eigen::Vector3d t;
+  Eigen::Quaterniond q;
+  while (in >> stamp >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w()) {
+    const Eigen::Isometry3d T = Eigen::Translation3d(t) * q.normalized() * T_lidar_camera;
+    for (int i = 0; i < 12; ++i) out << T(i / 4, i % 4) << (i < 11 ? ' ' : '\n');
+  }
+  write("camera.txt", out.str());
+  const std::string map = "map room --poses camera.txt -o map --resolution 0.1";
+  EXPECT_THAT(error_of(map, 1), HasSubstr("--pose-form of-camera"));
+  run_well(map + " --pose-form of-camera");
 }
 
 TEST_F(PoseCheck, RightPosesAreNotRefusedWhereTheyDrift) {

@@ -18,6 +18,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/scan.hpp>
+#include <octosurf/sensor.hpp>
 #include <octosurf/surface.hpp>
 
 // Conversions from and to PCL's types. Needs PCL's headers and pcl_common besides octosurf::octosurf. PCL
@@ -26,9 +27,9 @@
 namespace octosurf {
 
 /// Converts a cloud with its sensor's pose (`sensor_origin_`, `sensor_orientation_`), its time
-/// (`header.stamp`, µs) and `header.frame_id` as name. Organised clouds count as a depth camera's, others as
-/// a lidar's, as with PCD files. Points exactly at the origin are no readings: drivers write them for missing
-/// returns. Throws Error(data) if the orientation is not a rotation.
+/// (`header.stamp`, µs) and `header.frame_id` as name. The sensor's kind is guess_sensor()'s. Points exactly
+/// at the origin are no readings: drivers write them for missing returns. Throws Error(data) if the
+/// orientation is not a rotation.
 template <class Point>
 Scan to_scan(const pcl::PointCloud<Point>& cloud) {
   const Eigen::Quaterniond orientation = cloud.sensor_orientation_.template cast<double>();
@@ -39,7 +40,6 @@ Scan to_scan(const pcl::PointCloud<Point>& cloud) {
   scan.T_map_sensor.linear() = orientation.normalized().toRotationMatrix();
   scan.T_map_sensor.translation() = cloud.sensor_origin_.template head<3>().template cast<double>();
   scan.stamp_s = static_cast<double>(cloud.header.stamp) * 1e-6;
-  scan.sensor = cloud.isOrganized() ? SensorKind::depth_camera : SensorKind::lidar;
   scan.name = cloud.header.frame_id;
   scan.points.reserve(cloud.size());
   for (const Point& p : cloud) {
@@ -47,6 +47,7 @@ Scan to_scan(const pcl::PointCloud<Point>& cloud) {
     scan.points.push_back(point.isZero(0) ? Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())
                                           : point);
   }
+  scan.sensor = guess_sensor(scan.points).kind;
   return scan;
 }
 

@@ -284,6 +284,7 @@ void BagRecording::read_image(std::string_view bytes, const ListedMessage& liste
   const Camera& camera = cameras_.at(listed.topic);
   const auto check_size = [&](int width, int height) {
     if (camera.width) require_size(width, height, *camera.width, *camera.height);
+    require_same_size(camera.intrinsics, width, height, scan.name);
   };
   const auto reader = message_reader(bytes, topic.topic.encoding);
   if (topic.topic.type == "sensor_msgs/CompressedImage") {
@@ -320,7 +321,7 @@ RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
       CloudMessage cloud = is_livox_type(topic.topic.type)
                                ? read_livox_message(*reader, largest_scan(bytes_))
                                : read_cloud_message(*reader, largest_scan(bytes_));
-      if (cloud.organised) scan.sensor = SensorKind::depth_camera;
+      if (cloud.organised) scan.sensor = SensorKind::depth_camera;  // if its rays do not tell
       scan.points = std::move(cloud.points);
       shift = cloud.shift;
       raw.times = std::move(cloud.times);

@@ -30,7 +30,8 @@ class BagRecording {
 
   std::size_t size() const { return scans_.size(); }
   double stamp_s(std::size_t scan) const { return static_cast<double>(scans_[scan].stamp_ns) / 1e9; }
-  SensorKind sensor(std::size_t scan) const;
+  SensorKind sensor(std::size_t scan) const;  ///< by the messages' type: camera for images
+  const std::string& topic_name(std::size_t scan) const { return index_.topics[topic(scan)].topic.name; }
 
   std::uint32_t topic(std::size_t scan) const { return scans_[scan].topic; }
   bool holds_clouds(std::size_t scan) const;

@@ -5,8 +5,10 @@
 #include "io/text_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -146,6 +148,28 @@ Intrinsics read_intrinsics(const std::filesystem::path& file) {
       v[1] == 0)
     refuse_image(file, "a focal length is zero or not finite", mend);
   return {v[0], v[1], v[2], v[3]};
+}
+
+void require_same_size(const Intrinsics& camera, int width, int height, const std::string& where) {
+  if (width < 2 || height < 2) return;                                                      // no middle
+  const double across = 2 * camera.cx / (width - 1), along = 2 * camera.cy / (height - 1);  // 1: the middle
+  const auto off = [](double side) { return side > 1.5 || (side > 0 && side < 1 / 1.5); };
+  // An image's part has its middle elsewhere, but hardly so that both sides agree to a tenth.
+  const bool scaled = off(across) && off(along) && std::abs(across / along - 1) < 0.1;
+  const auto inside = [](double side) { return side >= 0 && side <= 2; };
+  if (!scaled && inside(across) && inside(along)) return;
+  std::array<char, 160> what{};
+  std::snprintf(
+      what.data(), what.size(),
+      "the intrinsics' principal point %g %g is that of images of about %.0fx%.0f pixels, not of %dx%d",
+      camera.cx, camera.cy, 2 * camera.cx + 1, 2 * camera.cy + 1, width, height);
+  std::string mend = "give --intrinsics of these images";
+  if (scaled) {
+    std::array<char, 60> factor{};
+    std::snprintf(factor.data(), factor.size(), ": fx fy cx cy times %.3g", 2 / (across + along));
+    mend += factor.data();
+  }
+  throw Error(Error::Kind::data, where, what.data(), mend);
 }
 
 DepthImage read_depth_image(const std::filesystem::path& file) {

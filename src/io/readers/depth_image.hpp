@@ -24,6 +24,10 @@ Intrinsics read_intrinsics(const std::filesystem::path& file);
 /// "640x480", for messages.
 std::string size_text(std::uint64_t width, std::uint64_t height);
 
+/// Throws Error(data) naming `where` if the camera's images are of another size than width × height: its
+/// principal point lies outside, or is off the middle by one factor both ways.
+void require_same_size(const Intrinsics& camera, int width, int height, const std::string& where);
+
 /// 16-bit gray, row-major.
 struct DepthImage {
   int width = 0, height = 0;

@@ -4,6 +4,7 @@
 #include "io/readers/sensor_messages.hpp"
 
 #include <octosurf/ros_messages.hpp>
+#include <octosurf/sensor.hpp>
 
 namespace octosurf {
 namespace {
@@ -26,14 +27,18 @@ ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, cons
 
 }  // namespace
 
-ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where) {
+ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where,
+                             std::optional<SensorKind> sensor) {
   return naming(where, [&] {
     ReceivedScan received = begin_scan(cloud, encoding, where);
     io::CloudMessage read =
         io::read_cloud_message(*io::message_reader(cloud, encoding), io::largest_scan(cloud.size()));
-    received.scan.sensor = read.organised ? SensorKind::depth_camera : SensorKind::lidar;
     if (!read.shift.isZero(0)) io::fail_reading("points over 8 km away, which no sensor's frame has");
     received.scan.points = std::move(read.points);
+    const SensorGuess guess = sensor ? SensorGuess{*sensor, 2, "stated"} : guess_sensor(received.scan.points);
+    received.scan.sensor = !guess.why.empty() ? guess.kind
+                           : read.organised   ? SensorKind::depth_camera
+                                              : SensorKind::lidar;
     return received;
   });
 }

@@ -117,18 +117,36 @@ void find_floats(ListedRecording& recording, const ScanSourceOptions& options,
                     " floats a point, by its values: x y z first; --fields says otherwise");
 }
 
-/// KITTI's poses are those of the left camera; its calib.txt has the scanner's pose.
-void find_velodyne_in_camera(ListedRecording& recording) {
+/// KITTI's poses are those of the left camera; its calib.txt has the scanner's pose as `Tr` of the odometry,
+/// or as `Tr_velo_to_cam` or `Tr_velo_cam`, before a rectification, of the object and tracking sets.
+void find_velodyne_in_camera(ListedRecording& recording, std::vector<std::string>& notes) {
   const fs::path file = find_beside(around(recording.folder), {"calib.txt"}, "--poses");
-  if (file.empty()) return;
-  for (const auto& line : read_text(file)) {
-    if (line.words[0] != "Tr:") continue;
+  bool found = false;
+  Eigen::Isometry3d rectification = Eigen::Isometry3d::Identity();
+  for (const auto& line : file.empty() ? std::vector<TextLine>{} : read_text(file)) {
+    std::string name(line.words[0]);
+    if (name.ends_with(':')) name.pop_back();
+    const bool rectifies = name == "R0_rect" || name == "R_rect";
+    if (!rectifies && name != "Tr" && name != "Tr_velo_to_cam" && name != "Tr_velo_cam") continue;
     const TextLine values{line.number, {line.words.begin() + 1, line.words.end()}};
     const auto v = numbers(values, file);
-    if (v.size() != 12)
-      throw Error(Error::Kind::data, at_line(file, line.number), "Tr: is not followed by 12 numbers");
-    recording.T_posed_sensor = rigid(pose_from_rows(v), at_line(file, line.number));
+    if (v.size() != (rectifies ? 9U : 12U))
+      throw Error(Error::Kind::data, at_line(file, line.number),
+                  name + " is not followed by " + (rectifies ? "9" : "12") + " numbers");
+    if (rectifies) {
+      const std::vector<double> rows{v[0], v[1], v[2], 0, v[3], v[4], v[5], 0, v[6], v[7], v[8], 0};
+      rectification = rigid(pose_from_rows(rows), at_line(file, line.number));
+    } else {
+      recording.T_posed_sensor = rigid(pose_from_rows(v), at_line(file, line.number));
+      found = true;
+    }
   }
+  recording.T_posed_sensor = found ? rectification * recording.T_posed_sensor : Eigen::Isometry3d::Identity();
+  if (!found)
+    notes.push_back(
+        recording.folder.string() +
+        ": poses of 3x4 numbers are taken as the scanner's, as no calib.txt with Tr lies beside; if "
+        "they are the camera's, --pose-form of-camera");
 }
 
 /// Leaves out poses that are no rigid motion or have no time, as tf2 does.
@@ -211,7 +229,7 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
   std::size_t next = 0;
   for (ListedRecording* recording : recordings) {
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)
-      find_velodyne_in_camera(*recording);
+      find_velodyne_in_camera(*recording, notes);
     recording->trajectory = trajectory;
     if (trajectory) continue;
     for (auto& scan : recording->scans) {
@@ -327,9 +345,13 @@ void check_options(const ScanSourceOptions& options) {
       throw Error(Error::Kind::usage, name, std::to_string(*value) + " is not a positive number");
   };
   positive(options.depth_scale, "depth_scale");
+  positive(options.cloud_scale, "cloud_scale");
   positive(options.rate_hz, "rate_hz");
   if (options.fields && (*options.fields < 3 || *options.fields > largest_step / sizeof(float)))
     throw Error(Error::Kind::usage, "fields", std::to_string(*options.fields) + " floats hold no point");
+  for (const double value : options.no_return)
+    if (!(std::isfinite(value) && value >= 0))
+      throw Error(Error::Kind::usage, "no_return", std::to_string(value) + " is not a range in metres");
   if (const auto gap = options.max_pose_gap_s; gap && !(*gap >= 0))
     throw Error(Error::Kind::usage, "max_pose_gap", std::to_string(*gap) + " is not a number of seconds");
 }

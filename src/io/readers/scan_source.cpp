@@ -3,6 +3,7 @@
 #include "io/readers/cloud_rows.hpp"
 #include "io/readers/depth_image.hpp"
 #include "io/readers/file_kind.hpp"
+#include "io/readers/reading_rules.hpp"
 #include "io/readers/scan_list.hpp"
 #include "io/readers/scan_motion.hpp"
 #include "io/readers/transform_tree.hpp"
@@ -27,6 +28,7 @@ class FileScanSource : public ScanSource {
   FileScanSource(io::ScanList list, const ScanSourceOptions& options)
       : recordings_(std::move(list.recordings)),
         options_(options),
+        rules_(options),
         skipped_(std::move(list.left_out)),
         notes_(std::move(list.notes)) {
     for (const auto& recording : recordings_) size_ += recording.scans.size();
@@ -35,12 +37,17 @@ class FileScanSource : public ScanSource {
     else
       choose_origin();
     for (const auto& recording : recordings_) motions_.push_back(motions_of(recording));
+    for (const auto& recording : recordings_) meet_sensors(recording);
   }
 
   std::size_t size() const override { return size_; }
   const std::vector<std::string>& skipped() const override { return skipped_; }
-  std::vector<std::string> notes() const override { return notes_; }
   Eigen::Vector3d origin() const override { return origin_; }
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> all = notes_;
+    all.insert(all.end(), rules_.notes().begin(), rules_.notes().end());
+    return all;
+  }
 
   std::optional<Scan> next() override {
     while (recording_ < recordings_.size()) {
@@ -73,6 +80,37 @@ class FileScanSource : public ScanSource {
     index_ = 0;
     image_width_ = image_height_ = 0;
     shift_s_.reset();
+  }
+
+  /// Looks at the first scans, so that what they tell of their sensors is known before the run. Bad ones are
+  /// told when it is their turn.
+  void meet_sensors(const io::ListedRecording& recording) {
+    constexpr std::size_t looked_at = 20;
+    for (std::size_t i = 0; i < std::min(looked_at, recording.scans.size()); ++i) {
+      const io::ListedScan& listed = recording.scans[i];
+      if (rules_.knows(sensor_id(recording, listed))) continue;
+      try {
+        Scan scan =
+            load(recording, motions_[static_cast<std::size_t>(&recording - recordings_.data())], listed);
+        // Not an image: their sizes are compared as they are read.
+        if (&listed == recordings_.front().scans.data() && !is_image(recording, listed))
+          first_ = std::move(scan);
+      } catch (const Error& error) {
+        if (error.kind() == Error::Kind::usage) throw;
+      }
+    }
+    image_width_ = image_height_ = 0;
+  }
+
+  io::ReadingRules::Sensor sensor_id(const io::ListedRecording& recording,
+                                     const io::ListedScan& listed) const {
+    return {static_cast<std::size_t>(&recording - recordings_.data()),
+            recording.bag ? recording.bag->topic(listed.index) : 0};
+  }
+
+  static bool is_image(const io::ListedRecording& recording, const io::ListedScan& listed) {
+    return recording.bag ? recording.bag->sensor(listed.index) == SensorKind::depth_camera
+                         : listed.kind == io::FileKind::image;
   }
 
   /// Near the first good scan, if that is far away.
@@ -174,8 +212,16 @@ class FileScanSource : public ScanSource {
   /// Motion is undone before an origin is subtracted; points of a survey are in the map's frame and have
   /// none.
   Scan load(const io::ListedRecording& recording, const Motions& motions, const io::ListedScan& listed) {
+    if (first_ && &listed == recordings_.front().scans.data()) {
+      Scan scan = std::move(*first_);
+      first_.reset();
+      scan.sensor = rules_.kind(sensor_id(recording, listed)).value_or(scan.sensor);  // if a later one told
+      return scan;
+    }
     Survey read = posed(recording, listed);
     Scan& scan = read.scan;
+    rules_.apply(scan, sensor_id(recording, listed), is_image(recording, listed),
+                 recording.bag ? recording.bag->topic_name(listed.index) : recording.folder.string());
     if (const auto motion = motions.find(sensor_index(recording, listed));
         motion != motions.end() && !read.shifted()) {
       scan.stamp_s = *listed.stamp_s;
@@ -205,6 +251,11 @@ class FileScanSource : public ScanSource {
   Survey posed(const io::ListedRecording& recording, const io::ListedScan& listed) {
     Survey read = this->read(recording, listed);
     Scan& scan = read.scan;
+    if (options_.cloud_scale && !is_image(recording, listed)) {
+      for (Eigen::Vector3f& point : scan.points) point /= static_cast<float>(*options_.cloud_scale);
+      read.shift /= *options_.cloud_scale;
+      if (!recording.bag) scan.T_map_sensor.translation() /= *options_.cloud_scale;  // of the same file
+    }
     if (recording.trajectory)
       scan.T_map_sensor = recording.trajectory->at(*listed.stamp_s, scan.name) * recording.T_posed_sensor;
     else if (listed.pose)
@@ -238,6 +289,7 @@ class FileScanSource : public ScanSource {
     if (listed.kind == io::FileKind::image) {
       const io::DepthImage image = io::read_depth_image(listed.file);
       check_size(image, listed.file);
+      io::require_same_size(*recording.camera, image.width, image.height, scan.name);
       scan.points = io::back_project(image, *recording.camera, recording.depth_scale);
       return result;
     }
@@ -246,16 +298,16 @@ class FileScanSource : public ScanSource {
                        [&](const std::string& what) { return Error(Error::Kind::data, scan.name, what); });
     scan.points = std::move(cloud.points);
     scan.T_map_sensor = cloud.T_map_sensor;
-    scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
+    scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;  // if its rays do not tell
     result.shift = cloud.shift;
     result.times = std::move(cloud.times);
     return result;
   }
 
   /// For a scan that cannot be read.
-  static SensorKind sensor_of(const io::ListedRecording& recording, const io::ListedScan& listed) {
-    if (recording.bag) return recording.bag->sensor(listed.index);
-    return listed.kind == io::FileKind::image ? SensorKind::depth_camera : SensorKind::lidar;
+  SensorKind sensor_of(const io::ListedRecording& recording, const io::ListedScan& listed) const {
+    if (const auto known = rules_.kind(sensor_id(recording, listed))) return *known;
+    return is_image(recording, listed) ? SensorKind::depth_camera : SensorKind::lidar;
   }
 
   void check_size(const io::DepthImage& image, const fs::path& file) {
@@ -301,6 +353,8 @@ class FileScanSource : public ScanSource {
 
   std::vector<io::ListedRecording> recordings_;
   ScanSourceOptions options_;
+  io::ReadingRules rules_;
+  std::optional<Scan> first_;  // read on opening
   std::vector<std::string> skipped_, notes_;
   std::vector<Motions> motions_;  // of each recording
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();

@@ -224,6 +224,16 @@ TEST_F(ScanFolders, Kitti) {
     const Eigen::Vector3d p = scans[1].T_map_sensor * scans[1].points[0].cast<double>();
     EXPECT_LT((p - Eigen::Vector3d(-2, -3, 16)).norm(), 1e-9) << p.transpose();
   }
+  // As the object and tracking sets call it, half a turn about z before the rectification.
+  for (const char* const names : {"R0_rect: -1 0 0 0 -1 0 0 0 1\nTr_velo_to_cam: 0 1 0 0 0 0 1 0 1 0 0 1\n",
+                                  "Tr_velo_cam 0 1 0 0 0 0 1 0 1 0 0 1\nR_rect -1 0 0 0 -1 0 0 0 1\n"}) {
+    write("calib.txt", names);
+    const auto scans = read_all({folder});
+    const Eigen::Vector3d p = scans[1].T_map_sensor * scans[1].points[0].cast<double>();
+    EXPECT_LT((p - Eigen::Vector3d(-2, -3, 16)).norm(), 1e-9) << p.transpose();
+  }
+  std::filesystem::remove(folder / "calib.txt");
+  EXPECT_THAT(open_scans({folder})->notes(), testing::Contains(HasSubstr("--pose-form of-camera")));
   std::filesystem::remove(folder / "poses.txt");
   EXPECT_THAT(failure({folder}), HasSubstr("2 scans without poses; give --poses"));
   write("times.txt", "0.0\nnan\n");

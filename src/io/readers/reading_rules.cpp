@@ -1,0 +1,179 @@
+#include "io/readers/reading_rules.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/sensor.hpp>
+
+namespace octosurf::io {
+namespace {
+
+/// m: values are the same to the millimetre, as formats store them.
+constexpr float same_m = 1e-3F;
+/// What is farther, in metres or millimetres, is beyond the earth: a format's largest number.
+constexpr float farthest = 1e8F;
+/// Readings, and share of them, that a value must have to stand for no return.
+constexpr std::size_t least_alike = 50;
+constexpr double least_share = 0.01;
+/// Of the value: below it there are hardly any readings. Real ones thin out, or the wall that many lie on
+/// goes on towards the sensor.
+constexpr float empty_below = 0.9F;
+constexpr double hardly_any = 0.01;  // of the readings with the value; of a floor before a wall 3 %
+/// m: of a camera, which maps as far. Nearer, a floor seen from straight above is as level.
+constexpr float camera_limit_m = 4;
+/// m: inside of a lidar's housing, where rays start beside the origin.
+constexpr float housing_m = 0.1F;
+
+bool is_reading(const Eigen::Vector3f& p) { return p.allFinite() && p.cwiseAbs().maxCoeff() < farthest; }
+
+template <class... Values>
+std::string text(const char* format, Values... values) {
+  std::array<char, 200> line{};
+  std::snprintf(line.data(), line.size(), format, values...);
+  return line.data();
+}
+
+/// Readings at one distance.
+struct Alike {
+  float distance = 0;
+  std::vector<Eigen::Vector3f> points;
+};
+
+/// Those that have a largest distance, if they are many and stand apart.
+template <class Distance>
+std::optional<Alike> far_alike(const std::vector<Eigen::Vector3f>& points, const Distance& distance_of) {
+  float longest = 0;
+  std::size_t readings = 0;
+  for (const Eigen::Vector3f& p : points)
+    if (is_reading(p)) longest = std::max(longest, distance_of(p)), ++readings;
+  Alike alike{longest, {}};
+  std::size_t below = 0;
+  for (const Eigen::Vector3f& p : points) {
+    if (!is_reading(p)) continue;
+    const float distance = distance_of(p);
+    if (longest - distance <= same_m)
+      alike.points.push_back(p);
+    else if (distance > empty_below * longest)
+      ++below;
+  }
+  const auto count = static_cast<double>(alike.points.size());
+  if (alike.points.size() < least_alike || count < least_share * static_cast<double>(readings) ||
+      static_cast<double>(below) > hardly_any * count)
+    return {};
+  return alike;
+}
+
+/// A ring on a floor has one range, too, but lies in a plane.
+bool in_a_plane(const Alike& alike) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3f& p : alike.points) mean += p.cast<double>();
+  mean /= static_cast<double>(alike.points.size());
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3f& p : alike.points) {
+    const Eigen::Vector3d d = p.cast<double>() - mean;
+    spread += d * d.transpose() / static_cast<double>(alike.points.size());
+  }
+  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues()[0];
+  constexpr double flat = 0.01;  // of the range: a hundredth of a right angle out of the plane
+  return std::sqrt(std::max(0.0, least)) < flat * static_cast<double>(alike.distance);
+}
+
+float range_of(const Eigen::Vector3f& p) { return p.norm(); }
+
+}  // namespace
+
+std::optional<SensorKind> ReadingRules::kind(const Sensor& sensor) const {
+  const auto found = known_.find(sensor);
+  return found == known_.end() ? std::nullopt : found->second.kind;
+}
+
+void ReadingRules::choose_kind(Known& known, const Scan& scan, bool depth_image, const std::string& where) {
+  const char* const camera = ": mapped up to 4 m, unless --max-range says other; --sensor lidar: no limit";
+  const char* const lidar =
+      ": mapped at any range, unless --max-range says other; --sensor camera: up to 4 m";
+  if (depth_image) {
+    known.kind = SensorKind::depth_camera;
+    return;
+  }
+  SensorGuess guess = guess_sensor(scan.points);
+  if (guess.why.empty()) return;  // a later scan tells
+  if (options_.sensor) {
+    guess.kind = *options_.sensor;
+    guess.why = guess.kind == SensorKind::lidar ? "a lidar, as stated" : "a depth camera, as stated";
+  }
+  known.kind = guess.kind;
+  known.axis = guess.axis;
+  notes_.push_back(where + ": " + guess.why + (guess.kind == SensorKind::lidar ? lidar : camera));
+}
+
+void ReadingRules::look_for_none(Known& known, const Scan& scan, const std::string& where) {
+  const auto add = [&](const Alike& alike, const char* how) {
+    for (const float none : known.none)
+      if (std::abs(none - alike.distance) <= same_m) return;
+    known.none.push_back(alike.distance);
+    notes_.push_back(where + text(": %zu readings of its %zu lie at %.3f m%s: taken as no return; "
+                                  "--no-return names such values, 0: there are none",
+                                  alike.points.size(), scan.points.size(),
+                                  static_cast<double>(alike.distance), how));
+  };
+  if (known.kind == SensorKind::depth_camera) {
+    const auto depths = far_alike(scan.points, [&](const auto& p) { return p[known.axis]; });
+    if (depths && depths->distance > camera_limit_m) add(*depths, ", and none before");
+    return;
+  }
+  if (const auto ranges = far_alike(scan.points, range_of);
+      ranges && ranges->distance > camera_limit_m && !in_a_plane(*ranges))
+    add(*ranges, " in all directions, and none before");
+  Alike near;
+  for (const Eigen::Vector3f& p : scan.points)
+    if (p.norm() < housing_m) near.points.push_back(p);
+  if (near.points.size() < least_alike) return;
+  near.distance = near.points.front().norm();
+  if (std::ranges::all_of(near.points,
+                          [&](const auto& p) { return std::abs(p.norm() - near.distance) <= same_m; }))
+    add(near, ", where the rays start");
+}
+
+void ReadingRules::drop(Known& known, Scan& scan, bool depth_image, const std::string& where) {
+  const bool camera = known.kind == SensorKind::depth_camera;
+  std::size_t huge = 0;
+  for (Eigen::Vector3f& p : scan.points) {
+    if (!p.allFinite()) continue;
+    bool none = !is_reading(p);
+    huge += none ? 1 : 0;
+    for (const float value : known.none)
+      none |= (!depth_image && std::abs(range_of(p) - value) <= same_m) ||
+              (camera && std::abs(p[known.axis] - value) <= same_m);
+    if (none) p.setConstant(std::numeric_limits<float>::quiet_NaN());
+  }
+  if (huge == 0 || std::exchange(known.huge, true)) return;
+  notes_.push_back(where +
+                   text(": %zu readings of its %zu are farther than the earth is wide: taken as no return",
+                        huge, scan.points.size()));
+}
+
+void ReadingRules::apply(Scan& scan, const Sensor& sensor, bool depth_image, const std::string& where) {
+  if (depth_image && options_.sensor == SensorKind::lidar)
+    throw Error(Error::Kind::usage, "--sensor lidar", where + " has depth images, which are a camera's",
+                "--max-range lifts their limit of 4 m");
+  Known& known = known_[sensor];
+  if (!options_.no_return.empty()) known.none.assign(options_.no_return.begin(), options_.no_return.end());
+  const auto clean = [&] {
+    if (options_.no_return.empty()) look_for_none(known, scan, where);
+    drop(known, scan, depth_image, where);
+  };
+  if (!known.kind) {
+    if (!depth_image) clean();  // or half of the rays would seem to lie behind others
+    choose_kind(known, scan, depth_image, where);
+  }
+  clean();
+  scan.sensor = known.kind.value_or(options_.sensor.value_or(scan.sensor));
+}
+
+}  // namespace octosurf::io
