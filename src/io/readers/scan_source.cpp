@@ -122,6 +122,7 @@ class FileScanSource : public ScanSource {
             first.from_nowhere() ? first.shift : first.scan.T_map_sensor.translation();
         if (!(place.lpNorm<Eigen::Infinity>() > options_.origin_beyond_m)) return;
         origin_ = place.array().round();
+        if (!first.from_nowhere()) origin_.z() -= 1;  // m: a scan at 0 would be taken for one without a pose
         notes_.push_back("origin: " + io::text_of(origin_) +
                          " m is subtracted from all coordinates, which are too far from 0 for an octree; "
                          "--origin X Y Z states another");

@@ -396,10 +396,10 @@ TEST_F(Clouds, CoordinatesOfASurveyAreReadLessAnOriginOfWholeMetres) {
   source =
       open_scans({write("b.pcd", pcd("448000.5 5411002 121 0.7071067811865476 0 0 0.7071067811865476"))});
   scan = read_all(*source).at(0);
-  EXPECT_EQ(source->origin(), Eigen::Vector3d(448001, 5411002, 121));
-  EXPECT_TRUE(scan.T_map_sensor.translation().isApprox(Eigen::Vector3d(-.5, 0, 0)));
+  EXPECT_EQ(source->origin(), Eigen::Vector3d(448001, 5411002, 120));
+  EXPECT_TRUE(scan.T_map_sensor.translation().isApprox(Eigen::Vector3d(-.5, 0, 1)));
   EXPECT_TRUE(
-      (scan.T_map_sensor * scan.points[0].cast<double>()).isApprox(Eigen::Vector3d(.25, .5, -.875), 1e-6));
+      (scan.T_map_sensor * scan.points[0].cast<double>()).isApprox(Eigen::Vector3d(.25, .5, .125), 1e-6));
   EXPECT_TRUE(scan.points[0].isApprox(Eigen::Vector3f(.5, -.75, -.875), 1e-6F));
   // A stated origin; poses alone far away; another one for all scans of the run.
   ScanSourceOptions options;
@@ -409,8 +409,8 @@ TEST_F(Clouds, CoordinatesOfASurveyAreReadLessAnOriginOfWholeMetres) {
              second = write_pcd("s/2.pcd", "448001.25 5411000 120 1 0 0 0");
   const auto scans = read_all({first, second});
   expect_points(scans.at(0).points, {{1, 2, 3}, {4, 5, 6}, {nan, nan, nan}});
-  EXPECT_EQ(scans.at(0).T_map_sensor.translation(), Eigen::Vector3d(.25, 0, 0));
-  EXPECT_EQ(scans.at(1).T_map_sensor.translation(), Eigen::Vector3d(1.25, 0, 0));
+  EXPECT_EQ(scans.at(0).T_map_sensor.translation(), Eigen::Vector3d(.25, 0, 1));
+  EXPECT_EQ(scans.at(1).T_map_sensor.translation(), Eigen::Vector3d(1.25, 0, 1));
   EXPECT_THAT(failure({write("c.pcd", pcd("3 0 0 1 0 0 0"))}), HasSubstr("its pose at 3 0 0"));
   EXPECT_THAT(
       failure({write("f.bin", bytes_of(448001.F, 5411002.F, 120.F, 0.F, 448002.F, 5411002.F, 120.F, 0.F))}),
