@@ -28,7 +28,7 @@ static_assert(std::endian::native == std::endian::little && sizeof(Eigen::Vector
               "points are written as they lie in memory");
 
 /// The shortest text that reads back as the same number.
-std::string text_of(double value, std::chars_format format = std::chars_format::general) {
+std::string digits_of(double value, std::chars_format format = std::chars_format::general) {
   std::array<char, 400> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, format).ptr};
 }
@@ -40,7 +40,7 @@ std::string numbered(std::uint64_t number) {
 }
 
 fs::path file_of(const Scan& scan, std::uint64_t number) {
-  const std::string stamp = text_of(scan.stamp_s, std::chars_format::fixed);
+  const std::string stamp = digits_of(scan.stamp_s, std::chars_format::fixed);
   return numbered(number) + stamp + (stamp.find('.') == std::string::npos ? ".0.pcd" : ".pcd");
 }
 
@@ -94,7 +94,7 @@ void write_pcd(const Scan& scan, std::ostream& out) {
       << (camera ? "1\nHEIGHT " + count : count + "\nHEIGHT 1") << "\nVIEWPOINT";
   const Eigen::Quaterniond q(scan.T_map_sensor.linear());
   const Eigen::Vector3d t = scan.T_map_sensor.translation();
-  for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()}) out << ' ' << text_of(value);
+  for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()}) out << ' ' << digits_of(value);
   out << "\nPOINTS " << count << "\nDATA binary\n";
   const auto write = [&](const std::vector<Eigen::Vector3f>& points) {
     out.write(reinterpret_cast<const char*>(points.data()), static_cast<std::streamsize>(12 * points.size()));
