@@ -312,6 +312,43 @@ void expect_same_planes(const std::vector<std::array<double, 4>>& a,
   EXPECT_THAT(a, ::testing::UnorderedPointwise(NearlyTheSamePlane(), b));
 }
 
+/// What rings at these elevations hit of four walls, from 20 places along a way.
+std::vector<Scan> rings_in_a_room(const std::vector<double>& elevations_deg, std::mt19937_64& rng) {
+  std::normal_distribution<double> noise(0, 0.006);
+  std::vector<Scan> scans(20);
+  for (std::size_t k = 0; k < scans.size(); ++k) {
+    Scan& scan = scans[k];
+    scan.sensor = SensorKind::lidar;
+    scan.T_map_sensor.translation() = Eigen::Vector3d(0.02 * static_cast<double>(k) - 1, 0.01, 1.013);
+    for (const double elevation_deg : elevations_deg)
+      for (int step = 0; step < 720; ++step) {
+        const double e = elevation_deg * std::numbers::pi / 180, a = step * std::numbers::pi / 360;
+        const Eigen::Vector3d d(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
+        const Eigen::Vector3d o = scan.T_map_sensor.translation();
+        const double to_x = ((d.x() > 0 ? 3 : -3) - o.x()) / d.x();
+        const double to_y = ((d.y() > 0 ? 2.5 : -2.5) - o.y()) / d.y();
+        scan.points.push_back(((std::min(to_x, to_y) + noise(rng)) * d).cast<float>());
+      }
+  }
+  return scans;
+}
+
+TEST(Segment, ARingsLevelLineOnWallsIsNoPlane) {
+  std::mt19937_64 rng = test::rng();
+  Parameters coarse;
+  coarse.occupancy.resolution = 0.05;
+  const auto planes_of = [&](const std::vector<double>& elevations) {
+    const Segmented room(rings_in_a_room(elevations, rng), coarse);
+    return segment(room.readings, limits_of(coarse)).patches;
+  };
+  for (const double elevation : {0.0, -0.3, 4.0}) EXPECT_EQ(planes_of({elevation}).size(), 1U) << elevation;
+  // Lines 7 cm apart are walls.
+  const std::vector<Patch> walls = planes_of({-2, -0.7, 0.6, 1.9});
+  EXPECT_EQ(walls.size(), 5U);
+  for (std::size_t label = 1; label < walls.size(); ++label)
+    EXPECT_LT(std::fabs(walls[label].plane.normal.z()), 0.1);
+}
+
 TEST(Segment, FollowsAShiftOfTheFrame) {
   // By a multiple of the largest block's edge, so that voxels and blocks fall on the same points.
   const Eigen::Vector3d shift = 0.02 * 8 * planelet_edge(0.02) * Eigen::Vector3d(1, -2, 3);

@@ -41,16 +41,20 @@ std::vector<std::vector<Index>> by_label(const Readings& readings, const Segment
   return of;
 }
 
-/// m, of strips such as a ladder's front; infinite if unknown.
-double width_in_most_places(const Readings& readings, double least_width, const Patch& patch,
+/// m, of strips such as a ladder's front; infinite if unknown. A scan line is no wider than its readings'
+/// spacing, on a floor as on a wall, whose level lines at corners are no plane: lines count as wide only
+/// where others are within a gap of them.
+double width_in_most_places(const Readings& readings, const SegmentLimits& limits, const Patch& patch,
                             const std::vector<Index>& indices) {
   const Eigen::Matrix3d axes = geometry::plane_axes(patch.plane.normal);
   std::vector<Eigen::Vector2d> on_plane;
   on_plane.reserve(indices.size());
   for (const Index i : indices)
     on_plane.emplace_back(axes.leftCols<2>().transpose() * readings[i].position.cast<double>());
-  return geometry::median_local_width(on_plane, least_width, readings.resolution())
-      .value_or(std::numeric_limits<double>::infinity());
+  const double spacing = readings.resolution();
+  if (const auto width = geometry::median_local_width(on_plane, limits.least_width, spacing)) return *width;
+  const bool lines = limits.gap > spacing && !geometry::median_local_width(on_plane, limits.gap, spacing);
+  return lines ? 0 : std::numeric_limits<double>::infinity();
 }
 
 using Refusal = surfaces::Refusal;
@@ -84,7 +88,7 @@ std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentL
                outside.readings / outside.moments.count);
   double width = geometry::width_of(extent);
   if (width >= limits.least_width && !(outside.readings > 0))
-    width = std::min(width, width_in_most_places(readings, limits.least_width, patch, indices));
+    width = std::min(width, width_in_most_places(readings, limits, patch, indices));
   if (width < limits.least_width)
     return Refusal{.reason = Reason::too_narrow, .measured = width, .limit = limits.least_width};
   if (!(outside.readings > 0) &&
