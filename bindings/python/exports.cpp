@@ -41,7 +41,12 @@ void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<
                  SurfaceEdges edges) {
   ExportExtras extras{std::move(convex), std::move(circles), rows_as_points(points), std::move(edges), {}};
   const py::gil_scoped_release others_run;
-  export_surfaces(*snapshot, file, {std::move(parts), mesh_thickness, up_in(snapshot, up), force}, extras);
+  ExportOptions options;
+  options.parts = std::move(parts);
+  options.mesh_thickness = mesh_thickness;
+  options.up = up_in(snapshot, up);
+  options.force = force;
+  export_surfaces(*snapshot, file, options, extras);
 }
 
 void picture(const SnapshotPtr& snapshot, const fs::path& file, int width, int height, ViewFrom from,
