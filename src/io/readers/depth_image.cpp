@@ -166,7 +166,8 @@ void require_same_size(const Intrinsics& camera, int width, int height, const st
   std::string mend = "give --intrinsics of these images";
   if (scaled) {
     std::array<char, 60> factor{};
-    std::snprintf(factor.data(), factor.size(), ": fx fy cx cy times %.3g", 2 / (across + along));
+    std::snprintf(factor.data(), factor.size(), ": fx fy cx cy times %.3g",
+                  (width / (2 * camera.cx + 1) + height / (2 * camera.cy + 1)) / 2);
     mend += factor.data();
   }
   throw Error(Error::Kind::data, where, what.data(), mend);
