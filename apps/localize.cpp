@@ -110,9 +110,9 @@ void run_localize(const LocalizeOptions& options) {
   ScanSourceOptions source_options = options.source;
   source_options.origin = loaded.map.origin();
   auto source = open_scans({options.scans.begin(), options.scans.end()}, source_options);
+  PoseLog poses(options.write_poses, options.force, loaded.map.origin());
   for (const std::string& note : source->notes()) std::fprintf(stderr, "%s\n", note.c_str());
   ScanFeed feed(std::move(source), options.range);
-  PoseLog poses(options.write_poses, options.force, loaded.map.origin());
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   std::size_t scans = 0, unexplained = 0;
   while (const std::optional<Scan> scan = feed.next()) {

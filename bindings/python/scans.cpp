@@ -72,6 +72,12 @@ void bind_scan(py::module_& module) {
       .rows("points", &Scan::points, "(N, 3) float32, sensor frame, m; a read-only view.")
       .rows("origins", &Scan::origins,
             "(N, 3) float32, where each reading's ray starts, sensor frame at stamp_s, m; empty: at 0.")
+      .field<Times>(
+          "times_s", [](const Scan& self) { return moved_array(std::vector<float>(self.times_s)); },
+          [](Scan& self, const Times& given) {
+            self.times_s.assign(given.data(), given.data() + given.size());
+          },
+          "(N,) float32, when each reading was taken, s after stamp_s; empty: all at once; a copy.")
       .field("T_map_sensor", &Scan::T_map_sensor, "(4, 4) float64, sensor frame to map frame; a copy.")
       .field("stamp_s", &Scan::stamp_s, "s.")
       .field("sensor", &Scan::sensor, R"("depth_camera" or "lidar".)")
@@ -112,9 +118,6 @@ intrinsics: (fx, fy, cx, cy) or K, (3, 3); pixels. T_map_camera: (4, 4), camera 
             return moved;
           },
           py::arg("T_map_sensor"), "A copy of it at another pose, (4, 4).")
-      .def_property_readonly(
-          "times_s", [](const Scan& self) { return moved_array(std::vector<float>(self.times_s)); },
-          "(N,) float32, when each reading was taken, s after stamp_s; empty: all at once; a copy.")
       .def(
           "deskewed",
           [](const Scan& self, const std::optional<Times>& times_s, const std::vector<double>& stamps_s,

@@ -11,9 +11,10 @@ namespace octosurf {
 /// T_map_sensor at a time, s, on the clock of Scan::stamp_s.
 using PoseAtTime = std::function<Eigen::Isometry3d(double stamp_s)>;
 
+/// Where a sensor was at a time.
 struct StampedPose {
-  double stamp_s = 0;
-  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  double stamp_s = 0;                                              ///< on the clock of Scan::stamp_s
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();  ///< rigid
 };
 
 /// Undoes a sensor's motion within a scan by its readings' times: a lidar turns while the robot does.

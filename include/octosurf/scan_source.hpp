@@ -58,6 +58,7 @@ struct ScanSourceOptions {
   BagOptions bag;
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
+  /// Whether the motion within scans is undone.
   Deskew deskew = Deskew::automatic;
   /// Of clouds; empty: by their readings' directions, see guess_sensor(). Depth images are a camera's.
   std::optional<SensorKind> sensor = {};

@@ -84,7 +84,7 @@ TEST_F(Units, AnOrganisedLidarIsMappedAsFarAsItReaches) {
 TEST_F(Units, ACloudInMillimetresOrCentimetresIsRefused) {
   for (const int units : {100, 1000}) {
     write_hall("hall.pcd", units);
-    EXPECT_THAT(error_of("map hall.pcd -o hall --resolution 0.1", 1),
+    EXPECT_THAT(error_of("map hall.pcd -o refused --resolution 0.1", 1),
                 AllOf(HasSubstr("as if not in metres"), HasSubstr("--cloud-scale 1000")));
     run_well("map hall.pcd -o hall --resolution 0.1 --force --cloud-scale " + std::to_string(units));
   }
@@ -98,7 +98,7 @@ TEST_F(Units, TheResolutionThatIsAdvisedIsAllowed) {
 TEST_F(Units, IntrinsicsOfImagesOfAnotherSizeAreRefused) {
   write_depths("near", 1000, 20, "525 525 319.5 239.5\n");
   EXPECT_THAT(error_of("map near -o near", 1),
-              AllOf(HasSubstr("images of about 640x480 pixels, not of 80x60"), HasSubstr("times 0.123")));
+              AllOf(HasSubstr("images of about 640x480 pixels, not of 80x60"), HasSubstr("times 0.125")));
   write_depths("small", 1000, 20, "30 30 19.5 14.5\n");  // of 40x30
   EXPECT_THAT(error_of("map small -o small", 1), HasSubstr("images of about 40x30 pixels"));
   write_depths("outside", 1000, 20, "60 60 100 29.5\n");

@@ -77,6 +77,8 @@ bool Player::is_heard(const Status& status, std::uint32_t scan_publishers) const
   sensor_msgs::msg::dds_::PointCloud2_ cloud;
   image.header().frame_id("map");
   cloud.header().frame_id("map");
+  cloud.width(1);  // a point without fields, which is refused
+  cloud.height(1);
   const auto speak = [&] { depth_ ? images.publish(image) : clouds.publish(cloud); };
   return wait_until([&] {
            const auto now = status.last();

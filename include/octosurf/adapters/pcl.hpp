@@ -47,7 +47,8 @@ Scan to_scan(const pcl::PointCloud<Point>& cloud) {
     scan.points.push_back(point.isZero(0) ? Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())
                                           : point);
   }
-  scan.sensor = guess_sensor(scan.points).kind;
+  const SensorGuess guess = guess_sensor(scan.points);
+  scan.sensor = guess.why.empty() && cloud.height > 1 ? SensorKind::depth_camera : guess.kind;
   return scan;
 }
 

@@ -72,18 +72,19 @@ CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::s
                            value_of(of_row, xyz[1], i % width, swap_bytes),
                            value_of(of_row, xyz[2], i % width, swap_bytes));
   });
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    constexpr int float_digits = std::numeric_limits<float>::digits;
-    constexpr double usual_noise_m = 0.01;  // of a reading
-    const double far = std::fabs(read.shift[static_cast<int>(axis)]);
-    const double step = std::ldexp(1.0, std::ilogb(std::max(far, 1.0)) + 1 - float_digits);
-    if (xyz[axis].type == Scalar::float32 && step > usual_noise_m) {
-      std::ostringstream what;
-      what << "its coordinates, " << std::fixed << std::setprecision(0) << far
-           << " m from 0, are multiples of " << std::defaultfloat << std::setprecision(2) << step
-           << " m, as they are float32: write them as double";
-      fail_reading(what.str());
-    }
+  double far = 1;  // m
+  for (int axis = 0; axis < 3; ++axis)
+    if (xyz[static_cast<std::size_t>(axis)].type == Scalar::float32)
+      far = std::max(far, std::fabs(read.shift[axis]));
+  constexpr int float_digits = std::numeric_limits<float>::digits;
+  constexpr double usual_noise_m = 0.01;  // of a reading
+  const double step = std::ldexp(1.0, std::ilogb(far) + 1 - float_digits);
+  if (step > usual_noise_m) {
+    std::ostringstream what;
+    what << "its coordinates, " << std::fixed << std::setprecision(0) << far << " m from 0, are multiples of "
+         << std::defaultfloat << std::setprecision(2) << step
+         << " m, as they are float32: write them as double";
+    fail_reading(what.str());
   }
   return read;
 }

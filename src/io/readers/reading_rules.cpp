@@ -63,8 +63,9 @@ std::optional<Alike> far_alike(const std::vector<Eigen::Vector3f>& points, const
       ++below;
   }
   const auto count = static_cast<double>(alike.points.size());
-  if (alike.points.size() < least_alike || count < least_share * static_cast<double>(readings) ||
-      static_cast<double>(below) > hardly_any * count)
+  // Beside them some must have returned.
+  if (alike.points.size() < least_alike || count > (1 - least_share) * static_cast<double>(readings) ||
+      count < least_share * static_cast<double>(readings) || static_cast<double>(below) > hardly_any * count)
     return {};
   return alike;
 }

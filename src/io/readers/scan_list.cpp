@@ -373,10 +373,15 @@ std::optional<double> stamp_in_name(const fs::path& file) {
   };
   const auto value = number_of(text);
   if (!value) return {};
+  // "000002_-7.5": before 1970, as of a simulated clock.
+  const bool negative =
+      before != std::string::npos && before > 0 && stem[before] == '-' && stem[before - 1] == '_';
+  const std::size_t between = negative ? before - 1 : before;
   const bool only_numbers = before == std::string::npos ||
-                            (stem[before] == '_' && before > 0 && stem.find_first_not_of(digit) == before);
+                            (stem[between] == '_' && between > 0 && stem.find_first_not_of(digit) == between);
   if (text.find('.') != std::string_view::npos) {
     constexpr double year_1973 = 1e8;  // after a word, smaller numbers are of other things
+    if (only_numbers && negative) return -*value;
     if (only_numbers || *value >= year_1973) return value;
     return {};
   }

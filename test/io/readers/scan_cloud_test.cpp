@@ -1,5 +1,6 @@
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/scan_files.hpp"
+#include "support/seed.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -337,7 +338,7 @@ std::vector<float> readings(std::size_t floats, bool shuffled) {
                       static_cast<float>(ring), static_cast<float>(column) / 1280, 1, 0});
       if ((ring + column) % 9 == 0) std::fill_n(rows.back().begin(), 3, 0.0f);
     }
-  if (shuffled) std::shuffle(rows.begin(), rows.end(), std::mt19937(1));
+  if (shuffled) std::shuffle(rows.begin(), rows.end(), test::rng());
   std::vector<float> values;
   for (const auto& row : rows)
     values.insert(values.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(floats));

@@ -1,6 +1,7 @@
 #include "io/readers/depth_image.hpp"
 #include "io/readers/scan_files.hpp"
 #include "io/readers/sensor_messages.hpp"
+#include "support/seed.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -204,7 +205,7 @@ TEST_F(DepthImages, RvlIsReadToTheBitAndNeverBeyondItsEnd) {
   const std::string by_hand = bytes_of(2U, 1U, 0x02a11000U);
   EXPECT_EQ(io::read_rvl(by_hand, most_bytes).pixels, (std::vector<std::uint16_t>{5, 4}));
   std::vector<std::uint16_t> pixels(64 * 48);
-  std::mt19937 random(3);
+  auto random = test::rng();
   for (auto& pixel : pixels)
     pixel = static_cast<std::uint16_t>(random() % 3 == 0 ? 0 : 500 + random() % 4000);
   const std::string whole = rvl_of(64, 48, pixels);
