@@ -4,10 +4,16 @@
 #include "io/readers/pose_file.hpp"
 
 #include <cstdio>
+#include <utility>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf {
+
+PoseLog::PoseLog(std::string file, bool force, const Eigen::Vector3d& origin)
+    : file_(std::move(file)), force_(force), origin_(origin) {
+  if (!file_.empty()) io::NewFile(file_, force_);  // or the run would be for nothing
+}
 
 void PoseLog::add(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
   if (file_.empty()) return;

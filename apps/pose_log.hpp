@@ -9,9 +9,9 @@ namespace octosurf {
 class PoseLog {
  public:
   /// No file is written if `file` is empty. `force`: overwrite a file from before the run. `origin`: of the
-  /// map, added to the poses, so that they are in the frame of those given.
-  PoseLog(std::string file, bool force, const Eigen::Vector3d& origin)
-      : file_(std::move(file)), force_(force), origin_(origin) {}
+  /// map, added to the poses, so that they are in the frame of those given. Throws as save() for a file that
+  /// cannot be replaced.
+  PoseLog(std::string file, bool force, const Eigen::Vector3d& origin);
 
   void add(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
   /// Writes all poses so far; throws Error(output), Error(usage).
