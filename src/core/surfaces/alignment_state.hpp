@@ -13,8 +13,8 @@
 
 namespace octosurf::surfaces {
 
-/// State of a recording's pose alignment (used by src/core/alignment only): part of the map's state, because it
-/// determines where the next scan is inserted.
+/// State of a recording's pose alignment (used by src/core/alignment only): part of the map's state, because
+/// it determines where the next scan is inserted.
 struct AlignmentState {
   /// A hypothesis about the drift rate of the given poses, with the drift and the sensor's systematic error
   /// estimated under it.

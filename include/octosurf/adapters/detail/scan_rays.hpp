@@ -50,8 +50,8 @@ void for_each_touched_child(std::span<const TouchedBlock> blocks, int shift, Vis
   }
 }
 
-/// The map's ray walker (src/core/occupancy/ray_bits.hpp) for octrees of others: the voxels that a scan's rays hit
-/// and miss. Memory is kept from scan to scan.
+/// The map's ray walker (src/core/occupancy/ray_bits.hpp) for octrees of others: the voxels that a scan's
+/// rays hit and miss. Memory is kept from scan to scan.
 class ScanRays {
  public:
   ScanRays();
