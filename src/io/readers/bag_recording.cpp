@@ -62,7 +62,7 @@ BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, cons
   choose_scans(options.bag);
   choose_cameras(options);
   if (posed_) choose_poses(options.bag);
-  if (posed_) tell_left_out();
+  if (posed_) note_left_out();
 }
 
 void BagRecording::refuse(const std::string& what, const std::string& mend) const {
@@ -243,7 +243,7 @@ void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOption
                    " of " + of);
 }
 
-void BagRecording::tell_left_out() {
+void BagRecording::note_left_out() {
   const auto [bad, frame] = pose_topic_ ? std::pair(pose_topic_->poses.left_out(), pose_topic_->topic.name)
                                         : index_.tree.left_out();
   if (bad == 0) return;

@@ -54,7 +54,7 @@ class BagRecording {
   void choose_poses(const BagOptions& options);
   bool choose_registered(const std::string& frame, const BagOptions& options);
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
-  void tell_left_out();
+  void note_left_out();
   void choose_fixed_frame(const std::string& frame, const std::string& why);
   [[noreturn]] void refuse(const std::string& what, const std::string& mend) const;
   const TopicContents& named(const std::string& topic, const char* option, const char* what,

@@ -75,7 +75,7 @@ void find_stamps(ListedRecording& recording) {
   auto& scans = recording.scans;
   if (recording.bag) return;
   if (scans.front().stamp_s) return convert_stamps(scans);  // of depth.txt
-  if (scans.front().kind == FileKind::graph || recording.bag) return;
+  if (scans.front().kind == FileKind::graph) return;
   const fs::path times = find_beside(around(recording.folder), {"times.txt"}, "--rate");
   if (!times.empty()) {
     const auto lines = read_text(times);

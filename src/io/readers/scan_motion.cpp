@@ -129,23 +129,25 @@ ScanMotion::ScanMotion(Recording recording)
     if (!poses_.empty() && stamp_s <= poses_.back().stamp_s) continue;
     try {
       poses_.push_back({stamp_s, recording_.pose_at(stamp_s)});
-    } catch (const std::runtime_error&) {  // told when that scan is read
+    } catch (const std::runtime_error&) {  // reported when that scan is read
     }
   }
   std::vector<TimedCloud> timed;
-  look_at_samples([&](RawScan& raw) {
+  std::vector<RawScan> samples = read_samples();
+  for (const RawScan& raw : samples) {
     if (const auto cloud = timed_cloud(raw.scan.stamp_s, raw.scan.points, raw.times)) timed.push_back(*cloud);
     field_ = raw.times.field;
     is_lidar_ |= raw.scan.sensor == SensorKind::lidar;
-  });
+  }
   clock_ = clock_of(timed, period_s_);
   if (clock_)
-    tell_undone();
+    note_undone(samples);
   else
-    tell_without_times();
+    note_without_times(samples);
 }
 
-void ScanMotion::look_at_samples(const std::function<void(RawScan&)>& look) const {
+std::vector<RawScan> ScanMotion::read_samples() const {
+  std::vector<RawScan> samples;
   const std::size_t scans = recording_.stamps_s.size(), count = std::min(scans, most_samples);
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t scan = (2 * i + 1) * scans / (2 * count);
@@ -154,10 +156,12 @@ void ScanMotion::look_at_samples(const std::function<void(RawScan&)>& look) cons
       raw.scan.stamp_s = recording_.stamps_s[scan];
       raw.scan.T_map_sensor = recording_.pose_at(raw.scan.stamp_s);
       thin(raw);
-      look(raw);
-    } catch (const std::runtime_error&) {  // a bad scan: told when it is its turn
+      samples.push_back(std::move(raw));
+      if (samples.back().times.values.empty() && !recording_.real) break;  // nothing to undo or to note
+    } catch (const std::runtime_error&) {  // a bad scan: reported when its turn comes
     }
   }
+  return samples;
 }
 
 std::optional<Scan> ScanMotion::undone(const Scan& scan) const {
@@ -189,41 +193,40 @@ Scan ScanMotion::operator()(RawScan raw) const {
   return result ? *std::move(result) : std::move(raw.scan);
 }
 
-void ScanMotion::tell_undone() {
+void ScanMotion::note_undone(std::vector<RawScan>& samples) {
   const std::string times = "times: field " + field_ + " (" + clock_->text() + "); motion within a scan is ";
   if (!recording_.undo) {
     notes_.push_back(times + "not undone");
     return;
   }
   double farthest = 0;
-  std::size_t looked_at = 0, left = 0;
-  look_at_samples([&](RawScan& raw) {
-    ++looked_at;
+  std::size_t left = 0;
+  for (RawScan& raw : samples) {
     raw.scan.times_s = clock_->after_stamp(raw.scan.stamp_s, raw.scan.points, raw.times);
     if (const auto moved = undone(raw.scan))
       farthest = std::max(farthest, farthest_move(raw.scan, *moved));
     else
       ++left;
-  });
-  if (left < looked_at)
+  }
+  if (left < samples.size())
     notes_.push_back(times + "undone, which moves readings by up to " + centimetres(farthest) +
                      " (--deskew off leaves them)");
   if (left > 0)
     notes_.push_back(
-        times + "not undone in " + std::to_string(left) + " of " + std::to_string(looked_at) +
+        times + "not undone in " + std::to_string(left) + " of " + std::to_string(samples.size()) +
         " that were looked at, for lack of poses: record them at least as often as scans, or allow "
         "larger gaps by --max-pose-gap");
 }
 
-void ScanMotion::tell_without_times() {
+void ScanMotion::note_without_times(const std::vector<RawScan>& samples) {
   if (!recording_.real || !recording_.undo || !is_lidar_) return;
   const double sweep_s = std::min(period_s_, usual_sweep_s);
   double farthest = 0;
-  look_at_samples([&](RawScan& raw) {
+  for (const RawScan& raw : samples) {
     Scan late = raw.scan;
     late.times_s.assign(late.points.size(), static_cast<float>(sweep_s));
     if (const auto moved = undone(late)) farthest = std::max(farthest, farthest_move(raw.scan, *moved));
-  });
+  }
   if (farthest <= OccupancyParameters().resolution) return;
   notes_.push_back(
       "times: " +

@@ -77,10 +77,10 @@ class ScanMotion {
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
-  /// Calls `look` with up to five good scans, posed.
-  void look_at_samples(const std::function<void(RawScan&)>& look) const;
-  void tell_undone();
-  void tell_without_times();
+  /// Up to five good scans, posed and thinned; one if it has no times and a lack of them is no loss.
+  std::vector<RawScan> read_samples() const;
+  void note_undone(std::vector<RawScan>& samples);
+  void note_without_times(const std::vector<RawScan>& samples);
   /// Empty: poses do not reach over its readings' times.
   std::optional<Scan> undone(const Scan& scan) const;
 

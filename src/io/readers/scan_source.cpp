@@ -104,8 +104,7 @@ class FileScanSource : public ScanSource {
 
   io::ReadingRules::Sensor sensor_id(const io::ListedRecording& recording,
                                      const io::ListedScan& listed) const {
-    return {static_cast<std::size_t>(&recording - recordings_.data()),
-            recording.bag ? recording.bag->topic(listed.index) : 0};
+    return {static_cast<std::size_t>(&recording - recordings_.data()), sensor_index(recording, listed)};
   }
 
   static bool is_image(const io::ListedRecording& recording, const io::ListedScan& listed) {
@@ -127,7 +126,7 @@ class FileScanSource : public ScanSource {
                          " m is subtracted from all coordinates, which are too far from 0 for an octree; "
                          "--origin X Y Z states another");
         return;
-      } catch (const Error&) {  // next() tells of it
+      } catch (const Error&) {  // next() reports it
       }
     }
   }
@@ -171,7 +170,7 @@ class FileScanSource : public ScanSource {
       };
       const bool posed = recording.trajectory || recording.bag || scans.front()->pose;
       if (!posed || timed.stamps_s.size() != scans.size()) {
-        tell_unused_times(timed, scans.size());
+        note_unused_times(timed, scans.size());
         continue;
       }
       timed.pose_at = [&recording, all](double stamp_s) { return pose_at(recording, all, stamp_s); };
@@ -184,7 +183,7 @@ class FileScanSource : public ScanSource {
     return motions;
   }
 
-  void tell_unused_times(const io::ScanMotion::Recording& timed, std::size_t scans) {
+  void note_unused_times(const io::ScanMotion::Recording& timed, std::size_t scans) {
     if (scans < 2 || options_.deskew != Deskew::automatic) return;
     try {
       const io::RawScan first = timed.read(0);
@@ -193,7 +192,7 @@ class FileScanSource : public ScanSource {
         notes_.push_back(first.scan.name + ": times: field " + first.times.field +
                          " is not used: motion within scans is undone where these have time stamps and poses "
                          "(files that are called like times, --poses FILE)");
-    } catch (const Error&) {  // told when it is its turn
+    } catch (const Error&) {  // reported when its turn comes
     }
   }
 
