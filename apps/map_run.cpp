@@ -142,7 +142,8 @@ void MapRun::adopt_octree() {
 void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
   const std::size_t listed = source->size();
   posed_ = options_.source.poses.has_value();
-  for (const std::string& note : source->notes()) {
+  const std::vector<std::string> before = source->notes();
+  for (const std::string& note : before) {
     std::printf("%s\n", note.c_str());
     posed_ = posed_ || note.find("poses: ") != std::string::npos;
   }
@@ -152,6 +153,9 @@ void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
   if (feed.size() == 0)
     throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
   const auto note_skipped = [&] {
+    // Values without a return that only later scans have.
+    const std::vector<std::string> notes = feed.notes();
+    for (std::size_t i = before.size(); i < notes.size(); ++i) std::printf("%s\n", notes[i].c_str());
     const std::vector<std::string> skipped = feed.skipped();
     context_.skipped_scans.insert(context_.skipped_scans.begin(), skipped.begin(), skipped.end());
   };

@@ -105,4 +105,10 @@ std::vector<std::string> ScanFeed::skipped() {
   return source_->skipped();
 }
 
+std::vector<std::string> ScanFeed::notes() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return !busy_; });
+  return source_->notes();
+}
+
 }  // namespace octosurf

@@ -46,6 +46,8 @@ class ScanFeed {
 
   /// Skipped so far, a line each. Waits for the scan being read.
   std::vector<std::string> skipped();
+  /// ScanSource::notes() so far. Waits likewise.
+  std::vector<std::string> notes();
   /// Number of scans not accepted so far.
   std::size_t refused() const { return refused_; }
 

@@ -27,7 +27,7 @@ struct StampedPose {
 /// 3. A reading whose time is not finite becomes no reading (NaN).
 /// 4. A scan without `times_s` comes back as it is.
 ///
-/// `pose_at` is asked once a millisecond of the scan, and poses between are interpolated. What it throws is
+/// `pose_at` is called once a millisecond of the scan, and poses between are interpolated. What it throws is
 /// passed on. Throws Error(data) if there is not one time for each reading, or they span over an hour.
 /// O(points).
 Scan deskew(Scan scan, const PoseAtTime& pose_at);

@@ -149,7 +149,7 @@ InputKind classify(const std::filesystem::path& input);
 /// nearer and a farther surface, on neither. Points exactly at a cloud's origin are no
 /// readings either, and are set to NaN, as are values that stand for no return.
 ///
-/// The sensor of a cloud is told by its readings' directions, in any order: an even raster is a depth
+/// The sensor of a cloud is recognised by its readings' directions, in any order: an even raster is a depth
 /// camera's. The first of up to 20 scans of each topic or folder that has 100 readings decides, on opening;
 /// of smaller ones an organised cloud is a camera's.
 ///
@@ -157,13 +157,15 @@ InputKind classify(const std::filesystem::path& input);
 /// qw`; 3×4 row-major; 4×4 row-major in one line or in four; each in one line also with a time stamp in
 /// front. A 4×4 whose last row is `0 0 0 TIME` carries a time stamp. Of a table with a header (EuRoC's CSV,
 /// rostopic echo -p) the columns are found by its names. Poses are T_map_sensor. Time stamps may be in s, ms,
-/// us or ns: told by their size, or else by the scans'. Where poses and scans have them, they are matched by
-/// time, however many there are, and poses that are no rigid motion are left out, which notes() tells.
+/// us or ns: recognised by their size, or else by the scans'. Where poses and scans have them, they are
+/// matched by time, however many there are, and poses that are no rigid motion are left out, which notes()
+/// states.
 ///
 /// Motion within a scan is undone by its points' times: a field called t, time, timestamp, offset_time or
-/// alike in PointCloud2, PCD and PLY, or Livox' message. Its unit (s, ms, µs, ns) is told by how long scans
-/// take, its zero by the scans' time stamps: on the same clock, or from the stamp on. notes() tells both, and
-/// by how far points move; and of a bag's lidar without such times by how far it moves within a scan.
+/// alike in PointCloud2, PCD and PLY, or Livox' message. Its unit (s, ms, µs, ns) is recognised by how long
+/// scans take, its zero by the scans' time stamps: on the same clock, or from the stamp on. notes() states
+/// both, and by how far points move; and of a bag's lidar without such times by how far it moves within a
+/// scan.
 ///
 /// Throws Error(usage) for invalid options, Error(data) for errors found before reading any scan: missing
 /// or empty input, no poses, no intrinsics, different counts.

@@ -102,7 +102,7 @@ void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
                 "give --intrinsics FILE (3x3 K, or fx fy cx cy)");
 }
 
-/// By the first file of the recording that has readings enough to tell.
+/// By the first file of the recording that has readings enough.
 void find_floats(ListedRecording& recording, const ScanSourceOptions& options,
                  std::vector<std::string>& notes) {
   if (recording.scans.front().kind != FileKind::velodyne) return;

@@ -36,7 +36,7 @@ std::string centimetres(double metres) {
   return text.data();
 }
 
-/// Keeps enough points to tell how far they move.
+/// Keeps enough points to measure how far they move.
 void thin(RawScan& raw) {
   constexpr std::size_t most_kept = 8192;
   const std::size_t step = 1 + raw.scan.points.size() / most_kept;

@@ -22,7 +22,7 @@ struct PointTimes {
 /// True for names that drivers give to a point's time.
 bool is_time_field(std::string_view name);
 
-/// A cloud that the times' unit is told by.
+/// A cloud by which the times' unit is recognised.
 struct TimedCloud {
   double stamp_s = 0;
   double first = 0, last = 0;  ///< of the points that are readings
@@ -65,9 +65,9 @@ class ScanMotion {
     PoseAtTime pose_at;            ///< throws std::runtime_error where there is none
     std::function<RawScan(std::size_t scan)> read;
     bool undo = true;
-    bool real = false;  ///< a lidar of it turns while it moves, whether or not its points tell their times
+    bool real = false;  ///< a lidar of it turns while it moves, whether or not its points have times
   };
-  /// Reads up to five scans, to tell the unit of their times.
+  /// Reads up to five scans, to recognise the unit of their times.
   explicit ScanMotion(Recording recording);
 
   /// The scan with its motion undone; or with `times_s` where that cannot be, or is not wanted.

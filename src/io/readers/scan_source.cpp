@@ -82,8 +82,8 @@ class FileScanSource : public ScanSource {
     shift_s_.reset();
   }
 
-  /// Looks at the first scans, so that what they tell of their sensors is known before the run. Bad ones are
-  /// told when it is their turn.
+  /// Looks at the first scans, so that the kinds of their sensors are known before the run. Bad ones are
+  /// reported when their turn comes.
   void meet_sensors(const io::ListedRecording& recording) {
     constexpr std::size_t looked_at = 20;
     for (std::size_t i = 0; i < std::min(looked_at, recording.scans.size()); ++i) {
