@@ -6,6 +6,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <numbers>
+#include <optional>
 #include <sstream>
 #include <vector>
 
@@ -33,8 +34,9 @@ class Units : public CommandTest {
     write(name + "/intrinsics.txt", intrinsics);
   }
 
-  /// A spinning lidar's cloud of a hall of 12 × 8 × 3 m, in units to the metre.
-  void write_hall(const std::string& name, double units) const {
+  /// A spinning lidar's cloud of a hall of 12 × 8 × 3 m, in units to the metre. `none`: m, range of every
+  /// fourth column, whose rays did not return.
+  void write_hall(const std::string& name, double units, std::optional<double> none = {}) const {
     std::vector<Eigen::Vector3f> points;
     for (int row = 0; row < 32; ++row)
       for (int column = 0; column < 512; ++column) {
@@ -43,7 +45,8 @@ class Units : public CommandTest {
         const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
                                   std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
         const Eigen::Vector3d side(6, 4, ray.z() > 0 ? 2 : 1);
-        points.push_back((units * (side.array() / ray.array().abs()).minCoeff() * ray).cast<float>());
+        const double range = none && column % 4 == 0 ? *none : (side.array() / ray.array().abs()).minCoeff();
+        points.push_back((units * range * ray).cast<float>());
       }
     std::string text =
         "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 512\nHEIGHT 32\n"
@@ -90,9 +93,17 @@ TEST_F(Units, ACloudInMillimetresOrCentimetresIsRefused) {
   }
 }
 
+TEST_F(Units, AValueWithoutReturnThatComesLateIsNamed) {
+  constexpr int scans = 22;  // those looked at before the run, and two
+  for (int i = 0; i < scans; ++i)
+    write_hall("late/" + std::to_string(i) + ".pcd", 1, i + 1 < scans ? std::nullopt : std::optional(100.0));
+  const Outcome outcome = run_well("map late -o late/map --resolution 0.1 --report report.json");
+  EXPECT_THAT(outcome.out, HasSubstr("4096 readings of its 16384 lie at 100.000 m in all directions"));
+}
+
 TEST_F(Units, TheResolutionThatIsAdvisedIsAllowed) {
   write_hall("hall.pcd", 20);  // 19 of 20 readings within 120 m
-  EXPECT_THAT(run("map hall.pcd -o hall --resolution 0.05").err, HasSubstr("--resolution 0."));
+  EXPECT_THAT(run("map hall.pcd -o hall --resolution 0.1").err, HasSubstr("--resolution 0."));
 }
 
 TEST_F(Units, IntrinsicsOfImagesOfAnotherSizeAreRefused) {
