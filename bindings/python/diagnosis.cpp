@@ -103,7 +103,7 @@ void bind_explain(py::module_& module) {
   module.def(
       "explain",
       [](const MapHolder& map, const Eigen::Vector3d& point) {
-        return map.read([&point](const Map& whole) { return explain(whole, point); });
+        return map.read([&point](const Map& whole) { return explain(whole, point, papers_detector()); });
       },
       py::arg("map"), py::arg("point"),
       "Explanation: why is there no surface at `point`, (3,), map frame, m? Throws Error(usage) if it is not "

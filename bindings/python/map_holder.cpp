@@ -5,9 +5,20 @@
 
 #include <algorithm>
 
+#ifdef OCTOSURF_PCL
+#include <octosurf/adapters/paper_detector.hpp>
+#endif
 #include <octosurf/up.hpp>
 
 namespace octosurf::python {
+
+const detection::Detector* papers_detector() {
+#ifdef OCTOSURF_PCL
+  return paper_detector();
+#else
+  return nullptr;
+#endif
+}
 
 void MapHolder::note_up(const Map& map) {
   const surfaces::MapState& state = map.state();

@@ -13,6 +13,9 @@
 
 namespace octosurf::python {
 
+/// Null where the module is built without PCL.
+const detection::Detector* papers_detector();
+
 /// A map, with its Mapper once there is one. Python's Map and Mapper share it: either keeps the map alive,
 /// and one thread's queries wait for another's insertion.
 class MapHolder {
@@ -25,7 +28,7 @@ class MapHolder {
     if (mapper_)
       throw Error(Error::Kind::usage, "map", "has a Mapper already",
                   "insert with that one, or load the map anew");
-    mapper_.emplace(std::move(*map_), threads);
+    mapper_.emplace(std::move(*map_), threads, papers_detector());
     map_.reset();
   }
 

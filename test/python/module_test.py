@@ -238,12 +238,18 @@ class Settings(unittest.TestCase):
             self.assertEqual(again, changed, name)
             self.assertEqual(again.get(name), changed.get(name))
 
-    def test_the_papers_detector_is_refused_with_what_to_do(self):
+    def test_the_papers_detector_maps_a_floor_and_explains(self):
         parameters = octosurf.Parameters.paper()
-        with self.assertRaisesRegex(octosurf.Error, "likelihood"):
-            octosurf.Mapper(parameters)
-        parameters.detection.detector = "likelihood"
-        octosurf.Mapper(parameters)
+        try:
+            mapper = octosurf.Mapper(parameters)
+        except octosurf.Error as error:
+            self.assertIn("likelihood", str(error))
+            self.skipTest("built without PCL")
+        mapper.insert(octosurf.Scan(floor(), above()))
+        (surface,) = mapper.snapshot().surfaces
+        np.testing.assert_allclose(surface.plane.normal, [0, 0, 1], atol=1e-3)
+        self.assertAlmostEqual(surface.area_m2, 1, delta=0.05)
+        self.assertEqual(octosurf.explain(mapper.map(), [0, 0, 0]).reason, "on_surface")
 
     def test_nested_fields_and_validation(self):
         parameters = octosurf.Parameters(occupancy={"resolution": 0.01}, up=None)

@@ -5,6 +5,7 @@ it), not everywhere. Settings (pip install . --config-settings KEY=VALUE):
 
     build-dir   where CMake builds; build/wheel by default, kept so that the next time is quick. A build that is there,
                 such as build/release, is used as it is configured.
+    pcl         on: with the paper's detector, which takes PCL; looked at when build-dir is new.
     jobs        compilers at a time; as many as there are processors by default.
 
 pip keeps what a backend prints to itself (pip -v shows it), so how far the build has come is one line on the terminal.
@@ -100,7 +101,9 @@ def built_package(settings):
     """The package's files as CMake installs them: path in the wheel -> bytes."""
     build = CHECKOUT / settings.get("build-dir", "build/wheel")
     if not (build / "CMakeCache.txt").exists():
-        options = ["BUILD_TESTS", "BUILD_BENCH", "BUILD_APPS", "BUILD_OCTOMAP", "BUILD_PCL"]
+        options = ["BUILD_TESTS", "BUILD_BENCH", "BUILD_APPS", "BUILD_OCTOMAP"]
+        if settings.get("pcl") != "on":
+            options.append("BUILD_PCL")
         generator = ["-G", "Ninja"] if shutil.which("ninja") else []
         run("cmake", "-S", CHECKOUT, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Release", "-DOCTOSURF_UNITY_BUILD=ON",
             "-DBUILD_SHARED_LIBS=OFF", "-DOCTOSURF_BUILD_PYTHON=ON",
