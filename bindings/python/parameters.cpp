@@ -45,8 +45,7 @@ Settings<SurfaceParameters> bind_surface_parameters(py::module_& module) {
 Settings<DetectionParameters> bind_detection_parameters(py::module_& module) {
   using P = DetectionParameters;
   return Settings<P>(module, "DetectionParameters", "New surfaces and cylinders among pending points.")
-      .field("detector", &P::detector,
-             "How surfaces are found: likelihood, or paper (Parameters.paper()).")
+      .field("detector", &P::detector, "How surfaces are found: likelihood, or paper (Parameters.paper()).")
       .field("search_radius", &P::search_radius,
              "r, m: the paper's detector: of outliers and normals; cylinders: largest neighbourhood; None: "
              "derived.")
@@ -92,10 +91,11 @@ Parameters(occupancy={"resolution": 0.01}, up=None). Fields can be set afterward
       .field("up", &P::up,
              "(3,) float64, unit vector in the map frame against gravity, a copy; None: found from the "
              "surfaces.");
-  parameters.def_static(
-      "paper", &P::paper,
-      "The paper's detector and values (section V). The detector takes PCL, which the wheel has where pip built "
-      "it with --config-settings pcl=on: without, set detection.detector to 'likelihood' to map with the values.");
+  parameters.def_static("paper", &P::paper,
+                        "The paper's detector and values (section V). The detector takes PCL, which the "
+                        "wheel has where pip built "
+                        "it with --config-settings pcl=on: without, set detection.detector to 'likelihood' "
+                        "to map with the values.");
   parameters.def("validate", &P::validate, "Throws Error(usage) naming field, value and rule.");
   parameters.def("surface_tolerance", &P::surface_tolerance, "s in force, m.");
   parameters.def("max_hole_size", &P::max_hole_size, "h in force, m.");
