@@ -1,12 +1,14 @@
 #include "pose_check.hpp"
 
+#include "geometry/voxel_key.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <unordered_map>
-#include <unordered_set>
+#include <tsl/robin_map.h>
+#include <tsl/robin_set.h>
 
 namespace octosurf {
 namespace {
@@ -68,7 +70,7 @@ void PoseCheck::add(const Scan& scan) {
 }
 
 double PoseCheck::share_laid(PoseForm form, double cell, double scale) const {
-  std::unordered_set<std::uint64_t> seen;
+  tsl::robin_set<std::uint64_t, geometry::PackedKeyHash> seen;
   std::size_t laid = 0, all = 0;
   for (const View& view : views_) {
     Eigen::Isometry3d T = pose_from(form, view.pose);
@@ -128,10 +130,10 @@ double PoseCheck::share_seen_through(double scale) const {
   };
   std::size_t through = 0, met = 0;
   for (const View& seeing : views_) {
-    std::unordered_map<std::uint64_t, double> nearest;
+    tsl::robin_map<std::uint64_t, double, geometry::PackedKeyHash> nearest;
     for (const Eigen::Vector3f& point : seeing.points) {
       const auto p = point.cast<double>().eval();
-      double& range = nearest.try_emplace(bin_of(p), p.norm()).first->second;
+      double& range = nearest.try_emplace(bin_of(p), p.norm()).first.value();
       range = std::min(range, p.norm());
     }
     for (const View& other : views_) {

@@ -28,13 +28,14 @@ namespace {
 
 bool is_return(const Eigen::Vector3d& point) { return point.allFinite() && !point.isZero(0); }
 
-/// The points given by `at(i)`, less their shift.
+/// The points given by `at(row, i)`, less their shift.
 template <class At>
-CloudPoints shifted(std::size_t count, const At& at) {
+CloudPoints shifted(std::size_t width, std::size_t rows, const At& at) {
   constexpr std::size_t sampled = 255;  // their middle is that of all to some percent of their spread
   std::array<std::vector<double>, 3> sample;
+  const std::size_t count = width * rows;
   for (std::size_t i = 0; i < count; i += 1 + count / sampled)
-    if (const Eigen::Vector3d point = at(i); is_return(point))
+    if (const Eigen::Vector3d point = at(i / width, i % width); is_return(point))
       for (std::size_t axis = 0; axis < 3; ++axis) sample[axis].push_back(point[static_cast<int>(axis)]);
   CloudPoints result;
   for (std::size_t axis = 0; axis < 3 && !sample[0].empty(); ++axis) {
@@ -44,19 +45,20 @@ CloudPoints shifted(std::size_t count, const At& at) {
   }
   if (result.shift.lpNorm<Eigen::Infinity>() < farthest_m) result.shift.setZero();
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  result.points.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3d point = at(i);
-    result.points[i] =
-        point.isZero(0) ? Eigen::Vector3f::Constant(nan) : (point - result.shift).cast<float>().eval();
-  }
+  result.points.reserve(count);
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t i = 0; i < width; ++i) {
+      const Eigen::Vector3d point = at(row, i);
+      result.points.push_back(point.isZero(0) ? Eigen::Vector3f::Constant(nan)
+                                              : (point - result.shift).cast<float>().eval());
+    }
   return result;
 }
 
 }  // namespace
 
 CloudPoints points_from(const std::vector<Eigen::Vector3d>& points) {
-  return shifted(points.size(), [&](std::size_t i) { return points[i]; });
+  return shifted(points.size(), 1, [&](std::size_t, std::size_t i) { return points[i]; });
 }
 
 CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
@@ -66,11 +68,22 @@ CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::s
 
 CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t width, std::size_t rows,
                           std::size_t row, bool swap_bytes) {
-  CloudPoints read = shifted(width * rows, [&](std::size_t i) {
-    const std::string_view of_row = bytes.substr(i / width * row);
-    return Eigen::Vector3d(value_of(of_row, xyz[0], i % width, swap_bytes),
-                           value_of(of_row, xyz[1], i % width, swap_bytes),
-                           value_of(of_row, xyz[2], i % width, swap_bytes));
+  // Of almost all clouds x, y and z have one type, which is looked at once.
+  const bool one_type = xyz[1].type == xyz[0].type && xyz[2].type == xyz[0].type;
+  CloudPoints read = with_type_of(one_type ? xyz[0].type : Scalar::none, [&](auto value) {
+    return shifted(width, rows, [&](std::size_t r, std::size_t i) {
+      Eigen::Vector3d point;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Field& field = xyz[axis];
+        const std::string_view of_row = bytes.substr(r * row);
+        if (one_type)
+          point[static_cast<int>(axis)] = static_cast<double>(
+              number_at<decltype(value)>(of_row.data() + field.offset + i * field.step, swap_bytes));
+        else
+          point[static_cast<int>(axis)] = value_of(of_row, field, i, swap_bytes);
+      }
+      return point;
+    });
   });
   double far = 1;  // m
   for (int axis = 0; axis < 3; ++axis)
