@@ -72,6 +72,8 @@ void bind_scan(py::module_& module) {
       .rows("points", &Scan::points, "(N, 3) float32, sensor frame, m; a read-only view.")
       .rows("origins", &Scan::origins,
             "(N, 3) float32, where each reading's ray starts, sensor frame at stamp_s, m; empty: at 0.")
+      .rows("free_rays", &Scan::free_rays,
+            "(M, 3) float32, ends of rays that met nothing up to there and free space, sensor frame, m.")
       .field<Times>(
           "times_s", [](const Scan& self) { return moved_array(std::vector<float>(self.times_s)); },
           [](Scan& self, const Times& given) {
@@ -161,7 +163,9 @@ void bind_scans(py::module_& module) {
          std::vector<std::string> topics, std::optional<std::string> pose_topic,
          std::optional<std::string> pose_frame, std::optional<std::string> fixed_frame,
          std::optional<std::string> info_topic, bool skip_bad, bool deskewed,
-         std::optional<SensorKind> sensor, std::optional<double> cloud_scale, std::vector<double> no_return) {
+         std::optional<SensorKind> sensor, std::optional<double> cloud_scale, std::vector<double> no_return,
+         const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& self_boxes,
+         double clear_no_return_m) {
         ScanSourceOptions options;
         options.deskew = deskewed ? Deskew::automatic : Deskew::off;
         options.poses = std::move(poses);
@@ -177,6 +181,9 @@ void bind_scans(py::module_& module) {
         options.sensor = sensor;
         options.cloud_scale = cloud_scale;
         options.no_return = std::move(no_return);
+        for (const auto& [a, b] : self_boxes)
+          options.self_boxes.push_back({{a.cwiseMin(b).eval(), a.cwiseMax(b).eval()}, {}});
+        options.clear_no_return_m = clear_no_return_m;
         return opened(std::move(inputs), options);
       },
       py::arg("inputs"), py::kw_only(), py::arg("poses") = py::none(), py::arg("intrinsics") = py::none(),
@@ -187,6 +194,8 @@ void bind_scans(py::module_& module) {
       py::arg("info_topic") = py::none(), py::arg("skip_bad") = false, py::arg("deskew") = true,
       py::arg("sensor") = py::none(), py::arg("cloud_scale") = py::none(),
       py::arg("no_return") = std::vector<double>(),
+      py::arg("self_boxes") = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>(),
+      py::arg("clear_no_return_m") = 0.0,
       R"(Opens a recording, or a list of them, one after the other: what `octosurf map` reads.
 
 7-Scenes, TUM RGB-D and KITTI folders, 16-bit depth images (PNG, PGM), PCD, PLY, OctoMap's .graph,
@@ -203,6 +212,8 @@ skip_bad: go on after a scan that cannot be read or whose pose is not a rigid mo
 deskew: undo the sensor's motion within scans by their points' times.
 Of clouds: sensor, "depth_camera" or "lidar"; None: what their rays' directions say. cloud_scale: units per metre; None: 1.
 no_return: ranges, of cameras depths, that stand for no return, m; empty: far values that many readings have; [0]: none.
+self_boxes: pairs of corners in the sensor's frame, m: readings in them are the robot's own and left out.
+clear_no_return_m: rays without a return free space up to this range; 0: they do not.
 Throws Error(usage, data).)");
 }
 

@@ -25,6 +25,9 @@ struct Scan {
   /// Where each reading's ray starts, sensor frame at `stamp_s`, m; empty: at 0. Neighbours with equal ones
   /// are traced together.
   std::vector<Eigen::Vector3f> origins{};
+  /// Ends of further rays from the sensor, which met nothing up to there: sensor frame at `stamp_s`, m. They
+  /// free space, up to the maximum range.
+  std::vector<Eigen::Vector3f> free_rays{};
 };
 
 /// Throws Error(data) naming `where` unless T is finite and |RᵀR − I| ≤ 1e-3, det R > 0.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -32,6 +33,12 @@ struct BagOptions {
 enum class Deskew {
   automatic,  ///< where points have times, and poses are as frequent as scans
   off         ///< never; Scan::times_s says when points were taken, if they say so
+};
+
+/// A box that holds parts of the robot, in a frame that moves with it.
+struct SelfBox {
+  Eigen::AlignedBox3d box;           ///< m
+  std::optional<std::string> frame;  ///< of a bag's tf; empty: the sensor's
 };
 
 /// Options of open_scans().
@@ -67,6 +74,12 @@ struct ScanSourceOptions {
   /// m: ranges, of cameras depths, that stand for no return, to the millimetre. Empty: values that many
   /// readings have, beyond 4 m and with hardly any before them, see notes().
   std::vector<double> no_return = {};
+  /// Readings in them are the robot itself: no readings, nor do their rays free space.
+  std::vector<SelfBox> self_boxes = {};
+  /// m: rays without a return free space up to this range: pixels of depth images without a reading, four
+  /// pixels at least from the next one, and readings of clouds that stand for no return. 0: none does, as
+  /// many things give no return.
+  double clear_no_return_m = 0;
 };
 
 /// A sequence of posed scans, decoded on demand.

@@ -117,6 +117,30 @@ TEST(OccupancyInsert, ScansWithAllStartsAtTheSensorAreAsWithout) {
   EXPECT_EQ(octree_of(scan), without);
 }
 
+TEST(OccupancyInsert, FreeRaysMissWhatTheyPassAndHitNothing) {
+  std::mt19937_64 rng = test::rng();
+  for (const double resolution : {0.02, 0.05}) {
+    OccupancyParameters parameters;
+    parameters.resolution = resolution;
+    OccupancyMap ours(parameters), by_threads(parameters);
+    octomap::OcTree theirs(resolution);
+    sensing::Downsampler downsample(ours.grid());
+    for (int i = 0; i < 3; ++i) {
+      Scan scan = test::room_scan(rng, 3000, {2.1, 1.7, 1.3});
+      for (const Eigen::Vector3f& p : test::room_scan(rng, 1000, {2.1, 1.7, 1.3}).points)
+        scan.free_rays.push_back(1.2F * p);  // through the walls
+      scan.free_rays.push_back(scan.points[0]);
+      scan.free_rays.push_back(Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+      test::insert_with_free_rays(theirs, scan, 1.9F);
+      const sensing::VoxelScan voxels = downsample(scan, 0, 1.9F);
+      ours.insert(voxels, downsample, nullptr);
+      by_threads.insert(voxels, downsample, nullptr, 3);
+    }
+    test::expect_equal(ours, theirs);
+    test::expect_equal(by_threads, theirs);
+  }
+}
+
 TEST(OccupancyInsert, EqualsOctomapOnRealDepthImages) {
   const std::vector<Scan> scans = recorded("rgbd_7scenes_redkitchen", "", 40, 3);
   if (scans.empty()) GTEST_SKIP() << "no rgbd_7scenes_redkitchen";

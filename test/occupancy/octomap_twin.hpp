@@ -63,6 +63,29 @@ inline void insert_moving_scan(octomap::OcTree& tree, const Scan& scan, double m
   for (const octomap::OcTreeKey& key : occupied) tree.updateNode(key, true);
 }
 
+/// A scan with free rays the slow way: one to each of their voxels without a reading, up to it.
+inline void insert_with_free_rays(octomap::OcTree& tree, const Scan& scan, float max_range) {
+  const Eigen::Vector3f o = scan.T_map_sensor.translation().cast<float>();
+  const octomap::point3d start(o.x(), o.y(), o.z());
+  octomap::KeySet free, occupied, ends;
+  const octomap::Pointcloud cloud = cloud_in_map(scan);
+  tree.computeDiscreteUpdate(cloud, start, free, occupied, max_range);
+  for (const octomap::point3d& reading : cloud) ends.insert(tree.coordToKey(reading));
+  Scan rays = scan;
+  rays.points = scan.free_rays;
+  for (const octomap::point3d& ray : cloud_in_map(rays)) {
+    octomap::point3d end = tree.keyToCoord(tree.coordToKey(ray));
+    if (!ends.insert(tree.coordToKey(ray)).second) continue;
+    if ((end - start).norm() > max_range) end = start + (end - start).normalized() * max_range;
+    octomap::KeyRay passed;
+    tree.computeRayKeys(start, end, passed);
+    free.insert(passed.begin(), passed.end());
+  }
+  for (const octomap::OcTreeKey& key : free)
+    if (occupied.find(key) == occupied.end()) tree.updateNode(key, false);
+  for (const octomap::OcTreeKey& key : occupied) tree.updateNode(key, true);
+}
+
 /// Every voxel of the lowest level below a leaf, as keys.
 template <class Leaf, class Visit>
 void for_each_voxel(const Leaf& leaf, const Visit& visit) {

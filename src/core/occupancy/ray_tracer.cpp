@@ -9,7 +9,7 @@ namespace octosurf::occupancy {
 namespace {
 
 /// One ray per distinct end voxel whose ray begins at this start; those beyond the range end there and hit
-/// nothing.
+/// nothing, nor do free ones.
 std::vector<GridRay> rays_of(const sensing::VoxelScan& scan, std::size_t start,
                              const geometry::VoxelGrid& grid) {
   std::vector<GridRay> rays;
@@ -19,7 +19,8 @@ std::vector<GridRay> rays_of(const sensing::VoxelScan& scan, std::size_t start,
     const Eigen::Vector3f& origin = scan.start_of(end);
     const Eigen::Vector3f centre = grid.centre_of(end.key);
     if (scan.within_range(end, centre)) {
-      rays.push_back({{centre.x(), centre.y(), centre.z()}, {end.key.x, end.key.y, end.key.z}, true, true});
+      const bool hit = end.count > 0;
+      rays.push_back({{centre.x(), centre.y(), centre.z()}, {end.key.x, end.key.y, end.key.z}, hit, hit});
       continue;
     }
     Eigen::Vector3f direction = centre - origin;

@@ -26,9 +26,9 @@ void Downsampler::add(const Run& run, VoxelScan& out) {
 
 /// A sensor moves through few voxels within a scan, and stays in one for a while: the last one is tried
 /// first.
-std::uint16_t Downsampler::start_of(std::size_t reading, const Scan& scan,
+std::uint16_t Downsampler::start_of(const Eigen::Vector3f& origin, const Scan& scan,
                                     const Eigen::Isometry3d& T_map_sensor, VoxelScan& out) {
-  const Eigen::Vector3f start = (T_map_sensor * scan.origins[reading].cast<double>()).cast<float>();
+  const Eigen::Vector3f start = (T_map_sensor * origin.cast<double>()).cast<float>();
   geometry::VoxelKey key;
   if (!start.allFinite() || !grid_.key_of(start, key))
     throw Error(Error::Kind::data, scan.name, "a ray starts outside the octree's range",
@@ -76,6 +76,20 @@ void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_
   }
 }
 
+void Downsampler::add_free_rays(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, VoxelScan& out) {
+  for (const Eigen::Vector3f& ray : scan.free_rays) {
+    geometry::VoxelKey key;
+    if (!ray.allFinite() || !grid_.key_of((T_map_sensor * ray.cast<double>()).cast<float>().eval(), key))
+      continue;
+    std::uint32_t& place = table_.at({key.x, key.y, key.z});
+    if (place != 0) continue;
+    out.ends.push_back({key, 0, 0, grid_.centre_of(key)});
+    place = static_cast<std::uint32_t>(out.ends.size());
+    if (!scan.origins.empty())
+      out.ends.back().start = start_of(Eigen::Vector3f::Zero(), scan, T_map_sensor, out);
+  }
+}
+
 VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
                                   double max_range, int threads) {
   VoxelScan out;
@@ -105,7 +119,7 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
       const std::size_t ends = out.ends.size();
       add(run, out);
       if (!scan.origins.empty() && out.ends.size() > ends)
-        out.ends.back().start = start_of(run.first, scan, T_map_sensor, out);
+        out.ends.back().start = start_of(scan.origins[run.first], scan, T_map_sensor, out);
     }
     out.not_finite += part.not_finite;
     out.too_near += part.too_near;
@@ -116,6 +130,7 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
     if (!out.within_range(end, centre)) out.beyond_range += end.count;
     end.centroid = centre + end.centroid / static_cast<float>(end.count);
   }
+  add_free_rays(scan, T_map_sensor, out);
   return out;
 }
 

@@ -22,7 +22,7 @@ inline double norm_of(float x, float y, float z) {
 struct EndVoxel {
   geometry::VoxelKey key;
   std::uint16_t start = 0;                             ///< of its ray, index into VoxelScan::starts
-  std::uint32_t count = 0;                             ///< readings in it
+  std::uint32_t count = 0;                             ///< readings in it; 0: a ray that met nothing
   Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< mean of its readings, map frame
 };
 
@@ -30,7 +30,7 @@ struct EndVoxel {
 struct VoxelScan {
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
   double max_range = std::numeric_limits<double>::infinity();
-  std::vector<EndVoxel> ends;  ///< in the order of the scan's first point in each
+  std::vector<EndVoxel> ends;  ///< in the order of the scan's first point in each, free rays last
   /// Where rays start, one place in each voxel where some do; empty: all at `origin`. An end voxel's ray is
   /// that of its first reading.
   std::vector<Eigen::Vector3f> starts;
@@ -39,8 +39,7 @@ struct VoxelScan {
   const Eigen::Vector3f& start_of(const EndVoxel& end) const {
     return starts.empty() ? origin : starts[end.start];
   }
-  /// OctoMap's rule: an end voxel is a hit if its centre is within max_range of its ray's start; else a free
-  /// ray.
+  /// OctoMap's rule: a ray ends at its voxel's centre, or at max_range from its start where that is nearer.
   bool within_range(const EndVoxel& end, const Eigen::Vector3f& centre) const {
     const Eigen::Vector3f v = centre - start_of(end);
     return norm_of(v.x(), v.y(), v.z()) <= max_range;
@@ -94,8 +93,9 @@ class Downsampler {
   void collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
                     std::size_t begin, std::size_t end, ThreadPart& part) const;
   void add(const Run& run, VoxelScan& out);
-  std::uint16_t start_of(std::size_t reading, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                         VoxelScan& out);
+  void add_free_rays(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, VoxelScan& out);
+  std::uint16_t start_of(const Eigen::Vector3f& origin, const Scan& scan,
+                         const Eigen::Isometry3d& T_map_sensor, VoxelScan& out);
 
   geometry::VoxelGrid grid_;
   VoxelTable table_;  // place in `ends` plus one

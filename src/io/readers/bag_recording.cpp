@@ -55,7 +55,11 @@ bool is_named_as_part(const std::string& frame) {
 
 BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, const ScanSourceOptions& options,
                            std::vector<std::string>& left_out)
-    : files_(files), bag_(open_bag(files)), depth_scale_(options.depth_scale), posed_(!options.poses) {
+    : files_(files),
+      bag_(open_bag(files)),
+      depth_scale_(options.depth_scale),
+      none_(options.clear_no_return_m > 0 ? NoReturn::far : NoReturn::left_out),
+      posed_(!options.poses) {
   for (const auto& file : files_) bytes_ += std::filesystem::file_size(file);
   gap_ns_ = static_cast<std::int64_t>(1e9 * std::min(options.max_pose_gap_s.value_or(default_gap_s), 1e9));
   index_ = index_bag(*bag_, files_.front().string(), bytes_, options.skip_bad ? &left_out : nullptr);
@@ -291,12 +295,12 @@ void BagRecording::read_image(std::string_view bytes, const ListedMessage& liste
     const DepthImage image =
         depth_of(read_compressed_image_message(*reader), scan.name, largest_scan(bytes_));
     check_size(image.width, image.height);
-    scan.points = back_project(image, camera.intrinsics, depth_scale_.value_or(image.default_scale()));
+    scan.points = back_project(image, camera.intrinsics, depth_scale_.value_or(image.default_scale()), none_);
     return;
   }
   const ImageMessage image = read_image_message(*reader);
   check_size(image.width, image.height);
-  scan.points = points_of(image, camera.intrinsics, depth_scale_, largest_scan(bytes_));
+  scan.points = points_of(image, camera.intrinsics, depth_scale_, largest_scan(bytes_), none_);
 }
 
 bool BagRecording::holds_clouds(std::size_t scan) const {
@@ -305,6 +309,12 @@ bool BagRecording::holds_clouds(std::size_t scan) const {
 
 Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const {
   return pose(index_.frames[scans_[scan].frame], std::llround(stamp_s * 1e9));
+}
+
+Eigen::Isometry3d BagRecording::sensor_in(const std::string& frame, std::size_t scan) const {
+  const ListedMessage& listed = scans_[scan];
+  return index_.tree.lookup(frame, robot_.empty() ? index_.frames[listed.frame] : robot_, listed.stamp_ns,
+                            gap_ns_);
 }
 
 RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {

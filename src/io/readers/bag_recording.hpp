@@ -44,6 +44,9 @@ class BagRecording {
   /// Of the scan's frame at a time, or else NoPose.
   Eigen::Isometry3d pose_at(std::size_t scan, double stamp_s) const;
 
+  /// T_frame_sensor at the scan's time, by tf; or else NoPose.
+  Eigen::Isometry3d sensor_in(const std::string& frame, std::size_t scan) const;
+
   /// The automatic choices, a line each.
   const std::vector<std::string>& notes() const { return notes_; }
 
@@ -76,6 +79,7 @@ class BagRecording {
   std::vector<ListedMessage> scans_;
   std::map<std::uint32_t, Camera> cameras_;  // by the images' topic
   std::optional<double> depth_scale_;
+  NoReturn none_ = NoReturn::left_out;
   std::int64_t gap_ns_ = 0;
   bool posed_ = true;
   const TopicContents* pose_topic_ = nullptr;  // in index_; null: tf

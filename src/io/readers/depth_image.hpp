@@ -61,14 +61,22 @@ inline bool is_reading(std::uint16_t pixel) { return pixel != 0 && pixel != 6553
 /// REP 118: NaN, ±∞ and, by some drivers, 0 are no readings.
 inline bool is_reading(float pixel) { return pixel > 0 && pixel <= std::numeric_limits<float>::max(); }
 
+/// What becomes of pixels without a return.
+enum class NoReturn {
+  left_out,
+  far  ///< points at `no_return_depth` along their rays, if no reading is within four pixels
+};
+inline constexpr float no_return_depth = 2e8F;  ///< m: beyond the earth
+
 /// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel that has a
 /// reading of a surface (erase_flying_pixels). `depth`: m, row by row; 0: no reading.
 std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
-                                          const Intrinsics& camera);
+                                          const Intrinsics& camera, NoReturn none = NoReturn::left_out);
 /// `scale`: units per metre. `pixel(u, v)`: in units, row by row.
 template <class Pixel>
 std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height, const Intrinsics& camera,
-                                          double scale, const Pixel& pixel) {
+                                          double scale, const Pixel& pixel,
+                                          NoReturn none = NoReturn::left_out) {
   const auto metres = static_cast<float>(1 / scale);
   std::vector<float> depth(width * height);
   for (std::size_t v = 0; v < height; ++v)
@@ -76,8 +84,9 @@ std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height,
       const auto reading = pixel(u, v);
       depth[v * width + u] = is_reading(reading) ? static_cast<float>(reading) * metres : 0;
     }
-  return back_project(std::move(depth), width, camera);
+  return back_project(std::move(depth), width, camera, none);
 }
-std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale);
+std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale,
+                                          NoReturn none = NoReturn::left_out);
 
 }  // namespace octosurf::io

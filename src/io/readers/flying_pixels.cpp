@@ -6,9 +6,6 @@
 namespace octosurf::io {
 namespace {
 
-/// Pixels from a reading on a ramp to the surfaces beside it: an edge blurs over two pixels on each side.
-constexpr std::ptrdiff_t ramp_width = 4;
-
 /// m: a smaller offset stays within a voxel.
 constexpr float least_offset = 0.01F;
 

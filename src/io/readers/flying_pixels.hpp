@@ -5,6 +5,9 @@
 
 namespace octosurf::io {
 
+/// Pixels from a reading on a ramp to the surfaces beside it: an edge blurs over two pixels on each side.
+inline constexpr std::ptrdiff_t ramp_width = 4;
+
 /// Sets readings between two surfaces, on neither, to 0. A pixel at an object's edge may see both sides, and
 /// filters of cameras mix neighbours, so that a ramp a few pixels wide hangs between front and back.
 ///

@@ -152,43 +152,90 @@ void ReadingRules::look_for_none(Known& known, const Scan& scan, const std::stri
     add(near, ", where the rays start");
 }
 
-void ReadingRules::drop(Known& known, Scan& scan, bool depth_image, const std::string& where) {
+std::vector<std::size_t> ReadingRules::drop(Known& known, Scan& scan, bool depth_image,
+                                            const std::string& where) {
   const bool camera = known.kind == SensorKind::depth_camera;
+  const auto clear_m = static_cast<float>(options_.clear_no_return_m);
+  std::vector<std::size_t> free;
   if (depth_image && known.none.empty() &&
       std::ranges::all_of(scan.points, [](const Eigen::Vector3f& p) { return p.z() < farthest; }))
-    return;  // nothing to drop, as in most
+    return free;  // nothing to drop, as in most
+  std::vector<bool> without(scan.points.size());
   std::size_t huge = 0;
-  for (Eigen::Vector3f& p : scan.points) {
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    Eigen::Vector3f& p = scan.points[i];
     if (!p.allFinite()) continue;
     bool none = !is_reading(p);
-    huge += none ? 1 : 0;
+    huge += none && !depth_image ? 1 : 0;
+    without[i] = depth_image && none;
     for (const float value : known.none)
-      none |= (!depth_image && std::abs(range_of(p) - value) <= same_m) ||
-              (camera && std::abs(p[known.axis] - value) <= same_m);
-    if (none) p.setConstant(std::numeric_limits<float>::quiet_NaN());
+      if ((!depth_image && std::abs(range_of(p) - value) <= same_m) ||
+          (camera && std::abs(p[known.axis] - value) <= same_m))
+        none = without[i] = true;
+    if (!none) continue;
+    if (clear_m > 0 && without[i])
+      p *= clear_m / range_of(p);
+    else
+      p.setConstant(std::numeric_limits<float>::quiet_NaN());
   }
-  if (huge == 0 || std::exchange(known.huge, true)) return;
-  notes_.push_back(where +
-                   text(": %zu readings of its %zu are farther than the earth is wide: taken as no return",
-                        huge, scan.points.size()));
+  // Pixels have their margin; of clouds, rays beside a reading may graze its surface.
+  if (clear_m > 0)
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      if (!without[i]) continue;
+      if (depth_image || ((i == 0 || without[i - 1]) && (i + 1 == scan.points.size() || without[i + 1])))
+        free.push_back(i);
+      else
+        scan.points[i].setConstant(std::numeric_limits<float>::quiet_NaN());
+    }
+  if (huge > 0 && !std::exchange(known.huge, true))
+    notes_.push_back(where +
+                     text(": %zu readings of its %zu are farther than the earth is wide: taken as no return",
+                          huge, scan.points.size()));
+  return free;
 }
 
-void ReadingRules::apply(Scan& scan, const Sensor& sensor, bool depth_image, const std::string& where) {
+std::vector<std::size_t> ReadingRules::apply(Scan& scan, const Sensor& sensor, bool depth_image,
+                                             const std::string& where) {
   if (depth_image && options_.sensor == SensorKind::lidar)
     throw Error(Error::Kind::usage, "--sensor lidar", where + " has depth images, which are a camera's",
                 "--max-range lifts their limit of 4 m");
   Known& known = known_[sensor];
   if (!options_.no_return.empty()) known.none.assign(options_.no_return.begin(), options_.no_return.end());
-  const auto clean = [&] {
-    if (options_.no_return.empty()) look_for_none(known, scan, where);
-    drop(known, scan, depth_image, where);
+  const auto clean = [&](Scan& given) {
+    if (options_.no_return.empty()) look_for_none(known, given, where);
+    return drop(known, given, depth_image, where);
   };
   if (!known.kind) {
-    if (!depth_image) clean();  // or half of the rays would seem to lie behind others
-    choose_kind(known, scan, depth_image, where);
+    if (!depth_image) {  // or half of the rays would seem to lie behind others
+      Scan cleaned = scan;
+      move_to_free_rays(cleaned, clean(cleaned));
+      choose_kind(known, cleaned, depth_image, where);
+    } else {
+      choose_kind(known, scan, depth_image, where);
+    }
   }
-  clean();
+  std::vector<std::size_t> free = clean(scan);
   scan.sensor = known.kind.value_or(options_.sensor.value_or(scan.sensor));
+  return free;
+}
+
+void move_to_free_rays(Scan& scan, const std::vector<std::size_t>& places) {
+  if (places.empty()) return;
+  std::size_t kept = places.front(), next = 0;
+  for (std::size_t i = kept; i < scan.points.size(); ++i) {
+    if (next < places.size() && places[next] == i) {
+      scan.free_rays.push_back(scan.points[i]);
+      ++next;
+      continue;
+    }
+    scan.points[kept] = scan.points[i];
+    if (!scan.times_s.empty()) scan.times_s[kept] = scan.times_s[i];
+    if (!scan.origins.empty()) scan.origins[kept] = scan.origins[i];
+    ++kept;
+  }
+  scan.points.resize(kept);
+  if (!scan.times_s.empty()) scan.times_s.resize(kept);
+  if (!scan.origins.empty()) scan.origins.resize(kept);
 }
 
 }  // namespace octosurf::io

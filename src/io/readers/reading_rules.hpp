@@ -21,8 +21,10 @@ class ReadingRules {
   explicit ReadingRules(const ScanSourceOptions& options) : options_(options) {}
 
   /// Sets `scan`'s kind of sensor, and its readings without a return to NaN. `depth_image`: it comes
-  /// from one. `where` names the sensor in notes.
-  void apply(Scan& scan, const Sensor& sensor, bool depth_image, const std::string& where);
+  /// from one. `where` names the sensor in notes. With clear_no_return_m, those that free space become points
+  /// at that range instead, whose ascending places are returned for move_to_free_rays().
+  std::vector<std::size_t> apply(Scan& scan, const Sensor& sensor, bool depth_image,
+                                 const std::string& where);
 
   /// The kind of sensor is known.
   bool knows(const Sensor& sensor) const { return kind(sensor).has_value(); }
@@ -40,11 +42,14 @@ class ReadingRules {
   };
   void choose_kind(Known& known, const Scan& scan, bool depth_image, const std::string& where);
   void look_for_none(Known& known, const Scan& scan, const std::string& where);
-  void drop(Known& known, Scan& scan, bool depth_image, const std::string& where);
+  std::vector<std::size_t> drop(Known& known, Scan& scan, bool depth_image, const std::string& where);
 
   ScanSourceOptions options_;
   std::map<Sensor, Known> known_;
   std::vector<std::string> notes_;
 };
+
+/// Readings at these places, ascending, become ends of free rays.
+void move_to_free_rays(Scan& scan, const std::vector<std::size_t>& places);
 
 }  // namespace octosurf::io

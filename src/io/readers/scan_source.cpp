@@ -6,6 +6,7 @@
 #include "io/readers/reading_rules.hpp"
 #include "io/readers/scan_list.hpp"
 #include "io/readers/scan_motion.hpp"
+#include "io/readers/self_boxes.hpp"
 #include "io/readers/transform_tree.hpp"
 
 #include <algorithm>
@@ -220,17 +221,22 @@ class FileScanSource : public ScanSource {
     }
     Survey read = posed(recording, listed);
     Scan& scan = read.scan;
-    rules_.apply(scan, sensor_id(recording, listed), is_image(recording, listed),
-                 recording.bag ? recording.bag->topic_name(listed.index) : recording.folder.string());
+    const std::string where =
+        recording.bag ? recording.bag->topic_name(listed.index) : recording.folder.string();
+    erase_own(recording, listed, scan, where);
+    const std::vector<std::size_t> free =
+        rules_.apply(scan, sensor_id(recording, listed), is_image(recording, listed), where);
     if (const auto motion = motions.find(sensor_index(recording, listed));
         motion != motions.end() && !read.shifted()) {
       scan.stamp_s = *listed.stamp_s;
       scan = motion->second({std::move(scan), std::move(read.times)});
     }
+    io::move_to_free_rays(scan, free);
     Eigen::Isometry3d& T = scan.T_map_sensor;
     if (read.from_nowhere()) {
       const Eigen::Vector3f rest = (read.shift - origin_).cast<float>();
-      for (Eigen::Vector3f& point : scan.points) point += rest;
+      for (auto* points : {&scan.points, &scan.free_rays})
+        for (Eigen::Vector3f& point : *points) point += rest;
       return std::move(scan);
     }
     if (read.shifted()) {
@@ -246,6 +252,24 @@ class FileScanSource : public ScanSource {
     }
     T.translation() -= origin_;
     return std::move(scan);
+  }
+
+  void erase_own(const io::ListedRecording& recording, const io::ListedScan& listed, Scan& scan,
+                 const std::string& where) {
+    const std::size_t own = io::erase_own(scan, options_.self_boxes, [&](const std::string& frame) {
+      if (!recording.bag)
+        throw Error(Error::Kind::usage, "--self-box " + frame, "names a frame, and " + where + " has no tf",
+                    "give the box in the sensor's frame, X Y Z X Y Z alone");
+      try {
+        return recording.bag->sensor_in(frame, listed.index);
+      } catch (const io::NoPose& none) {
+        throw Error(Error::Kind::data, scan.name, std::string("--self-box ") + frame + ": " + none.what(),
+                    "--skip-bad leaves such scans out");
+      }
+    });
+    if (own == 0 || std::exchange(own_noted_, true)) return;
+    notes_.push_back("self-box: " + std::to_string(own) + " of the " + std::to_string(scan.points.size()) +
+                     " readings of " + scan.name + " are the robot's own");
   }
 
   Survey posed(const io::ListedRecording& recording, const io::ListedScan& listed) {
@@ -290,7 +314,9 @@ class FileScanSource : public ScanSource {
       const io::DepthImage image = io::read_depth_image(listed.file);
       check_size(image, listed.file);
       io::require_same_size(*recording.camera, image.width, image.height, scan.name);
-      scan.points = io::back_project(image, *recording.camera, recording.depth_scale);
+      scan.points =
+          io::back_project(image, *recording.camera, recording.depth_scale,
+                           options_.clear_no_return_m > 0 ? io::NoReturn::far : io::NoReturn::left_out);
       return result;
     }
     io::Cloud cloud =
@@ -360,6 +386,7 @@ class FileScanSource : public ScanSource {
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::size_t size_ = 0, good_ = 0;
   std::size_t recording_ = 0, index_ = 0;
+  bool own_noted_ = false;
   int image_width_ = 0, image_height_ = 0;  // of this recording's first image
   std::optional<double> shift_s_;           // of this recording's time stamps
   double since_s_ = 0, rate_ = 0;           // rate 0: no scan yet

@@ -215,6 +215,21 @@ TEST_F(BagChoice, NoPosesAtAll) {
 }
 
 /// A cloud's one point at (1, 2, 3) in the map's frame, seen from x = 7.
+TEST_F(BagChoice, ASelfBoxStandsInAFrameOfTf) {
+  // The point (1, 2, 3) of the lidar's is (1.5, 2, 3) of the leg's, which moves.
+  const std::vector<McapMessage> messages{tf(1, "odom", "base", 4), fixed("base", "lidar", 0.5),
+                                          tf(1, "base", "leg", 0), cloud(1)};
+  ScanSourceOptions options;
+  for (const double to : {1.4, 1.6}) {
+    options.self_boxes = {{Eigen::AlignedBox3d(Eigen::Vector3d(-1, 1, 2), Eigen::Vector3d(to, 3, 4)), "leg"}};
+    const auto scans = read_all({bag(messages)}, options);
+    ASSERT_EQ(scans.size(), 1U);
+    EXPECT_EQ(scans[0].points[0].allFinite(), to < 1.5);
+  }
+  options.self_boxes[0].frame = "tail";
+  EXPECT_THAT(failure({bag(messages)}, options), AllOf(HasSubstr("--self-box tail"), HasSubstr("tail")));
+}
+
 class RegisteredClouds : public BagChoice {
  protected:
   void expect_from_the_robot(const std::vector<McapMessage>& messages, const BagOptions& choice = {}) const {

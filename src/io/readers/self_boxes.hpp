@@ -1,0 +1,18 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf::io {
+
+/// Sets the readings in these boxes, which are the robot's own, to NaN; returns their number. `sensor_in`:
+/// T_frame_sensor at the scan's time.
+std::size_t erase_own(Scan& scan, std::span<const SelfBox> boxes,
+                      const std::function<Eigen::Isometry3d(const std::string& frame)>& sensor_in);
+
+}  // namespace octosurf::io
