@@ -49,11 +49,14 @@ std::string nearest_json(const Nearest& found, const Surface& surface, const Eig
   return json.dump();
 }
 
-std::string foothold_json(const Foothold& found) {
+std::string foothold_json(const Foothold& found, const std::array<double, ground_names.size()>& ground) {
+  Json shares;
+  for (std::size_t k = 0; k < ground.size(); ++k) shares[std::string(ground_names[k])] = ground[k];
   const Json json{{"surface", found.surface},
                   {"accepted", found.accepted},
                   {"refused", found.refused ? Json(contact_refusal_name(*found.refused)) : Json()},
                   {"supported", found.supported},
+                  {"ground", shares},
                   {"margin_m", found.margin_m},
                   {"point", Eigen::Vector3d(found.T_map_contact.translation())},
                   {"normal", Eigen::Vector3d(found.T_map_contact.linear().col(2))},

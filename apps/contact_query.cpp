@@ -14,6 +14,7 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/planning.hpp>
 
 namespace octosurf {
@@ -37,12 +38,24 @@ std::vector<PolygonEdges> asked_edges_of(const AskedMap& map, const Surface& sur
   return limits.frontier_margin_m > 0 ? map.edges_of(surface) : std::vector<PolygonEdges>{};
 }
 
-void print(const Foothold& found) {
+/// The surface as a foot meets it: without voids, and without unseen gaps that are too wide for it.
+SurfacePtr ground_for(const AskedMap& map, const Surface& surface, const ContactQuery& query) {
+  return find_gaps(surface, map.octree, widest_unseen_of(foot_of(query.foot), query.unseen_share)).surface;
+}
+
+void print(const FoundFoothold& answer) {
+  const Foothold& found = answer.foothold;
   const Eigen::Vector3d at = found.T_map_contact.translation(), normal = found.T_map_contact.linear().col(2);
   const std::string refused = found.refused ? std::string(contact_refusal_name(*found.refused)) : "";
   std::printf("surface    %u\n", found.surface);
   std::printf("accepted   %s\n", found.accepted ? "yes" : ("no: " + refused).c_str());
   std::printf("supported  %.1f %%\n", 100 * found.supported);
+  const bool all = answer.ground[static_cast<std::size_t>(Ground::supported)] >= 1;
+  if (!all) std::printf("ground    ");
+  for (std::size_t k = 0; k < ground_names.size(); ++k)
+    if (!all && answer.ground[k] > 0)
+      std::printf(" %.0f %% %s", 100 * answer.ground[k], ground_names[k].data());
+  if (!all) std::printf("\n");
   std::printf("margin     %.4f m\n", found.margin_m);
   std::printf("point      %.4f %.4f %.4f\n", at.x(), at.y(), at.z());
   std::printf("normal     %.4f %.4f %.4f\n", normal.x(), normal.y(), normal.z());
@@ -96,6 +109,10 @@ void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQue
   metres("--frontier-margin", query.frontier_margin, "m, to edges that nobody has looked beyond");
   metres("--obstacle-margin", query.obstacle_margin, "m, to what stands there, up to --clearance");
   metres("--clearance", query.clearance, "m over the foot in which nothing may stand or hang; 0: any");
+  verb.add_option("--unseen", query.unseen_share,
+                  "widest gap that a foot may span where nobody looked, as a share of its narrower side")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   metres("--gap-depth", query.gap_depth,
          "m: no foot where the space is free from the plane to so far behind it; 0: anywhere");
 }
@@ -109,13 +126,14 @@ FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double m
                 "octosurf info lists them");
   std::optional<double> yaw;
   if (query.yaw_deg) yaw = *query.yaw_deg * rad_per_deg;
-  const std::vector<PolygonEdges> edges = asked_edges_of(map, *surface, limits);
+  const SurfacePtr ground = ground_for(map, *surface, query);
+  const std::vector<PolygonEdges> edges = asked_edges_of(map, *ground, limits);
   const ContactRegion region =
-      contact_region(*surface, foot, yaw, limits, &map.octree, &edges, map.snapshot.get());
-  return {surface, region, convex_pieces(*surface, region, query.pieces)};
+      contact_region(*ground, foot, yaw, limits, &map.octree, &edges, map.snapshot.get());
+  return {ground, region, convex_pieces(*ground, region, query.pieces)};
 }
 
-Foothold find_foothold(const AskedMap& map, const ContactQuery& query, double max_slope_rad) {
+FoundFoothold find_foothold(const AskedMap& map, const ContactQuery& query, double max_slope_rad) {
   const ContactLimits limits = limits_of(query, map, max_slope_rad);
   const ContactShape foot = foot_of(query.foot);
   const std::vector<double>& v = query.foothold;
@@ -124,9 +142,11 @@ Foothold find_foothold(const AskedMap& map, const ContactQuery& query, double ma
   if (!found)
     throw Error(Error::Kind::data, map.name, "has no such surfaces",
                 "map more scans first, or allow a greater slope");
-  const Surface& surface = *map.snapshot->find(found->id);
-  const std::vector<PolygonEdges> edges = asked_edges_of(map, surface, limits);
-  return foothold(surface, foot, at, v[3] * rad_per_deg, limits, &map.octree, &edges, map.snapshot.get());
+  const SurfacePtr surface = ground_for(map, *map.snapshot->find(found->id), query);
+  const std::vector<PolygonEdges> edges = asked_edges_of(map, *surface, limits);
+  const Foothold stood =
+      foothold(*surface, foot, at, v[3] * rad_per_deg, limits, &map.octree, &edges, map.snapshot.get());
+  return {stood, ground_under(*surface, map.octree, foot, stood.T_map_contact)};
 }
 
 void answer(const AskedMap& map, const ContactQuery& query, double max_slope_rad, bool json) {
@@ -135,9 +155,9 @@ void answer(const AskedMap& map, const ContactQuery& query, double max_slope_rad
     if (!json) return print(found);
     std::printf("%s\n", region_json(*found.surface, found.region, found.pieces).c_str());
   } else {
-    const Foothold found = find_foothold(map, query, max_slope_rad);
+    const FoundFoothold found = find_foothold(map, query, max_slope_rad);
     if (!json) return print(found);
-    std::printf("%s\n", foothold_json(found).c_str());
+    std::printf("%s\n", foothold_json(found.foothold, found.ground).c_str());
   }
 }
 

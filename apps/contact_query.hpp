@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -10,6 +11,7 @@
 
 #include <octosurf/boundary.hpp>
 #include <octosurf/contact.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 
@@ -27,7 +29,8 @@ struct ContactQuery {
   std::string foot;                  ///< "LxW" of a sole, or the radius of a disc, m
   std::optional<double> yaw_deg;
   double edge_margin = 0, frontier_margin = 0, obstacle_margin = 0, clearance = 0, gap_depth = 0;  ///< m
-  std::size_t pieces = 0;  ///< at most so many of a region
+  double unseen_share = 0.25;  ///< of the foot's narrower side: the widest unseen gap that it may span
+  std::size_t pieces = 0;      ///< at most so many of a region
 
   bool asked() const { return !foothold.empty() || regions.has_value(); }
 };
@@ -48,15 +51,21 @@ struct AskedMap {
 };
 
 struct FoundRegion {
-  const Surface* surface;  ///< of the snapshot
+  SurfacePtr surface;  ///< as find_gaps() tells
   ContactRegion region;
   std::vector<ConvexPiece> pieces;
 };
 
 /// For `query.regions`. Throws Error(data) if there is no such surface, Error(usage) for invalid limits.
 FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
+struct FoundFoothold {
+  Foothold foothold;
+  /// Shares of the foot's area over each Ground, [0, 1].
+  std::array<double, ground_names.size()> ground{};
+};
+
 /// For `query.foothold`, likewise.
-Foothold find_foothold(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
+FoundFoothold find_foothold(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
 
 /// Prints the answer.
 void answer(const AskedMap& map, const ContactQuery& query, double max_slope_rad, bool json);

@@ -23,6 +23,7 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/planning.hpp>
 
@@ -48,6 +49,7 @@ struct ExportArguments {
   std::vector<std::string> what{"polygons"};
   double min_radius = 0.05;
   double thickness = 0;  // 0: the map's own
+  double bridge = widest_gap_m;
   bool force = false;
   PlannerExport planner;
 };
@@ -88,8 +90,12 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   options.origin = map.origin();
   options.mesh_thickness =
       arguments.thickness > 0 ? arguments.thickness : map.parameters().surfaces.mesh_thickness;
-  const std::shared_ptr<const Snapshot> snapshot = map.snapshot();
-  export_surfaces(*snapshot, arguments.file, options, make_extras(map, *snapshot, arguments, options.parts));
+  std::map<SurfaceId, std::vector<Gap>> gaps;
+  const std::shared_ptr<const Snapshot> snapshot =
+      with_gaps(*map.snapshot(), map.octree(), arguments.bridge, &gaps);
+  ExportExtras extras = make_extras(map, *snapshot, arguments, options.parts);
+  extras.gaps = std::move(gaps);
+  export_surfaces(*snapshot, arguments.file, options, extras);
   std::printf("%s: %zu surfaces\n", arguments.file.c_str(), snapshot->surfaces.size());
 }
 
@@ -178,6 +184,11 @@ void add_export(CLI::App& app) {
   verb->add_option("--thickness", arguments->thickness,
                    "m: of --what meshes; default: the map's mesh_thickness")
       ->check(more_than(0));
+  verb->add_option(
+          "--bridge", arguments->bridge,
+          "m: the widest gap that is closed where nobody looked and the readings' spacing explains it")
+      ->check(between(0, widest_gap_m))
+      ->capture_default_str();
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   add_planner_options(*verb, arguments->planner);

@@ -51,10 +51,11 @@ struct PlanArguments {
   bool json = false, force = false;
 };
 
-std::map<SurfaceId, std::vector<PolygonEdges>> labels_of(const Map& map, const Robot& robot) {
+std::map<SurfaceId, std::vector<PolygonEdges>> labels_of(const Map& map, const Snapshot& snapshot,
+                                                         const Robot& robot) {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   if (!needs_edge_kinds(robot)) return edges;
-  for (const SurfacePtr& surface : map.snapshot()->surfaces) edges[surface->id] = label_edges(map, *surface);
+  for (const SurfacePtr& surface : snapshot.surfaces) edges[surface->id] = label_edges(map, *surface);
   return edges;
 }
 
@@ -115,12 +116,13 @@ void require_sensible_files(const PlanArguments& arguments) {
 void run_plan(const PlanArguments& arguments) {
   require_sensible_files(arguments);
   const LoadedMap loaded = open_map(arguments.map);
-  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   warn_of_up(loaded.map, arguments.up);
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
   const PlanQuery& query = arguments.query;
   const Robot robot = robot_of(query, up);
-  FootstepPlanner planner(snapshot, loaded.map.octree(), robot, labels_of(loaded.map, robot));
+  const OccupancyView octree = loaded.map.octree();
+  const std::shared_ptr<const Snapshot> snapshot = ground_for(*loaded.map.snapshot(), octree, robot);
+  FootstepPlanner planner(snapshot, octree, robot, labels_of(loaded.map, *snapshot, robot));
   const FootstepPlan plan = planner.plan(standing_of(query.from), standing_of(query.to), query.budget);
   write(arguments, *snapshot, plan, robot, up);
   if (arguments.json) std::printf("%s\n", to_json(plan, robot).c_str());

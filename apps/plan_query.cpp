@@ -7,6 +7,7 @@
 #include <variant>
 
 #include <octosurf/error.hpp>
+#include <octosurf/gaps.hpp>
 
 namespace octosurf {
 namespace {
@@ -65,6 +66,13 @@ Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up) {
 }
 
 Standing standing_of(const std::vector<double>& v) { return {{v[0], v[1], v[2]}, v[3] * rad_per_deg}; }
+
+std::shared_ptr<const Snapshot> ground_for(const Snapshot& snapshot, const OccupancyView& octree,
+                                           const Robot& robot) {
+  const ContactShape& foot =
+      std::visit([](const auto& kind) -> const ContactShape& { return kind.foot; }, robot);
+  return with_gaps(snapshot, octree, widest_unseen_of(foot));
+}
 
 bool needs_edge_kinds(const Robot& robot) {
   return std::visit([](const auto& kind) { return kind.contact.frontier_margin_m > 0; }, robot);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,6 +33,11 @@ const std::vector<LimitOption>& limit_options();
 Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up);
 
 Standing standing_of(const std::vector<double>& xyz_and_deg);
+
+/// The surfaces as the robot's feet meet them: without voids, and without unseen gaps that are too wide for a
+/// foot (gaps.hpp).
+std::shared_ptr<const Snapshot> ground_for(const Snapshot& snapshot, const OccupancyView& octree,
+                                           const Robot& robot);
 
 /// Whether its limits need label_edges().
 bool needs_edge_kinds(const Robot& robot);

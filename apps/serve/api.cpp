@@ -49,7 +49,8 @@ std::string foothold_answer(const ServedMap& map, const Values& values) {
   ContactQuery query = contact_query(values);
   query.foothold = values.numbers("point");
   query.foothold.push_back(values.number("yaw_deg"));
-  return foothold_json(find_foothold(map.asked, query, slope_limit(map, values).max_slope_rad));
+  const FoundFoothold found = find_foothold(map.asked, query, slope_limit(map, values).max_slope_rad);
+  return foothold_json(found.foothold, found.ground);
 }
 
 std::string region_answer(const ServedMap& map, const Values& values) {
@@ -164,9 +165,11 @@ std::string Api::plan(const ServedMap& map, const Values& values) {
   const std::string key = Json{map.asked.snapshot->revision, query.robot, query.foot, query.limits}.dump();
   const std::lock_guard lock(planning_);
   if (planned_for_ != key) {
-    planner_ = std::make_unique<FootstepPlanner>(
-        map.asked.snapshot, map.asked.octree, robot,
-        needs_edge_kinds(robot) ? map.all_edges.get() : std::map<SurfaceId, std::vector<PolygonEdges>>{});
+    const std::shared_ptr<const Snapshot> ground = ground_for(*map.asked.snapshot, map.asked.octree, robot);
+    std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+    if (needs_edge_kinds(robot))
+      for (const SurfacePtr& surface : ground->surfaces) edges[surface->id] = map.asked.edges_of(*surface);
+    planner_ = std::make_unique<FootstepPlanner>(ground, map.asked.octree, robot, std::move(edges));
     planned_for_ = key;
   }
   return to_json(planner_->plan(standing_of(query.from), standing_of(query.to), query.budget), robot);

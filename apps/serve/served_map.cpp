@@ -47,7 +47,7 @@ ServedMap::Text shared(std::string text) { return std::make_shared<const std::st
 
 ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb)
     : asked{std::move(name), map.map.snapshot(), map.map.octree(), up_in_force(map.map, up).direction,
-            [this](const Surface& surface) { return all_edges.get().at(surface.id); }},
+            [this](const Surface& surface) { return label_edges(map_->map, surface); }},
       max_page_mb_(max_page_mb),
       up_(up),
       suggested_up_(suggested_up(map.map, up)),

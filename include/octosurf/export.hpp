@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <octosurf/boundary.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/pieces.hpp>
 #include <octosurf/surface.hpp>
 
@@ -55,6 +56,8 @@ struct ExportExtras {
   /// label_edges() of the snapshot's surfaces; written to .json if present.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   std::vector<NamedMesh> meshes;  ///< .glb: further objects
+  /// Of find_gaps(), by surface; written to .json if present.
+  std::map<SurfaceId, std::vector<Gap>> gaps;
 };
 
 /// Writes the surfaces to `file` in the format given by its extension: .json (docs/formats.md §2), .ply,

@@ -41,14 +41,8 @@ Ring2 in_metres(const Points& points) {
   return ring;
 }
 
-}  // namespace
-
-std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked) {
-  Set left, gone;
-  left.insert(polygon_of(polygon.outer));
-  for (const Ring2& hole : polygon.holes) gone.insert(polygon_of(hole));
-  for (const Ring2& ring : blocked) gone.insert(polygon_of(ring));
-  bp::operators::operator-=(left, gone);
+/// What is left, with the holes of each part.
+std::vector<Polygon> parts_of(const Set& left) {
   std::vector<bp::polygon_with_holes_data<int>> parts;
   left.get(parts);
   std::vector<Polygon> result;
@@ -59,6 +53,31 @@ std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> bl
     result.push_back(std::move(one));
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked) {
+  Set left, gone;
+  left.insert(polygon_of(polygon.outer));
+  for (const Ring2& hole : polygon.holes) gone.insert(polygon_of(hole));
+  for (const Ring2& ring : blocked) gone.insert(polygon_of(ring));
+  bp::operators::operator-=(left, gone);
+  return parts_of(left);
+}
+
+std::vector<Polygon> reshaped(std::span<const Polygon> polygons, std::span<const Ring2> added,
+                              std::span<const Ring2> removed) {
+  Set left, gone;
+  for (const Polygon& polygon : polygons) {
+    left.insert(polygon_of(polygon.outer));
+    // As a hole it takes away from its own polygon, and not from an island within it.
+    for (const Ring2& hole : polygon.holes) left.insert(polygon_of(hole), true);
+  }
+  for (const Ring2& ring : added) left.insert(polygon_of(ring));
+  for (const Ring2& ring : removed) gone.insert(polygon_of(ring));
+  bp::operators::operator-=(left, gone);
+  return parts_of(left);
 }
 
 }  // namespace octosurf::planning

@@ -16,4 +16,8 @@ inline constexpr double grid_slack = 4e-6;
 /// Error(usage) for coordinates beyond 2 km.
 std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked);
 
+/// Likewise the union of `polygons` and `added`, without the interiors of `removed`.
+std::vector<Polygon> reshaped(std::span<const Polygon> polygons, std::span<const Ring2> added,
+                              std::span<const Ring2> removed);
+
 }  // namespace octosurf::planning

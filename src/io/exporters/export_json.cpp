@@ -48,6 +48,16 @@ Json polygons_json(const ExportJob& job, const Surface& surface) {
   return list;
 }
 
+Json gaps_json(const std::vector<Gap>& gaps, const Surface& surface) {
+  Json list = Json::array();
+  for (const Gap& gap : gaps)
+    list.push_back({{"kind", ground_name(gap.kind)},
+                    {"bridged", gap.bridged},
+                    {"width_m", finite(gap.width_m, surface.id)},
+                    {"outline", ring_json(gap.outline.outer, surface)}});
+  return list;
+}
+
 Json convex_json(const std::vector<ConvexPiece>& pieces, SurfaceId id) {
   Json list = Json::array();
   for (const ConvexPiece& piece : pieces) {
@@ -106,6 +116,8 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
   json["revision"] = surface.revision;
   json["parents"] = surface.parents;
   json["polygons"] = polygons_json(job, surface);
+  if (const auto gaps = job.extras.gaps.find(id); gaps != job.extras.gaps.end())
+    json["gaps"] = gaps_json(gaps->second, surface);
   json["boundary"] = points_json(surface.boundary, id);
   if (job.wants(ExportPart::meshes)) {
     json["mesh"] = mesh_json(extrude(surface, job.options.mesh_thickness), id);

@@ -1,0 +1,211 @@
+#include "planning/cell_raster.hpp"
+
+#include "geometry/even_odd.hpp"
+#include "planning/rings.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::planning {
+namespace {
+
+constexpr float unreached = 1e6F;  // cells; its square is a float, too
+
+/// Squared distances along one line: the lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012).
+void transform(std::vector<float>& f, std::vector<float>& out, std::vector<int>& at,
+               std::vector<float>& from) {
+  const int n = static_cast<int>(f.size());
+  const auto value = [&f](int i) {
+    return f[static_cast<std::size_t>(i)] + static_cast<float>(i) * static_cast<float>(i);
+  };
+  int last = 0;
+  at[0] = 0;
+  from[0] = -std::numeric_limits<float>::infinity();
+  for (int q = 1; q < n; ++q) {
+    float s = 0;
+    for (;; --last) {
+      const int p = at[static_cast<std::size_t>(last)];
+      s = (value(q) - value(p)) / static_cast<float>(2 * (q - p));
+      if (s > from[static_cast<std::size_t>(last)]) break;
+    }
+    ++last;
+    at[static_cast<std::size_t>(last)] = q;
+    from[static_cast<std::size_t>(last)] = s;
+  }
+  for (int q = 0, k = 0; q < n; ++q) {
+    while (k < last && from[static_cast<std::size_t>(k) + 1] < static_cast<float>(q)) ++k;
+    const int p = at[static_cast<std::size_t>(k)];
+    out[static_cast<std::size_t>(q)] =
+        f[static_cast<std::size_t>(p)] + static_cast<float>(q - p) * static_cast<float>(q - p);
+  }
+}
+
+}  // namespace
+
+CellRaster::CellRaster(const std::vector<Polygon>& polygons, double edge, int margin) : edge_(edge) {
+  constexpr double most_cells = 1 << 28;
+  Eigen::AlignedBox2d box;
+  for (const Polygon& polygon : polygons)
+    for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
+  if (box.isEmpty()) return;
+  const Eigen::Array2d low = (box.min() / edge).array().floor() - margin,
+                       high = (box.max() / edge).array().ceil() + margin, size = high - low;
+  if (!(size.prod() <= most_cells))
+    throw Error(Error::Kind::usage, "gaps", "a surface has more than 2^28 cells of a voxel's edge");
+  x0_ = static_cast<std::int64_t>(low.x());
+  y0_ = static_cast<std::int64_t>(low.y());
+  width_ = static_cast<int>(size.x());
+  height_ = static_cast<int>(size.y());
+}
+
+Eigen::Vector2d CellRaster::middle(std::size_t cell) const {
+  const auto width = static_cast<std::size_t>(width_);
+  return edge_ * Eigen::Vector2d(static_cast<double>(x0_) + static_cast<double>(cell % width) + 0.5,
+                                 static_cast<double>(y0_) + static_cast<double>(cell / width) + 0.5);
+}
+
+Mask CellRaster::inside(const std::vector<Polygon>& polygons) const {
+  Mask mask(cells(), 0);
+  add_inside(polygons, mask);
+  return mask;
+}
+
+void CellRaster::add_inside(const std::vector<Polygon>& polygons, Mask& mask) const {
+  std::vector<std::vector<double>> crossed(static_cast<std::size_t>(height_));
+  const auto row_of = [this](double v) { return v / edge_ - 0.5 - static_cast<double>(y0_); };
+  for (const Polygon& polygon : polygons)
+    for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+      const double low = std::max(0.0, std::floor(row_of(std::min(a.y(), b.y())))),
+                   high = std::min(height_ - 1.0, std::ceil(row_of(std::max(a.y(), b.y()))));
+      for (int row = static_cast<int>(low); row <= static_cast<int>(high); ++row) {
+        const double v = (static_cast<double>(y0_ + row) + 0.5) * edge_;
+        if (geometry::crosses(a, b, v))
+          crossed[static_cast<std::size_t>(row)].push_back(geometry::crossing(a, b, v));
+      }
+    });
+  for (std::size_t row = 0; row < crossed.size(); ++row) {
+    std::vector<double>& at = crossed[row];
+    std::sort(at.begin(), at.end());
+    for (std::size_t i = 0; i + 1 < at.size(); i += 2) {
+      const auto cell = [this](double u) { return std::ceil(u / edge_ - 0.5 - static_cast<double>(x0_)); };
+      const int end = static_cast<int>(std::min<double>(width_, cell(at[i + 1])));
+      for (int x = static_cast<int>(std::max(0.0, cell(at[i]))); x < end; ++x)
+        mask[row * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)] = 1;
+    }
+  }
+}
+
+std::vector<float> CellRaster::distance_to(const Mask& mask) const {
+  std::vector<float> squared(mask.size());
+  const auto width = static_cast<std::size_t>(width_), height = static_cast<std::size_t>(height_);
+  const std::size_t longest = std::max(width, height);
+  std::vector<float> line, out(longest), from(longest + 1);
+  std::vector<int> at(longest + 1);
+  // Columns in two passes, as between flags distances along a line are counts.
+  for (std::size_t x = 0; x < width; ++x) {
+    float steps = unreached;
+    for (std::size_t y = 0; y < height; ++y)
+      squared[y * width + x] = steps = mask[y * width + x] != 0 ? 0 : std::min(unreached, steps + 1);
+    steps = unreached;
+    for (std::size_t y = height; y-- > 0;) {
+      steps = mask[y * width + x] != 0 ? 0 : std::min(unreached, steps + 1);
+      squared[y * width + x] = std::min(squared[y * width + x], steps);
+    }
+  }
+  line.resize(width);
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; ++x) line[x] = squared[y * width + x] * squared[y * width + x];
+    transform(line, out, at, from);
+    for (std::size_t x = 0; x < width; ++x) squared[y * width + x] = std::sqrt(out[x]);
+  }
+  return squared;
+}
+
+Mask CellRaster::within(const std::vector<float>& distances, double radius, bool inclusive) const {
+  Mask mask(distances.size());
+  // Distances are roots of whole numbers, rounded.
+  const auto limit = static_cast<float>(radius + (inclusive ? 1e-3 : -1e-3));
+  std::transform(distances.begin(), distances.end(), mask.begin(),
+                 [limit](float distance) { return static_cast<std::uint8_t>(distance <= limit); });
+  return mask;
+}
+
+Mask CellRaster::closed(const Mask& mask, double radius) const {
+  Mask outside = within(distance_to(mask), radius, true);
+  for (std::uint8_t& cell : outside) cell = cell == 0;
+  Mask result = within(distance_to(outside), radius, true);
+  for (std::uint8_t& cell : result) cell = cell == 0;
+  return result;
+}
+
+Mask CellRaster::opened(const Mask& mask, double radius) const {
+  Mask outside = mask;
+  for (std::uint8_t& cell : outside) cell = cell == 0;
+  Mask core = within(distance_to(outside), radius, false);
+  for (std::uint8_t& cell : core) cell = cell == 0;
+  return within(distance_to(core), radius, false);
+}
+
+Mask CellRaster::two_wide(const Mask& mask) const {
+  Mask result(mask.size(), 0);
+  const auto width = static_cast<std::size_t>(width_);
+  for (std::size_t y = 0; y + 1 < static_cast<std::size_t>(height_); ++y)
+    for (std::size_t x = 0; x + 1 < width; ++x) {
+      const std::size_t i = y * width + x;
+      if ((mask[i] & mask[i + 1] & mask[i + width] & mask[i + width + 1]) != 0)
+        result[i] = result[i + 1] = result[i + width] = result[i + width + 1] = 1;
+    }
+  return result;
+}
+
+bool CellRaster::any_beside(const Mask& mask, std::size_t cell) const {
+  bool any = false;
+  for_each_beside(cell, [&](std::size_t i) { any |= mask[i] != 0; });
+  return any;
+}
+
+std::vector<std::int32_t> CellRaster::summed(const Mask& mask) const {
+  const auto width = static_cast<std::size_t>(width_);
+  std::vector<std::int32_t> sums(mask.size());
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    const std::int32_t left = i % width != 0 ? sums[i - 1] : 0, above = i >= width ? sums[i - width] : 0,
+                       both = i % width != 0 && i >= width ? sums[i - width - 1] : 0;
+    sums[i] = mask[i] + left + above - both;
+  }
+  return sums;
+}
+
+std::int32_t CellRaster::sum(const std::vector<std::int32_t>& sums, std::size_t cell, int around) const {
+  const int x = static_cast<int>(cell % static_cast<std::size_t>(width_)),
+            y = static_cast<int>(cell / static_cast<std::size_t>(width_));
+  const auto before = [&](int column, int row) {  // both included
+    if (column < 0 || row < 0) return std::int32_t{0};
+    return sums[static_cast<std::size_t>(std::min(row, height_ - 1)) * static_cast<std::size_t>(width_) +
+                static_cast<std::size_t>(std::min(column, width_ - 1))];
+  };
+  const int left = x - around - 1, right = x + around, low = y - around - 1, high = y + around;
+  return before(right, high) - before(left, high) - before(right, low) + before(left, low);
+}
+
+std::vector<Ring2> CellRaster::rows(const Mask& mask, int more) const {
+  std::vector<Ring2> rings;
+  const auto width = static_cast<std::size_t>(width_);
+  for (std::size_t y = 0; y < static_cast<std::size_t>(height_); ++y)
+    for (std::size_t x = 0; x < width; ++x) {
+      if (mask[y * width + x] == 0) continue;
+      const std::size_t first = x;
+      while (x < width && mask[y * width + x] != 0) ++x;
+      const double left = edge_ * (static_cast<double>(x0_) + static_cast<double>(first) - more),
+                   right = edge_ * (static_cast<double>(x0_) + static_cast<double>(x) + more),
+                   low = edge_ * (static_cast<double>(y0_) + static_cast<double>(y) - more),
+                   high = edge_ * (static_cast<double>(y0_) + static_cast<double>(y) + 1 + more);
+      rings.push_back({{left, low}, {right, low}, {right, high}, {left, high}});
+    }
+  return rings;
+}
+
+}  // namespace octosurf::planning

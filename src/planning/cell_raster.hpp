@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf::planning {
+
+/// A flag for each cell of a raster, row by row.
+using Mask = std::vector<std::uint8_t>;
+
+/// Square cells of a plane about polygons, and morphology with discs on them. Radii in cells; each operation
+/// is O(cells) whatever the radius.
+class CellRaster {
+ public:
+  /// `margin`: cells about the polygons' box. Throws Error(usage) for more than 2²⁸ cells.
+  CellRaster(const std::vector<Polygon>& polygons, double edge, int margin);
+
+  std::size_t cells() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
+  Eigen::Vector2d middle(std::size_t cell) const;
+
+  Mask inside(const std::vector<Polygon>& polygons) const;  ///< cells whose middle is inside
+  void add_inside(const std::vector<Polygon>& polygons, Mask& mask) const;
+
+  /// Euclidean distance between middles; large where there is none.
+  std::vector<float> distance_to(const Mask& mask) const;
+  Mask closed(const Mask& mask, double radius) const;  ///< no disc outside `mask` covers it
+  Mask opened(const Mask& mask, double radius) const;  ///< some disc within `mask` covers it
+  Mask two_wide(const Mask& mask) const;               ///< in a square of 2 × 2 cells of it
+
+  bool any_beside(const Mask& mask, std::size_t cell) const;  ///< of the four
+  /// The cells connected with one by their sides, ascending; `taken` marks them. `beside` sees what borders
+  /// them.
+  template <class Member, class Beside>
+  std::vector<std::size_t> connected(std::size_t from, Mask& taken, const Member& member,
+                                     const Beside& beside) const {
+    std::vector<std::size_t> part{from};
+    taken[from] = 1;
+    for (std::size_t k = 0; k < part.size(); ++k)
+      for_each_beside(part[k], [&](std::size_t next) {
+        if (!member(next)) return beside(next);
+        if (taken[next] != 0) return;
+        taken[next] = 1;
+        part.push_back(next);
+      });
+    return part;
+  }
+
+  /// Sums over all cells before each in both directions, for sum().
+  std::vector<std::int32_t> summed(const Mask& mask) const;
+  /// Of the square of 2 `around` + 1 cells about one.
+  std::int32_t sum(const std::vector<std::int32_t>& sums, std::size_t cell, int around) const;
+
+  /// Rectangles that cover the marked cells, each enlarged by `more` cells.
+  std::vector<Ring2> rows(const Mask& mask, int more) const;
+
+ private:
+  template <class Visit>
+  void for_each_beside(std::size_t cell, const Visit& visit) const {
+    const auto width = static_cast<std::size_t>(width_);
+    const std::size_t x = cell % width, y = cell / width;
+    if (x > 0) visit(cell - 1);
+    if (x + 1 < width) visit(cell + 1);
+    if (y > 0) visit(cell - width);
+    if (y + 1 < static_cast<std::size_t>(height_)) visit(cell + width);
+  }
+  Mask within(const std::vector<float>& distances, double radius, bool inclusive) const;
+
+  double edge_;
+  std::int64_t x0_ = 0, y0_ = 0;
+  int width_ = 0, height_ = 0;
+};
+
+}  // namespace octosurf::planning

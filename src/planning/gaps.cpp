@@ -1,0 +1,305 @@
+#include "geometry/even_odd.hpp"
+#include "geometry/rings.hpp"
+#include "planning/blocked_polygon.hpp"
+#include "planning/cell_raster.hpp"
+#include "planning/contact_shape.hpp"
+#include "planning/rings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/gaps.hpp>
+
+namespace octosurf {
+namespace {
+
+using planning::CellRaster;
+using planning::Mask;
+using State = OccupancyView::State;
+
+/// Whether rays passed a place of the plane, or readings lie there.
+class Column {
+ public:
+  Column(const Surface& surface, const OccupancyView& octree)
+      : surface_(surface),
+        octree_(octree),
+        d_(octree.resolution()),
+        depth_(std::max(1.5 * d_, 3 * surface.rms_m + d_ / 2)) {}
+
+  double depth() const { return depth_; }
+
+  struct Seen {
+    bool reading = false, free = false /* on the plane */, open = false, blocked = false;
+  };
+  Seen at(const Eigen::Vector2d& uv) const {
+    Seen seen;
+    const OccupancyView::Voxel on_plane = voxel(uv, 0);
+    seen.reading = is_reading(on_plane);
+    for (double t = d_; !seen.reading && t < depth_ + d_ / 2; t += d_)
+      seen.reading = is_reading(voxel(uv, t)) || is_reading(voxel(uv, -t));
+    if (seen.reading) return seen;
+    seen.free = on_plane.state == State::free;
+    seen.open = seen.free;
+    // Steps of d/2: a step of d can miss a voxel cut at a corner.
+    for (double t = depth_; seen.open && t > 0; t -= d_ / 2) seen.open = voxel(uv, -t).state == State::free;
+    // Three voxels above what readings of the plane itself may reach.
+    for (int k = 0; k < 3 && !seen.blocked && !seen.open; ++k)
+      seen.blocked = voxel(uv, depth_ + (k + 0.5) * d_).state == State::occupied;
+    return seen;
+  }
+
+ private:
+  OccupancyView::Voxel voxel(const Eigen::Vector2d& uv, double height) const {
+    return octree_.at(surface_.T_map_surface * Eigen::Vector3d(uv.x(), uv.y(), height));
+  }
+  bool is_reading(const OccupancyView::Voxel& voxel) const {
+    return voxel.state == State::occupied && voxel.surface == surface_.id;
+  }
+
+  const Surface& surface_;
+  const OccupancyView& octree_;
+  double d_, depth_;
+};
+
+/// The cells of a surface's plane, of edge d, about its polygons.
+class GapFinder {
+ public:
+  GapFinder(const Surface& surface, const OccupancyView& octree, double widest_bridged_m)
+      : surface_(surface),
+        d_(octree.resolution()),
+        column_(surface, octree),
+        // Half of the widest gap, in cells.
+        reach_(widest_gap_m / 2 / d_),
+        bridgeable_(std::min(widest_gap_m, widest_bridged_m) / 2 / d_),
+        raster_(surface.polygons, d_, static_cast<int>(std::ceil(reach_)) + 2) {}
+
+  GroundedSurface find() {
+    GroundedSurface result{std::make_shared<const Surface>(surface_), {}};
+    if (raster_.cells() == 0) return result;
+    look();
+    settle_open();
+    bridge();
+    add_gaps(result.gaps);
+    reshape(result);
+    return result;
+  }
+
+ private:
+  void look() {
+    inside_ = raster_.inside(surface_.polygons);
+    // Between parts of the surface, and in its holes.
+    about_ = raster_.closed(inside_, reach_);
+    std::vector<Polygon> filled;
+    for (const Polygon& polygon : surface_.polygons) filled.push_back({polygon.outer, {}});
+    for (const Polygon& polygon : filled) raster_.add_inside({polygon}, about_);
+    const std::size_t n = raster_.cells();
+    reading_.assign(n, 0);
+    free_ = open_ = blocked_ = reading_;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (about_[i] == 0) continue;
+      const Column::Seen seen = column_.at(raster_.middle(i));
+      reading_[i] = seen.reading;
+      free_[i] = seen.free;
+      open_[i] = seen.open;
+      blocked_[i] = seen.blocked;
+    }
+  }
+
+  /// Grows the places that are open straight behind over those beside them that are free on the plane, and
+  /// drops what is nowhere two cells wide.
+  void settle_open() {
+    const double aside = std::tan(steepest_ray) * column_.depth() / d_;
+    for (int k = 0; k < static_cast<int>(std::floor(aside)); ++k) {
+      const Mask before = open_;
+      for (std::size_t i = 0; i < before.size(); ++i)
+        if (before[i] == 0 && free_[i] != 0 && about_[i] != 0) open_[i] = raster_.any_beside(before, i);
+    }
+    open_ = raster_.two_wide(open_);
+  }
+
+  /// Decides for each unseen cell by the widest disc that holds it within its gap.
+  void bridge() {
+    const std::size_t n = raster_.cells();
+    Mask gap(n, 0), whole = raster_.closed(reading_, 1);
+    for (std::size_t i = 0; i < n; ++i) {
+      gap[i] = about_[i] != 0 && inside_[i] == 0;
+      whole[i] = whole[i] != 0 && open_[i] == 0;
+    }
+    const std::vector<float> off_open = raster_.distance_to(open_),
+                             off_blocked = raster_.distance_to(blocked_);
+    std::vector<float> half(n, 0);  // cells
+    bridged_.assign(n, 0);
+    for (double radius = 1; radius < 2 * reach_; radius *= 1.25) {
+      const Mask wide = raster_.opened(gap, radius);
+      if (std::find(wide.begin(), wide.end(), 1) == wide.end()) break;
+      const Mask solid = raster_.opened(whole, radius);
+      const std::vector<std::int32_t> of_solid = raster_.summed(solid), of_all = raster_.summed(inside_);
+      const int around = static_cast<int>(std::ceil(3 * radius)) + 1;
+      for (std::size_t i = 0; i < n; ++i) {
+        if (wide[i] == 0) continue;
+        half[i] = static_cast<float>(radius);
+        bridged_[i] = radius <= bridgeable_ && blocked_[i] == 0 && off_open[i] > 2 * radius + 2 &&
+                      off_blocked[i] > radius + 1 &&
+                      2 * raster_.sum(of_solid, i, around) < raster_.sum(of_all, i, around);
+      }
+    }
+    // What no disc of a cell's radius holds is rounding of the outline, and goes with what is beside it.
+    for (std::size_t i = 0; i < n; ++i)
+      if (gap[i] != 0 && half[i] == 0)
+        bridged_[i] = bridgeable_ >= 1 && blocked_[i] == 0 && off_open[i] > 2 && off_blocked[i] > 2;
+    half_ = std::move(half);
+    // Unseen cells beside a void are part of it.
+    void_ = open_;
+    for (std::size_t i = 0; i < n; ++i)
+      if (gap[i] != 0 && reading_[i] == 0 && blocked_[i] == 0 && off_open[i] <= 2) void_[i] = 1;
+  }
+
+  Ground kind(std::size_t i) const {
+    if (void_[i] != 0) return Ground::open;
+    if (about_[i] == 0 || inside_[i] != 0) return Ground::supported;
+    return blocked_[i] != 0 ? Ground::blocked : Ground::unseen;
+  }
+
+  void add_gaps(std::vector<Gap>& gaps) const {
+    const std::size_t n = raster_.cells();
+    Mask taken(n, 0);
+    for (std::size_t i = 0; i < n; ++i) {
+      const Ground ground = kind(i);
+      if (taken[i] != 0 || ground == Ground::supported) continue;
+      const bool across = bridged_[i] != 0;
+      bool at_border = false;
+      const std::vector<std::size_t> part = raster_.connected(
+          i, taken, [&](std::size_t k) { return kind(k) == ground && (bridged_[k] != 0) == across; },
+          [&](std::size_t k) { at_border |= about_[k] == 0; });
+      Mask mask(n, 0);
+      float widest = 0;
+      bool within = false;
+      for (const std::size_t k : part) {
+        mask[k] = 1;
+        within |= inside_[k] != 0;
+        widest = std::max(widest, half_[k]);
+      }
+      // Notches of the outer rim are edges, not gaps.
+      if ((at_border && !across && !within) || part.size() < 4) continue;
+      std::vector<Polygon> outline = planning::reshaped({}, raster_.rows(mask, 0), {});
+      const auto largest = std::max_element(
+          outline.begin(), outline.end(),
+          [](const Polygon& a, const Polygon& b) { return geometry::area_of(a) < geometry::area_of(b); });
+      gaps.push_back({ground, across, 2 * std::max(1.0F, widest) * d_, std::move(*largest)});
+    }
+  }
+
+  void reshape(GroundedSurface& result) const {
+    const auto any = [](const Mask& mask) { return std::find(mask.begin(), mask.end(), 1) != mask.end(); };
+    if (!any(bridged_) && !any(open_)) return;
+    auto surface = std::make_shared<Surface>(surface_);
+    // A cell more, so that nothing is left of a gap beside a slanting side.
+    surface->polygons =
+        planning::reshaped(surface_.polygons, raster_.rows(bridged_, 1), raster_.rows(open_, 0));
+    std::erase_if(surface->polygons, [&](Polygon& polygon) {
+      std::erase_if(polygon.holes, [&](const Ring2& hole) { return -geometry::signed_area(hole) < d_ * d_; });
+      return geometry::signed_area(polygon.outer) < d_ * d_;
+    });
+    double longest_edge = 0;
+    for (const Polygon& polygon : surface_.polygons)
+      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+        longest_edge = std::max(longest_edge, (b - a).norm());
+      });
+    for (Polygon& polygon : surface->polygons) {
+      divide(polygon.outer, longest_edge);
+      for (Ring2& hole : polygon.holes) divide(hole, longest_edge);
+    }
+    surface->boundary.clear();
+    surface->area_m2 = 0;
+    for (const Polygon& polygon : surface->polygons) {
+      surface->area_m2 += geometry::area_of(polygon);
+      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
+        surface->boundary.push_back(surface->to_map(p));
+      });
+    }
+    result.surface = std::move(surface);
+  }
+
+  /// Readers rely on neighbours in a ring being no more than h apart: see Surface.
+  static void divide(Ring2& ring, double longest_edge) {
+    Ring2 divided;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d a = ring[i], along = ring[(i + 1) % ring.size()] - a;
+      const int steps = std::max(1, static_cast<int>(std::ceil(along.norm() / longest_edge - 1e-9)));
+      for (int k = 0; k < steps; ++k) divided.push_back(a + along * k / steps);
+    }
+    ring = std::move(divided);
+  }
+
+  // Rays of 30° and more to the plane are told apart from those along it.
+  static constexpr double steepest_ray = 1.0471975511965976;
+
+  const Surface& surface_;
+  double d_;
+  Column column_;
+  double reach_, bridgeable_;  // cells
+  CellRaster raster_;
+  Mask inside_, about_, reading_, free_, open_, blocked_, bridged_, void_;
+  std::vector<float> half_;
+};
+
+}  // namespace
+
+GroundedSurface find_gaps(const Surface& surface, const OccupancyView& octree, double widest_bridged_m) {
+  if (octree.resolution() <= 0) return {std::make_shared<const Surface>(surface), {}};
+  return GapFinder(surface, octree, widest_bridged_m).find();
+}
+
+std::shared_ptr<const Snapshot> with_gaps(const Snapshot& snapshot, const OccupancyView& octree,
+                                          double widest_bridged_m,
+                                          std::map<SurfaceId, std::vector<Gap>>* gaps) {
+  auto result = std::make_shared<Snapshot>(snapshot);
+  for (SurfacePtr& surface : result->surfaces) {
+    GroundedSurface found = find_gaps(*surface, octree, widest_bridged_m);
+    surface = std::move(found.surface);
+    if (gaps != nullptr && !found.gaps.empty()) (*gaps)[surface->id] = std::move(found.gaps);
+  }
+  return result;
+}
+
+double widest_unseen_of(const ContactShape& shape, double share) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : shape.outline) box.extend(p);
+  return share * (box.isEmpty() ? 2 * shape.radius : box.sizes().minCoeff());
+}
+
+Ground ground_at(const Surface& surface, const OccupancyView& octree, const Eigen::Vector2d& uv) {
+  for (const Polygon& polygon : surface.polygons)
+    if (planning::contains(polygon, uv)) return Ground::supported;
+  if (octree.resolution() <= 0) return Ground::unseen;
+  const Column::Seen seen = Column(surface, octree).at(uv);
+  return seen.open ? Ground::open : seen.blocked ? Ground::blocked : Ground::unseen;
+}
+
+std::array<double, ground_names.size()> ground_under(const Surface& surface, const OccupancyView& octree,
+                                                     const ContactShape& shape,
+                                                     const Eigen::Isometry3d& T_map_contact) {
+  std::array<double, ground_names.size()> shares{};
+  const Ring2 outline = shape.outline.empty() ? planning::around_disc(shape.radius) : shape.outline;
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : outline) box.extend(p);
+  const Eigen::Isometry3d T_surface_contact = surface.T_map_surface.inverse() * T_map_contact;
+  // As many as fit a step of d/2, and 9 at least.
+  const double step = std::min(octree.resolution() > 0 ? octree.resolution() / 2 : box.sizes().minCoeff(),
+                               box.sizes().minCoeff() / 3);
+  double sum = 0;
+  for (double y = box.min().y() + step / 2; y < box.max().y(); y += step)
+    for (double x = box.min().x() + step / 2; x < box.max().x(); x += step) {
+      if (!geometry::inside(outline, {x, y})) continue;
+      const Eigen::Vector2d uv = (T_surface_contact * Eigen::Vector3d(x, y, 0)).head<2>();
+      ++shares[static_cast<std::size_t>(ground_at(surface, octree, uv))];
+      ++sum;
+    }
+  for (double& share : shares) share /= std::max(1.0, sum);
+  return shares;
+}
+
+}  // namespace octosurf

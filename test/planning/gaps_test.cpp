@@ -1,0 +1,195 @@
+// Voids told from places that nobody saw, on octrees painted by hand and on rays cast at boards.
+#include "geometry/ring_check.hpp"
+#include "geometry/rings.hpp"
+#include "planning/cell_raster.hpp"
+#include "planning/rings.hpp"
+#include "support/painted_octree.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <random>
+
+#include <octosurf/gaps.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::planning {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr double edge = 0.02;  // m, of a voxel
+
+/// A level floor at z = 0, seen from above, of whole cells of `edge`.
+struct Floor {
+  test::PaintedOctree octree{edge};
+  Surface surface;
+
+  Floor() {
+    surface.id = 1;
+    surface.resolution = edge;
+    surface.T_map_surface.translation().z() = edge / 2;
+    surface.plane.offset = edge / 2;
+    surface.rms_m = 0.002;
+  }
+  void outline(double low_u, double low_v, double high_u, double high_v) {
+    surface.polygons.push_back({{{low_u, low_v}, {high_u, low_v}, {high_u, high_v}, {low_u, high_v}}, {}});
+    surface.area_m2 = geometry::area_of(surface.polygons.back());
+  }
+  /// Columns u, v in [from, to) of cells.
+  template <class Paint>
+  static void for_each(int from_u, int from_v, int to_u, int to_v, const Paint& paint) {
+    for (int v = from_v; v < to_v; ++v)
+      for (int u = from_u; u < to_u; ++u) paint(u, v);
+  }
+  void read(int from_u, int from_v, int to_u, int to_v) {
+    for_each(from_u, from_v, to_u, to_v, [&](int u, int v) { octree.occupy(u, v, 0, 2, 1); });
+  }
+  void open(int from_u, int from_v, int to_u, int to_v) {
+    for_each(from_u, from_v, to_u, to_v, [&](int u, int v) {
+      for (int z = 0; z >= -3; --z) octree.free(u, v, z);
+    });
+  }
+};
+
+bool stands(const Surface& surface, double u, double v) {
+  return std::any_of(surface.polygons.begin(), surface.polygons.end(), [&](const Polygon& polygon) {
+    return contains(polygon, {u, v});
+  });
+}
+
+// 1 m² of floor closed by its outline over a slot of `cells` voxels that rays went through.
+TEST(Gaps, ASlotIsAHoleFromTwoVoxels) {
+  for (const int cells : {1, 2, 3, 5}) {
+    Floor floor;
+    floor.outline(0, 0, 1, 1);
+    floor.read(0, 0, 20, 50);
+    floor.read(20 + cells, 0, 50, 50);
+    floor.open(20, 0, 20 + cells, 50);
+    const GroundedSurface found = find_gaps(floor.surface, floor.octree.view());
+    EXPECT_FALSE(geometry::fault_of(found.surface->polygons));
+    const double closed = cells < 2 ? 0 : cells * edge * 1.0;
+    EXPECT_NEAR(found.surface->area_m2 + closed, 1, 1e-9) << cells;
+    EXPECT_EQ(stands(*found.surface, (20 + cells / 2.0) * edge, 0.5), cells < 2) << cells;
+    ASSERT_EQ(found.gaps.size(), cells < 2 ? 0U : 1U);
+    if (cells >= 2) {
+      EXPECT_EQ(found.gaps[0].kind, Ground::open);
+    }
+  }
+}
+
+// Free space over a plane, as rays along it leave it, says nothing of what lies under it.
+TEST(Gaps, FreeSpaceBeforeThePlaneIsNoVoid) {
+  Floor floor;
+  floor.outline(0, 0, 1, 1);
+  floor.read(0, 0, 20, 50);
+  floor.read(25, 0, 50, 50);
+  Floor::for_each(20, 0, 25, 50, [&](int u, int v) { floor.octree.free(u, v, 0); });
+  const GroundedSurface found = find_gaps(floor.surface, floor.octree.view());
+  EXPECT_THAT(found.gaps, IsEmpty());
+  EXPECT_EQ(found.surface->polygons.size(), 1U);
+}
+
+// Two holes of 0.3 m in a floor of 2 × 1 m that is seen without a gap: a void and a shadow. Neither is
+// bridged.
+TEST(Gaps, AVoidAndAShadowAreToldApart) {
+  Floor floor;
+  floor.outline(0, 0, 2, 1);
+  const auto hole = [&](double u) {
+    floor.surface.polygons[0].holes.push_back({{u, 0.3}, {u, 0.6}, {u + 0.3, 0.6}, {u + 0.3, 0.3}});
+  };
+  hole(0.4);
+  hole(1.2);
+  Floor::for_each(0, 0, 100, 50, [&](int u, int v) {
+    const bool in_hole = v >= 15 && v < 30 && ((u >= 20 && u < 35) || (u >= 60 && u < 75));
+    if (!in_hole) floor.octree.occupy(u, v, 0, 2, 1);
+  });
+  floor.open(20, 15, 35, 30);
+  const OccupancyView octree = floor.octree.view();
+  const GroundedSurface found = find_gaps(floor.surface, octree);
+  ASSERT_EQ(found.gaps.size(), 2U);
+  EXPECT_EQ(found.gaps[0].kind, Ground::open);
+  EXPECT_EQ(found.gaps[1].kind, Ground::unseen);
+  for (const Gap& gap : found.gaps) {
+    EXPECT_FALSE(gap.bridged);
+    EXPECT_NEAR(gap.width_m, 0.3, 0.3 * 0.25 + edge);
+    EXPECT_NEAR(geometry::area_of(gap.outline), 0.09, 1e-9);
+  }
+  EXPECT_NEAR(found.surface->area_m2, 2 - 2 * 0.09, 1e-9);
+  EXPECT_EQ(ground_at(*found.surface, octree, {0.2, 0.5}), Ground::supported);
+  EXPECT_EQ(ground_at(*found.surface, octree, {0.55, 0.45}), Ground::open);
+  EXPECT_EQ(ground_at(*found.surface, octree, {1.35, 0.45}), Ground::unseen);
+}
+
+/// Lines of readings two cells wide across 3 m, farther apart from line to line, as a lidar's rings.
+double add_rings(Floor& floor) {
+  int u = 0, gap = 4;
+  while (u + 2 + gap <= 150) {
+    floor.read(u, 0, u + 2, 100);
+    floor.outline(u * edge, 0, (u + 2) * edge, 2);
+    u += 2 + gap;
+    gap += 1;
+  }
+  floor.read(u, 0, u + 2, 100);
+  floor.outline(u * edge, 0, (u + 2) * edge, 2);
+  return (u + 2) * edge * 2;
+}
+
+TEST(Gaps, TheFloorBetweenRingsIsWhole) {
+  Floor floor;
+  const double area = add_rings(floor);
+  const GroundedSurface found = find_gaps(floor.surface, floor.octree.view());
+  EXPECT_EQ(found.surface->polygons.size(), 1U);
+  // The ends of the last gaps are round, as a disc of half a metre closes them.
+  EXPECT_GT(found.surface->area_m2, 0.97 * area);
+  EXPECT_LE(found.surface->area_m2, 1.02 * area);
+  for (const Gap& gap : found.gaps) EXPECT_TRUE(gap.bridged);
+  // A planner whose foot spans 10 cm leaves wider gaps open.
+  const GroundedSurface narrow = find_gaps(floor.surface, floor.octree.view(), 0.1);
+  EXPECT_GT(narrow.surface->polygons.size(), 3U);
+  EXPECT_LT(narrow.surface->area_m2, 0.7 * area);
+}
+
+TEST(Gaps, AVoidBetweenRingsIsNotBridged) {
+  Floor floor;
+  add_rings(floor);
+  Floor::for_each(0, 30, 150, 50, [&](int u, int v) {
+    if (floor.octree.view().at({(u + 0.5) * edge, (v + 0.5) * edge, edge / 2}).state ==
+        OccupancyView::State::unknown)
+      for (int z = 0; z >= -3; --z) floor.octree.free(u, v, z);
+  });
+  const OccupancyView octree = floor.octree.view();
+  const GroundedSurface found = find_gaps(floor.surface, octree);
+  for (int u = 0; u < 150; ++u)
+    for (int v = 30; v < 50; ++v) {
+      const Eigen::Vector2d at((u + 0.5) * edge, (v + 0.5) * edge);
+      if (octree.at({at.x(), at.y(), edge / 2}).state != OccupancyView::State::free) continue;
+      EXPECT_FALSE(stands(*found.surface, at.x(), at.y())) << u << ' ' << v;
+    }
+}
+
+// The morphology against its definitions, cell by cell.
+TEST(Gaps, RasterOperationsAreWhatTheyAreDefinedAs) {
+  std::mt19937_64 rng(test::seed());
+  const CellRaster raster({{{{0, 0}, {1, 0}, {1, 0.7}, {0, 0.7}}, {}}}, 0.05, 2);
+  Mask mask(raster.cells());
+  for (std::uint8_t& cell : mask) cell = rng() % 8 == 0;
+  const std::vector<float> distance = raster.distance_to(mask);
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    double nearest = 1e9;
+    for (std::size_t k = 0; k < mask.size(); ++k)
+      if (mask[k] != 0) nearest = std::min(nearest, (raster.middle(k) - raster.middle(i)).norm() / 0.05);
+    EXPECT_NEAR(distance[i], nearest, 1e-3);
+  }
+  const Mask closed = raster.closed(mask, 2), opened = raster.opened(closed, 1.5);
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    EXPECT_GE(closed[i], mask[i]);
+    EXPECT_LE(opened[i], closed[i]);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf::planning
