@@ -174,4 +174,25 @@ ListedRecording list_folder(const fs::path& folder) {
   throw Error(Error::Kind::data, folder.string(), "holds no scans", what_is_read);
 }
 
+fs::path find_beside(const std::vector<fs::path>& folders, const std::vector<std::string>& names,
+                     const char* option) {
+  for (const auto& folder : folders) {
+    std::vector<fs::path> found;
+    for (const auto& name : names)
+      if (fs::is_regular_file(folder / name)) found.push_back(folder / name);
+    if (found.size() > 1)
+      throw Error(Error::Kind::data, folder.string(),
+                  "holds both " + found[0].filename().string() + " and " + found[1].filename().string(),
+                  std::string("choose one with ") + option);
+    if (!found.empty()) return found[0];
+  }
+  return {};
+}
+
+void fail_count(const fs::path& file, std::size_t scans, std::size_t others, const char* what,
+                const char* or_else) {
+  throw Error(Error::Kind::data, file.string(), count_of(others, what) + " for " + count_of(scans, "scan"),
+              std::string("give one ") + what + " per scan, in the order of the scans" + or_else);
+}
+
 }  // namespace octosurf::io

@@ -70,4 +70,13 @@ bool is_tum(const std::filesystem::path& folder);
 /// The folder, and the one above if the name (frames, scans, …) is that of a recording's subfolder.
 std::vector<std::filesystem::path> around(const std::filesystem::path& folder);
 
+/// The one file of these names in these folders; empty if there is none. Throws Error(data) that names
+/// `option` if there are two.
+std::filesystem::path find_beside(const std::vector<std::filesystem::path>& folders,
+                                  const std::vector<std::string>& names, const char* option);
+
+/// Throws Error(data): so many `what` in the file, and so many scans.
+[[noreturn]] void fail_count(const std::filesystem::path& file, std::size_t scans, std::size_t others,
+                             const char* what, const char* or_else = "");
+
 }  // namespace octosurf::io
