@@ -1,10 +1,9 @@
 #include "scan_options.hpp"
 
 #include "bounds.hpp"
+#include "reading_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <array>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,25 +43,6 @@ std::optional<Eigen::Vector3d> origin_of(const std::vector<std::string>& words) 
   return origin;
 }
 
-/// Of each: six numbers, the first of all boxes' words may be a frame.
-void add_self_boxes(const std::vector<std::string>& words, ScanSourceOptions& source) {
-  source.self_boxes.clear();
-  for (std::size_t i = 0; i < words.size();) {
-    SelfBox self;
-    double number = 0;
-    if (!CLI::detail::lexical_cast(words[i], number)) self.frame = words[i++];
-    std::array<double, 6> sides{};
-    bool good = i + sides.size() <= words.size();
-    for (std::size_t k = 0; k < sides.size() && good; ++k)
-      good = CLI::detail::lexical_cast(words[i + k], sides[k]) && std::isfinite(sides[k]);
-    if (!good) throw CLI::ValidationError("--self-box", "expects [FRAME] X Y Z X Y Z, two corners in metres");
-    i += sides.size();
-    const Eigen::Map<const Eigen::Vector3d> a(sides.data()), b(&sides[3]);
-    self.box = Eigen::AlignedBox3d(a.cwiseMin(b).eval(), a.cwiseMax(b).eval());
-    source.self_boxes.push_back(self);
-  }
-}
-
 }  // namespace
 
 void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& range) {
@@ -80,33 +60,7 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
   verb.add_option("--cloud-scale", source.cloud_scale,
                   "units of a cloud per metre: 1000 for millimetres, 3.2808 for feet [1]")
       ->group(group);
-  verb.add_option("--no-return", source.no_return,
-                  "m: a range, of cameras a depth, of rays without a return; may be given several times, 0: "
-                  "none has one [far values that many readings have]")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->group(group);
-  verb.add_option_function<std::vector<std::string>>(
-          "--self-box", [&source](const std::vector<std::string>& words) { add_self_boxes(words, source); },
-          "[FRAME] X Y Z X Y Z: two corners of a box in the sensor's frame, or one of a bag's tf, m: "
-          "readings "
-          "in it are the robot's own and left out; may be given several times")
-      ->expected(6, 7)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->group(group);
-  verb.add_option("--clear-no-return", source.clear_no_return_m,
-                  "m: rays without a return free space up to this range [0: they do not]")
-      ->check(CLI::NonNegativeNumber)
-      ->group(group);
-  verb.add_option_function<std::string>(
-          "--sensor",
-          [&source](const std::string& name) {
-            source.sensor = name == "camera" ? SensorKind::depth_camera : SensorKind::lidar;
-          },
-          "of clouds: camera, mapped up to 4 m if --max-range says no other, or lidar [what their rays' "
-          "directions say]")
-      ->check(CLI::IsMember({"camera", "lidar"}))
-      ->group(group);
+  add_reading_options(verb, source);
   verb.add_option("--rate", source.rate_hz, "scans per second if they have no time stamps [30, lidar 10]")
       ->group(group);
   verb.add_option("--max-pose-gap", source.max_pose_gap_s,

@@ -3,6 +3,7 @@
 #include "mapping.hpp"
 #include "options.hpp"
 #include "publications.hpp"
+#include "reading_options.hpp"
 #include "services.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -95,6 +96,7 @@ void add_options(CLI::App& app, NodeOptions& options, bool& force) {
       ->capture_default_str();
   app.add_option("--domain", options.domain, "[ROS_DOMAIN_ID, else 0]");
   app.add_option("--threads", options.threads, "result does not depend on it")->capture_default_str();
+  add_reading_options(app, options.readings);
   add_parameter_options(app, options.parameters);
 }
 

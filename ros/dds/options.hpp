@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include <octosurf/scan_source.hpp>
+
 namespace octosurf::dds {
 
 /// What the node was started with.
@@ -16,6 +18,7 @@ struct NodeOptions {
   std::optional<double> depth_scale;  ///< units per metre; empty: by the encoding
   std::string frame = "map";          ///< the map's, in tf
   double max_pose_gap_s = 0.25;       ///< as for bags
+  ScanSourceOptions readings;         ///< no_return, self_boxes, clear_no_return_m, sensor
   double wait_s = 1;                  ///< for a scan's pose and camera
   bool reliable = false;              ///< request lost scans again
   std::size_t queue_mb = 256;         ///< scans that wait

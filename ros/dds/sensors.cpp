@@ -1,6 +1,7 @@
 #include "sensors.hpp"
 
 #include "io/readers/pose_file.hpp"
+#include "io/readers/self_boxes.hpp"
 
 #include <array>
 #include <cmath>
@@ -74,13 +75,15 @@ void Sensors::sort_tree() {
 
 bool Sensors::ready(const io::MessageHeader& header) {
   sort_tree();
+  for (const SelfBox& self : options_.readings.self_boxes)
+    if (self.frame && !tree_.settled(*self.frame, header.frame, header.stamp_ns)) return false;
   return (!options_.takes_depth() || camera_) && tree_.settled(options_.frame, header.frame, header.stamp_ns);
 }
 
-Eigen::Isometry3d Sensors::pose(const io::MessageHeader& header) {
+Eigen::Isometry3d Sensors::pose(const io::MessageHeader& header, const std::string& frame) {
   sort_tree();
   const auto gap_ns = static_cast<std::int64_t>(1e9 * std::min(options_.max_pose_gap_s, 1e9));
-  return tree_.lookup(options_.frame, header.frame, header.stamp_ns, gap_ns);
+  return tree_.lookup(frame, header.frame, header.stamp_ns, gap_ns);
 }
 
 ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
@@ -94,7 +97,7 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
     // A scan whose pose may still change must not be the last one of a map that is ended.
     if (!news_.wait_until(lock, stop, latest, [&] { return ready(header); }) && stop.stop_requested())
       throw std::runtime_error("the node was ended while it waited for its pose");
-    T_map_sensor = pose(header);
+    T_map_sensor = pose(header, options_.frame);
     camera = camera_;
   }
   constexpr MessageEncoding cdr = MessageEncoding::cdr;
@@ -104,11 +107,15 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
   } else {
     if (!camera) throw std::runtime_error("no CameraInfo has come yet");
     const bool rectified = is_rectified(options_.depth);
-    received = scan_from_depth(message, *camera, cdr, {}, rectified, options_.depth_scale);
+    received = scan_from_depth(message, *camera, cdr, {}, rectified, options_.depth_scale,
+                               options_.readings.clear_no_return_m);
   }
   {
     const std::lock_guard lock(mutex_);
-    rules_.apply(received.scan, {}, options_.takes_depth(), options_.scans());
+    io::erase_own(received.scan, options_.readings.self_boxes,
+                  [&](const std::string& frame) { return pose(header, frame); });
+    io::move_to_free_rays(received.scan,
+                          rules_.apply(received.scan, {}, options_.takes_depth(), options_.scans()));
   }
   received.stamp_ns = header.stamp_ns;
   received.scan.name = name_of(options_.scans(), header.stamp_ns);

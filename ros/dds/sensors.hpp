@@ -24,7 +24,7 @@ class Sensors {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit Sensors(const NodeOptions& options) : options_(options) {}
+  explicit Sensors(const NodeOptions& options) : options_(options), rules_(options.readings) {}
 
   void add_transforms(std::string_view message, bool fixed);
   void add_camera(std::string_view message);
@@ -37,13 +37,13 @@ class Sensors {
 
  private:
   bool ready(const io::MessageHeader& header);
-  Eigen::Isometry3d pose(const io::MessageHeader& header);
+  Eigen::Isometry3d pose(const io::MessageHeader& header, const std::string& frame);
   void sort_tree();
 
   const NodeOptions& options_;
   std::mutex mutex_;
   std::condition_variable_any news_;
-  io::ReadingRules rules_{ScanSourceOptions{}};
+  io::ReadingRules rules_;
   io::TransformTree tree_;
   bool tree_sorted_ = true;
   std::optional<std::string> camera_;  // CameraInfo as it came, found to be one of a calibrated camera

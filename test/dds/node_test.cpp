@@ -58,8 +58,14 @@ TEST_F(NodeTest, MapsSavesIsKilledAndGoesOnToTheMapOfTheRecording) {
 TEST_F(NodeTest, MapsCloudsByAChainOfTransforms) {
   record("--sensor spinning --frames 3", "poses=chain");
   if (HasFatalFailure()) return;
+  const std::string whole = read("offline.surfaces");
+  run_well(
+      "map walk.db3 -o offline --force --self-box imu -1 -1.5 -3 1.5 1 3 --detection-budget 0 "
+      "--forget-scans");
+  ASSERT_TRUE(read("offline.surfaces") != whole);
   Player player(*vendor, folder / "walk.db3", Qos::reliable);
-  const auto node = start({"--cloud", "/lidar/points", "-o", "live", "--reliable"});
+  const auto node = start({"--cloud", "/lidar/points", "-o", "live", "--reliable", "--self-box", "imu", "-1",
+                           "-1.5", "-3", "1.5", "1", "3"});
   Status status(*vendor, "rt/octosurf/status", Qos::latched);
   ASSERT_TRUE(player.is_heard(status)) << node->errors();
   player.play(0, player.scans());

@@ -1,6 +1,7 @@
 // Decodes single messages, as a node receives them: a pose, a cloud, a depth image.
 #include "io/readers/bounded_file.hpp"
 #include "io/readers/pose_file.hpp"
+#include "io/readers/reading_rules.hpp"
 #include "io/readers/sensor_messages.hpp"
 
 #include <octosurf/ros_messages.hpp>
@@ -25,6 +26,16 @@ ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, cons
   return received;
 }
 
+void move_far_to_free_rays(Scan& scan, float range_m) {
+  std::vector<std::size_t> far;
+  for (std::size_t i = 0; i < scan.points.size(); ++i)
+    if (scan.points[i].z() >= io::no_return_depth) {
+      scan.points[i] *= range_m / scan.points[i].norm();
+      far.push_back(i);
+    }
+  io::move_to_free_rays(scan, far);
+}
+
 }  // namespace
 
 ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where,
@@ -44,7 +55,8 @@ ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, c
 }
 
 ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_info, MessageEncoding encoding,
-                             const std::string& where, bool rectified, std::optional<double> depth_scale) {
+                             const std::string& where, bool rectified, std::optional<double> depth_scale,
+                             double clear_no_return_m) {
   return naming(where, [&] {
     ReceivedScan received = begin_scan(image, encoding, where);
     const io::CameraInfoMessage info = io::read_camera_info(*io::message_reader(camera_info, encoding));
@@ -53,7 +65,10 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
     const io::ImageMessage read = io::read_image_message(*reader);
     io::require_size(read.width, read.height, info.width, info.height);
     received.scan.sensor = SensorKind::depth_camera;
-    received.scan.points = io::points_of(read, camera, depth_scale, io::largest_scan(image.size()));
+    const bool clear = clear_no_return_m > 0;
+    received.scan.points = io::points_of(read, camera, depth_scale, io::largest_scan(image.size()),
+                                         clear ? io::NoReturn::far : io::NoReturn::left_out);
+    if (clear) move_far_to_free_rays(received.scan, static_cast<float>(clear_no_return_m));
     return received;
   });
 }
