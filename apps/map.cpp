@@ -45,6 +45,7 @@ Examples:
   octosurf map kitchen -o maps/kitchen --mcap kitchen.mcap      poses and surfaces as they change, for Foxglove
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
+  octosurf map year/*.mcap -o parts/03 --subset 3/16              one of 16 runs, for merge to join
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth

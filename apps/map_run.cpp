@@ -150,6 +150,13 @@ void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
   const bool alone = listed == 1 && !options_.source.poses;
   ScanFeed feed(std::move(source), options_.range, options_.realtime ? options_.together : 1,
                 accepting(alone));
+  const ScanRange& range = options_.range;
+  if (feed.size() == 0 && range.parts > 1)
+    throw Error(Error::Kind::usage,
+                "--subset " + std::to_string(range.part) + "/" + std::to_string(range.parts),
+                "is empty, as there are fewer scans than parts", "take fewer parts");
+  if (range.parts > 1)
+    std::printf("part %zu of %zu: %s\n", range.part, range.parts, io::count_of(feed.size(), "scan").c_str());
   if (feed.size() == 0)
     throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
   const auto note_skipped = [&] {

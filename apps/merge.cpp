@@ -1,5 +1,6 @@
-// `octosurf merge`: two maps into one.
+// `octosurf merge`: several maps into one.
 #include "degrees.hpp"
+#include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/text_file.hpp"
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -33,18 +35,26 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* merge_description = R"(Merges two maps into one.
+namespace fs = std::filesystem;
+
+constexpr const char* merge_description = R"(Merges maps into one.
 
 Examples:
   octosurf merge maps/east maps/west -o maps/house                       both in one frame
   octosurf merge maps/east maps/west -o maps/house --pose 4.2 0.1 0 0 0 90
   octosurf merge maps/east maps/west -o maps/house --pose-file T_east_west.txt --align
   octosurf merge maps/monday maps/tuesday -o maps/monday --force         into the first one's files
+  octosurf merge parts/01 parts/02 parts/03 -o maps/archive              any number, all in one frame
 
 The second map is taken into the first: its frame, its parameters and the ids of its surfaces stay. What both know of a
 voxel counts as independent readings, so maps must not share scans; where one has seen a surface and the other
 free space, the sum decides. The second's surfaces go on in those of the first with which they are one plane;
-the others keep their planes and get new ids. Both maps need the same resolution, and stay as they are.
+the others keep their planes and get new ids. The maps need the same parameters, and stay as they are.
+
+Three maps or more are taken in one by one, from the largest file to the smallest whatever their order here, so
+that any order gives the same bytes; the ids of the first of these stay. Merging in groups gives the same
+map but for this: ids; log-odds of voxels that reached a clamp; and which points and planes stand for what several maps
+have seen.
 
 --pose is where the second map's frame lies in the first's: metres, then degrees, turned about x first, then
 y, then z; it must be right to about a voxel. Without, both have the same frame. --align makes it so from a
@@ -53,7 +63,8 @@ guess, by the surfaces that both maps have: it refuses to merge where they do no
 )";
 
 struct MergeOptions {
-  std::string first, second, output, pose_file, report;
+  std::vector<std::string> maps;
+  std::string output, pose_file, report;
   std::vector<double> pose;
   double reach_m = 0.3, turn_deg = 5;
   bool align = false, anyway = false, force = false;
@@ -85,24 +96,26 @@ class Merge {
   explicit Merge(const MergeOptions& options) : options_(options) {}
 
   void run() {
-    LoadedMap first = load(options_.first);
-    const LoadedMap second = load(options_.second);
-    require_other_scans(first, second);
-    before_ = first.map.snapshot();
-    size_before_ = first.map.size();
-    T_first_second_ = pose_of(options_);
-    T_first_second_ *= Eigen::Translation3d(second.map.origin() - first.map.origin());
-    if (options_.align)
-      align(second.map);
-    else if (!options_.anyway)
-      require_pose(second.map);
+    names_ = in_order(options_.maps);
+    LoadedMap first = load(names_.front());
+    std::vector<fs::path> folders{first.scans.folder};
     Mapper mapper(std::move(first.map), 1, paper_detector());
-    report_ = mapper.merge(second.map, T_first_second_);
-    if (!options_.anyway) require_fit(mapper.map(), second.map);
-    save_map(mapper.map(), options_.output);
-    wall_s_ = std::chrono::duration<double>(Clock::now() - begin_).count();
-    if (!options_.report.empty()) write_report(mapper.map(), second.map);
-    print_summary(mapper.map(), second.map);
+    nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+    for (at_ = 1; at_ < names_.size(); ++at_) {
+      const LoadedMap second = load(names_[at_]);
+      require_other_scans(mapper.map(), folders, second);
+      folders.push_back(second.scans.folder);
+      take_in(mapper, second.map);
+      if (names_.size() > 2) print_step(mapper.map());
+      steps.push_back(report_of(mapper.map(), second.map));
+      if (at_ + 1 == names_.size()) {
+        save_map(mapper.map(), options_.output);
+        wall_s_ = std::chrono::duration<double>(Clock::now() - begin_).count();
+        if (!options_.report.empty()) write_report(steps);
+        if (names_.size() == 2) print_summary(mapper.map(), second.map);
+      }
+    }
+    print_written();
   }
 
  private:
@@ -114,22 +127,68 @@ class Merge {
     return loaded;
   }
 
+  /// Of two, the order given: the first one's ids stay. Of more, one that does not depend on it.
+  static std::vector<std::string> in_order(const std::vector<std::string>& names) {
+    if (names.size() == 2) return names;
+    std::vector<std::pair<io::FileSum, std::string>> sums;
+    for (const std::string& name : names)
+      sums.emplace_back(io::sum_of(files_of_map(name).front()).value_or(io::FileSum{}), name);
+    std::stable_sort(sums.begin(), sums.end(), [](const auto& a, const auto& b) {
+      return std::pair(b.first.bytes, b.first.crc32) < std::pair(a.first.bytes, a.first.crc32);
+    });
+    std::vector<std::string> ordered;
+    for (const auto& [sum, name] : sums) ordered.push_back(name);
+    return ordered;
+  }
+
+  const std::string& into() const { return names_.front(); }
+  const std::string& other() const { return names_[at_]; }
+
+  void take_in(Mapper& mapper, const Map& second) {
+    require_same_parameters(mapper.map().parameters(), second.parameters());
+    before_ = mapper.snapshot();
+    size_before_ = mapper.map().size();
+    T_first_second_ = pose_of(options_);
+    T_first_second_ *= Eigen::Translation3d(second.origin() - mapper.map().origin());
+    if (options_.align)
+      align(second);
+    else if (!options_.anyway)
+      require_pose(second);
+    report_ = mapper.merge(second, T_first_second_);
+    if (!options_.anyway) require_fit(mapper.map(), second);
+  }
+
+  /// What surfaces and occupancy mean. Not up, which describes the frame, nor the budget, which only delays.
+  void require_same_parameters(const Parameters& ours, const Parameters& theirs) const {
+    for (const ParameterInfo& info : parameter_infos()) {
+      if (options_.anyway || info.name.starts_with("up_") || info.name == "detection_budget") continue;
+      const std::string here = get_parameter(ours, info.name), there = get_parameter(theirs, info.name);
+      if (here != there)
+        throw Error(Error::Kind::data, other(),
+                    "its " + info.name + " is " + there + ", that of " + into() + " is " + here,
+                    "build one of them anew with the other's parameters" +
+                        std::string(info.name == "resolution" ? "" : ", --anyway merges them as they are"));
+    }
+  }
+
   /// As far as the maps' records show.
-  void require_other_scans(const LoadedMap& first, const LoadedMap& second) const {
-    const std::vector<std::uint64_t>&held = first.map.state().held, &others = second.map.state().held;
+  void require_other_scans(const Map& first, const std::vector<fs::path>& folders,
+                           const LoadedMap& second) const {
+    const std::vector<std::uint64_t>&held = first.state().held, &others = second.map.state().held;
     const std::set<std::uint64_t> known(held.begin(), held.end());
     const auto shared = static_cast<std::size_t>(std::count_if(
         others.begin(), others.end(), [&](std::uint64_t scan) { return known.contains(scan); }));
     if (shared > 0 && !options_.anyway)
-      throw Error(Error::Kind::data, options_.second,
-                  "holds " + io::count_of(shared, "scan") + " of " + options_.first +
-                      ", whose readings would count twice",
-                  "merge maps of different scans, --anyway merges them as they are");
-    if (first.scans.folder.empty() || second.scans.folder.empty() ||
-        !same_file(first.scans.folder, second.scans.folder))
-      return;
-    throw Error(Error::Kind::data, options_.second,
-                "was built from scans of " + options_.first + ", whose readings would count twice",
+      throw Error(
+          Error::Kind::data, other(),
+          "holds " + io::count_of(shared, "scan") + " of " + into() + ", whose readings would count twice",
+          "merge maps of different scans, --anyway merges them as they are");
+    const auto is_its = [&](const fs::path& folder) {
+      return !folder.empty() && same_file(folder, second.scans.folder);
+    };
+    if (second.scans.folder.empty() || std::none_of(folders.begin(), folders.end(), is_its)) return;
+    throw Error(Error::Kind::data, other(),
+                "was built from scans of " + into() + ", whose readings would count twice",
                 "merge maps of different scans");
   }
 
@@ -138,10 +197,10 @@ class Merge {
         align_maps(before_, second, T_first_second_, {options_.reach_m, options_.turn_deg / deg_per_rad});
     const Alignment& found = alignment_->scan;
     if (found.outcome != AlignmentOutcome::corrected)
-      throw Error(Error::Kind::data, options_.second,
+      throw Error(Error::Kind::data, other(),
                   found.outcome == AlignmentOutcome::nothing_known
-                      ? "has too little in common with " + options_.first + " to be aligned"
-                      : "fits " + options_.first + " nowhere within reach, or at several places alike",
+                      ? "has too little in common with " + into() + " to be aligned"
+                      : "fits " + into() + " nowhere within reach, or at several places alike",
                   "give a nearer --pose, more --reach and --turn, or merge without --align");
     T_first_second_ = alignment_->T_map_other;
   }
@@ -160,7 +219,7 @@ class Merge {
     std::array<char, 120> text{};
     std::snprintf(text.data(), text.size(), "lies %.1f cm and %.1f° off where its surfaces meet those of ",
                   100 * distance, deg_per_rad * turn);
-    throw Error(Error::Kind::data, options_.second, text.data() + options_.first,
+    throw Error(Error::Kind::data, other(), text.data() + into(),
                 "--align merges it there, --anyway where it was said to be");
   }
 
@@ -201,13 +260,13 @@ class Merge {
     std::snprintf(text.data(), text.size(),
                   "does not fit %s: %.2f m² of surfaces would be left, where one of them alone has %.2f, and "
                   "%.0f %% of its inliers",
-                  options_.first.c_str(), area, alone, 100 * kept);
-    throw Error(Error::Kind::data, options_.second, text.data(),
+                  into().c_str(), area, alone, 100 * kept);
+    throw Error(Error::Kind::data, other(), text.data(),
                 std::string(options_.align ? "give a nearer --pose" : "--align finds the pose between them") +
                     ", --anyway merges them as they are");
   }
 
-  void write_report(const Map& merged, const Map& second) const {
+  nlohmann::ordered_json report_of(const Map& merged, const Map& second) const {
     const auto map_json = [](const Snapshot& snapshot, const Map::Size& size) {
       return nlohmann::ordered_json{
           {"scans", size.scans},       {"points", size.points},           {"pending", size.pending},
@@ -237,6 +296,14 @@ class Merge {
            {"inliers", surface.inliers},
            {"shared", surface.shared},
            {"on_surfaces", surface.on_surfaces}});
+    return json;
+  }
+
+  /// Of two maps: what became of them. Of more: in `steps`, each that was taken in.
+  void write_report(const nlohmann::ordered_json& steps) const {
+    nlohmann::ordered_json json = steps.front();
+    if (names_.size() > 2)
+      json = {{"order", names_}, {"steps", steps}, {"merged", steps.back().at("merged")}};
     json["wall_s"] = wall_s_;
     io::NewFile file(options_.report, options_.force);
     file.write([&](std::ostream& out) { out << json.dump(1) << '\n'; });
@@ -266,6 +333,23 @@ class Merge {
     if (report_.changes.points_out_of_map > 0)
       std::printf("%-12s %zu points outside the octree\n", "dropped", report_.changes.points_out_of_map);
     std::printf("%-12s %.1f s, of which merging %.1f s\n", "time", wall_s_, report_.changes.total_ms / 1e3);
+  }
+
+  void print_step(const Map& merged) const {
+    if (at_ == 1)
+      std::printf("%-12s %s: %zu surfaces, %.2f m², whose ids stay\n", "first", into().c_str(),
+                  size_before_.surfaces, total_area(*before_));
+    const Map::Size size = merged.size();
+    std::printf("%-12s %s: %zu surfaces, %.2f m²; %zu points, %zu of them pending; %llu scans\n", "with",
+                other().c_str(), size.surfaces, total_area(*merged.snapshot()), size.points, size.pending,
+                static_cast<unsigned long long>(size.scans));
+    if (alignment_) print_alignment();
+    if (report_.changes.points_out_of_map > 0)
+      std::printf("%-12s %zu points outside the octree\n", "dropped", report_.changes.points_out_of_map);
+  }
+
+  void print_written() const {
+    if (names_.size() > 2) std::printf("%-12s %.1f s\n", "time", wall_s_);
     const std::vector<std::string> files = files_of_map(options_.output);
     std::printf("%-12s %s, %s", "written", files[0].c_str(), files[1].c_str());
     if (!options_.report.empty()) std::printf(", %s", options_.report.c_str());
@@ -285,7 +369,9 @@ class Merge {
 
   const MergeOptions& options_;
   Clock::time_point begin_ = Clock::now();
-  std::shared_ptr<const Snapshot> before_;  // the first map's
+  std::vector<std::string> names_;          // of the maps, in the order in which they are taken in
+  std::size_t at_ = 1;                      // the one that is taken in
+  std::shared_ptr<const Snapshot> before_;  // of what it is taken into
   Map::Size size_before_;                   // likewise
   Eigen::Isometry3d T_first_second_ = Eigen::Isometry3d::Identity();
   std::optional<MapAlignment> alignment_;
@@ -295,14 +381,21 @@ class Merge {
 
 /// Rejects outputs that cannot or must not be written, before any work is done.
 void probe_merge_outputs(const MergeOptions& options) {
-  const std::vector<std::string> first = files_of_map(options.first), second = files_of_map(options.second),
-                                 written = files_of_map(options.output);
-  if (same_file(first.front(), second.front()))
-    throw Error(Error::Kind::usage, options.second,
-                "is the first map itself, whose readings would count twice", "give another one");
-  for (const std::string& file : written) require_apart("-o", file, {options.pose_file});
-  for (const std::vector<std::string>& files : {first, second, written})
+  const std::vector<std::string> written = files_of_map(options.output);
+  if (options.maps.size() > 2 && !(options.pose.empty() && options.pose_file.empty()))
+    throw Error(Error::Kind::usage, "--pose", "is between two maps, and here are more", "merge two by two");
+  std::vector<std::string> read;
+  for (const std::string& map : options.maps) {
+    const std::vector<std::string> files = files_of_map(map);
+    for (const std::string& before : read)
+      if (same_file(before, files.front()))
+        throw Error(Error::Kind::usage, map, "is given twice, and its readings would count twice",
+                    "give each map once");
+    read.push_back(files.front());
     require_apart("--report", options.report, files);
+  }
+  for (const std::string& file : written) require_apart("-o", file, {options.pose_file});
+  require_apart("--report", options.report, written);
   require_apart("--report", options.report, {options.pose_file});
   make_folder_of(options.output);
   const auto probe = [&](const std::string& file) {
@@ -322,8 +415,10 @@ void run_merge(const MergeOptions& options) {
 void add_merge(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("merge", merge_description);
   const auto options = std::make_shared<MergeOptions>();
-  verb->add_option("first", options->first, "map whose frame, parameters and ids stay")->required();
-  verb->add_option("second", options->second, "map that is taken in")->required();
+  verb->add_option("maps", options->maps,
+                   "two maps: that whose frame, parameters and ids stay, and that which is taken in; or more")
+      ->required()
+      ->expected(2, 1 << 20);
   verb->add_option("-o,--output", options->output, "map to write: name without ending")->required();
   auto* pose = verb->add_option("--pose", options->pose,
                                 "X Y Z ROLL PITCH YAW: the second map's frame in the first's, m and degrees")

@@ -16,7 +16,12 @@ ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, s
       accept_(std::move(accept)),
       ready_(std::max<std::size_t>(1, ahead)) {
   const std::size_t left = source_->size() - std::min(range_.skip, source_->size());
-  size_ = std::min(range_.first, (left + range_.every - 1) / range_.every);
+  const std::size_t all = std::min(range_.first, (left + range_.every - 1) / range_.every);
+  const std::size_t begin = all * (range_.part - 1) / range_.parts;
+  size_ = all * range_.part / range_.parts - begin;
+  // Parts count scans as they come: a source skips the same bad ones for each of them.
+  range_.skip += begin * range_.every;
+  range_.first = size_;
   try {
     thread_ = std::thread([this] { read_ahead(); });
   } catch (const std::system_error&) {

@@ -18,9 +18,10 @@
 
 namespace octosurf {
 
-/// Selects scans of a source: skips `skip`, then takes every `every`-th, at most `first`.
+/// Selects scans of a source: skips `skip`, then takes every `every`-th, at most `first`; and of these the
+/// `part`-th of `parts` contiguous parts, which differ by one scan at most: together they are each scan once.
 struct ScanRange {
-  std::size_t skip = 0, every = 1, first = std::numeric_limits<std::size_t>::max();
+  std::size_t skip = 0, every = 1, first = std::numeric_limits<std::size_t>::max(), part = 1, parts = 1;
 };
 
 /// Reads and decodes the next scans of a source in parallel with the mapping.

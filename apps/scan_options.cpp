@@ -43,6 +43,24 @@ std::optional<Eigen::Vector3d> origin_of(const std::vector<std::string>& words) 
   return origin;
 }
 
+/// "K/N".
+void set_part(const std::string& text, ScanRange& range) {
+  const std::size_t slash = text.find('/');
+  constexpr std::size_t most = 1000000;  // parts, so that scans times parts stay below 2⁶⁴
+  std::size_t part = 0, parts = 0;
+  const auto digits = [](const std::string& word) {
+    return !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
+  };
+  const bool good = slash != std::string::npos && digits(text.substr(0, slash)) &&
+                    digits(text.substr(slash + 1)) &&
+                    CLI::detail::lexical_cast(text.substr(0, slash), part) &&
+                    CLI::detail::lexical_cast(text.substr(slash + 1), parts);
+  if (!good || part < 1 || part > parts || parts > most)
+    throw CLI::ValidationError("--subset", text + " is no K/N with K from 1 to N, as in 3/16");
+  range.part = part;
+  range.parts = parts;
+}
+
 }  // namespace
 
 void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& range) {
@@ -87,6 +105,11 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
   verb.add_option("--skip", range.skip, "leave out so many scans at the start")->group(group);
   verb.add_option("--every", range.every, "take every K-th scan only")->check(at_least(1))->group(group);
   verb.add_option("--first", range.first, "take so many scans at most")->check(at_least(1))->group(group);
+  verb.add_option_function<std::string>(
+          "--subset", [&range](const std::string& text) { set_part(text, range); },
+          "K/N: of the scans that these leave, the K-th of N contiguous parts; all N parts together are each "
+          "scan once")
+      ->group(group);
   add_bag_options(verb, source.bag);
 }
 

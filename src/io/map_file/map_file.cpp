@@ -11,6 +11,22 @@
 #include <octosurf/map.hpp>
 
 namespace octosurf {
+
+std::optional<io::FileSum> io::sum_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return {};
+  boost::crc_32_type crc;
+  FileSum sum;
+  std::array<char, 65536> buffer;
+  while (in.read(buffer.data(), buffer.size()), in.gcount() > 0) {
+    crc.process_bytes(buffer.data(), static_cast<std::size_t>(in.gcount()));
+    sum.bytes += static_cast<std::uint64_t>(in.gcount());
+  }
+  sum.crc32 = crc.checksum();
+  if (in.bad()) return {};
+  return sum;
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -27,28 +43,12 @@ MapPaths paths_of(fs::path stem) {
   return paths;
 }
 
-/// Nothing if the file cannot be read.
-std::optional<io::FileSum> sum_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return {};
-  boost::crc_32_type crc;
-  io::FileSum sum;
-  std::array<char, 65536> buffer;
-  while (in.read(buffer.data(), buffer.size()), in.gcount() > 0) {
-    crc.process_bytes(buffer.data(), static_cast<std::size_t>(in.gcount()));
-    sum.bytes += static_cast<std::uint64_t>(in.gcount());
-  }
-  sum.crc32 = crc.checksum();
-  if (in.bad()) return {};
-  return sum;
-}
-
 /// Empty if `file` is the .bt that was written with the map.
 std::string warning_of(const fs::path& file, const io::FileSum& expected) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return file.string() + ": is missing; saving the map writes it again";
   const std::uintmax_t bytes = fs::file_size(file, ignored);
-  if (!ignored && bytes == expected.bytes && sum_of(file) == expected) return {};
+  if (!ignored && bytes == expected.bytes && io::sum_of(file) == expected) return {};
   return file.string() +
          ": is not the one that was saved with the .surfaces, which holds everything and is used; "
          "saving the map writes it again";
@@ -84,7 +84,7 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
   io::NewFile bt(files.bt, true), surfaces(files.surfaces, true);
   bt.write([&](std::ostream& out) { map.state().occupancy.write_bt(out); });
-  const std::optional<io::FileSum> sum = sum_of(bt.temporary());
+  const std::optional<io::FileSum> sum = io::sum_of(bt.temporary());
   if (!sum) throw Error(Error::Kind::output, files.bt.string(), "cannot be read back", "check the disk");
   surfaces.write([&](std::ostream& out) { io::write_map(map.state(), *sum, out, from_there); });
   // Both are complete on disk before either is renamed. If the process dies between the two, the old

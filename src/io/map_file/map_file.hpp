@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <istream>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <string>
 
@@ -49,6 +50,9 @@ struct FileSum {
   std::uint32_t crc32 = 0;
   friend bool operator==(const FileSum&, const FileSum&) = default;
 };
+
+/// Nothing if the file cannot be read.
+std::optional<FileSum> sum_of(const std::filesystem::path& file);
 
 /// Writes a map file. Same state, same bytes. `bt` is of the accompanying .bt; the folder of `scans` is
 /// written unchanged. One pass over the octree and the surfaces. Write errors set the stream's state.
