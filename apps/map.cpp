@@ -3,6 +3,7 @@
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "map_run.hpp"
+#include "memory_limit.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
 #include "scan_options.hpp"
@@ -211,6 +212,8 @@ void run_map(MapOptions& options) {
   if (options.resume.empty()) choice.in_force();  // reject invalid values before reading anything
   probe_map_outputs(options);
 
+  const MemoryLimit limit(options.max_memory.empty() ? 0 : bytes_of(options.max_memory, "--max-memory"),
+                          fs::path(options.output).parent_path());
   const Inputs inputs = sort_inputs(options);
   RunContext context;
   context.input = options.inputs;
@@ -222,6 +225,7 @@ void run_map(MapOptions& options) {
   KeptScans kept = folder_of_scans(options, start, before, context);
   MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree.has_value(), std::move(source));
+  limit.warn_if_exceeded();
 }
 
 /// Empty, or the error; CLI11's own checks accept nan in any range.
@@ -251,6 +255,10 @@ void add_map(CLI::App& app) {
                    "save every so many SECONDS between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();
+  verb->add_option(
+      "--max-memory", options->max_memory,
+      "take at most so much, as in 256M: what the octree does not need goes to a scratch file beside "
+      "it, and comes back by itself; same result [as much as it takes]");
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps, not as fast as they can be mapped; where mapping falls "
                  "behind, those that wait are mapped together, and a scan looks for new surfaces in 1,000 "

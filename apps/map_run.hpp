@@ -32,6 +32,7 @@ struct MapOptions {
   std::vector<std::string> inputs;
   std::string output, resume, report;         ///< stems of maps; file
   std::string keep_scans, write_poses, mcap;  ///< folder; files
+  std::string max_memory;                     ///< bytes, as text; empty: no limit
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;

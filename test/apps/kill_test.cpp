@@ -1,5 +1,5 @@
 // Power cuts: whenever the command is killed, the last complete checkpoint loads, is sound and is gone on
-// with.
+// with, whether or not the run keeps within a limit of memory.
 #include "apps/command.hpp"
 #include "apps/running.hpp"
 #include "support/seed.hpp"
@@ -44,9 +44,12 @@ class Killed : public CommandTest {
   }
   /// Goes on with the seed and saves after every scan, which takes longer than the scan: most kills are
   /// inside.
-  static std::vector<std::string> going_on() {
-    return {"map",          "floor",    "--resume",  "m", "--skip", std::to_string(seeded),
-            "--checkpoint", "0.000001", "--threads", "1"};
+  static std::vector<std::string> going_on(bool within_a_limit = false) {
+    std::vector<std::string> arguments{
+        "map",          "floor",    "--resume",  "m", "--skip", std::to_string(seeded),
+        "--checkpoint", "0.000001", "--threads", "1"};
+    if (within_a_limit) arguments.insert(arguments.end(), {"--max-memory", "1M"});  // less than any run takes
+    return arguments;
   }
   std::vector<fs::path> parts() const {
     std::vector<fs::path> found;
@@ -83,7 +86,7 @@ TEST_F(Killed, AtAnyMomentItsLastCheckpointGoesOn) {
   int killed = 0, advanced = 0, inside = 0;
   for (const int wanted = kills(); killed < wanted && !HasFailure();) {
     begin_anew();
-    Running run(folder, going_on());
+    Running run(folder, going_on(killed % 2 == 1));
     std::this_thread::sleep_for(
         microseconds(std::uniform_int_distribution<microseconds::rep>(0, whole.count())(rng)));
     run.send(SIGKILL);

@@ -130,6 +130,26 @@ TEST_F(MapRun, StoppingAndResumingGivesTheSameBytes) {
   same_maps("part1", "one");
 }
 
+TEST_F(MapRun, ALimitOfMemoryChangesNoByte) {
+  write_floor("floor", 30);
+  run_well("map floor -o free");
+  // Less than the program itself takes: whatever can leave leaves every few milliseconds.
+  const Outcome limited = run_well("map floor -o within --max-memory 1M");
+  EXPECT_TRUE(read("within.surfaces") == read("free.surfaces"));
+  EXPECT_TRUE(read("within.bt") == read("free.bt"));
+  EXPECT_THAT(limited.err,
+              AllOf(HasSubstr("warning: --max-memory 1M was too little"), HasSubstr("the least that works")));
+  // And with room to spare nothing is said.
+  EXPECT_THAT(run_well("map floor -o roomy --max-memory 4G").err, Not(HasSubstr("max-memory")));
+  EXPECT_TRUE(read("roomy.surfaces") == read("free.surfaces"));
+  // A map that was made without goes on with one.
+  run_well("map floor -o half --first 15");
+  run_well("map floor -o half --resume half --skip 15 --max-memory 1M");
+  EXPECT_TRUE(read("half.surfaces") == read("free.surfaces"));
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    EXPECT_THAT(entry.path().filename().string(), Not(HasSubstr("octosurf-"))) << "a scratch file is left";
+}
+
 TEST_F(MapRun, ResumingLeavesOutWhatIsMapped) {
   run_well("simulate room -o room --frames 4");
   run_well("map room -o m --first 2");

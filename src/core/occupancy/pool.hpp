@@ -1,10 +1,13 @@
 #pragma once
 
+#include "geometry/page_file.hpp"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -30,8 +33,10 @@ class Pool {
       free_.pop_back();
       return index;
     }
-    if (used_ == chunks_.size() << chunk_bits)
-      chunks_.push_back({std::make_unique<T[]>(chunk_size), period_, false});
+    if (used_ == chunks_.size() << chunk_bits) {
+      chunks_.push_back({uninitialized(), period_, false});
+      std::uninitialized_value_construct_n(chunks_.back().objects.get(), chunk_size);
+    }
     const auto index = static_cast<std::uint32_t>(used_);
     writable(index);
     ++used_;
@@ -118,7 +123,11 @@ class Pool {
     }
     chunk.written_in = period_;
   }
-  static std::shared_ptr<T[]> uninitialized() { return std::make_unique_for_overwrite<T[]>(chunk_size); }
+  static std::shared_ptr<T[]> uninitialized() {
+    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+    return {geometry::PagedAllocator<T>().allocate(chunk_size),
+            [](T* chunk) { geometry::PagedAllocator<T>().deallocate(chunk, chunk_size); }};
+  }
   /// Call before a free object is reused.
   void note_taken() {
     if (!open_ || free_.size() > before_.free) return;
