@@ -13,6 +13,7 @@
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/footsteps.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
@@ -59,7 +60,8 @@ PageFoot make_foot(const AskedMap& map, const std::string& text, bool edges_only
       result.regions.push_back({surface->id, surface->revision, yaw_rad, {}, 0, {ContactRefusal::slope}});
     else
       result.regions.push_back(
-          contact_region(*surface, shape, yaw_rad, limits, &map.octree, nullptr, map.snapshot.get()));
+          contact_region(*find_gaps(*surface, map.octree, widest_unseen_of(shape)).surface, shape, yaw_rad,
+                         limits, &map.octree, nullptr, map.snapshot.get()));
   }
   return result;
 }

@@ -23,6 +23,7 @@
 #include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/page.hpp>
 
@@ -67,9 +68,9 @@ struct ViewArguments {
   bool whole = false, pending = false, edges = false, force = false;
 };
 
-std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map) {
+std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map, const Snapshot& snapshot) {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  for (const SurfacePtr& surface : map.snapshot()->surfaces) edges[surface->id] = label_edges(map, *surface);
+  for (const SurfacePtr& surface : snapshot.surfaces) edges[surface->id] = label_edges(map, *surface);
   return edges;
 }
 
@@ -82,10 +83,8 @@ void note_changes(PageMap& page, const PageMap& before) {
         compare_maps(with_octree(*before.snapshot, before.octree), with_octree(*page.snapshot, page.octree));
 }
 
-std::vector<PageFoot> feet_of(const ViewArguments& arguments, const PageMap& page,
-                              const Eigen::Vector3d& up) {
+std::vector<PageFoot> feet_of(const ViewArguments& arguments, const AskedMap& asked) {
   if (arguments.feet == std::vector<std::string>{"none"}) return {};
-  const AskedMap asked{page.name, page.snapshot, page.octree, up, {}};
   if (arguments.feet.empty()) return usual_page_feet(asked);
   std::vector<std::future<PageFoot>> asking;
   for (const std::string& foot : arguments.feet)
@@ -119,12 +118,13 @@ void write_html(const ViewArguments& arguments) {
       if (const auto up = suggested_up(map, arguments.up)) options.suggested_up = up->direction;
       warn_of_up(map, arguments.up);
     }
-    maps.push_back({title_of(name), map.snapshot(), map.octree(), {}, {}});
+    const OccupancyView octree = map.octree();
+    maps.push_back({title_of(name), with_gaps(*map.snapshot(), octree), octree, {}, {}});
     // For a hall edges and feet take seconds each: in parallel, if a thread is available.
     std::future<std::map<SurfaceId, std::vector<PolygonEdges>>> edges =
-        std::async([&map] { return edges_of(map); });
+        std::async([&map, shown = maps.back().snapshot] { return edges_of(map, *shown); });
     if (maps.size() > 1) note_changes(maps.back(), maps[maps.size() - 2]);
-    maps.back().feet = feet_of(arguments, maps.back(), options.up);
+    maps.back().feet = feet_of(arguments, {title_of(name), map.snapshot(), octree, options.up, {}});
     maps.back().edges = edges.get();
   }
   for (const std::string& file : arguments.plans) maps.back().plans.push_back(load_plan(file));
@@ -164,8 +164,8 @@ void draw_png(const ViewArguments& arguments) {
       if (voxel.surface == 0 && voxel.point) options.points.push_back(*voxel.point);
     });
   }
-  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
-  if (arguments.edges) options.edges = edges_of(loaded.map);
+  const std::shared_ptr<const Snapshot> snapshot = with_gaps(*loaded.map.snapshot(), loaded.map.octree());
+  if (arguments.edges) options.edges = edges_of(loaded.map, *snapshot);
   render_png(*snapshot, arguments.png, options);
   std::printf("%s: %zu surfaces\n", arguments.png.c_str(), snapshot->surfaces.size());
 }

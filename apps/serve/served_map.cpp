@@ -15,6 +15,7 @@
 #include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/page.hpp>
 
 namespace octosurf {
@@ -67,9 +68,16 @@ ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name,
 std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   if (!map_) return edges;
-  for (const SurfacePtr& surface : asked.snapshot->surfaces)
+  for (const SurfacePtr& surface : shown.get().snapshot->surfaces)
     edges[surface->id] = label_edges(map_->map, *surface);
   return edges;
+}
+
+ServedMap::Shown ServedMap::make_shown() const {
+  if (!map_) return {asked.snapshot};
+  Shown grounded;
+  grounded.snapshot = with_gaps(*asked.snapshot, asked.octree, widest_gap_m, &grounded.gaps);
+  return grounded;
 }
 
 ServedMap::Text ServedMap::make_page_text() const {
@@ -77,7 +85,7 @@ ServedMap::Text ServedMap::make_page_text() const {
   options.up = asked.up;
   if (suggested_up_) options.suggested_up = suggested_up_->direction;
   options.max_mb = max_page_mb_;
-  PageMap map{asked.name, asked.snapshot, asked.octree, all_edges.get(), {}};
+  PageMap map{asked.name, shown.get().snapshot, asked.octree, all_edges.get(), {}};
   // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
   if (map_) map.feet = usual_page_feet(asked);
   return shared(served(make_page({map}, "the page of " + asked.name, options).html, run));
@@ -98,7 +106,8 @@ ServedMap::Text ServedMap::make_info() const {
 ServedMap::Text ServedMap::make_surfaces() const {
   ExportExtras extras;
   extras.edges = all_edges.get();
-  return shared(export_text(*asked.snapshot, extras));
+  extras.gaps = shown.get().gaps;
+  return shared(export_text(*shown.get().snapshot, extras));
 }
 
 ServedMap::Text ServedMap::make_voxels(bool with_slices) const {
@@ -110,7 +119,7 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
   const std::lock_guard lock(making_);
   Text& event = events_[since];
   if (!event) {
-    PageMap map{asked.name, asked.snapshot, asked.octree};
+    PageMap map{asked.name, shown.get().snapshot, asked.octree};
     if (since) map.changes = changes_since(*asked.snapshot, *since);
     const io::SensorTrack track = track_ ? track_() : io::SensorTrack();
     event = shared(
@@ -128,8 +137,8 @@ std::string ServedMap::changes_json(std::uint64_t since) const {
     json["merged"].push_back({{"id", heir.before}, {"into", heir.now}});
   for (const MapChanges::Heir& heir : changes.split)
     json["split"].push_back({{"id", heir.before}, {"part", heir.now}});
-  Snapshot now = *asked.snapshot;
-  now.surfaces = asked.snapshot->changed_since(since);
+  Snapshot now = *shown.get().snapshot;
+  now.surfaces = now.changed_since(since);
   std::erase_if(now.cylinders, [&](const CylinderPtr& cylinder) { return cylinder->revision <= since; });
   std::string text = json.dump();
   text.back() = ',';

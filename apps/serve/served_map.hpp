@@ -50,7 +50,13 @@ class ServedMap {
   const AskedMap asked;
   const std::string run;  ///< empty: of a finished map
   const Lazy<SurfaceIndex> index{[this] { return SurfaceIndex(asked.snapshot); }};
-  /// label_edges() of all surfaces; none of a map that goes on growing.
+  /// Surfaces as find_gaps() tells, with the gaps; of a map that goes on growing as they were mapped.
+  struct Shown {
+    std::shared_ptr<const Snapshot> snapshot;
+    std::map<SurfaceId, std::vector<Gap>> gaps{};
+  };
+  const Lazy<Shown> shown{[this] { return make_shown(); }};
+  /// label_edges() of all shown surfaces; none of a map that goes on growing.
   const Lazy<std::map<SurfaceId, std::vector<PolygonEdges>>> all_edges{[this] { return make_edges(); }};
   const Lazy<Text> page{[this] { return make_page_text(); }};     ///< HTML
   const Lazy<Text> info{[this] { return make_info(); }};          ///< JSON
@@ -65,6 +71,7 @@ class ServedMap {
 
  private:
   std::map<SurfaceId, std::vector<PolygonEdges>> make_edges() const;
+  Shown make_shown() const;
   Text make_page_text() const;
   Text make_info() const;
   Text make_surfaces() const;

@@ -123,11 +123,8 @@ class GapFinder {
   /// Decides for each unseen cell by the widest disc that holds it within its gap.
   void bridge() {
     const std::size_t n = raster_.cells();
-    Mask gap(n, 0), whole = raster_.closed(reading_, 1);
-    for (std::size_t i = 0; i < n; ++i) {
-      gap[i] = about_[i] != 0 && inside_[i] == 0;
-      whole[i] = whole[i] != 0 && open_[i] == 0;
-    }
+    Mask gap(n, 0);
+    for (std::size_t i = 0; i < n; ++i) gap[i] = about_[i] != 0 && inside_[i] == 0;
     const std::vector<float> off_open = raster_.distance_to(open_),
                              off_blocked = raster_.distance_to(blocked_);
     std::vector<float> half(n, 0);  // cells
@@ -135,7 +132,7 @@ class GapFinder {
     for (double radius = 1; radius < 2 * reach_; radius *= 1.25) {
       const Mask wide = raster_.opened(gap, radius);
       if (std::find(wide.begin(), wide.end(), 1) == wide.end()) break;
-      const Mask solid = raster_.opened(whole, radius);
+      const Mask solid = raster_.opened(reading_, radius);
       const std::vector<std::int32_t> of_solid = raster_.summed(solid), of_all = raster_.summed(inside_);
       const int around = static_cast<int>(std::ceil(3 * radius)) + 1;
       for (std::size_t i = 0; i < n; ++i) {
