@@ -142,12 +142,20 @@ Mask CellRaster::closed(const Mask& mask, double radius) const {
   return result;
 }
 
-Mask CellRaster::opened(const Mask& mask, double radius) const {
+std::vector<float> CellRaster::depth_in(const Mask& mask) const {
   Mask outside = mask;
   for (std::uint8_t& cell : outside) cell = cell == 0;
-  Mask core = within(distance_to(outside), radius, false);
+  return distance_to(outside);
+}
+
+Mask CellRaster::eroded(const Mask& mask, double radius) const {
+  Mask core = within(depth_in(mask), radius, false);
   for (std::uint8_t& cell : core) cell = cell == 0;
-  return within(distance_to(core), radius, false);
+  return core;
+}
+
+Mask CellRaster::opened(const Mask& mask, double radius) const {
+  return within(distance_to(eroded(mask, radius)), radius, false);
 }
 
 Mask CellRaster::two_wide(const Mask& mask) const {
@@ -191,20 +199,26 @@ std::int32_t CellRaster::sum(const std::vector<std::int32_t>& sums, std::size_t 
   return before(right, high) - before(left, high) - before(right, low) + before(left, low);
 }
 
-std::vector<Ring2> CellRaster::rows(const Mask& mask, int more) const {
+std::vector<std::size_t> CellRaster::marked(const Mask& mask) const {
+  std::vector<std::size_t> cells;
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i] != 0) cells.push_back(i);
+  return cells;
+}
+
+std::vector<Ring2> CellRaster::rows(const std::vector<std::size_t>& cells, int more) const {
   std::vector<Ring2> rings;
   const auto width = static_cast<std::size_t>(width_);
-  for (std::size_t y = 0; y < static_cast<std::size_t>(height_); ++y)
-    for (std::size_t x = 0; x < width; ++x) {
-      if (mask[y * width + x] == 0) continue;
-      const std::size_t first = x;
-      while (x < width && mask[y * width + x] != 0) ++x;
-      const double left = edge_ * (static_cast<double>(x0_) + static_cast<double>(first) - more),
-                   right = edge_ * (static_cast<double>(x0_) + static_cast<double>(x) + more),
-                   low = edge_ * (static_cast<double>(y0_) + static_cast<double>(y) - more),
-                   high = edge_ * (static_cast<double>(y0_) + static_cast<double>(y) + 1 + more);
-      rings.push_back({{left, low}, {right, low}, {right, high}, {left, high}});
-    }
+  for (std::size_t k = 0; k < cells.size();) {
+    const Eigen::Vector2d first = middle(cells[k]);
+    std::size_t last = k;
+    while (last + 1 < cells.size() && cells[last + 1] == cells[last] + 1 && cells[last + 1] % width != 0)
+      ++last;
+    const Eigen::Vector2d beside = Eigen::Vector2d::Constant((0.5 + more) * edge_), low = first - beside,
+                          high = middle(cells[last]) + beside;
+    rings.push_back({low, {high.x(), low.y()}, high, {low.x(), high.y()}});
+    k = last + 1;
+  }
   return rings;
 }
 

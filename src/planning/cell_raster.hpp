@@ -27,12 +27,15 @@ class CellRaster {
 
   /// Euclidean distance between middles; large where there is none.
   std::vector<float> distance_to(const Mask& mask) const;
+  /// Distance of each marked cell to the nearest that is not; 0 elsewhere.
+  std::vector<float> depth_in(const Mask& mask) const;
+  Mask eroded(const Mask& mask, double radius) const;  ///< a disc about it lies within `mask`
   Mask closed(const Mask& mask, double radius) const;  ///< no disc outside `mask` covers it
   Mask opened(const Mask& mask, double radius) const;  ///< some disc within `mask` covers it
   Mask two_wide(const Mask& mask) const;               ///< in a square of 2 × 2 cells of it
 
   bool any_beside(const Mask& mask, std::size_t cell) const;  ///< of the four
-  /// The cells connected with one by their sides, ascending; `taken` marks them. `beside` sees what borders
+  /// The cells connected with one by their sides; `taken` marks them. `beside` sees what borders
   /// them.
   template <class Member, class Beside>
   std::vector<std::size_t> connected(std::size_t from, Mask& taken, const Member& member,
@@ -54,8 +57,9 @@ class CellRaster {
   /// Of the square of 2 `around` + 1 cells about one.
   std::int32_t sum(const std::vector<std::int32_t>& sums, std::size_t cell, int around) const;
 
-  /// Rectangles that cover the marked cells, each enlarged by `more` cells.
-  std::vector<Ring2> rows(const Mask& mask, int more) const;
+  std::vector<std::size_t> marked(const Mask& mask) const;  ///< ascending
+  /// Rectangles that cover these cells (ascending), one for each run in a row, enlarged by `more` cells.
+  std::vector<Ring2> rows(const std::vector<std::size_t>& cells, int more = 0) const;
 
  private:
   template <class Visit>

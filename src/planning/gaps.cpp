@@ -27,7 +27,7 @@ class Column {
       : surface_(surface),
         octree_(octree),
         d_(octree.resolution()),
-        depth_(std::max(1.5 * d_, 3 * surface.rms_m + d_ / 2)) {}
+        depth_(std::max(2.5 * d_, 3 * surface.rms_m + d_ / 2)) {}
 
   double depth() const { return depth_; }
 
@@ -71,10 +71,8 @@ class GapFinder {
       : surface_(surface),
         d_(octree.resolution()),
         column_(surface, octree),
-        // Half of the widest gap, in cells.
-        reach_(widest_gap_m / 2 / d_),
-        bridgeable_(std::min(widest_gap_m, widest_bridged_m) / 2 / d_),
-        raster_(surface.polygons, d_, static_cast<int>(std::ceil(reach_)) + 2) {}
+        widest_radius_(std::min(widest_gap_m, widest_bridged_m) / 2 / d_),
+        raster_(surface.polygons, d_, static_cast<int>(std::ceil(widest_radius_)) + 2) {}
 
   GroundedSurface find() {
     GroundedSurface result{std::make_shared<const Surface>(surface_), {}};
@@ -91,7 +89,7 @@ class GapFinder {
   void look() {
     inside_ = raster_.inside(surface_.polygons);
     // Between parts of the surface, and in its holes.
-    about_ = raster_.closed(inside_, reach_);
+    about_ = raster_.closed(inside_, widest_radius_);
     std::vector<Polygon> filled;
     for (const Polygon& polygon : surface_.polygons) filled.push_back({polygon.outer, {}});
     for (const Polygon& polygon : filled) raster_.add_inside({polygon}, about_);
@@ -127,31 +125,32 @@ class GapFinder {
     for (std::size_t i = 0; i < n; ++i) gap[i] = about_[i] != 0 && inside_[i] == 0;
     const std::vector<float> off_open = raster_.distance_to(open_),
                              off_blocked = raster_.distance_to(blocked_);
-    std::vector<float> half(n, 0);  // cells
     bridged_.assign(n, 0);
-    for (double radius = 1; radius < 2 * reach_; radius *= 1.25) {
-      const Mask wide = raster_.opened(gap, radius);
-      if (std::find(wide.begin(), wide.end(), 1) == wide.end()) break;
-      const Mask solid = raster_.opened(reading_, radius);
-      const std::vector<std::int32_t> of_solid = raster_.summed(solid), of_all = raster_.summed(inside_);
-      const int around = static_cast<int>(std::ceil(3 * radius)) + 1;
-      for (std::size_t i = 0; i < n; ++i) {
-        if (wide[i] == 0) continue;
-        half[i] = static_cast<float>(radius);
-        bridged_[i] = radius <= bridgeable_ && blocked_[i] == 0 && off_open[i] > 2 * radius + 2 &&
-                      off_blocked[i] > radius + 1 &&
-                      2 * raster_.sum(of_solid, i, around) < raster_.sum(of_all, i, around);
-      }
-    }
     // What no disc of a cell's radius holds is rounding of the outline, and goes with what is beside it.
     for (std::size_t i = 0; i < n; ++i)
-      if (gap[i] != 0 && half[i] == 0)
-        bridged_[i] = bridgeable_ >= 1 && blocked_[i] == 0 && off_open[i] > 2 && off_blocked[i] > 2;
-    half_ = std::move(half);
+      bridged_[i] = gap[i] != 0 && widest_radius_ >= 1 && off_open[i] > 2 && off_blocked[i] > 2;
+    half_ = raster_.depth_in(gap);
+    for (double radius = 1; radius <= widest_radius_ * widening; radius *= widening) {
+      Mask core = raster_.eroded(gap, radius);
+      if (std::find(core.begin(), core.end(), 1) == core.end()) break;
+      const std::vector<float> off_core = raster_.distance_to(core);
+      // Discs that meet a void, or something that stands there.
+      for (std::size_t i = 0; i < n; ++i)
+        core[i] = core[i] != 0 && (off_open[i] <= radius + 1 || off_blocked[i] <= radius + 1);
+      const std::vector<float> off_spoiled = raster_.distance_to(core);
+      const std::vector<std::int32_t> of_solid = raster_.summed(raster_.opened(reading_, radius)),
+                                      of_all = raster_.summed(inside_);
+      const int around = static_cast<int>(std::ceil(3 * radius)) + 1;
+      for (std::size_t i = 0; i < n; ++i)
+        if (off_core[i] < radius)
+          bridged_[i] = radius <= widest_radius_ && off_spoiled[i] >= radius && blocked_[i] == 0 &&
+                        2 * raster_.sum(of_solid, i, around) < raster_.sum(of_all, i, around);
+    }
     // Unseen cells beside a void are part of it.
     void_ = open_;
     for (std::size_t i = 0; i < n; ++i)
-      if (gap[i] != 0 && reading_[i] == 0 && blocked_[i] == 0 && off_open[i] <= 2) void_[i] = 1;
+      if (gap[i] != 0 && bridged_[i] == 0 && reading_[i] == 0 && blocked_[i] == 0 && off_open[i] <= 2)
+        void_[i] = 1;
   }
 
   Ground kind(std::size_t i) const {
@@ -168,24 +167,23 @@ class GapFinder {
       if (taken[i] != 0 || ground == Ground::supported) continue;
       const bool across = bridged_[i] != 0;
       bool at_border = false;
-      const std::vector<std::size_t> part = raster_.connected(
+      std::vector<std::size_t> part = raster_.connected(
           i, taken, [&](std::size_t k) { return kind(k) == ground && (bridged_[k] != 0) == across; },
           [&](std::size_t k) { at_border |= about_[k] == 0; });
-      Mask mask(n, 0);
       float widest = 0;
       bool within = false;
       for (const std::size_t k : part) {
-        mask[k] = 1;
         within |= inside_[k] != 0;
         widest = std::max(widest, half_[k]);
       }
       // Notches of the outer rim are edges, not gaps.
       if ((at_border && !across && !within) || part.size() < 4) continue;
-      std::vector<Polygon> outline = planning::reshaped({}, raster_.rows(mask, 0), {});
+      std::sort(part.begin(), part.end());
+      std::vector<Polygon> outline = planning::reshaped({}, raster_.rows(part), {});
       const auto largest = std::max_element(
           outline.begin(), outline.end(),
           [](const Polygon& a, const Polygon& b) { return geometry::area_of(a) < geometry::area_of(b); });
-      gaps.push_back({ground, across, 2 * std::max(1.0F, widest) * d_, std::move(*largest)});
+      gaps.push_back({ground, across, std::max(1.0F, 2 * widest - 1) * d_, std::move(*largest)});
     }
   }
 
@@ -194,8 +192,8 @@ class GapFinder {
     if (!any(bridged_) && !any(open_)) return;
     auto surface = std::make_shared<Surface>(surface_);
     // A cell more, so that nothing is left of a gap beside a slanting side.
-    surface->polygons =
-        planning::reshaped(surface_.polygons, raster_.rows(bridged_, 1), raster_.rows(open_, 0));
+    surface->polygons = planning::reshaped(surface_.polygons, raster_.rows(raster_.marked(bridged_), 1),
+                                           raster_.rows(raster_.marked(open_)));
     std::erase_if(surface->polygons, [&](Polygon& polygon) {
       std::erase_if(polygon.holes, [&](const Ring2& hole) { return -geometry::signed_area(hole) < d_ * d_; });
       return geometry::signed_area(polygon.outer) < d_ * d_;
@@ -220,6 +218,8 @@ class GapFinder {
     result.surface = std::move(surface);
   }
 
+  static constexpr double widening = 1.25;  // from disc to disc: widths are told apart by a quarter
+
   /// Readers rely on neighbours in a ring being no more than h apart: see Surface.
   static void divide(Ring2& ring, double longest_edge) {
     Ring2 divided;
@@ -237,7 +237,7 @@ class GapFinder {
   const Surface& surface_;
   double d_;
   Column column_;
-  double reach_, bridgeable_;  // cells
+  double widest_radius_;  // cells, of a bridged gap
   CellRaster raster_;
   Mask inside_, about_, reading_, free_, open_, blocked_, bridged_, void_;
   std::vector<float> half_;
