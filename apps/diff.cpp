@@ -3,6 +3,7 @@
 #include "degrees.hpp"
 #include "io/text_file.hpp"
 #include "lineage.hpp"
+#include "map_past.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -30,6 +31,7 @@ Examples:
   octosurf diff maps/monday maps/tuesday          surfaces by their ids, if tuesday goes on from monday
   octosurf diff maps/mine maps/yours --by place   by where they lie, whoever made the maps
   octosurf diff maps/monday maps/tuesday --json
+  octosurf diff maps/office@2026-11-20 maps/office         one map as it was then and as it is
 )";
 
 struct DiffArguments {
@@ -178,7 +180,7 @@ void print(const MapDifference& difference) {
 }
 
 void run_diff(const DiffArguments& arguments) {
-  const LoadedMap first = load_map(arguments.before), second = load_map(arguments.after);
+  const LoadedMap first = load_map_at(arguments.before), second = load_map_at(arguments.after);
   for (const LoadedMap* loaded : {&first, &second})
     if (!loaded->warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded->warning.c_str());
   if (first.map.origin() != second.map.origin())
@@ -207,7 +209,9 @@ void run_diff(const DiffArguments& arguments) {
 void add_diff(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("diff", diff_description);
   const auto arguments = std::make_shared<DiffArguments>();
-  verb->add_option("before", arguments->before, "map: name without ending, as given to map -o")->required();
+  verb->add_option("before", arguments->before,
+                   "map: name without ending, as given to map -o; NAME@DATE: as it was then, see log")
+      ->required();
   verb->add_option("after", arguments->after, "another, or the same one later")->required();
   verb->add_option(
           "--by", arguments->by,

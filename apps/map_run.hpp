@@ -2,6 +2,7 @@
 
 #include "backlog.hpp"
 #include "checkpoints.hpp"
+#include "io/map_file/past.hpp"
 #include "parameter_options.hpp"
 #include "pose_check.hpp"
 #include "pose_log.hpp"
@@ -94,6 +95,7 @@ class MapRun {
   void print_alignment() const;
   void wait_for(double arrival_s) const;
   void checkpoint();
+  void keep_past();
   void write_report();
   void print_summary() const;
   void print_dropped() const;
@@ -107,6 +109,7 @@ class MapRun {
   RunContext context_;
   Clock::time_point begin_;
   Checkpoints checkpoints_;
+  io::PastKeeper past_;
   ScanKeeper keeper_;
   PoseCheck pose_check_;
   PoseLog poses_;

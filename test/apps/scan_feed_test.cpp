@@ -77,5 +77,43 @@ TEST(ScanFeed, LeavesOutWhatIsNotAcceptedAndCountsItAsTaken) {
   EXPECT_EQ(feed.refused(), 2U);
 }
 
+/// Of 7 scans, all or every second: each number of parts covers what the whole has, each scan once.
+TEST(ScanFeed, PartsTogetherAreEachScanOnce) {
+  /// Names its scans 0 to 6.
+  class Numbered : public ScanSource {
+   public:
+    std::size_t size() const override { return 7; }
+    std::optional<Scan> next() override {
+      if (given_ == 7) return {};
+      Scan scan;
+      scan.name = std::to_string(given_++);
+      return scan;
+    }
+    const std::vector<std::string>& skipped() const override { return skipped_; }
+
+   private:
+    int given_ = 0;
+    std::vector<std::string> skipped_;
+  };
+  const auto names_of = [](const ScanRange& range) {
+    ScanFeed feed(std::make_unique<Numbered>(), range);
+    std::vector<std::string> names;
+    while (const auto scan = feed.next()) names.push_back(scan->name);
+    EXPECT_EQ(names.size(), feed.size());
+    return names;
+  };
+  for (const ScanRange& whole : {ScanRange{}, ScanRange{1, 2, 100}, ScanRange{0, 1, 5}})
+    for (std::size_t parts = 1; parts <= 9; ++parts) {
+      std::vector<std::string> together;
+      for (std::size_t part = 1; part <= parts; ++part) {
+        ScanRange range = whole;
+        range.part = part;
+        range.parts = parts;
+        for (const std::string& name : names_of(range)) together.push_back(name);
+      }
+      EXPECT_EQ(together, names_of(whole)) << parts << " parts";
+    }
+}
+
 }  // namespace
 }  // namespace octosurf::test

@@ -1,0 +1,328 @@
+#include "io/map_file/past.hpp"
+
+#include "io/map_file/map_limits.hpp"
+#include "io/map_file/record_stream.hpp"
+#include "io/new_file.hpp"
+#include "map_file.pb.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <new>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <zstd.h>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view past_magic{"\x89OCTPS\r\n", 8};
+constexpr std::size_t map_head = 12;                          // bytes before a map file's records
+constexpr std::size_t undo_in_record = std::size_t{1} << 20;  // bytes of an undo in a record
+constexpr std::uint64_t skippable_head = 8;                   // bytes of a skippable frame's
+constexpr int undo_level = 9;  // a sixth smaller than level 3, in twice its time
+constexpr int least_undo_window = 20, largest_undo_window = 30;  // log2 of bytes
+
+fs::path file_beside(fs::path stem, const char* ending) {
+  if (stem.extension() == ".surfaces" || stem.extension() == ".bt") stem.replace_extension();
+  stem += ending;
+  return stem;
+}
+
+FileSum sum_or_none(const fs::path& file) { return sum_of(file).value_or(FileSum{}); }
+
+std::string with_length(const std::string& record) {
+  std::string bytes;
+  std::size_t rest = record.size();
+  for (; rest >= 128; rest >>= 7) bytes.push_back(static_cast<char>(rest | 128));
+  bytes.push_back(static_cast<char>(rest));
+  return bytes + record;
+}
+
+/// The head of a map file and its records, each behind its length. Throws Error(data).
+std::string plain_of(const fs::path& file) {
+  std::error_code failure;
+  const std::uintmax_t bytes = fs::file_size(file, failure);
+  std::ifstream in(file, std::ios::binary);
+  std::string plain(map_head, '\0'), record;
+  in.read(plain.data(), static_cast<std::streamsize>(plain.size()));
+  if (failure || !in) throw Error(Error::Kind::data, file.string(), "cannot be read", "check its rights");
+  RecordReader reader(in, map_stream.most(bytes), file.string());
+  while (reader.next(record)) plain += with_length(record);
+  return plain;
+}
+
+int window_for(std::size_t bytes) {
+  return std::clamp(static_cast<int>(std::bit_width(bytes)), least_undo_window, largest_undo_window);
+}
+
+/// `before`, as a frame that needs `after` to be read.
+std::string undo_of(const std::string& before, const std::string& after) {
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), &ZSTD_freeCCtx);
+  if (!context) throw std::bad_alloc();
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, undo_level);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, window_for(before.size() + after.size()));
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_enableLongDistanceMatching, 1);
+  ZSTD_CCtx_refPrefix(context.get(), after.data(), after.size());
+  std::string undo(ZSTD_compressBound(before.size()), '\0');
+  const std::size_t size =
+      ZSTD_compress2(context.get(), undo.data(), undo.size(), before.data(), before.size());
+  if (ZSTD_isError(size)) throw Error(Error::Kind::output, "zstd", ZSTD_getErrorName(size));
+  undo.resize(size);
+  return undo;
+}
+
+std::string records_before(const std::string& after, const Session& session, const Damage& damage) {
+  // As much as a map file's records may be, of all that is there.
+  damage.require(session.before_plain <= map_stream.most(after.size() + session.undo.size()),
+                 "an undo gives far more than its size allows");
+  const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
+  if (!context) throw std::bad_alloc();
+  ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, largest_undo_window + 1);
+  ZSTD_DCtx_refPrefix(context.get(), after.data(), after.size());
+  std::string before(session.before_plain, '\0');
+  const std::size_t size = ZSTD_decompressDCtx(context.get(), before.data(), before.size(),
+                                               session.undo.data(), session.undo.size());
+  damage.require(size == before.size(), "an undo does not fit the map after it");
+  return before;
+}
+
+/// A map file of these records, of `bytes` bytes if the compressor is that of then.
+std::string map_of_records(const std::string& plain, std::uint64_t bytes, const Damage& damage) {
+  std::ostringstream out;
+  out << plain.substr(0, map_head);
+  RecordWriter writer(out);
+  for (std::size_t at = map_head; at < plain.size();) {
+    std::size_t length = 0;
+    for (int shift = 0;; shift += 7) {
+      damage.require(at < plain.size() && shift < 35, "a record has no end");
+      const auto byte = static_cast<unsigned char>(plain[at++]);
+      length |= static_cast<std::size_t>(byte & 127) << shift;
+      if (byte < 128) break;
+    }
+    damage.require(length <= record_limit && length <= plain.size() - at, "a record has no end");
+    writer.put(std::string_view(plain).substr(at, length));
+    at += length;
+  }
+  writer.finish(std::max(bytes, skippable_head) - skippable_head);
+  return std::move(out).str();
+}
+
+void put_past(const map_file::PastRecord& record, RecordWriter& records) {
+  records.put(record.SerializeAsString());
+}
+
+void write_session(const Session& session, RecordWriter& records) {
+  map_file::PastRecord record;
+  map_file::PastSession& to = *record.mutable_session();
+  if (session.date_s != 0) to.set_date_s(session.date_s);
+  to.set_revision(session.revision);
+  to.set_scans(session.scans);
+  to.set_surfaces(session.surfaces);
+  to.set_area_m2(session.area_m2);
+  to.mutable_appeared()->Add(session.appeared.begin(), session.appeared.end());
+  to.mutable_changed()->Add(session.changed.begin(), session.changed.end());
+  to.mutable_gone()->Add(session.gone.begin(), session.gone.end());
+  to.mutable_merged()->Add(session.merged.begin(), session.merged.end());
+  to.set_map_bytes(session.map.bytes);
+  to.set_map_crc32(session.map.crc32);
+  if (session.before.bytes != 0) {
+    to.set_before_bytes(session.before.bytes);
+    to.set_before_crc32(session.before.crc32);
+    to.set_before_plain(session.before_plain);
+  }
+  put_past(record, records);
+  for (std::size_t at = 0; at < session.undo.size(); at += undo_in_record) {
+    record.Clear();
+    record.set_undo(session.undo.substr(at, undo_in_record));
+    put_past(record, records);
+  }
+}
+
+Session read_session(const map_file::PastSession& from, const Damage& damage) {
+  Session session;
+  session.date_s = from.date_s();
+  session.revision = from.revision();
+  session.scans = from.scans();
+  session.surfaces = from.surfaces();
+  session.area_m2 = from.area_m2();
+  damage.require(std::isfinite(session.date_s) && std::isfinite(session.area_m2), "a number is not finite");
+  session.appeared.assign(from.appeared().begin(), from.appeared().end());
+  session.changed.assign(from.changed().begin(), from.changed().end());
+  session.gone.assign(from.gone().begin(), from.gone().end());
+  session.merged.assign(from.merged().begin(), from.merged().end());
+  session.map = {from.map_bytes(), from.map_crc32()};
+  session.before = {from.before_bytes(), from.before_crc32()};
+  session.before_plain = from.before_plain();
+  return session;
+}
+
+/// All of the file; empty if there is none.
+std::vector<Session> read_past(const fs::path& file) {
+  std::error_code failure;
+  if (!fs::exists(file, failure)) return {};
+  const Damage damage{file.string(), {}};
+  const std::uintmax_t bytes = fs::file_size(file, failure);
+  std::ifstream in(file, std::ios::binary);
+  if (failure || !in) throw Error(Error::Kind::data, file.string(), "cannot be read", "check its rights");
+  std::string magic(past_magic.size(), '\0');
+  in.read(magic.data(), static_cast<std::streamsize>(magic.size()));
+  damage.require(magic == past_magic, "it is no past of a map");
+  RecordReader reader(in, map_stream.most(bytes), file.string());
+  std::vector<Session> sessions;
+  map_file::PastRecord record;
+  bool ended = false;
+  for (std::string text; reader.next(text);) {
+    damage.require(!ended && record.ParseFromString(text), "a record cannot be read");
+    if (record.has_session()) {
+      sessions.push_back(read_session(record.session(), damage));
+    } else if (record.has_undo()) {
+      damage.require(!sessions.empty(), "an undo has no session");
+      sessions.back().undo += record.undo();
+    } else {
+      ended = true;
+      damage.require(record.has_footer() && record.footer().records() + 1 == reader.records() &&
+                         record.footer().crc32() == reader.crc32_before_last(),
+                     "its checksum is another");
+    }
+  }
+  damage.require(ended, "it ends too early");
+  return sessions;
+}
+
+/// Those that lead to the map file `end`, oldest first.
+std::vector<Session> chain_to(FileSum end, const std::vector<Session>& all) {
+  std::vector<Session> chain;
+  for (auto one = all.rbegin(); one != all.rend() && end.bytes != 0; ++one) {
+    if (!(one->map == end)) continue;
+    chain.push_back(*one);
+    end = one->before;
+  }
+  std::reverse(chain.begin(), chain.end());
+  return chain;
+}
+
+/// The sessions of a map, and the file after the last of them.
+struct KnownPast {
+  std::vector<Session> sessions;
+  fs::path file;
+};
+
+KnownPast known_of(const fs::path& stem) {
+  const std::vector<Session> all = read_past(file_beside(stem, ".past"));
+  const fs::path map = file_beside(stem, ".surfaces"), before = file_beside(stem, ".before");
+  if (std::vector<Session> chain = chain_to(sum_or_none(map), all); !chain.empty())
+    return {std::move(chain), map};
+  if (std::vector<Session> chain = chain_to(sum_or_none(before), all); !chain.empty())
+    return {std::move(chain), before};
+  return {{}, map};
+}
+
+void describe_session(Session& session, const Snapshot& snapshot, std::uint64_t scans) {
+  session.revision = snapshot.revision;
+  session.scans = scans;
+  session.surfaces = snapshot.surfaces.size();
+  session.area_m2 = 0;
+  for (const SurfacePtr& surface : snapshot.surfaces) session.area_m2 += surface->area_m2;
+}
+
+}  // namespace
+
+std::vector<Session> sessions_of(const fs::path& stem) { return known_of(stem).sessions; }
+
+Map map_after(const fs::path& stem, const std::vector<Session>& sessions, std::size_t at) {
+  const KnownPast known = known_of(stem);
+  const Damage damage{file_beside(stem, ".past").string(), {}};
+  std::string plain = plain_of(known.file);
+  for (std::size_t k = sessions.size(); --k > at;) plain = records_before(plain, sessions[k], damage);
+  const std::string file = map_of_records(plain, sessions.at(at).map.bytes, damage);
+  std::istringstream in(file);
+  return Map(std::move(read_map(in, file.size(), damage.where).state));
+}
+
+PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed) : stem_(std::move(stem)) {
+  std::error_code failure;
+  const fs::path before = file_beside(stem_, ".before");
+  if (resumed.empty()) {
+    fs::remove(before, failure);
+    return;
+  }
+  KnownPast known{{}, file_beside(resumed, ".surfaces")};
+  try {
+    known = known_of(resumed);
+    if (known.sessions.empty() && fs::exists(file_beside(resumed, ".past"), failure))
+      warning_ = file_beside(resumed, ".past").string() + ": is of another map; the past begins anew";
+  } catch (const Error& error) {
+    warning_ = std::string(error.what()) + "; the past begins anew";
+  }
+  sessions_ = std::move(known.sessions);
+  if (sessions_.empty()) {  // a map from before there was a past
+    const LoadedMap first = load_map(known.file);
+    describe_session(sessions_.emplace_back(), *first.map.snapshot(), first.map.size().scans);
+    sessions_.back().map = sum_or_none(known.file);
+  }
+  if (fs::equivalent(known.file, before, failure)) return;
+  fs::remove(before, failure);
+  fs::create_hard_link(known.file, before, failure);
+  if (failure) fs::copy_file(known.file, before, fs::copy_options::overwrite_existing, failure);
+  if (failure)
+    throw Error(Error::Kind::output, before.string(), "cannot be written: " + failure.message(),
+                "check the disk");
+}
+
+/// A run that saved nothing leaves nothing behind.
+PastKeeper::~PastKeeper() {
+  std::error_code failure;
+  const fs::path before = file_beside(stem_, ".before"), after = file_beside(stem_, ".surfaces");
+  if (!fs::exists(after, failure) || fs::equivalent(before, after, failure)) fs::remove(before, failure);
+}
+
+void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) {
+  const fs::path before = file_beside(stem_, ".before"), after = file_beside(stem_, ".surfaces");
+  std::error_code ignored;
+  Session session;
+  session.date_s = date_s;
+  describe_session(session, *map.snapshot(), map.size().scans);
+  session.map = sum_or_none(after);
+  if (fs::exists(before, ignored)) {
+    session.before = sum_or_none(before);
+    if (session.before == session.map) {  // nothing new
+      fs::remove(before, ignored);
+      return;
+    }
+    const std::string plain = plain_of(before);
+    session.before_plain = plain.size();
+    session.undo = undo_of(plain, plain_of(after));
+    session.appeared = changes.appeared;
+    session.changed = changes.changed;
+    session.gone = changes.gone;
+    for (const MapChanges::Heir& heir : changes.merged)
+      if (session.merged.empty() || session.merged.back() != heir.before)
+        session.merged.push_back(heir.before);
+  }
+  bytes_ = session.undo.size();
+  sessions_.push_back(std::move(session));
+  NewFile file(file_beside(stem_, ".past"), true);
+  file.write([&](std::ostream& out) {
+    out.write(past_magic.data(), past_magic.size());
+    RecordWriter records(out);
+    for (const Session& one : sessions_) write_session(one, records);
+    map_file::PastRecord footer;
+    footer.mutable_footer()->set_records(records.records());
+    footer.mutable_footer()->set_crc32(records.crc32());
+    put_past(footer, records);
+    records.finish(map_stream.least_file(records.bytes()));
+  });
+  file.commit();
+  fs::remove(before, ignored);
+}
+
+}  // namespace octosurf::io
