@@ -80,7 +80,7 @@ double widest_unseen_of(const ContactShape& shape, double share = 0.25);
 /// What is known of a place, surface's frame: supported within `surface.polygons`, else by the octree.
 Ground ground_at(const Surface& surface, const OccupancyView& octree, const Eigen::Vector2d& uv);
 
-/// Shares of a contact's area over each Ground, at points d/2 apart.
+/// Shares of a contact's area over each Ground, at points d/2 apart, 64 at most along its longer side.
 std::array<double, ground_names.size()> ground_under(const Surface& surface, const OccupancyView& octree,
                                                      const ContactShape& shape,
                                                      const Eigen::Isometry3d& T_map_contact);

@@ -284,9 +284,11 @@ std::array<double, ground_names.size()> ground_under(const Surface& surface, con
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& p : outline) box.extend(p);
   const Eigen::Isometry3d T_surface_contact = surface.T_map_surface.inverse() * T_map_contact;
-  // As many as fit a step of d/2, and 9 at least.
-  const double step = std::min(octree.resolution() > 0 ? octree.resolution() / 2 : box.sizes().minCoeff(),
-                               box.sizes().minCoeff() / 3);
+  // Effort: any size may be asked for. Nine points at least.
+  constexpr double samples_along = 64;
+  const double narrow_side = box.sizes().minCoeff(), half_of_voxel = octree.resolution() / 2;
+  const double step = std::max(half_of_voxel > 0 ? std::min(half_of_voxel, narrow_side / 3) : narrow_side / 3,
+                               box.sizes().maxCoeff() / samples_along);
   double sum = 0;
   for (double y = box.min().y() + step / 2; y < box.max().y(); y += step)
     for (double x = box.min().x() + step / 2; x < box.max().x(); x += step) {
