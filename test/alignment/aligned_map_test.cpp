@@ -1,5 +1,6 @@
 // Maps built from poses that are off: what Mapper::insert makes of them.
 #include "alignment/pose_fit.hpp"
+#include "alignment/revisit.hpp"
 #include "alignment/sensor_error.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "io/map_file/map_file.hpp"
@@ -113,6 +114,25 @@ TEST(AlignedMap, ExactPosesGiveTheSameMapAsWithoutAlignment) {
 
 /// The second lap is put where the first one lies: the camera looks outward, and so sees nothing again
 /// before.
+TEST(AlignedMap, FewPatchesSeenForLongKeepTheirScatterAndCanBeReadAgain) {
+  // Four patches, seen from two places in turn: too few to measure their scatter, which was taken for 0.
+  Scan scan;
+  for (int x = 0; x < 50; ++x)
+    for (int y = 0; y < 50; ++y)
+      scan.points.push_back(Eigen::Vector3d(0.02 * x - 0.5, 0.02 * y - 0.5, 1.2).cast<float>());
+  Mapper mapper(coarse(true));
+  const surfaces::MapState& state = mapper.map().state();
+  for (int i = 0; i < 200; ++i) {
+    scan.T_map_sensor.translation().x() = i % 2 == 0 ? 0.15 : -0.15;
+    mapper.insert(scan);
+  }
+  EXPECT_GT(state.alignment.way_m, 50);
+  EXPECT_DOUBLE_EQ(state.alignment.patch_m, alignment::map_error_voxels * 0.04);
+  const std::string bytes = bytes_of(state);
+  std::istringstream in(bytes);
+  EXPECT_TRUE(bytes_of(*io::read_map(in, bytes.size(), "here").state) == bytes);
+}
+
 TEST(AlignedMap, DriftIsCorrectedToWhereThingsWereSeenFirst) {
   auto rng = test::rng();
   constexpr int lap = 40;

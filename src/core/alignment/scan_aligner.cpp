@@ -85,7 +85,8 @@ void ScanAlignment::follow(const Layout& layout) {
     describe(revisit, drift_.sensor_errors(), result_.alignment);
     if (revisit.patches > 0) {
       alignment.disagreement += twist_between(given_, expected_);
-      state_.patch_m += (revisit.scatter_m - state_.patch_m) / scatter_memory;
+      if (revisit.scatter_m > 0)  // too few patches have none
+        state_.patch_m += (revisit.scatter_m - state_.patch_m) / scatter_memory;
       drift_.learn(expected_, revisit);
     }
     state_.view_m = state_.way_m;

@@ -18,6 +18,8 @@ constexpr int most_hypotheses = 1000;
 constexpr double largest = 1e9;  // of any number: real poses and evidence stay far below
 constexpr NumberRule sensible{largest, "has a number that makes no sense"};
 constexpr NumberRule sensible_patch{largest, "has a patch that makes no sense"};
+/// The weights of looks add up for as long as a robot runs: by 10⁶ 1/m² with each.
+constexpr NumberRule sensible_look{1e30, sensible_patch.otherwise};
 
 void visit(map_file::AlignmentHypothesis& record, AlignmentState::Hypothesis& h, const Damage* damage) {
   visit_numbers(record.mutable_values(), damage, sensible, h.rate_m, h.level, h.log_evidence, h.correction,
@@ -58,7 +60,7 @@ void visit(map_file::Alignment& record, AlignmentState& state, const Damage* dam
 struct PatchNumbers {
   PatchNumbers(map_file::SeenPatches& record, const Damage* damage)
       : planes(*record.mutable_planes(), damage, sensible_patch),
-        looks(*record.mutable_looks(), damage, sensible_patch) {}
+        looks(*record.mutable_looks(), damage, sensible_look) {}
 
   void operator()(surfaces::SeenPatch& patch) {
     for (double* number : {&patch.offset, &patch.since, &patch.until}) planes(*number);
@@ -141,6 +143,10 @@ void read_patches(map_file::SeenPatches& record, const std::string& where, surfa
     damage.require(std::fabs(patch.normal.norm() - 1) < 1e-3F && patch.past.weight >= 0 &&
                        patch.waiting.weight >= 0 && patch.recent.weight >= 0,
                    sensible_patch.otherwise);
+    for (const surfaces::Look* look : {&patch.past, &patch.waiting, &patch.recent})
+      damage.require(
+          std::fabs(double{look->distance}) <= largest && look->by_error.cwiseAbs().maxCoeff() <= largest,
+          sensible_patch.otherwise);
     patches.set(key, patch);
   }
   damage.require(numbers.planes.at_end() && numbers.looks.at_end(), "lacks numbers of patches");
