@@ -26,6 +26,7 @@
 #include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/planning.hpp>
+#include <octosurf/stairs.hpp>
 
 namespace octosurf {
 namespace {
@@ -95,6 +96,7 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
       with_gaps(*map.snapshot(), map.octree(), arguments.bridge, &gaps);
   ExportExtras extras = make_extras(map, *snapshot, arguments, options.parts);
   extras.gaps = std::move(gaps);
+  extras.stairs = find_stairs(*snapshot, up.direction);
   export_surfaces(*snapshot, arguments.file, options, extras);
   std::printf("%s: %zu surfaces\n", arguments.file.c_str(), snapshot->surfaces.size());
 }

@@ -2,6 +2,7 @@
 #include "info.hpp"
 
 #include "bag_info.hpp"
+#include "io/exporters/stairs_json.hpp"
 #include "io/readers/bag.hpp"
 #include "io/text_file.hpp"
 #include "parameter_options.hpp"
@@ -26,6 +27,7 @@
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/scan_source.hpp>
+#include <octosurf/stairs.hpp>
 
 namespace octosurf {
 namespace {
@@ -53,12 +55,14 @@ struct Contents {
   Map::Size size;
   std::shared_ptr<const Snapshot> snapshot;
   Up up;
+  Stairs stairs;
   Eigen::AlignedBox3d extent;  ///< of the points, map frame; empty if there is none
   std::vector<std::string> violations;
 };
 
 Contents look_into(const Map& map, const std::string& up, bool check) {
-  Contents contents{map.size(), map.snapshot(), up_in_force(map, up), {}, {}};
+  Contents contents{map.size(), map.snapshot(), up_in_force(map, up), {}, {}, {}};
+  contents.stairs = find_stairs(*contents.snapshot, contents.up.direction);
   map.for_each_point([&](const Map::Voxel& voxel) { contents.extent.extend(*voxel.point); });
   if (check) contents.violations = check_invariants(map);
   return contents;
@@ -89,6 +93,10 @@ void print(const Map& map, const KeptScans& scans, const Contents& contents) {
   if (!contents.snapshot->cylinders.empty()) {
     std::printf("\ncylinders    %zu\n", contents.snapshot->cylinders.size());
     print_table(contents.snapshot->cylinders);
+  }
+  if (const Stairs& found = contents.stairs; !found.stairs.empty() || !found.single_steps.empty()) {
+    std::printf("\nstairs       %zu, and %zu single steps\n", found.stairs.size(), found.single_steps.size());
+    if (!found.stairs.empty()) print_table(found.stairs);
   }
   std::printf("\nparameters\n%s", list_parameters(map.parameters()).c_str());
 }
@@ -139,6 +147,8 @@ Json json_of(const LoadedMap& loaded, const Contents& contents) {
   json["cylinders"] = Json::array();
   for (const CylinderPtr& cylinder : contents.snapshot->cylinders)
     json["cylinders"].push_back(to_json(*cylinder));
+  json["stairs"] = Json::parse(io::stairs_json(contents.stairs.stairs));
+  json["steps"] = Json::parse(io::steps_json(contents.stairs.single_steps));
   json["parameters"] = Json::parse(parameters_json(map.parameters()));
   json["warnings"] = Json::array();
   if (!loaded.warning.empty()) json["warnings"].push_back(loaded.warning);

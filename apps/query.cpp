@@ -3,8 +3,10 @@
 #include "bounds.hpp"
 #include "contact_query.hpp"
 #include "degrees.hpp"
+#include "io/exporters/stairs_json.hpp"
 #include "open_map.hpp"
 #include "place_query.hpp"
+#include "surface_table.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -18,6 +20,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/planning.hpp>
+#include <octosurf/stairs.hpp>
 
 namespace octosurf {
 namespace {
@@ -32,12 +35,13 @@ Examples:
   octosurf query maps/office --box 0 0 0 2 2 1 --json               ids of the surfaces in there; --sphere X Y Z R
   octosurf query maps/office --voxel 1.2 0.4 0.9                    occupied, free or unknown, and whose it is
   octosurf query maps/office --foothold 1.2 0.4 0.0 90 --foot 0.22x0.11 --clearance 0.15 --edge-margin 0.02
+  octosurf query maps/office --stair 1.2 0.4 0.0 --json             the stair nearest to that place
   octosurf query maps/office --regions 7 --foot 0.03 --pieces 12 --json   where a ball foot may be on surface 7
 )";
 
 struct QueryArguments {
   std::string map, up;
-  std::vector<double> nearest, below;
+  std::vector<double> nearest, below, stair;
   double max_slope_deg = 180;
   PlaceQuery place;
   ContactQuery contact;
@@ -54,6 +58,18 @@ void print(const Nearest& found, const Surface& surface, const Eigen::Vector3d& 
   std::printf("area      %.3f m²\n", surface.area_m2);
 }
 
+/// The stair nearest to a place.
+void answer_stair(const Snapshot& snapshot, const QueryArguments& arguments, const Eigen::Vector3d& up) {
+  const Stairs found = find_stairs(snapshot, up);
+  const std::vector<double>& at = arguments.stair;
+  const Stair* stair = nearest_stair(snapshot, found.stairs, {at[0], at[1], at[2]});
+  if (stair == nullptr) throw Error(Error::Kind::data, arguments.map, "has no stair", "map more of it first");
+  if (arguments.json)
+    std::printf("%s\n", io::stair_json(*stair).c_str());
+  else
+    print_table(std::vector<Stair>{*stair});
+}
+
 void run_query(const QueryArguments& arguments) {
   const LoadedMap loaded = open_map(arguments.map);
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
@@ -66,6 +82,7 @@ void run_query(const QueryArguments& arguments) {
            arguments.max_slope_deg / deg_per_rad, arguments.json);
     return;
   }
+  if (!arguments.stair.empty()) return answer_stair(*snapshot, arguments, up);
   const SlopeLimit limit{up, arguments.max_slope_deg / deg_per_rad};
   const bool lowered = !arguments.below.empty();
   const std::vector<double>& at = lowered ? arguments.below : arguments.nearest;
@@ -96,6 +113,10 @@ void add_query(CLI::App& app) {
   question
       ->add_option("--below", arguments->below,
                    "X Y Z: the place on a surface that is met first straight below this point")
+      ->expected(3);
+  question
+      ->add_option("--stair", arguments->stair,
+                   "X Y Z: the stair nearest to this point: risers, treads, width, heading")
       ->expected(3);
   add_place_options(*question, arguments->place);
   add_contact_options(*verb, *question, arguments->contact);

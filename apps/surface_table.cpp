@@ -34,6 +34,19 @@ void print_table(const std::vector<CylinderPtr>& cylinders) {
                 c->axis.z());
 }
 
+void print_table(const std::vector<Stair>& stairs) {
+  std::printf(
+      "   stair      kind  risers  riser m     ±   tread m     ±  width m  heading °  turn °  treads\n");
+  for (const Stair& s : stairs) {
+    std::printf("%8u %9s %7zu %8.3f %5.3f %9.3f %5.3f %8.2f %10.1f %7.0f ", s.id,
+                stair_kind_names[static_cast<std::size_t>(s.kind)].data(), s.steps.size(), s.riser.mean_m,
+                s.riser.std_m, s.tread.mean_m, s.tread.std_m, s.width_m,
+                s.heading_rad * 180 / std::numbers::pi, s.turn_rad * 180 / std::numbers::pi);
+    for (const SurfaceId tread : s.treads) std::printf(" %u", tread);
+    std::printf("\n");
+  }
+}
+
 double total_area(const Snapshot& snapshot) {
   double area_m2 = 0;
   for (const SurfacePtr& surface : snapshot.surfaces) area_m2 += surface->area_m2;

@@ -39,7 +39,8 @@ void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<
                  std::map<SurfaceId, std::vector<ConvexPiece>> convex,
                  std::map<SurfaceId, std::vector<Circle>> circles, const py::object& points,
                  SurfaceEdges edges) {
-  ExportExtras extras{std::move(convex), std::move(circles), rows_as_points(points), std::move(edges), {}};
+  ExportExtras extras{
+      std::move(convex), std::move(circles), rows_as_points(points), std::move(edges), {}, {}, {}};
   const py::gil_scoped_release others_run;
   ExportOptions options;
   options.parts = std::move(parts);

@@ -12,6 +12,7 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/pieces.hpp>
+#include <octosurf/stairs.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
@@ -57,7 +58,9 @@ struct ExportExtras {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   std::vector<NamedMesh> meshes;  ///< .glb: further objects
   /// Of find_gaps(), by surface; written to .json if present.
-  std::map<SurfaceId, std::vector<Gap>> gaps;
+  std::map<SurfaceId, std::vector<Gap>> gaps{};
+  /// Of find_stairs(); written to .json if present.
+  std::optional<Stairs> stairs{};
 };
 
 /// Writes the surfaces to `file` in the format given by its extension: .json (docs/formats.md §2), .ply,

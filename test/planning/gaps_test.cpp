@@ -15,6 +15,7 @@
 #include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
+#include <octosurf/planning.hpp>
 
 namespace octosurf::planning {
 namespace {
@@ -169,6 +170,66 @@ TEST(Gaps, AVoidBetweenRingsIsNotBridged) {
       if (octree.at({at.x(), at.y(), edge / 2}).state != OccupancyView::State::free) continue;
       EXPECT_FALSE(stands(*found.surface, at.x(), at.y())) << u << ' ' << v;
     }
+}
+
+// A sole half over a void; and one of a kilometre, which takes no longer.
+TEST(Gaps, AFootIsToldWhatItWouldStandOn) {
+  Floor floor;
+  floor.outline(0, 0, 1, 1);
+  floor.read(0, 0, 50, 50);
+  floor.open(50, 0, 60, 50);
+  const OccupancyView octree = floor.octree.view();
+  const auto under = [&](const ContactShape& shape) {
+    Eigen::Isometry3d at = Eigen::Isometry3d::Identity();
+    at.translation() = Eigen::Vector3d(1, 0.5, edge / 2);
+    return ground_under(floor.surface, octree, shape, at);
+  };
+  const auto share = [](const auto& shares, Ground ground) {
+    return shares[static_cast<std::size_t>(ground)];
+  };
+  const auto sole = under(ContactShape::rectangle(0.2, 0.1));
+  EXPECT_NEAR(share(sole, Ground::supported), 0.5, 1e-9);
+  EXPECT_NEAR(share(sole, Ground::open), 0.5, 1e-9);
+  EXPECT_GT(share(under(ContactShape::rectangle(1000, 1000)), Ground::unseen), 0.99);
+}
+
+// A landing of boards a metre over the ground, with a hole of 0.6 m and slots of 6 and 10 cm between them,
+// looked at from all sides.
+TEST(Gaps, SlotsBetweenBoardsAreHolesAsRaysPassThem) {
+  test::Scene scene;
+  const auto board = [&scene](double low_x, double low_y, double high_x, double high_y, double z) {
+    scene.rectangle({low_x, low_y, z}, {high_x - low_x, 0, 0}, {0, high_y - low_y, 0});
+  };
+  board(-3, -3, 6, 5, 0);
+  board(0, 0, 3, 0.3, 1);
+  board(0, 1.7, 3, 2, 1);
+  board(0, 0.3, 0.5, 1.7, 1);
+  board(0.5, 0.3, 1.1, 0.7, 1);
+  board(0.5, 1.3, 1.1, 1.7, 1);
+  board(1.1, 0.3, 1.8, 1.7, 1);
+  board(1.86, 0.3, 2.4, 1.7, 1);
+  board(2.5, 0.3, 3, 1.7, 1);
+  std::mt19937_64 rng(test::seed());
+  Parameters parameters;
+  parameters.occupancy.resolution = edge;
+  parameters.alignment.enabled = false;
+  Mapper mapper(parameters);
+  for (const double x : {0.0, 0.8, 1.6, 2.2, 2.8})
+    for (const double y : {-0.6, 1.0, 2.6})
+      mapper.insert(test::camera_scan(scene, test::look_at({x + 0.3, y, 2.6}, {x, 1, 1}), rng));
+  const OccupancyView octree = mapper.map().octree();
+  const std::shared_ptr<const Snapshot> mapped = mapper.snapshot(), told = with_gaps(*mapped, octree);
+  const auto covered = [](const Snapshot& snapshot, double x, double y) {
+    const std::optional<Nearest> met = below(snapshot, {x, y, 1.2});
+    return met && met->point.z() > 0.9;
+  };
+  for (double y = 0.45; y < 1.6; y += 0.05) {
+    EXPECT_FALSE(covered(*told, 1.83, y)) << y;
+    EXPECT_FALSE(covered(*told, 2.45, y)) << y;
+    EXPECT_TRUE(covered(*told, 1.5, y)) << y;
+    EXPECT_TRUE(covered(*told, 2.1, y)) << y;
+  }
+  for (double y = 0.8; y < 1.25; y += 0.05) EXPECT_FALSE(covered(*told, 0.8, y)) << y;
 }
 
 // The morphology against its definitions, cell by cell.

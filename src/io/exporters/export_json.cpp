@@ -1,4 +1,5 @@
 #include "io/exporters/export_formats.hpp"
+#include "io/exporters/stairs_json.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -165,7 +166,10 @@ void write_json(const ExportJob& job, std::ostream& out) {
     out << separator << cylinder_json(*cylinder);
     separator = ",\n";
   }
-  out << "\n]}\n";
+  out << "\n]";
+  if (const auto& found = job.extras.stairs)
+    out << ",\"stairs\":" << stairs_json(found->stairs) << ",\"steps\":" << steps_json(found->single_steps);
+  out << "}\n";
 }
 
 }  // namespace octosurf::io

@@ -1,0 +1,284 @@
+#include "planning/stairs/steps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include <octosurf/planning.hpp>
+#include <octosurf/stairs.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+using planning::UprightStep;
+
+// Codes hold the risers of a flight within 1 cm of each other; worn stairs, and planes seen from one side,
+// take the rest.
+constexpr double riser_tolerance = 0.025;
+// Two risers and a tread are one pace, 0.60 to 0.65 m: what is deeper needs another pace and is a landing.
+constexpr double deepest_tread = 0.60;
+// Half a foot; on less nobody stands.
+constexpr double least_tread = 0.15;
+// A winder turns a quarter turn in two or three treads.
+constexpr double greatest_turn = 50 * std::numbers::pi / 180;
+// A landing's way from one flight to the next: two flights side by side and the gap between them.
+constexpr double longest_landing = 3.0;
+// A surface at an end is a landing once it is clearly more than one tread.
+constexpr double treads_of_landing = 1.5;
+// Headings of a straight stair's edges, partly seen ones of half a metre included, err by less.
+constexpr double straight_turn = 12 * std::numbers::pi / 180;
+constexpr double least_spiral_turn = 6 * std::numbers::pi / 180;
+
+double turn_of(const UprightStep& from, const UprightStep& to) {
+  const Eigen::Vector2d &a = from.heading, &b = to.heading;
+  return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+}
+
+Eigen::Vector2d common_heading(const UprightStep& from, const UprightStep& to) {
+  return (from.heading + to.heading).normalized();
+}
+
+/// Between the front edges' middles, along the heading between theirs.
+double tread_depth(const UprightStep& from, const UprightStep& to) {
+  return common_heading(from, to).dot(to.middle - from.middle);
+}
+
+/// How unlike two steps of one flight the second is to the first; empty: it does not follow it.
+std::optional<double> unlike(const UprightStep& from, const UprightStep& to) {
+  const double rise = std::fabs(to.step.riser_m - from.step.riser_m);
+  const double turn = std::fabs(turn_of(from, to));
+  if (rise > riser_tolerance || turn > greatest_turn) return {};
+  const double run = tread_depth(from, to);
+  if (run < least_tread || run > deepest_tread) return {};
+  // The narrower edge lies for its greater part behind the other.
+  const Eigen::Vector2d heading = common_heading(from, to), across(-heading.y(), heading.x());
+  const double half_from = from.step.width_m / 2, half_to = to.step.width_m / 2;
+  const double aside = std::fabs(across.dot(to.middle - from.middle));
+  const double shared = std::min(half_from, aside + half_to) - std::max(-half_from, aside - half_to);
+  if (shared < std::min(half_from, half_to)) return {};
+  return rise / riser_tolerance + turn / greatest_turn + aside / (half_from + half_to);
+}
+
+using Flight = std::vector<std::size_t>;  // indices of steps, from below
+
+/// The steps in flights: each is followed by at most one, the most alike pairs first.
+std::vector<Flight> flights(const std::vector<UprightStep>& steps) {
+  std::map<SurfaceId, std::vector<std::size_t>> by_lower;
+  for (std::size_t i = 0; i < steps.size(); ++i) by_lower[steps[i].step.lower].push_back(i);
+  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    if (const auto next = by_lower.find(steps[i].step.upper); next != by_lower.end())
+      for (const std::size_t k : next->second)
+        if (const auto cost = unlike(steps[i], steps[k])) pairs.emplace_back(*cost, i, k);
+  std::sort(pairs.begin(), pairs.end());
+  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> next(steps.size(), none), previous(steps.size(), none);
+  for (const auto& [cost, i, k] : pairs)
+    if (next[i] == none && previous[k] == none) next[i] = k, previous[k] = i;
+  // Every step rises, so no chain closes.
+  std::vector<Flight> found;
+  for (std::size_t first = 0; first < steps.size(); ++first) {
+    if (previous[first] != none) continue;
+    Flight flight;
+    for (std::size_t i = first; i != none; i = next[i]) flight.push_back(i);
+    found.push_back(std::move(flight));
+  }
+  return found;
+}
+
+double mean_riser(const std::vector<UprightStep>& steps, const Flight& flight) {
+  double sum = 0;
+  for (const std::size_t i : flight) sum += steps[i].step.riser_m;
+  return sum / static_cast<double>(flight.size());
+}
+
+/// Joins flights of two steps or more that share a landing, the nearest first.
+std::vector<Flight> join_at_landings(const std::vector<UprightStep>& steps, std::vector<Flight> all) {
+  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  for (std::size_t a = 0; a < all.size(); ++a)
+    for (std::size_t b = 0; b < all.size(); ++b) {
+      if (a == b || all[a].size() < 2 || all[b].size() < 2) continue;
+      const UprightStep &end = steps[all[a].back()], &start = steps[all[b].front()];
+      if (end.step.upper != start.step.lower) continue;
+      if (std::fabs(mean_riser(steps, all[a]) - mean_riser(steps, all[b])) > riser_tolerance) continue;
+      const double way = (start.middle - end.middle).norm();
+      if (way <= longest_landing) pairs.emplace_back(way, a, b);
+    }
+  std::sort(pairs.begin(), pairs.end());
+  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> next(all.size(), none), previous(all.size(), none);
+  for (const auto& [way, a, b] : pairs)
+    if (next[a] == none && previous[b] == none) next[a] = b, previous[b] = a;
+  std::vector<Flight> joined;
+  for (std::size_t first = 0; first < all.size(); ++first) {
+    if (previous[first] != none) continue;
+    Flight flight;
+    for (std::size_t f = first; f != none; f = next[f])
+      flight.insert(flight.end(), all[f].begin(), all[f].end());
+    joined.push_back(std::move(flight));
+  }
+  return joined;
+}
+
+MeanLength spread_of(const std::vector<double>& lengths) {
+  MeanLength result;
+  if (lengths.empty()) return result;
+  for (const double length : lengths) result.mean_m += length / static_cast<double>(lengths.size());
+  for (const double length : lengths)
+    result.std_m += std::pow(length - result.mean_m, 2) / static_cast<double>(lengths.size());
+  result.std_m = std::sqrt(result.std_m);
+  return result;
+}
+
+/// Parents of all surfaces, of removed ones too.
+std::map<SurfaceId, std::vector<SurfaceId>> parents_of(const Snapshot& snapshot) {
+  std::map<SurfaceId, std::vector<SurfaceId>> parents;
+  const auto add = [&](SurfaceId id, const std::vector<SurfaceId>& those) {
+    auto& list = parents[id];
+    list.insert(list.end(), those.begin(), those.end());
+  };
+  for (const SurfacePtr& surface : snapshot.surfaces) add(surface->id, surface->parents);
+  snapshot.departures.for_each_since(0, [&](const Departure& departure) {
+    if (departure.of != Departure::Of::surface) return;
+    add(departure.id, departure.parents);
+    if (departure.into != 0) add(departure.into, {departure.id});
+  });
+  return parents;
+}
+
+SurfaceId oldest_ancestor(const std::map<SurfaceId, std::vector<SurfaceId>>& parents,
+                          const std::vector<SurfaceId>& ids) {
+  std::set<SurfaceId> seen(ids.begin(), ids.end());
+  std::vector<SurfaceId> open(ids);
+  while (!open.empty()) {
+    const SurfaceId id = open.back();
+    open.pop_back();
+    if (const auto its = parents.find(id); its != parents.end())
+      for (const SurfaceId parent : its->second)
+        if (seen.insert(parent).second) open.push_back(parent);
+  }
+  return *seen.begin();
+}
+
+StairKind stair_kind(const std::vector<UprightStep>& steps, const Flight& flight) {
+  bool straight = true, spiral = flight.size() > 2;
+  for (std::size_t k = 1; k < flight.size(); ++k) {
+    const double turn = turn_of(steps[flight[k - 1]], steps[flight[k]]);
+    const double from_first = turn_of(steps[flight[0]], steps[flight[k]]);
+    straight = straight && std::fabs(turn) < straight_turn && std::fabs(from_first) < straight_turn;
+    const double first = turn_of(steps[flight[0]], steps[flight[1]]);
+    spiral =
+        spiral && std::fabs(turn) > least_spiral_turn && std::fabs(turn) < greatest_turn && turn * first > 0;
+  }
+  return straight ? StairKind::straight : spiral ? StairKind::spiral : StairKind::turning;
+}
+
+bool all_adjoin(const std::vector<UprightStep>& steps, const Flight& flight) {
+  return std::all_of(flight.begin(), flight.end(), [&](std::size_t i) { return steps[i].adjoins; });
+}
+
+Eigen::Vector3d common_normal(const Snapshot& snapshot, const std::vector<SurfaceId>& treads) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const SurfaceId id : treads) sum += snapshot.find(id)->area_m2 * snapshot.find(id)->plane.normal;
+  return sum.normalized();
+}
+
+/// As tread_depth(), but along the treads: where `up` is 2° off, a riser of 17 cm would shift it by 6 mm.
+double depth_along_treads(const Step& from, const Step& to, const Eigen::Vector3d& normal) {
+  const auto heading = [&](const Step& step) -> Eigen::Vector3d {
+    return normal.cross(step.edge[1] - step.edge[0]).normalized();
+  };
+  const Eigen::Vector3d way = (to.edge[0] + to.edge[1] - from.edge[0] - from.edge[1]) / 2;
+  return (heading(from) + heading(to)).normalized().dot(way);
+}
+
+Stair describe(const Snapshot& snapshot, const std::vector<UprightStep>& steps, const Flight& flight) {
+  Stair stair;
+  stair.kind = stair_kind(steps, flight);
+  std::vector<double> risers, treads, widths;
+  for (const std::size_t i : flight) {
+    stair.steps.push_back(steps[i].step);
+    risers.push_back(steps[i].step.riser_m);
+    widths.push_back(steps[i].step.width_m);
+  }
+  Eigen::Vector2d heading = Eigen::Vector2d::Zero();
+  for (const std::size_t i : flight) heading += steps[i].step.width_m * steps[i].heading;
+  if (stair.kind != StairKind::straight) heading = steps[flight[0]].heading;
+  stair.heading_rad = std::atan2(heading.y(), heading.x());
+  for (std::size_t k = 1; k < flight.size(); ++k) {
+    stair.turn_rad += turn_of(steps[flight[k - 1]], steps[flight[k]]);
+    stair.treads.push_back(stair.steps[k].lower);
+  }
+  const Eigen::Vector3d normal = common_normal(snapshot, stair.treads);
+  for (std::size_t k = 1; k < flight.size(); ++k)
+    if (unlike(steps[flight[k - 1]], steps[flight[k]]))
+      treads.push_back(depth_along_treads(stair.steps[k - 1], stair.steps[k], normal));
+  stair.riser = spread_of(risers);
+  stair.tread = spread_of(treads);
+  std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2),
+                   widths.end());
+  stair.width_m = widths[widths.size() / 2];
+  const double landing_m2 = treads_of_landing * stair.tread.mean_m * stair.width_m;
+  const auto is_landing = [&](SurfaceId id) { return snapshot.find(id)->area_m2 > landing_m2; };
+  const SurfaceId lowest = stair.steps.front().lower, highest = stair.steps.back().upper;
+  if (is_landing(lowest))
+    stair.landing_below = lowest;
+  else
+    stair.treads.insert(stair.treads.begin(), lowest);
+  if (is_landing(highest))
+    stair.landing_above = highest;
+  else
+    stair.treads.push_back(highest);
+  return stair;
+}
+
+}  // namespace
+
+Stairs find_stairs(const Snapshot& snapshot, const Eigen::Vector3d& up) {
+  const std::vector<UprightStep> steps = planning::find_steps(snapshot, up);
+  Stairs found;
+  if (steps.empty()) return found;
+  const auto parents = parents_of(snapshot);
+  std::set<SurfaceId> of_stairs;
+  for (const Flight& flight : join_at_landings(steps, flights(steps))) {
+    // Two risers across gaps may be any two things; more of equal height are no chance.
+    if (flight.size() < 2 || (flight.size() < 3 && !all_adjoin(steps, flight))) continue;
+    Stair stair = describe(snapshot, steps, flight);
+    stair.id = oldest_ancestor(parents, stair.treads);
+    for (const SurfaceId tread : stair.treads) of_stairs.insert(tread);
+    found.stairs.push_back(std::move(stair));
+  }
+  std::sort(found.stairs.begin(), found.stairs.end(),
+            [](const Stair& a, const Stair& b) { return a.id < b.id; });
+  // A tread's sides are no steps of their own.
+  for (const UprightStep& step : steps)
+    if (step.adjoins && !of_stairs.contains(step.step.upper) && !of_stairs.contains(step.step.lower))
+      found.single_steps.push_back(step.step);
+  return found;
+}
+
+const Stair* nearest_stair(const Snapshot& snapshot, const std::vector<Stair>& stairs,
+                           const Eigen::Vector3d& point) {
+  const Stair* best = nullptr;
+  double distance = std::numeric_limits<double>::infinity();
+  for (const Stair& stair : stairs) {
+    Snapshot treads;
+    for (const SurfacePtr& surface : snapshot.surfaces)
+      if (std::find(stair.treads.begin(), stair.treads.end(), surface->id) != stair.treads.end())
+        treads.surfaces.push_back(surface);
+    const std::optional<Nearest> found = nearest(treads, point);
+    if (!found || found->distance >= distance) continue;
+    distance = found->distance;
+    best = &stair;
+  }
+  return best;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include <octosurf/stairs.hpp>
+
+namespace octosurf::planning {
+
+/// A step with its edge in the map turned upright (z up).
+struct UprightStep {
+  Step step;
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();   ///< of the edge
+  Eigen::Vector2d heading = Eigen::Vector2d::Zero();  ///< unit vector, across the edge, upward
+  bool adjoins = false;  ///< the lower surface is seen right before it, not only up to a foot away
+};
+
+/// Every step of the snapshot's level surfaces, stair or not; by upper, then lower surface.
+std::vector<UprightStep> find_steps(const Snapshot& snapshot, const Eigen::Vector3d& up);
+
+}  // namespace octosurf::planning
