@@ -50,7 +50,8 @@ struct ExportArguments {
   std::vector<std::string> what{"polygons"};
   double min_radius = 0.05;
   double thickness = 0;  // 0: the map's own
-  double bridge = widest_gap_m;
+  double bridge = 0;
+  bool as_mapped = false;
   bool force = false;
   PlannerExport planner;
 };
@@ -93,7 +94,8 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
       arguments.thickness > 0 ? arguments.thickness : map.parameters().surfaces.mesh_thickness;
   std::map<SurfaceId, std::vector<Gap>> gaps;
   const std::shared_ptr<const Snapshot> snapshot =
-      with_gaps(*map.snapshot(), map.octree(), arguments.bridge, &gaps);
+      arguments.as_mapped ? map.snapshot()
+                          : with_gaps(*map.snapshot(), map.octree(), arguments.bridge, &gaps);
   ExportExtras extras = make_extras(map, *snapshot, arguments, options.parts);
   extras.gaps = std::move(gaps);
   extras.stairs = find_stairs(*snapshot, up.direction);
@@ -186,11 +188,15 @@ void add_export(CLI::App& app) {
   verb->add_option("--thickness", arguments->thickness,
                    "m: of --what meshes; default: the map's mesh_thickness")
       ->check(more_than(0));
-  verb->add_option(
-          "--bridge", arguments->bridge,
-          "m: the widest gap that is closed where nobody looked and the readings' spacing explains it")
+  verb->add_option("--bridge", arguments->bridge,
+                   "m: the widest gap that is closed where nobody looked and the readings' spacing explains "
+                   "it, as between "
+                   "a lidar's rings")
       ->check(between(0, widest_gap_m))
       ->capture_default_str();
+  verb->add_flag("--as-mapped", arguments->as_mapped,
+                 "outlines by the readings alone: gaps below max_hole_size are closed, whatever they are")
+      ->excludes("--bridge");
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   add_planner_options(*verb, arguments->planner);

@@ -119,7 +119,7 @@ void write_html(const ViewArguments& arguments) {
       warn_of_up(map, arguments.up);
     }
     const OccupancyView octree = map.octree();
-    maps.push_back({title_of(name), with_gaps(*map.snapshot(), octree), octree, {}, {}});
+    maps.push_back({title_of(name), with_gaps(*map.snapshot(), octree, 0), octree, {}, {}});
     // For a hall edges and feet take seconds each: in parallel, if a thread is available.
     std::future<std::map<SurfaceId, std::vector<PolygonEdges>>> edges =
         std::async([&map, shown = maps.back().snapshot] { return edges_of(map, *shown); });
@@ -164,7 +164,7 @@ void draw_png(const ViewArguments& arguments) {
       if (voxel.surface == 0 && voxel.point) options.points.push_back(*voxel.point);
     });
   }
-  const std::shared_ptr<const Snapshot> snapshot = with_gaps(*loaded.map.snapshot(), loaded.map.octree());
+  const std::shared_ptr<const Snapshot> snapshot = with_gaps(*loaded.map.snapshot(), loaded.map.octree(), 0);
   if (arguments.edges) options.edges = edges_of(loaded.map, *snapshot);
   render_png(*snapshot, arguments.png, options);
   std::printf("%s: %zu surfaces\n", arguments.png.c_str(), snapshot->surfaces.size());

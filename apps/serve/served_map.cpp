@@ -17,6 +17,7 @@
 #include <octosurf/export.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/page.hpp>
+#include <octosurf/stairs.hpp>
 
 namespace octosurf {
 
@@ -76,7 +77,7 @@ std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
 ServedMap::Shown ServedMap::make_shown() const {
   if (!map_) return {asked.snapshot};
   Shown grounded;
-  grounded.snapshot = with_gaps(*asked.snapshot, asked.octree, widest_gap_m, &grounded.gaps);
+  grounded.snapshot = with_gaps(*asked.snapshot, asked.octree, 0, &grounded.gaps);
   return grounded;
 }
 
@@ -107,6 +108,7 @@ ServedMap::Text ServedMap::make_surfaces() const {
   ExportExtras extras;
   extras.edges = all_edges.get();
   extras.gaps = shown.get().gaps;
+  if (map_) extras.stairs = find_stairs(*shown.get().snapshot, asked.up);
   return shared(export_text(*shown.get().snapshot, extras));
 }
 

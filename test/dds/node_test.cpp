@@ -131,7 +131,7 @@ TEST_F(Outputs, AreThoseOfTheOfflineMap) {
   const int before = status->count();
   ASSERT_TRUE(wait_until([&] { return status->count() > before + 1; }));
 
-  run_well("export offline --to offline.json");
+  run_well("export offline --as-mapped --to offline.json");
   const nlohmann::json expected = read_json("offline.json");
   const auto published = surfaces.last();
   std::vector<double> areas, expected_areas;

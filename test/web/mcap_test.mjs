@@ -216,7 +216,7 @@ try {
   execFileSync(`${command}-lab`, ['simulate', 'stairs', '-o', at('scans'), '--frames', '12']);
   run('map', at('scans'), '-o', at('m'), '--resolution', '0.04', '--mcap', at('run.mcap'), '--keep-scans', at('kept'),
     '--write-poses', at('poses.txt'));
-  run('export', at('m'), '--to', at('map.json'));
+  run('export', at('m'), '--as-mapped', '--to', at('map.json'));
   run('export', at('m'), '--to', at('map.mcap'));
   const map = JSON.parse(readFileSync(at('map.json'), 'utf8')), poses = posesIn(at('poses.txt'));
   assert.ok(map.surfaces.length > 5 && poses.length === 12, 'there is something to see');
