@@ -22,7 +22,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* log_description = R"(Tells the sessions of a map, and what each changed.
+constexpr const char* log_description = R"(Lists the sessions of a map, and what each changed.
 
 Examples:
   octosurf log maps/office
@@ -30,7 +30,7 @@ Examples:
   octosurf diff maps/office@2026-11-20 maps/office   between the end of that day and now
 
 A session is one run of map. Its date, UTC, is that of its last scan where the time stamps are calendar times, else
-that of the run's end. Of each its surfaces are told, those that came, changed, went and were merged, and the bytes that
+that of the run's end. A line has its surfaces, those that came, changed, went and were merged, and the bytes that
 maps/office.past keeps to undo it.
 )";
 
@@ -39,7 +39,7 @@ constexpr const char* checkout_description = R"(Writes a map as it was.
 Examples:
   octosurf checkout maps/office@2026-11-20 -o maps/then      as it was at the end of that day, UTC
   octosurf checkout maps/office@2026-11-20T09:30 -o maps/then
-  octosurf checkout maps/office@3 -o maps/then               after the third session that log tells
+  octosurf checkout maps/office@3 -o maps/then               after the third session that log lists
 
 It is the whole map of then: octree, surfaces, ids. It can be gone on with; kept scans are not kept with it.
 )";
@@ -50,7 +50,7 @@ std::string past_of(const std::string& stem) {
 }
 
 [[noreturn]] void refuse_moment(const std::string& stem, const std::string& moment, const std::string& what) {
-  throw Error(Error::Kind::usage, stem + "@" + moment, what, "octosurf log " + stem + " tells its sessions");
+  throw Error(Error::Kind::usage, stem + "@" + moment, what, "octosurf log " + stem + " lists its sessions");
 }
 
 /// The last second that a date names: of a day, a minute, or itself. Empty: it is none.
@@ -176,7 +176,7 @@ void add_log(CLI::App& app) {
   const auto name = std::make_shared<std::string>();
   const auto json = std::make_shared<bool>(false);
   verb->add_option("map", *name, "map: name without ending, as given to map -o")->required();
-  verb->add_flag("--json", *json, "tell it in JSON");
+  verb->add_flag("--json", *json, "as JSON");
   verb->callback([name, json] { run_log(*name, *json); });
 }
 

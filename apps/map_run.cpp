@@ -1,6 +1,7 @@
 #include "map_run.hpp"
 
 #include "cloud_viewpoint.hpp"
+#include "interrupt_guard.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "last_line.hpp"
@@ -15,12 +16,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <ctime>
 #include <future>
 #include <new>
 #include <set>
@@ -33,53 +31,6 @@
 #include <octosurf/error.hpp>
 
 namespace octosurf {
-namespace {
-
-std::atomic<bool> interrupted{false};
-std::atomic<std::int64_t> interrupted_s{0};
-// A signal handler must not wait for a lock.
-static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
-
-/// The first signal requests an early end. One that follows at once is a duplicate: timeout(1) signals its
-/// child and then the child's group. A later one ends the program.
-void interrupt(int signal) {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  if (!interrupted.exchange(true)) {
-    interrupted_s = now.tv_sec;
-  } else if (now.tv_sec - interrupted_s >= 2) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
-  }
-}
-
-/// During its lifetime, the first Ctrl-C, SIGTERM or hang-up only sets `interrupted`; one that comes at least
-/// two seconds later ends the program. A closed output pipe is ignored.
-class InterruptGuard {
- public:
-  InterruptGuard() {
-    struct sigaction action {};
-    action.sa_handler = interrupt;
-    for (std::size_t i = 0; i < signals.size(); ++i) {
-      if (signals[i] == SIGPIPE) action.sa_handler = SIG_IGN;
-      sigaction(signals[i], &action, &before_[i]);
-      // With nohup the run must outlive the terminal.
-      if (signals[i] == SIGHUP && before_[i].sa_handler == SIG_IGN) sigaction(SIGHUP, &before_[i], nullptr);
-    }
-  }
-  ~InterruptGuard() {
-    for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &before_[i], nullptr);
-  }
-  InterruptGuard(const InterruptGuard&) = delete;
-  InterruptGuard& operator=(const InterruptGuard&) = delete;
-
- private:
-  static constexpr std::array<int, 4> signals{SIGINT, SIGTERM, SIGHUP, SIGPIPE};
-  std::array<struct sigaction, signals.size()> before_{};
-};
-
-}  // namespace
-
 MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context,
                Clock::time_point begin)
     : options_(options),
@@ -117,7 +68,7 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     if (options_.serve_port) serve();
     if (adopt) adopt_octree();
     if (source) map_scans(std::move(source));
-    cut_short = interrupted;
+    cut_short = interrupted();
     if (!cut_short) require_mapped();
     if (!cut_short && !pose_check_.full()) require_sensible_poses();
     if (!cut_short) drain();
@@ -312,14 +263,14 @@ void MapRun::insert_all(ScanFeed& feed) {
   const auto read_next = [&] { return std::async(policy, [&] { return next(feed); }); };
   std::future<std::optional<PreparedScan>> ahead = read_next();
   std::vector<PreparedScan> scans;
-  for (std::size_t done = 0; !interrupted;) {
+  for (std::size_t done = 0; !interrupted();) {
     std::optional<PreparedScan> first = ahead.get();
     if (!first) break;
     scans.clear();
     scans.push_back(std::move(*first));
     if (is_pause(last_stamp_s_, scans.front().scan().stamp_s)) drain();
     if (options_.realtime) wait_and_join(scans, feed);
-    if (interrupted) break;
+    if (interrupted()) break;
     if (statistics_.scans() == 0)
       near_sensor_ =
           warn_of_first_scan(scans.front().scan(), context_.input, posed_, mapper_.map().parameters());
@@ -399,7 +350,7 @@ void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, 
 
 void MapRun::wait_for(double arrival_s) const {
   constexpr double longest_s = 0.05;  // to notice interrupts
-  for (double left_s; !interrupted && (left_s = arrival_s - now_s()) > 0;)
+  for (double left_s; !interrupted() && (left_s = arrival_s - now_s()) > 0;)
     std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left_s, longest_s)));
 }
 

@@ -74,7 +74,7 @@ void MemoryLimit::warn_if_exceeded() const {
   const auto mb = [](std::size_t bytes) { return (bytes + (std::size_t{1} << 20) - 1) >> 20; };
   std::fprintf(stderr,
                "warning: --max-memory %zuM was too little for the surfaces and what a scan needs at once: "
-               "the run took %zuM, the least that works\n",
+               "the run took %zuM, the least that works for certain\n",
                mb(limit_), mb(most_));
 }
 

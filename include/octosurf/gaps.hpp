@@ -52,9 +52,8 @@ struct GroundedSurface {
 ///    free on the plane, as far as a ray that leans by 60° may go aside on that way. Free space in front of a
 ///    plane proves nothing;
 /// 2. an unseen gap is bridged, and part of the surface, if the spacing of the readings explains it: a disc
-/// as
-///    wide as the gap fits between gaps on less than half of the surface within three times as far. The floor
-///    between a lidar's rings is whole so, and the shadow of a box on a densely seen floor is not;
+///    as wide as the gap fits between gaps on less than half of the surface within three times as far. The
+///    floor between a lidar's rings is whole so, and the shadow of a box on a densely seen floor is not;
 /// 3. nothing is bridged whose widest disc meets a void or something that stands there, or that is wider than
 ///    `widest_bridged_m`, at most widest_gap_m.
 ///

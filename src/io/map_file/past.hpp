@@ -17,8 +17,7 @@ namespace octosurf::io {
 //
 //   8 bytes   magic: 89 'O' 'C' 'T' 'P' 'S' 0D 0A
 //   the rest  records as in a map file (record_stream.hpp), each a `PastRecord` of map_file.proto: of each
-//   session,
-//             oldest first, a Session and behind it in chunks its undo; one Footer as a map file's
+//             session, oldest first, a Session and behind it in chunks its undo; one Footer as a map file's
 //
 // An undo makes the head and decompressed records of the map file before the session from those after it: it
 // is a zstd frame with the latter as its prefix, so that it holds what changed. Checking out a session undoes
@@ -66,7 +65,7 @@ class PastKeeper {
   /// Of the session in the file; sessions in it.
   std::uint64_t bytes() const { return bytes_; }
   std::size_t sessions() const { return sessions_.size(); }
-  /// What the user is told: a damaged past, or one of another map.
+  /// Of a damaged past, or one of another map; empty: none.
   const std::string& warning() const { return warning_; }
 
  private:

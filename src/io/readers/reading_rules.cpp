@@ -167,7 +167,7 @@ std::vector<std::size_t> ReadingRules::drop(Known& known, Scan& scan, bool depth
     if (!p.allFinite()) continue;
     bool none = !is_reading(p);
     huge += none && !depth_image ? 1 : 0;
-    without[i] = depth_image && none;
+    if (depth_image && none) without[i] = true;
     for (const float value : known.none)
       if ((!depth_image && std::abs(range_of(p) - value) <= same_m) ||
           (camera && std::abs(p[known.axis] - value) <= same_m))

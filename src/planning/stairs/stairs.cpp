@@ -66,31 +66,37 @@ std::optional<double> unlike(const UprightStep& from, const UprightStep& to) {
   return rise / riser_tolerance + turn / greatest_turn + aside / (half_from + half_to);
 }
 
+using Pairs = std::vector<std::tuple<double, std::size_t, std::size_t>>;  // cost, first, second
+
+/// The numbers below `count` in chains: each is followed by at most one, the cheapest pairs first. Pairs must
+/// not lead back: every step rises.
+std::vector<std::vector<std::size_t>> chains(std::size_t count, Pairs pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> next(count, none), previous(count, none);
+  for (const auto& [cost, i, k] : pairs)
+    if (next[i] == none && previous[k] == none) next[i] = k, previous[k] = i;
+  std::vector<std::vector<std::size_t>> found;
+  for (std::size_t first = 0; first < count; ++first) {
+    if (previous[first] != none) continue;
+    std::vector<std::size_t>& chain = found.emplace_back();
+    for (std::size_t i = first; i != none; i = next[i]) chain.push_back(i);
+  }
+  return found;
+}
+
 using Flight = std::vector<std::size_t>;  // indices of steps, from below
 
-/// The steps in flights: each is followed by at most one, the most alike pairs first.
+/// The steps in flights, the most alike pairs first.
 std::vector<Flight> flights(const std::vector<UprightStep>& steps) {
   std::map<SurfaceId, std::vector<std::size_t>> by_lower;
   for (std::size_t i = 0; i < steps.size(); ++i) by_lower[steps[i].step.lower].push_back(i);
-  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  Pairs pairs;
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (const auto next = by_lower.find(steps[i].step.upper); next != by_lower.end())
       for (const std::size_t k : next->second)
         if (const auto cost = unlike(steps[i], steps[k])) pairs.emplace_back(*cost, i, k);
-  std::sort(pairs.begin(), pairs.end());
-  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> next(steps.size(), none), previous(steps.size(), none);
-  for (const auto& [cost, i, k] : pairs)
-    if (next[i] == none && previous[k] == none) next[i] = k, previous[k] = i;
-  // Every step rises, so no chain closes.
-  std::vector<Flight> found;
-  for (std::size_t first = 0; first < steps.size(); ++first) {
-    if (previous[first] != none) continue;
-    Flight flight;
-    for (std::size_t i = first; i != none; i = next[i]) flight.push_back(i);
-    found.push_back(std::move(flight));
-  }
-  return found;
+  return chains(steps.size(), std::move(pairs));
 }
 
 double mean_riser(const std::vector<UprightStep>& steps, const Flight& flight) {
@@ -101,7 +107,7 @@ double mean_riser(const std::vector<UprightStep>& steps, const Flight& flight) {
 
 /// Joins flights of two steps or more that share a landing, the nearest first.
 std::vector<Flight> join_at_landings(const std::vector<UprightStep>& steps, std::vector<Flight> all) {
-  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  Pairs pairs;
   for (std::size_t a = 0; a < all.size(); ++a)
     for (std::size_t b = 0; b < all.size(); ++b) {
       if (a == b || all[a].size() < 2 || all[b].size() < 2) continue;
@@ -111,18 +117,10 @@ std::vector<Flight> join_at_landings(const std::vector<UprightStep>& steps, std:
       const double way = (start.middle - end.middle).norm();
       if (way <= longest_landing) pairs.emplace_back(way, a, b);
     }
-  std::sort(pairs.begin(), pairs.end());
-  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> next(all.size(), none), previous(all.size(), none);
-  for (const auto& [way, a, b] : pairs)
-    if (next[a] == none && previous[b] == none) next[a] = b, previous[b] = a;
   std::vector<Flight> joined;
-  for (std::size_t first = 0; first < all.size(); ++first) {
-    if (previous[first] != none) continue;
-    Flight flight;
-    for (std::size_t f = first; f != none; f = next[f])
-      flight.insert(flight.end(), all[f].begin(), all[f].end());
-    joined.push_back(std::move(flight));
+  for (const std::vector<std::size_t>& chain : chains(all.size(), std::move(pairs))) {
+    Flight& flight = joined.emplace_back();
+    for (const std::size_t f : chain) flight.insert(flight.end(), all[f].begin(), all[f].end());
   }
   return joined;
 }
