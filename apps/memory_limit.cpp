@@ -70,12 +70,16 @@ void MemoryLimit::watch(const std::stop_token& stop) {
 }
 
 void MemoryLimit::warn_if_exceeded() const {
-  if (most_ == 0) return;
+  if (limit_ == 0) return;
+  // Short runs may end before the watcher has looked.
+  geometry::PageFile::drop();
+  const std::size_t now = resident().all, most = std::max(most_.load(), now > limit_ ? now : 0);
+  if (most == 0) return;
   const auto mb = [](std::size_t bytes) { return (bytes + (std::size_t{1} << 20) - 1) >> 20; };
   std::fprintf(stderr,
                "warning: --max-memory %zuM was too little for the surfaces and what a scan needs at once: "
                "the run took %zuM, the least that works for certain\n",
-               mb(limit_), mb(most_));
+               mb(limit_), mb(most));
 }
 
 }  // namespace octosurf
