@@ -257,7 +257,7 @@ void add_map(CLI::App& app) {
       ->capture_default_str();
   verb->add_option(
       "--max-memory", options->max_memory,
-      "take at most so much, as in 256M: what the octree does not need goes to a scratch file beside "
+      "take at most so much, as in 256M: what the map does not need goes to a scratch file beside "
       "it, and comes back by itself; same result [as much as it takes]");
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps, not as fast as they can be mapped; where mapping falls "

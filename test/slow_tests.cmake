@@ -69,5 +69,6 @@ set(OCTOSURF_SLOW_simulation Cameras/DepthFolder.IsASevenScenesFolder* Folder.Sa
     Recording.ChangeHappensMidway Recording.NoScanIsEmpty Recording.SameOptionsSameScansInAnyOrder
     Recording.TheRealCameraDropsOfWhatThePerfectOneSees VisibleCells.EachIsInSightOfSomeScan
     VisibleCells.LieInPolygonsInOrderAndSumUp)
+set(OCTOSURF_SLOW_soak *)
 set(OCTOSURF_SLOW_surfaces SurfaceModel.PolygonsThatAreNotStaleAreRight)
 set(OCTOSURF_SLOW_dds *)

@@ -1,13 +1,12 @@
 #pragma once
 
-#include "geometry/voxel_key.hpp"
+#include "geometry/paged_map.hpp"
 
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <cstdlib>
 #include <optional>
-#include <tsl/robin_map.h>
 #include <vector>
 
 namespace octosurf::geometry {
@@ -93,7 +92,7 @@ class CellBits {
   std::uint64_t near_flipped(PlaneCell tile) const;
   std::vector<std::uint64_t> tiles_to_look_at() const;
 
-  tsl::robin_map<std::uint64_t, Tile, PackedKeyHash> tiles_;
+  PagedMap<Tile> tiles_;
   std::vector<std::uint64_t> dirty_;
 };
 

@@ -1,6 +1,10 @@
 #include "geometry/outline.hpp"
 
+#include "geometry/page_file.hpp"
 #include "geometry/rings.hpp"
+
+// A triangulation takes more than half of a surface's memory.
+#define CGAL_ALLOCATOR(T) octosurf::geometry::PagedAllocator<T>
 
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -60,12 +64,12 @@ struct Outline::Impl {
 
   double alpha;
   Delaunay triangulation;
-  tsl::robin_map<std::uint64_t, std::vector<Site>, PackedKeyHash> tiles;
+  PagedMap<PagedSequence<Site>> tiles;
   std::vector<Vertex> left;  // without any remaining site
   std::vector<NewSite> entering;
   std::vector<Point> entering_points;
   std::vector<Vertex> changed;
-  std::vector<Corner> corners;
+  PagedSequence<Corner> corners;
   std::vector<std::int32_t> free_corners;
 
   bool kept(Face face) const;
@@ -98,7 +102,7 @@ void Outline::Impl::set(PlaneCell cell, std::span<const Eigen::Vector2d> wanted)
   boost::container::small_vector<Point, 4> coming;
   for (const Eigen::Vector2d& p : wanted) coming.emplace_back(p.x(), p.y());
   if (const auto found = tiles.find(tile); found != tiles.end()) {
-    std::vector<Site>& sites = found.value();
+    PagedSequence<Site>& sites = found.value();
     std::erase_if(sites, [&](const Site& site) {
       if (site.cell != number) return false;
       const auto same = std::find(coming.begin(), coming.end(), site.vertex->point());
@@ -160,7 +164,7 @@ void Outline::Impl::insert_entering() {
   const std::size_t before = changed.size();
   Face hint;
   for (const std::size_t i : order_of_entering()) {
-    std::vector<Site>& sites = tiles.try_emplace(entering[i].tile).first.value();
+    PagedSequence<Site>& sites = tiles.try_emplace(entering[i].tile).first.value();
     if (!sites.empty()) hint = sites.back().vertex->face();
     const Vertex vertex = triangulation.insert(entering_points[i], hint);
     hint = vertex->face();

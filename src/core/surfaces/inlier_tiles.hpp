@@ -1,14 +1,13 @@
 #pragma once
 
 #include "geometry/cell_bits.hpp"
+#include "geometry/paged_map.hpp"
 #include "geometry/voxel_key.hpp"
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <tsl/robin_map.h>
-#include <vector>
 
 namespace octosurf::surfaces {
 
@@ -42,7 +41,7 @@ class InlierTiles {
     const auto tile = tiles_.find(geometry::CellBits::tile_of(cell).packed());
     if (tile == tiles_.end()) return;
     const auto bit = static_cast<std::uint8_t>(geometry::CellBits::bit_of(cell));
-    const std::vector<Placed>& all = tile->second.inliers;
+    const geometry::PagedSequence<Placed>& all = tile->second.inliers;
     for (std::size_t i = tile->second.first_from(bit); i < all.size() && all[i].cell == bit; ++i)
       visit(all[i].inlier());
   }
@@ -63,13 +62,13 @@ class InlierTiles {
   };
   struct Tile {
     std::uint64_t occupied = 0;
-    std::vector<Placed> inliers;  // by cell
+    geometry::PagedSequence<Placed> inliers;  // by cell
 
     /// Index of the first inlier in this cell or a later one.
     std::size_t first_from(std::uint8_t cell) const;
   };
 
-  tsl::robin_map<std::uint64_t, Tile, geometry::PackedKeyHash> tiles_;
+  geometry::PagedMap<Tile> tiles_;
 };
 
 }  // namespace octosurf::surfaces

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "geometry/paged_map.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <boost/container/small_vector.hpp>
 #include <map>
-#include <tsl/robin_map.h>
 #include <utility>
 #include <vector>
 
@@ -69,7 +69,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   static std::uint64_t region_of(geometry::VoxelKey key) {
     return key.packed() >> region_bits & 0x03ff03ff03ffULL;
   }
-  using Residents = tsl::robin_map<std::uint64_t, std::vector<Resident>, geometry::PackedKeyHash>;
+  using Residents = geometry::PagedMap<geometry::PagedSequence<Resident>>;
   struct Places {
     Residents blocks, regions;
   };

@@ -1,0 +1,127 @@
+// Long runs: a place that stays as it is costs no more on its hundredth day than on its second, and one whose
+// furniture moves is what it is today.
+#include "support/room_tour.hpp"
+#include "support/seed.hpp"
+#include "surfaces/map_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <iostream>
+#include <malloc.h>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/diagnosis.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::mapper {
+namespace {
+
+/// Coarse, so that thousands of scans take seconds.
+Parameters coarse() {
+  Parameters parameters;
+  parameters.occupancy.resolution = 0.05;
+  return parameters;
+}
+constexpr test::Camera small{40, 30, 34};
+
+std::size_t heap_bytes() { return ::mallinfo2().uordblks; }
+
+std::vector<Scan> scans_of(const test::Scene& scene, int count, std::mt19937_64& rng) {
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const double a = 2 * std::numbers::pi * i / count;
+    const Eigen::Vector3d eye(-0.6 + 0.1 * std::cos(a), 0.1 * std::sin(a), 1.0);
+    scans.push_back(camera_scan(
+        scene, test::look_at(eye, eye + Eigen::Vector3d(std::cos(a), std::sin(a), -0.45)), rng, small));
+  }
+  return scans;
+}
+
+int scans_of_a_soak() {
+  const char* given = std::getenv("OCTOSURF_SOAK");
+  return given != nullptr ? std::stoi(given) : 10'000;
+}
+
+TEST(Soak, APlaceThatStaysCostsNoMoreAndKeepsItsSurfaces) {
+  std::mt19937_64 rng = test::rng();
+  constexpr int of_a_round = 100;
+  const std::vector<Scan> seen = scans_of(test::room_with_a_box(), of_a_round, rng);
+  Mapper mapper(coarse());
+  const int rounds = std::max(scans_of_a_soak() / of_a_round, 4);
+  struct Round {
+    std::size_t heap = 0, octree = 0, appeared = 0, vanished = 0, born = 0, gone = 0, changed = 0;
+  };
+  std::vector<Round> all;
+  std::vector<SurfaceId> ids, ids_before;
+  for (int r = 0; r < rounds; ++r) {
+    Round round;
+    for (const Scan& scan : seen) {
+      const ScanReport report = mapper.insert(scan);
+      round.appeared += report.appeared;
+      round.vanished += report.vanished;
+      round.born += report.born.size();
+      round.gone += report.gone.size() + report.merged.size();
+      round.changed += report.grown.size() + report.shrunk.size();
+    }
+    round.heap = heap_bytes();
+    round.octree = mapper.map().size().bytes;
+    ids_before = std::exchange(ids, {});
+    for (const SurfacePtr& surface : mapper.snapshot()->surfaces) ids.push_back(surface->id);
+    if (r == rounds / 4) all.clear();
+    all.push_back(round);
+    if (r < 4 || r % 10 == 0)
+      std::cout << "round " << r << ": heap " << round.heap << ", octree " << round.octree << ", appeared "
+                << round.appeared << ", vanished " << round.vanished << ", born " << round.born << ", gone "
+                << round.gone << ", changed " << round.changed << ", surfaces " << ids.size() << '\n';
+    if (r > rounds / 4) {
+      EXPECT_EQ(ids, ids_before) << "round " << r;
+    }
+  }
+  // The first quarter is learning: noise has filled the voxels that it reaches.
+  EXPECT_LE(static_cast<double>(all.back().heap), 1.01 * static_cast<double>(all.front().heap));
+  EXPECT_LE(static_cast<double>(all.back().octree), 1.01 * static_cast<double>(all.front().octree));
+  EXPECT_LE(all.back().appeared, all.front().appeared + of_a_round);
+  EXPECT_LE(all.back().changed, all.front().changed + of_a_round);
+  EXPECT_EQ(check_invariants(mapper.map()), std::vector<std::string>{});
+}
+
+/// The room with a table of 0.6 m by 0.6 m, a place for each day.
+test::Scene room_of_day(int day) {
+  test::Scene scene;
+  const double x = -0.9 + 0.6 * (day % 4), y = day % 2 == 0 ? 0.4 : -1.0;
+  scene.box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({x, y, 0.01}, {x + 0.6, y + 0.6, 0.52});
+  return scene;
+}
+
+TEST(Soak, FurnitureThatMovesEveryDayIsWhereItIsToday) {
+  std::mt19937_64 rng = test::rng();
+  constexpr int days = 100, of_a_day = 40;
+  Mapper mapper(coarse());
+  for (int day = 0; day < days; ++day)
+    for (const Scan& scan : scans_of(room_of_day(day), of_a_day, rng)) mapper.insert(scan);
+  mapper.drain();
+  Mapper today(coarse());
+  for (const Scan& scan : scans_of(room_of_day(days - 1), of_a_day, rng)) today.insert(scan);
+  today.drain();
+  // Table tops, the only level surfaces between floor and ceiling.
+  const auto area_of_tops = [](const Mapper& of) {
+    double area = 0;
+    for (const SurfacePtr& surface : of.snapshot()->surfaces)
+      if (surface->plane.normal.z() > 0.95 && surface->plane.offset > 0.2 && surface->plane.offset < 1.5)
+        area += surface->area_m2;
+    return area;
+  };
+  std::cout << "tops: " << area_of_tops(mapper) << " m², of today alone " << area_of_tops(today)
+            << " m²; surfaces " << mapper.snapshot()->surfaces.size() << ", of today alone "
+            << today.snapshot()->surfaces.size() << '\n';
+  EXPECT_NEAR(area_of_tops(mapper), area_of_tops(today), 0.25 * area_of_tops(today));
+  EXPECT_EQ(check_invariants(mapper.map()), std::vector<std::string>{});
+}
+
+}  // namespace
+}  // namespace octosurf::mapper
