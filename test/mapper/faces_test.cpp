@@ -116,6 +116,39 @@ TEST_P(Faces, AThinWallHasTwoSides) {
   }
 }
 
+/// A tread of an open stair, 4 cm thick, wherever its sides lie between layers of voxels: of 2 cm, there are
+/// two such layers, or three with one of readings of either side.
+TEST_P(Faces, AThinBoardSeenFromAboveAndBelowHasTwoSides) {
+  constexpr double thickness = 0.04;
+  for (const double lean : {0.0, 10 * std::numbers::pi / 180})
+    for (const double height : {0.701, 0.705, 0.71, 0.715})
+      for (const bool from_below_first : {false, true}) {
+        SCOPED_TRACE(std::to_string(lean) + " rad, at " + std::to_string(height) +
+                     (from_below_first ? ", from below first" : ""));
+        const Eigen::Vector3d along(std::cos(lean), 0, std::sin(lean)),
+            up = along.cross(y), middle(0, 0, height), corner = middle - 0.5 * along - 0.15 * y,
+            down = -thickness * up;
+        Scene scene;
+        scene.rectangle(corner, along, 0.3 * y).rectangle(corner + down, along, 0.3 * y);
+        scene.rectangle(corner, along, down).rectangle(corner + 0.3 * y, along, down);
+        scene.rectangle(corner, 0.3 * y, down).rectangle(corner + along, 0.3 * y, down);
+        std::vector<Eigen::Vector3d> eyes = circle(middle + 0.7 * z, 0.9, 6);
+        const std::vector<Eigen::Vector3d> below = circle(middle - 0.7 * z, 0.9, 6);
+        eyes.insert(from_below_first ? eyes.begin() : eyes.end(), below.begin(), below.end());
+        const Seen seen(scene, GetParam(), eyes, {middle}, test::seed());
+        const auto top = seen.face(middle, up), underside = seen.face(middle + down, -up);
+        if (!top || !underside) continue;
+        EXPECT_NEAR(top->area_m2, 0.3, 0.045);
+        EXPECT_NEAR(underside->area_m2, 0.3, 0.045);
+        EXPECT_NEAR(top->plane.signed_distance(middle + down), -thickness, 0.003);
+        EXPECT_EQ(std::ranges::count_if(
+                      seen.mapper.surfaces(),
+                      [&](const SurfacePtr& f) { return std::fabs(f->plane.normal.dot(up)) > 0.9; }),
+                  2)
+            << "none between";
+      }
+}
+
 TEST_P(Faces, AHoleInATableStays) {
   Scene scene;  // a top of 1.2 m × 0.8 m with a hole of 20 cm, over the floor
   scene.rectangle({-1.5, -1.5, 0.011}, 3 * x, 3 * y);
