@@ -3,6 +3,7 @@
 
 #include "degrees.hpp"
 #include "evaluation/labels.hpp"
+#include "evaluation/stairs.hpp"
 #include "evaluation/truth.hpp"
 #include "io/new_file.hpp"
 #include "output_files.hpp"
@@ -17,6 +18,8 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
+#include <octosurf/stairs.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
@@ -49,6 +52,8 @@ lab/evaluation/evaluate.hpp):
   offset error       distance of the face's seen centroid to the surface's plane, over correct faces
   all matched faces  the same two errors over all judged faces that any surface covers
   boundary distance  from the seen part of the true outline to the surface's, over correct faces
+  stairs             steps found, how much was seen of the least seen tread, errors of the mean measures;
+                     invented: those found where the scene has none that its truth tells of
   holes found        true holes over 0.02 m² and 10 cm wide of which 80 % stayed empty
 True outlines are those of whole faces: what the sensor could not see of a face can be stood on, too.
 Curved things are not in the truth: surfaces on them count as noise, unsafe and false.
@@ -109,6 +114,19 @@ void print(const evaluation::Evaluation& scores) {
   std::printf("%-22s mean %.1f mm, 95 %% within %.1f mm\n", "boundary distance", 1e3 * scores.boundary_m.mean,
               1e3 * scores.boundary_m.p95);
   std::printf("%-22s %zu of %zu\n", "holes found", scores.holes_found, scores.holes);
+}
+
+void print(const evaluation::StairScores& scores) {
+  for (const evaluation::StairScore& stair : scores.stairs) {
+    std::printf("%-22s %s, %zu of %zu steps, seen from %.0f %%, in %zu pieces", "stair", stair.kind.c_str(),
+                stair.found, stair.steps, 100 * stair.seen, stair.pieces);
+    if (stair.found > 0)
+      std::printf("; riser %+.1f mm, tread %+.1f mm, width %+.1f mm, heading %+.2f°%s", 1e3 * stair.riser_m,
+                  1e3 * stair.tread_m, 1e3 * stair.width_m, deg_per_rad * stair.heading_rad,
+                  stair.right_kind ? "" : ", wrong course");
+    std::printf("\n");
+  }
+  std::printf("%-22s %zu\n", "stairs invented", scores.invented);
 }
 
 void print(const evaluation::LabelEvaluation& scores) {
@@ -175,8 +193,11 @@ void run_evaluate(const EvaluateArguments& arguments) {
     evaluation::EvaluationOptions options;
     options.min_area = arguments.min_area;
     options.joined_gap = loaded.map.parameters().max_hole_size();
-    report(evaluation::evaluate(*loaded.map.snapshot(), evaluation::load_truth(arguments.truth), options),
-           arguments);
+    const evaluation::Truth truth = evaluation::load_truth(arguments.truth);
+    const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+    report(evaluation::evaluate(*snapshot, truth, options), arguments);
+    const Eigen::Vector3d up = up_of(loaded.map).direction;
+    print(evaluation::evaluate_stairs(find_stairs(*snapshot, up).stairs, truth, up));
   } else {
     report(evaluate_labelled(loaded.map, arguments.labels), arguments);
   }

@@ -31,6 +31,7 @@ Scenes:
   room      table and box in a room          stones    tilted blocks, some of them close together
   office    stair, tables, clutter, a ball   corridor  rooms at its sides, as long as you like
   stairs    six steps and a landing          change    a box goes, one is moved, one comes midway
+  flight, landing, spiral, open   a stair of its kind, all its measures by the seed
 
 With --mesh the scene is a terrain of yours, in its own size: its truth are the coplanar pieces of the
 mesh that can be seen from outside, its path lanes over it, there and back, at the height of a walking
@@ -100,7 +101,7 @@ void add_simulate(CLI::App& app) {
   const auto arguments = std::make_shared<SimulateArguments>();
   simulation::SimulationOptions& options = arguments->options;
   options.scene.clear();
-  verb->add_option("scene", options.scene, "room, office, stairs, stones, corridor or change");
+  verb->add_option("scene", options.scene, "a name of those above");
   verb->add_option("--mesh", options.mesh, "STL, OBJ, PLY or DAE: the scene is this terrain");
   verb->add_option(
       "--up", options.mesh_up,

@@ -51,6 +51,13 @@ Json face_to_json(const TrueFace& face) {
           {"gone", face.gone}};
 }
 
+Json stair_to_json(const TrueStair& stair) {
+  const auto point = [](const Eigen::Vector3d& at) { return Json{at.x(), at.y(), at.z()}; };
+  Json edges = Json::array();
+  for (const auto& [left, right] : stair.edges) edges.push_back({point(left), point(right)});
+  return {{"kind", stair.kind}, {"riser_m", stair.riser_m}, {"tread_m", stair.tread_m}, {"edges", edges}};
+}
+
 /// What is wrong with the content, without the file's name; turned into an Error by load_truth.
 struct Damage : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -124,6 +131,23 @@ TrueFace face_from_json(const Json& json) {
   return face;
 }
 
+TrueStair stair_from_json(const Json& json) {
+  TrueStair stair;
+  stair.kind = json.at("kind").get<std::string>();
+  stair.riser_m = finite(json.at("riser_m"));
+  stair.tread_m = finite(json.at("tread_m"));
+  for (const auto& edge : json.at("edges")) {
+    require(edge.is_array() && edge.size() == 2, "a stair's edge has not two ends");
+    auto& ends = stair.edges.emplace_back();
+    for (std::size_t i = 0; i < 2; ++i) {
+      require(edge[i].is_array() && edge[i].size() == 3, "an edge's end has not three numbers");
+      ends[i] = {finite(edge[i][0]), finite(edge[i][1]), finite(edge[i][2])};
+    }
+  }
+  require(!stair.edges.empty(), "a stair has no edge");
+  return stair;
+}
+
 Truth truth_from_json(const Json& json) {
   require(json.is_object() && json.value("format", Json()) == format_name, "not a truth file");
   const auto& version = json.at("version");
@@ -143,6 +167,9 @@ Truth truth_from_json(const Json& json) {
     truth.faces.push_back(face_from_json(face));
     require(ids.insert(truth.faces.back().id).second, "a face's id appears twice");
   }
+  // Not in older files.
+  if (json.contains("stairs"))
+    for (const auto& stair : json.at("stairs")) truth.stairs.push_back(stair_from_json(stair));
   return truth;
 }
 
@@ -158,6 +185,12 @@ void save_truth(const Truth& truth, const std::filesystem::path& file) {
   const char* separator = "\n";
   for (const auto& face : truth.faces) {
     out << separator << text_of(face_to_json(face));
+    separator = ",\n";
+  }
+  out << "\n],\"stairs\":[";
+  separator = "\n";
+  for (const auto& stair : truth.stairs) {
+    out << separator << text_of(stair_to_json(stair));
     separator = ",\n";
   }
   out << "\n]}\n";

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -36,6 +37,15 @@ struct TrueFace {
   double largest_part_m2 = 0;  ///< of a joined face: seen of the one it began with
 };
 
+/// One stair of a simulated scene, as it was built.
+struct TrueStair {
+  std::string kind;    ///< flight, landing, spiral, open
+  double riser_m = 0;  ///< of every step
+  double tread_m = 0;  ///< between the middles of the edges; landings are none
+  /// Front edges from below, left and right end of each.
+  std::vector<std::array<Eigen::Vector3d, 2>> edges;
+};
+
 /// What is true of a simulated recording; written beside the scans as `truth.json`.
 struct Truth {
   std::string scene;
@@ -43,7 +53,8 @@ struct Truth {
   std::uint64_t seed = 0;
   double cell = 0.01;  ///< m, edge of the visibility cells
   int visible_hits = 1;
-  std::vector<TrueFace> faces;  ///< faces of curved things are not listed; their points have label 0
+  std::vector<TrueFace> faces;    ///< faces of curved things are not listed; their points have label 0
+  std::vector<TrueStair> stairs;  ///< of the scenes that are made of them
 };
 
 void save_truth(const Truth& truth, const std::filesystem::path& file);

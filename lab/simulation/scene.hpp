@@ -37,12 +37,22 @@ struct View {
   Eigen::Vector3d target;
 };
 
+/// A stair as it was built.
+struct BuiltStair {
+  std::string kind;    ///< the scene's name
+  double riser_m = 0;  ///< of every step
+  double tread_m = 0;  ///< between the middles of the edges; landings are none
+  /// Front edges from below, left and right end of each.
+  std::vector<std::array<Eigen::Vector3d, 2>> edges;
+};
+
 /// A place in its own frame: metres, z up, the floor's top at z = 0.
 struct Scene {
   std::string name;
   std::vector<Object> objects;
   std::vector<Solid> solids;
-  std::vector<View> path;  ///< key views of one lap, walked in order
+  std::vector<BuiltStair> stairs;  ///< whose measures are true as given; those of other scenes are none
+  std::vector<View> path;          ///< key views of one lap, walked in order
 
   bool changes() const;  ///< true if some object does not stand all the time
 };

@@ -13,6 +13,10 @@ Scene make_stairs(Random& random);
 Scene make_stones(Random& random);
 Scene make_corridor(Random& random, double length);
 Scene make_change(Random& random);
+Scene make_flight(Random& random);
+Scene make_landing(Random& random);
+Scene make_spiral(Random& random);
+Scene make_open(Random& random);
 
 // Shared by the scenes.
 

@@ -23,14 +23,19 @@ const std::map<std::string, Maker>& makers() {
       {"stairs", [](Random& random, double) { return make_stairs(random); }},
       {"stones", [](Random& random, double) { return make_stones(random); }},
       {"corridor", [](Random& random, double length) { return make_corridor(random, length); }},
-      {"change", [](Random& random, double) { return make_change(random); }}};
+      {"change", [](Random& random, double) { return make_change(random); }},
+      {"flight", [](Random& random, double) { return make_flight(random); }},
+      {"landing", [](Random& random, double) { return make_landing(random); }},
+      {"spiral", [](Random& random, double) { return make_spiral(random); }},
+      {"open", [](Random& random, double) { return make_open(random); }}};
   return all;
 }
 
 }  // namespace
 
 const std::vector<std::string>& scene_names() {
-  static const std::vector<std::string> names{"room", "office", "stairs", "stones", "corridor", "change"};
+  static const std::vector<std::string> names{"room",   "office", "stairs",  "stones", "corridor",
+                                              "change", "flight", "landing", "spiral", "open"};
   return names;
 }
 

@@ -11,7 +11,7 @@ namespace octosurf::simulation {
 
 /// What to record. Equal options give equal bytes.
 struct SimulationOptions {
-  std::string scene = "room";    ///< room, office, stairs, stones, corridor, change; unused with `mesh`
+  std::string scene = "room";    ///< one of scene_names(); unused with `mesh`
   std::filesystem::path mesh;    ///< STL, OBJ, PLY or DAE: the scene is this terrain, in its own size
   std::string mesh_up;           ///< its axis that is up: x, y, z, -x, -y, -z; empty: z, or what a DAE says
   double mesh_scale = 1;         ///< m per unit of the file

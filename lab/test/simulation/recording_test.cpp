@@ -99,11 +99,13 @@ TEST_P(EveryRecording, LabelsNameTheFaceThatHoldsThePoint) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, EveryRecording,
-    testing::Combine(testing::Values("room", "office", "stairs", "stones", "corridor", "change"),
-                     testing::Values("depth", "tilting", "spinning")),
-    [](const auto& test) { return std::get<0>(test.param) + "_" + std::get<1>(test.param); });
+INSTANTIATE_TEST_SUITE_P(All, EveryRecording,
+                         testing::Combine(testing::Values("room", "office", "stairs", "stones", "corridor",
+                                                          "change", "flight", "landing", "spiral", "open"),
+                                          testing::Values("depth", "tilting", "spinning")),
+                         [](const auto& test) {
+                           return std::get<0>(test.param) + "_" + std::get<1>(test.param);
+                         });
 
 struct Moments {
   double n = 0, sum = 0, squares = 0;

@@ -25,9 +25,9 @@ class TruthFile : public testing::Test {
   }
   ~TruthFile() override { fs::remove_all(dir_); }
 
-  static evaluation::Truth example() {
+  static evaluation::Truth example(const std::string& scene = "change") {
     SimulationOptions options;
-    options.scene = "change";
+    options.scene = scene;
     options.frames = 2;
     options.seed = 18446744073709551615u;  // fixed: the largest there is
     return Recording(options).truth();
@@ -93,6 +93,21 @@ TEST_F(TruthFile, RoundTripLosesNothing) {
       EXPECT_EQ(a.visible[r].count, b.visible[r].count);
     }
   }
+}
+
+TEST_F(TruthFile, StairsComeBackAndMayBeMissing) {
+  const evaluation::Truth saved = example("spiral");
+  evaluation::save_truth(saved, file_);
+  const evaluation::Truth read = evaluation::load_truth(file_);
+  ASSERT_EQ(saved.stairs.size(), 1u);
+  ASSERT_EQ(read.stairs.size(), 1u);
+  EXPECT_EQ(read.stairs[0].kind, "spiral");
+  EXPECT_EQ(read.stairs[0].riser_m, saved.stairs[0].riser_m);
+  EXPECT_EQ(read.stairs[0].tread_m, saved.stairs[0].tread_m);
+  EXPECT_EQ(read.stairs[0].edges, saved.stairs[0].edges);
+  const std::string stairs = spoiled("\"stairs\"", "\"others\"");
+  std::ofstream(file_) << stairs;
+  EXPECT_TRUE(evaluation::load_truth(file_).stairs.empty());
 }
 
 TEST_F(TruthFile, NamesThatAreNoUtf8AreSavedAsFarAsTheyCanBe) {

@@ -1,0 +1,50 @@
+// Stairs of known measures are found on maps of their recordings, each kind and each sensor once. The whole
+// table is `./dev bench stairs`.
+#include "evaluation/stairs.hpp"
+
+#include "simulation/recording.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include <octosurf/mapper.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+void expect_found(const char* scene, const char* sensor) {
+  simulation::SimulationOptions options;
+  options.scene = scene;
+  options.sensor = sensor;
+  const simulation::Recording recording(options);
+  simulation::Recording::Visibility visibility = recording.visibility();
+  Mapper mapper{Parameters{}};
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const simulation::Readings ideal = recording.ideal(i);
+    visibility.add(i, ideal);
+    mapper.insert(recording.labelled_scan(i, ideal).scan);
+  }
+  const Eigen::Vector3d up = up_of(mapper.map()).direction;
+  const evaluation::StairScores scores =
+      evaluation::evaluate_stairs(find_stairs(*mapper.snapshot(), up).stairs, visibility.truth(), up);
+  ASSERT_EQ(scores.stairs.size(), 1U);
+  const evaluation::StairScore& stair = scores.stairs[0];
+  EXPECT_TRUE(stair.wholly_seen());
+  EXPECT_TRUE(stair.right_count()) << stair.found << " of " << stair.steps << " in " << stair.pieces;
+  EXPECT_TRUE(stair.right_kind);
+  EXPECT_EQ(scores.invented, 0U);
+  // What is wanted of a stair for walking: a centimetre and two degrees, the riser twice as well.
+  EXPECT_NEAR(stair.riser_m, 0, 0.005);
+  EXPECT_NEAR(stair.tread_m, 0, 0.01);
+  EXPECT_NEAR(stair.heading_rad, 0, 2 * std::numbers::pi / 180);
+}
+
+TEST(AccuracyOfStairs, AFlightByACamera) { expect_found("flight", "depth"); }
+TEST(AccuracyOfStairs, OneWithALandingByASpinningLidar) { expect_found("landing", "spinning"); }
+TEST(AccuracyOfStairs, ASpiralByATiltingLaser) { expect_found("spiral", "tilting"); }
+TEST(AccuracyOfStairs, AnOpenOneByARealCamera) { expect_found("open", "depth-real"); }
+
+}  // namespace
+}  // namespace octosurf
