@@ -3,21 +3,24 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
+#include <octosurf/changes.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
 
 /// Where one level surface rises above another at a straight front edge.
 struct Step {
-  SurfaceId lower = 0;     ///< surface before the edge
-  SurfaceId upper = 0;     ///< surface that the edge bounds
+  SurfaceId lower = 0;     ///< surface before the edge; of several side by side, that of its widest part
+  SurfaceId upper = 0;     ///< surface that the edge bounds, likewise
   double riser_m = 0;      ///< height between the two planes, along up, at the middle of the edge
   double width_m = 0;      ///< length of the edge
   double heading_rad = 0;  ///< of somebody who steps up, about up, as yaw in contact.hpp
   std::array<Eigen::Vector3d, 2> edge{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< left, right end
+  friend bool operator==(const Step&, const Step&) = default;
 };
 
 /// Course of a stair.
@@ -38,18 +41,19 @@ struct MeanLength {
 /// Level surfaces that rise by nearly equal steps, each beginning where the one before ends.
 struct Stair {
   /// Id of the oldest surface among treads and those merged into them: the same after more scans and after a
-  /// restart, unless an older surface turns out to be a tread.
+  /// restart, unless an older surface turns out to be a tread: stair_changes() follows it then.
   SurfaceId id = 0;
   StairKind kind = StairKind::straight;  ///< course
   std::vector<Step> steps;               ///< from below, at least two; `steps.size()` counts the risers
-  std::vector<SurfaceId> treads;         ///< from below, landings between flights included; not those below
-  SurfaceId landing_below = 0;           ///< larger surface at the lower end; 0: not seen
-  SurfaceId landing_above = 0;           ///< likewise at the upper end
-  MeanLength riser;                      ///< of all steps
-  MeanLength tread;        ///< front edge to next front edge, between their middles; landings left out
-  double width_m = 0;      ///< median of the edges'
-  double heading_rad = 0;  ///< straight: of the flights; else of the lowest step
-  double turn_rad = 0;     ///< from the lowest to the highest step's heading, counter-clockwise
+  /// From below, landings between flights included; a tread that was mapped in parts has several.
+  std::vector<SurfaceId> treads;
+  SurfaceId landing_below = 0;  ///< larger surface at the lower end; 0: not seen
+  SurfaceId landing_above = 0;  ///< likewise at the upper end
+  MeanLength riser;             ///< of all steps
+  MeanLength tread;             ///< front edge to next front edge, between their middles; landings left out
+  double width_m = 0;           ///< median of the edges'
+  double heading_rad = 0;       ///< straight: of the flights; else of the lowest step
+  double turn_rad = 0;          ///< from the lowest to the highest step's heading, counter-clockwise
 };
 
 /// Result of find_stairs().
@@ -64,6 +68,7 @@ struct Stairs {
 /// 2. A step: at least 0.3 m of a surface's edge has a surface 0.10 m before it that lies 0.05 to 0.30 m
 ///    lower. One straight below (shelves) is not before it. In stairs of three risers and more up to 0.25 m
 ///    before it may be unseen, as the backs of treads are from below.
+///    Edges in one line, less than 0.10 m apart and alike in height within 25 mm, are parts of one.
 /// 3. A stair: two steps or more, risers within 25 mm of each other, edges one behind the other by 0.15 to
 ///    0.60 m, facing alike within 50°. Flights of two steps or more that share a landing are one stair.
 /// Some µs for each 4 cm of outline. Throws Error(usage) for a direction that is zero or not finite.
@@ -73,5 +78,20 @@ Stairs find_stairs(const Snapshot& snapshot, const Eigen::Vector3d& up = Eigen::
 /// the snapshot.
 const Stair* nearest_stair(const Snapshot& snapshot, const std::vector<Stair>& stairs,
                            const Eigen::Vector3d& point);
+
+/// Changes of stairs since an earlier revision. Ids ascend.
+struct StairChanges {
+  std::vector<SurfaceId> appeared;  ///< ids now, of stairs that have no part of an earlier one
+  std::vector<SurfaceId> changed;   ///< ids now: other steps, treads, landings or measures
+  std::vector<SurfaceId> gone;      ///< earlier ids, of those of which no stair has a part
+  /// Of an earlier stair and the one that has most of its treads now, where their ids differ: an older
+  /// surface has joined, or two stairs have become one. Sorted by `before`.
+  std::vector<MapChanges::Heir> renamed;
+};
+
+/// Compares the stairs of a snapshot with those found at revision `since` of the same map; treads are
+/// followed through mergers and splits. Throws as changes_since().
+StairChanges stair_changes(const std::vector<Stair>& before, std::uint64_t since, const Snapshot& snapshot,
+                           const std::vector<Stair>& now);
 
 }  // namespace octosurf

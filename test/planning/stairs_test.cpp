@@ -119,6 +119,31 @@ TEST(Stairs, AMergedTreadKeepsTheStairsId) {
   EXPECT_THAT(found.stairs[0].treads, ElementsAre(9, 3, 4, 5));
 }
 
+TEST(Stairs, TreadsMappedInPartsAreOneStair) {
+  Place place;
+  place.add(-3, -3, 6, 3, 0);
+  for (int k = 0; k < 4; ++k) {
+    // Side by side, a worn tread's left and right a little lower and farther back; the third whole.
+    const double y = k * 0.29, z = (k + 1) * 0.17, middle = k % 2 == 0 ? 0.1 : -0.15;
+    if (k == 2) {
+      place.add(-0.6, y, 1.2, 0.29, z);
+      continue;
+    }
+    place.add(-0.6, y, 0.6 + middle - 0.01, 0.29, z);
+    place.add(middle, y + 0.02, 0.6 - middle, 0.29, z - 0.01);
+  }
+  const Stairs found = place.find();
+  ASSERT_EQ(found.stairs.size(), 1U);
+  const Stair& stair = found.stairs[0];
+  EXPECT_EQ(stair.steps.size(), 4U);
+  EXPECT_THAT(stair.treads, testing::UnorderedElementsAre(2, 3, 4, 5, 6, 7, 8));
+  EXPECT_EQ(stair.landing_below, 1U);
+  EXPECT_NEAR(stair.riser.mean_m, 0.17, 0.005);
+  EXPECT_NEAR(stair.width_m, 1.2, 0.05);
+  EXPECT_NEAR(stair.tread.mean_m, 0.29, 0.01);
+  EXPECT_THAT(found.single_steps, IsEmpty());
+}
+
 TEST(Stairs, OneThatTurnsBackAtALandingIsOne) {
   Place place;
   place.add(-3, -3, 6, 3, 0);
@@ -198,6 +223,48 @@ TEST(Stairs, TwoBesideEachOtherAreTwo) {
   ASSERT_EQ(found.stairs.size(), 2U);
   EXPECT_THAT(found.stairs[0].treads, ElementsAre(2, 3, 4, 5, 6));
   EXPECT_THAT(found.stairs[1].treads, ElementsAre(7, 8, 9, 10, 11));
+}
+
+TEST(Stairs, ChangesAreTold) {
+  Place place;
+  place.add(0, 0, 1, 1, 0);  // 1 was elsewhere
+  place.snapshot.surfaces.clear();
+  place.add(-3, -3, 6, 3.29, 0.34);                                                   // 2: the lower floor
+  for (int k = 1; k < 5; ++k) place.add(-0.6, k * 0.29, 1.2, 0.29, 0.34 + k * 0.17);  // 3 to 6
+  place.snapshot.revision = 10;
+  const std::vector<Stair> before = place.find().stairs;
+  ASSERT_EQ(before.size(), 1U);
+  EXPECT_EQ(before[0].id, 3U);
+  StairChanges changes = stair_changes(before, 10, place.snapshot, before);
+  EXPECT_THAT(changes.changed, IsEmpty());
+  EXPECT_THAT(changes.renamed, IsEmpty());
+
+  // An older surface joins at the upper end, and a tread is taken in by another.
+  Surface joining = *place.snapshot.surfaces.back();
+  joining.id = 1;
+  joining.T_map_surface =
+      joining.T_map_surface * Eigen::Translation3d(0, 0.29, 0.17);  // its frame is the upright one
+  joining.plane.offset = joining.plane.normal.dot(joining.T_map_surface.translation());
+  place.snapshot.surfaces.insert(place.snapshot.surfaces.begin(), std::make_shared<const Surface>(joining));
+  Surface merged = *place.snapshot.surfaces[3];
+  merged.id = 9;
+  merged.born = 11;
+  place.snapshot.departures = DepartureLog().with({{Departure::Of::surface, 4, 9, 1, 11, {}}});
+  place.snapshot.surfaces.erase(place.snapshot.surfaces.begin() + 3);
+  place.snapshot.surfaces.push_back(std::make_shared<const Surface>(merged));
+  place.snapshot.revision = 11;
+  const std::vector<Stair> now = place.find().stairs;
+  ASSERT_EQ(now.size(), 1U);
+  EXPECT_EQ(now[0].id, 1U);
+  changes = stair_changes(before, 10, place.snapshot, now);
+  EXPECT_THAT(changes.renamed, ElementsAre(MapChanges::Heir{3, 1}));
+  EXPECT_THAT(changes.changed, ElementsAre(1U));
+  EXPECT_THAT(changes.appeared, IsEmpty());
+  EXPECT_THAT(changes.gone, IsEmpty());
+
+  EXPECT_THAT(stair_changes({}, 10, place.snapshot, now).appeared, ElementsAre(1U));
+  EXPECT_THAT(stair_changes(before, 10, place.snapshot, {}).gone, ElementsAre(3U));
+  EXPECT_THROW(stair_changes(before, 12, place.snapshot, now), Error);
 }
 
 TEST(Stairs, TheNearestIsTold) {

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include <octosurf/changes.hpp>
 #include <octosurf/planning.hpp>
 #include <octosurf/stairs.hpp>
 #include <octosurf/up.hpp>
@@ -90,12 +91,14 @@ using Flight = std::vector<std::size_t>;  // indices of steps, from below
 /// The steps in flights, the most alike pairs first.
 std::vector<Flight> flights(const std::vector<UprightStep>& steps) {
   std::map<SurfaceId, std::vector<std::size_t>> by_lower;
-  for (std::size_t i = 0; i < steps.size(); ++i) by_lower[steps[i].step.lower].push_back(i);
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    for (const SurfaceId id : steps[i].lower) by_lower[id].push_back(i);
   Pairs pairs;
   for (std::size_t i = 0; i < steps.size(); ++i)
-    if (const auto next = by_lower.find(steps[i].step.upper); next != by_lower.end())
-      for (const std::size_t k : next->second)
-        if (const auto cost = unlike(steps[i], steps[k])) pairs.emplace_back(*cost, i, k);
+    for (const SurfaceId id : steps[i].upper)
+      if (const auto next = by_lower.find(id); next != by_lower.end())
+        for (const std::size_t k : next->second)
+          if (const auto cost = unlike(steps[i], steps[k])) pairs.emplace_back(*cost, i, k);
   return chains(steps.size(), std::move(pairs));
 }
 
@@ -105,6 +108,11 @@ double mean_riser(const std::vector<UprightStep>& steps, const Flight& flight) {
   return sum / static_cast<double>(flight.size());
 }
 
+bool share_any(const std::vector<SurfaceId>& a, const std::vector<SurfaceId>& b) {
+  return std::any_of(a.begin(), a.end(),
+                     [&](SurfaceId id) { return std::find(b.begin(), b.end(), id) != b.end(); });
+}
+
 /// Joins flights of two steps or more that share a landing, the nearest first.
 std::vector<Flight> join_at_landings(const std::vector<UprightStep>& steps, std::vector<Flight> all) {
   Pairs pairs;
@@ -112,7 +120,7 @@ std::vector<Flight> join_at_landings(const std::vector<UprightStep>& steps, std:
     for (std::size_t b = 0; b < all.size(); ++b) {
       if (a == b || all[a].size() < 2 || all[b].size() < 2) continue;
       const UprightStep &end = steps[all[a].back()], &start = steps[all[b].front()];
-      if (end.step.upper != start.step.lower) continue;
+      if (!share_any(end.upper, start.lower)) continue;
       if (std::fabs(mean_riser(steps, all[a]) - mean_riser(steps, all[b])) > riser_tolerance) continue;
       const double way = (start.middle - end.middle).norm();
       if (way <= longest_landing) pairs.emplace_back(way, a, b);
@@ -197,6 +205,11 @@ double depth_along_treads(const Step& from, const Step& to, const Eigen::Vector3
   return (heading(from) + heading(to)).normalized().dot(way);
 }
 
+void add_parts(const std::vector<SurfaceId>& level, std::vector<SurfaceId>& treads) {
+  for (const SurfaceId id : level)
+    if (std::find(treads.begin(), treads.end(), id) == treads.end()) treads.push_back(id);
+}
+
 Stair describe(const Snapshot& snapshot, const std::vector<UprightStep>& steps, const Flight& flight) {
   Stair stair;
   stair.kind = stair_kind(steps, flight);
@@ -212,7 +225,8 @@ Stair describe(const Snapshot& snapshot, const std::vector<UprightStep>& steps, 
   stair.heading_rad = std::atan2(heading.y(), heading.x());
   for (std::size_t k = 1; k < flight.size(); ++k) {
     stair.turn_rad += turn_of(steps[flight[k - 1]], steps[flight[k]]);
-    stair.treads.push_back(stair.steps[k].lower);
+    add_parts(steps[flight[k - 1]].upper, stair.treads);
+    add_parts(steps[flight[k]].lower, stair.treads);
   }
   const Eigen::Vector3d normal = common_normal(snapshot, stair.treads);
   for (std::size_t k = 1; k < flight.size(); ++k)
@@ -224,16 +238,22 @@ Stair describe(const Snapshot& snapshot, const std::vector<UprightStep>& steps, 
                    widths.end());
   stair.width_m = widths[widths.size() / 2];
   const double landing_m2 = treads_of_landing * stair.tread.mean_m * stair.width_m;
-  const auto is_landing = [&](SurfaceId id) { return snapshot.find(id)->area_m2 > landing_m2; };
-  const SurfaceId lowest = stair.steps.front().lower, highest = stair.steps.back().upper;
-  if (is_landing(lowest))
-    stair.landing_below = lowest;
-  else
-    stair.treads.insert(stair.treads.begin(), lowest);
-  if (is_landing(highest))
-    stair.landing_above = highest;
-  else
-    stair.treads.push_back(highest);
+  // A level's largest surface where it is a landing, else 0 and its parts are treads.
+  const auto landing = [&](const std::vector<SurfaceId>& level, std::vector<SurfaceId>& to) {
+    const auto area = [&](SurfaceId id) { return snapshot.find(id)->area_m2; };
+    double sum = 0;
+    for (const SurfaceId id : level) sum += area(id);
+    if (sum > landing_m2)
+      return *std::max_element(level.begin(), level.end(),
+                               [&](SurfaceId a, SurfaceId b) { return area(a) < area(b); });
+    add_parts(level, to);
+    return SurfaceId{0};
+  };
+  std::vector<SurfaceId> from_below;
+  stair.landing_below = landing(steps[flight.front()].lower, from_below);
+  add_parts(stair.treads, from_below);
+  stair.landing_above = landing(steps[flight.back()].upper, from_below);
+  stair.treads = std::move(from_below);
   return stair;
 }
 
@@ -255,9 +275,11 @@ Stairs find_stairs(const Snapshot& snapshot, const Eigen::Vector3d& up) {
   }
   std::sort(found.stairs.begin(), found.stairs.end(),
             [](const Stair& a, const Stair& b) { return a.id < b.id; });
+  const auto on_stair = [&](SurfaceId id) { return of_stairs.contains(id); };
   // A tread's sides are no steps of their own.
   for (const UprightStep& step : steps)
-    if (step.adjoins && !of_stairs.contains(step.step.upper) && !of_stairs.contains(step.step.lower))
+    if (step.adjoins && std::none_of(step.upper.begin(), step.upper.end(), on_stair) &&
+        std::none_of(step.lower.begin(), step.lower.end(), on_stair))
       found.single_steps.push_back(step.step);
   return found;
 }
@@ -277,6 +299,52 @@ const Stair* nearest_stair(const Snapshot& snapshot, const std::vector<Stair>& s
     best = &stair;
   }
   return best;
+}
+
+StairChanges stair_changes(const std::vector<Stair>& before, std::uint64_t since, const Snapshot& snapshot,
+                           const std::vector<Stair>& now) {
+  const MapChanges surfaces = changes_since(snapshot, since);
+  std::map<SurfaceId, std::vector<std::size_t>> stairs_on;  // a tread may lie between two
+  for (std::size_t i = 0; i < now.size(); ++i)
+    for (const SurfaceId tread : now[i].treads) stairs_on[tread].push_back(i);
+  std::multimap<SurfaceId, SurfaceId> heirs;
+  for (const std::vector<MapChanges::Heir>& list : {surfaces.merged, surfaces.split})
+    for (const MapChanges::Heir& heir : list) heirs.emplace(heir.before, heir.now);
+  StairChanges changes;
+  std::set<std::size_t> known;
+  for (const Stair& earlier : before) {
+    std::map<std::size_t, std::size_t> shared;  // by stair now, treads
+    const auto count = [&](SurfaceId id) {
+      if (const auto found = stairs_on.find(id); found != stairs_on.end())
+        for (const std::size_t i : found->second) ++shared[i];
+    };
+    for (const SurfaceId tread : earlier.treads) {
+      count(tread);
+      for (auto [heir, end] = heirs.equal_range(tread); heir != end; ++heir) count(heir->second);
+    }
+    if (shared.empty()) {
+      changes.gone.push_back(earlier.id);
+      continue;
+    }
+    for (const auto& [i, treads] : shared) known.insert(i);
+    const Stair& heir = now[std::max_element(shared.begin(), shared.end(), [](const auto& a, const auto& b) {
+                              return a.second < b.second;
+                            })->first];
+    if (heir.id != earlier.id) changes.renamed.push_back({earlier.id, heir.id});
+    if (heir.id != earlier.id || heir.steps != earlier.steps || heir.treads != earlier.treads ||
+        heir.landing_below != earlier.landing_below || heir.landing_above != earlier.landing_above)
+      changes.changed.push_back(heir.id);
+  }
+  for (std::size_t i = 0; i < now.size(); ++i)
+    if (!known.contains(i)) changes.appeared.push_back(now[i].id);
+  for (std::vector<SurfaceId>* ids : {&changes.appeared, &changes.changed, &changes.gone}) {
+    std::sort(ids->begin(), ids->end());
+    ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
+  }
+  std::sort(changes.renamed.begin(), changes.renamed.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.before, a.now) < std::tie(b.before, b.now);
+  });
+  return changes;
 }
 
 }  // namespace octosurf

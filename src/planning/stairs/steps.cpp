@@ -11,6 +11,7 @@
 #include <iterator>
 #include <map>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 #include <octosurf/up.hpp>
@@ -34,6 +35,9 @@ constexpr int half_window = 3;
 // A straight edge of many samples errs by far less; corners of a worn or rounded edge stay within it.
 constexpr double facing_cos = 0.82;  // 35°
 constexpr double edge_depth = 0.04;  // m, of the band that holds one edge
+// Parts of one edge: as far apart as an edge is looked before; turned, for worn edges are round, by less than
+// two winders; as high as risers of a flight are alike.
+constexpr double part_gap = 0.10, part_cos = 0.97, part_height = 0.025;
 
 struct Level {
   const Surface* surface;
@@ -172,7 +176,8 @@ struct EdgeLine {
         const Eigen::Vector2d at = s.at + distance * outward;
         return lower.contains(at) && !upper.contains(at);
       };
-      if (std::any_of(before_edge.begin(), before_edge.end(), before)) extend_to(s.at);
+      // At the narrow end of a winder the tread below is no deeper than this.
+      if (before(edge_depth) || std::any_of(before_edge.begin(), before_edge.end(), before)) extend_to(s.at);
     }
     recentre();
   }
@@ -189,6 +194,70 @@ struct EdgeLine {
     low = -high;
   }
 };
+
+/// What follows from the ends.
+void measure(UprightStep& step) {
+  const Eigen::Vector2d along = (step.ends[1] - step.ends[0]).head<2>();
+  step.middle = (step.ends[0] + step.ends[1]).head<2>() / 2;
+  step.heading = Eigen::Vector2d(-along.y(), along.x()).normalized();
+  step.step.width_m = along.norm();
+  step.step.heading_rad = std::atan2(step.heading.y(), step.heading.x());
+}
+
+/// Whether `part` goes on where `step`'s edge ends, in one line and height.
+bool continues(const UprightStep& step, const UprightStep& part) {
+  if (step.heading.dot(part.heading) < part_cos) return false;
+  if (std::fabs(step.step.riser_m - part.step.riser_m) > part_height) return false;
+  const Eigen::Vector3d along = step.ends[1] - step.ends[0];
+  const auto place = [&](const Eigen::Vector3d& at) {
+    return (at - step.ends[0]).head<2>().dot(along.head<2>()) / along.head<2>().squaredNorm();
+  };
+  // Its end that is nearer, and what the step's line has there.
+  const Eigen::Vector3d& end = part.ends[place(part.ends[0]) + place(part.ends[1]) > 1 ? 0 : 1];
+  const double at = place(end), beyond = std::max(at - 1, -at) * step.step.width_m;
+  const Eigen::Vector3d off = end - (step.ends[0] + at * along);
+  return beyond < part_gap && off.head<2>().norm() < 2 * edge_depth && std::fabs(off.z()) < part_height;
+}
+
+void absorb(UprightStep& step, const UprightStep& part) {
+  const double own = step.step.width_m, its = part.step.width_m;
+  step.step.riser_m = (own * step.step.riser_m + its * part.step.riser_m) / (own + its);
+  step.adjoins = own > its ? step.adjoins : part.adjoins;
+  const auto across = [&](const Eigen::Vector3d& at) {
+    return at.head<2>().dot(Eigen::Vector2d(step.heading.y(), -step.heading.x()));
+  };
+  if (across(part.ends[0]) < across(step.ends[0])) step.ends[0] = part.ends[0];
+  if (across(part.ends[1]) > across(step.ends[1])) step.ends[1] = part.ends[1];
+  const auto add = [](std::vector<SurfaceId>& to, const std::vector<SurfaceId>& from) {
+    for (const SurfaceId id : from)
+      if (std::find(to.begin(), to.end(), id) == to.end()) to.push_back(id);
+  };
+  add(step.lower, part.lower);
+  add(step.upper, part.upper);
+  measure(step);
+}
+
+/// Edges of treads that were mapped in parts side by side become one again, the widest first.
+std::vector<UprightStep> join_parts(std::vector<UprightStep> parts) {
+  std::stable_sort(parts.begin(), parts.end(), [](const UprightStep& a, const UprightStep& b) {
+    return a.step.width_m > b.step.width_m;
+  });
+  std::vector<UprightStep> joined;
+  while (!parts.empty()) {
+    UprightStep& step = joined.emplace_back(std::move(parts.front()));
+    parts.erase(parts.begin());
+    for (std::size_t i = 0; i < parts.size();) {
+      if (!continues(step, parts[i])) {
+        ++i;
+        continue;
+      }
+      absorb(step, parts[i]);
+      parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(i));
+      i = 0;  // it may reach others now
+    }
+  }
+  return joined;
+}
 
 std::vector<Level> level_surfaces(const Snapshot& snapshot, const Eigen::Vector3d& up) {
   const Eigen::Quaterniond turn = upright(up);
@@ -252,27 +321,33 @@ std::vector<UprightStep> find_steps(const Snapshot& snapshot, const Eigen::Vecto
         EdgeLine line(edge);
         line.widen(samples, upper, *lower);
         UprightStep found_step;
-        found_step.middle = line.middle;
-        found_step.heading = {-line.along.y(), line.along.x()};
         found_step.adjoins =
             2 * std::count_if(edge.begin(), edge.end(), [](const EdgeSample& e) { return e.adjoins; }) >=
             std::ssize(edge);
         Step& step = found_step.step;
         step.lower = id;
         step.upper = upper.surface->id;
-        step.width_m = line.high - line.low;
-        if (step.width_m < least_step_width) continue;
+        found_step.lower = {step.lower};
+        found_step.upper = {step.upper};
         step.riser_m = upper.height(line.middle) - lower->height(line.middle);
-        step.heading_rad = std::atan2(found_step.heading.y(), found_step.heading.x());
         for (std::size_t end = 0; end < 2; ++end) {
           // Left of the heading is against the ring's course.
           const Eigen::Vector2d at = line.middle + (end == 0 ? line.low : line.high) * line.along;
-          step.edge[end] = turn.conjugate() * Eigen::Vector3d(at.x(), at.y(), upper.height(at));
+          found_step.ends[end] << at, upper.height(at);
         }
+        measure(found_step);
+        if (step.width_m < least_step_width) continue;
         if (step.riser_m >= least_riser && step.riser_m <= greatest_riser) steps.push_back(found_step);
       }
     }
   }
+  steps = join_parts(std::move(steps));
+  std::sort(steps.begin(), steps.end(), [](const UprightStep& a, const UprightStep& b) {
+    return std::tie(a.step.upper, a.step.lower, a.middle.x(), a.middle.y()) <
+           std::tie(b.step.upper, b.step.lower, b.middle.x(), b.middle.y());
+  });
+  for (UprightStep& step : steps)
+    for (std::size_t end = 0; end < 2; ++end) step.step.edge[end] = turn.conjugate() * step.ends[end];
   return steps;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include <octosurf/stairs.hpp>
@@ -10,6 +11,10 @@ namespace octosurf::planning {
 /// A step with its edge in the map turned upright (z up).
 struct UprightStep {
   Step step;
+  /// Surfaces below and above: several where a worn or partly seen tread was mapped in parts. The step's own
+  /// are those of the widest part.
+  std::vector<SurfaceId> lower, upper;
+  std::array<Eigen::Vector3d, 2> ends;                ///< left and right, of the edge
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();   ///< of the edge
   Eigen::Vector2d heading = Eigen::Vector2d::Zero();  ///< unit vector, across the edge, upward
   bool adjoins = false;  ///< the lower surface is seen right before it, not only up to a foot away
