@@ -49,18 +49,19 @@ class Builder {
                  height_ + 1);
   }
 
-  /// Floor and, beside it, a wall; the walk up and down.
-  void finish(bool beside_wall) {
+  /// Floor and walls; the walk up and down.
+  void finish() {
     Eigen::AlignedBox2d box;
     for (const Eigen::Vector3d& at : way_) box.extend(at.head<2>());
     const Eigen::Vector2d low = box.min().array() - 2.2, high = box.max().array() + 2.2;
-    add_floor(scene_, low, high);
-    // Where the upper landing ends; without it a lidar there would see sky alone.
-    add_prism(scene_, add_object(scene_, "end"), slab_pose(0),
-              {{depth_, -2}, {depth_ + 0.15, -2}, {depth_ + 0.15, 2}, {depth_, 2}}, height_ + 2);
-    if (beside_wall)
-      add_box(scene_, add_object(scene_, "wall"), {low.x(), low.y(), 0},
-              {high.x(), low.y() + 0.15, height_ + 2});
+    add_floor(scene_, low.array() - 0.15, high.array() + 0.15);
+    // Without walls a lidar on the upper landing would see sky alone.
+    const std::size_t walls = add_object(scene_, "walls");
+    const double t = 0.15, top = height_ + 2;
+    add_box(scene_, walls, {low.x() - t, low.y() - t, 0}, {high.x() + t, low.y(), top});
+    add_box(scene_, walls, {low.x() - t, high.y(), 0}, {high.x() + t, high.y() + t, top});
+    add_box(scene_, walls, {low.x() - t, low.y(), 0}, {low.x(), high.y(), top});
+    add_box(scene_, walls, {high.x(), low.y(), 0}, {high.x() + t, high.y(), top});
     const Eigen::Vector3d up(0, 0, head_height);
     const auto n = static_cast<int>(way_.size());
     const auto look = [&](int from, int to) {
@@ -77,7 +78,6 @@ class Builder {
 
  private:
   void add_tread(double depth, double low_y, double high_y) {
-    depth_ = depth + nosing_;
     add_slab({{0, low_y}, {depth + nosing_, low_y}, {depth + nosing_, high_y}, {0, high_y}});
     // Where somebody stands; on a landing also where the way turns.
     for (double x = std::min(depth, tread_) / 2; x < depth; x += 0.5) stand_at({x, 0});
@@ -120,7 +120,6 @@ class Builder {
 
   bool open_;
   double width_, tread_, nosing_ = 0, inner_ = 0, height_ = 0;
-  double depth_ = 0;  // of the last one
   Scene& scene_;
   std::size_t object_ = 0;
   BuiltStair stair_;
@@ -137,7 +136,7 @@ Scene make_flight(Random& random, const std::string& kind, bool open) {
   Builder builder(scene, random, kind, open);
   const double half = builder.width() / 2;
   builder.add_flight(whole_number(random, 4, 14), random.uniform(2.8, 3.4), -half, half, {0, 0, 0});
-  builder.finish(random.uniform() < 0.5);
+  builder.finish();
   return scene;
 }
 
@@ -164,7 +163,7 @@ Scene make_landing(Random& random) {
                        {0, beside, std::numbers::pi});
   }
   builder.add_flight(second, random.uniform(2.8, 3.4), -half, half, {0, 0, 0});
-  builder.finish(false);
+  builder.finish();
   return scene;
 }
 
@@ -176,7 +175,7 @@ Scene make_spiral(Random& random) {
   const int most = static_cast<int>(std::numbers::pi / turn_rad);  // the landing ends not above the start
   builder.add_spiral(std::min(whole_number(random, 6, 14), most), turn_rad, inner,
                      random.uniform() < 0.5 ? -1 : 1);
-  builder.finish(false);
+  builder.finish();
   return scene;
 }
 
