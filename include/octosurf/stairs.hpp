@@ -70,7 +70,9 @@ struct Stairs {
 ///    before it may be unseen, as the backs of treads are from below.
 ///    Edges in one line, less than 0.10 m apart and alike in height within 25 mm, are parts of one.
 /// 3. A stair: two steps or more, risers within 25 mm of each other, edges one behind the other by 0.15 to
-///    0.60 m, facing alike within 50°. Flights of two steps or more that share a landing are one stair.
+///    0.60 m, facing alike within 50°. Two steps alone count with risers
+///    within 10 mm and treads parallel within 3°. Flights of two steps or more that share a landing are one
+///    stair.
 /// Some µs for each 4 cm of outline. Throws Error(usage) for a direction that is zero or not finite.
 Stairs find_stairs(const Snapshot& snapshot, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ());
 

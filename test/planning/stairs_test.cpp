@@ -214,6 +214,28 @@ TEST(Stairs, ShelvesBoxesAndKerbsAreNone) {
   EXPECT_NEAR(found.single_steps[0].width_m, 6, 0.1);
 }
 
+TEST(Stairs, TwoRisersCountWhereABuilderMadeThem) {
+  for (const double more : {0.0, 0.008, 0.02}) {
+    Place stones;
+    stones.add(-3, -3, 6, 6, 0);
+    stones.add(0, 0, 0.5, 0.5, 0.14);
+    stones.add(0, 0.5, 0.5, 0.5, 0.28 + more);
+    EXPECT_EQ(stones.find().stairs.size(), more > 0.01 ? 0U : 1U) << more;
+  }
+  Place tilted;  // one of the stones by 4° about its front edge
+  tilted.add(-3, -3, 6, 6, 0);
+  tilted.add(0, 0, 0.5, 0.5, 0.14);
+  tilted.add(0, 0.5, 0.5, 0.5, 0.28);
+  Surface stone = *tilted.snapshot.surfaces.back();
+  stone.T_map_surface = stone.T_map_surface * Eigen::Translation3d(0, 0.5, 0) *
+                        Eigen::AngleAxisd(4 * degree, Eigen::Vector3d::UnitX()) *
+                        Eigen::Translation3d(0, -0.5, 0);
+  stone.plane.normal = stone.T_map_surface.linear().col(2);
+  stone.plane.offset = stone.plane.normal.dot(stone.T_map_surface.translation());
+  tilted.snapshot.surfaces.back() = std::make_shared<const Surface>(stone);
+  EXPECT_THAT(tilted.find().stairs, IsEmpty());
+}
+
 TEST(Stairs, TwoBesideEachOtherAreTwo) {
   Place place;
   place.add(-3, -3, 6, 3, 0);

@@ -22,7 +22,9 @@ using planning::UprightStep;
 
 // Codes hold the risers of a flight within 1 cm of each other; worn stairs, and planes seen from one side,
 // take the rest.
-constexpr double riser_tolerance = 0.025;
+constexpr double code_tolerance = 0.01, riser_tolerance = 0.025;
+// 3°: treads are level or fall by 2 % (1.1°), and a narrow one's plane seen from one side errs by 1°.
+constexpr double parallel_cos = 0.9986;
 // Two risers and a tread are one pace, 0.60 to 0.65 m: what is deeper needs another pace and is a landing.
 constexpr double deepest_tread = 0.60;
 // Half a foot; on less nobody stands.
@@ -186,8 +188,17 @@ StairKind stair_kind(const std::vector<UprightStep>& steps, const Flight& flight
   return straight ? StairKind::straight : spiral ? StairKind::spiral : StairKind::turning;
 }
 
-bool all_adjoin(const std::vector<UprightStep>& steps, const Flight& flight) {
-  return std::all_of(flight.begin(), flight.end(), [&](std::size_t i) { return steps[i].adjoins; });
+/// Two risers may be any two things, stones on a floor or across gaps: they count where they are as a builder
+/// makes them. Three and more of equal height are no chance.
+bool is_built(const Snapshot& snapshot, const std::vector<UprightStep>& steps, const Flight& flight) {
+  if (flight.size() != 2) return flight.size() > 2;
+  const auto parallel = [&](const Step& step) {
+    return snapshot.find(step.lower)->plane.normal.dot(snapshot.find(step.upper)->plane.normal) >
+           parallel_cos;
+  };
+  const UprightStep &first = steps[flight[0]], &second = steps[flight[1]];
+  return first.adjoins && second.adjoins && parallel(first.step) && parallel(second.step) &&
+         std::fabs(first.step.riser_m - second.step.riser_m) <= code_tolerance;
 }
 
 Eigen::Vector3d common_normal(const Snapshot& snapshot, const std::vector<SurfaceId>& treads) {
@@ -266,8 +277,7 @@ Stairs find_stairs(const Snapshot& snapshot, const Eigen::Vector3d& up) {
   const auto parents = parents_of(snapshot);
   std::set<SurfaceId> of_stairs;
   for (const Flight& flight : join_at_landings(steps, flights(steps))) {
-    // Two risers across gaps may be any two things; more of equal height are no chance.
-    if (flight.size() < 2 || (flight.size() < 3 && !all_adjoin(steps, flight))) continue;
+    if (!is_built(snapshot, steps, flight)) continue;
     Stair stair = describe(snapshot, steps, flight);
     stair.id = oldest_ancestor(parents, stair.treads);
     for (const SurfaceId tread : stair.treads) of_stairs.insert(tread);
