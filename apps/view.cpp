@@ -26,6 +26,7 @@
 #include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/page.hpp>
+#include <octosurf/stairs.hpp>
 
 namespace octosurf {
 namespace {
@@ -124,6 +125,7 @@ void write_html(const ViewArguments& arguments) {
     std::future<std::map<SurfaceId, std::vector<PolygonEdges>>> edges =
         std::async([&map, shown = maps.back().snapshot] { return edges_of(map, *shown); });
     if (maps.size() > 1) note_changes(maps.back(), maps[maps.size() - 2]);
+    maps.back().stairs = find_stairs(*maps.back().snapshot, options.up).stairs;
     maps.back().feet = feet_of(arguments, {title_of(name), map.snapshot(), octree, options.up, {}});
     maps.back().edges = edges.get();
   }

@@ -88,7 +88,10 @@ ServedMap::Text ServedMap::make_page_text() const {
   options.max_mb = max_page_mb_;
   PageMap map{asked.name, shown.get().snapshot, asked.octree, all_edges.get(), {}};
   // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
-  if (map_) map.feet = usual_page_feet(asked);
+  if (map_) {
+    map.feet = usual_page_feet(asked);
+    map.stairs = find_stairs(*shown.get().snapshot, asked.up).stairs;
+  }
   return shared(served(make_page({map}, "the page of " + asked.name, options).html, run));
 }
 

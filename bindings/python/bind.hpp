@@ -17,6 +17,7 @@ void bind_maps(pybind11::module_& module);
 void bind_mapper(pybind11::module_& module);
 void bind_diagnosis(pybind11::module_& module);
 void bind_queries(pybind11::module_& module);
+void bind_stairs(pybind11::module_& module);
 void bind_changes(pybind11::module_& module);
 void bind_contact(pybind11::module_& module);
 void bind_footsteps(pybind11::module_& module);

@@ -20,6 +20,7 @@
 #include <octosurf/footsteps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/parameters.hpp>
+#include <octosurf/stairs.hpp>
 #include <octosurf/up.hpp>
 
 // How octosurf's types are said in Python where they are no classes of their own: enumerations are strings,
@@ -61,6 +62,7 @@ OCTOSURF_NAMES(StepRefusal, "refusal", step_refusal_names);
 OCTOSURF_NAMES(NoPlan::Why, "reason", no_plan_names);
 OCTOSURF_NAMES(ExportPart, "part", export_part_names);
 OCTOSURF_NAMES(ViewFrom, "view", view_names);
+OCTOSURF_NAMES(StairKind, "course", stair_kind_names);
 
 #undef OCTOSURF_NAMES
 

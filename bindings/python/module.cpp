@@ -15,6 +15,7 @@ PYBIND11_MODULE(_octosurf, module) {
   python::bind_mapper(module);
   python::bind_diagnosis(module);
   python::bind_queries(module);
+  python::bind_stairs(module);
   python::bind_changes(module);
   python::bind_contact(module);
   python::bind_footsteps(module);

@@ -13,6 +13,7 @@
 #include <octosurf/changes.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/occupancy.hpp>
+#include <octosurf/stairs.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
@@ -41,6 +42,7 @@ struct PageMap {
   std::variant<std::monostate, MapChanges, MapDifference> changes{};
   std::vector<PageFoot> feet{};   ///< one of them is shown at a time
   std::vector<PagePlan> plans{};  ///< over this map
+  std::vector<Stair> stairs{};    ///< of find_stairs(), drawn with their measures
 };
 
 /// Options of write_page().

@@ -358,6 +358,28 @@ class Questions(unittest.TestCase):
         (row,) = octosurf.compare_maps(self.snapshot, self.snapshot).before
         self.assertAlmostEqual(row.shared_m2, row.area_m2, delta=0.02 * row.area_m2)
 
+    def test_stairs(self):
+        x, y = np.meshgrid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.8, 1.8, 0.01))
+        z = 0.17 * np.clip(np.floor(y / 0.3 + 1e-9) + 1, 0, 4)
+        pose = np.eye(4)
+        pose[:3, 3] = [0, -1, 3]
+        mapper = octosurf.Mapper()
+        mapper.insert_points(np.stack([x, y, z], axis=-1).reshape(-1, 3) - pose[:3, 3], pose)
+        snapshot = mapper.snapshot()
+        found = octosurf.find_stairs(snapshot)
+        (stair,) = found.stairs
+        self.assertEqual((len(found), stair.kind, len(stair.steps), found.single_steps), (1, "straight", 4, []))
+        self.assertAlmostEqual(stair.riser.mean_m, 0.17, delta=0.003)
+        self.assertAlmostEqual(stair.tread.mean_m, 0.3, delta=0.01)
+        self.assertAlmostEqual(stair.heading_rad, np.pi / 2, delta=0.02)
+        self.assertGreater(stair.steps[0].edge[1][0], stair.steps[0].edge[0][0])
+        self.assertEqual(octosurf.nearest_stair(snapshot, found, [0, 0, 1]).id, stair.id)
+        self.assertIsNone(octosurf.nearest_stair(self.snapshot, octosurf.find_stairs(self.snapshot), [0, 0, 1]))
+        changes = octosurf.stair_changes(octosurf.find_stairs(self.snapshot), 0, snapshot, found)
+        self.assertEqual((changes.appeared, changes.gone), ([stair.id], []))
+        with self.assertRaises(octosurf.Error):
+            octosurf.find_stairs(snapshot, up=[0, 0, 0])
+
     def test_files(self):
         edges = {self.surface.id: octosurf.label_edges(self.mapper.map(), self.surface)}
         file = world.FOLDER / "floor.json"

@@ -65,6 +65,9 @@ def results():
     pose = np.eye(4)
     pose[2, 3] = 0.1
     merged = other.merge(whole, apart)
+    step = made(octosurf.Step, 1, 2, 0.17, 1.2, 0.1, [[0, 1, 0], [0, 0, 0]])
+    length = made(octosurf.MeanLength, 0.17, 0.001)
+    stair = made(octosurf.Stair, 2, "spiral", [step, step], [2, 3], 1, 0, length, length, 1.2, 0.1, 0.5)
     return [
         octosurf.align(snapshot, scan), octosurf.align_maps(snapshot, other.map()), merged, *merged.surfaces,
         octosurf.changes_since(snapshot, 0), octosurf.compare_maps(snapshot, snapshot),
@@ -81,6 +84,7 @@ def results():
         surface.plane, *surface.polygons, surface.extrude(0.1), *pieces, surface.circles(0.1)[0],
         made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]]),
         made(octosurf.Figure, "width", 0.1, "m", None), made(octosurf.DoubleLayer, 1, 2, 0.5, 0.03, 0.1),
+        step, length, stair, made(octosurf.Stairs, [stair], [step]), made(octosurf.StairChanges, [1], [2], [3], [(4, 1)]),
         made(octosurf.Departure, "surface", 3, 0, 1, 5, [2]),
         made(octosurf.Cylinder, 4, [0, 0, 1], [0, 0, 1], 0.1, 2.0, [1, 0, 0], 3.1, 99, 0.002, 3, 7),
     ]

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <octosurf/page.hpp>
+#include <octosurf/stairs.hpp>
 
 namespace octosurf::test {
 namespace {
@@ -107,13 +108,15 @@ PageMap room(const std::string& name) {
   snapshot.departures = snapshot.departures.with(
       {{Departure::Of::surface, 1, 2, 3, 40, {}}, {Departure::Of::surface, 4, 0, 3, 50, {}}});
   const auto edges = edges_of(snapshot);
+  std::vector<Stair> stairs = find_stairs(snapshot).stairs;
   return {name,
           std::make_shared<Snapshot>(std::move(snapshot)),
           room_octree(),
           edges,
           {},
           feet_on_floor(),
-          {straight_plan(), no_plan()}};
+          {straight_plan(), no_plan()},
+          std::move(stairs)};
 }
 
 PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
@@ -128,6 +131,7 @@ PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
   map.snapshot = std::make_shared<Snapshot>(std::move(snapshot));
   map.octree = {};
   map.plans.clear();
+  map.stairs.clear();
   return map;
 }
 

@@ -104,6 +104,8 @@ async function feetAndPlans(browser) {
   const bare = await page.colors([middle, nearWall]);
   await page.press('#layer-regions');
   assert.match(await page.text('#legend'), /the middle of a foot may be here: large/);
+  // Four boxes 0.18 m above each other, 0.3 m deep and 1.2 m wide (room_snapshot.hpp).
+  assert.match(await page.text('#legend'), /stair \d+: 4 risers of 18\.0 cm, treads of 30\.0 cm, 1\.\d+ m wide/);
   const large = await page.colors([middle, nearWall]);
   assert.deepEqual([0, 1].map((i) => different(bare[i], large[i])), [true, false], 'the large foot keeps off the wall');
   await page.value(`(() => {

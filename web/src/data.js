@@ -203,6 +203,8 @@ export async function readMap(text, origin) {
     plans: (json.plans ?? []).map((plan) => planFrom({ origin }, plan)),
     voxels: voxelsOf(json, arrays, origin, surfaces.map(({ id }) => id)),
     slices: slicesOf(json, arrays),
+    stairs: (json.stairs ?? []).map((stair) => ({ ...stair, steps: stair.steps.map((step) =>
+      ({ ...step, edge: step.edge.map((end) => minus(end, origin)) })) })),
     sensor: null,
     toMap: (place) => place.map((x, k) => x + origin[k]),
   };

@@ -1,6 +1,7 @@
 #include "geometry/triangulate.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "io/exporters/page_parts.hpp"
+#include "io/exporters/stairs_json.hpp"
 
 #include <algorithm>
 #include <array>
@@ -203,6 +204,7 @@ void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_s
   for (const CylinderPtr& cylinder : snapshot.cylinders) cylinders.push_back(cylinder_json(*cylinder));
   block.json["surfaces"] = std::move(surfaces);
   block.json["cylinders"] = std::move(cylinders);
+  if (!map.stairs.empty()) block.json["stairs"] = Json::parse(stairs_json(map.stairs));
   block.json["departed_surfaces"] =
       departures_json(snapshot.departures, departed_since, Departure::Of::surface);
   block.json["departed_cylinders"] =

@@ -20,9 +20,10 @@ import { voxels, pending } from './voxels.js';
 import { slice } from './slice.js';
 import { normals } from './normals.js';
 import { sensor } from './sensor.js';
+import { stairs } from './stairs.js';
 import { axes, grid } from './ground.js';
 
 const needVoxels = (layer) => ({ ...layer, has: (map) => map.voxels !== null });
 
 export const layers = [surfaces, edges, gone, cylinders, needVoxels(pending), needVoxels(voxels), slice, regions, plans,
-  normals, grid, axes, sensor];
+  normals, grid, axes, sensor, stairs];
