@@ -99,6 +99,20 @@ TEST(Footsteps, ClimbAStairAndComeDown) {
   EXPECT_EQ(down.steps.back().surface, 1);
 }
 
+TEST(Footsteps, StandInTheMiddleOfTreads) {
+  // A sole of 0.22 m has 3.5 cm before and behind it at most, less than StepCosts::good_margin_m.
+  const Course course = stair(5, 0.17);
+  const FootstepPlan plan = course.plan({{-1, 0, 0}, 0}, {{0.29 * 5 + 0.6, 0, 0.17 * 6}, 0});
+  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+  std::size_t on_treads = 0;
+  for (const Footstep& step : plan.steps) {
+    if (step.surface == 1 || step.surface == 50) continue;
+    ++on_treads;
+    EXPECT_NEAR(step.T_map_foot.translation().x(), 0.29 * (step.surface - 1.5), 0.02);
+  }
+  EXPECT_GE(on_treads, 5U);
+}
+
 TEST(Footsteps, StandSquareOnTreadsHoweverTheStairIsTurned) {
   // fixed: 11.25° is as far off the headings of an unturned world as a stair can be.
   const Course straight = stair(4, 0.17);
