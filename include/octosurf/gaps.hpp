@@ -49,13 +49,18 @@ struct GroundedSurface {
 /// 1. a place through which rays passed is a hole however narrow, from two voxels: the voxel on the plane is
 ///    free and those straight behind it, to max(2.5 d, 3 rms + d/2) (three voxels: poses that err by a voxel
 ///    let rays along a plane free two), and so are places beside it that are
-///    free on the plane, as far as a ray that leans by 60° may go aside on that way. Free space in front of a
-///    plane proves nothing;
-/// 2. an unseen gap is bridged, and part of the surface, if the spacing of the readings explains it: a disc
-///    as wide as the gap fits between gaps on less than half of the surface within three times as far. The
-///    floor between a lidar's rings is whole so, and the shadow of a box on a densely seen floor is not;
-/// 3. nothing is bridged whose widest disc meets a void or something that stands there, or that is wider than
-///    `widest_bridged_m`, at most widest_gap_m.
+///    free on the plane, as far as a ray that leans by 60° may go aside on that way. A void that ends less
+///    deep is told if another surface lies there, from two voxels on. Free space in front of a plane proves
+///    nothing;
+/// 2. an unseen gap is bridged, and part of the surface, if the spacing of the readings explains it:
+///    - a disc as wide as the gap fits between gaps on less than half of the surface within three times as
+///      far. The floor between a lidar's rings is whole so, and the shadow of a box on a densely seen floor
+///      is not; or
+///    - rays passed within two voxels before three quarters of it, so that nothing hid it, and readings that
+///      fall anywhere leave such a disc empty in one of 10⁴ places: −n ln(1 − f) < 9 for n cells, of which a
+///      share f has readings within three times as far;
+/// 3. nothing is bridged whose widest disc meets a void or something that stands there, another surface from
+///    two voxels above the plane, too, or that is wider than `widest_bridged_m`, at most widest_gap_m.
 ///
 /// Not part of mapping: a ray may change a reason without a change of the surface. O(area / d²) octree
 /// look-ups, some 0.5 µs a cell of edge d of the surface's extent, 50 ms for 100 m² at 5 cm. Throws

@@ -172,6 +172,33 @@ TEST(Gaps, AVoidBetweenRingsIsNotBridged) {
     }
 }
 
+// Rings over a trench that ends two voxels deep on another surface, and rings over a board as low.
+TEST(Gaps, NothingIsBridgedOverAShallowVoidOrALowBoard) {
+  for (const int height : {-2, 2}) {
+    Floor floor;
+    add_rings(floor);
+    const auto unread = [&](int u, int v) {
+      return floor.octree.view().at({(u + 0.5) * edge, (v + 0.5) * edge, edge / 2}).state ==
+             OccupancyView::State::unknown;
+    };
+    std::vector<std::pair<int, int>> there;
+    Floor::for_each(60, 30, 150, 50, [&](int u, int v) {
+      if (unread(u, v)) there.emplace_back(u, v);
+    });
+    for (const auto& [u, v] : there) {
+      floor.octree.occupy(u, v, height, 2, 2);
+      for (int z = height + 1; z <= 0; ++z) floor.octree.free(u, v, z);
+    }
+    const OccupancyView octree = floor.octree.view();
+    const GroundedSurface found = find_gaps(floor.surface, octree);
+    for (const auto& [u, v] : there) {
+      const Eigen::Vector2d at((u + 0.5) * edge, (v + 0.5) * edge);
+      EXPECT_FALSE(stands(*found.surface, at.x(), at.y())) << height << ": " << u << ' ' << v;
+      EXPECT_EQ(ground_at(*found.surface, octree, at), height < 0 ? Ground::open : Ground::blocked);
+    }
+  }
+}
+
 // A sole half over a void; and one of a kilometre, which takes no longer.
 TEST(Gaps, AFootIsToldWhatItWouldStandOn) {
   Floor floor;
