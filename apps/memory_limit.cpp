@@ -61,11 +61,14 @@ void MemoryLimit::watch(const std::stop_token& stop) {
   for (; !stop.stop_requested(); std::this_thread::sleep_for(interval)) {
     const Resident now = resident();
     if (now.all <= near) continue;
-    // Dropping less than an eighth at a time would cost more in faults than it gains.
-    if (now.of_files >= programs + limit_ / 8)
-      geometry::PageFile::drop();
-    else if (now.all > limit_)
+    // Dropping less than an eighth at a time would cost more in faults than it gains. What was new last is
+    // where the robot is.
+    if (now.of_files >= programs + limit_ / 8) {
+      geometry::PageFile::drop(limit_ / 4);
+      if (resident().all > near - limit_ / 8) geometry::PageFile::drop();
+    } else if (now.all > limit_) {
       most_ = std::max(most_.load(), now.all);
+    }
   }
 }
 

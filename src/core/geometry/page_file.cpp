@@ -43,9 +43,8 @@ struct File {
   std::string folder;
   int descriptor = -1;
   std::byte* begin = nullptr;
-  std::mutex mutex;  // guards the rest
-  std::size_t used = 0;
-  std::atomic<std::size_t> mapped = 0;  // read by drop()
+  std::mutex mutex;                               // guards the rest
+  std::atomic<std::size_t> used = 0, mapped = 0;  // read by drop()
   std::array<std::vector<void*>, 512> free;
 
   void* take(std::size_t bytes);
@@ -143,8 +142,11 @@ void PageFile::deallocate(void* block, std::size_t bytes) noexcept {
     ::operator delete(block);
 }
 
-void PageFile::drop() noexcept {
-  if (const File* const of = file.load(); of != nullptr) ::madvise(of->begin, of->mapped, MADV_DONTNEED);
+void PageFile::drop(std::size_t keep) noexcept {
+  const File* const of = file.load();
+  if (of == nullptr) return;
+  const std::size_t used = of->used, end = keep == 0 ? of->mapped.load() : used - std::min(keep, used);
+  ::madvise(of->begin, end / page * page, MADV_DONTNEED);
 }
 
 }  // namespace octosurf::geometry

@@ -27,8 +27,9 @@ class PageFile {
   static void* allocate(std::size_t bytes);
   static void deallocate(void* block, std::size_t bytes) noexcept;
 
-  /// Takes all of the file out of the process. The system writes it when it needs the memory.
-  static void drop() noexcept;
+  /// Takes the file out of the process, but for so many bytes that were used for the first time last. The
+  /// system writes it when it needs the memory.
+  static void drop(std::size_t keep = 0) noexcept;
 };
 
 /// For standard containers of what grows with a map.
