@@ -19,7 +19,6 @@ ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, s
   const std::size_t all = std::min(range_.first, (left + range_.every - 1) / range_.every);
   const std::size_t begin = all * (range_.part - 1) / range_.parts;
   size_ = all * range_.part / range_.parts - begin;
-  // Parts count scans as they come: a source skips the same bad ones for each of them.
   range_.skip += begin * range_.every;
   range_.first = size_;
   try {
@@ -66,9 +65,7 @@ ScanFeed::Reading ScanFeed::read() {
 
 std::optional<Scan> ScanFeed::read_one() try {
   while (asked_ < range_.first) {
-    std::size_t left_out = asked_++ == 0 ? range_.skip : range_.every - 1;
-    for (; left_out > 0; --left_out)
-      if (!source_->next()) return {};
+    if (!source_->skip(asked_++ == 0 ? range_.skip : range_.every - 1)) return {};
     std::optional<Scan> scan = source_->next();
     if (!scan || !accept_ || accept_(*scan)) return scan;
     ++refused_;

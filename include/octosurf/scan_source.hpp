@@ -98,6 +98,14 @@ class ScanSource {
   /// one input to the next. About 3 ms for a 640×480 PNG.
   virtual std::optional<Scan> next() = 0;
 
+  /// Leaves out the next scans; false if there are fewer. With skip_bad good ones are counted, so that each
+  /// is decoded; without it none is, and bad ones count.
+  virtual bool skip(std::size_t count) {
+    for (; count > 0; --count)
+      if (!next()) return false;
+    return true;
+  }
+
   /// One line for every scan left out so far, with the reason: bad ones with skip_bad, and always a
   /// recording's images without a pose at their time.
   virtual const std::vector<std::string>& skipped() const = 0;

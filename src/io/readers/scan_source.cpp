@@ -51,13 +51,9 @@ class FileScanSource : public ScanSource {
   }
 
   std::optional<Scan> next() override {
-    while (recording_ < recordings_.size()) {
+    while (const io::ListedScan* const following = advance()) {
       const io::ListedRecording& recording = recordings_[recording_];
-      if (index_ == recording.scans.size()) {
-        begin_recording(recording_ + 1);
-        continue;
-      }
-      const io::ListedScan& listed = recording.scans[index_++];
+      const io::ListedScan& listed = *following;
       try {
         Scan scan = load(recording, motions_[recording_], listed);
         scan.stamp_s = stamp(listed, scan.sensor);
@@ -75,7 +71,25 @@ class FileScanSource : public ScanSource {
     return std::nullopt;
   }
 
+  bool skip(std::size_t count) override {
+    if (options_.skip_bad) return ScanSource::skip(count);
+    for (; count > 0; --count) {
+      const io::ListedScan* const listed = advance();
+      if (listed == nullptr) return false;
+      stamp(*listed, sensor_of(recordings_[recording_], *listed));
+      first_.reset();
+    }
+    return true;
+  }
+
  private:
+  /// The next scan of all recordings, null at the end.
+  const io::ListedScan* advance() {
+    while (recording_ < recordings_.size() && index_ == recordings_[recording_].scans.size())
+      begin_recording(recording_ + 1);
+    return recording_ < recordings_.size() ? &recordings_[recording_].scans[index_++] : nullptr;
+  }
+
   void begin_recording(std::size_t recording) {
     recording_ = recording;
     index_ = 0;

@@ -62,6 +62,32 @@ TEST_F(ScanFolders, SevenScenesIntrinsicsMayStandAbove) {
   EXPECT_THAT(read_all({folder / "seq/frame-0.depth.png"}), SizeIs(1));
 }
 
+TEST_F(ScanFolders, SkippedScansAreNotDecodedAndLeaveTheOthersTimesAsTheyAre) {
+  for (const char* recording : {"a", "b"})
+    for (int i = 0; i < 4; ++i)
+      write_pcd(recording + std::string("/") + std::to_string(i) + ".pcd", "1 0 0 1 0 0 0");
+  const std::vector<std::filesystem::path> inputs{folder / "a", folder / "b"};
+  const std::vector<Scan> all = read_all(inputs);
+  ASSERT_EQ(all.size(), 8u);
+  write("a/2.pcd", "no cloud");
+  for (const std::size_t skipped : {3u, 4u, 6u}) {
+    const auto source = open_scans(inputs);
+    ASSERT_TRUE(source->skip(skipped));
+    const std::vector<Scan> rest = read_all(*source);
+    ASSERT_EQ(rest.size(), all.size() - skipped);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      EXPECT_EQ(rest[i].name, all[skipped + i].name);
+      EXPECT_DOUBLE_EQ(rest[i].stamp_s, all[skipped + i].stamp_s) << rest[i].name;
+    }
+  }
+  EXPECT_FALSE(open_scans(inputs)->skip(9));
+  ScanSourceOptions lenient;
+  lenient.skip_bad = true;
+  const auto source = open_scans(inputs, lenient);
+  ASSERT_TRUE(source->skip(2));
+  EXPECT_EQ(source->next().value().name, all[3].name) << "only good ones count";
+}
+
 TEST_F(ScanFolders, Tum) {
   write(
       "depth.txt",
