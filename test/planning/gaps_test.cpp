@@ -172,6 +172,27 @@ TEST(Gaps, AVoidBetweenRingsIsNotBridged) {
     }
 }
 
+// Readings in 17 cells of 20. Of places of 2 × 2 cells one in 2000 has none by chance alone, so a floor has
+// some; of 3 × 3 none. What rays passed just before was not hidden.
+TEST(Gaps, WhatReadingsMissByChanceIsWhole) {
+  for (const int cells : {2, 3})
+    for (const bool passed : {true, false}) {
+      Floor floor;
+      floor.outline(0, 0, 1, 1);
+      const double low = 20 * edge, high = (20 + cells) * edge;
+      floor.surface.polygons[0].holes.push_back({{low, low}, {low, high}, {high, high}, {high, low}});
+      std::mt19937_64 rng(test::seed());
+      Floor::for_each(0, 0, 50, 50, [&](int u, int v) {
+        const bool in_hole = std::min(u, v) >= 20 && std::max(u, v) < 20 + cells;
+        if (in_hole && passed) floor.octree.free(u, v, 1);
+        if (!in_hole && rng() % 20 < 17) floor.octree.occupy(u, v, 0, 2, 1);
+      });
+      const GroundedSurface found = find_gaps(floor.surface, floor.octree.view());
+      const double middle = (low + high) / 2;
+      EXPECT_EQ(stands(*found.surface, middle, middle), passed && cells == 2) << cells << ' ' << passed;
+    }
+}
+
 // Rings over a trench that ends two voxels deep on another surface, and rings over a board as low.
 TEST(Gaps, NothingIsBridgedOverAShallowVoidOrALowBoard) {
   for (const int height : {-2, 2}) {
