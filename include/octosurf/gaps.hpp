@@ -50,7 +50,7 @@ struct GroundedSurface {
 ///    free and those straight behind it, to max(2.5 d, 3 rms + d/2) (three voxels: poses that err by a voxel
 ///    let rays along a plane free two), and so are places beside it that are
 ///    free on the plane, as far as a ray that leans by 60° may go aside on that way. A void that ends less
-///    deep is told if another surface lies there, from two voxels on. Free space in front of a plane proves
+///    deep counts where another surface bounds it, from two voxels on. Free space in front of a plane proves
 ///    nothing;
 /// 2. an unseen gap is bridged, and part of the surface, if the spacing of the readings explains it:
 ///    - a disc as wide as the gap fits between gaps on less than half of the surface within three times as

@@ -5,6 +5,7 @@
 // not random tests of a property but the same few places measured again after every change. Bounds stand a
 // little off the figures measured when they were set, which stand beside them; who moves one says why. The
 // whole table, five seeds a scene, is `./dev bench accuracy`.
+#include "accuracy/simulated_map.hpp"
 #include "evaluation/evaluate.hpp"
 #include "simulation/recording.hpp"
 #include "support/paths.hpp"
@@ -58,15 +59,8 @@ evaluation::Evaluation measure(const Fence& fence) {
   options.sensor = fence.sensor;
   options.seed = 1;  // fixed: bounds lie close to what this recording scores
   options.frames = 24;
-  const simulation::Recording recording(options);
-  simulation::Recording::Visibility visibility = recording.visibility();
-  Mapper mapper{Parameters{}};
-  for (std::size_t i = 0; i < recording.size(); ++i) {
-    const simulation::Readings ideal = recording.ideal(i);
-    visibility.add(i, ideal);
-    mapper.insert(recording.labelled_scan(i, ideal).scan);
-  }
-  return evaluation::evaluate(*mapper.snapshot(), visibility.truth());
+  const test::SimulatedMap map(options);
+  return evaluation::evaluate(*map.mapper.snapshot(), map.truth);
 }
 
 TEST_P(Accuracy, StaysWhereItIs) {

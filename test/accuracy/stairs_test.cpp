@@ -2,13 +2,12 @@
 // table is `./dev bench stairs`.
 #include "evaluation/stairs.hpp"
 
-#include "simulation/recording.hpp"
+#include "accuracy/simulated_map.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include <octosurf/mapper.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
@@ -19,17 +18,10 @@ void expect_found(const char* scene, const char* sensor, std::size_t frames) {
   options.scene = scene;
   options.sensor = sensor;
   options.frames = frames;  // a half of what a recording has; the steps are seen all the same
-  const simulation::Recording recording(options);
-  simulation::Recording::Visibility visibility = recording.visibility();
-  Mapper mapper{Parameters{}};
-  for (std::size_t i = 0; i < recording.size(); ++i) {
-    const simulation::Readings ideal = recording.ideal(i);
-    visibility.add(i, ideal);
-    mapper.insert(recording.labelled_scan(i, ideal).scan);
-  }
-  const Eigen::Vector3d up = up_of(mapper.map()).direction;
+  const test::SimulatedMap map(options);
+  const Eigen::Vector3d up = up_of(map.mapper.map()).direction;
   const evaluation::StairScores scores =
-      evaluation::evaluate_stairs(find_stairs(*mapper.snapshot(), up).stairs, visibility.truth(), up);
+      evaluation::evaluate_stairs(find_stairs(*map.mapper.snapshot(), up).stairs, map.truth, up);
   ASSERT_EQ(scores.stairs.size(), 1U);
   const evaluation::StairScore& stair = scores.stairs[0];
   EXPECT_TRUE(stair.wholly_seen());

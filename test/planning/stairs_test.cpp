@@ -247,7 +247,7 @@ TEST(Stairs, TwoBesideEachOtherAreTwo) {
   EXPECT_THAT(found.stairs[1].treads, ElementsAre(7, 8, 9, 10, 11));
 }
 
-TEST(Stairs, ChangesAreTold) {
+TEST(Stairs, ChangesFollowTreadsThroughMergers) {
   Place place;
   place.add(0, 0, 1, 1, 0);  // 1 was elsewhere
   place.snapshot.surfaces.clear();

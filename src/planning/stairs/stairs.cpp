@@ -18,11 +18,11 @@
 namespace octosurf {
 namespace {
 
+using planning::add_ids;
+using planning::riser_tolerance;
 using planning::UprightStep;
 
-// Codes hold the risers of a flight within 1 cm of each other; worn stairs, and planes seen from one side,
-// take the rest.
-constexpr double code_tolerance = 0.01, riser_tolerance = 0.025;
+constexpr double code_tolerance = 0.01;  // m, see riser_tolerance
 // 3°: treads are level or fall by 2 % (1.1°), and a narrow one's plane seen from one side errs by 1°.
 constexpr double parallel_cos = 0.9986;
 // Two risers and a tread are one pace, 0.60 to 0.65 m: what is deeper needs another pace and is a landing.
@@ -216,11 +216,6 @@ double depth_along_treads(const Step& from, const Step& to, const Eigen::Vector3
   return (heading(from) + heading(to)).normalized().dot(way);
 }
 
-void add_parts(const std::vector<SurfaceId>& level, std::vector<SurfaceId>& treads) {
-  for (const SurfaceId id : level)
-    if (std::find(treads.begin(), treads.end(), id) == treads.end()) treads.push_back(id);
-}
-
 Stair describe(const Snapshot& snapshot, const std::vector<UprightStep>& steps, const Flight& flight) {
   Stair stair;
   stair.kind = stair_kind(steps, flight);
@@ -236,8 +231,8 @@ Stair describe(const Snapshot& snapshot, const std::vector<UprightStep>& steps, 
   stair.heading_rad = std::atan2(heading.y(), heading.x());
   for (std::size_t k = 1; k < flight.size(); ++k) {
     stair.turn_rad += turn_of(steps[flight[k - 1]], steps[flight[k]]);
-    add_parts(steps[flight[k - 1]].upper, stair.treads);
-    add_parts(steps[flight[k]].lower, stair.treads);
+    add_ids(steps[flight[k - 1]].upper, stair.treads);
+    add_ids(steps[flight[k]].lower, stair.treads);
   }
   const Eigen::Vector3d normal = common_normal(snapshot, stair.treads);
   for (std::size_t k = 1; k < flight.size(); ++k)
@@ -257,12 +252,12 @@ Stair describe(const Snapshot& snapshot, const std::vector<UprightStep>& steps, 
     if (sum > landing_m2)
       return *std::max_element(level.begin(), level.end(),
                                [&](SurfaceId a, SurfaceId b) { return area(a) < area(b); });
-    add_parts(level, to);
+    add_ids(level, to);
     return SurfaceId{0};
   };
   std::vector<SurfaceId> from_below;
   stair.landing_below = landing(steps[flight.front()].lower, from_below);
-  add_parts(stair.treads, from_below);
+  add_ids(stair.treads, from_below);
   stair.landing_above = landing(steps[flight.back()].upper, from_below);
   stair.treads = std::move(from_below);
   return stair;

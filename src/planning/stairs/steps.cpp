@@ -37,7 +37,7 @@ constexpr double facing_cos = 0.82;  // 35°
 constexpr double edge_depth = 0.04;  // m, of the band that holds one edge
 // Parts of one edge: as far apart as an edge is looked before; turned, for worn edges are round, by less than
 // two winders; as high as risers of a flight are alike.
-constexpr double part_gap = 0.10, part_cos = 0.97, part_height = 0.025;
+constexpr double part_gap = 0.10, part_cos = 0.97, part_height = riser_tolerance;
 
 struct Level {
   const Surface* surface;
@@ -228,12 +228,8 @@ void absorb(UprightStep& step, const UprightStep& part) {
   };
   if (across(part.ends[0]) < across(step.ends[0])) step.ends[0] = part.ends[0];
   if (across(part.ends[1]) > across(step.ends[1])) step.ends[1] = part.ends[1];
-  const auto add = [](std::vector<SurfaceId>& to, const std::vector<SurfaceId>& from) {
-    for (const SurfaceId id : from)
-      if (std::find(to.begin(), to.end(), id) == to.end()) to.push_back(id);
-  };
-  add(step.lower, part.lower);
-  add(step.upper, part.upper);
+  add_ids(part.lower, step.lower);
+  add_ids(part.upper, step.upper);
   measure(step);
 }
 
@@ -269,6 +265,11 @@ std::vector<Level> level_surfaces(const Snapshot& snapshot, const Eigen::Vector3
 }
 
 }  // namespace
+
+void add_ids(const std::vector<SurfaceId>& added, std::vector<SurfaceId>& ids) {
+  for (const SurfaceId id : added)
+    if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
+}
 
 std::vector<UprightStep> find_steps(const Snapshot& snapshot, const Eigen::Vector3d& up) {
   geometry::require_direction(up, "up");
