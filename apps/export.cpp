@@ -190,8 +190,7 @@ void add_export(CLI::App& app) {
       ->check(more_than(0));
   verb->add_option("--bridge", arguments->bridge,
                    "m: the widest gap that is closed where nobody looked and the readings' spacing explains "
-                   "it, as between "
-                   "a lidar's rings")
+                   "it, as between a lidar's rings; with --format a quarter of the foot")
       ->check(between(0, widest_gap_m))
       ->capture_default_str();
   verb->add_flag("--as-mapped", arguments->as_mapped,

@@ -14,6 +14,7 @@
 
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/planner_formats.hpp>
 #include <octosurf/planning.hpp>
 
@@ -42,8 +43,8 @@ Eigen::Quaterniond turn_of(const Up& up) {
 class PlannerExporter {
  public:
   PlannerExporter(const Map& map, const Up& up, const PlannerExport& options, std::string file, bool force)
-      : snapshot_(map.snapshot()),
-        octree_(map.octree()),
+      : octree_(map.octree()),
+        snapshot_(with_gaps(*map.snapshot(), octree_, widest_unseen_of(chosen_foot(options)))),
         options_(options),
         up_(up.direction),
         turn_(turn_of(up)),
@@ -114,8 +115,8 @@ class PlannerExporter {
                 heights.elevation.cols(), heights.cell);
   }
 
-  std::shared_ptr<const Snapshot> snapshot_;
   OccupancyView octree_;
+  std::shared_ptr<const Snapshot> snapshot_;  // as the foot meets it
   const PlannerExport& options_;
   Eigen::Vector3d up_;
   Eigen::Quaterniond turn_;

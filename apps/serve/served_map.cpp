@@ -17,7 +17,6 @@
 #include <octosurf/export.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/page.hpp>
-#include <octosurf/stairs.hpp>
 
 namespace octosurf {
 
@@ -87,11 +86,9 @@ ServedMap::Text ServedMap::make_page_text() const {
   if (suggested_up_) options.suggested_up = suggested_up_->direction;
   options.max_mb = max_page_mb_;
   PageMap map{asked.name, shown.get().snapshot, asked.octree, all_edges.get(), {}};
+  map.stairs = stairs.get().stairs;
   // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
-  if (map_) {
-    map.feet = usual_page_feet(asked);
-    map.stairs = find_stairs(*shown.get().snapshot, asked.up).stairs;
-  }
+  if (map_) map.feet = usual_page_feet(asked);
   return shared(served(make_page({map}, "the page of " + asked.name, options).html, run));
 }
 
@@ -111,7 +108,7 @@ ServedMap::Text ServedMap::make_surfaces() const {
   ExportExtras extras;
   extras.edges = all_edges.get();
   extras.gaps = shown.get().gaps;
-  if (map_) extras.stairs = find_stairs(*shown.get().snapshot, asked.up);
+  extras.stairs = stairs.get();
   return shared(export_text(*shown.get().snapshot, extras));
 }
 
@@ -125,6 +122,7 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
   Text& event = events_[since];
   if (!event) {
     PageMap map{asked.name, shown.get().snapshot, asked.octree};
+    map.stairs = stairs.get().stairs;
     if (since) map.changes = changes_since(*asked.snapshot, *since);
     const io::SensorTrack track = track_ ? track_() : io::SensorTrack();
     event = shared(

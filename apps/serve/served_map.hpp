@@ -15,6 +15,7 @@
 
 #include <octosurf/map.hpp>
 #include <octosurf/queries.hpp>
+#include <octosurf/stairs.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
@@ -58,6 +59,7 @@ class ServedMap {
   const Lazy<Shown> shown{[this] { return make_shown(); }};
   /// label_edges() of all shown surfaces; none of a map that goes on growing.
   const Lazy<std::map<SurfaceId, std::vector<PolygonEdges>>> all_edges{[this] { return make_edges(); }};
+  const Lazy<Stairs> stairs{[this] { return find_stairs(*shown.get().snapshot, asked.up); }};
   const Lazy<Text> page{[this] { return make_page_text(); }};     ///< HTML
   const Lazy<Text> info{[this] { return make_info(); }};          ///< JSON
   const Lazy<Text> surfaces{[this] { return make_surfaces(); }};  ///< the export as JSON

@@ -20,6 +20,7 @@ void bind_queries(pybind11::module_& module);
 void bind_stairs(pybind11::module_& module);
 void bind_changes(pybind11::module_& module);
 void bind_contact(pybind11::module_& module);
+void bind_gaps(pybind11::module_& module);
 void bind_footsteps(pybind11::module_& module);
 void bind_exports(pybind11::module_& module);
 void bind_planner_formats(pybind11::module_& module);

@@ -18,6 +18,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/footsteps.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/parameters.hpp>
 #include <octosurf/stairs.hpp>
@@ -63,6 +64,7 @@ OCTOSURF_NAMES(NoPlan::Why, "reason", no_plan_names);
 OCTOSURF_NAMES(ExportPart, "part", export_part_names);
 OCTOSURF_NAMES(ViewFrom, "view", view_names);
 OCTOSURF_NAMES(StairKind, "course", stair_kind_names);
+OCTOSURF_NAMES(Ground, "kind of ground", ground_names);
 
 #undef OCTOSURF_NAMES
 

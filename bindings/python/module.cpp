@@ -18,6 +18,7 @@ PYBIND11_MODULE(_octosurf, module) {
   python::bind_stairs(module);
   python::bind_changes(module);
   python::bind_contact(module);
+  python::bind_gaps(module);
   python::bind_footsteps(module);
   python::bind_exports(module);
   python::bind_planner_formats(module);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include <octosurf/footsteps.hpp>
+#include <octosurf/stairs.hpp>
 #include <octosurf/surface.hpp>
 
 // The ROS 2 messages written by the node, field by field as in their .msg files; those of octosurf_msgs are
@@ -19,6 +20,10 @@ namespace octosurf::dds {
 /// octosurf_msgs/Surfaces. `stamp_ns`: of the last scan mapped.
 void write_surfaces(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
                     std::int64_t stamp_ns);
+
+/// octosurf_msgs/Stairs; `stairs` are those of the snapshot.
+void write_stairs(io::MessageWriter& out, const Stairs& stairs, const Snapshot& snapshot,
+                  const std::string& frame, std::int64_t stamp_ns);
 
 /// octosurf_msgs/ContactRegion.
 void write_region(io::MessageWriter& out, const services::FoundRegion& found);

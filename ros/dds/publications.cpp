@@ -9,7 +9,9 @@
 #include <mutex>
 #include <numbers>
 
+#include <octosurf/gaps.hpp>
 #include <octosurf/planner_formats.hpp>
+#include <octosurf/stairs.hpp>
 
 namespace octosurf::dds {
 namespace {
@@ -35,6 +37,8 @@ Publications::Publications(const Participant& participant, const Mapping& mappin
       inputs_(std::move(inputs)),
       surfaces_(participant, topic_over_dds(options.name + "/surfaces"),
                 type_over_dds("octosurf_msgs/Surfaces"), Profile::latched),
+      stairs_(participant, topic_over_dds(options.name + "/stairs"), type_over_dds("octosurf_msgs/Stairs"),
+              Profile::latched),
       markers_(participant, topic_over_dds(options.name + "/markers"),
                type_over_dds("visualization_msgs/MarkerArray"), Profile::latched),
       terrain_(participant, topic_over_dds(options.name + "/planar_terrain"),
@@ -82,16 +86,22 @@ bool Publications::publish_map(const MapMoment& moment) {
   const Snapshot& snapshot = *moment.snapshot;
   bool all = publish(surfaces_, "surfaces",
                      [&](io::MessageWriter& out) { write_surfaces(out, snapshot, frame, moment.stamp_ns); });
+  all &= publish(stairs_, "stairs", [&](io::MessageWriter& out) {
+    write_stairs(out, find_stairs(snapshot, mapping_.up()), snapshot, frame, moment.stamp_ns);
+  });
   all &= publish(markers_, "markers", [&](io::MessageWriter& out) { write_markers(out, snapshot, frame); });
   if (snapshot.octree.resolution() > 0)
     all &= publish(octomap_, "octomap", [&](io::MessageWriter& out) {
       write_octomap(out, *octree_.follow(snapshot.octree), frame);
     });
+  const PlannerContact contact = contact_of(options_);
+  const std::shared_ptr<const Snapshot> ground =
+      with_gaps(snapshot, snapshot.octree, widest_unseen_of(contact.shape));
   HeightGrid grid;
   try {
     HeightGridOptions wanted;
     wanted.max_slope_rad = options_.max_slope_deg * degree;
-    grid = height_grid(snapshot, wanted);
+    grid = height_grid(*ground, wanted);
   } catch (const std::exception& error) {
     tell("grid map", error);
   }
@@ -99,7 +109,7 @@ bool Publications::publish_map(const MapMoment& moment) {
   all &= publish(grid_map_, "grid map",
                  [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame); });
   all &= publish(terrain_, "planar terrain", [&](io::MessageWriter& out) {
-    const auto surfaces = planner_surfaces(snapshot, contact_of(options_), &snapshot.octree);
+    const auto surfaces = planner_surfaces(*ground, contact, &snapshot.octree);
     io::write_planar_terrain(out, io::terrain_regions(surfaces).regions, grid, frame);
   });
   return all;

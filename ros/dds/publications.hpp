@@ -39,7 +39,7 @@ class Publications {
   const Mapping& mapping_;
   const NodeOptions& options_;
   std::function<InputState()> inputs_;
-  Writer surfaces_, markers_, terrain_, octomap_, grid_map_, status_;
+  Writer surfaces_, stairs_, markers_, terrain_, octomap_, grid_map_, status_;
   OctomapFollower octree_;  // of the thread, as is the next
   std::string problem_;     // reported last
   std::jthread thread_;

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include <octosurf/error.hpp>
+#include <octosurf/gaps.hpp>
 
 namespace octosurf::services {
 namespace {
@@ -51,6 +52,29 @@ void ask_voxel(const AskedMap& map, const PlaceQuestion& question, PlaceAnswer& 
                                                : PlaceAnswer::occupied;
   answer.log_odds = voxel.log_odds;
   if (voxel.surface != 0) answer.surfaces = {voxel.surface};
+}
+
+const Surface& surface_of(const AskedMap& map, SurfaceId id) {
+  const Surface* const surface = map.snapshot->find(id);
+  if (surface == nullptr)
+    throw Error(Error::Kind::data, "surface", "there is none of id " + std::to_string(id));
+  return *surface;
+}
+
+void ask_ground(const AskedMap& map, const PlaceQuestion& question, PlaceAnswer& answer) {
+  SurfaceId id = question.surface;
+  if (id == 0) {
+    const auto nearest = map.index.nearest(question.point);
+    if (!nearest) return;
+    id = nearest->id;
+  }
+  const Surface& surface = surface_of(map, id);
+  if (!question.point.allFinite()) throw Error(Error::Kind::usage, "point", "is not finite");
+  const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * question.point).head<2>();
+  const Eigen::Vector3d at = surface.to_map(uv);
+  put(map, id, at, (question.point - at).norm(), answer);
+  const OccupancyView& octree = map.snapshot->octree;
+  answer.ground = ground_name(ground_at(*find_gaps(surface, octree, 0).surface, octree, uv));
 }
 
 ContactShape foot_of(const RegionsQuestion& question) {
@@ -105,6 +129,9 @@ PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question) {
     case PlaceQuestion::voxel:
       ask_voxel(map, question, answer);
       break;
+    case PlaceQuestion::ground:
+      ask_ground(map, question, answer);
+      break;
     default:
       throw Error(Error::Kind::usage, "kind", "is none of octosurf_msgs/Query");
   }
@@ -117,12 +144,12 @@ std::vector<FoundRegion> answer(const AskedMap& map, const RegionsQuestion& ques
   std::optional<double> yaw;
   if (!question.any_heading) yaw = question.yaw;
   const Snapshot& snapshot = *map.snapshot;
-  if (question.surface != 0 && snapshot.find(question.surface) == nullptr)
-    throw Error(Error::Kind::data, "surface", "there is none of id " + std::to_string(question.surface));
+  if (question.surface != 0) surface_of(map, question.surface);
   std::vector<FoundRegion> found;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     if (question.surface != 0 && surface->id != question.surface) continue;
-    ContactRegion region = contact_region(*surface, foot, yaw, limits, &snapshot.octree, nullptr, &snapshot);
+    const SurfacePtr ground = find_gaps(*surface, snapshot.octree, widest_unseen_of(foot)).surface;
+    ContactRegion region = contact_region(*ground, foot, yaw, limits, &snapshot.octree, nullptr, &snapshot);
     std::vector<ConvexPiece> pieces;
     if (question.pieces > 0) pieces = convex_pieces(*surface, region, question.pieces);
     found.push_back({surface.get(), std::move(region), std::move(pieces)});
@@ -134,7 +161,10 @@ FootstepPlan answer(const AskedMap& map, const PlanQuestion& question) {
   PlanBudget budget;
   if (question.expansions != 0) budget.expansions = question.expansions;
   budget.time_s = question.time_limit == 0 ? usual_plan_s : std::min(question.time_limit, longest_plan_s);
-  FootstepPlanner planner(map.snapshot, map.snapshot->octree, robot_of(question.robot, map.up));
+  const Robot robot = robot_of(question.robot, map.up);
+  const ContactShape& foot = std::visit([](const auto& kind) -> const ContactShape& { return kind.foot; }, robot);
+  const OccupancyView& octree = map.snapshot->octree;
+  FootstepPlanner planner(with_gaps(*map.snapshot, octree, widest_unseen_of(foot)), octree, robot);
   return planner.plan(question.start, question.goal, budget);
 }
 

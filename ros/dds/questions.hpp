@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -30,10 +31,11 @@ struct AskedMap {
 };
 
 struct PlaceQuestion {
-  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel };
+  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel, ground };
   std::uint8_t kind = nearest;
   Eigen::Vector3d point, corner, direction;
   double distance = 0, max_slope = 0;
+  SurfaceId surface = 0;
 };
 struct PlaceAnswer {
   enum State : std::uint8_t { unknown, free, occupied };
@@ -45,6 +47,7 @@ struct PlaceAnswer {
   bool front = false;
   std::uint8_t state = unknown;
   double log_odds = 0;
+  std::string_view ground;
 };
 
 struct RegionsQuestion {

@@ -128,6 +128,7 @@ void Services::query(io::MessageReader& in, io::MessageWriter& out) {
   question.direction = read_point(in);
   question.distance = in.f64();
   question.max_slope = in.f64();
+  question.surface = in.u32();
   const services::AskedMap& map = asked();
   services::PlaceAnswer found;
   write_outcome(out, [&] {
@@ -136,7 +137,7 @@ void Services::query(io::MessageReader& in, io::MessageWriter& out) {
   });
   out.fields("revision", map.snapshot->revision, "found", found.found, "surfaces", found.surfaces, "point",
              found.point, "distance", found.distance, "normal", found.normal, "front", found.front, "state",
-             found.state, "log_odds", found.log_odds);
+             found.state, "log_odds", found.log_odds, "ground", found.ground);
 }
 
 void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {

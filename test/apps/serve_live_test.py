@@ -81,7 +81,7 @@ class WhileMapping(unittest.TestCase):
             with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime", "--together", "1",
                                 "--detection-budget", "0", verb="map", port="--serve") as server:
                 stuck = serving.Live(server)
-                live, known, messages, resyncs, compared = serving.Live(server), {}, 0, 0, 0
+                live, known, messages, resyncs, compared, with_stairs = serving.Live(server), {}, 0, 0, 0, 0
                 try:
                     while True:
                         told = live.message()
@@ -95,6 +95,8 @@ class WhileMapping(unittest.TestCase):
                             compared += 1
                             self.assertEqual([(i, known[i]["revision"]) for i in sorted(known)],
                                              [(s["id"], s["revision"]) for s in whole["surfaces"]])
+                            self.assertEqual(told.get("stairs", []), whole["stairs"])
+                            with_stairs += "stairs" in told
                         if messages % 5 == 0:  # comes back with what it knows
                             resyncs += 1
                             live.close()
@@ -103,7 +105,7 @@ class WhileMapping(unittest.TestCase):
                     live.close()
                 self.assertEqual(server.process.wait(timeout=60), 0)
                 stuck.close()
-            self.assertGreater(min(messages, compared, resyncs), 1)
+            self.assertGreater(min(messages, compared, resyncs, with_stairs), 1)
 
     def test_deltas_add_up_and_the_map_is_the_same(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -104,6 +104,55 @@ TEST(DdsMessages, SurfacesAndCylindersHaveAllTheirFields) {
   EXPECT_EQ(cylinder.revision(), 9U);
 }
 
+TEST(DdsMessages, StairsHaveAllTheirFields) {
+  const Step step{1, 2, 0.17, 1.2, 0.3, {Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(4, 5, 6)}};
+  const Step kerb{8, 9, 0.12, 3, -0.4, {Eigen::Vector3d(7, 8, 9), Eigen::Vector3d(10, 11, 12)}};
+  Stair stair;
+  stair.id = 2;
+  stair.kind = StairKind::spiral;
+  stair.steps = {step, step};
+  stair.treads = {2, 3};
+  stair.landing_below = 1;
+  stair.landing_above = 6;
+  stair.riser = {0.17, 0.001};
+  stair.tread = {0.28, 0.002};
+  stair.width_m = 1.1;
+  stair.heading_rad = 0.5;
+  stair.turn_rad = 1.5;
+  Snapshot snapshot;
+  snapshot.revision = 33;
+  const Stairs_ read = read_whole<Stairs_PubSubType>([&](io::MessageWriter& out) {
+    dds::write_stairs(out, {{stair}, {kerb}}, snapshot, "odom", 1'700'000'000'250'000'000);
+  });
+  EXPECT_EQ(read.header().frame_id(), "odom");
+  EXPECT_EQ(read.header().stamp().nanosec(), 250'000'000U);
+  EXPECT_EQ(read.revision(), 33U);
+  ASSERT_EQ(read.stairs().size(), 1U);
+  const Stair_& one = read.stairs()[0];
+  EXPECT_EQ(one.id(), 2U);
+  EXPECT_EQ(one.kind(), "spiral");
+  ASSERT_EQ(one.steps().size(), 2U);
+  EXPECT_EQ(one.treads(), (std::vector<std::uint32_t>{2, 3}));
+  EXPECT_EQ(one.landing_below(), 1U);
+  EXPECT_EQ(one.landing_above(), 6U);
+  EXPECT_EQ(one.riser(), 0.17);
+  EXPECT_EQ(one.riser_std(), 0.001);
+  EXPECT_EQ(one.tread(), 0.28);
+  EXPECT_EQ(one.tread_std(), 0.002);
+  EXPECT_EQ(one.width(), 1.1);
+  EXPECT_EQ(one.heading(), 0.5);
+  EXPECT_EQ(one.turn(), 1.5);
+  ASSERT_EQ(read.single_steps().size(), 1U);
+  const Step_& single = read.single_steps()[0];
+  EXPECT_EQ(single.lower(), 8U);
+  EXPECT_EQ(single.upper(), 9U);
+  EXPECT_EQ(single.riser(), 0.12);
+  EXPECT_EQ(single.width(), 3);
+  EXPECT_EQ(single.heading(), -0.4);
+  EXPECT_EQ(xyz(single.left()), Eigen::Vector3d(7, 8, 9));
+  EXPECT_EQ(xyz(single.right()), Eigen::Vector3d(10, 11, 12));
+}
+
 TEST(DdsMessages, RegionsAndFootstepsHaveAllTheirFields) {
   const SurfacePtr on = surface();
   services::FoundRegion found{on.get(), {}, std::vector<ConvexPiece>(1)};

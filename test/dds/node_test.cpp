@@ -11,6 +11,7 @@
 namespace octosurf::test {
 namespace {
 
+using octosurf_msgs::msg::dds_::Stairs_PubSubType;
 using octosurf_msgs::msg::dds_::Surfaces_PubSubType;
 using sensor_msgs::msg::dds_::CameraInfo_PubSubType;
 using sensor_msgs::msg::dds_::Image_PubSubType;
@@ -159,6 +160,15 @@ TEST_F(Outputs, AreThoseOfTheOfflineMap) {
     EXPECT_NEAR(corner.z(), vertex.at(2).get<double>(), 1.1e-9);
   }
 
+  const auto stairs = latched<Stairs_PubSubType>("stairs");
+  EXPECT_EQ(stairs.revision(), published.revision());
+  EXPECT_EQ(stairs.header().frame_id(), "map");
+  EXPECT_EQ(stairs.stairs().size(), expected.at("stairs").size());
+  ASSERT_EQ(stairs.single_steps().size(), expected.at("steps").size());
+  for (std::size_t i = 0; i < stairs.single_steps().size(); ++i) {
+    EXPECT_NEAR(stairs.single_steps()[i].riser(), expected.at("steps")[i].at("riser_m").get<double>(), 1e-4);
+  }
+
   double shown_area = 0;
   const auto markers = latched<visualization_msgs::msg::dds_::MarkerArray_PubSubType>("markers");
   ASSERT_EQ(markers.markers().size(), areas.size() + 1);
@@ -226,7 +236,7 @@ class Answers : public Outputs {
         *vendor, "/octosurf/contact_regions");
   }
 
-  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel };
+  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel, ground };
   static Question question(Kind kind, double x, double y, double z) {
     Question question;
     question.kind(kind);
@@ -301,6 +311,16 @@ TEST_F(Answers, AboutPlacesAreThoseOfTheOfflineMap) {
       EXPECT_NEAR(there.log_odds(), known.at("log_odds").get<double>(), 1e-5);
     }
   }
+  const Answer stands = query->call(question(ground, x, y, z + 0.1));
+  EXPECT_TRUE(stands.success() && stands.found()) << stands.message();
+  EXPECT_EQ(stands.surfaces(), on_floor.surfaces());
+  EXPECT_EQ(stands.ground(), "supported");
+  EXPECT_NEAR(stands.distance(), 0.1, 0.02);
+  Question outside = question(ground, x + 200, y, z);
+  outside.surface(on_floor.surfaces()[0]);
+  EXPECT_EQ(query->call(outside).ground(), "unseen");
+  outside.surface(1'000'000);
+  EXPECT_FALSE(query->call(outside).success());
   Question nonsense = question(nearest, x, y, z);
   nonsense.kind(77);
   EXPECT_FALSE(query->call(nonsense).success());

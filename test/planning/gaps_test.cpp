@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <random>
 
+#include <octosurf/footsteps.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
@@ -123,6 +124,39 @@ TEST(Gaps, AVoidAndAShadowAreToldApart) {
   EXPECT_EQ(ground_at(*found.surface, octree, {0.2, 0.5}), Ground::supported);
   EXPECT_EQ(ground_at(*found.surface, octree, {0.55, 0.45}), Ground::open);
   EXPECT_EQ(ground_at(*found.surface, octree, {1.35, 0.45}), Ground::unseen);
+}
+
+// A landing of 3 × 2 m with a void of 0.6 m in the way, and a shadow beside it, which leave 0.7 m.
+TEST(Gaps, APlanGoesAroundVoidsAndShadows) {
+  Floor floor;
+  floor.outline(0, 0, 3, 2);
+  const auto hole = [&](double v) {
+    floor.surface.polygons[0].holes.push_back({{1.2, v}, {1.2, v + 0.6}, {1.8, v + 0.6}, {1.8, v}});
+  };
+  hole(0.1);
+  hole(0.7);
+  const auto in_hole = [](int u, int v) { return u >= 60 && u < 90 && v >= 5 && v < 65; };
+  Floor::for_each(0, 0, 150, 100, [&](int u, int v) {
+    if (!in_hole(u, v)) floor.octree.occupy(u, v, 0, 2, 1);
+  });
+  floor.open(60, 35, 90, 65);
+  Snapshot snapshot;
+  snapshot.resolution = edge;
+  snapshot.surfaces = {std::make_shared<const Surface>(floor.surface)};
+  const OccupancyView octree = floor.octree.view();
+  const Biped robot;
+  const auto ground = with_gaps(snapshot, octree, widest_unseen_of(robot.foot));
+  FootstepPlanner planner(ground, octree, robot);
+  const FootstepPlan plan = planner.plan({{0.4, 0.7, edge / 2}, 0}, {{2.6, 0.7, edge / 2}, 0});
+  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+  bool beside = false;
+  for (const Footstep& step : plan.steps) {
+    const auto under = ground_under(*ground->surfaces[0], octree, robot.foot, step.T_map_foot);
+    EXPECT_EQ(under[static_cast<std::size_t>(Ground::supported)], 1);
+    const Eigen::Vector3d at = step.T_map_foot.translation();
+    beside = beside || (at.x() > 1.2 && at.x() < 1.8 && at.y() > 1.3);
+  }
+  EXPECT_TRUE(beside);
 }
 
 /// Lines of readings two cells wide across 3 m, farther apart from line to line, as a lidar's rings.

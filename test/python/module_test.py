@@ -358,6 +358,36 @@ class Questions(unittest.TestCase):
         (row,) = octosurf.compare_maps(self.snapshot, self.snapshot).before
         self.assertAlmostEqual(row.shared_m2, row.area_m2, delta=0.02 * row.area_m2)
 
+    def test_gaps(self):
+        mapper = octosurf.Mapper()
+        mapper.share_octree()
+        x, y = np.meshgrid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.5, 0.5, 0.01))
+        slot = np.abs(x - 0.2) < 0.03
+        bottom = slot & (np.abs(x - 0.2) < 0.025)  # rays at the slot's rim would meet its sides
+        points = np.stack([x, y, np.where(slot, -0.4, 0.0)], axis=-1)[~slot | bottom]
+        pose = np.eye(4)
+        for height in (2.0, 2.5, 3.0):
+            pose[:3, 3] = [0.2, 0, height]
+            mapper.insert_points(points - pose[:3, 3], pose)
+        snapshot, octree = mapper.snapshot(), mapper.map().octree()
+        surface = octosurf.nearest(snapshot, [-0.3, 0, 0]).id
+        surface = next(one for one in snapshot.surfaces if one.id == surface)
+        found, gaps = octosurf.find_gaps(surface, octree)
+        self.assertEqual([(gap.kind, gap.bridged) for gap in gaps], [("void", False)])
+        self.assertAlmostEqual(gaps[0].width_m, 0.06, delta=0.021)
+        self.assertAlmostEqual(found.area_m2, 0.94, delta=0.03)
+        self.assertEqual(found.id, surface.id)
+        grounded = octosurf.with_gaps(snapshot, octree)
+        self.assertIn(found.area_m2, [one.area_m2 for one in grounded.surfaces])
+        uv = found.T_map_surface[:3, :3].T @ ([0.2, 0, 0] - found.T_map_surface[:3, 3])
+        self.assertEqual(octosurf.ground_at(found, octree, uv[:2]), "void")
+        sole = octosurf.ContactShape.rectangle(0.12, 0.06)
+        self.assertAlmostEqual(octosurf.widest_unseen_of(sole), 0.015)
+        stood = octosurf.foothold(found, sole, [0.2, 0, 0], 0, octosurf.ContactLimits(up=[0, 0, 1]))
+        shares = octosurf.ground_under(found, octree, sole, stood.T_map_contact)
+        self.assertAlmostEqual(sum(shares.values()), 1)
+        self.assertAlmostEqual(shares["void"], 0.5, delta=0.2)
+
     def test_stairs(self):
         x, y = np.meshgrid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.8, 1.8, 0.01))
         z = 0.17 * np.clip(np.floor(y / 0.3 + 1e-9) + 1, 0, 4)

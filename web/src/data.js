@@ -203,8 +203,7 @@ export async function readMap(text, origin) {
     plans: (json.plans ?? []).map((plan) => planFrom({ origin }, plan)),
     voxels: voxelsOf(json, arrays, origin, surfaces.map(({ id }) => id)),
     slices: slicesOf(json, arrays),
-    stairs: (json.stairs ?? []).map((stair) => ({ ...stair, steps: stair.steps.map((step) =>
-      ({ ...step, edge: step.edge.map((end) => minus(end, origin)) })) })),
+    stairs: stairsOf(json, origin),
     sensor: null,
     toMap: (place) => place.map((x, k) => x + origin[k]),
   };
@@ -230,6 +229,10 @@ const departures = (list) => list.map(([id, into, born, revision]) => ({ id, int
 const cylindersOf = (json, origin) =>
   json.cylinders.map((one) => ({ ...one, axis_point: minus(one.axis_point, origin) }));
 
+const stairsOf = ({ stairs = [] }, origin) =>
+  stairs.map((stair) => ({ ...stair, steps: stair.steps.map((step) =>
+    ({ ...step, edge: step.edge.map((end) => minus(end, origin)) })) }));
+
 /** The sensor whose scans make the map: its pose, row by row, and the places it came by. */
 function sensorOf({ sensor }, arrays, origin) {
   if (!sensor) return null;
@@ -251,6 +254,7 @@ export function takeChanges(map, { json, arrays }) {
     sensor: sensorOf(json, arrays, map.origin) });
   map.surfaces = merged(map.surfaces, json.gone ?? [], surfacesOf(json, arrays, map.origin), whole);
   map.cylinders = merged(map.cylinders, json.cylinders_gone ?? [], cylindersOf(json, map.origin), whole);
+  map.stairs = stairsOf(json, map.origin);
   map.departedSurfaces = [...(whole ? [] : map.departedSurfaces), ...departures(json.departed_surfaces)];
   map.departedCylinders = [...(whole ? [] : map.departedCylinders), ...departures(json.departed_cylinders)];
   index(map);

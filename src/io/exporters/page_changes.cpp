@@ -80,6 +80,7 @@ std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, 
   add_up(block, up);
   add_track(block, track);
   PageMap told{map.name, map.snapshot};
+  told.stairs = map.stairs;
   if (changes != nullptr) {
     block.json["gone"] = no_more(changes->gone, changes->merged);
     block.json["cylinders_gone"] = no_more(changes->cylinders_gone, changes->cylinders_merged);

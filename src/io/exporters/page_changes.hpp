@@ -28,7 +28,7 @@ struct SensorTrack {
 
 /// Complete new or changed surfaces and cylinders, and the ids of removed ones: from `map.changes`, if it is
 /// changes_since() a revision, else everything, which replaces all earlier data. `run`: identifies the run of
-/// these revisions. The track is always complete.
+/// these revisions. The track and the stairs are always complete.
 std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run,
                                  const SensorTrack& track);
 
