@@ -69,11 +69,13 @@ readings' spacing explains them (octosurf/gaps.hpp). Some 0.5 us for each voxel 
              "regions and plans are to be made of.");
   module.def("widest_unseen_of", &widest_unseen_of, py::arg("shape"), py::arg("share") = 0.25,
              "m: the widest unseen gap that a ContactShape may span, a share of its narrower side.");
-  module.def("ground_at",
-             [](const std::shared_ptr<Surface>& surface, const OccupancyView& octree,
-                const Eigen::Vector2d& uv) { return ground_at(*surface, octree, uv); },
-             py::arg("surface"), py::arg("octree"), py::arg("uv"),
-             R"(What is known of a place, (2,), surface frame, m: "supported", "void", "blocked" or "unseen".)");
+  module.def(
+      "ground_at",
+      [](const std::shared_ptr<Surface>& surface, const OccupancyView& octree, const Eigen::Vector2d& uv) {
+        return ground_at(*surface, octree, uv);
+      },
+      py::arg("surface"), py::arg("octree"), py::arg("uv"),
+      R"(What is known of a place, (2,), surface frame, m: "supported", "void", "blocked" or "unseen".)");
   module.def("ground_under", &shares_under, py::arg("surface"), py::arg("octree"), py::arg("shape"),
              py::arg("T_map_contact"),
              "Dict of the shares of a ContactShape's area over each kind of ground, which sum to 1.");

@@ -51,17 +51,17 @@ void write_cylinder(io::MessageWriter& out, const Cylinder& cylinder) {
 
 /// octosurf_msgs/Step.
 void write_step(io::MessageWriter& out, const Step& step) {
-  out.message("lower", step.lower, "upper", step.upper, "riser", step.riser_m, "width", step.width_m, "heading",
-              step.heading_rad, "left", step.edge[0], "right", step.edge[1]);
+  out.message("lower", step.lower, "upper", step.upper, "riser", step.riser_m, "width", step.width_m,
+              "heading", step.heading_rad, "left", step.edge[0], "right", step.edge[1]);
 }
 
 /// octosurf_msgs/Stair.
 void write_stair(io::MessageWriter& out, const Stair& stair) {
   out.message("id", stair.id, "kind", stair_kind_names[static_cast<std::size_t>(stair.kind)], "steps",
               io::each(stair.steps, write_step), "treads", stair.treads, "landing_below", stair.landing_below,
-              "landing_above", stair.landing_above, "riser", stair.riser.mean_m, "riser_std", stair.riser.std_m,
-              "tread", stair.tread.mean_m, "tread_std", stair.tread.std_m, "width", stair.width_m, "heading",
-              stair.heading_rad, "turn", stair.turn_rad);
+              "landing_above", stair.landing_above, "riser", stair.riser.mean_m, "riser_std",
+              stair.riser.std_m, "tread", stair.tread.mean_m, "tread_std", stair.tread.std_m, "width",
+              stair.width_m, "heading", stair.heading_rad, "turn", stair.turn_rad);
 }
 
 /// visualization_msgs/Marker, of which only this differs.
@@ -106,7 +106,8 @@ void write_surfaces(io::MessageWriter& out, const Snapshot& snapshot, const std:
 void write_stairs(io::MessageWriter& out, const Stairs& stairs, const Snapshot& snapshot,
                   const std::string& frame, std::int64_t stamp_ns) {
   out.message("header", io::header(frame, stamp_ns), "revision", snapshot.revision, "stairs",
-              io::each(stairs.stairs, write_stair), "single_steps", io::each(stairs.single_steps, write_step));
+              io::each(stairs.stairs, write_stair), "single_steps",
+              io::each(stairs.single_steps, write_step));
 }
 
 void write_region(io::MessageWriter& out, const services::FoundRegion& found) {

@@ -162,7 +162,8 @@ FootstepPlan answer(const AskedMap& map, const PlanQuestion& question) {
   if (question.expansions != 0) budget.expansions = question.expansions;
   budget.time_s = question.time_limit == 0 ? usual_plan_s : std::min(question.time_limit, longest_plan_s);
   const Robot robot = robot_of(question.robot, map.up);
-  const ContactShape& foot = std::visit([](const auto& kind) -> const ContactShape& { return kind.foot; }, robot);
+  const ContactShape& foot =
+      std::visit([](const auto& kind) -> const ContactShape& { return kind.foot; }, robot);
   const OccupancyView& octree = map.snapshot->octree;
   FootstepPlanner planner(with_gaps(*map.snapshot, octree, widest_unseen_of(foot)), octree, robot);
   return planner.plan(question.start, question.goal, budget);

@@ -1,7 +1,6 @@
 // How much of the ground that a sensor could see is supported, and whether any of what was bridged is a void.
-#include "evaluation/planar_region.hpp"
-
 #include "bench/support.hpp"
+#include "evaluation/planar_region.hpp"
 #include "simulation/recording.hpp"
 
 #include <CLI/CLI.hpp>
@@ -18,9 +17,9 @@
 namespace octosurf::bench {
 namespace {
 
-constexpr double reach = 8;               // m: farther ground is not asked for
-constexpr double off_plane = 0.02;        // m, as evaluate()'s tolerance at 2 cm
-constexpr double level = 0.1745329251994; // rad: 10°
+constexpr double reach = 8;                                 // m: farther ground is not asked for
+constexpr double off_plane = 0.02;                          // m, as evaluate()'s tolerance at 2 cm
+constexpr double level = 0.1745329251994;                   // rad: 10°
 constexpr double asked_every = 0.05, sampled_every = 0.01;  // m
 
 struct Options {
@@ -31,31 +30,27 @@ struct Options {
   double resolution = 0.02;
 };
 
-/// Directions in which a sensor looks, by whole 2° of azimuth and elevation, and those beside them.
+/// Directions in which a sensor looks: by whole 2° of azimuth, from its lowest to its highest ray.
 class View {
  public:
-  explicit View(const std::vector<Eigen::Vector3f>& rays) : seen_(columns * rows) {
+  explicit View(const std::vector<Eigen::Vector3f>& rays) {
     for (const Eigen::Vector3f& ray : rays) {
-      const auto [column, row] = bin_of(ray.cast<double>());
-      for (int y = std::max(0, row - 1); y <= std::min(rows - 1, row + 1); ++y)
-        for (int x = -1; x <= 1; ++x) seen_[at((column + x + columns) % columns, y)] = true;
+      const Eigen::Vector3d to = ray.cast<double>();
+      spans_[column_of(to)].extend(Eigen::Matrix<double, 1, 1>(elevation_of(to)));
     }
   }
-  bool holds(const Eigen::Vector3d& direction) const {
-    const auto [column, row] = bin_of(direction);
-    return seen_[at(column, row)];
+  bool holds(const Eigen::Vector3d& to) const {
+    return spans_[column_of(to)].contains(Eigen::Matrix<double, 1, 1>(elevation_of(to)));
   }
 
  private:
-  static constexpr int columns = 180, rows = 91;
-  static std::size_t at(int column, int row) { return static_cast<std::size_t>(row * columns + column); }
-  static std::pair<int, int> bin_of(const Eigen::Vector3d& to) {
-    constexpr double bin = std::numbers::pi / 90;
-    const double azimuth = std::atan2(to.y(), to.x()), elevation = std::atan2(to.z(), to.head<2>().norm());
-    return {(static_cast<int>(std::floor(azimuth / bin)) + columns) % columns,
-            static_cast<int>(std::floor(elevation / bin)) + rows / 2};
+  static std::size_t column_of(const Eigen::Vector3d& to) {
+    const double turns = std::atan2(to.y(), to.x()) / (2 * std::numbers::pi);
+    return static_cast<std::size_t>(std::floor((turns + 1) * columns)) % columns;
   }
-  std::vector<bool> seen_;
+  static double elevation_of(const Eigen::Vector3d& to) { return std::atan2(to.z(), to.head<2>().norm()); }
+  static constexpr std::size_t columns = 180;
+  std::array<Eigen::AlignedBox1d, columns> spans_;
 };
 
 struct Face {
@@ -142,9 +137,10 @@ class Supported {
 };
 
 struct Row {
-  std::size_t near = 0, seen = 0;                      // places
-  std::array<std::size_t, 2> of_near{}, of_seen{};     // supported: as mapped, with gaps
-  std::size_t bridged = 0, over_void = 0, beyond = 0;  // samples; `beyond`: more than d off what is there
+  std::size_t near = 0, seen = 0;                   // places
+  std::array<std::size_t, 2> of_near{}, of_seen{};  // supported: as mapped, with gaps
+  // Samples; `beyond`: farther off what is there than a cell that meets it reaches, √2 d.
+  std::size_t bridged = 0, over_void = 0, beyond = 0;
 };
 
 void add(const simulation::SimulationOptions& options, double resolution, Row& row) {
@@ -195,7 +191,7 @@ void add(const simulation::SimulationOptions& options, double resolution, Row& r
         const Eigen::Vector3d p = surface->to_map(uv);
         ++row.bridged;
         row.over_void += world.is_void(p, 0) ? 1 : 0;
-        row.beyond += world.is_void(p, resolution) ? 1 : 0;
+        row.beyond += world.is_void(p, std::numbers::sqrt2 * resolution) ? 1 : 0;
       });
     }
   }
@@ -222,7 +218,7 @@ std::vector<std::string> cells(const std::string& name, const Row& row) {
 
 void body(const Options& options) {
   TextTable table({"", "near m²", "in sight %", "as mapped %", "bridged %", "all: as mapped %", "bridged %",
-                   "bridged m²", "over void", "> d off"});
+                   "bridged m²", "over void", "> √2 d off"});
   for (const std::string& sensor : options.sensors) {
     table.rule();
     for (const std::string& scene : options.scenes) {
@@ -238,7 +234,8 @@ void body(const Options& options) {
     }
   }
   std::printf(
-      "True level ground within 8 m of a scan, of it what a scan had in sight, and the shares of both that are "
+      "True level ground within 8 m of a scan, of it what a scan had in sight, and the shares of both that "
+      "are "
       "supported.\n%s",
       table.text().c_str());
 }
