@@ -362,9 +362,8 @@ class Questions(unittest.TestCase):
         mapper = octosurf.Mapper()
         mapper.share_octree()
         x, y = np.meshgrid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.5, 0.5, 0.01))
-        slot = np.abs(x - 0.2) < 0.03
-        bottom = slot & (np.abs(x - 0.2) < 0.025)  # rays at the slot's rim would meet its sides
-        points = np.stack([x, y, np.where(slot, -0.4, 0.0)], axis=-1)[~slot | bottom]
+        slot = (np.abs(x - 0.2) < 0.045) & (np.abs(y) < 0.3)
+        points = np.stack([x, y, np.where(slot, -0.4, 0.0)], axis=-1).reshape(-1, 3)
         pose = np.eye(4)
         for height in (2.0, 2.5, 3.0):
             pose[:3, 3] = [0.2, 0, height]
@@ -373,9 +372,11 @@ class Questions(unittest.TestCase):
         surface = octosurf.nearest(snapshot, [-0.3, 0, 0]).id
         surface = next(one for one in snapshot.surfaces if one.id == surface)
         found, gaps = octosurf.find_gaps(surface, octree)
-        self.assertEqual([(gap.kind, gap.bridged) for gap in gaps], [("void", False)])
-        self.assertAlmostEqual(gaps[0].width_m, 0.06, delta=0.021)
-        self.assertAlmostEqual(found.area_m2, 0.94, delta=0.03)
+        # No ray passes near the slot's ends: those that meet its bottom lean inwards.
+        self.assertEqual({(gap.kind, gap.bridged) for gap in gaps}, {("void", False), ("unseen", False)})
+        void = next(gap for gap in gaps if gap.kind == "void")
+        self.assertAlmostEqual(void.width_m, 0.08, delta=0.03)
+        self.assertAlmostEqual(found.area_m2, 1 - 0.6 * 0.08, delta=0.02)
         self.assertEqual(found.id, surface.id)
         grounded = octosurf.with_gaps(snapshot, octree)
         self.assertIn(found.area_m2, [one.area_m2 for one in grounded.surfaces])
@@ -386,7 +387,7 @@ class Questions(unittest.TestCase):
         stood = octosurf.foothold(found, sole, [0.2, 0, 0], 0, octosurf.ContactLimits(up=[0, 0, 1]))
         shares = octosurf.ground_under(found, octree, sole, stood.T_map_contact)
         self.assertAlmostEqual(sum(shares.values()), 1)
-        self.assertAlmostEqual(shares["void"], 0.5, delta=0.2)
+        self.assertAlmostEqual(shares["void"], 0.08 / 0.12, delta=0.17)
 
     def test_stairs(self):
         x, y = np.meshgrid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.8, 1.8, 0.01))
