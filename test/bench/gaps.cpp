@@ -87,28 +87,34 @@ class TrueWorld {
     });
   }
 
-  /// Neither ground, nor within `margin` of its rim, nor inside of something: what is next above such a place
-  /// faces down, if there is anything.
+  /// Neither ground, nor within `margin` of its rim, nor inside of something.
   bool is_void(const Eigen::Vector3d& p, double margin) const {
-    double next = std::numeric_limits<double>::infinity();
-    bool inside = false;
-    for (const Face& face : faces_) {
-      const double rise = face.truth->plane.normal.dot(up_);
-      if (is_level(face) && std::fabs(height(face, p)) < off_plane &&
-          face.region.within((face.T_face_map * p).head<2>(), margin))
-        return false;
-      if (std::fabs(rise) < std::sin(level)) continue;
-      const double above = -height(face, p) / rise;
-      if (above < 0 || above > next) continue;
-      if (!face.region.contains((face.T_face_map * (p + above * up_)).head<2>())) continue;
-      next = above;
-      inside = rise > 0;
-    }
-    return !inside;
+    const bool on_ground = std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
+      return is_level(face) && std::fabs(height(face, p)) < off_plane &&
+             face.region.within((face.T_face_map * p).head<2>(), margin);
+    });
+    if (on_ground) return false;
+    const Eigen::Vector3d x = up_.unitOrthogonal(), y = up_.cross(x);
+    const std::array<Eigen::Vector3d, 6> ways{up_, -up_, x, -x, y, -y};
+    return std::none_of(ways.begin(), ways.end(), [&](const auto& way) { return meets_a_back(p, way); });
   }
 
  private:
   bool is_level(const Face& face) const { return face.truth->plane.normal.dot(up_) > std::cos(level); }
+  /// The first face on a ray is seen from inside.
+  bool meets_a_back(const Eigen::Vector3d& p, const Eigen::Vector3d& way) const {
+    double next = std::numeric_limits<double>::infinity();
+    bool back = false;
+    for (const Face& face : faces_) {
+      const double cosine = face.truth->plane.normal.dot(way);
+      const double off = -height(face, p) / cosine;
+      if (std::fabs(cosine) < 1e-6 || off < 0 || off > next) continue;
+      if (!face.region.contains((face.T_face_map * (p + off * way)).head<2>())) continue;
+      next = off;
+      back = cosine > 0;
+    }
+    return back;
+  }
   static double height(const Face& face, const Eigen::Vector3d& p) {
     return face.truth->plane.normal.dot(p) - face.truth->plane.offset;
   }
