@@ -15,6 +15,7 @@
 
 #include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/gaps.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::bench {
@@ -31,6 +32,7 @@ struct Options {
   std::optional<std::size_t> frames;
   int threads = 1;
   std::vector<std::string> only, set;
+  std::optional<double> bridge;  // m, of with_gaps()
   bool verbose = false;
   std::string json;
   bool terrain = false;
@@ -184,6 +186,8 @@ Run run_method(const Method& method, const std::vector<Scan>& scans, const Optio
   for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
   run.ms += time_ms([&] { mapper.drain(); });
   run.snapshot = *mapper.snapshot();
+  if (options.bridge)
+    run.snapshot = *with_gaps(run.snapshot, mapper.map().octree(), *options.bridge);
   return run;
 }
 
@@ -381,6 +385,8 @@ int main(int argc, char** argv) {
                  "methods whose name begins so: ours, ours/default, ours/paper, cgal …")
       ->delimiter(',');
   app.add_option("--set", options.set, "NAME=VALUE for ours/default; may be repeated");
+  app.add_option("--bridge", options.bridge,
+                 "outlines as exported, unseen gaps of up to so many m bridged; default: as mapped");
   app.add_flag("--verbose", options.verbose, "list faces that are not correct and surfaces that are unsafe");
   app.add_option("--json", options.json, "write the numbers there");
   CLI11_PARSE(app, argc, argv);
