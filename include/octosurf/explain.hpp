@@ -32,6 +32,7 @@ enum class Reason {
   isolated,        ///< fewer than two pending neighbours within r
   too_few_points,  ///< fewer than n connected points on one plane
   too_narrow,      ///< narrower than min_surface_width
+  edge_on,         ///< seen too nearly along the plane to know from which side
   bent,            ///< a curved patch, such as a pillar's
   seen_through,    ///< seen through a surface: noise of that surface
   no_plane,        ///< no plane through it fits five points of one component
@@ -70,6 +71,10 @@ inline constexpr std::array reason_texts{
     ReasonText{Reason::too_narrow, "too_narrow",
                "No surface: the patch here is {measured} m wide, and a surface needs {limit} m.", "width",
                "m"},
+    ReasonText{Reason::edge_on, "edge_on",
+               "No surface: the patch here was seen along its plane, at a mean cosine of {measured}; below "
+               "{limit} its side is not known.",
+               "cosine"},
     ReasonText{Reason::bent, "bent", "No surface: the patch here is curved, like a pillar's side."},
     ReasonText{Reason::seen_through, "seen_through",
                "No surface: what was seen here was seen through surface {surface} and is its noise."},

@@ -186,8 +186,7 @@ Run run_method(const Method& method, const std::vector<Scan>& scans, const Optio
   for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
   run.ms += time_ms([&] { mapper.drain(); });
   run.snapshot = *mapper.snapshot();
-  if (options.bridge)
-    run.snapshot = *with_gaps(run.snapshot, mapper.map().octree(), *options.bridge);
+  if (options.bridge) run.snapshot = *with_gaps(run.snapshot, mapper.map().octree(), *options.bridge);
   return run;
 }
 

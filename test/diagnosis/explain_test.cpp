@@ -187,6 +187,16 @@ TEST(Explain, TooNarrow) {
   EXPECT_EQ(why.figures[0].at_least, Parameters{}.surfaces.min_surface_width);
 }
 
+// 1 m of a floor from 4 m away and 10 cm above it: at 1.3 degrees, where views are kept to 4.
+TEST(Explain, EdgeOn) {
+  const Mapper mapper = explained_map({rectangle_scan({-4, 0.5, 0.11}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
+  const Explanation why = ask(mapper.map(), {0.5, 0.5, 0.01});
+  ASSERT_EQ(why.reason, Reason::edge_on) << why.sentence;
+  ASSERT_EQ(why.figures.size(), 1U);
+  EXPECT_LT(why.figures[0].value, 0.07);
+  EXPECT_EQ(why.figures[0].at_least, 0.07);
+}
+
 /// Of radius 0.25 m around the z axis, seen from +x.
 Scan pillar_scan() {
   Scan pillar;
@@ -309,6 +319,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
         EXPECT_LT(why.figures.at(0).value, 50);
         break;
       case Reason::too_narrow:
+      case Reason::edge_on:
       case Reason::bent:
         break;
       case Reason::seen_through:

@@ -78,8 +78,17 @@ std::vector<Index> clear_of_other_planes(const Readings& readings, const std::ve
   return clear;
 }
 
-/// None for a patch that is large enough, wide enough and not curved. The part outside is known only as sums,
-/// which contribute their extent.
+/// Cosine at which the readings were seen, on average. Below the error of a stored view nobody knows which
+/// side was seen: the lines that a level ray draws along a ceiling at its own height, or far floor in few
+/// readings.
+double mean_facing(const Readings& readings, const Patch& patch, const std::vector<Index>& indices) {
+  double sum = 0;
+  for (const Index i : indices) sum += readings[i].facing(patch.plane);
+  return sum / static_cast<double>(indices.size());
+}
+
+/// None for a patch that is large enough, wide enough, not seen edge-on and not curved. The part outside is
+/// known only as sums, which contribute their extent.
 std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentLimits& limits,
                                         const std::vector<Label>& labels, const Patch& patch,
                                         const std::vector<Index>& indices, const Patch& outside) {
@@ -98,6 +107,9 @@ std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentL
     width = std::min(width, width_in_most_places(readings, limits, patch, indices));
   if (width < limits.least_width)
     return Refusal{.reason = Reason::too_narrow, .measured = width, .limit = limits.least_width};
+  if (const double facing = outside.readings > 0 ? 1 : mean_facing(readings, patch, indices);
+      facing < sensing::ReadingModel::view_error)
+    return Refusal{.reason = Reason::edge_on, .measured = facing, .limit = sensing::ReadingModel::view_error};
   if (!(outside.readings > 0) &&
       (is_curved(readings, patch, indices) ||
        is_curved_in_places(readings, patch, clear_of_other_planes(readings, labels, indices))))
