@@ -95,10 +95,10 @@ bool Publications::publish_map(const MapMoment& moment) {
       write_octomap(out, *octree_.follow(snapshot.octree), frame);
     });
   const PlannerContact contact = contact_of(options_);
-  const std::shared_ptr<const Snapshot> ground =
-      with_gaps(snapshot, snapshot.octree, widest_unseen_of(contact.shape));
+  std::shared_ptr<const Snapshot> ground;
   HeightGrid grid;
   try {
+    ground = with_gaps(snapshot, snapshot.octree, widest_unseen_of(contact.shape));
     HeightGridOptions wanted;
     wanted.max_slope_rad = options_.max_slope_deg * degree;
     grid = height_grid(*ground, wanted);
