@@ -187,14 +187,17 @@ TEST(Explain, TooNarrow) {
   EXPECT_EQ(why.figures[0].at_least, Parameters{}.surfaces.min_surface_width);
 }
 
-// 1 m of a floor from 4 m away and 10 cm above it: at 1.3 degrees, where views are kept to 4.
+// 1 m of a floor from 2 m away and 2 cm above it: at half a degree, where views are kept to 4.
 TEST(Explain, EdgeOn) {
-  const Mapper mapper = explained_map({rectangle_scan({-4, 0.5, 0.11}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
+  const Mapper mapper = explained_map({rectangle_scan({-2, 0.5, 0.03}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
   const Explanation why = ask(mapper.map(), {0.5, 0.5, 0.01});
   ASSERT_EQ(why.reason, Reason::edge_on) << why.sentence;
   ASSERT_EQ(why.figures.size(), 1U);
-  EXPECT_LT(why.figures[0].value, 0.07);
-  EXPECT_EQ(why.figures[0].at_least, 0.07);
+  EXPECT_NEAR(why.figures[0].value, 0.02 / 2.5, 0.07);
+  EXPECT_LE(why.figures[0].value, *why.figures[0].at_least);
+  const Mapper from_higher =
+      explained_map({rectangle_scan({-2, 0.5, 0.41}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
+  EXPECT_EQ(ask(from_higher.map(), {0.5, 0.5, 0.01}).reason, Reason::on_surface) << "at 9 degrees";
 }
 
 /// Of radius 0.25 m around the z axis, seen from +x.

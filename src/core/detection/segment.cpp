@@ -12,12 +12,14 @@
 #include "geometry/plane_frame.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
+#include <set>
 
 namespace octosurf::detection {
 namespace {
@@ -78,13 +80,24 @@ std::vector<Index> clear_of_other_planes(const Readings& readings, const std::ve
   return clear;
 }
 
-/// Cosine at which the readings were seen, on average. Below the error of a stored view nobody knows which
-/// side was seen: the lines that a level ray draws along a ceiling at its own height, or far floor in few
-/// readings.
-double mean_facing(const Readings& readings, const Patch& patch, const std::vector<Index>& indices) {
+/// Whether nobody knows which side of a patch was seen, such as the lines that a level ray draws along a
+/// ceiling at its own height: the mean cosine of its readings is within two standard errors of none. Stored
+/// views err by up to view_error either way, those of one direction alike.
+std::optional<Refusal> refusal_of_side(const Readings& readings, const Patch& patch,
+                                       const std::vector<Index>& indices) {
+  constexpr double view_error = sensing::ReadingModel::view_error;
   double sum = 0;
   for (const Index i : indices) sum += readings[i].facing(patch.plane);
-  return sum / static_cast<double>(indices.size());
+  const double facing = sum / static_cast<double>(indices.size());
+  if (facing > 2 * view_error / std::sqrt(3)) return {};
+  std::set<std::array<float, 3>> views;
+  for (const Index i : indices) {
+    const Eigen::Vector3f& view = readings[i].view;
+    views.insert({view.x(), view.y(), view.z()});
+  }
+  const double least = 2 * view_error / std::sqrt(3 * static_cast<double>(views.size()));
+  if (facing > least) return {};
+  return Refusal{.reason = Reason::edge_on, .measured = facing, .limit = least};
 }
 
 /// None for a patch that is large enough, wide enough, not seen edge-on and not curved. The part outside is
@@ -107,9 +120,8 @@ std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentL
     width = std::min(width, width_in_most_places(readings, limits, patch, indices));
   if (width < limits.least_width)
     return Refusal{.reason = Reason::too_narrow, .measured = width, .limit = limits.least_width};
-  if (const double facing = outside.readings > 0 ? 1 : mean_facing(readings, patch, indices);
-      facing < sensing::ReadingModel::view_error)
-    return Refusal{.reason = Reason::edge_on, .measured = facing, .limit = sensing::ReadingModel::view_error};
+  if (!(outside.readings > 0))
+    if (const auto unsided = refusal_of_side(readings, patch, indices)) return unsided;
   if (!(outside.readings > 0) &&
       (is_curved(readings, patch, indices) ||
        is_curved_in_places(readings, patch, clear_of_other_planes(readings, labels, indices))))
