@@ -171,12 +171,12 @@ class GapFinder {
       const auto between_lines = [&](std::size_t i) {
         return 2 * raster_.sum(of_solid, i, around) < raster_.sum(of_inside, i, around);
       };
-      const auto by_chance =
-          [&](std::size_t i) {  // one cell more than there are: a share of 1 has no logarithm
-            const double read = raster_.sum(of_readings, i, around), all = raster_.sum(of_about, i, around);
-            return -std::log1p(-read / (all + 1)) * std::numbers::pi * radius * radius < rarest &&
-                   raster_.sum(of_passed, i, wide) >= most * raster_.sum(of_empty, i, wide);
-          };
+      // Of one cell more than there are: a share of 1 has no logarithm.
+      const auto by_chance = [&](std::size_t i) {
+        const double read = raster_.sum(of_readings, i, around), all = raster_.sum(of_about, i, around);
+        return -std::log1p(-read / (all + 1)) * std::numbers::pi * radius * radius < rarest &&
+               raster_.sum(of_passed, i, wide) >= most * raster_.sum(of_empty, i, wide);
+      };
       for (std::size_t i = 0; i < n; ++i)
         if (off_core[i] < radius)
           bridged_[i] = radius <= widest_radius_ && off_spoiled[i] >= radius && blocked_[i] == 0 &&

@@ -241,7 +241,7 @@ void body(const Options& options) {
   }
   std::printf(
       "True level ground within 8 m of a scan, of it what a scan had in sight, and the shares of both that "
-      "are "
+      "are\n"
       "supported.\n%s",
       table.text().c_str());
 }

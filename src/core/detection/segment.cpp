@@ -80,9 +80,9 @@ std::vector<Index> clear_of_other_planes(const Readings& readings, const std::ve
   return clear;
 }
 
-/// Whether nobody knows which side of a patch was seen, such as the lines that a level ray draws along a
-/// ceiling at its own height: the mean cosine of its readings is within two standard errors of none. Stored
-/// views err by up to view_error either way, those of one direction alike.
+/// Where nobody knows which side of a patch was seen, such as the lines that a level ray draws along a
+/// ceiling at its own height: the mean cosine of its readings is below two standard errors. Stored views err
+/// evenly, by up to view_error either way, so by view_error/√3; those of one direction alike.
 std::optional<Refusal> refusal_of_side(const Readings& readings, const Patch& patch,
                                        const std::vector<Index>& indices) {
   constexpr double view_error = sensing::ReadingModel::view_error;
