@@ -1,10 +1,11 @@
-"""Each rule of check_architecture.py, broken once in a small house."""
+"""Each rule of check_architecture.py and check_size.py, broken once in a small house."""
 
 import pathlib
 import tempfile
 import unittest
 
 import check_architecture
+import check_size
 
 DESIGN = """A room includes public headers, its own, and those of the rooms behind its arrow:
 
@@ -86,6 +87,21 @@ class House(unittest.TestCase):
     def test_a_heavy_public_header(self):
         self.write("include/octosurf/public3.hpp", "#include <CGAL/Point_2.h>\n")
         self.assertIn("CGAL", self.problem())
+
+    def test_lines_are_those_of_sources_without_what_is_left_out(self):
+        self.write("lab/made/more.cpp", "int a;\nint b;\n")
+        self.write("lab/test/test.cpp", "int c;\n")
+        self.write("lab/node_modules/foreign.js", "\n\n\n")
+        self.write("lab/notes.md", "\n")
+        self.assertEqual(check_size.lines_in(self.root, ["lab", "-lab/test"]), 4)
+        self.assertEqual(check_size.lines_in(self.root, ["lab"]), 5)
+
+    def test_a_room_may_neither_outgrow_its_limit_nor_fall_far_below_it(self):
+        limits = {"top": 100}
+        self.assertEqual(list(check_size.problems({"top": 100}, limits)), [])
+        self.assertEqual(list(check_size.problems({"top": 97}, limits)), [])
+        self.assertIn("1 lines more", *check_size.problems({"top": 101}, limits))
+        self.assertIn("lower its limit to 96", *check_size.problems({"top": 96}, limits))
 
 
 if __name__ == "__main__":
