@@ -8,10 +8,11 @@
 #include <pcl/filters/radius_outlier_removal.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
+#include <pcl/sample_consensus/ransac.h>
+#include <pcl/sample_consensus/sac_model_plane.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/extract_clusters.h>
 #include <pcl/segmentation/region_growing.h>
-#include <pcl/segmentation/sac_segmentation.h>
 // Instantiated here, because libpcl_surface, which contains it, depends on VTK.
 #include <pcl/surface/impl/mls.hpp>
 #include <pcl/surface/mls.h>
@@ -154,22 +155,23 @@ std::vector<Indices> smooth_regions(const Points& points, const std::vector<Poin
 
 PlaneFit fit_plane(const Points& points, double tolerance, int iterations) {
   const Silence silence;
-  ::pcl::SACSegmentation<::pcl::PointXYZ> segmentation(false);  // false: the seed is a constant
-  segmentation.setModelType(::pcl::SACMODEL_PLANE);
-  segmentation.setMethodType(::pcl::SAC_RANSAC);
-  segmentation.setDistanceThreshold(tolerance);
-  segmentation.setMaxIterations(iterations);
-  segmentation.setInputCloud(pcl_cloud(points));
-  ::pcl::PointIndices inliers;
-  ::pcl::ModelCoefficients model;
-  segmentation.segment(inliers, model);
-  if (inliers.indices.empty()) return {};
+  const auto plane = std::make_shared<::pcl::SampleConsensusModelPlane<::pcl::PointXYZ>>(pcl_cloud(points));
+  ::pcl::RandomSampleConsensus<::pcl::PointXYZ> ransac(plane, tolerance);
+  ransac.setMaxIterations(iterations);
+  if (!ransac.computeModel()) return {};
+  ::pcl::Indices inliers;
+  ransac.getInliers(inliers);
+  Eigen::VectorXf found, model;
+  ransac.getModelCoefficients(found);
+  plane->optimizeModelCoefficients(inliers, found, model);
+  plane->selectWithinDistance(model, tolerance, inliers);
+  if (inliers.empty()) return {};
 
   PlaneFit fit;
-  fit.inliers = own(inliers.indices);
+  fit.inliers = own(inliers);
   std::sort(fit.inliers.begin(), fit.inliers.end());
-  const Eigen::Vector3d normal(model.values[0], model.values[1], model.values[2]);
-  fit.plane = {normal.normalized(), -static_cast<double>(model.values[3]) / normal.norm()};
+  const Eigen::Vector3d normal = model.head<3>().cast<double>();
+  fit.plane = {normal.normalized(), -static_cast<double>(model[3]) / normal.norm()};
   return fit;
 }
 
