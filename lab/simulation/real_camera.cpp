@@ -67,15 +67,15 @@ std::vector<double> correlated_noise(std::size_t width, std::size_t height, std:
   std::vector<double> row(columns);
   for (std::size_t y = 0; y < rows; ++y) {
     for (double& value : row) value = random.normal();
-    for (std::size_t x = 0; x < width; ++x)
-      for (std::size_t i = 0; i < window; ++i) along[y * width + x] += row[x + i];
+    for (std::size_t i = 0; i < window; ++i)
+      for (std::size_t x = 0; x < width; ++x) along[y * width + x] += row[x + i];
   }
   // The sum of window² independent values has `window` times their deviation.
+  for (double& value : along) value /= static_cast<double>(window);
   std::vector<double> noise(width * height);
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t i = 0; i < window; ++i)
-      for (std::size_t x = 0; x < width; ++x)
-        noise[y * width + x] += along[(y + i) * width + x] / static_cast<double>(window);
+      for (std::size_t x = 0; x < width; ++x) noise[y * width + x] += along[(y + i) * width + x];
   return noise;
 }
 

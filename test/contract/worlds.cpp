@@ -45,7 +45,7 @@ std::vector<Scan> simulated(const std::string& scene, std::size_t frames,
 std::vector<Scan> walk_that_jumps() {
   std::mt19937_64 random = rng();
   const Camera camera{.width = 160, .height = 120, .focal = 110, .noise = 0.003};
-  constexpr int lap = 10;
+  constexpr int lap = 8;
   std::vector<Scan> scans;
   for (int i = 0; i < 3 * lap; ++i) {
     const double turn = 2 * std::numbers::pi * i / lap;

@@ -75,7 +75,7 @@ class EveryByte : public ::testing::TestWithParam<Input> {
   const std::string good = content_of(input.file);
   /// Of large files a share of the bytes, and all of the first.
   std::size_t after(std::size_t at) const { return at + (at < 200 ? 1 : 1 + good.size() / most); }
-  static constexpr std::size_t most = 1500;
+  static constexpr std::size_t most = 600;
 };
 
 TEST_P(EveryByte, Flipped) {

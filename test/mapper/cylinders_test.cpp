@@ -63,7 +63,7 @@ RoundScene hall() {
 
 TEST(Cylinders, PillarsOfAHall) {
   const std::uint64_t seed = test::seed();
-  for (const double radius : {0.15, 0.2, 0.3}) {
+  for (const double radius : {0.15, 0.3}) {
     std::mt19937_64 rng(seed);
     RoundScene scene = hall();
     scene.bars.push_back({{0.2, 0.1, 0}, {0.2, 0.1, 2}, radius});
@@ -185,7 +185,7 @@ TEST(Cylinders, APillarThatIsTakenAwayGoes) {
   for (const Scan& scan : arc(scene, {0.2, 0, 0.9}, 1.6, 1, 5, rng)) under_test.insert(scan);
   ASSERT_THAT(cylinders(under_test), SizeIs(1));
   const auto before = under_test.mapper.snapshot();
-  for (const Scan& scan : arc(hall(), {0.2, 0, 0.9}, 1.6, 1, 30, rng)) under_test.insert(scan);
+  for (const Scan& scan : arc(hall(), {0.2, 0, 0.9}, 1.6, 1, 15, rng)) under_test.insert(scan);
   EXPECT_THAT(cylinders(under_test), IsEmpty());
   EXPECT_THAT(before->cylinders, SizeIs(1)) << "snapshots never change";
   EXPECT_THAT(check_invariants(under_test.mapper.map()), IsEmpty());
@@ -204,7 +204,7 @@ TEST(Cylinders, FlatThingsAreNone) {
     Parameters parameters;
     parameters.occupancy.resolution = d;
     CheckedMapper under_test(parameters);
-    for (const Scan& scan : arc(scene, {0, 0, 0.5}, 1.5, 5.5, d < 0.015 ? 12 : 20, rng))
+    for (const Scan& scan : arc(scene, {0, 0, 0.5}, 1.5, 5.5, d < 0.015 ? 8 : 12, rng))
       under_test.insert(scan);
     for (const CylinderPtr& c : cylinders(under_test))
       ADD_FAILURE() << "d " << d << ": at " << c->axis_point.transpose() << ", radius " << c->radius_m
@@ -246,9 +246,9 @@ TEST(Cylinders, PlanesAreTheSameWithAndWithout) {
   Parameters off;
   off.detection.detect_cylinders = false;
   CheckedMapper with, without(off);
-  std::vector<Scan> scans = arc(scene, {0.2, 0, 0.7}, 1.6, 2, 10, rng);
+  std::vector<Scan> scans = arc(scene, {0.2, 0, 0.7}, 1.6, 2, 6, rng);
   scene.bars.pop_back();
-  for (Scan& scan : arc(scene, {0.2, 0, 0.7}, 1.6, 2, 10, rng)) scans.push_back(std::move(scan));
+  for (Scan& scan : arc(scene, {0.2, 0, 0.7}, 1.6, 2, 6, rng)) scans.push_back(std::move(scan));
   bool any = false;
   const auto planes_of = [](const Mapper& mapper) {
     Map::Size size = mapper.map().size();

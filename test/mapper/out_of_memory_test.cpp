@@ -212,17 +212,17 @@ class FailedAllocations : public OutOfMemory {
 TEST_F(FailedAllocations, EachOfManyLeavesTheMapAsItWas) {
   const char* given = std::getenv("OCTOSURF_FAILED_ALLOCATIONS");  // few, so that the suite stays fast
   Story story(changing_room(10), 6, 1);
-  expect_taken_back(story, given != nullptr ? std::stoul(given) : 60, false);
+  expect_taken_back(story, given != nullptr ? std::stoul(given) : 30, false);
 }
 
 TEST_F(FailedAllocations, MemoryThatStaysOutIsNoWorse) {
   Story story(changing_room(10), 6, 1);
-  expect_taken_back(story, 24, true);
+  expect_taken_back(story, 12, true);
 }
 
 TEST_F(FailedAllocations, InTheFirstScan) {
   Story story(changing_room(4), 0, 1);
-  expect_taken_back(story, 24, false);
+  expect_taken_back(story, 12, false);
 }
 
 /// Seen from one side after the other.
@@ -244,12 +244,12 @@ std::vector<Scan> pillar(std::size_t count) {
 TEST_F(FailedAllocations, WithACylinder) {
   Story story(pillar(6), 4, 1);
   ASSERT_EQ(story.mapper.snapshot()->cylinders.size(), 1U);
-  expect_taken_back(story, 20, false);
+  expect_taken_back(story, 12, false);
 }
 
 TEST_F(FailedAllocations, WithTwoThreads) {
   Story story(changing_room(10), 6, 2);
-  expect_taken_back(story, 24, false);
+  expect_taken_back(story, 12, false);
 }
 
 /// Two mappers that have mapped the same scans.
@@ -314,14 +314,14 @@ TEST_F(ChangesTogether, AMergerIsAllOrNothing) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation().x() = 0.31;
   expect_all_or_nothing(
-      twins, [&](Mapper& mapper) { mapper.merge(other.map(), T); }, 24);
+      twins, [&](Mapper& mapper) { mapper.merge(other.map(), T); }, 12);
 }
 
 TEST_F(ChangesTogether, ScansThatAreMappedTogetherAreAllOrNothing) {
   const std::vector<Scan> scans = changing_room(8);
   Twins twins(std::span<const Scan>(scans).first(4));
   expect_all_or_nothing(
-      twins, [&](Mapper& mapper) { mapper.insert_all(std::span(scans).subspan(4)); }, 20);
+      twins, [&](Mapper& mapper) { mapper.insert_all(std::span(scans).subspan(4)); }, 12);
 }
 
 TEST_F(ChangesTogether, DrainingIsAllOrNothing) {
@@ -335,7 +335,7 @@ TEST_F(ChangesTogether, DrainingIsAllOrNothing) {
     ASSERT_GT(waiting, 0U);
   }
   expect_all_or_nothing(
-      twins, [](Mapper& mapper) { mapper.drain(); }, 20);
+      twins, [](Mapper& mapper) { mapper.drain(); }, 12);
 }
 
 TEST_F(ChangesTogether, SurfacesOfAnOctreeAreAllOrNothing) {
@@ -347,7 +347,7 @@ TEST_F(ChangesTogether, SurfacesOfAnOctreeAreAllOrNothing) {
   twins.struck = Mapper(map_from_octomap(folder / "octree.bt", coarse()));
   twins.whole = Mapper(map_from_octomap(folder / "octree.bt", coarse()));
   expect_all_or_nothing(
-      twins, [](Mapper& mapper) { mapper.detect_in_occupancy(); }, 40);
+      twins, [](Mapper& mapper) { mapper.detect_in_occupancy(); }, 16);
 }
 
 TEST_F(OutOfMemory, ThreadsThatAreNotGrantedAreDoneWithout) {

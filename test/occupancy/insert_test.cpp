@@ -142,19 +142,18 @@ TEST(OccupancyInsert, FreeRaysMissWhatTheyPassAndHitNothing) {
 }
 
 TEST(OccupancyInsert, EqualsOctomapOnRealDepthImages) {
-  const std::vector<Scan> scans = recorded("rgbd_7scenes_redkitchen", "", 40, 3);
+  const std::vector<Scan> scans = recorded("rgbd_7scenes_redkitchen", "", 40, 2);
   if (scans.empty()) GTEST_SKIP() << "no rgbd_7scenes_redkitchen";
   compare(scans, 0.1, -1);
-  compare({scans.back()}, 0.03, -1);
-  compare(scans, 0.02, 4);
+  compare({scans.back()}, 0.03, 4);
   compare({scans.front()}, 0.01, 1.5);
 }
 
 TEST(OccupancyInsert, EqualsOctomapOnRealLidar) {
   const std::vector<Scan> scans = recorded("lidar_balm_realworld", "poses_subset.csv", 5, 2);
   if (scans.empty()) GTEST_SKIP() << "no lidar_balm_realworld";
-  compare(scans, 0.05, 8);
-  compare({scans.front()}, 0.05, -1);
+  compare(scans, 0.1, 8);
+  compare({scans.front()}, 0.1, -1);
 }
 
 }  // namespace

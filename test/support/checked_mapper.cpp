@@ -1,10 +1,13 @@
 #include "support/checked_mapper.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <gmock/gmock.h>
 
 namespace octosurf::test {
+
+CheckedMapper::~CheckedMapper() { EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty()); }
 
 ScanReport CheckedMapper::insert(const Scan& scan) {
   const auto before = mapper.snapshot();
@@ -12,7 +15,9 @@ ScanReport CheckedMapper::insert(const Scan& scan) {
   const ScanReport report = mapper.insert(scan);
   const auto after = mapper.snapshot();
   const Map::Size size = mapper.map().size();
-  EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty());
+  if (std::has_single_bit(size.scans)) {
+    EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty());
+  }
   EXPECT_EQ(report.points_raw, scan.points.size());
   EXPECT_LE(report.categorized, report.appeared);
   EXPECT_EQ(size.points, size_before.points + report.appeared - report.vanished);

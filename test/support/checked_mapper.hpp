@@ -6,11 +6,16 @@
 
 namespace octosurf::test {
 
-/// A mapper that is checked after every scan: invariants, and that the report tells what happened.
+/// A mapper whose reports are checked after every scan, and its invariants after scans 1, 2, 4, 8 … and the
+/// last: a check costs as much as a scan or more, and what breaks one is still there later. The contract
+/// checks after every scan.
 class CheckedMapper {
  public:
   explicit CheckedMapper(const Parameters& parameters = {}, const detection::Detector* paper = nullptr)
       : mapper(parameters, 1, paper) {}
+  CheckedMapper(const CheckedMapper&) = delete;
+  CheckedMapper& operator=(const CheckedMapper&) = delete;
+  ~CheckedMapper();
 
   ScanReport insert(const Scan& scan);
 
