@@ -1,6 +1,7 @@
 #include "answers.hpp"
 
 #include "degrees.hpp"
+#include "io/exporters/page_messages.hpp"
 
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -12,12 +13,6 @@ namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json ring(const Surface& surface, const Ring2& vertices) {
-  Json points = Json::array();
-  for (const Eigen::Vector2d& uv : vertices) points.push_back(surface.to_map(uv));
-  return points;
-}
 
 }  // namespace
 
@@ -66,21 +61,7 @@ std::string foothold_json(const Foothold& found, const std::array<double, ground
 
 std::string region_json(const Surface& surface, const ContactRegion& region,
                         const std::vector<ConvexPiece>& pieces) {
-  Json json;
-  json["surface"] = region.surface;
-  json["revision"] = region.revision;
-  // Divided, not multiplied by the inverse: most headings that were given in degrees come back to the digit.
-  json["yaw_deg"] = region.yaw_rad ? Json(*region.yaw_rad / rad_per_deg) : Json();
-  json["area_m2"] = region.area_m2;
-  json["refused"] = Json::array();
-  for (const ContactRefusal refusal : region.refused)
-    json["refused"].push_back(contact_refusal_name(refusal));
-  json["polygons"] = Json::array();
-  for (const Polygon& polygon : region.polygons) {
-    Json holes = Json::array();
-    for (const Ring2& hole : polygon.holes) holes.push_back(ring(surface, hole));
-    json["polygons"].push_back({{"outer", ring(surface, polygon.outer)}, {"holes", holes}});
-  }
+  Json json = io::region_json(surface, region);
   json["pieces"] = Json::array();
   for (const ConvexPiece& piece : pieces) json["pieces"].push_back(piece.vertices);
   return json.dump();

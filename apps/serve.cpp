@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -92,11 +93,16 @@ void run_serve(const ServeArguments& arguments) {
   const auto served = std::make_shared<const ServedMap>(std::move(map), title_of(arguments.map), arguments.up,
                                                         arguments.max_mb);
   Api api([&] { return served; });
-  HttpServer server(place, api);
-  server.end_on_signals();  // first: who reads the line may send one
+  sigset_t ends;
+  sigemptyset(&ends);
+  for (const int number : {SIGINT, SIGTERM}) sigaddset(&ends, number);
+  ::pthread_sigmask(SIG_BLOCK, &ends, nullptr);  // first: who reads the line may send one
+  const HttpServer server(place, api);
   std::printf("serving %s\n", server.url().c_str());
   std::fflush(stdout);
-  server.run();
+  int number = 0;
+  ::sigwait(&ends, &number);
+  ::pthread_sigmask(SIG_UNBLOCK, &ends, nullptr);  // a second one ends at once
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-// Whoever ends the server waits for what is being answered.
+// Shutdown waits for running requests.
 constexpr std::chrono::seconds longest_answer{20};
 
 Eigen::Vector3d point_of(const Values& values, const std::string& name) {
@@ -105,8 +105,6 @@ std::string answer_to(const ServedMap& map, const std::string& path, const Value
 }
 
 }  // namespace
-
-bool Api::is_slow(const std::string& path) { return path == "/api/plan" || path == "/api/regions/all"; }
 
 HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
   const std::shared_ptr<const ServedMap> map = map_();

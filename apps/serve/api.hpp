@@ -31,8 +31,6 @@ class Api {
 
   /// Throws Error(usage) for questions that make no sense, Error(data) where the map has no answer.
   HttpReply answer(const std::string& path, const QueryParameters& given);
-  /// Whether the answer may take seconds.
-  static bool is_slow(const std::string& path);
 
   /// A new client of `live_path`. Throws Error(usage).
   Follower follower(const QueryParameters& given) const;

@@ -64,18 +64,19 @@ bool is_loopback(const std::string& address) {
   return ::inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6) != 0;
 }
 
-std::optional<HttpReply> guard(const HttpPlace& place, const HttpCredentials& given) {
-  if (!given.host)
-    return refusal(400, "the request names no host", "Host", "send HTTP/1.1 with a Host field");
+std::optional<HttpReply> guard(const HttpPlace& place, const std::optional<std::string>& host,
+                               const std::optional<std::string>& origin,
+                               const std::optional<std::string>& authorization) {
+  if (!host) return refusal(400, "the request names no host", "Host", "send HTTP/1.1 with a Host field");
   if (is_loopback(place.address)) {
-    const std::string name = host_name(*given.host);
+    const std::string name = host_name(*host);
     if (name != "localhost" && !is_loopback(name))
       return refusal(421, "this server is of this machine alone, not '" + name + "'", "Host",
                      "use 127.0.0.1 or localhost");
   }
-  if (given.origin && *given.origin != "http://" + *given.host && *given.origin != "https://" + *given.host)
+  if (origin && *origin != "http://" + *host && *origin != "https://" + *host)
     return refusal(403, "another site's page has no access", "Origin", "use this server's page");
-  if (!place.token.empty() && !(given.authorization && has_token(*given.authorization, place.token)))
+  if (!place.token.empty() && !(authorization && has_token(*authorization, place.token)))
     return refusal(401, "the token is missing or wrong", "Authorization",
                    "send 'Authorization: Bearer TOKEN', or the token as the password");
   return std::nullopt;

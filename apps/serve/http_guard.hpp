@@ -16,12 +16,9 @@ struct HttpPlace {
 /// Whether `address` is one that only this machine can reach.
 bool is_loopback(const std::string& address);
 
-/// The fields of a request that decide whether it is let in.
-struct HttpCredentials {
-  std::optional<std::string> host, origin, authorization;
-};
-
-/// The refusal, if the request is not let in at `place`.
-std::optional<HttpReply> guard(const HttpPlace& place, const HttpCredentials& given);
+/// The refusal, if a request with these fields is not let in at `place`.
+std::optional<HttpReply> guard(const HttpPlace& place, const std::optional<std::string>& host,
+                               const std::optional<std::string>& origin,
+                               const std::optional<std::string>& authorization);
 
 }  // namespace octosurf

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdio>
-#include <exception>
 #include <random>
 #include <sys/resource.h>
 #include <utility>
@@ -34,21 +33,9 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
       name_(std::move(name)),
       run_(new_run()),
       up_(mapper.map().parameters().up),
-      api_([this] { return latest(); }),
-      server_(place, api_) {
+      api_([this] { return latest(); }) {
   mapper.share_octree();
-  thread_ = std::thread([this] {
-    try {
-      server_.run();
-    } catch (const std::exception& error) {  // no memory, say: the map is worth more than its page
-      std::fprintf(stderr, "warning: the map is served no longer: %s\n", error.what());
-    }
-  });
-}
-
-LiveServer::~LiveServer() {
-  server_.stop();
-  thread_.join();
+  server_.emplace(place, api_);
 }
 
 void LiveServer::add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor) {

@@ -7,7 +7,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include <octosurf/mapper.hpp>
 
@@ -19,11 +18,8 @@ class LiveServer {
  public:
   /// Has the mapper share its octree. `mapper` has to outlive this. Throws as HttpServer.
   LiveServer(Mapper& mapper, std::string name, const HttpPlace& place);
-  LiveServer(const LiveServer&) = delete;
-  LiveServer& operator=(const LiveServer&) = delete;
-  ~LiveServer();  ///< waits for answers that are being made
 
-  std::string url() const { return server_.url(); }
+  std::string url() const { return server_->url(); }
 
   /// Where the scan was seen from that was mapped last.
   void add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor);
@@ -39,8 +35,7 @@ class LiveServer {
   std::mutex tracking_;  ///< of the track
   io::SensorTrack track_;
   Api api_;
-  HttpServer server_;
-  std::thread thread_;
+  std::optional<HttpServer> server_;
 };
 
 }  // namespace octosurf

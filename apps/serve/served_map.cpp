@@ -2,7 +2,6 @@
 
 #include "info.hpp"
 #include "io/exporters/export_formats.hpp"
-#include "io/exporters/page_block.hpp"
 #include "page_feet.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
@@ -113,8 +112,14 @@ ServedMap::Text ServedMap::make_surfaces() const {
 }
 
 ServedMap::Text ServedMap::make_voxels(bool with_slices) const {
-  return shared(io::page_voxels_message({asked.name, asked.snapshot, asked.octree}, asked.up, with_slices,
-                                        static_cast<std::size_t>(max_page_mb_ * 1e6)));
+  const PageMap map{asked.name, asked.snapshot, asked.octree};
+  const std::vector<io::PageVoxel> all = io::occupied_voxels(asked.octree);
+  std::string message;
+  for (const int merged : io::voxel_merges) {
+    message = io::voxels_message(map, all, merged, asked.up, with_slices).packed;
+    if (static_cast<double>(message.size()) <= max_page_mb_ * 1e6) break;
+  }
+  return shared(std::move(message));
 }
 
 ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) const {
@@ -124,26 +129,19 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
     PageMap map{asked.name, shown.get().snapshot, asked.octree};
     map.stairs = stairs.get().stairs;
     if (since) map.changes = changes_since(*asked.snapshot, *since);
-    const io::SensorTrack track = track_ ? track_() : io::SensorTrack();
-    event = shared(
-        "event: changes\ndata: " + io::base64(io::page_changes_message(map, asked.up, run, track)) + "\n\n");
+    io::SurfacesMessage how;
+    how.up = asked.up;
+    how.since = since;
+    how.run = run;
+    if (track_) how.track = track_();
+    event = shared("event: changes\ndata: " + io::base64(io::surfaces_message(map, how)) + "\n\n");
   }
   return event;
 }
 
 std::string ServedMap::changes_json(std::uint64_t since) const {
-  const MapChanges changes = changes_since(*asked.snapshot, since);
-  Json json{{"since", changes.since},     {"revision", changes.revision}, {"appeared", changes.appeared},
-            {"changed", changes.changed}, {"gone", changes.gone},         {"merged", Json::array()},
-            {"split", Json::array()}};
-  for (const MapChanges::Heir& heir : changes.merged)
-    json["merged"].push_back({{"id", heir.before}, {"into", heir.now}});
-  for (const MapChanges::Heir& heir : changes.split)
-    json["split"].push_back({{"id", heir.before}, {"part", heir.now}});
-  Snapshot now = *shown.get().snapshot;
-  now.surfaces = now.changed_since(since);
-  std::erase_if(now.cylinders, [&](const CylinderPtr& cylinder) { return cylinder->revision <= since; });
-  std::string text = json.dump();
+  const Snapshot now = io::changed_part(*shown.get().snapshot, since);
+  std::string text = io::changes_json(changes_since(*asked.snapshot, since)).dump();
   text.back() = ',';
   std::string exported = export_text(now, {});
   exported.pop_back();  // the end of its last line

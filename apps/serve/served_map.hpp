@@ -1,7 +1,7 @@
 #pragma once
 
 #include "contact_query.hpp"
-#include "io/exporters/page_changes.hpp"
+#include "io/exporters/page_messages.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -68,7 +68,7 @@ class ServedMap {
 
   /// Changes since an earlier revision. Throws Error(usage) for a later one.
   std::string changes_json(std::uint64_t since) const;
-  /// io::page_changes_message() as a server-sent event: since an earlier revision, or everything.
+  /// io::surfaces_message() as a server-sent event: since an earlier revision, or everything.
   Text changes_event(std::optional<std::uint64_t> since) const;
 
  private:

@@ -69,8 +69,8 @@ bool has_page();
 /// WebGL 2.
 ///
 /// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
-/// 2. Planes, poses and standard deviations are in it to a double's last digit, polygons to 0.1 mm; free
-///    space in horizontal slices every 0.1 m, or every voxel if voxels are larger.
+/// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`; free space in
+///    horizontal slices every 0.1 m, or every voxel if voxels are larger.
 /// 3. It is not larger than `max_mb`: if it would be, voxels are merged to 2 d, 4 d … 32 d, at last left out,
 ///    then contact regions, too, and the page says so. A merged voxel is there if one of its
 ///    voxels is, with the greatest of their log-odds and the surface that most of them belong to.

@@ -17,7 +17,7 @@ FENCE = {
     "apps": (["apps"], 9_020),
     "ros": (["ros"], 2_289),
     "bindings": (["bindings"], 3_902),
-    "web": (["web"], 3_628),
+    "web": (["web"], 2_937),
     "lab": (["lab", "-lab/test"], 7_016),
     "tests": (["test", "lab/test"], 51_384),
 }

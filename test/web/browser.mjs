@@ -5,10 +5,14 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-export const skipped = 77;  // CTest's SKIP_RETURN_CODE
+/** Ends the test as skipped. */
+export function skip(why) {
+  console.log(`skipped: ${why}`);
+  process.exit(77);  // CTest's SKIP_RETURN_CODE
+}
 
 /** Chromium as Debian and others install it, or nothing. */
-export function chromium() {
+function chromium() {
   const names = ['chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable'];
   const places = (process.env.PATH ?? '').split(':').flatMap((folder) => names.map((name) => join(folder, name)));
   return places.find((place) => existsSync(place));
@@ -24,7 +28,7 @@ class Session {
   send(method, params = {}) { return this.browser.send(method, params, this.id); }
 }
 
-export class Browser {
+class Browser {
   waiting = new Map();
   listeners = [];
   number = 0;
@@ -83,6 +87,8 @@ export class Browser {
       { features: [{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }] });
     page.url = file.startsWith('http:') ? file : pathToFileURL(file).href;
     await page.session.send('Page.navigate', { url: page.url + hash });
+    await page.until('window.octosurf !== undefined || document.getElementById("message")?.hidden === false', 60);
+    await page.settled();
     return page;
   }
 
@@ -99,7 +105,7 @@ export class Browser {
   }
 }
 
-export class Page {
+class Page {
   errors = [];    // whatever the console or the browser complained about
   fetched = [];   // addresses beside the page's own
 
@@ -136,11 +142,6 @@ export class Page {
       if (performance.now() > end) throw new Error(`not within ${seconds} s: ${expression}`);
       await new Promise((resolve) => setTimeout(resolve, 20));
     }
-  }
-
-  async ready() {
-    await this.until('window.octosurf !== undefined || document.getElementById("message")?.hidden === false', 60);
-    await this.settled();
   }
 
   /** Drawn, whole, at rest. */
@@ -205,6 +206,16 @@ export class Page {
     for (const key of text) await this.key(key);
   }
 
+  /** A choice or a slider of the panel, as its reader sets it. */
+  async choose(selector, value) {
+    await this.value(`(() => {
+      const field = document.querySelector(${JSON.stringify(selector)});
+      field.value = '${value}';
+      field.dispatchEvent(new Event(field.type === 'range' ? 'input' : 'change'));
+    })()`);
+    await this.settled();
+  }
+
   text(selector) {
     return this.value(`document.querySelector(${JSON.stringify(selector)}).textContent`);
   }
@@ -228,8 +239,33 @@ export class Page {
     })()`);
   }
 
+  /** PNG */
   async screenshot() {
     const { data } = await this.session.send('Page.captureScreenshot', { format: 'png' });
     return Buffer.from(data, 'base64');
+  }
+}
+
+export async function waitFor(done) {
+  for (let tries = 0; !done(); ++tries) {
+    if (tries > 1000) throw new Error(`not within 20 s: ${done}`);
+    await new Promise((resolve) => { setTimeout(resolve, 20); });
+  }
+}
+
+/** Calls the tests one after the other with a browser and a folder for what it saves. */
+export async function runInBrowser(tests) {
+  const program = chromium() ?? skip('no Chromium');
+  const browser = new Browser(program), folder = mkdtempSync(join(tmpdir(), 'octosurf-page-'));
+  try {
+    await browser.allowOutput(folder);
+    for (const test of tests) {
+      const begin = performance.now();
+      await test(browser, folder);
+      console.log(`${test.name}: well, ${((performance.now() - begin) / 1000).toFixed(1)} s`);
+    }
+  } finally {
+    await browser.close();
+    rmSync(folder, { recursive: true, force: true });
   }
 }

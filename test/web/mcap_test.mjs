@@ -6,7 +6,7 @@ import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { skipped } from './browser.mjs';
+import { skip } from './browser.mjs';
 
 const command = process.argv[2];
 const require = createRequire(new URL('../../web/package.json', import.meta.url));
@@ -15,8 +15,7 @@ try {
   core = require('@mcap/core');
   support = require('@mcap/support');
 } catch {
-  console.log('skipped: MCAP\'s library is missing (npm ci in web/)');
-  process.exit(skipped);
+  skip('MCAP\'s library is missing (npm ci in web/)');
 }
 const decompressHandlers = await support.loadDecompressHandlers();
 

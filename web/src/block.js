@@ -1,4 +1,4 @@
-// A map's data as src/io/page_block.hpp packs it: base64 of gzip of a JSON document and arrays of numbers.
+// A message about a map as src/io/exporters/page_block.hpp packs it: gzip of a JSON document and arrays of numbers.
 
 const arrayTypes = {
   u8: Uint8Array, u16: Uint16Array, u32: Uint32Array,
@@ -14,7 +14,7 @@ function bytesOfBase64(text) {
   return bytes;
 }
 
-/** @param {string} text of a block that stands in a page */
+/** @param {string} text base64, as it stands in a page and in the server's events */
 export const readTextBlock = (text) => readBlock(bytesOfBase64(text.trim()));
 
 /**
@@ -27,13 +27,13 @@ export async function readBlock(bytes) {
   const length = new DataView(buffer).getUint32(0, true);
   const json = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
   const arrays = {};
-  for (const [name, [type, at, count]] of Object.entries(json.arrays))
+  for (const [name, [type, at, count]] of Object.entries(json.arrays ?? {}))
     arrays[name] = new arrayTypes[type](buffer, 4 + length + at, count);
   return { json, arrays };
 }
 
 /**
- * Undoes differences() of page_block.hpp in place; the array's own type does the modulo.
+ * Undoes differences() of page_voxels.cpp in place; the array's own type does the modulo.
  * @template {Uint8Array|Uint16Array|Uint32Array|Int32Array} A
  * @param {A} numbers @returns {A}
  */

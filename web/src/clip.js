@@ -11,14 +11,9 @@ export function limitsIn(map, clip) {
   return [clip.from === null ? -Infinity : clip.from - zero, clip.to === null ? Infinity : clip.to - zero];
 }
 
-/**
- * The part of a ray that is shown, distances in m.
- * @param {{from: number[], direction: number[]}} ray root coordinates
- */
-export function shownPart(ray, up, [low, high]) {
-  const dot = (a) => a.reduce((sum, x, k) => sum + x * up[k], 0);
-  const height = dot(ray.from), climb = dot(ray.direction);
-  if (Math.abs(climb) < 1e-12) return height >= low && height <= high ? [0, Infinity] : [Infinity, Infinity];
-  const ends = [(low - height) / climb, (high - height) / climb].sort((a, b) => a - b);
+/** The part of an upright ray that is shown, distances in m. @param {import('three').Ray} ray */
+export function shownPart({ origin, direction }, [low, high]) {
+  if (Math.abs(direction.z) < 1e-12) return origin.z >= low && origin.z <= high ? [0, Infinity] : [0, -1];
+  const ends = [(low - origin.z) / direction.z, (high - origin.z) / direction.z].sort((a, b) => a - b);
   return [Math.max(0, ends[0]), ends[1]];
 }

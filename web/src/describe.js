@@ -33,7 +33,7 @@ export function titleOf(map, hit) {
   return 'Voxel';
 }
 
-/** @param {import('./context.js').Settings} settings @returns {Row[]} */
+/** @param {object} settings see stage.js @returns {Row[]} */
 export function rowsOf(map, hit, settings) {
   const rows = { surface: surfaceRows, cylinder: cylinderRows, voxel: voxelRows }[hit.kind](map, hit.what);
   if (hit.kind === 'surface') rows.push(...footRows(map, hit.what, settings));
@@ -85,6 +85,7 @@ function changeRows(map, surface) {
 }
 
 function surfaceRows(map, surface) {
+  const { polygons } = surface, holes = polygons.reduce((sum, one) => sum + one.holes.length, 0);
   const c = surface.covariance, std = (k) => Math.sqrt(Math.max(0, c[4 * k]));
   const deg = (rad) => `${(rad * 180 / Math.PI).toFixed(3)}°`;
   const lengths = edgeLengths(surface), total = lengths.reduce((sum, one) => sum + one, 0);
@@ -99,8 +100,8 @@ function surfaceRows(map, surface) {
     { name: 'σ normal', text: `${surface.normal_std_deg.toFixed(3)}°` },
     { name: 'σ of tilts', text: `${deg(std(0))} along u, ${deg(std(1))} along v` },
     { name: 'rms', text: `${mm(surface.rms_m)} of ${surface.inliers} voxels` },
-    { name: 'outline', text: `${surface.polygons} polygon${surface.polygons === 1 ? '' : 's'}, ${surface.holes} hole${
-      surface.holes === 1 ? '' : 's'}` },
+    { name: 'outline', text: `${polygons.length} polygon${polygons.length === 1 ? '' : 's'}, ${holes} hole${
+      holes === 1 ? '' : 's'}` },
     ...(total > 0 ? [{ name: 'edges', text: edges.join(', ') }] : []),
     ...changeRows(map, surface),
   ];

@@ -1,26 +1,20 @@
 // The page of a map that grows: the server sends changes as events; voxels are requested while they are shown.
 import { readBlock, readTextBlock } from './block.js';
-import { takeChanges, takeVoxels } from './data.js';
+import { takeSurfaces, takeVoxels } from './data.js';
 
 const soonestMs = 250, latestMs = 4000;  // until it tries to reach the server again
+const voxelsMs = 2000;                   // from one question for voxels to the next
 // A large map takes long to be drawn anew: a fifth of the time at most, so that the page stays at hand.
 const restShare = 4;
-const leastVoxelsMs = 2000;
 
 export class Following {
   /** @param {object} page see main.js @param {string} run */
   constructor(page, run) {
-    this.page = page;
-    this.run = run;
-    this.pause = soonestMs;
-    this.voxelsAt = -Infinity;
-    this.voxelsRevision = page.map.revision;
-    this.voxels = null;  // that are not drawn yet
-    this.reading = Promise.resolve();
+    Object.assign(this, { page, run, pause: soonestMs, voxelsRevision: page.map.revision, reading: Promise.resolve() });
     this.connect();
     // A browser has few connections to a server: pages that nobody sees leave them to others.
     document.addEventListener('visibilitychange', () => (document.hidden ? this.disconnect() : this.connect()));
-    setInterval(() => this.askForVoxels(), 500);
+    setInterval(() => this.askForVoxels(), voxelsMs);
   }
 
   connect() {
@@ -33,7 +27,7 @@ export class Following {
     });
     events.addEventListener('changes', ({ data }) => {
       // One after the other: unpacking takes its time, and changes count on those before.
-      this.reading = this.reading.then(async () => this.take(await readTextBlock(data), data.length))
+      this.reading = this.reading.then(async () => this.take(await readTextBlock(data)))
         .catch((error) => this.page.say(`What the server sent cannot be read: ${error.message}`));
     });
     // EventSource would reconnect with the first URL, and so with an old revision.
@@ -50,60 +44,39 @@ export class Following {
     this.events?.close();
   }
 
-  /** @param {number} bytes of the event: for tests */
-  take(block, bytes) {
-    const { page } = this;
-    takeChanges(page.map, block);
-    this.run = block.json.run;
-    if (block.json.since === null) [this.voxels, this.voxelsRevision] = [null, -1];
-    this.told = { messages: (this.told?.messages ?? 0) + 1, bytes, whole: block.json.since === null };
-    this.drawSoon();
-    this.takeVoxels();
+  take(message) {
+    takeSurfaces(this.page.map, message);
+    this.run = message.json.run;
+    const whole = message.json.since === null;
+    if (whole) this.voxelsRevision = -1;
+    this.told = { messages: (this.told?.messages ?? 0) + 1, whole };  // for tests
+    this.drawing ??= setTimeout(() => this.draw());
   }
 
-  /** Voxels are of surfaces that the page should know: they wait for the changes that come before. */
-  takeVoxels() {
-    const block = this.voxels, { page } = this;
-    if (!block || block.json.revision > page.map.revision) return;
-    this.voxels = null;
-    takeVoxels(page.map, block);
-    this.voxelsRevision = block.json.revision;
-    this.voxelsMs = performance.now() - this.voxelsAt;
-    page.renewVoxels();
-  }
-
-  /** Draws what has changed; what comes meanwhile and for a while after is drawn at once with it. */
-  drawSoon() {
-    if (this.drawing) return;
+  /** What comes meanwhile and for a while after is drawn at once with it. */
+  draw() {
+    const { page } = this, begin = performance.now(), { revision } = page.map;
+    page.renewSurfaces();
     this.drawing = setTimeout(() => {
-      const begin = performance.now();
-      this.page.renewSurfaces();
-      const took = performance.now() - begin;
-      this.drawing = setTimeout(() => {
-        this.drawing = undefined;
-        if (this.page.map.revision !== this.drawn) this.drawSoon();
-      }, restShare * took);
-      this.drawn = this.page.map.revision;
-    });
+      this.drawing = undefined;
+      if (page.map.revision !== revision) this.draw();
+    }, restShare * (performance.now() - begin));
   }
 
-  /**
-   * All voxels are many: asked for while they are to be seen, and not sooner than drawing them lets the page rest. Once
-   * they are wanted in any case: before there are any, their layers cannot be switched on.
-   */
+  /** All voxels are many: asked for while they are to be seen, and once in any case, for their layers to be there. */
   async askForVoxels() {
-    const { stage, map } = this.page, first = map.voxels === null && map.surfaces.length > 0;
-    const wanted = first || ['voxels', 'pending', 'slice'].some((id) => stage.settings.on[id]);
-    const rest = Math.max(leastVoxelsMs, restShare * (this.voxelsMs ?? 0));
-    const connected = this.events.readyState === EventSource.OPEN;
-    if (!connected || !wanted || this.voxels || this.asking || performance.now() - this.voxelsAt < rest) return;
-    if (!first && this.voxelsRevision === map.revision && (map.slices || !stage.settings.on.slice)) return;
+    const { stage, map } = this.page, { on } = stage.settings, first = map.voxels === null && map.surfaces.length > 0;
+    if (this.asking || this.events.readyState !== EventSource.OPEN) return;
+    if (!first && !on.voxels && !on.pending && !on.slice) return;
+    if (!first && this.voxelsRevision === map.revision && (map.slices || !on.slice)) return;
     this.asking = true;
-    this.voxelsAt = performance.now();
     try {
-      const reply = await fetch(`api/voxels?slices=${first || stage.settings.on.slice ? 1 : 0}`);
-      if (reply.ok) this.voxels = await readBlock(await reply.arrayBuffer());
-      this.takeVoxels();
+      const reply = await fetch(`api/voxels?slices=${first || on.slice ? 1 : 0}`);
+      if (!reply.ok) return;
+      const message = await readBlock(await reply.arrayBuffer());
+      takeVoxels(map, message);
+      this.voxelsRevision = message.json.revision;
+      this.page.renewVoxels();
     } catch {  // the events say that it is no longer served
     } finally {
       this.asking = false;

@@ -1,10 +1,9 @@
 // Marks of what the pointer is over, what was picked, and between what is measured.
 import * as THREE from 'three';
-import { lightIn, mesh } from './layers/mesh.js';
-import { ribbons, Lines } from './layers/ribbons.js';
-import { linesOf } from './layers/edges.js';
-import { mantleOf } from './layers/cylinders.js';
-import { trianglesOf } from './layers/surfaces.js';
+import { Triangles } from './layers/mesh.js';
+import { Lines } from './layers/lines.js';
+import { addMantle } from './layers/cylinders.js';
+import { patches } from './layers/surfaces.js';
 
 const hoverColor = [1, 1, 1], pickColor = [1, 0.85, 0.1], measureColor = [0.9, 0.1, 0.6];
 
@@ -17,72 +16,48 @@ export function dispose(object) {
   });
 }
 
-function cubeLines(voxels, i, color) {
-  const lines = new Lines(), { size } = voxels;
-  const low = [voxels.x[i], voxels.y[i], voxels.z[i]].map((cell, k) => voxels.low[k] + cell * size);
-  for (let axis = 0; axis < 3; ++axis) {
-    for (const [a, b] of [[0, 0], [0, 1], [1, 0], [1, 1]]) {
-      const from = [...low];
-      from[(axis + 1) % 3] += a * size;
-      from[(axis + 2) % 3] += b * size;
-      const to = [...from];
-      to[axis] += size;
-      lines.add(from, to, color);
-    }
+/** @param {import('./picking.js').Hit} hit */
+function markOf(map, hit, color, strong) {
+  const opacity = strong ? 0.45 : 0.3;
+  if (hit.kind === 'surface') return patches(map, [hit.what], color, color, { opacity, width: strong ? 3.5 : 2 });
+  if (hit.kind === 'cylinder') {
+    const triangles = new Triangles();
+    addMantle(triangles, map, { ...hit.what, radius_m: 1.03 * hit.what.radius_m }, color);
+    return triangles.mesh({ opacity });
   }
-  return lines;
-}
-
-/** @param {import('./picking.js').Hit?} hit */
-function markOf(map, hit, context, color, strong) {
-  const group = new THREE.Group(), cut = { value: false };
-  const look = { ...context, cut, opacity: strong ? 0.45 : 0.3, light: lightIn(map.rotation) };
-  if (hit.kind === 'surface') {
-    group.add(mesh(trianglesOf([hit.what], () => color), look));
-    group.add(ribbons(linesOf([hit.what], () => color), context, strong ? 3.5 : 2, cut));
-    // In the plane of what it marks: it must win there.
-    group.children[0].material.polygonOffset = true;
-    group.children[0].material.polygonOffsetFactor = -2;
-    group.children[0].material.polygonOffsetUnits = -2;
-  } else if (hit.kind === 'cylinder') {
-    group.add(mesh(mantleOf([{ ...hit.what, radius_m: 1.03 * hit.what.radius_m }]), look));
-  } else {
-    group.add(ribbons(cubeLines(map.voxels, hit.what, color), context, strong ? 3 : 2));
-  }
-  return group;
+  const { x, y, z, low, size } = map.voxels, lines = new Lines();
+  const corners = new THREE.EdgesGeometry(new THREE.BoxGeometry(size, size, size)).attributes.position.array;
+  const at = (corner) => [x, y, z].map((cells, k) => low[k] + (cells[hit.what] + 0.5) * size + corners[3 * corner + k]);
+  for (let i = 0; i < corners.length / 3; i += 2) lines.add(at(i), at(i + 1), color);
+  return lines.object(strong ? 3 : 2);
 }
 
 export class Highlight {
-  /** @param {import('./context.js').Context} context */
-  constructor(context) {
-    this.context = context;
+  /** @param {import('./view.js').View} view */
+  constructor(view) {
+    this.view = view;
     this.marks = {};
   }
 
   set(name, object) {
     dispose(this.marks[name]);
     this.marks[name] = object;
-    if (object) this.context.view.root.add(object);
-    this.context.view.redraw();
+    if (object) this.view.root.add(object);
+    this.view.redraw();
   }
 
-  hover(map, hit) { this.set('hover', hit && markOf(map, hit, this.context, hoverColor, false)); }
-  picked(map, hit) { this.set('picked', hit && markOf(map, hit, this.context, pickColor, true)); }
+  hover(map, hit) { this.set('hover', hit && markOf(map, hit, hoverColor, false)); }
+  picked(map, hit) { this.set('picked', hit && markOf(map, hit, pickColor, true)); }
 
   /** @param {number[][]} places none, one or two */
   measured(places) {
     if (places.length === 0) return this.set('measured', null);
     const lines = new Lines(), arm = 0.03;
-    for (const place of places) {
-      for (let k = 0; k < 3; ++k) {
-        const [from, to] = [[...place], [...place]];
-        from[k] -= arm;
-        to[k] += arm;
-        lines.add(from, to, measureColor);
-      }
-    }
+    const cross = (place, k, by) => place.map((x, i) => (i === k ? x + by : x));
+    for (const place of places)
+      for (let k = 0; k < 3; ++k) lines.add(cross(place, k, -arm), cross(place, k, arm), measureColor);
     if (places.length === 2) lines.add(places[0], places[1], measureColor);
-    const object = ribbons(lines, this.context, 2.5);
+    const object = lines.object(2.5);
     object.material.depthTest = false;
     object.renderOrder = 1;
     return this.set('measured', object);

@@ -21,7 +21,7 @@ export function linkOf(page) {
   link.set('target', inMap(view.controls.target));
   link.set('layers', layers.filter(({ id }) => settings.on[id]).map(({ id }) => id).join('.'));
   for (const [id, choice] of Object.entries(settings.choice)) link.set(`color.${id}`, choice);
-  if (stage.context.cut.value === false) link.set('behind', 'shown');
+  if (!settings.cut) link.set('behind', 'shown');
   if (settings.clip.from !== null) link.set('from', written([settings.clip.from]));
   if (settings.clip.to !== null) link.set('to', written([settings.clip.to]));
   if (page.picked && page.picked.kind !== 'voxel') {
@@ -45,7 +45,7 @@ export function follow(page, text) {
     for (const { id } of layers) settings.on[id] = on.has(id);
   }
   for (const { id } of layers) if (link.has(`color.${id}`)) settings.choice[id] = link.get(`color.${id}`);
-  stage.context.cut.value = link.get('behind') !== 'shown';
+  settings.cut = link.get('behind') !== 'shown';
   stage.clipHeights({ from: numbersOf(link.get('from'), 1)?.[0] ?? null, to: numbersOf(link.get('to'), 1)?.[0] ?? null });
   stage.renew();
   const [eye, target, at] = ['eye', 'target', 'at'].map((name) => numbersOf(link.get(name), 3));

@@ -1,6 +1,7 @@
 // The page: reads its maps, puts the parts together.
 import * as THREE from 'three';
-import { middleOf, readMap } from './data.js';
+import { readTextBlock } from './block.js';
+import { middleOf, newMap, takeSurfaces, takeVoxels } from './data.js';
 import { find, lineageOf, lineOf, placeOf, rowsOf, titleOf } from './describe.js';
 import { Following } from './follow.js';
 import { Highlight } from './highlight.js';
@@ -25,11 +26,14 @@ function say(text) {
   byId('message').textContent = text;
 }
 
+/** Each map has a message of its surfaces, then one of its voxels. */
 async function readMaps() {
   const maps = [];
-  for (const block of document.querySelectorAll('script.map')) {
-    maps.push(await readMap(block.textContent, maps[0]?.origin ?? null));
-    block.remove();  // its text is no longer needed, and takes memory
+  for (const script of document.querySelectorAll('script.map')) {
+    const message = await readTextBlock(script.textContent);
+    script.remove();  // its text is no longer needed, and takes memory
+    if (message.json.kind === 'voxels') takeVoxels(maps.at(-1), message);
+    else takeSurfaces(maps[maps.push(newMap(maps[0]?.origin ?? null)) - 1], message);
   }
   return maps;
 }
@@ -40,7 +44,7 @@ class Page {
     this.view = new View(byId('view'));
     this.theme = new Theme(() => this.recolor());
     this.stage = new Stage(this.view, this.theme);
-    this.highlight = new Highlight(this.stage.context);
+    this.highlight = new Highlight(this.view);
     this.measure = new Measure(this.view, this.highlight);
     this.panel = new Panel(this.stage);
     this.recolor();
@@ -88,7 +92,7 @@ class Page {
   renewVoxels() {
     if (this.picked?.kind === 'voxel') this.select(null);
     this.hover(null);
-    for (const id of ['voxels', 'pending', 'slice']) this.stage.renew(id);
+    this.stage.voxelsChanged();
     this.panel.update();
   }
 
@@ -126,7 +130,7 @@ class Page {
     this.fit();
   }
 
-  fit(from = this.stage.side) { this.view.fit(this.stage.context.extent, from); }
+  fit(from = this.stage.side) { this.view.fit(this.stage.extent, from); }
 
   clear() {
     this.select(null);
@@ -135,7 +139,7 @@ class Page {
   }
 
   hit(x, y) {
-    return this.map ? pick(this.map, this.view.ray(x, y), this.stage.shown) : null;
+    return this.map ? pick(this.stage, this.view.ray(x, y)) : null;
   }
 
   /** @param {import('./picking.js').Hit?} hit */

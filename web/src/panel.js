@@ -59,7 +59,7 @@ function rowOf(layer, number, stage, changed, moved) {
     changed();
   });
   const label = element('label', { htmlFor: box.id, title: number > 10 ? layer.label : `${layer.label} (${number % 10})` }, layer.label);
-  const count = layer.count?.(stage.map, stage.context);
+  const count = layer.count?.(stage.map, stage);
   if (count !== undefined) label.append(element('small', { textContent: ` ${thousands(count)}` }));
   return element('div', { className: 'layer' }, box, label, ...choiceOf(layer, stage, changed),
     ...rangeOf(layer, stage, moved));
@@ -140,16 +140,16 @@ export class Panel {
   legend() {
     const { stage } = this, { map } = stage;
     byId('legend').replaceChildren(...layers.filter((layer) => stage.shows(layer.id))
-      .flatMap((layer) => layer.legend?.(map, stage.context) ?? []).map(legendEntry));
+      .flatMap((layer) => layer.legend?.(map, stage) ?? []).map(legendEntry));
   }
 
   /** Walls and ceilings hide a room from outside. */
   backs() {
-    const { stage } = this, { cut } = stage.context;
-    const box = element('input', { type: 'checkbox', id: 'backs', checked: !cut.value });
+    const { stage } = this;
+    const box = element('input', { type: 'checkbox', id: 'backs', checked: !stage.settings.cut });
     box.addEventListener('change', () => {
-      cut.value = !box.checked;
-      stage.view.redraw();
+      stage.settings.cut = !box.checked;
+      stage.renew();
     });
     return element('div', { className: 'layer' }, box,
       element('label', { htmlFor: 'backs', title: 'Surfaces seen from behind (b)' }, 'Seen from behind, too'));
@@ -178,7 +178,7 @@ export class Panel {
 
   /** Limits of the heights that are shown; a slider at its end is none. */
   heights() {
-    const { stage } = this, { map, settings } = stage, { min, max } = stage.context.extent, step = 0.05, room = 0.2;
+    const { stage } = this, { map, settings } = stage, { min, max } = stage.extent, step = 0.05, room = 0.2;
     const zero = heightOfOrigin(map);
     const least = Math.floor((min.z + zero - room) / step) * step;
     const greatest = Math.ceil((max.z + zero + room) / step) * step;

@@ -1,5 +1,4 @@
 // What the reader takes out of the page: files, and text for the clipboard.
-import { surfacesJson } from './export.js';
 import { hasServer } from './server.js';
 
 function download(name, blob) {
@@ -11,6 +10,13 @@ function download(name, blob) {
 }
 
 const fileName = (map, ending) => `${map.name.replaceAll(/[^\p{L}\p{N}._-]+/gu, '_')}.${ending}`;
+
+/** As octosurf export writes them, a surface a line. */
+function surfacesJson({ resolution, revision, surfaces, cylinders }) {
+  const lines = (all) => `[\n${all.map(({ exported }) => JSON.stringify(exported)).join(',\n')}\n]`;
+  const head = JSON.stringify({ format: 'octosurf-surfaces', version: 1, resolution, revision });
+  return `${head.slice(0, -1)},"surfaces":${lines(surfaces)},"cylinders":${lines(cylinders)}}\n`;
+}
 
 /** The server's own export, while it answers; else what the page has. */
 async function surfacesOf(map) {

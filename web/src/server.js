@@ -1,5 +1,5 @@
 // What the page asks the server that it came from: contact regions for any foot, plans. Pages in files ask nobody.
-import { footFrom, planFrom } from './data.js';
+import { planFrom } from './data.js';
 
 export const hasServer = () => document.querySelector('meta[name="octosurf-server"]') !== null;
 
@@ -50,7 +50,7 @@ export class Asking {
     this.answer('asked …');
     try {
       const answer = await ask('/api/regions/all', parameters);
-      page.takeFoot(footFrom(page.map, `asked at revision ${answer.revision}: ${asked.join(', ')}`, answer.regions));
+      page.takeFoot({ name: `asked at revision ${answer.revision}: ${asked.join(', ')}`, regions: answer.regions });
       this.answer('');
     } catch (error) {
       this.answer(error.message);
@@ -84,7 +84,7 @@ export class Asking {
     this.answer('asked …');
     try {
       const plan = await ask('/api/plan', { from, to, robot });
-      page.takePlan(planFrom(page.map, { ...plan, name: `asked (${robot})`, sentence: plan.refusal?.sentence ?? null }));
+      page.takePlan(planFrom(page.map, { ...plan, name: `asked (${robot})` }));
       this.answer(plan.found ? `${plan.steps.length} steps` : plan.refusal.sentence);
     } catch (error) {
       this.answer(error.message);

@@ -1,14 +1,15 @@
 // Colours as they are on the screen: the page's shaders write sRGB values as they stand, three.js converts none.
 import * as THREE from 'three';
+import { dot } from './vectors.js';
 
-/** From the upright frame's point of view; as in src/io/picture.cpp. */
+/** From the upright frame's point of view; as in src/io/exporters/picture.cpp. */
 export const light = new THREE.Vector3(-0.45, -0.25, 0.85).normalize();
 
 /** Lambert's law wrapped around, so that no two of a room's walls look alike and none is black. */
+export const shade = (map, normal) => 0.45 + 0.55 * (0.5 + 0.5 * dot(normal, map.light));
 export const shadeGlsl = `
   float shade(vec3 normal) { return 0.45 + 0.55 * (0.5 + 0.5 * dot(normal, light)); }
 `;
-export const shade = (normal) => 0.45 + 0.55 * (0.5 + 0.5 * light.dot(normal));
 
 /** Colours of edges by kind, as in include/octosurf/export.hpp. */
 export const edgeColors = [[0, 0.6, 0.2], [0.85, 0.1, 0.15], [0.1, 0.3, 0.95], [1, 0.6, 0]];

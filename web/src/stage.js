@@ -2,13 +2,14 @@
 import * as THREE from 'three';
 import { limitsIn, noClip } from './clip.js';
 import { onSurface } from './data.js';
-import { Effort } from './detail.js';
 import { dispose } from './highlight.js';
-import { lightIn } from './layers/mesh.js';
 import { layers } from './layers/index.js';
 import { orient } from './up.js';
 
 const samplesPerArea = 40;  // a m²
+// A frame's time: less is drawn above the one, more below the other; and how much, in points, first and at least. A
+// graphics card draws a million voxels in that time, a processor in its place ten thousand.
+const smoothMs = 33, quickMs = 24, firstPoints = 8000, leastPoints = 2000, mostPoints = 1e9;
 const ofVoxels = new Set(['voxels', 'pending', 'slice']);
 
 /** Places on the map, as many as it has area there; without surfaces, voxels. */
@@ -58,34 +59,38 @@ function bestSide(map, rotation) {
 export class Stage {
   /** @param {import('./view.js').View} view @param {import('./theme.js').Theme} theme */
   constructor(view, theme) {
-    this.view = view;
-    this.objects = new Map();
-    this.context = {
-      view, eye: new THREE.Vector3(), light: new THREE.Vector3(), cut: { value: true }, before: null,
-      extent: new THREE.Box3(), ink: () => theme.ink, gridColor: () => theme.grid,
-      settings: {
-        on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {}, sliceHeight: null,
-        up: null, clip: noClip(), walkableDeg: 30,
-      },
+    Object.assign(this, { view, theme, objects: new Map(), before: null, allowed: firstPoints, whole: true });
+    /** What the reader has chosen; outlives a change of map. */
+    this.settings = {
+      on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {},
+      cut: true,  // surfaces seen from behind are left out
+      up: null,   // in the map frame; null: the map's own
+      clip: noClip(), sliceHeight: null, walkableDeg: 30,
     };
-    this.effort = new Effort();
-    let whole = true;
-    view.beforePicture.push((moving, frameMs) => {
-      this.context.eye.copy(view.eye);
-      if (moving) this.effort.note(frameMs, whole);
-      whole = this.effort.share(layers.map(({ id }) => this.objects.get(id))
-        .filter((object) => object?.visible && object.userData.draw), moving);
-    });
+    view.beforePicture.push((moving, frameMs) => this.drawAtLength(moving, frameMs));
   }
 
-  get settings() { return this.context.settings; }
-  has(layer) { return layer.has?.(this.map, this.context) ?? true; }
+  /** At rest everything is drawn whole; while the camera moves, as coarse as it takes for some 30 pictures a second. */
+  drawAtLength(moving, frameMs) {
+    if (moving && frameMs > smoothMs) this.allowed *= Math.max(0.4, smoothMs / frameMs);
+    if (moving && frameMs > 0 && frameMs < quickMs && !this.whole) this.allowed *= 1.4;
+    this.allowed = Math.min(mostPoints, Math.max(leastPoints, this.allowed));
+    let left = moving ? this.allowed : Infinity;
+    this.whole = true;
+    for (const object of this.objects.values()) {
+      if (!object.visible || !object.userData.draw) continue;
+      const { cost, whole } = object.userData.draw(left);
+      left = Math.max(1, left - cost);
+      this.whole &&= whole;
+    }
+  }
+
+  has(layer) { return layer.has?.(this.map, this) ?? true; }
   shows(id) { return this.settings.on[id] && this.has(layers.find((one) => one.id === id)); }
 
   /** @param {object} map @param {object?} before in time */
   show(map, before) {
-    this.map = map;
-    this.context.before = before;
+    Object.assign(this, { map, before });
     this.takeExtent();
     this.renew();
   }
@@ -104,13 +109,12 @@ export class Stage {
   }
 
   takeExtent() {
-    const { map } = this;
+    const { map, view: { root } } = this;
     orient(map, this.settings.up ?? map.ownUp);
-    this.context.light.copy(lightIn(map.rotation));
-    this.view.root.quaternion.set(...map.rotation);
-    this.view.root.updateMatrixWorld();
-    this.context.extent.copy(extentOf(map, this.view.root.quaternion));
-    this.side = bestSide(map, this.view.root.quaternion);
+    root.quaternion.set(...map.rotation);
+    root.updateMatrixWorld();
+    this.extent = extentOf(map, root.quaternion);
+    this.side = bestSide(map, root.quaternion);
     this.clipHeights(this.settings.clip);
   }
 
@@ -121,6 +125,10 @@ export class Stage {
   mapChanged() {
     this.takeExtent();
     for (const { id } of layers) if (!ofVoxels.has(id)) this.renew(id);
+  }
+
+  voxelsChanged() {
+    for (const id of ofVoxels) this.renew(id);
   }
 
   /** Makes the shown layers anew: all, or one. */
@@ -138,7 +146,7 @@ export class Stage {
     for (const layer of layers) {
       const shown = this.shows(layer.id);
       if (shown && !this.objects.has(layer.id)) {
-        const object = layer.create(this.map, this.context);
+        const object = layer.create(this.map, this);
         this.objects.set(layer.id, object);
         this.view.root.add(object);
       }
@@ -157,12 +165,5 @@ export class Stage {
   choose(id, choice) {
     this.settings.choice[id] = choice;
     this.renew(id);
-  }
-
-  get shown() {
-    return {
-      surfaces: this.shows('surfaces'), cylinders: this.shows('cylinders'), voxels: this.shows('voxels'),
-      pending: this.shows('pending'), cut: this.context.cut.value, heights: limitsIn(this.map, this.settings.clip),
-    };
   }
 }

@@ -1,4 +1,6 @@
 // Which way is up: as the map says, or as the reader has chosen.
+import { Quaternion } from 'three';
+import { light } from './shading.js';
 
 /** Directions to choose from, by their names. */
 export const upAxes = { z: [0, 0, 1], y: [0, 1, 0], x: [1, 0, 0], '-z': [0, 0, -1], '-y': [0, -1, 0], '-x': [-1, 0, 0] };
@@ -26,6 +28,7 @@ export function uprightOf(up) {
 export function orient(map, up) {
   map.up = unit(up);
   map.rotation = uprightOf(up);
+  map.light = light.clone().applyQuaternion(new Quaternion(...map.rotation).invert()).toArray();
 }
 
 /** m, along up: of the map frame's zero over that of root coordinates. */

@@ -106,14 +106,12 @@ export class View {
     return this.root.worldToLocal(this.camera.position.clone());
   }
 
-  /** The ray through a place of the page, in root coordinates. */
+  /** The ray through a place of the page, upright. */
   ray(clientX, clientY) {
-    const box = this.canvas.getBoundingClientRect();
-    const at = new THREE.Vector3(2 * (clientX - box.left) / box.width - 1,
-      1 - 2 * (clientY - box.top) / box.height, 0.5);
-    const from = this.eye;
-    const to = this.root.worldToLocal(at.unproject(this.camera));
-    return { from: from.toArray(), direction: to.sub(from).normalize().toArray() };
+    const box = this.canvas.getBoundingClientRect(), caster = new THREE.Raycaster();
+    caster.setFromCamera(new THREE.Vector2(2 * (clientX - box.left) / box.width - 1, 1 - 2 * (clientY - box.top) / box.height),
+      this.camera);
+    return caster.ray;
   }
 
   /** Where a place of root coordinates is in the page: x, y, and whether it is before the camera. */

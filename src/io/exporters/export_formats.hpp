@@ -20,6 +20,7 @@ struct ExportJob {
   const ExportOptions& options;
   const ExportExtras& extras;
   std::map<SurfaceId, std::vector<Eigen::Vector3d>> points;  ///< the extras' points by surface
+  bool with_boundary = true;
 
   bool wants(ExportPart part) const;
   const std::vector<ConvexPiece>& convex(SurfaceId id) const;

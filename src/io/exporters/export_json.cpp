@@ -119,7 +119,7 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
   json["polygons"] = polygons_json(job, surface);
   if (const auto gaps = job.extras.gaps.find(id); gaps != job.extras.gaps.end())
     json["gaps"] = gaps_json(gaps->second, surface);
-  json["boundary"] = points_json(surface.boundary, id);
+  if (job.with_boundary) json["boundary"] = points_json(surface.boundary, id);
   if (job.wants(ExportPart::meshes)) {
     json["mesh"] = mesh_json(extrude(surface, job.options.mesh_thickness), id);
   }

@@ -1,5 +1,5 @@
 #include "geometry/directions.hpp"
-#include "io/exporters/page_parts.hpp"
+#include "io/exporters/page_messages.hpp"
 #include "io/exporters/page_template.hpp"
 #include "io/new_file.hpp"
 
@@ -16,62 +16,36 @@
 namespace octosurf {
 namespace {
 
-/// Level of detail of the maps on a page.
-struct Detail {
-  int merged;        ///< edge of a voxel in voxels of the map; 0: without voxels
-  bool feet = true;  ///< with contact regions
-};
-constexpr std::array<Detail, 8> details{{{1}, {2}, {4}, {8}, {16}, {32}, {0}, {0, false}}};
-
-/// The part of a map's data that is independent of the merging of its voxels.
-struct MapOfPage {
-  const PageMap& map;
-  std::vector<io::PageVoxel> voxels;
-};
-
-std::string encoded(const MapOfPage& one, const std::vector<io::PageVoxel>& voxels, const Detail& detail,
-                    const PageOptions& options) {
-  const PageMap& map = one.map;
-  io::PageBlock block;
-  block.json["name"] = map.name;
-  block.json["revision"] = map.snapshot->revision;
-  block.json["resolution"] = map.snapshot->resolution;
-  io::add_up(block, options.up);
-  if (options.suggested_up) {
-    const Eigen::Vector3d suggested = options.suggested_up->normalized();
-    block.json["suggested_up"] = {suggested.x(), suggested.y(), suggested.z()};
-  }
-  block.json["merged"] = detail.merged;
-  block.json["feet_left_out"] = !detail.feet && !map.feet.empty();
-  block.json["voxels_before_merging"] = one.voxels.size();
-  io::add_surfaces(block, map);
-  if (detail.feet) io::add_feet(block, map);
-  io::add_plans(block, map);
-  if (detail.merged != 0) {
-    const double size = map.octree.resolution() * detail.merged;
-    io::add_voxels(block, voxels, size, *map.snapshot);
-    io::add_slices(block, map.octree, voxels, size, options.up);
-  }
-  return block.encoded();
+std::string script(const std::string& message) {
+  return "<script type=\"application/octet-stream\" class=\"map\">" + io::base64(message) + "</script>\n";
 }
 
-/// The encoded maps; empty if they exceed `room` bytes.
-std::optional<std::string> maps_html(const std::vector<MapOfPage>& maps, const Detail& detail,
+/// Of each map the part that is independent of the merging of its voxels.
+std::vector<std::string> surfaces_html(const std::vector<PageMap>& maps, const PageOptions& options,
+                                       bool feet) {
+  std::vector<std::string> parts;
+  io::SurfacesMessage how;
+  how.up = options.up;
+  how.suggested_up = options.suggested_up;
+  how.feet = feet;
+  for (const PageMap& map : maps) parts.push_back(script(io::surfaces_message(map, how)));
+  return parts;
+}
+
+/// All maps with merged voxels; empty if they exceed `room` bytes.
+std::optional<std::string> maps_html(const std::vector<PageMap>& maps,
+                                     const std::vector<std::string>& surfaces,
+                                     const std::vector<std::vector<io::PageVoxel>>& voxels, int merged,
                                      const PageOptions& options, std::size_t room, PageReport& report) {
-  const int merged = detail.merged;
   std::string html;
-  report = {};
-  for (const MapOfPage& one : maps) {
-    std::vector<io::PageVoxel> larger;
-    if (merged > 1) larger = io::merge_voxels(one.voxels, merged);
-    const std::vector<io::PageVoxel>& voxels = merged > 1 ? larger : one.voxels;
-    if (merged != 0) report.voxels += voxels.size();
-    html += "<script type=\"application/octet-stream\" class=\"map\">" +
-            encoded(one, voxels, detail, options) + "</script>\n";
-    report.feet_left_out = report.feet_left_out || (!detail.feet && !one.map.feet.empty());
+  report.merged = merged;
+  report.voxels = 0;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    const io::VoxelsMessage drawn = io::voxels_message(maps[i], voxels[i], merged, options.up, true);
+    html += surfaces[i] + script(drawn.packed);
+    report.voxels += drawn.voxels;
     if (html.size() > room) return std::nullopt;
   }
-  report.merged = merged;
   return html;
 }
 
@@ -105,19 +79,20 @@ Page make_page(const std::vector<PageMap>& maps, const std::string& name, const 
   const auto limit = static_cast<std::size_t>(std::min(options.max_mb * 1e6, 1e15));
   const std::size_t frame = before.size() + after.size(), room = limit > frame ? limit - frame : 0;
 
-  std::vector<MapOfPage> all;
-  for (const PageMap& map : maps) all.push_back({map, io::occupied_voxels(map.octree)});
+  std::vector<std::vector<io::PageVoxel>> voxels;
+  for (const PageMap& map : maps) voxels.push_back(io::occupied_voxels(map.octree));
+  std::vector<std::string> surfaces = surfaces_html(maps, options, true);
   PageReport report;
   std::optional<std::string> html;
-  for (const Detail& detail : details) {
-    html = maps_html(all, detail, options, room, report);
-    if (html) break;
-  }
+  for (const int merged : io::voxel_merges)
+    if (!html) html = maps_html(maps, surfaces, voxels, merged, options, room, report);
   if (!html) {
-    const std::size_t least =
-        frame + maps_html(all, details.back(), options, static_cast<std::size_t>(-1), report)->size();
-    throw Error(Error::Kind::output, name, "would be larger than allowed even without voxels",
-                "allow " + smallest_mb(least) + " MB (--max-mb)");
+    for (const PageMap& map : maps) report.feet_left_out = report.feet_left_out || !map.feet.empty();
+    surfaces = surfaces_html(maps, options, false);
+    html = maps_html(maps, surfaces, voxels, 0, options, static_cast<std::size_t>(-1), report);
+    if (html->size() > room)
+      throw Error(Error::Kind::output, name, "would be larger than allowed even without voxels",
+                  "allow " + smallest_mb(frame + html->size()) + " MB (--max-mb)");
   }
   report.bytes = frame + html->size();
   return {std::string(before).append(*html).append(after), report};

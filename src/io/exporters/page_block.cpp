@@ -50,11 +50,10 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-std::string PageBlock::encoded() const { return base64(packed()); }
-
 std::string PageBlock::packed() const {
   // Invalid UTF-8 in a name is replaced.
   std::string document = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  document.insert(document.size() - 1, texts_);
   document.resize((document.size() + 3) / 4 * 4, ' ');
   const auto length = static_cast<std::uint32_t>(document.size());
   std::string whole(sizeof length, 0);

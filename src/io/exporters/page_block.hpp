@@ -11,10 +11,10 @@
 
 namespace octosurf::io {
 
-/// A map's data as embedded in a page (read by web/src/block.js): the length of a JSON document in four
-/// bytes, the document, padding to a multiple of four bytes, and arrays of numbers, each at a multiple of
-/// four; `arrays` in the document has their types, offsets after the document, and lengths. All
-/// little-endian; compressed by gzip, as base64.
+/// A message about a map to its page (read by web/src/block.js): the length of a JSON document in four bytes,
+/// the document, padding to a multiple of four bytes, and arrays of numbers, each at a multiple of four;
+/// `arrays` in the document has their types, offsets after the document, and lengths. All little-endian;
+/// compressed by gzip.
 class PageBlock {
  public:
   using Json = nlohmann::ordered_json;
@@ -32,29 +32,16 @@ class PageBlock {
     if (!numbers.empty()) std::memcpy(bytes_.data() + at, numbers.data(), numbers.size() * sizeof(Number));
   }
 
-  std::string packed() const;   ///< compressed
-  std::string encoded() const;  ///< packed(), as base64
+  /// Part of the document that is JSON already.
+  void add(const std::string& name, const std::string& text) { texts_ += ",\"" + name + "\":" + text; }
+
+  std::string packed() const;
 
  private:
-  std::string bytes_;
+  std::string bytes_, texts_;
 };
 
 std::string gzip(std::string_view bytes);
 std::string base64(std::string_view bytes);
-
-/// Differences of consecutive numbers, modulo the type's range: small numbers compress well.
-template <typename Number>
-std::vector<Number> differences(const std::vector<Number>& numbers) {
-  using Unsigned = std::make_unsigned_t<Number>;
-  std::vector<Number> result;
-  result.reserve(numbers.size());
-  Unsigned last = 0;
-  for (const Number number : numbers) {
-    const auto value = static_cast<Unsigned>(number);
-    result.push_back(static_cast<Number>(static_cast<Unsigned>(value - last)));
-    last = value;
-  }
-  return result;
-}
 
 }  // namespace octosurf::io

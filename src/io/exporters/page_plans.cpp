@@ -1,10 +1,10 @@
 // Plans as written by plan_files.hpp: checks them, and extracts the part that a page draws.
-#include "io/exporters/page_parts.hpp"
+#include "io/exporters/page_messages.hpp"
 
+#include <algorithm>
 #include <array>
-#include <cmath>
+#include <stdexcept>
 #include <string>
-#include <string_view>
 
 #include <octosurf/error.hpp>
 #include <octosurf/footsteps.hpp>
@@ -13,101 +13,48 @@ namespace octosurf::io {
 namespace {
 
 using Json = PageBlock::Json;
+using Point = std::array<double, 3>;
 
-constexpr std::size_t most_steps = 100'000, most_corners = 1000;
+void require(bool holds, const char* otherwise) {
+  if (!holds) throw std::runtime_error(otherwise);
+}
 
-class PlanReader {
- public:
-  explicit PlanReader(const std::string& name) : name_(name) {}
-
-  /// The part that the page draws.
-  Json drawn(const std::string& text) const {
-    const Json plan = Json::parse(text, nullptr, false);
-    require(plan.is_object() && plan.value("format", Json()) == "octosurf-plan", "is no plan");
-    require(plan.value("version", Json()) == 1, "is a plan of another version");
-    require(plan.contains("found") && plan["found"].is_boolean(), "does not say whether it was found");
-    const bool found = plan["found"].get<bool>();
-    Json result{{"name", name_}, {"found", found}};
-    result["cost"] = found ? number(plan, "cost") : Json();
-    result["start"] = steps(plan, "start");
-    result["steps"] = steps(plan, "steps");
-    result["body"] = bodies(plan);
-    result["sentence"] = sentence(plan);
-    return result;
-  }
-
- private:
-  void require(bool well, const std::string& what) const {
-    if (!well)
-      throw Error(Error::Kind::data, name_, what, "give what octosurf plan -o FILE.json has written");
-  }
-
-  Json number(const Json& object, const char* key) const {
-    const auto found = object.find(key);
-    require(found != object.end() && found->is_number() && std::isfinite(found->get<double>()),
-            std::string("has no number for ") + key);
-    return *found;
-  }
-
-  const Json& list(const Json& object, const char* key, std::size_t most) const {
-    const auto found = object.find(key);
-    require(found != object.end() && found->is_array() && found->size() <= most,
-            std::string("has no list of ") + key);
-    return *found;
-  }
-
-  Json point(const Json& value) const {
-    require(value.is_array() && value.size() == 3, "has a place that is not three numbers");
-    for (const Json& x : value)
-      require(x.is_number() && std::isfinite(x.get<double>()), "has a place that is not three numbers");
-    return value;
-  }
-
-  Json steps(const Json& plan, const char* key) const {
-    Json result = Json::array();
-    for (const Json& step : list(plan, key, most_steps)) {
-      require(step.is_object() && step.contains("at"), std::string("has no place in ") + key);
-      const Json foot = step.value("foot", Json());
-      bool known = false;
-      for (const std::string_view name : foot_names) known = known || foot == std::string(name);
-      require(known, "has a foot of no such name");
-      Json outline = Json::array();
-      for (const Json& corner : list(step, "outline", most_corners)) outline.push_back(point(corner));
-      result.push_back({{"foot", foot},
-                        {"surface", number(step, "surface")},
-                        {"at", point(step["at"])},
-                        {"yaw_deg", number(step, "yaw_deg")},
-                        {"margin_m", number(step, "margin_m")},
-                        {"outline", std::move(outline)}});
+/// Throws where a part is missing or of another type.
+Json drawn(const PagePlan& plan) {
+  const Json all = Json::parse(plan.json);
+  require(all.at("format") == "octosurf-plan" && all.at("version") == 1, "is of another format or version");
+  Json result{{"name", plan.name}, {"found", all.at("found").get<bool>()}};
+  for (const char* key : {"start", "steps"}) {
+    Json& steps = result[key] = Json::array();
+    for (const Json& step : all.at(key)) {
+      const auto foot = step.at("foot").get<std::string>();
+      require(std::find(foot_names.begin(), foot_names.end(), foot) != foot_names.end(),
+              "has a foot of no such name");
+      steps.push_back({{"foot", foot},
+                       {"at", step.at("at").get<Point>()},
+                       {"outline", step.at("outline").get<std::vector<Point>>()}});
     }
-    return result;
   }
-
-  Json bodies(const Json& plan) const {
-    Json result = Json::array();
-    for (const Json& body : list(plan, "body", most_steps + 1)) {
-      require(body.is_object() && body.contains("at"), "has no place in body");
-      result.push_back({{"at", point(body["at"])}});
-    }
-    return result;
-  }
-
-  Json sentence(const Json& plan) const {
-    const auto refusal = plan.find("refusal");
-    if (refusal == plan.end() || !refusal->is_object()) return nullptr;
-    const Json text = refusal->value("sentence", Json());
-    return text.is_string() ? text : Json();
-  }
-
-  const std::string& name_;
-};
+  result["body"] = Json::array();
+  for (const Json& body : all.at("body")) result["body"].push_back({{"at", body.at("at").get<Point>()}});
+  if (all.contains("refusal"))
+    result["refusal"] = {{"sentence", all["refusal"].at("sentence").get<std::string>()}};
+  return result;
+}
 
 }  // namespace
 
-void add_plans(PageBlock& block, const PageMap& map) {
-  Json plans = Json::array();
-  for (const PagePlan& plan : map.plans) plans.push_back(PlanReader(plan.name).drawn(plan.json));
-  block.json["plans"] = std::move(plans);
+Json plans_json(const std::vector<PagePlan>& plans) {
+  Json list = Json::array();
+  for (const PagePlan& plan : plans) {
+    try {
+      list.push_back(drawn(plan));
+    } catch (const std::runtime_error& error) {
+      throw Error(Error::Kind::data, plan.name, std::string("is no plan: ") + error.what(),
+                  "give what octosurf plan -o FILE.json has written");
+    }
+  }
+  return list;
 }
 
 }  // namespace octosurf::io

@@ -1,15 +1,13 @@
-#include "geometry/triangulate.hpp"
 #include "io/exporters/export_formats.hpp"
-#include "io/exporters/page_parts.hpp"
-#include "io/exporters/stairs_json.hpp"
+#include "io/exporters/page_messages.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
+#include <memory>
 #include <numbers>
-#include <string>
+#include <sstream>
 #include <utility>
+#include <variant>
 
 #include <octosurf/up.hpp>
 
@@ -18,102 +16,23 @@ namespace {
 
 using Json = PageBlock::Json;
 
-constexpr std::uint8_t no_label = 255;
-constexpr double polygon_step_m = 1e-4;  // polygons' coordinates are stored as multiples of it
-constexpr double deg_per_rad = 180 / std::numbers::pi;
-
-/// The polygons of all surfaces, ring after ring.
-struct Rings {
-  std::vector<std::int32_t> u, v;
-  std::vector<std::uint8_t> edges;       ///< the kind of the edge from each vertex to the next
-  std::vector<std::uint32_t> triangles;  ///< three vertices each, counted from the surface's first
-};
-
-void add_ring(Rings& rings, const Ring2& ring, SurfaceId id, const std::vector<EdgeKind>* kinds) {
-  for (std::size_t k = 0; k < ring.size(); ++k) {
-    rings.u.push_back(page_polygon_steps(ring[k].x(), id));
-    rings.v.push_back(page_polygon_steps(ring[k].y(), id));
-    rings.edges.push_back(kinds == nullptr ? no_label : static_cast<std::uint8_t>((*kinds)[k]));
-  }
+/// As octosurf export writes .json.
+std::string export_text(const PageMap& map, const Snapshot& told) {
+  ExportExtras extras;
+  extras.edges = map.edges;
+  if (!map.stairs.empty()) extras.stairs = Stairs{map.stairs, {}};
+  const ExportOptions options;
+  const ExportJob job{told, options, extras, {}, false};
+  std::ostringstream out;
+  write_json(job, out);
+  return std::move(out).str();
 }
 
-/// By the polygon's own vertices, numbered ring after ring from `first`. Triangles with other vertices, which
-/// exist where rings cross against Polygon's contract, are skipped.
-void add_triangles(Rings& rings, const Polygon& polygon, std::uint32_t first) {
-  std::map<std::pair<double, double>, std::uint32_t> numbers;
-  std::uint32_t number = first;
-  const auto count = [&](const Ring2& ring) {
-    for (const Eigen::Vector2d& uv : ring) numbers.emplace(std::pair(uv.x(), uv.y()), number++);
-  };
-  count(polygon.outer);
-  for (const Ring2& hole : polygon.holes) count(hole);
-  std::vector<Eigen::Vector2d> vertices;
-  for (const std::array<std::uint32_t, 3>& triangle : geometry::triangulate(polygon, vertices)) {
-    std::array<std::uint32_t, 3> mapped{};
-    bool known = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector2d& uv = vertices[triangle[k]];
-      const auto found = numbers.find({uv.x(), uv.y()});
-      known = known && found != numbers.end();
-      if (known) mapped[k] = found->second;
-    }
-    if (known) rings.triangles.insert(rings.triangles.end(), mapped.begin(), mapped.end());
-  }
-}
-
-/// Adds the rings, and returns their numbers of vertices: [[outer, hole, …], …].
-Json polygons_json(Rings& rings, const Surface& surface, const std::vector<PolygonEdges>* labels) {
-  if (labels != nullptr) require_labels_of(surface, *labels);
-  Json sizes = Json::array();
-  std::uint32_t first = 0;
-  for (std::size_t p = 0; p < surface.polygons.size(); ++p) {
-    const Polygon& polygon = surface.polygons[p];
-    const std::size_t before = rings.u.size();
-    add_ring(rings, polygon.outer, surface.id, labels == nullptr ? nullptr : &(*labels)[p].outer);
-    Json size = Json::array({polygon.outer.size()});
-    for (std::size_t h = 0; h < polygon.holes.size(); ++h) {
-      add_ring(rings, polygon.holes[h], surface.id, labels == nullptr ? nullptr : &(*labels)[p].holes[h]);
-      size.push_back(polygon.holes[h].size());
-    }
-    add_triangles(rings, polygon, first);
-    first += static_cast<std::uint32_t>(rings.u.size() - before);
-    sizes.push_back(std::move(size));
-  }
-  return sizes;
-}
-
-template <typename Matrix>
-Json numbers_json(const Matrix& matrix, const std::string& what) {
+template <typename Item>
+Json births_json(const std::vector<std::shared_ptr<const Item>>& items) {
   Json list = Json::array();
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
-      list.push_back(finite(matrix(row, column), what));
+  for (const auto& item : items) list.push_back(item->born);
   return list;
-}
-
-Json surface_json(Rings& rings, const Surface& surface, const std::vector<PolygonEdges>* labels) {
-  const std::string name = "surface " + std::to_string(surface.id);
-  Json color = Json::array();
-  for (const float c : surface.color) color.push_back(std::round(finite(c, name) * 1e4) / 1e4);
-  const std::size_t triangles_before = rings.triangles.size();
-  Json json;
-  json["id"] = surface.id;
-  json["color"] = std::move(color);
-  json["normal"] = numbers_json(surface.plane.normal, name);
-  json["offset"] = finite(surface.plane.offset, name);
-  json["pose"] = numbers_json(surface.T_map_surface.matrix(), name);
-  json["area_m2"] = finite(surface.area_m2, name);
-  json["inliers"] = surface.inliers;
-  json["rms_m"] = finite(surface.rms_m, name);
-  json["covariance"] = numbers_json(surface.covariance, name);
-  json["normal_std_deg"] = finite(surface.normal_std_rad() * deg_per_rad, name);
-  json["offset_std_m"] = finite(surface.offset_std_m(), name);
-  json["born"] = surface.born;
-  json["revision"] = surface.revision;
-  json["parents"] = surface.parents;
-  json["rings"] = polygons_json(rings, surface, labels);
-  json["triangles"] = (rings.triangles.size() - triangles_before) / 3;
-  return json;
 }
 
 /// Removed objects, their successors (0: none), and the revisions of appearance and removal.
@@ -125,11 +44,10 @@ Json departures_json(const DepartureLog& departures, std::uint64_t since, Depart
   return list;
 }
 
-template <typename Heir>
-Json heirs_json(const std::vector<Heir>& heirs) {
-  Json list = Json::array();
-  for (const Heir& heir : heirs) list.push_back(Json::array({heir.before, heir.now}));
-  return list;
+Json cylinders_gone(const MapChanges& changes) {
+  Json ids = changes.cylinders_gone;
+  for (const auto& heir : changes.cylinders_merged) ids.push_back(heir.before);
+  return ids;
 }
 
 /// `or_unseen`: area not observed by the other map may still exist, and counts as shared.
@@ -138,83 +56,131 @@ Json shares_json(const std::vector<SurfaceDifference>& surfaces, bool or_unseen)
   for (const SurfaceDifference& one : surfaces) {
     const double there = one.shared_m2 + (or_unseen ? one.unseen_m2 : 0);
     const double share = one.area_m2 > 0 ? std::clamp(there / one.area_m2, 0.0, 1.0) : 1;
-    list.push_back(Json::array({one.id, std::round(share * 1e4) / 1e4, one.other}));
+    list.push_back(Json::array({one.id, std::round(share * 1e4) / 1e4}));
   }
   return list;
 }
 
-Json changes_json(const PageMap& map) {
-  if (const auto* changes = std::get_if<MapChanges>(&map.changes)) {
-    return {{"by", "ids"},
-            {"since", changes->since},
-            {"appeared", changes->appeared},
-            {"changed", changes->changed},
-            {"gone", changes->gone},
-            {"merged", heirs_json(changes->merged)},
-            {"split", heirs_json(changes->split)},
-            {"cylinders_appeared", changes->cylinders_appeared},
-            {"cylinders_gone", changes->cylinders_gone}};
-  }
-  if (const auto* difference = std::get_if<MapDifference>(&map.changes)) {
-    return {{"by", "place"},
-            {"before", shares_json(difference->before, true)},
+Json since_before(const PageMap& map) {
+  if (const auto* changes = std::get_if<MapChanges>(&map.changes)) return changes_json(*changes);
+  if (const auto* difference = std::get_if<MapDifference>(&map.changes))
+    return {{"before", shares_json(difference->before, true)},
             {"after", shares_json(difference->after, false)}};
-  }
   return nullptr;
 }
 
-Json cylinder_json(const Cylinder& cylinder) {
-  const std::string name = "cylinder " + std::to_string(cylinder.id);
-  return {{"id", cylinder.id},
-          {"axis_point", numbers_json(cylinder.axis_point, name)},
-          {"axis", numbers_json(cylinder.axis, name)},
-          {"radius_m", finite(cylinder.radius_m, name)},
-          {"length_m", finite(cylinder.length_m, name)},
-          {"start", numbers_json(cylinder.start, name)},
-          {"span_rad", finite(cylinder.span_rad, name)},
-          {"inliers", cylinder.inliers},
-          {"rms_m", finite(cylinder.rms_m, name)},
-          {"born", cylinder.born},
-          {"revision", cylinder.revision}};
+Json feet_json(const PageMap& map) {
+  Json feet = Json::array();
+  for (const PageFoot& foot : map.feet) {
+    Json regions = Json::array();
+    for (const ContactRegion& region : foot.regions) {
+      const Surface* surface = map.snapshot->find(region.surface);
+      if (surface == nullptr)
+        throw Error(Error::Kind::data, "foot " + foot.name,
+                    "has a region on surface " + std::to_string(region.surface) + ", which the map has not",
+                    "give regions of this snapshot");
+      regions.push_back(region_json(*surface, region));
+    }
+    feet.push_back({{"name", foot.name}, {"regions", std::move(regions)}});
+  }
+  return feet;
+}
+
+Json sensor_json(const SensorTrack& track) {
+  if (!track.sensor) return nullptr;
+  Json pose = Json::array(), places = Json::array();
+  for (const auto& row : track.T_map_sensor.matrix().rowwise())
+    for (const double x : row) pose.push_back(x);
+  for (const Eigen::Vector3d& place : track.places)
+    places.push_back(Eigen::Vector3d((place.array() * 1e3).round().matrix() / 1e3));
+  return {{"kind", *track.sensor == SensorKind::lidar ? "lidar" : "depth_camera"},
+          {"pose", std::move(pose)},
+          {"track", std::move(places)}};
 }
 
 }  // namespace
 
-std::int32_t page_polygon_steps(double coordinate, SurfaceId id) {
-  const double steps = finite(coordinate, id) / polygon_step_m;
-  return static_cast<std::int32_t>(std::lround(std::clamp(steps, -2e9, 2e9)));
-}
-
-void add_up(PageBlock& block, const Eigen::Vector3d& up) {
-  const Eigen::Vector3d to = up.normalized();
-  // So that heights in the page and its slices are those of up.hpp.
-  const Eigen::Quaterniond R_upright_map = upright(to);
-  block.json["up"] = {to.x(), to.y(), to.z()};
-  block.json["R_upright_map"] = {R_upright_map.x(), R_upright_map.y(), R_upright_map.z(), R_upright_map.w()};
-}
-
-void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_since) {
-  const Snapshot& snapshot = *map.snapshot;
-  Rings rings;
-  Json surfaces = Json::array(), cylinders = Json::array();
-  for (const SurfacePtr& surface : snapshot.surfaces) {
-    const auto labels = map.edges.find(surface->id);
-    surfaces.push_back(surface_json(rings, *surface, labels == map.edges.end() ? nullptr : &labels->second));
+void SensorTrack::add(SensorKind kind, const Eigen::Isometry3d& pose) {
+  sensor = kind;
+  T_map_sensor = pose;
+  const auto far_enough = [this](const Eigen::Vector3d& place) {
+    return places.empty() || (place - places.back()).norm() >= step_m;
+  };
+  if (far_enough(pose.translation())) places.push_back(pose.translation());
+  while (places.size() > most_places) {
+    step_m *= 2;
+    std::vector<Eigen::Vector3d> all;
+    std::swap(all, places);
+    for (const Eigen::Vector3d& place : all)
+      if (far_enough(place)) places.push_back(place);
   }
-  for (const CylinderPtr& cylinder : snapshot.cylinders) cylinders.push_back(cylinder_json(*cylinder));
-  block.json["surfaces"] = std::move(surfaces);
-  block.json["cylinders"] = std::move(cylinders);
-  if (!map.stairs.empty()) block.json["stairs"] = Json::parse(stairs_json(map.stairs));
-  block.json["departed_surfaces"] =
-      departures_json(snapshot.departures, departed_since, Departure::Of::surface);
-  block.json["departed_cylinders"] =
-      departures_json(snapshot.departures, departed_since, Departure::Of::cylinder);
-  block.json["changes"] = changes_json(map);
-  block.json["ring_step_m"] = polygon_step_m;
-  block.add("ring_u", differences(rings.u));
-  block.add("ring_v", differences(rings.v));
-  block.add("ring_edges", rings.edges);
-  block.add("triangles", differences(rings.triangles));
+}
+
+std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
+  const std::uint64_t since = how.since.value_or(0);
+  const std::shared_ptr<const Snapshot> told =
+      how.since ? std::make_shared<const Snapshot>(changed_part(*map.snapshot, since)) : map.snapshot;
+  PageBlock block;
+  block.json["kind"] = "surfaces";
+  block.json["run"] = how.run;
+  block.json["name"] = map.name;
+  block.json["since"] = how.since ? Json(since) : Json();
+  block.json["up"] = how.up.normalized();
+  if (how.suggested_up) block.json["suggested_up"] = how.suggested_up->normalized();
+  block.json["changes"] = since_before(map);
+  if (const auto* changes = std::get_if<MapChanges>(&map.changes))
+    block.json["cylinders_gone"] = cylinders_gone(*changes);
+  block.json["born"] = births_json(told->surfaces);
+  block.json["cylinders_born"] = births_json(told->cylinders);
+  block.json["departed_surfaces"] = departures_json(told->departures, since, Departure::Of::surface);
+  block.json["departed_cylinders"] = departures_json(told->departures, since, Departure::Of::cylinder);
+  block.json["sensor"] = sensor_json(how.track);
+  block.json["feet"] = how.feet ? feet_json(map) : Json::array();
+  block.json["feet_left_out"] = !how.feet && !map.feet.empty();
+  block.json["plans"] = plans_json(map.plans);
+  block.add("map", export_text(map, *told));
+  return block.packed();
+}
+
+Json changes_json(const MapChanges& changes) {
+  Json json{{"since", changes.since},     {"revision", changes.revision}, {"appeared", changes.appeared},
+            {"changed", changes.changed}, {"gone", changes.gone},         {"merged", Json::array()},
+            {"split", Json::array()}};
+  for (const MapChanges::Heir& heir : changes.merged)
+    json["merged"].push_back({{"id", heir.before}, {"into", heir.now}});
+  for (const MapChanges::Heir& heir : changes.split)
+    json["split"].push_back({{"id", heir.before}, {"part", heir.now}});
+  return json;
+}
+
+Snapshot changed_part(const Snapshot& snapshot, std::uint64_t since) {
+  Snapshot part = snapshot;
+  part.surfaces = snapshot.changed_since(since);
+  std::erase_if(part.cylinders, [&](const CylinderPtr& cylinder) { return cylinder->revision <= since; });
+  return part;
+}
+
+Json region_json(const Surface& surface, const ContactRegion& region) {
+  const auto ring = [&](const Ring2& vertices) {
+    Json points = Json::array();
+    for (const Eigen::Vector2d& uv : vertices) points.push_back(surface.to_map(uv));
+    return points;
+  };
+  constexpr double rad_per_deg = std::numbers::pi / 180;
+  Json json{{"surface", region.surface}, {"revision", region.revision}};
+  // Divided, not multiplied by the inverse: most headings that were given in degrees come back to the digit.
+  json["yaw_deg"] = region.yaw_rad ? Json(*region.yaw_rad / rad_per_deg) : Json();
+  json["area_m2"] = finite(region.area_m2, region.surface);
+  json["refused"] = Json::array();
+  for (const ContactRefusal refusal : region.refused)
+    json["refused"].push_back(contact_refusal_name(refusal));
+  json["polygons"] = Json::array();
+  for (const Polygon& polygon : region.polygons) {
+    Json holes = Json::array();
+    for (const Ring2& hole : polygon.holes) holes.push_back(ring(hole));
+    json["polygons"].push_back({{"outer", ring(polygon.outer)}, {"holes", holes}});
+  }
+  return json;
 }
 
 }  // namespace octosurf::io

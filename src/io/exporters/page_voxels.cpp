@@ -1,4 +1,4 @@
-#include "io/exporters/page_parts.hpp"
+#include "io/exporters/page_messages.hpp"
 
 #include <algorithm>
 #include <array>
@@ -60,23 +60,19 @@ SliceGrid slice_grid(const Eigen::AlignedBox3d& box, double cell, double step) {
   return grid;
 }
 
-}  // namespace
-
-std::vector<PageVoxel> occupied_voxels(const OccupancyView& octree) {
-  std::vector<PageVoxel> voxels;
-  if (octree.resolution() == 0) return voxels;
-  const double d = octree.resolution();
-  constexpr double far = std::numeric_limits<double>::max();
-  const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-far), Eigen::Vector3d::Constant(far));
-  octree.for_each_occupied(everywhere, [&](const OccupancyView::Voxel& voxel) {
-    const Eigen::Vector3d& at = voxel.center;
-    voxels.push_back(
-        {cell_of(at.x(), d), cell_of(at.y(), d), cell_of(at.z(), d), voxel.log_odds, voxel.surface});
-    return true;
-  });
-  std::sort(voxels.begin(), voxels.end(),
-            [](const PageVoxel& a, const PageVoxel& b) { return place_of(a) < place_of(b); });
-  return voxels;
+/// Differences of consecutive numbers, modulo the type's range: small numbers compress well.
+template <typename Number>
+std::vector<Number> differences(const std::vector<Number>& numbers) {
+  using Unsigned = std::make_unsigned_t<Number>;
+  std::vector<Number> result;
+  result.reserve(numbers.size());
+  Unsigned last = 0;
+  for (const Number number : numbers) {
+    const auto value = static_cast<Unsigned>(number);
+    result.push_back(static_cast<Number>(static_cast<Unsigned>(value - last)));
+    last = value;
+  }
+  return result;
 }
 
 std::vector<PageVoxel> merge_voxels(const std::vector<PageVoxel>& voxels, int times) {
@@ -162,11 +158,50 @@ void add_slices(PageBlock& block, const OccupancyView& octree, const std::vector
                                        static_cast<double>(k) * grid.step);
         states.push_back(static_cast<std::uint8_t>(octree.at(R_map_upright * at).state));
       }
-  block.json["slices"] = {{"low", Json::array({grid.low.x(), grid.low.y(), grid.low.z()})},
+  const Eigen::Vector4d turn = R_upright_map.coeffs();
+  block.json["slices"] = {{"rotation", {turn.x(), turn.y(), turn.z(), turn.w()}},
+                          {"low", Json::array({grid.low.x(), grid.low.y(), grid.low.z()})},
                           {"cell", grid.cell},
                           {"step", grid.step},
                           {"count", grid.count}};
   block.add("slice_states", states);
+}
+
+}  // namespace
+
+std::vector<PageVoxel> occupied_voxels(const OccupancyView& octree) {
+  std::vector<PageVoxel> voxels;
+  if (octree.resolution() == 0) return voxels;
+  const double d = octree.resolution();
+  constexpr double far = std::numeric_limits<double>::max();
+  const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-far), Eigen::Vector3d::Constant(far));
+  octree.for_each_occupied(everywhere, [&](const OccupancyView::Voxel& voxel) {
+    const Eigen::Vector3d& at = voxel.center;
+    voxels.push_back(
+        {cell_of(at.x(), d), cell_of(at.y(), d), cell_of(at.z(), d), voxel.log_odds, voxel.surface});
+    return true;
+  });
+  std::sort(voxels.begin(), voxels.end(),
+            [](const PageVoxel& a, const PageVoxel& b) { return place_of(a) < place_of(b); });
+  return voxels;
+}
+
+VoxelsMessage voxels_message(const PageMap& map, const std::vector<PageVoxel>& voxels, int merged,
+                             const Eigen::Vector3d& up, bool slices) {
+  PageBlock block;
+  block.json["kind"] = "voxels";
+  block.json["revision"] = map.snapshot->revision;
+  block.json["merged"] = merged;
+  block.json["voxels_before_merging"] = voxels.size();
+  Json ids = Json::array();  // ids by number, as used in voxel_surface
+  for (const SurfacePtr& surface : map.snapshot->surfaces) ids.push_back(surface->id);
+  block.json["surface_ids"] = std::move(ids);
+  const std::vector<PageVoxel> larger = merged > 1 ? merge_voxels(voxels, merged) : std::vector<PageVoxel>();
+  const std::vector<PageVoxel>& drawn = merged == 1 ? voxels : larger;
+  const double size = map.octree.resolution() * merged;
+  add_voxels(block, drawn, size, *map.snapshot);
+  if (slices) add_slices(block, map.octree, drawn, size, up);
+  return {block.packed(), drawn.size()};
 }
 
 }  // namespace octosurf::io

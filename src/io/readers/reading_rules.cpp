@@ -17,7 +17,7 @@ namespace {
 /// m: values are the same to the millimetre, as formats store them.
 constexpr float same_m = 1e-3F;
 /// What is farther, in metres or millimetres, is beyond the earth: a format's largest number.
-constexpr float farthest = 1e8F;
+constexpr float no_farther = 1e8F;
 /// Readings, and share of them, that a value must have to stand for no return.
 constexpr std::size_t least_alike = 50;
 constexpr double least_share = 0.01;
@@ -30,7 +30,7 @@ constexpr float camera_limit_m = 4;
 /// m: inside of a lidar's housing, where rays start beside the origin.
 constexpr float housing_m = 0.1F;
 
-bool is_reading(const Eigen::Vector3f& p) { return p.allFinite() && p.cwiseAbs().maxCoeff() < farthest; }
+bool is_reading(const Eigen::Vector3f& p) { return p.allFinite() && p.cwiseAbs().maxCoeff() < no_farther; }
 
 template <class... Values>
 std::string text(const char* format, Values... values) {
@@ -158,7 +158,7 @@ std::vector<std::size_t> ReadingRules::drop(Known& known, Scan& scan, bool depth
   const auto clear_m = static_cast<float>(options_.clear_no_return_m);
   std::vector<std::size_t> free;
   if (depth_image && known.none.empty() &&
-      std::ranges::all_of(scan.points, [](const Eigen::Vector3f& p) { return p.z() < farthest; }))
+      std::ranges::all_of(scan.points, [](const Eigen::Vector3f& p) { return p.z() < no_farther; }))
     return free;  // nothing to drop, as in most
   std::vector<bool> without(scan.points.size());
   std::size_t huge = 0;

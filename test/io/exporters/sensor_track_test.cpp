@@ -1,4 +1,4 @@
-#include "io/exporters/page_changes.hpp"
+#include "io/exporters/page_messages.hpp"
 
 #include <gtest/gtest.h>
 

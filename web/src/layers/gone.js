@@ -1,24 +1,17 @@
 // Surfaces of the map before that are no more.
-import * as THREE from 'three';
 import { changeColors } from '../shading.js';
-import { mesh } from './mesh.js';
-import { ribbons } from './ribbons.js';
-import { linesOf } from './edges.js';
-import { goneSince, trianglesOf } from './surfaces.js';
+import { patches } from './surfaces.js';
 
-const goneSurfaces = (map, before) =>
-  goneSince(map).map(({ id }) => before.surface(id)).filter((surface) => surface !== undefined);
+/** Of the map before: who went, or of whom most is no more. */
+const goneSurfaces = ({ changes }, before) =>
+  (changes.before ? changes.before.filter(([, shared]) => shared < 0.5).map(([id]) => id) : changes.gone)
+    .map((id) => before.surface(id)).filter((surface) => surface !== undefined);
 
 export const gone = {
   id: 'gone', label: 'Gone since before', on: true,
-  has: (map, context) => map.changes !== null && context.before !== null,
-  count: (map, context) => goneSurfaces(map, context.before).length,
-  create(map, context) {
-    const surfaces = goneSurfaces(map, context.before);
-    const group = new THREE.Group(), cut = { value: false };
-    group.add(mesh(trianglesOf(surfaces, () => changeColors.gone), { ...context, cut, opacity: 0.3 }));
-    group.add(ribbons(linesOf(surfaces, () => changeColors.gone), context, 1.6, cut));
-    return group;
-  },
+  has: ({ changes }, { before }) => changes !== null && before !== null,
+  count: (map, { before }) => goneSurfaces(map, before).length,
+  create: (map, { before }) =>
+    patches(map, goneSurfaces(map, before), changeColors.gone, changeColors.gone, { opacity: 0.3, width: 1.6 }),
   legend: () => [{ color: changeColors.gone, text: 'was there before; seen again, it is no more' }],
 };

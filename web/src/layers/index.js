@@ -2,14 +2,14 @@
 //
 //   id, label         its name in settings and for readers
 //   on                at first
-//   has(map, context)     whether there is anything of it; always, if left out
-//   count(map, context)   shown behind the label, if given
+//   has(map, stage)   whether there is anything of it; always, if left out
+//   count(map, stage) shown behind the label, if given
 //   choices(map)      ways to colour it, if there are several: [{id, label}], the first at first
 //   range(map, settings)  a slider of its own: {label, least, greatest, value, text(value), set(value)}; null: none
-//   create(map, context)  a three.js object in root coordinates (context.js, view.js); asked for when it is first
-//                     shown, and again when a choice, the theme or the map changes. If it has userData.draw, detail.js
-//                     has it drawn by that, before each picture.
-//   legend(map, context)  [{color | line | ramp, text | ticks: [{at: 0 … 1, text}] | low, high}]
+//   create(map, stage)    a three.js object in root coordinates (view.js); asked for when it is first shown, and again
+//                     when a choice, the theme or the map changes. If it has userData.draw, it is drawn by
+//                     that, before each picture (allowed points → {cost, whole}). userData.whose(triangle): for picking.js.
+//   legend(map, stage)    [{color | line | ramp, text | ticks: [{at: 0 … 1, text}] | low, high}]
 import { plans } from './plans.js';
 import { regions } from './regions.js';
 import { surfaces } from './surfaces.js';

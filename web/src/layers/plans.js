@@ -1,7 +1,7 @@
 // Footstep plans: soles where they stand, numbered in their order, and the way of the body.
 import * as THREE from 'three';
-import { mesh } from './mesh.js';
-import { Lines, ribbons } from './ribbons.js';
+import { Lines } from './lines.js';
+import { Triangles } from './mesh.js';
 
 const startColor = [0.4, 0.4, 0.44], wayColor = [0.85, 0.2, 0.75];
 const footColors = {
@@ -12,32 +12,18 @@ const raised = 0.006;      // m over the surface, each step a little more, so th
 const raisedMore = 0.0002;
 const labelSize = 0.09;    // m
 
-const shown = (map, context) => {
-  const chosen = context.settings.choice.plans;
+const shown = (map, { settings }) => {
+  const chosen = settings.choice.plans;
   const found = map.plans.filter(({ name }) => name === chosen);
   return found.length > 0 ? found : map.plans;
 };
 
 /** Each outline as a fan of triangles: soles are convex. */
-function solesOf(plan, up) {
-  const positions = [], normals = [], colors = [], indices = [], lines = new Lines();
-  const add = (step, color, number) => {
-    const first = positions.length / 3, height = raised + number * raisedMore;
-    const lifted = step.outline.map((corner) => corner.map((x, k) => x + height * up[k]));
-    lifted.forEach((corner, i) => {
-      positions.push(...corner);
-      normals.push(...up);
-      colors.push(...color.map((value) => Math.round(255 * value)));
-      if (i >= 2) indices.push(first, first + i - 1, first + i);
-      lines.add(corner, lifted[(i + 1) % lifted.length], color.map((value) => 0.5 * value));
-    });
-  };
-  plan.start.forEach((step) => add(step, startColor, 0));
-  plan.steps.forEach((step, i) => add(step, footColors[step.foot], i + 1));
-  return { lines, parts: {
-    positions: new Float32Array(positions), normals: new Float32Array(normals), colors: new Uint8Array(colors),
-    indices: new Uint32Array(indices),
-  } };
+function addSole(triangles, lines, map, { outline }, color, number) {
+  const height = raised + number * raisedMore;
+  const lifted = outline.map((corner) => corner.map((x, k) => x + height * map.up[k]));
+  triangles.add(map, lifted, map.up, color, lifted.slice(2).flatMap((_, i) => [0, i + 1, i + 2]));
+  lifted.forEach((corner, i) => lines.add(corner, lifted[(i + 1) % lifted.length], color.map((value) => 0.5 * value)));
 }
 
 function numberAt(text, place) {
@@ -58,29 +44,31 @@ function numberAt(text, place) {
   return sprite;
 }
 
-function objectOf(plan, map, context) {
-  const group = new THREE.Group(), cut = { value: false }, { lines, parts } = solesOf(plan, map.up);
+function objectOf(plan, map) {
+  const group = new THREE.Group(), triangles = new Triangles(), lines = new Lines();
+  for (const step of plan.start) addSole(triangles, lines, map, step, startColor, 0);
+  plan.steps.forEach((step, i) => addSole(triangles, lines, map, step, footColors[step.foot], i + 1));
   plan.body.slice(1).forEach(({ at }, i) => lines.add(plan.body[i].at, at, wayColor));
-  group.add(mesh(parts, { ...context, cut }), ribbons(lines, context, 1.6, cut));
+  group.add(triangles.mesh(), lines.object(1.6));
   plan.steps.forEach(({ at }, i) =>
     group.add(numberAt(String(i + 1), at.map((x, k) => x + 0.5 * labelSize * map.up[k]))));
   return group;
 }
 
-const told = ({ name, found, steps, sentence }) =>
-  `${name}: ${found ? `${steps.length} steps` : `no plan: ${sentence ?? 'it does not say why'}`}`;
+const told = ({ name, found, steps, refusal }) =>
+  `${name}: ${found ? `${steps.length} steps` : `no plan: ${refusal?.sentence ?? 'it does not say why'}`}`;
 
 export const plans = {
   id: 'plans', label: 'Plans', on: true,
   has: (map) => map.plans.length > 0,
   count: (map) => map.plans.length,
   choices: (map) => [{ id: 'all', label: 'all' }, ...map.plans.map(({ name }) => ({ id: name, label: name }))],
-  create(map, context) {
+  create(map, stage) {
     const group = new THREE.Group();
-    for (const plan of shown(map, context)) group.add(objectOf(plan, map, context));
+    for (const plan of shown(map, stage)) group.add(objectOf(plan, map));
     return group;
   },
-  legend: (map, context) => [...shown(map, context).map((plan) => ({ text: told(plan) })),
+  legend: (map, stage) => [...shown(map, stage).map((plan) => ({ text: told(plan) })),
     { color: startColor, text: 'where the feet stand at first' },
     { color: footColors.left, text: 'a left foot’s step' }, { color: footColors.right, text: 'a right foot’s step' },
     { line: wayColor, text: 'way of the body' }],

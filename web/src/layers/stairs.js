@@ -1,5 +1,5 @@
 // Stairs: the front edges of their treads, and the way up over the middles. The legend has their numbers.
-import { Lines, ribbons } from './ribbons.js';
+import { Lines } from './lines.js';
 
 const color = [0.9, 0.1, 0.45];
 const raised = 0.01;  // m over the treads
@@ -16,7 +16,7 @@ export const stairs = {
   id: 'stairs', label: 'Stairs', on: true,
   has: (map) => map.stairs.length > 0,
   count: (map) => map.stairs.length,
-  create(map, context) {
+  create(map) {
     const lines = new Lines();
     for (const { steps } of map.stairs) {
       const ends = steps.map(({ edge }) => edge.map((end) => end.map((x, k) => x + raised * map.up[k])));
@@ -24,7 +24,7 @@ export const stairs = {
       for (const [left, right] of ends) lines.add(left, right, color);
       for (let i = 1; i < middles.length; ++i) lines.add(middles[i - 1], middles[i], color);
     }
-    return ribbons(lines, context, 2.5);
+    return lines.object(2.5);
   },
   legend: (map) => map.stairs.map((one) => ({ line: color, text: `stair ${one.id}: ${textOf(one)}` })),
 };

@@ -2,34 +2,20 @@
 import * as THREE from 'three';
 import { changeColors, css, overhangingDeg, ramp, rampCss, slopeColor, slopeCss } from '../shading.js';
 import { onSurface, slopeDeg } from '../data.js';
-import { levelCount, surfacesAt } from '../coarse.js';
-import { drawByLevels } from '../detail.js';
-import { mesh } from './mesh.js';
+import { Lines } from './lines.js';
+import { Triangles } from './mesh.js';
 
-const costOfTriangle = 1.4;  // measured without a graphics card, as that of edges
-const unsureMm = 5;        // end of the ramp
+const unsureMm = 5;  // end of the ramp
 
-/** What became of each surface since the map before: for `by ids` a word, for `by place` the share that is new. */
-export function changeOf(map, id) {
-  const { changes } = map;
+/** What became of a surface since the map before: a word, or between maps that share no ids the share that is new. */
+export function changeOf({ changes }, id) {
   if (!changes) return null;
-  if (changes.by === 'place') {
+  if (changes.after) {
     const found = changes.after.find(([one]) => one === id);
     return { share: found ? 1 - found[1] : 1, word: 'new here' };
   }
-  if (changes.split.some(([, now]) => now === id)) return { word: 'split' };
-  if (changes.appeared.includes(id)) return { word: 'appeared' };
-  if (changes.changed.includes(id)) return { word: 'changed' };
-  return { word: 'same' };
-}
-
-/** @returns {{id: number, share: number}[]} of the map before: who went, or how much of whom is no more */
-export function goneSince(map) {
-  const { changes } = map;
-  if (!changes) return [];
-  if (changes.by === 'place')
-    return changes.before.map(([id, shared]) => ({ id, share: 1 - shared })).filter(({ share }) => share > 0.5);
-  return changes.gone.map((id) => ({ id, share: 1 }));
+  if (changes.split.some(({ part }) => part === id)) return { word: 'split' };
+  return { word: ['appeared', 'changed'].find((word) => changes[word].includes(id)) ?? 'same' };
 }
 
 function mixed(a, b, part) {
@@ -69,7 +55,7 @@ function slopeLegend(walkableDeg) {
 }
 
 function changeLegend(map) {
-  if (map.changes?.by === 'place') {
+  if (map.changes?.after) {
     return [
       { ramp: `linear-gradient(90deg, ${css(changeColors.same)}, ${css(changeColors.appeared)})`,
         low: 'there before', high: 'not there before' },
@@ -89,25 +75,39 @@ const chosen = ({ settings }) => {
   return Object.hasOwn(colorings, choice) ? colorings[choice] : colorings.own;
 };
 
-/** All triangles of some surfaces in one mesh. */
-export function trianglesOf(surfaces, colorOf) {
-  const vertices = surfaces.reduce((sum, one) => sum + one.u.length, 0);
-  const corners = surfaces.reduce((sum, one) => sum + one.corners.length, 0);
-  const parts = {
-    positions: new Float32Array(3 * vertices), normals: new Float32Array(3 * vertices),
-    colors: new Uint8Array(3 * vertices), indices: new Uint32Array(corners),
-  };
-  let vertex = 0, corner = 0;
-  for (const surface of surfaces) {
-    const color = colorOf(surface).map((value) => Math.round(255 * value));
-    for (const one of surface.corners) parts.indices[corner++] = vertex + one;
-    for (let i = 0; i < surface.u.length; ++i, ++vertex) {
-      parts.positions.set(onSurface(surface, surface.u[i], surface.v[i]), 3 * vertex);
-      parts.normals.set(surface.normal, 3 * vertex);
-      parts.colors.set(color, 3 * vertex);
+/** Calls `visit(from, to, kind)` for each edge of the surface. */
+export function forEachEdge(surface, visit) {
+  for (const { from, to } of surface.rings) {
+    for (let k = from; k < to; ++k) {
+      const next = k + 1 < to ? k + 1 : from;
+      visit(onSurface(surface, surface.u[k], surface.v[k]),
+        onSurface(surface, surface.u[next], surface.v[next]), surface.edges[k]);
     }
   }
-  return parts;
+}
+
+/** @param {function(object): number[]} colorOf a surface @returns {Triangles} */
+function trianglesOf(map, shown, colorOf) {
+  const triangles = new Triangles();
+  for (const surface of shown) {
+    const places = Array.from(surface.u, (u, i) => onSurface(surface, u, surface.v[i]));
+    triangles.add(map, places, surface.normal, colorOf(surface), surface.corners);
+  }
+  return triangles;
+}
+
+/** @param {function(number): number[]} colorOf a kind @returns {Lines} */
+export function linesOf(shown, colorOf) {
+  const lines = new Lines();
+  for (const surface of shown)
+    forEachEdge(surface, (from, to, kind) => lines.add(from, to, colorOf(kind), surface.normal));
+  return lines;
+}
+
+/** What lies on surfaces, in one colour and seen through, with its edges. */
+export function patches(map, shown, fill, edge, { opacity, width, cut = false }) {
+  return new THREE.Group().add(trianglesOf(map, shown, () => fill).mesh({ opacity, cut }),
+    linesOf(shown, () => edge).object(width, cut));
 }
 
 export const surfaces = {
@@ -120,17 +120,12 @@ export const surfaces = {
     label: 'walkable slope', least: 0, greatest: 90, value: settings.walkableDeg, text: (deg) => `to ${deg}°`,
     set: (deg) => { settings.walkableDeg = deg; },
   }),
-  create(map, context) {
-    const coloring = chosen(context);
-    const group = new THREE.Group();
-    drawByLevels(group, levelCount, (level) => {
-      const parts = trianglesOf(surfacesAt(map, level), (surface) => coloring.of(surface, map, context.settings));
-      return { object: mesh(parts, context), cost: costOfTriangle * parts.indices.length / 3 };
-    });
-    return group;
+  create(map, stage) {
+    const coloring = chosen(stage), ends = [];
+    const object = trianglesOf(map, map.surfaces, (surface) => coloring.of(surface, map, stage.settings)).mesh(stage.settings);
+    map.surfaces.reduce((sum, one, i) => (ends[i] = sum + one.corners.length / 3), 0);
+    object.userData.whose = (triangle) => map.surfaces[ends.findIndex((end) => triangle < end)];
+    return object;
   },
-  legend(map, context) {
-    const coloring = chosen(context);
-    return coloring.legend ? coloring.legend(map, context.settings) : [];
-  },
+  legend: (map, stage) => chosen(stage).legend?.(map, stage.settings) ?? [],
 };

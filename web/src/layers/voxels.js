@@ -1,5 +1,5 @@
 // Voxels: a point each, that the fragment shader makes a cube of by cutting the pixel's ray with it. A million of
-// them are a million vertices, not twelve million triangles. They are ordered so that the first of them, drawn larger,
+// them are a million vertices, not twelve million triangles. They are shuffled so that the first of them, drawn larger,
 // are a coarser picture of all: that is what is shown while the camera moves and time is short.
 import * as THREE from 'three';
 import { ramp, rampCss, shadeGlsl } from '../shading.js';
@@ -52,39 +52,18 @@ const fragmentShader = `
   }
 `;
 
-const closing = 0.6;        // of a cell's edge: squares so large leave few gaps, and whole ones take thrice as long
-const coarsest = 6;        // level: one voxel drawn for each 64³
-const mostCells = 2 ** 28;  // that a level's table may have, in bits
+const closing = 0.8;  // of the edge that would fill a surface: squares so large leave few gaps
 
-/**
- * One voxel for each cell of 2^6 voxels' edge first, then one for each further cell of half that edge, and so on.
- * @param {function(number): boolean} wanted by a voxel's number
- * @returns {{order: Uint32Array, counts: number[]}} numbers; how many of them a picture of each level takes
- */
-function byLevels(voxels, wanted) {
-  const { x, y, z, count } = voxels, order = [], counts = [];
-  const open = [];
-  for (let i = 0; i < count; ++i) if (wanted(i)) open.push(i);
-  let rest = Uint32Array.from(open);
-  for (let level = coarsest; level > 0; --level) {
-    const [nx, ny, nz] = voxels.cells.map((cells) => (cells >> level) + 1);
-    if (nx * ny * nz <= mostCells) {
-      const taken = new Uint8Array((nx * ny * nz >> 3) + 1);
-      rest = rest.filter((i) => {
-        const cell = ((z[i] >> level) * ny + (y[i] >> level)) * nx + (x[i] >> level), bit = 1 << (cell & 7);
-        if (taken[cell >> 3] & bit) return true;
-        taken[cell >> 3] |= bit;
-        order.push(i);
-        return false;
-      });
-    }
-    counts[level] = order.length;
+/** The numbers of the voxels that are `wanted`, the same shuffle each time. */
+function shuffled({ count }, wanted) {
+  const order = [];
+  for (let i = 0; i < count; ++i) if (wanted(i)) order.push(i);
+  for (let i = order.length - 1, state = 1; i > 0; --i) {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    const other = Math.floor(state / 2 ** 32 * (i + 1));
+    [order[i], order[other]] = [order[other], order[i]];
   }
-  counts[0] = order.length + rest.length;
-  const all = new Uint32Array(counts[0]);
-  all.set(order);
-  all.set(rest, order.length);
-  return { order: all, counts };
+  return order;
 }
 
 function heights(map) {
@@ -116,51 +95,36 @@ function coloringOf(map, choice) {
   return (i) => byShare((height(i) - least) / Math.max(1e-9, greatest - least));
 }
 
-function points(map, context, order, colorOf) {
-  const { voxels } = map;
-  const cells = new Uint16Array(4 * order.length), colors = new Uint8Array(4 * order.length);
+/** @param {number} growth of a voxel where all are drawn @param {boolean} cubes or squares */
+function points(map, { view }, wanted, colorOf, growth, cubes) {
+  const { voxels } = map, order = shuffled(voxels, wanted), count = order.length;
+  const cells = new Uint16Array(4 * count), colors = new Uint8Array(4 * count);
   order.forEach((voxel, i) => {
-    cells[4 * i] = voxels.x[voxel];
-    cells[4 * i + 1] = voxels.y[voxel];
-    cells[4 * i + 2] = voxels.z[voxel];
-    const color = colorOf(voxel);
-    colors[4 * i] = color[0];
-    colors[4 * i + 1] = color[1];
-    colors[4 * i + 2] = color[2];
+    cells.set([voxels.x[voxel], voxels.y[voxel], voxels.z[voxel]], 4 * i);
+    colors.set(colorOf(voxel), 4 * i);
   });
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(cells, 4));  // a fourth, so that each begins at 4 n bytes
   geometry.setAttribute('tint', new THREE.BufferAttribute(colors, 4, true));
-  const material = new THREE.ShaderMaterial({
-    vertexShader, fragmentShader, clipping: true,
-    uniforms: {
-      low: { value: new THREE.Vector3(...voxels.low) }, size: { value: voxels.size },
-      eye: { value: context.eye }, light: { value: context.light }, pixels: { value: context.view.pixels },
-      pixelsPerUnit: { value: 1 }, growth: { value: 1 }, cubes: { value: false },
-      rootOfClip: { value: new THREE.Matrix4() },
-    },
-  });
-  const object = new THREE.Points(geometry, material);
+  const uniforms = {
+    low: { value: new THREE.Vector3(...voxels.low) }, size: { value: voxels.size }, eye: { value: new THREE.Vector3() },
+    light: { value: new THREE.Vector3(...map.light) }, pixels: { value: view.pixels }, pixelsPerUnit: { value: 1 },
+    growth: { value: 1 }, cubes: { value: false }, rootOfClip: { value: new THREE.Matrix4() },
+  };
+  const object = new THREE.Points(geometry, new THREE.ShaderMaterial({ vertexShader, fragmentShader, clipping: true, uniforms }));
   object.frustumCulled = false;
+  object.userData.draw = (allowed) => {
+    const drawn = Math.min(count, Math.ceil(allowed)), whole = drawn === count;
+    uniforms.eye.value.copy(view.eye);
+    uniforms.pixelsPerUnit.value = view.pixels.y / 2 * view.camera.projectionMatrix.elements[5];
+    uniforms.rootOfClip.value.copy(view.root.matrixWorld).invert().multiply(view.camera.matrixWorld)
+      .multiply(view.camera.projectionMatrixInverse);
+    uniforms.cubes.value = cubes && whole;
+    uniforms.growth.value = whole ? growth : closing * Math.sqrt(count / drawn);
+    geometry.setDrawRange(0, drawn);
+    return { cost: drawn, whole };
+  };
   return object;
-}
-
-/** Sets the finest level that costs no more than is allowed. @returns {number} the level, 0 the whole */
-function chooseLevel(object, view, counts, allowed) {
-  let level = 0;
-  while (level < coarsest && counts[level] > allowed) ++level;
-  object.material.uniforms.pixelsPerUnit.value = view.pixels.y / 2 * view.camera.projectionMatrix.elements[5];
-  object.geometry.setDrawRange(0, counts[level]);
-  return level;
-}
-
-function drawCubes(object, view, counts, allowed) {
-  const level = chooseLevel(object, view, counts, allowed), { uniforms } = object.material;
-  uniforms.rootOfClip.value.copy(view.root.matrixWorld).invert().multiply(view.camera.matrixWorld)
-    .multiply(view.camera.projectionMatrixInverse);
-  uniforms.cubes.value = level === 0;
-  uniforms.growth.value = level === 0 ? Math.sqrt(3) : closing * 2 ** level;
-  return { cost: counts[level], whole: level === 0 };
 }
 
 export const voxels = {
@@ -168,15 +132,9 @@ export const voxels = {
   count: (map) => map.voxels?.count ?? 0,
   choices: () => [{ id: 'height', label: 'by height' }, { id: 'log_odds', label: 'by log-odds' },
     { id: 'surface', label: 'by surface' }],
-  create(map, context) {
-    const colorOf = coloringOf(map, context.settings.choice.voxels);
-    const { order, counts } = byLevels(map.voxels, () => true);
-    const object = points(map, context, order, colorOf);
-    object.userData.draw = (allowed) => drawCubes(object, context.view, counts, allowed);
-    return object;
-  },
-  legend(map, context) {
-    const { choice } = context.settings;
+  create: (map, stage) =>
+    points(map, stage, () => true, coloringOf(map, stage.settings.choice.voxels), Math.sqrt(3), true),
+  legend(map, { settings: { choice } }) {
     if (choice.voxels === 'surface') return [{ color: pendingColor, text: 'voxel of no surface yet' }];
     if (choice.voxels === 'log_odds') {
       const { leastLogOdds: least, greatestLogOdds: greatest } = map.voxels;
@@ -191,17 +149,10 @@ export const voxels = {
 export const pending = {
   id: 'pending', label: 'Pending points', on: false,
   count: (map) => (map.voxels ? map.voxels.surface.reduce((sum, one) => sum + (one === 0), 0) : 0),
-  create(map, context) {
-    const { order, counts } = byLevels(map.voxels, (i) => map.voxels.surface[i] === 0);
+  create(map, stage) {
     const color = pendingColor.map((value) => Math.round(255 * value));
-    const object = points(map, context, order, () => color);
-    const growth = 0.4;  // smaller than voxels: one sees what is behind them
-    object.userData.draw = (allowed) => {
-      const level = chooseLevel(object, context.view, counts, allowed);
-      object.material.uniforms.growth.value = growth * 2 ** level;
-      return { cost: counts[level], whole: level === 0 };
-    };
-    return object;
+    // Smaller than voxels: one sees what is behind them.
+    return points(map, stage, (i) => map.voxels.surface[i] === 0, () => color, 0.4, false);
   },
   legend: () => [{ color: pendingColor, text: 'pending: a point of no surface yet' }],
 };
