@@ -108,7 +108,7 @@ std::string answer_to(const ServedMap& map, const std::string& path, const Value
 
 HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
   const std::shared_ptr<const ServedMap> map = map_();
-  if (const Question* question = find_question(path)) {
+  if (const Json* question = find_question(path)) {
     try {
       const Values values(*question, given);
       if (path == "/api/voxels")
@@ -121,7 +121,7 @@ HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
     }
   }
   if (path == "/") return {200, "text/html; charset=utf-8", map->page.get()};
-  if (path == "/api") return reply_of(questions_json());
+  if (path == "/api") return reply_of(Json{{"questions", questions()}}.dump(1) + "\n");
   if (path == "/api/info") return {200, "application/json", map->info.get()};
   if (path == "/api/surfaces") return {200, "application/json", map->surfaces.get()};
   return refusal(404, "there is no such page", path.substr(0, 64), "GET /api lists the questions");
@@ -154,7 +154,7 @@ std::string Api::plan(const ServedMap& map, const Values& values) {
   query.budget.expansions = static_cast<std::size_t>(values.number("budget"));
   query.budget.improving = static_cast<std::size_t>(values.number("improving"));
   query.budget.time_s = values.number("time_s");
-  const Question& question = *find_question("/api/plan");
+  const Json& question = *find_question("/api/plan");
   for (const LimitOption& option : limit_options()) {
     const std::string name = parameter_of(question, option.name);
     if (values.has(name)) query.limits.emplace_back(option.name, values.number(name));

@@ -1,41 +1,23 @@
 #pragma once
 
-#include <cstddef>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace octosurf {
 
-/// A parameter of a question, in the query of its URL.
-struct QuestionParameter {
-  enum class Kind { number, whole, text };
-  std::string name;
-  Kind kind = Kind::number;
-  std::string description;   ///< with its unit
-  double low = 0, high = 0;  ///< limits of every number
-  std::size_t count = 1;     ///< of numbers, with commas
-  bool required = false;
-  std::string otherwise{};           ///< default, as it would be given; empty: none
-  std::vector<std::string> words{};  ///< of `text`: what it may be; empty: anything short
-};
-
-struct Question {
-  std::string path, summary;
-  std::vector<QuestionParameter> parameters;
-};
-
-const std::vector<Question>& questions();
+/// All questions, as GET /api lists them: [{"path", "summary", "parameters": {NAME: {"description", …}}}]. A
+/// parameter is a text, with the "words" that it may be (none: anything short), or has as many "numbers" as
+/// it says, with commas, each within "limits"; "whole"; "required"; "default", as it would be given.
+const nlohmann::ordered_json& questions();
 
 /// The question that is asked at `path`; null if there is none.
-const Question* find_question(std::string_view path);
+const nlohmann::ordered_json* find_question(std::string_view path);
 
 /// The question whose answer is a stream of events: HttpServer.
 constexpr const char* live_path = "/live";
-
-/// All of them, as JSON.
-std::string questions_json();
 
 /// What stands in the query of a request's URL, decoded.
 using QueryParameters = std::multimap<std::string, std::string>;
@@ -44,7 +26,7 @@ using QueryParameters = std::multimap<std::string, std::string>;
 class Values {
  public:
   /// Throws Error(usage) naming the parameter.
-  Values(const Question& question, const QueryParameters& given);
+  Values(const nlohmann::ordered_json& question, const QueryParameters& given);
 
   bool has(const std::string& name) const { return numbers_.contains(name) || texts_.contains(name); }
   double number(const std::string& name) const { return numbers_.at(name)[0]; }
@@ -52,7 +34,7 @@ class Values {
   std::string text(const std::string& name) const { return texts_.at(name); }
 
  private:
-  void take(const QuestionParameter& parameter, const std::string& text);
+  void take(const std::string& name, const nlohmann::ordered_json& parameter, const std::string& text);
 
   std::map<std::string, std::vector<double>> numbers_;  ///< with the defaults
   std::map<std::string, std::string> texts_;            ///< likewise
@@ -60,6 +42,6 @@ class Values {
 
 /// The name of the parameter that `option` ("--max-slope 3") is called in this question ("max_slope_deg");
 /// `option` if it is none.
-std::string parameter_of(const Question& question, const std::string& option);
+std::string parameter_of(const nlohmann::ordered_json& question, const std::string& option);
 
 }  // namespace octosurf

@@ -6,13 +6,12 @@ import { find, lineageOf, lineOf, placeOf, rowsOf, titleOf } from './describe.js
 import { Following } from './follow.js';
 import { Highlight } from './highlight.js';
 import { bindKeys } from './keys.js';
-import { layers } from './layers/index.js';
 import { follow, linkOf } from './link.js';
 import { Measure } from './measure.js';
 import { Panel } from './panel.js';
 import { pick } from './picking.js';
 import { bindPointer } from './pointer.js';
-import { copyText, savePicture, saveSurfaces } from './save.js';
+import { savePicture, saveSurfaces } from './save.js';
 import { Asking, hasServer, runToFollow } from './server.js';
 import { Stage } from './stage.js';
 import { Theme } from './theme.js';
@@ -212,54 +211,33 @@ class Page {
     if (location.hash.length > 1) follow(this, location.hash.slice(1));
   }
 
-  /** Says on the button whether the clipboard has the text. */
+  /** Says on the button whether the clipboard has the text; browsers give none to other machines' pages without TLS. */
   async copy(text, button) {
-    const name = button.dataset.name ??= button.textContent;
-    button.textContent = await copyText(text) ? 'Copied' : 'Not copied';
+    const name = button.dataset.name ??= button.textContent, copied = navigator.clipboard?.writeText(text);
+    button.textContent = await copied?.then(() => true, () => false) ? 'Copied' : 'Not copied';
     setTimeout(() => { button.textContent = name; }, 1500);
   }
 
   bind() {
-    const toggleHelp = () => {
-      byId('keys').hidden = !byId('keys').hidden;
-      byId('help').setAttribute('aria-expanded', String(!byId('keys').hidden));
-    };
-    const top = () => this.fit([0, -1e-3, 1]);
-    this.actions = {
-      layer: (index) => {
-        if (!layers[index] || !this.stage.has(layers[index])) return;
-        this.stage.switch(layers[index].id);
-        this.panel.update();
-      },
-      fit: () => this.fit(), top, help: toggleHelp,
-      measure: () => this.measure.set(!this.measure.on),
-      search: () => byId('search-text').focus(),
-      backs: () => byId('backs').click(),
-      earlier: () => this.timeline.go(this.timeline.at - 1),
-      later: () => this.timeline.go(this.timeline.at + 1),
-      play: () => this.timeline.play(!this.timeline.playing),
-      theme: () => this.theme.set(!this.theme.dark),
-      panel: () => this.panel.fold(),
-      clear: () => {
-        document.activeElement?.blur();
-        this.clear();
-      },
-    };
     bindKeys(this);
     bindPointer(this.view, { hover: (x, y) => this.hover(this.hit(x, y), x, y), leave: () => this.hover(null),
       click: (x, y) => this.click(x, y) });
-    byId('fit').addEventListener('click', this.actions.fit);
-    byId('top').addEventListener('click', top);
-    byId('help').addEventListener('click', toggleHelp);
-    byId('place-copy').addEventListener('click', () => this.copy(byId('place-text').textContent, byId('place-copy')));
-    byId('save').addEventListener('click', () => saveSurfaces(this.map));
-    byId('picture').addEventListener('click', () => savePicture(this.map, this.view));
-    byId('link').addEventListener('click', () => {
+    const press = (id, act) => byId(id).addEventListener('click', act);
+    press('fit', () => this.fit());
+    press('top', () => this.fit([0, -1e-3, 1]));
+    press('help', () => {
+      byId('keys').hidden = !byId('keys').hidden;
+      byId('help').setAttribute('aria-expanded', String(!byId('keys').hidden));
+    });
+    press('place-copy', () => this.copy(byId('place-text').textContent, byId('place-copy')));
+    press('save', () => saveSurfaces(this.map));
+    press('picture', () => savePicture(this.map, this.view));
+    press('link', () => {
       history.replaceState(null, '', `#${linkOf(this)}`);
       this.copy(location.href, byId('link'));
     });
+    press('details-close', () => this.select(null));
     window.addEventListener('hashchange', () => this.followLink());
-    byId('details-close').addEventListener('click', () => this.select(null));
     byId('search').addEventListener('submit', (event) => {
       event.preventDefault();
       this.search(byId('search-text').value);

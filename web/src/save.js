@@ -1,4 +1,4 @@
-// What the reader takes out of the page: files, and text for the clipboard.
+// What the reader takes out of the page: files.
 import { hasServer } from './server.js';
 
 function download(name, blob) {
@@ -35,21 +35,4 @@ export async function saveSurfaces(map) {
 export function savePicture(map, view) {
   view.draw();
   view.canvas.toBlob((blob) => download(fileName(map, 'png'), blob), 'image/png');
-}
-
-/** @returns {Promise<boolean>} whether the clipboard has it */
-export async function copyText(text) {
-  try {
-    await navigator.clipboard.writeText(text);
-    return true;
-  } catch {
-    // Browsers give pages of other machines without TLS no clipboard but this one.
-    const field = document.createElement('textarea');
-    field.value = text;
-    document.body.append(field);
-    field.select();
-    const copied = document.execCommand('copy');
-    field.remove();
-    return copied;
-  }
 }

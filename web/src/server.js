@@ -34,12 +34,7 @@ export class Asking {
 
   /** What the form says, as /api/regions/all takes it; a field left empty is left out. */
   parameters() {
-    const result = {};
-    for (const field of byId('foot-form').querySelectorAll('input')) {
-      const text = field.value.trim();
-      if (text !== '') result[field.name] = text;
-    }
-    return result;
+    return Object.fromEntries([...new FormData(byId('foot-form'))].filter(([, text]) => text.trim() !== ''));
   }
 
   async askRegions() {
