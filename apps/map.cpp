@@ -51,20 +51,18 @@ Examples:
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
 images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder);
-OctoMap's .graph, .bt and .ot. Several are one recording after the other. Of a bag
-the topic, the camera and the poses are chosen where there is no choice, and said. -o maps/x writes
-maps/x.surfaces (everything) and maps/x.bt (plain OctoMap), every minute and at the end. Ctrl-C, SIGTERM or a
-lost terminal end the run after the scan at hand and save; what else may end it, a full disk or no memory,
-names the last complete checkpoint.
+OctoMap's .graph, .bt and .ot. Several are mapped one after the other. Where a bag has only one topic, camera
+or source of poses that fits, it is used and named. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt
+(plain OctoMap), every minute and at the end. Ctrl-C, SIGTERM or a lost terminal end the run after the current
+scan and save; on other failures (disk full, out of memory) the error names the last complete checkpoint.
 
---keep-scans DIR keeps what the map is built from, a PCD of each scan, 12 bytes a pixel or point: remap builds
-the map anew from them with corrected poses, and map reads them like other scans. A map goes on with its folder
-by itself when it is resumed and written over; with another -o it needs --keep-scans with a new folder, which
-begins with those scans.
+--keep-scans DIR keeps each scan as a PCD, 12 bytes a pixel or point. remap rebuilds the map from them with
+corrected poses; map reads them like other scans. A map that is resumed and saved under its own name continues
+its folder. With another -o give --keep-scans a new folder, which starts with the earlier scans.
 
-Surfaces are found by one likelihood and one merging criterion, around what each scan has changed; cylinders
-in what that leaves: --search-radius, --normal-radius, --smoothness-angle, --max-curvature and
---ransac-iterations are for these alone.
+Surfaces are found around what each scan has changed, cylinders in the points left. --detector paper (with its
+values: --preset paper) uses PCL's parts instead; --smoothness-angle and --max-curvature are for it alone,
+--search-radius and --ransac-iterations for it and for cylinders, --normal-radius for cylinders.
 )";
 
 struct Inputs {
@@ -252,21 +250,20 @@ void add_map(CLI::App& app) {
   verb->add_option("--mcap", options->mcap,
                    "write the scans' poses and the surfaces as they change, for Foxglove (MCAP)");
   verb->add_option("--checkpoint", options->checkpoint_s,
-                   "save every so many SECONDS between scans; 0: only at the end")
+                   "save every SECONDS, between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();
   verb->add_option(
       "--max-memory", options->max_memory,
-      "take at most so much, as in 256M: what the map does not need goes to a scratch file beside "
-      "it, and comes back by itself; same result [as much as it takes]");
+      "aim at this much memory, such as 256M: parts of the map that are not in use go to a scratch "
+      "file beside it; may be exceeded; same result [no limit]");
   verb->add_flag("--realtime", options->realtime,
-                 "scans arrive at their time stamps, not as fast as they can be mapped; where mapping falls "
-                 "behind, those that wait are mapped together, and a scan looks for new surfaces in 1,000 "
-                 "readings, if --detection-budget says no other");
+                 "scans arrive at their time stamps; when mapping falls behind, waiting scans are mapped "
+                 "together. Sets --detection-budget to 1000 if it is not given");
   verb->add_option(
           "--together", options->together,
-          "--realtime: at most so many, once one by one they would wait for as long as so many take to "
-          "arrive; 1: each by itself, so that the map does not depend on the machine's load")
+          "--realtime: map up to N waiting scans together when mapping falls behind; 1: never, so that "
+          "the map does not depend on the machine's load")
       ->check(between(1, 256))
       ->capture_default_str();
   verb->add_option("--serve", options->serve_port,
@@ -274,8 +271,7 @@ void add_map(CLI::App& app) {
   verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
   verb->add_flag("--again", options->again, "--resume: map scans that are in the map already once more");
   verb->add_flag("--forget-scans", options->forget_scans,
-                 "do not keep in the map which scans it holds, 8 bytes each, as the nodes do not: --resume "
-                 "will not know them");
+                 "do not record in the map which scans it holds (8 bytes each): --resume will not know them");
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
   add_scan_options(*verb, options->source, options->range);

@@ -82,7 +82,7 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
   verb.add_option("--rate", source.rate_hz, "scans per second if they have no time stamps [30, lidar 10]")
       ->group(group);
   verb.add_option("--max-pose-gap", source.max_pose_gap_s,
-                  "seconds between two poses at most that one is interpolated between [0.1, bags 0.25]")
+                  "longest gap between poses to interpolate over, s [0.1, bags 0.25]")
       ->group(group);
   verb.add_option_function<std::vector<std::string>>(
           "--origin", [&source](const std::vector<std::string>& words) { source.origin = origin_of(words); },

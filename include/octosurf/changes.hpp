@@ -42,8 +42,8 @@ struct MapChanges {
 
 /// Net changes after revision `since`, over any number of scans, splits and mergers: a client that drops
 /// `gone` and every `before` of `merged`, and rereads `appeared` and `changed`, has the snapshot's surfaces.
-/// Surfaces that appeared and disappeared in between are not listed, but their succession is followed.
-/// Surfaces saved by old versions without a birth revision count as already present.
+/// Surfaces that appeared and disappeared in between are not listed,
+/// but surfaces that took them in still count as their successors.
 ///
 /// Throws Error(usage) if `since` is later than the snapshot. O(surfaces), some ns each, and O(changes).
 MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since);

@@ -17,8 +17,8 @@ namespace octosurf {
 struct Cylinder {
   CylinderId id = 0;                                     ///< never reused
   Eigen::Vector3d axis_point = Eigen::Vector3d::Zero();  ///< on the axis, in the middle of the extent
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit; when born upward, or along +x or +y if level
-  double radius_m = 0;                              ///< unit; initially upward, or along +x or +y if level
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit; initially upward, or along +x or +y if level
+  double radius_m = 0;                              ///< of the fitted cylinder
   double length_m = 0;  ///< extent of the inliers along the axis, centred at axis_point
   /// Unit, perpendicular to the axis: the inliers lie within `span_rad` from here, counter-clockwise seen
   /// from the axis' tip. The rest of the mantle has not been observed.
@@ -26,7 +26,7 @@ struct Cylinder {
   double span_rad = 0;         ///< (0, 2π]
   std::size_t inliers = 0;     ///< voxels
   double rms_m = 0;            ///< of the inliers' distances to the mantle
-  std::uint64_t born = 0;      ///< map revision in which it appeared; 0: unknown (old map file)
+  std::uint64_t born = 0;      ///< map revision in which it appeared
   std::uint64_t revision = 0;  ///< map revision of the last change
 };
 

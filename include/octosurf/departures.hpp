@@ -17,7 +17,7 @@ struct Departure {
   Of of = Of::surface;             ///< kind
   std::uint32_t id = 0;            ///< its former id
   std::uint32_t into = 0;          ///< the object that absorbed it; 0: its points became pending or vanished
-  std::uint64_t born = 0;          ///< map revision in which it appeared; 0: unknown (old map file)
+  std::uint64_t born = 0;          ///< map revision in which it appeared
   std::uint64_t revision = 0;      ///< map revision in which it was removed
   std::vector<SurfaceId> parents;  ///< Surface::parents at removal; empty for a cylinder
 

@@ -119,7 +119,7 @@ class Mapper {
 
   /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, and
   /// if the surfaces' ids could run out.
-  /// A scan that is clearly off and not to be put right is not inserted, see AlignmentOutcome::set_aside.
+  /// A scan whose pose is wrong and cannot be corrected is rejected, see AlignmentOutcome::set_aside.
   /// Its readings are in the octree and on surfaces, new ones among them, when this returns. With a
   /// DetectionParameters::detection_budget the search for new ones ends there: drain() finds the rest.
   ScanReport insert(const Scan& scan);

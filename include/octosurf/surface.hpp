@@ -69,7 +69,7 @@ struct Surface {
   /// erred by 1.2 times as much (2 mm of noise; 0.09 mm). Where noise reaches s, repeated observations share
   /// the error: a table of 1.8 by 1.2 m lay 0.95 mm off (8 mm of noise), of which the variance covers little.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  std::uint64_t born = 0;          ///< map revision in which it appeared; 0: unknown (old map file)
+  std::uint64_t born = 0;          ///< map revision in which it appeared
   std::uint64_t revision = 0;      ///< map revision of the last change
   std::vector<SurfaceId> parents;  ///< surfaces merged into this one, or the one it was split from
 

@@ -19,12 +19,12 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 ///
 /// 1. A point must fit every plane within two standard deviations of the surface's.
 /// 2. Expansion does not cross a surface at an angle, nor a gap in which readings lie off the plane.
-/// 3. A piece beyond a gap needs five points at least, and most of the pending points that it touches must
-/// fit
-///    the plane, too: else another plane passes there.
+/// 3. A piece beyond a gap needs at least five points, and most of the points beside it, of other surfaces
+///    too, must fit the plane: else another plane passes there.
 /// 4. Each connected piece that a surface gains is one patch. It stays pending unless one plane is likelier
 ///    than two (log_same). The rim prior is not used: it would favour anything in contact.
-/// 5. All points of a round are decided before any is assigned, so the order does not matter.
+/// 5. All points of a round are decided before any is assigned. Pieces beyond gaps are claimed one by one, in
+///    the order of their keys; points of a piece that failed are not tried with other surfaces in that round.
 /// Cost: new points and their neighbours.
 std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left);
 

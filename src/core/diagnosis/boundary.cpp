@@ -152,7 +152,7 @@ class EdgeLabeller {
     return static_cast<EdgeKind>(std::max_element(votes.begin(), votes.end()) - votes.begin());
   }
 
-  /// Two votes at a place on an edge.
+  /// Samples the edge at one point; adds two votes.
   void cast_votes(const Eigen::Vector3d& base, const Eigen::Vector3d& outward,
                   const std::optional<occupancy::VoxelPoint>& seen, Votes& votes) const {
     const double tolerance = model_.reach(seen ? seen->range_class : 1, 1);

@@ -53,7 +53,7 @@ TouchedVoxels copy_of(std::span<const TouchedBlock> blocks) {
   return copy;
 }
 
-/// What any of them touched; a hit in one outweighs the others' misses.
+/// Union of the voxels touched; a hit overrides misses.
 TouchedVoxels joined(const std::vector<TouchedVoxels>& parts) {
   std::vector<TouchedBlock> all;
   for (const TouchedVoxels& part : parts) all.insert(all.end(), part.blocks.begin(), part.blocks.end());

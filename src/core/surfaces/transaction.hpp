@@ -22,7 +22,7 @@ class Transaction {
   void commit(std::shared_ptr<const Snapshot> next) noexcept;
 
  private:
-  /// Small state that is copied.
+  /// State saved by copy.
   struct Records {
     explicit Records(const MapState& state);
     void put_back(MapState& state) noexcept;

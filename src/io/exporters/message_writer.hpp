@@ -18,7 +18,7 @@ namespace octosurf::io {
 
 class MessageWriter;
 
-/// A function of the writer. Not Eigen's types, which take whatever comes as an index.
+/// A function of the writer. Excludes Eigen types: their operator() accepts any argument.
 template <class Value>
 concept WritesItself =
     (!requires { typename Value::Scalar; }) && std::is_invocable_v<const Value&, MessageWriter&>;

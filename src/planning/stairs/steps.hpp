@@ -24,7 +24,7 @@ struct UprightStep {
   bool adjoins = false;  ///< the lower surface is seen right before it, not only up to a foot away
 };
 
-/// Adds what `ids` lacks, behind.
+/// Appends the ids that `ids` does not have yet.
 void add_ids(const std::vector<SurfaceId>& added, std::vector<SurfaceId>& ids);
 
 /// Every step of the snapshot's level surfaces, stair or not; by upper, then lower surface.
