@@ -1,4 +1,4 @@
-# The command with its page, and the Python package, on Debian 12: docs/howto/container.md.
+# The command with its page, and the Python package, on Debian 12: docs/usage.md.
 FROM debian:12 AS build
 RUN apt-get update && apt-get install -y --no-install-recommends \
     g++ cmake ninja-build pkg-config \

@@ -90,31 +90,31 @@ ContactShape foot_of(const std::string& text) {
 
 void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQuery& query) {
   question
-      .add_option(
-          "--foothold", query.foothold,
-          "X Y Z YAW: what a --foot at this heading (degrees) would stand on, on the surface nearest to "
-          "this point, or why it cannot")
+      .add_option("--foothold", query.foothold,
+                  "X Y Z YAW: whether a --foot at this heading (degrees) is supported on the surface nearest "
+                  "to this point, or why not")
       ->expected(4);
   question.add_option(
       "--regions", query.regions,
-      "ID: where on this surface the middle of a --foot may be, so that all of it is supported");
+      "ID: where on this surface the middle of a --foot may be for all of it to be supported");
   verb.add_option("--foot", query.foot, "LENGTHxWIDTH of a sole, or the radius of a disc, m")
       ->default_val("0.22x0.11");
-  verb.add_option("--yaw", query.yaw_deg, "degrees: the heading for --regions; any, if it is not given");
-  verb.add_option("--pieces", query.pieces, "the region as so many convex pieces at most, too");
+  verb.add_option("--yaw", query.yaw_deg, "heading for --regions, degrees [any heading]");
+  verb.add_option("--pieces", query.pieces, "also print the region as at most N convex pieces");
   const auto metres = [&verb](const char* name, double& value, const char* help) {
     verb.add_option(name, value, help)->check(at_least(0));
   };
-  metres("--edge-margin", query.edge_margin, "m, of a foot to every edge");
-  metres("--frontier-margin", query.frontier_margin, "m, to edges that nobody has looked beyond");
-  metres("--obstacle-margin", query.obstacle_margin, "m, to what stands there, up to --clearance");
-  metres("--clearance", query.clearance, "m over the foot in which nothing may stand or hang; 0: any");
+  metres("--edge-margin", query.edge_margin, "m: from the foot to every edge");
+  metres("--frontier-margin", query.frontier_margin,
+         "m: from the foot to edges beyond which nothing was observed");
+  metres("--obstacle-margin", query.obstacle_margin, "m: from the foot to obstacles up to --clearance");
+  metres("--clearance", query.clearance, "m: height over the foot that must be clear; 0: not checked");
   verb.add_option("--unseen", query.unseen_share,
-                  "widest gap that a foot may span where nobody looked, as a share of its narrower side")
+                  "widest unseen gap that a foot may span, as a share of its narrower side")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   metres("--gap-depth", query.gap_depth,
-         "m: no foot where the space is free from the plane to so far behind it; 0: anywhere");
+         "m: refuse places with this much free space behind the plane; 0: not checked");
 }
 
 FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double max_slope_rad) {

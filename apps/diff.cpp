@@ -25,10 +25,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* diff_description = R"(Tells what changed between two maps.
+constexpr const char* diff_description = R"(Prints what changed between two maps.
 
 Examples:
-  octosurf diff maps/monday maps/tuesday          surfaces by their ids, if tuesday goes on from monday
+  octosurf diff maps/monday maps/tuesday          surfaces by their ids, if tuesday continues monday
   octosurf diff maps/mine maps/yours --by place   by where they lie, whoever made the maps
   octosurf diff maps/monday maps/tuesday --json
   octosurf diff maps/office@2026-11-20 maps/office         one map as it was then and as it is
@@ -210,20 +210,18 @@ void add_diff(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("diff", diff_description);
   const auto arguments = std::make_shared<DiffArguments>();
   verb->add_option("before", arguments->before,
-                   "map: name without ending, as given to map -o; NAME@DATE: as it was then, see log")
+                   "map: name without ending, as given to map -o; NAME@DATE: as it was then (see log)")
       ->required();
   verb->add_option("after", arguments->after, "another, or the same one later")->required();
-  verb->add_option(
-          "--by", arguments->by,
-          "ids: who became of whom, if the second map goes on from the first; place: how much of each "
-          "surface both have; auto: by ids where that can be")
+  verb->add_option("--by", arguments->by,
+                   "ids: which surface became which, if the second map continues the first; place: how much "
+                   "of each surface both maps have; auto: ids if possible")
       ->check(CLI::IsMember({"auto", "ids", "place"}))
       ->capture_default_str();
-  verb->add_option(
-          "--tolerance", arguments->tolerance,
-          "m: --by place, how far surfaces of the same place may be apart; default: twice the coarser d")
+  verb->add_option("--tolerance", arguments->tolerance,
+                   "m: --by place: largest distance between two surfaces of one place [twice the coarser d]")
       ->check(more_than(0));
-  verb->add_flag("--json", arguments->json, "tell it in JSON");
+  verb->add_flag("--json", arguments->json, "print JSON");
   verb->callback([arguments] { run_diff(*arguments); });
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* explain_description = R"(Tells why there is no surface at a place.
+constexpr const char* explain_description = R"(Says why there is no surface at a place.
 
 Examples:
   octosurf explain maps/office --at 1.2 0.4 0.9
@@ -94,7 +94,7 @@ void add_explain(CLI::App& app) {
   const auto arguments = std::make_shared<ExplainArguments>();
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
   verb->add_option("--at", arguments->at, "X Y Z: the place, map frame, m")->expected(3)->required();
-  verb->add_flag("--json", arguments->json, "answer in JSON");
+  verb->add_flag("--json", arguments->json, "print JSON");
   verb->callback([arguments] { run_explain(*arguments); });
 }
 

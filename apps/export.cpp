@@ -189,12 +189,12 @@ void add_export(CLI::App& app) {
                    "m: of --what meshes; default: the map's mesh_thickness")
       ->check(more_than(0));
   verb->add_option("--bridge", arguments->bridge,
-                   "m: the widest gap that is closed where nobody looked and the readings' spacing explains "
-                   "it, as between a lidar's rings; with --format a quarter of the foot")
+                   "m: widest unseen gap to close, where the spacing of the readings explains it, as between "
+                   "a lidar's rings; with --format a quarter of the foot")
       ->check(between(0, widest_gap_m))
       ->capture_default_str();
   verb->add_flag("--as-mapped", arguments->as_mapped,
-                 "outlines by the readings alone: gaps below max_hole_size are closed, whatever they are")
+                 "outlines by the readings alone: close all gaps below max_hole_size, voids too")
       ->excludes("--bridge");
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");

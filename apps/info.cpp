@@ -34,12 +34,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* info_description = R"(Tells what is in a map, or in a recording.
+constexpr const char* info_description = R"(Prints what is in a map, or in a recording.
 
 Examples:
   octosurf info maps/office
   octosurf info maps/office --json
-  octosurf info maps/office --check      whether octree, points and surfaces agree with one another
+  octosurf info maps/office --check      checks that octree, points and surfaces agree
   octosurf info walk.mcap                topics of a bag (.bag, .db3, .mcap, or its folder)
   octosurf info kitchen                  scans of a folder, and how its first is read
 )";
@@ -226,12 +226,11 @@ std::string info_json(const LoadedMap& loaded, const std::string& up) {
 void add_info(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("info", info_description);
   const auto arguments = std::make_shared<InfoArguments>();
-  verb->add_option(
-          "map", arguments->map,
-          "map to look into: name without ending, as given to map -o; or a bag, or a folder of scans")
+  verb->add_option("map", arguments->map,
+                   "map: name without ending, as given to map -o; or a bag, or a folder of scans")
       ->required();
   add_up_option(*verb, arguments->up);
-  verb->add_flag("--json", arguments->json, "tell it in JSON");
+  verb->add_flag("--json", arguments->json, "print JSON");
   verb->add_flag("--check", arguments->check, "check that all parts agree; exit 1 if they do not");
   verb->callback([arguments] { run_info(*arguments); });
 }

@@ -34,10 +34,10 @@ Examples:
   octosurf localize maps/office depth --poses guess.txt --intrinsics K.txt --json
   octosurf localize maps/office more --reach 0.5 --turn 10        guesses up to 50 cm and 10° off
 
-Each scan by itself: the planes in it are matched with the map's surfaces, then its readings. A line a scan:
-how far the guess was off, along how many of the six directions the surfaces in view fix the pose (along the others it stays as
-given), how sure it is there, and how much of the scan they explain. A scan that fits nowhere within reach, or at
-several places alike, keeps its guess and is said to be unexplained; then the exit code is 1.
+Scans are treated one by one: first the scan's planes are matched with the map's surfaces, then its readings. One
+line per scan: the error of the guess; how many of the six directions the surfaces in view determine (along the
+others the guess stays), and how precisely; and how much of the scan they explain. A scan that fits nowhere within
+reach, or equally well in several places, is reported as unexplained and keeps its guess; the exit code is then 1.
 )";
 
 struct LocalizeOptions {
@@ -142,9 +142,10 @@ void add_localize(CLI::App& app) {
   verb->add_option("map", options->map, "finished map")->required();
   verb->add_option("scans", options->scans, "folders or files")->required();
   verb->add_option("--write-poses", options->write_poses,
-                   "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found has its guess");
-  verb->add_option("--reach", options->reach_m, "m by which a guess may be off")->capture_default_str();
-  verb->add_option("--turn", options->turn_deg, "degrees by which it may be turned")->capture_default_str();
+                   "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found keeps its guess");
+  verb->add_option("--reach", options->reach_m, "largest error of a guess, m")->capture_default_str();
+  verb->add_option("--turn", options->turn_deg, "largest error of its rotation, degrees")
+      ->capture_default_str();
   verb->add_flag("--json", options->json, "one array for programs");
   verb->add_flag("--force", options->force, "overwrite the file of poses");
   add_scan_options(*verb, options->source, options->range);

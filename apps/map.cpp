@@ -30,12 +30,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* map_description = R"(Builds a map from posed scans, or goes on with one.
+constexpr const char* map_description = R"(Builds a map from posed scans, or continues one.
 
 Examples:
   octosurf map kitchen -o maps/kitchen                          a folder of depth images with poses
   octosurf map kitchen -o maps/kitchen --resolution 0.01 --report kitchen.json
-  octosurf map more -o maps/kitchen --resume maps/kitchen       go on with a map, with what it has not yet
+  octosurf map more -o maps/kitchen --resume maps/kitchen       continue a map with the scans it does not have
   octosurf map depth --poses trajectory.txt --intrinsics K.txt --depth-scale 5000 -o maps/lab
   octosurf map velodyne --poses poses.txt --resolution 0.05 -o maps/street
   octosurf map walk.mcap -o maps/walk                           a bag; info walk.mcap tells its topics
@@ -241,10 +241,9 @@ void add_map(CLI::App& app) {
   options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("input", options->inputs, "folders or files");
   verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
-  verb->add_option("--resume", options->resume, "map to go on with; may be the one of -o");
-  verb->add_option("--report", options->report, "write what the run did and cost to this file (JSON)");
-  verb->add_option("--keep-scans", options->keep_scans,
-                   "keep what the map is built from in this folder, for remap");
+  verb->add_option("--resume", options->resume, "map to continue; may be the one of -o");
+  verb->add_option("--report", options->report, "write a report of the run to this file (JSON)");
+  verb->add_option("--keep-scans", options->keep_scans, "keep the scans in this folder, for remap");
   verb->add_option("--write-poses", options->write_poses,
                    "write the poses with which this run's scans were mapped (stamp tx ty tz qx qy qz qw)");
   verb->add_option("--mcap", options->mcap,
@@ -267,18 +266,18 @@ void add_map(CLI::App& app) {
       ->check(between(1, 256))
       ->capture_default_str();
   verb->add_option("--serve", options->serve_port,
-                   "PORT of this machine: serve the map while it grows, as serve does; 0: any that is free");
-  verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
-  verb->add_flag("--again", options->again, "--resume: map scans that are in the map already once more");
+                   "PORT: serve the map while it grows, as the verb serve does; 0: any free port");
+  verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
+      ->capture_default_str();
+  verb->add_flag("--again", options->again, "--resume: also map scans that the map already holds");
   verb->add_flag("--forget-scans", options->forget_scans,
                  "do not record in the map which scans it holds (8 bytes each): --resume will not know them");
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
   add_scan_options(*verb, options->source, options->range);
-  verb->add_option(
-          "--viewpoint", options->viewpoint,
-          "X Y Z: where clouds without a pose were seen from, in their frame, m [the origin; of a single "
-          "cloud that it cannot have been, above it]")
+  verb->add_option("--viewpoint", options->viewpoint,
+                   "X Y Z: where clouds without a pose were seen from, in their frame, m [the origin, or "
+                   "above a single cloud that cannot have been seen from there]")
       ->expected(3)
       ->group("Scans");
   verb->add_option_function<std::string>(
@@ -287,10 +286,10 @@ void add_map(CLI::App& app) {
             const auto at = std::find(pose_form_names.begin(), pose_form_names.end(), name);
             options->pose_form = static_cast<PoseForm>(at - pose_form_names.begin());
           },
-          "what poses are: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl (cameras "
-          "look along -z, y up), opengl-inverse, w-first (quaternions qw qx qy qz), of-camera (a lidar's "
-          "scans, its camera's poses, as KITTI's without calib.txt) [as-given, and refused "
-          "where another fits far better]")
+          "form of the poses: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl "
+          "(cameras look along -z, y up), opengl-inverse, w-first (quaternions qw qx qy qz), of-camera (the "
+          "camera's poses for a lidar's scans, as KITTI's without calib.txt) [as-given; refused if another "
+          "form fits far better]")
       ->check(CLI::IsMember(std::vector<std::string>(pose_form_names.begin(), pose_form_names.end())))
       ->group("Scans");
   add_parameter_options(*verb, options->parameters);

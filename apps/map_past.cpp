@@ -41,7 +41,7 @@ Examples:
   octosurf checkout maps/office@2026-11-20T09:30 -o maps/then
   octosurf checkout maps/office@3 -o maps/then               after the third session that log lists
 
-It is the whole map of then: octree, surfaces, ids. It can be gone on with; kept scans are not kept with it.
+It writes the whole map: octree, surfaces, ids. It can be continued, but keeps no scans.
 )";
 
 std::string past_of(const std::string& stem) {

@@ -46,20 +46,19 @@ Examples:
   octosurf merge maps/monday maps/tuesday -o maps/monday --force         into the first one's files
   octosurf merge parts/01 parts/02 parts/03 -o maps/archive              any number, all in one frame
 
-The second map is taken into the first: its frame, its parameters and the ids of its surfaces stay. What both know of a
-voxel counts as independent readings, so maps must not share scans; where one has seen a surface and the other
-free space, the sum decides. The second's surfaces go on in those of the first with which they are one plane;
-the others keep their planes and get new ids. The maps need the same parameters, and stay as they are.
+The second map is merged into the first, whose frame, parameters and surface ids stay. The readings of both count as
+independent, so the maps must not share scans; where one saw a surface and the other free space, the sum of their
+log-odds decides. Surfaces of the second that lie on a plane of the first continue it; the others keep their planes
+and get new ids. The maps need the same parameters. Neither file is changed.
 
-Three maps or more are taken in one by one, from the largest file to the smallest whatever their order here, so
-that any order gives the same bytes; the ids of the first of these stay. Merging in groups gives the same
-map but for this: ids; log-odds of voxels that reached a clamp; and which points and planes stand for what several maps
-have seen.
+Three or more maps are merged from the largest file to the smallest, so that their order here does not matter: the
+bytes are the same. The largest one's ids stay. Merging in groups may give other ids, other log-odds of voxels that
+reached a clamp, and other points and planes where several maps overlap.
 
---pose is where the second map's frame lies in the first's: metres, then degrees, turned about x first, then
-y, then z; it must be right to about a voxel. Without, both have the same frame. --align makes it so from a
-guess, by the surfaces that both maps have: it refuses to merge where they do not fit within --reach and
---turn. The merged map can be gone on with (map --resume); the scans of both are not kept with it.
+--pose is the pose of the second map's frame in the first's: metres, then degrees about x, then y, then z. It must be
+right to about a voxel. Without it both have the same frame. --align refines a guess by the surfaces of both maps,
+and refuses to merge if they do not fit within --reach and --turn. The merged map can be continued (map --resume),
+but keeps no scans.
 )";
 
 struct MergeOptions {
@@ -415,8 +414,9 @@ void run_merge(const MergeOptions& options) {
 void add_merge(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("merge", merge_description);
   const auto options = std::make_shared<MergeOptions>();
-  verb->add_option("maps", options->maps,
-                   "two maps: that whose frame, parameters and ids stay, and that which is taken in; or more")
+  verb->add_option(
+          "maps", options->maps,
+          "the map whose frame, parameters and ids stay, and the one that is merged into it; or more")
       ->required()
       ->expected(2, 1 << 20);
   verb->add_option("-o,--output", options->output, "map to write: name without ending")->required();
@@ -427,15 +427,15 @@ void add_merge(CLI::App& app) {
                    "the same from a file with one pose; the formats of map's --poses")
       ->excludes(pose);
   auto* align = verb->add_flag("--align", options->align,
-                               "find the pose by the surfaces of both; what is given is a guess");
-  verb->add_option("--reach", options->reach_m, "m by which the guess may be off")
+                               "find the pose by the surfaces of both maps; --pose is a guess");
+  verb->add_option("--reach", options->reach_m, "largest error of the guess, m")
       ->needs(align)
       ->capture_default_str();
-  verb->add_option("--turn", options->turn_deg, "degrees by which it may be turned")
+  verb->add_option("--turn", options->turn_deg, "largest error of its rotation, degrees")
       ->needs(align)
       ->capture_default_str();
-  verb->add_option("--report", options->report, "write what became of what to this file (JSON)");
-  verb->add_flag("--anyway", options->anyway, "merge maps that do not fit, too");
+  verb->add_option("--report", options->report, "write what became of the surfaces to this file (JSON)");
+  verb->add_flag("--anyway", options->anyway, "merge even if the maps do not fit");
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->callback([options] { run_merge(*options); });
 }

@@ -85,9 +85,10 @@ void validate(const Parameters& parameters, const Parameters& base, const std::v
 }  // namespace
 
 void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
-  verb.add_option("--preset", options.preset, "default or paper: what the parameters start from")
+  verb.add_option("--preset", options.preset, "default or paper: the values that the other flags change")
       ->check(CLI::IsMember({"default", "paper"}));
-  verb.add_option("--config", options.config, "file with lines 'name = value' and # comments; flags win");
+  verb.add_option("--config", options.config,
+                  "file with lines 'name = value' and # comments; flags override it");
   verb.add_option_function<std::string>(
           "--up",
           [&options](const std::string& text) {

@@ -62,8 +62,7 @@ void add_place_options(CLI::Option_group& question, PlaceQuery& query) {
       .add_option("--ray", query.ray,
                   "X Y Z DX DY DZ: the first surface along a ray from a point, in a direction")
       ->expected(6);
-  question
-      .add_option("--voxel", query.voxel, "X Y Z: the voxel that holds the point: its state, and whose it is")
+  question.add_option("--voxel", query.voxel, "X Y Z: the voxel at this point: its state and its surface")
       ->expected(3);
 }
 

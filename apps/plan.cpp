@@ -30,7 +30,7 @@ namespace octosurf {
 namespace {
 
 constexpr const char* plan_description =
-    R"(Plans footsteps from one place to another, and says why not if there is no way.
+    R"(Plans footsteps from one place to another, or says what is in the way.
 
 Examples:
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135
@@ -137,8 +137,8 @@ void add_plan(CLI::App& app) {
   const auto arguments = std::make_shared<PlanArguments>();
   verb->add_option("map", arguments->map, "map to walk on: name without ending, as given to map -o")
       ->required();
-  verb->add_option("--from", arguments->query.from, "X Y Z YAW: where it stands")->expected(4)->required();
-  verb->add_option("--to", arguments->query.to, "X Y Z YAW: where it shall stand")->expected(4)->required();
+  verb->add_option("--from", arguments->query.from, "X Y Z YAW: start")->expected(4)->required();
+  verb->add_option("--to", arguments->query.to, "X Y Z YAW: goal")->expected(4)->required();
   verb->add_option("--robot", arguments->query.robot, "biped or quadruped")
       ->check(CLI::IsMember({"biped", "quadruped"}))
       ->capture_default_str();
@@ -150,14 +150,14 @@ void add_plan(CLI::App& app) {
         option.help);
   }
   add_up_option(*verb, arguments->up);
-  verb->add_option("--budget", arguments->query.budget.expansions, "expansions to find a plan")
+  verb->add_option("--budget", arguments->query.budget.expansions, "most expansions to find a plan")
       ->capture_default_str();
   verb->add_option("--improving", arguments->query.budget.improving,
                    "further expansions to find a better one")
       ->capture_default_str();
-  verb->add_option("--seconds,--time", arguments->query.budget.time_s, "seconds of search at most")
+  verb->add_option("--seconds,--time", arguments->query.budget.time_s, "most seconds of search")
       ->check(at_least(0));
-  verb->add_flag("--json", arguments->json, "answer in JSON");
+  verb->add_flag("--json", arguments->json, "print JSON");
   verb->add_option(
       "-o,--output", arguments->outputs,
       "FILE.json: the plan; FILE.glb: surfaces and footprints for a 3-D viewer; may be repeated");

@@ -23,14 +23,14 @@ const std::vector<LimitOption>& limit_options() {
   using B = Biped;
   using Q = Quadruped;
   static const std::vector<LimitOption> options{
-      {"--max-forward", "m, from the standing foot to the next", 1, [](B& r) { return &r.max_forward_m; },
-       nullptr},
+      {"--max-forward", "longest step forward, m", 1, [](B& r) { return &r.max_forward_m; }, nullptr},
       {"--max-backward", "m, likewise", 1, [](B& r) { return &r.max_backward_m; }, nullptr},
       {"--min-width", "m, between the feet", 1, [](B& r) { return &r.min_width_m; }, nullptr},
       {"--max-width", "m, likewise", 1, [](B& r) { return &r.max_width_m; }, nullptr},
-      {"--max-step", "m, of a quadruped's body while each foot steps once", 1, nullptr,
+      {"--max-step", "m: a quadruped's body moves at most this far while each foot steps once", 1, nullptr,
        [](Q& r) { return &r.max_step_m; }},
-      {"--reach", "m, of a quadruped's foot from below its hip", 1, nullptr, [](Q& r) { return &r.reach_m; }},
+      {"--reach", "m: a quadruped's foot steps at most this far from below its hip", 1, nullptr,
+       [](Q& r) { return &r.reach_m; }},
       {"--max-up", "m, of a step", 1, [](B& r) { return &r.max_up_m; }, [](Q& r) { return &r.max_up_m; }},
       {"--max-down", "m, of a step", 1, [](B& r) { return &r.max_down_m; },
        [](Q& r) { return &r.max_down_m; }},
@@ -40,9 +40,10 @@ const std::vector<LimitOption>& limit_options() {
        [](Q& r) { return &r.contact.max_slope_rad; }},
       {"--edge-margin", "m, between soles and edges", 1, [](B& r) { return &r.contact.edge_margin_m; },
        [](Q& r) { return &r.contact.edge_margin_m; }},
-      {"--frontier-margin", "m, between soles and edges that nobody has looked beyond", 1,
+      {"--frontier-margin", "m, between soles and edges beyond which nothing was observed", 1,
        [](B& r) { return &r.contact.frontier_margin_m; }, [](Q& r) { return &r.contact.frontier_margin_m; }},
-      {"--lift", "m, of a swinging foot", 1, [](B& r) { return &r.lift_m; }, [](Q& r) { return &r.lift_m; }}};
+      {"--lift", "m: height of a swinging foot", 1, [](B& r) { return &r.lift_m; },
+       [](Q& r) { return &r.lift_m; }}};
   return options;
 }
 

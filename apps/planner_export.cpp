@@ -137,31 +137,29 @@ void add_planner_options(CLI::App& verb, PlannerExport& options) {
   verb.add_option("--foot-radius", options.foot_radius, "m: a round foot; 0.06 unless there is a --foot")
       ->check(at_least(0))
       ->group(group);
-  verb.add_option("--yaw", options.yaw_deg, "degrees: the heading of --foot; any, if it is not given")
-      ->group(group);
+  verb.add_option("--yaw", options.yaw_deg, "heading of --foot, degrees [any heading]")->group(group);
   verb.add_option("--max-slope", options.max_slope_deg, "degrees against up")
       ->check(between(0, 180))
       ->capture_default_str()
       ->group(group);
   verb.add_option("--clearance", options.clearance,
-                  "m over the foot in which nothing may stand or hang; 0: any")
+                  "m: height over the foot that must be clear; 0: not checked")
       ->check(at_least(0))
       ->capture_default_str()
       ->group(group);
-  verb.add_option(
-          "--gap-depth", options.gap_depth,
-          "m: no foot over gaps behind which the octree knows so much free space (contact.hpp); 0: any")
+  verb.add_option("--gap-depth", options.gap_depth,
+                  "m: refuse gaps with this much free space behind them (contact.hpp); 0: not checked")
       ->check(at_least(0))
       ->capture_default_str()
       ->group(group);
-  verb.add_option("--pieces", options.pieces, "sl1m: at most so many convex pieces of a surface")
+  verb.add_option("--pieces", options.pieces, "sl1m: most convex pieces of a surface")
       ->check(at_least(1))
       ->capture_default_str()
       ->group(group);
   verb.add_option("--cell", options.cell, "m: of height grids; default: the map's resolution")
       ->check(more_than(0))
       ->group(group);
-  verb.add_option("--below", options.below, "m: height grids leave out what is higher")->group(group);
+  verb.add_option("--below", options.below, "m: height grids ignore what is above")->group(group);
   verb.add_option("--frame", options.frame, "frame id of planar_terrain and grid_map")
       ->capture_default_str()
       ->group(group);

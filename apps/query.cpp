@@ -25,7 +25,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* query_description = R"(Answers a planner's questions about a map.
+constexpr const char* query_description = R"(Answers questions about a map.
 
 Examples:
   octosurf query maps/office --nearest 1.2 0.4 0.9
@@ -33,7 +33,7 @@ Examples:
   octosurf query maps/office --below 1.2 0.4 0.9 --json             what a foot lowered there meets
   octosurf query maps/office --ray 0 0 1.5 1 0 -0.2                 what a camera at 1.5 m looks at
   octosurf query maps/office --box 0 0 0 2 2 1 --json               ids of the surfaces in there; --sphere X Y Z R
-  octosurf query maps/office --voxel 1.2 0.4 0.9                    occupied, free or unknown, and whose it is
+  octosurf query maps/office --voxel 1.2 0.4 0.9                    occupied, free or unknown, and its surface
   octosurf query maps/office --foothold 1.2 0.4 0.0 90 --foot 0.22x0.11 --clearance 0.15 --edge-margin 0.02
   octosurf query maps/office --stair 1.2 0.4 0.0 --json             the stair nearest to that place
   octosurf query maps/office --regions 7 --foot 0.03 --pieces 12 --json   where a ball foot may be on surface 7
@@ -105,14 +105,9 @@ void add_query(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("query", query_description);
   const auto arguments = std::make_shared<QueryArguments>();
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
-  CLI::Option_group* question = verb->add_option_group("question", "what is asked; one of");
-  question
-      ->add_option("--nearest", arguments->nearest,
-                   "X Y Z: the place on a surface that is nearest to this point")
-      ->expected(3);
-  question
-      ->add_option("--below", arguments->below,
-                   "X Y Z: the place on a surface that is met first straight below this point")
+  CLI::Option_group* question = verb->add_option_group("question", "question; one of");
+  question->add_option("--nearest", arguments->nearest, "X Y Z: the nearest point on a surface")->expected(3);
+  question->add_option("--below", arguments->below, "X Y Z: the first surface straight below this point")
       ->expected(3);
   question
       ->add_option("--stair", arguments->stair,
@@ -122,11 +117,11 @@ void add_query(CLI::App& app) {
   add_contact_options(*verb, *question, arguments->contact);
   question->require_option(1);
   verb->add_option("--max-slope", arguments->max_slope_deg,
-                   "degrees: only surfaces that slope so much at most; 90 leaves out ceilings")
+                   "degrees: leave out steeper surfaces; 90 leaves out ceilings")
       ->check(between(0, 180))
       ->capture_default_str();
   add_up_option(*verb, arguments->up);
-  verb->add_flag("--json", arguments->json, "answer in JSON");
+  verb->add_flag("--json", arguments->json, "print JSON");
   verb->callback([arguments] { run_query(*arguments); });
 }
 

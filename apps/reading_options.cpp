@@ -34,21 +34,20 @@ void add_self_boxes(const std::vector<std::string>& words, ScanSourceOptions& so
 void add_reading_options(CLI::App& verb, ScanSourceOptions& source) {
   const char* const group = "Scans";
   verb.add_option("--no-return", source.no_return,
-                  "m: a range, of cameras a depth, of rays without a return; may be given several times, 0: "
-                  "none has one [far values that many readings have]")
+                  "m: range (of cameras: depth) that stands for no return; may be given several times; 0: "
+                  "there is none [far values that many readings share]")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->group(group);
   verb.add_option_function<std::vector<std::string>>(
           "--self-box", [&source](const std::vector<std::string>& words) { add_self_boxes(words, source); },
-          "[FRAME] X Y Z X Y Z: two corners of a box in the sensor's frame, or one of a bag's tf, m: "
-          "readings "
-          "in it are the robot's own and left out; may be given several times")
+          "[FRAME] X Y Z X Y Z: two corners of a box, m, in the sensor's frame or a frame of the bag's tf; "
+          "readings in it are the robot itself and are left out; may be given several times")
       ->expected(6, 7)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->group(group);
   verb.add_option("--clear-no-return", source.clear_no_return_m,
-                  "m: rays without a return free space up to this range [0: they do not]")
+                  "m: rays without a return free space up to this range; 0: they do not")
       ->check(CLI::NonNegativeNumber)
       ->group(group);
   verb.add_option_function<std::string>(
@@ -56,8 +55,7 @@ void add_reading_options(CLI::App& verb, ScanSourceOptions& source) {
           [&source](const std::string& name) {
             source.sensor = name == "camera" ? SensorKind::depth_camera : SensorKind::lidar;
           },
-          "of clouds: camera, mapped up to 4 m if --max-range says no other, or lidar [what their rays' "
-          "directions say]")
+          "sensor of clouds: camera (--max-range 4 unless given) or lidar [by the directions of their rays]")
       ->check(CLI::IsMember({"camera", "lidar"}))
       ->group(group);
 }

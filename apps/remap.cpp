@@ -44,14 +44,14 @@ Examples:
   octosurf remap maps/kitchen --poses optimised.tum --write-poses used.txt --report remap.json
   octosurf remap maps/kitchen --scans /disk/kitchen.scans              the scans have moved; poses as they were
 
-The map must have been built with `octosurf map --keep-scans DIR`. It is built with its own parameters. Poses:
-one for each scan in order, or a stamped trajectory that covers the time of each; the formats of map's --poses.
-Without --poses those with which the map was built.
+The map must have been built with `octosurf map --keep-scans DIR`. Its parameters stay. Poses: one for each scan in
+order, or a stamped trajectory that covers all of them, in the formats of map's --poses. Without --poses the map's
+own poses are used.
 
-Surfaces that are the same keep their ids: an old and a new surface of which the smaller has at least half of
-its readings in the other. Others get ids that were never used, with the surface they came from as parent.
-Every surface counts as changed, so the map's revision is one more. With -o the scans stay the old map's:
-to go on with the new one, give map --keep-scans a new folder.
+A new surface keeps the id of an old one if the smaller of the two shares at least half of its readings with the
+other. Other surfaces get new ids, with the surface they came from as parent. Every surface counts as changed, and
+the map's revision is raised by one. With -o the scans still belong to the old map: to continue the new one, give
+map --keep-scans a new folder.
 )";
 
 struct RemapOptions {
@@ -271,10 +271,11 @@ void add_remap(CLI::App& app) {
   verb->add_option("--poses", options->poses, "file with a pose per scan, or a stamped trajectory");
   verb->add_option("-o,--output", options->output, "map to write [the same]");
   verb->add_option("--scans", options->scans, "folder of the scans, if it is not where the map says");
-  verb->add_option("--report", options->report, "write what the run did and cost to this file (JSON)");
+  verb->add_option("--report", options->report, "write a report of the run to this file (JSON)");
   verb->add_option("--write-poses", options->write_poses,
                    "write the poses with which the scans were mapped (stamp tx ty tz qx qy qz qw)");
-  verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
+  verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
+      ->capture_default_str();
   verb->add_flag("--force", options->force, "overwrite map, report and poses");
   verb->callback([options] { run_remap(*options); });
 }

@@ -79,16 +79,15 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
                   "units of a cloud per metre: 1000 for millimetres, 3.2808 for feet [1]")
       ->group(group);
   add_reading_options(verb, source);
-  verb.add_option("--rate", source.rate_hz, "scans per second if they have no time stamps [30, lidar 10]")
+  verb.add_option("--rate", source.rate_hz, "scans per second, if they have no time stamps [30, lidar 10]")
       ->group(group);
   verb.add_option("--max-pose-gap", source.max_pose_gap_s,
                   "longest gap between poses to interpolate over, s [0.1, bags 0.25]")
       ->group(group);
   verb.add_option_function<std::vector<std::string>>(
           "--origin", [&source](const std::vector<std::string>& words) { source.origin = origin_of(words); },
-          "X Y Z: subtracted from all coordinates, m, and kept with the map [auto: 0, or whole metres near "
-          "the "
-          "first scan if it is far away, as in UTM or ECEF]")
+          "X Y Z: subtracted from all coordinates, m; stored in the map [auto: 0, or near the first scan if "
+          "that is far away, as in UTM or ECEF]")
       ->expected(1, 3)
       ->group(group);
   verb.add_option_function<std::string>(
@@ -102,13 +101,12 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
   verb.add_flag("--skip-bad", source.skip_bad,
                 "go on without scans that cannot be read or have no rigid pose")
       ->group(group);
-  verb.add_option("--skip", range.skip, "leave out so many scans at the start")->group(group);
-  verb.add_option("--every", range.every, "take every K-th scan only")->check(at_least(1))->group(group);
-  verb.add_option("--first", range.first, "take so many scans at most")->check(at_least(1))->group(group);
+  verb.add_option("--skip", range.skip, "leave out the first N scans")->group(group);
+  verb.add_option("--every", range.every, "take only every K-th scan")->check(at_least(1))->group(group);
+  verb.add_option("--first", range.first, "take at most N scans")->check(at_least(1))->group(group);
   verb.add_option_function<std::string>(
           "--subset", [&range](const std::string& text) { set_part(text, range); },
-          "K/N: of the scans that these leave, the K-th of N contiguous parts; all N parts together are each "
-          "scan once")
+          "K/N: cut the scans that are left into N contiguous parts and take the K-th")
       ->group(group);
   add_bag_options(verb, source.bag);
 }

@@ -25,8 +25,8 @@ namespace {
 constexpr const char* serve_description =
     R"help(Serves a map over HTTP: the page to look at it, and answers in JSON.
 
-Prints one line, "serving http://127.0.0.1:PORT/", and runs until Ctrl-C or SIGTERM. Only this machine can
-ask, unless --listen says otherwise, which takes a token.
+Prints one line, "serving http://127.0.0.1:PORT/", and runs until Ctrl-C or SIGTERM. Only this machine is
+served; --listen serves others, who need a token.
 
 Examples:
   octosurf serve maps/office                     the page is at the address that is printed
@@ -115,12 +115,13 @@ void add_serve(CLI::App& app) {
   verb->add_option("--listen", arguments->place.address, "address of this machine to listen on")
       ->type_name("ADDRESS")
       ->capture_default_str();
-  verb->add_option("--port", arguments->place.port, "port to listen on; 0: any that is free")
+  verb->add_option("--port", arguments->place.port, "port to listen on; 0: any free port")
       ->capture_default_str();
   verb->add_option("--token", arguments->token_file,
-                   "file with the token that who asks must know; or in OCTOSURF_TOKEN")
+                   "file with the token that clients must send; or set OCTOSURF_TOKEN")
       ->type_name("FILE");
-  verb->add_option("--max-mb", arguments->max_mb, "10⁶ bytes: voxels are merged until the page is no larger")
+  verb->add_option("--max-mb", arguments->max_mb,
+                   "size limit of the page in MB (10⁶ bytes): voxels are merged until it fits")
       ->check(more_than(0))
       ->capture_default_str();
   add_up_option(*verb, arguments->up);

@@ -45,7 +45,7 @@ double level_area(const Map& map, const Eigen::Vector3d& up) {
 
 void add_up_option(CLI::App& verb, std::string& text) {
   verb.add_option("--up", text,
-                  "X Y Z, an axis such as -y, or auto (from the surfaces): up, if not the map's own")
+                  "which way is up: X Y Z, an axis such as -y, or auto (from the surfaces) [the map's own]")
       ->type_name("DIRECTION");
 }
 

@@ -35,9 +35,8 @@ constexpr const char* view_description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
 The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
-pending points, free space, where feet may stand, plans; turned, searched, measured. Of several maps it
-has a time slider and shows in colour what changed. Without --html it is NAME.html in the current folder,
-after the last map's name.
+pending points, free space, contact regions, plans. With several maps it has a time slider and colours what
+changed. Without --html it is written to NAME.html in the current folder, after the last map's name.
 
 Examples:
   octosurf view maps/office                                   office.html
@@ -54,10 +53,10 @@ Examples:
   octosurf view maps/office --png edges.png --from top --edges
                              edges: real green, occluded red, sensor limit blue, frontier orange
 
-Contact regions are where the middle of a foot may be. Without --foot: a sole of 0.22x0.11 m and a ball of
-0.03 m with slope and edges for their only limits. With it: with all the limits that octosurf plan keeps,
-margins to obstacles, room over the foot, no gap under it, which takes seconds, or minutes in a hall;
---foot none: none. octosurf serve's page asks for any foot, any limits, and plans.
+Contact regions are where the middle of a foot may be. Without --foot: for a sole of 0.22x0.11 m and a ball of
+0.03 m, limited by slope and edges alone. With --foot: with all limits of octosurf plan (obstacles, room over the
+foot, gaps), which takes seconds, or minutes in a hall. --foot none: no regions. The page of octosurf serve computes
+regions for any foot and limits, and plans.
 )";
 
 struct ViewArguments {
@@ -198,7 +197,8 @@ void add_view(CLI::App& app) {
   CLI::Option* html = verb->add_option("--html", arguments->html, "page to write");
   CLI::Option* png = verb->add_option("--png", arguments->png, "picture to draw instead")->excludes(html);
   add_up_option(*verb, arguments->up);
-  verb->add_option("--max-mb", arguments->max_mb, "10⁶ bytes: voxels are merged until the page is no larger")
+  verb->add_option("--max-mb", arguments->max_mb,
+                   "size limit of the page in MB (10⁶ bytes): voxels are merged until it fits")
       ->check(more_than(0))
       ->excludes(png)
       ->capture_default_str();

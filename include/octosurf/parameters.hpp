@@ -79,8 +79,8 @@ struct Parameters {
   /// Empty: estimated from the surfaces (up.hpp).
   std::optional<Eigen::Vector3d> up = Eigen::Vector3d::UnitZ();
 
-  /// The paper's detector and values (section V): r = 0.15, n = 50, s = sensor_noise + d·√3, no minimum
-  /// width, measured noise not used, no cylinders, poses as given.
+  /// The paper's detector and values (section V) for d = 2 cm: r = 0.15, n = 50, s = sensor_noise + d·√3 (set
+  /// it anew for another d), no minimum width, measured noise not used, no cylinders, poses as given.
   static Parameters paper();
 
   double surface_tolerance() const;  ///< effective s: explicit, else sensor_noise + d/2
