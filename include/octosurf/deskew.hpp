@@ -17,7 +17,7 @@ struct StampedPose {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();  ///< rigid
 };
 
-/// Undoes a sensor's motion within a scan by its readings' times: a lidar turns while the robot does.
+/// Undoes a sensor's motion within a scan by its readings' times: a robot moves while its lidar turns.
 ///
 ///     Scan scan = …;                                      // points as the sensor saw them, times_s
 ///     mapper.insert(deskew(std::move(scan), trajectory));
@@ -32,9 +32,9 @@ struct StampedPose {
 /// O(points).
 Scan deskew(Scan scan, const PoseAtTime& pose_at);
 
-/// By poses in ascending order of time, with interpolation between them, and before the first and after the
-/// last one the nearest two's constant motion, for as long as these are apart. Throws Error(data) for fewer
-/// than two, for times that do not ascend, and for a scan that reaches further.
+/// The same by interpolation between poses in ascending order of time. Before the first and after the last
+/// the motion of the nearest two continues, for as long as the time between them. Throws Error(data) for
+/// fewer than two poses, for times that do not ascend, and for a scan outside that time.
 Scan deskew(Scan scan, std::span<const StampedPose> poses);
 
 }  // namespace octosurf

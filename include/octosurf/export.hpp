@@ -30,7 +30,7 @@ struct ExportOptions {
   std::vector<ExportPart> parts{ExportPart::polygons};
   double mesh_thickness = 0.02;                   ///< m, of meshes
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, of .glb
-  /// Map::origin(), m: told once in .json (`"origin"`) and .glb (`extras` of its root node) unless it is 0.
+  /// Map::origin(), m: written to .json (`"origin"`) and .glb (`extras` of its root node) unless it is 0.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   bool force = false;  ///< overwrite an existing file
 };

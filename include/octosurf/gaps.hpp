@@ -32,53 +32,53 @@ constexpr std::string_view ground_name(Ground ground) {
 /// A place within a surface without readings of it.
 struct Gap {
   Ground kind = Ground::unseen;  ///< not `supported`
-  bool bridged = false;          ///< unseen, and part of the surface all the same: see find_gaps()
+  bool bridged = false;          ///< unseen, but part of the surface: see find_gaps()
   double width_m = 0;            ///< diameter of the largest disc in it, to a voxel
   Polygon outline;               ///< surface's frame, along the sides of cells of d
 };
 
-/// A surface whose outline follows the reasons of its gaps.
+/// A surface whose outline leaves voids open and closes gaps that the readings' spacing explains.
 struct GroundedSurface {
   SurfacePtr surface;     ///< as it was, but for `polygons`, `boundary` and `area_m2`
   std::vector<Gap> gaps;  ///< in order of their first cell, row by row
 };
 
-/// Tells a surface's voids from places that nobody saw, by the octree of the same scan. Mapping outlines a
-/// surface by its readings alone: whatever is wider than h is a hole, everything narrower is closed. Here
+/// Tells a surface's voids from unseen places, by the octree of the same scan. Mapping outlines a surface by
+/// its readings alone: gaps wider than h are holes, narrower ones are closed. Here:
 ///
-/// 1. a place through which rays passed is a hole however narrow, from two voxels: the voxel on the plane is
-///    free and those straight behind it, to max(2.5 d, 3 rms + d/2) (three voxels: poses that err by a voxel
-///    let rays along a plane free two), and so are places beside it that are
-///    free on the plane, as far as a ray that leans by 60° may go aside on that way. A void that ends less
-///    deep counts where another surface bounds it, from two voxels on. Free space in front of a plane proves
-///    nothing;
-/// 2. an unseen gap is bridged, and part of the surface, if the spacing of the readings explains it:
-///    - a disc as wide as the gap fits between gaps on less than half of the surface within three times as
-///      far. The floor between a lidar's rings is whole so, and the shadow of a box on a densely seen floor
-///      is not; or
-///    - rays passed within two voxels before three quarters of it, so that nothing hid it, and readings that
-///      fall anywhere leave such a disc empty in one of 10⁴ places: −n ln(1 − f) < 9 for n cells, of which a
-///      share f has readings within three times as far;
-/// 3. nothing is bridged whose widest disc meets a void or something that stands there, another surface from
-///    two voxels above the plane, too, or that is wider than `widest_bridged_m`, at most widest_gap_m.
+/// 1. Void: rays passed through, so it is a hole however narrow (from two voxels). The voxel on the plane and
+///    those straight behind it are free, to max(2.5 d, 3 rms + d/2): three voxels, because with poses off by
+///    a voxel, rays along a plane free two. Places beside it belong to it if
+///    they are free on the plane and a ray that leans by 60° could reach them on its way to that depth. A
+///    void that ends earlier counts if another surface bounds it, from two voxels on. Free space in front of
+///    a plane proves nothing.
+/// 2. Bridged: an unseen gap is part of the surface if the spacing of the readings explains it. Either
+///    - discs as wide as the gap fit on less than half of the surface between gaps, within three of their
+///      radii: so the floor between a lidar's rings is whole, but the shadow of a box on a densely seen floor
+///      is not. Or
+///    - nothing hid it (rays passed within two voxels in front of three quarters of it), and readings at
+///      random places would leave such a disc empty by chance: −n ln(1 − f) < 9 for n cells, where f is the
+///      share of cells with readings within three radii.
+/// 3. A gap is not bridged if its widest disc meets a void, an obstacle or another surface from two voxels
+///    above the plane, or if it is wider than `widest_bridged_m` or widest_gap_m.
 ///
-/// Not part of mapping: a ray may change a reason without a change of the surface. O(area / d²) octree
+/// Computed on request, as a ray may change a gap but not the surface. O(area / d²) octree
 /// look-ups, some 0.5 µs a cell of edge d of the surface's extent, 50 ms for 100 m² at 5 cm. Throws
 /// Error(usage) for a surface of more than 2 km, or 2²⁸ cells.
 GroundedSurface find_gaps(const Surface& surface, const OccupancyView& octree,
                           double widest_bridged_m = std::numeric_limits<double>::infinity());
 
-/// m; wider than the step of any legged robot, whose planner gains nothing from a floor made of guesses.
+/// Largest gap that is ever bridged, m: wider than any legged robot's step.
 inline constexpr double widest_gap_m = 1;
 
-/// The snapshot with each surface as find_gaps() tells; ids, revisions and everything else unchanged.
+/// The snapshot with find_gaps() applied to each surface; ids, revisions and everything else unchanged.
 std::shared_ptr<const Snapshot> with_gaps(const Snapshot& snapshot, const OccupancyView& octree,
                                           double widest_bridged_m = std::numeric_limits<double>::infinity(),
                                           std::map<SurfaceId, std::vector<Gap>>* gaps = nullptr);
 
-/// Widest unseen gap that a contact may span, m: `share` of its narrower side. If a gap of a quarter lies
-/// along the contact's edge and is a void after all, the pressure's centre is still a quarter of that side
-/// from the edge of what is left.
+/// Widest unseen gap that a contact may span, m: `share` of its narrower side. Even if a gap of a quarter at
+/// the contact's edge turns out to be a void, the centre of pressure stays a quarter of that side from the
+/// edge of the rest.
 double widest_unseen_of(const ContactShape& shape, double share = 0.25);
 
 /// What is known of a place, surface's frame: supported within `surface.polygons`, else by the octree.

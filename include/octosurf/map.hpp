@@ -32,8 +32,8 @@ class Map {
   const Parameters& parameters() const;              ///< parameters it was made with
   std::shared_ptr<const Snapshot> snapshot() const;  ///< surfaces after the last complete scan
 
-  /// Where the map frame's 0 lies in the frame of the scans' poses, m: ScanSource::origin() when it was
-  /// begun. All coordinates of the map are less this, which is saved with it.
+  /// The map frame's origin in the frame of the scans' poses, m: ScanSource::origin() when the map was begun.
+  /// It was subtracted from all coordinates, and is saved with the map.
   Eigen::Vector3d origin() const;
   /// Throws Error(usage) unless it is finite.
   void set_origin(const Eigen::Vector3d& origin);
@@ -88,7 +88,7 @@ class Map {
 /// corrected poses.
 struct KeptScans {
   std::filesystem::path folder;            ///< that holds all of them; empty: they are not kept
-  bool shared = false;                     ///< with another map, which may go on with it, as this one may not
+  bool shared = false;                     ///< with another map; only that one may continue the folder
   std::vector<Eigen::Isometry3d> poses{};  ///< with which each was mapped
 };
 
@@ -110,7 +110,7 @@ LoadedMap load_map(const std::filesystem::path& stem);
 /// Resolution of an OctoMap file (.bt or .ot), m, from its header. Throws Error(data).
 double read_octomap_resolution(const std::filesystem::path& file);
 
-/// What of an OctoMap file (.bt or .ot) is not taken, such as the colours of a ColorOcTree; empty: nothing.
+/// What of an OctoMap file (.bt or .ot) is ignored, such as the colours of a ColorOcTree; empty: nothing.
 /// Throws Error(data).
 std::string octomap_note(const std::filesystem::path& file);
 

@@ -123,13 +123,13 @@ class Mapper {
   /// Its readings are in the octree and on surfaces, new ones among them, when this returns. With a
   /// DetectionParameters::detection_budget the search for new ones ends there: drain() finds the rest.
   ScanReport insert(const Scan& scan);
-  /// The same, map and report, in less time: what prepare() has done is used if the scan is inserted at its
-  /// stated pose and its mapper had the same resolution and ranges; else it is repeated.
+  /// The same result in less time: the work of prepare() is used if the scan is inserted at its stated pose
+  /// and the mapper that prepared it had the same resolution and ranges; else it is repeated.
   ScanReport insert(const PreparedScan& prepared);
   /// May be called from any thread, also during insert(): with two threads, one prepares a scan while the
-  /// other inserts the one before. Its time counts in the stages' times and in `total_ms` of the insertion's
-  /// report. Returns the scan alone where nothing is gained or possible: where alignment corrected the pose
-  /// of the last scan inserted, for a scan that insert() rejects, and if memory runs out in tracing.
+  /// other inserts the previous one. Its time is included in the insertion's report. Returns the scan without
+  /// its rays if alignment corrected the last scan's pose (they would be traced anew), if insert() would
+  /// reject the scan, or if memory runs out.
   PreparedScan prepare(Scan scan) const;
 
   /// Inserts a backlog of scans: each updates the octree separately, in order. Surfaces are searched for in
@@ -142,7 +142,7 @@ class Mapper {
   /// insert() would reject; if that is the first, throws its Error. After std::bad_alloc none of them is in
   /// the map. Changes of surfaces (`born` to `gone`) and their time are in the last report.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans);
-  /// The same, with what prepare() has done.
+  /// The same for prepared scans.
   std::vector<ScanReport> insert_all(std::span<const PreparedScan> scans);
 
   /// Searches for surfaces in everything left over by DetectionParameters::detection_budget: call it after
@@ -197,7 +197,7 @@ class Mapper {
   /// to (docs/design.md §5): some tenths of a millisecond for a camera's.
   void share_octree(bool on = true);
 
-  /// From now on the map remembers which scans it takes, see Map::holds(): 8 bytes each, saved with it.
+  /// From now on the map records which scans were inserted, for Map::holds(): 8 bytes each, saved with it.
   void remember_scans();
 
   std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last complete scan

@@ -59,7 +59,7 @@ struct PageReport {
   std::size_t voxels = 0;  ///< drawn, of all maps
   /// Edge of a drawn voxel in voxels of the map: 1: not merged, 0: omitted.
   int merged = 1;
-  bool feet_left_out = false;  ///< contact regions, because there was no room for them
+  bool feet_left_out = false;  ///< contact regions are missing, because of the limit of size
 };
 
 /// Whether this library was built with the page, which needs Node.js and the packages of web/.
@@ -71,13 +71,13 @@ bool has_page();
 /// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
 /// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`; free space in
 ///    horizontal slices every 0.1 m, or every voxel if voxels are larger.
-/// 3. It is not larger than `max_mb`: if it would be, voxels are merged to 2 d, 4 d … 32 d, at last left out,
-///    then contact regions, too, and the page says so. A merged voxel is there if one of its
-///    voxels is, with the greatest of their log-odds and the surface that most of them belong to.
+/// 3. It is not larger than `max_mb`: if need be, voxels are merged to 2 d, 4 d … 32 d, then left out, then
+///    contact regions too, and the page says so. A merged voxel is occupied if one of its voxels is, with the
+///    highest of their log-odds and the surface of most of them.
 /// 4. The file is complete or not there; same maps, same bytes.
 /// Throws Error(usage) if there is no map or a limit makes no sense, for a file that exists without `force`,
 /// and without has_page(); Error(data) for numbers that are not finite, labels of other polygons, regions of
-/// other surfaces and plans that are none; Error(output) if the surfaces alone are larger than `max_mb`, or
+/// other surfaces and invalid plans; Error(output) if the surfaces alone are larger than `max_mb`, or
 /// the file cannot be written.
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options = {});

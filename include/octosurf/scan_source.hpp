@@ -57,8 +57,8 @@ struct ScanSourceOptions {
   std::optional<double> rate_hz;
   /// Maximum time between neighbouring poses for interpolation; empty: 0.1 for files of poses, 0.25 for bags.
   std::optional<double> max_pose_gap_s;
-  /// Subtracted from all coordinates, m, so that an octree and float reach them; empty: 0, or whole metres
-  /// near the first scan if it lies farther than `origin_beyond_m` from 0 (UTM, ECEF).
+  /// Subtracted from all coordinates, m, to bring them within reach of octree and float; empty: 0, or whole
+  /// metres near the first scan if it lies farther than `origin_beyond_m` from 0 (UTM, ECEF).
   std::optional<Eigen::Vector3d> origin;
   double origin_beyond_m = 8192;  ///< m; from here on float rounds by more than half a millimetre
   /// Options of bags.
@@ -71,14 +71,14 @@ struct ScanSourceOptions {
   std::optional<SensorKind> sensor = {};
   /// Units per metre of clouds, and of poses in the same file; empty: 1.
   std::optional<double> cloud_scale = {};
-  /// m: ranges, of cameras depths, that stand for no return, to the millimetre. Empty: values that many
-  /// readings have, beyond 4 m and with hardly any before them, see notes().
+  /// m: ranges (of cameras: depths) that stand for no return, to the millimetre. Empty: values beyond 4 m
+  /// that many readings share, with hardly any before them; notes() reports them.
   std::vector<double> no_return = {};
   /// Readings in them are the robot itself: no readings, nor do their rays free space.
   std::vector<SelfBox> self_boxes = {};
-  /// m: rays without a return free space up to this range: pixels of depth images without a reading, four
-  /// pixels at least from the next one, and readings of clouds that stand for no return. 0: none does, as
-  /// many things give no return.
+  /// m: rays without a return free space up to this range: pixels of depth images at least four pixels from
+  /// any reading, and readings of clouds that stand for no return. 0: off, because dark, shining and near
+  /// things give no return either.
   double clear_no_return_m = 0;
 };
 
@@ -98,8 +98,8 @@ class ScanSource {
   /// one input to the next. About 3 ms for a 640×480 PNG.
   virtual std::optional<Scan> next() = 0;
 
-  /// Leaves out the next scans; false if there are fewer. With skip_bad good ones are counted, so that each
-  /// is decoded; without it none is, and bad ones count.
+  /// Leaves out the next scans; false if there are fewer. With skip_bad only good ones count, so each is
+  /// decoded; without it none is decoded, and bad ones count.
   virtual bool skip(std::size_t count) {
     for (; count > 0; --count)
       if (!next()) return false;
@@ -166,9 +166,9 @@ InputKind classify(const std::filesystem::path& input);
 /// their VIEWPOINT or pose says where the sensor was.
 ///
 /// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
-/// depths 0 and 65535 are no readings and give no points, nor do flying pixels: those of up to four between a
-/// nearer and a farther surface, on neither. Points exactly at a cloud's origin are no
-/// readings either, and are set to NaN, as are values that stand for no return.
+/// depths 0 and 65535 are no readings and give no points, nor do flying pixels: up to four pixels at an edge,
+/// between the nearer and the farther surface. Points exactly at a cloud's origin and values that stand for
+/// no return are no readings either, and are set to NaN.
 ///
 /// The sensor of a cloud is recognised by its readings' directions, in any order: an even raster is a depth
 /// camera's. The first of up to 20 scans of each topic or folder that has 100 readings decides, on opening;
@@ -178,14 +178,14 @@ InputKind classify(const std::filesystem::path& input);
 /// qw`; 3×4 row-major; 4×4 row-major in one line or in four; each in one line also with a time stamp in
 /// front. A 4×4 whose last row is `0 0 0 TIME` carries a time stamp. Of a table with a header (EuRoC's CSV,
 /// rostopic echo -p) the columns are found by its names. Poses are T_map_sensor. Time stamps may be in s, ms,
-/// us or ns: recognised by their size, or else by the scans'. Where poses and scans have them, they are
-/// matched by time, however many there are, and poses that are no rigid motion are left out, which notes()
-/// states.
+/// us or ns: recognised by their size, or else by the scans'. If poses and scans have time stamps, they are
+/// matched by time, whatever their numbers. Poses that are no rigid motion are then left out, which notes()
+/// reports.
 ///
 /// Motion within a scan is undone by its points' times: a field called t, time, timestamp, offset_time or
-/// alike in PointCloud2, PCD and PLY, or Livox' message. Its unit (s, ms, µs, ns) is recognised by how long
-/// scans take, its zero by the scans' time stamps: on the same clock, or from the stamp on. notes() states
-/// both, and by how far points move; and of a bag's lidar without such times by how far it moves within a
+/// alike in PointCloud2, PCD and PLY, or Livox' message. Its unit (s, ms, µs, ns) is recognised by the length
+/// of a scan, its zero by the scans' time stamps: either the same clock, or times after the stamp. notes()
+/// reports both and how far points move; for a bag's lidar without such times, how far it moves within a
 /// scan.
 ///
 /// Throws Error(usage) for invalid options, Error(data) for errors found before reading any scan: missing

@@ -8,7 +8,7 @@
 
 namespace octosurf {
 
-/// What the directions of a cloud's readings say of its sensor.
+/// The kind of sensor, guessed from the directions of a cloud's readings.
 struct SensorGuess {
   /// A depth camera's if the rays are a pinhole's raster, around z or x; else a lidar's.
   SensorKind kind = SensorKind::lidar;

@@ -85,9 +85,9 @@ const Stair* nearest_stair(const Snapshot& snapshot, const std::vector<Stair>& s
 struct StairChanges {
   std::vector<SurfaceId> appeared;  ///< ids now, of stairs that have no part of an earlier one
   std::vector<SurfaceId> changed;   ///< ids now: other steps, treads, landings or measures
-  std::vector<SurfaceId> gone;      ///< earlier ids, of those of which no stair has a part
-  /// Of an earlier stair and the one that has most of its treads now, where their ids differ: an older
-  /// surface has joined, or two stairs have become one. Sorted by `before`.
+  std::vector<SurfaceId> gone;      ///< earlier ids, of stairs with no part in a stair of now
+  /// An earlier stair and the one that has most of its treads now, if their ids differ: an older surface
+  /// became a tread, or two stairs became one. Sorted by `before`.
   std::vector<MapChanges::Heir> renamed;
 };
 
