@@ -1,13 +1,20 @@
 #pragma once
 
-#include "serve/http_guard.hpp"
-
 #include <memory>
 #include <string>
 
 namespace octosurf {
 
 class Api;
+
+struct HttpPlace {
+  std::string address = "127.0.0.1";  ///< an address of this machine
+  unsigned short port = 0;            ///< 0: any that is free
+  std::string token;                  ///< a client must send it; empty: every client is let in
+};
+
+/// Whether `address` is one that only this machine can reach.
+bool is_loopback(const std::string& address);
 
 /// Answers HTTP requests; GET and HEAD only, without a body. For a few clients on this machine or of one
 /// owner: a client that is slow keeps one of its threads, of which there are 64.

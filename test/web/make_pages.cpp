@@ -76,21 +76,13 @@ std::vector<PageFoot> feet_on_floor() {
 PagePlan straight_plan() {
   using Json = nlohmann::json;
   const auto sole = [](const char* foot, double x, double y) {
-    return Json{{"foot", foot},
-                {"surface", 2},
-                {"at", {x, y, 0}},
-                {"yaw_deg", 0},
-                {"margin_m", 0.5},
-                {"outline",
-                 {{x - 0.13, y - 0.06, 0},
-                  {x + 0.13, y - 0.06, 0},
-                  {x + 0.13, y + 0.06, 0},
-                  {x - 0.13, y + 0.06, 0}}}};
+    const Json outline = {
+        {x - 0.13, y - 0.06, 0}, {x + 0.13, y - 0.06, 0}, {x + 0.13, y + 0.06, 0}, {x - 0.13, y + 0.06, 0}};
+    return Json{{"foot", foot}, {"at", {x, y, 0}}, {"outline", outline}};
   };
   const Json plan{{"format", "octosurf-plan"},
                   {"version", 1},
                   {"found", true},
-                  {"cost", 6.5},
                   {"start", {sole("left", 3.6, 1.0), sole("right", 3.6, 0.7)}},
                   {"steps", {sole("left", 4.0, 1.0), sole("right", 4.4, 0.7), sole("left", 4.8, 1.0)}},
                   {"body", {{{"at", {3.6, 0.85, 0}}}, {{"at", {4.0, 0.85, 0}}}}}};
@@ -135,29 +127,28 @@ PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
   return map;
 }
 
-/// The room without its ceiling's successor: the table's top (20) has gone, the last step (all of its five
-/// faces) has come, the floor has changed; then nothing.
+/// On the first day the last step (all of its five faces) is not there yet; on the second the table's top
+/// (20) has gone, and the floor has changed; then nothing.
 std::vector<PageMap> three_days() {
   PageMap before = room("monday"), after = room("tuesday");
   Snapshot first = *before.snapshot, second = *after.snapshot;
   const SurfaceId table_top = first.surfaces[6]->id;
   const auto level = std::find_if(second.surfaces.rbegin(), second.surfaces.rend(),
                                   [](const SurfacePtr& s) { return s->plane.normal.z() > 0.9; });
-  const SurfaceId newest = (*level)->id;  // to be seen from above, too
-  Surface raised = *first.surfaces[6];
-  raised.T_map_surface.translation().z() += 0.5;  // to be seen from above
-  first.surfaces[6] = std::make_shared<Surface>(raised);
-  std::erase_if(first.surfaces, [&](const SurfacePtr& surface) { return surface->id == newest; });
-  std::erase_if(second.surfaces, [&](const SurfacePtr& surface) { return surface->id == table_top; });
-  first.revision = 500;
-  before.snapshot = std::make_shared<Snapshot>(std::move(first));
-  after.snapshot = std::make_shared<Snapshot>(std::move(second));
   MapChanges changes;
   changes.since = 500;
   changes.revision = 812;
-  changes.appeared = {newest};
+  changes.appeared = {(*level)->id};  // to be seen from above
   changes.changed = {2};
   changes.gone = {table_top};
+  Surface raised = *first.surfaces[6];
+  raised.T_map_surface.translation().z() += 0.5;  // to be seen from above, too
+  first.surfaces[6] = std::make_shared<Surface>(raised);
+  std::erase_if(first.surfaces, [&](const SurfacePtr& s) { return s->id == changes.appeared[0]; });
+  std::erase_if(second.surfaces, [&](const SurfacePtr& s) { return s->id == table_top; });
+  first.revision = 500;
+  before.snapshot = std::make_shared<Snapshot>(std::move(first));
+  after.snapshot = std::make_shared<Snapshot>(std::move(second));
   after.changes = changes;
   PageMap last = after;
   last.name = "wednesday";

@@ -1,10 +1,12 @@
-// page_test.mjs PAGES: what a person does with the pages of make_pages, in a real browser.
+// page_test.mjs PAGES [COMMAND MAP]: what a person does with the pages of make_pages, and with those that the command
+// serves, in a real browser.
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { runInBrowser, skip, waitFor } from './browser.mjs';
+import { asks, followsTheMap } from './live_pages.mjs';
 
-const folder = process.argv[2];
+const [folder, command] = process.argv.slice(2);
 if (!existsSync(folder)) skip('built without the page, so that there are none to look at');
 
 /** Places of the picture at which a surface is seen: middles of its triangles that nothing hides. */
@@ -320,4 +322,5 @@ async function nothing(browser) {
   assert.deepEqual(page.errors, []);
 }
 
-await runInBrowser([aRoom, threeMaps, taken, aLyingMap, onATelephone, manyVoxels, nothing]);
+await runInBrowser([aRoom, threeMaps, taken, aLyingMap, onATelephone, manyVoxels, nothing,
+  ...(command ? [followsTheMap, asks] : [])]);

@@ -27,46 +27,27 @@ export function lineOf(map, hit) {
   return `voxel · log-odds ${map.voxels.logOdds(hit.what).toFixed(2)} · ${whose}`;
 }
 
-export function titleOf(map, hit) {
-  if (hit.kind === 'surface') return `Surface ${hit.what.id}`;
-  if (hit.kind === 'cylinder') return `Cylinder c${hit.what.id}`;
-  return 'Voxel';
+/** @param {object} settings see stage.js @returns {{title: string, place: string?, rows: Row[], lineage: Row[]}} */
+export function describe(map, hit, settings) {
+  const { kind, what } = hit;
+  // As the command's --at takes it, m.
+  const place = hit.place ? map.toMap(hit.place).map((x) => x.toFixed(3)).join(' ') : null;
+  if (kind === 'voxel') return { title: 'Voxel', place, rows: voxelRows(map, what), lineage: [] };
+  // When it came and changed, and what it came of.
+  const lineage = [{ name: 'appeared', text: appearance(what.born) }, { name: 'changed', text: `revision ${what.revision}` }];
+  if (kind === 'cylinder') return { title: `Cylinder c${what.id}`, place, rows: cylinderRows(map, what), lineage };
+  return { title: `Surface ${what.id}`, place, rows: [...surfaceRows(map, what), ...footRows(map, what, settings)],
+    lineage: [...lineage, ...relativeRows(map, what)] };
 }
 
-/** @param {object} settings see stage.js @returns {Row[]} */
-export function rowsOf(map, hit, settings) {
-  const rows = { surface: surfaceRows, cylinder: cylinderRows, voxel: voxelRows }[hit.kind](map, hit.what);
-  if (hit.kind === 'surface') rows.push(...footRows(map, hit.what, settings));
-  return rows;
-}
+/** @param {{id: number, revision?: number}[]} others @returns {Row[]} */
+const idRow = (name, others) => (others.length === 0 ? [] : [{ name, ids: others.map(({ id, revision }) =>
+  ({ id: String(id), text: revision === undefined ? String(id) : `${id} (revision ${revision})` })) }]);
 
-/** As the command's --at takes it, m. @returns {string?} null: no place was picked */
-export function placeOf(map, hit) {
-  return hit.place ? map.toMap(hit.place).map((x) => x.toFixed(3)).join(' ') : null;
-}
-
-/** When it came and changed, and what it came of. @returns {Row[]} */
-export function lineageOf(map, { kind, what }) {
-  if (kind === 'voxel') return [];
-  const rows = [
-    { name: 'appeared', text: appearance(what.born) }, { name: 'changed', text: `revision ${what.revision}` }];
-  return kind === 'surface' ? [...rows, ...relativeRows(map, what)] : rows;
-}
-
-function relativeRows(map, surface) {
-  const rows = [];
-  if (surface.parents.length > 0)
-    rows.push({ name: 'out of', ids: surface.parents.map((id) => ({ text: String(id), id: String(id) })) });
-  const joined = map.departedSurfaces.filter(({ into }) => into === surface.id);
-  if (joined.length > 0) {
-    rows.push({ name: 'took in', ids: joined.map(({ id, revision }) =>
-      ({ text: `${id} (revision ${revision})`, id: String(id) })) });
-  }
-  const parts = map.surfaces.filter(({ parents }) => parents.includes(surface.id));
-  if (parts.length > 0)
-    rows.push({ name: 'part went to', ids: parts.map(({ id }) => ({ text: String(id), id: String(id) })) });
-  return rows;
-}
+const relativeRows = (map, { id, parents }) => [
+  ...idRow('out of', parents.map((parent) => ({ id: parent }))),
+  ...idRow('took in', map.departedSurfaces.filter(({ into }) => into === id)),
+  ...idRow('part went to', map.surfaces.filter((one) => one.parents.includes(id)).map((one) => ({ id: one.id })))];
 
 /** How much of it the foot may stand on whose regions are chosen, or why not. */
 function footRows(map, surface, settings) {
@@ -124,8 +105,7 @@ function voxelRows(map, i) {
     { name: 'centre', text: `${fixed(map.toMap(centerOf(voxels, i)), 3)} m` },
     { name: 'edge', text: `${(100 * voxels.size).toFixed(1)} cm` },
     { name: 'occupied', text: `${(100 / (1 + Math.exp(-logOdds))).toFixed(1)} %, log-odds ${logOdds.toFixed(2)}` },
-    id === 0 ? { name: 'surface', text: 'none: pending' }
-      : { name: 'surface', ids: [{ text: String(id), id: String(id) }] },
+    ...(id === 0 ? [{ name: 'surface', text: 'none: pending' }] : idRow('surface', [{ id }])),
   ];
 }
 

@@ -23,7 +23,7 @@ export class Following {
     const events = this.events = new EventSource(`live?${known}`);
     events.addEventListener('open', () => {
       this.pause = soonestMs;
-      this.page.hush();
+      this.page.say('');
     });
     events.addEventListener('changes', ({ data }) => {
       // One after the other: unpacking takes its time, and changes count on those before.

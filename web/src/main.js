@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { readTextBlock } from './block.js';
 import { middleOf, newMap, takeSurfaces, takeVoxels } from './data.js';
-import { find, lineageOf, lineOf, placeOf, rowsOf, titleOf } from './describe.js';
+import { describe, find, lineOf } from './describe.js';
 import { Following } from './follow.js';
 import { Highlight } from './highlight.js';
 import { bindKeys } from './keys.js';
@@ -20,8 +20,9 @@ import { View } from './view.js';
 
 const byId = (id) => document.getElementById(id);
 
+/** Over all else; empty: nothing more. */
 function say(text) {
-  byId('message').hidden = false;
+  byId('message').hidden = text === '';
   byId('message').textContent = text;
 }
 
@@ -96,23 +97,24 @@ class Page {
   }
 
   say(text) { say(text); }
-  hush() { byId('message').hidden = true; }
 
   /** Contact regions that were asked for, in the place of those asked for before. */
   takeFoot(foot) {
     this.map.feet = [foot, ...this.map.feet.filter(({ name }) => !name.startsWith('asked '))];
     this.stage.settings.choice.regions = foot.name;
-    this.stage.settings.on.regions = true;
-    this.stage.renew('regions');
-    this.panel.update();
-    if (this.picked) this.select(this.picked);
+    this.showAnew('regions');
   }
 
   takePlan(plan) {
     this.map.plans = [...this.map.plans.filter(({ name }) => name !== plan.name), plan];
-    this.stage.settings.on.plans = true;
-    this.stage.renew('plans');
+    this.showAnew('plans');
+  }
+
+  showAnew(layer) {
+    this.stage.settings.on[layer] = true;
+    this.stage.renew(layer);
     this.panel.update();
+    if (this.picked) this.select(this.picked);
   }
 
   /** Of the way from one place to another, as planners count it (up.hpp). */
@@ -158,11 +160,7 @@ class Page {
   select(hit) {
     this.picked = hit;
     this.highlight.picked(this.map, hit);
-    if (!hit) return this.panel.details(null);
-    const { map } = this;
-    this.panel.details({ title: titleOf(map, hit), place: placeOf(map, hit), rows: rowsOf(map, hit, this.stage.settings),
-      lineage: lineageOf(map, hit) }, (id) => this.search(id));
-    return undefined;
+    this.panel.details(hit && describe(this.map, hit, this.stage.settings), (id) => this.search(id));
   }
 
   /** Selects it, and moves it out from under what the page says about it. */

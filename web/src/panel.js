@@ -14,16 +14,14 @@ const byId = (id) => document.getElementById(id);
 const thousands = (number) => number.toLocaleString('en').replaceAll(',', '\u202f');
 
 function choiceOf(layer, stage, changed) {
-  const choices = layer.choices?.(stage.map) ?? [];
+  const choices = layer.choices?.(stage.map) ?? [], chosen = stage.settings.choice[layer.id];
   if (choices.length < 2) return [];
-  const select = element('select', { ariaLabel: `${layer.label}: colours` });
-  for (const { id, label } of choices) select.append(element('option', { value: id, textContent: label }));
-  const chosen = stage.settings.choice[layer.id];
-  if (choices.some(({ id }) => id === chosen)) select.value = chosen;
-  select.addEventListener('change', () => {
+  const select = element('select', { ariaLabel: `${layer.label}: colours` },
+    ...choices.map(({ id, label }) => element('option', { value: id, selected: id === chosen }, label)));
+  select.onchange = () => {
     stage.choose(layer.id, select.value);
     changed();
-  });
+  };
   return [select];
 }
 
@@ -32,12 +30,12 @@ function choiceOf(layer, stage, changed) {
  *          text: function(number): string}} range @param {function(number): void} moved
  */
 function sliderOf(id, { label, least, greatest, step = 1, value, text }, moved) {
-  const shown = element('span', { className: 'value', textContent: text(value) });
+  const shown = element('span', { className: 'value' }, text(value));
   const slider = element('input', { type: 'range', min: least, max: greatest, step, value, id, ariaLabel: label });
-  slider.addEventListener('input', () => {
+  slider.oninput = () => {
     shown.textContent = text(Number(slider.value));
     moved(Number(slider.value));
-  });
+  };
   return element('div', { className: 'range' }, slider, shown);
 }
 
@@ -51,52 +49,38 @@ function rangeOf(layer, stage, changed) {
   })];
 }
 
-/** @param {function(): void} changed what is switched on @param {function(): void} moved a slider */
-function rowOf(layer, number, stage, changed, moved) {
-  const box = element('input', { type: 'checkbox', id: `layer-${layer.id}`, checked: stage.settings.on[layer.id] });
-  box.addEventListener('change', () => {
-    stage.switch(layer.id, box.checked);
-    changed();
-  });
-  const label = element('label', { htmlFor: box.id, title: number > 10 ? layer.label : `${layer.label} (${number % 10})` }, layer.label);
-  const count = layer.count?.(stage.map, stage);
-  if (count !== undefined) label.append(element('small', { textContent: ` ${thousands(count)}` }));
-  return element('div', { className: 'layer' }, box, label, ...choiceOf(layer, stage, changed),
-    ...rangeOf(layer, stage, moved));
+/** A box with its label, and what else stands in its row. */
+function rowOf(id, text, title, checked, onchange, ...more) {
+  return element('div', { className: 'layer' }, element('input', { type: 'checkbox', id, checked, onchange }),
+    element('label', { htmlFor: id, title }, ...text), ...more);
 }
+
+/** @param {function(): void} changed what is switched on @param {function(): void} moved a slider */
+function layerRow(layer, number, stage, changed, moved) {
+  const count = layer.count?.(stage.map, stage);
+  const text = [layer.label, ...(count === undefined ? [] : [element('small', {}, ` ${thousands(count)}`)])];
+  const title = number > 10 ? layer.label : `${layer.label} (${number % 10})`;
+  return rowOf(`layer-${layer.id}`, text, title, stage.settings.on[layer.id], () => {
+    stage.switch(layer.id);
+    changed();
+  }, ...choiceOf(layer, stage, changed), ...rangeOf(layer, stage, moved));
+}
+
+const filled = (className, background) => element('span', { className, style: `background: ${background}` });
 
 function legendEntry({ color, line, ramp, text, low, high, ticks }) {
   if (ticks) {
-    const bar = element('div', { className: 'ramp' }), marks = element('div', { className: 'ticks' });
-    bar.style.background = ramp;
-    for (const tick of ticks) {
-      const mark = element('span', {}, tick.text);
-      mark.style.left = `${100 * tick.at}%`;
-      marks.append(mark);
-    }
-    return element('div', { className: 'scale' }, bar, marks);
+    const marks = ticks.map(({ at, text: mark }) => element('span', { style: `left: ${100 * at}%` }, mark));
+    return element('div', { className: 'scale' }, filled('ramp', ramp), element('div', { className: 'ticks' }, ...marks));
   }
-  if (ramp) {
-    const bar = element('span', { className: 'ramp' });
-    bar.style.background = ramp;
-    return element('div', { className: 'entry wide' }, element('span', {}, low), bar, element('span', {}, high));
-  }
-  const swatch = element('span', { className: line ? 'line' : 'swatch' });
-  if (color || line) swatch.style.background = css(color ?? line);
-  else swatch.style.visibility = 'hidden';
-  return element('div', { className: 'entry' }, swatch, element('span', {}, text));
+  if (ramp) return element('div', { className: 'entry' }, low, filled('ramp', ramp), high);
+  const mark = line ? filled('line', css(line)) : filled('swatch', color ? css(color) : 'none');
+  return element('div', { className: 'entry' }, mark, element('span', {}, text));
 }
 
 function tableRows(rows, goTo) {
-  return rows.map(({ name, text, ids }) => {
-    const cell = element('td', {}, ...(ids ? [] : [text]));
-    for (const one of ids ?? []) {
-      const button = element('button', { className: 'id', textContent: one.text });
-      button.addEventListener('click', () => goTo(one.id));
-      cell.append(button);
-    }
-    return element('tr', {}, element('th', { scope: 'row' }, name), cell);
-  });
+  return rows.map(({ name, text, ids }) => element('tr', {}, element('th', { scope: 'row' }, name), element('td', {},
+    ...(ids?.map((one) => element('button', { className: 'id', onclick: () => goTo(one.id) }, one.text)) ?? [text]))));
 }
 
 export class Panel {
@@ -132,7 +116,7 @@ export class Panel {
       `${thousands(map.surfaces.length)} surfaces, ${area.toFixed(1)} m² · d ${(100 * map.resolution).toFixed(1)} cm · revision ${map.revision}`;
     this.notice();
     const rows = layers.map((layer, i) => [layer, i + 1]).filter(([layer]) => stage.has(layer))
-      .map(([layer, number]) => rowOf(layer, number, stage, () => this.update(), () => this.legend()));
+      .map(([layer, number]) => layerRow(layer, number, stage, () => this.update(), () => this.legend()));
     byId('layers').replaceChildren(...rows, this.backs(), this.up(), this.heights());
     this.legend();
   }
@@ -145,35 +129,26 @@ export class Panel {
 
   /** Walls and ceilings hide a room from outside. */
   backs() {
-    const { stage } = this;
-    const box = element('input', { type: 'checkbox', id: 'backs', checked: !stage.settings.cut });
-    box.addEventListener('change', () => {
-      stage.settings.cut = !box.checked;
+    const { stage } = this, { settings } = stage;
+    return rowOf('backs', ['Seen from behind, too'], 'Surfaces seen from behind (b)', !settings.cut, () => {
+      settings.cut = !settings.cut;
       stage.renew();
     });
-    return element('div', { className: 'layer' }, box,
-      element('label', { htmlFor: 'backs', title: 'Surfaces seen from behind (b)' }, 'Seen from behind, too'));
   }
 
   /** Which way is up, and the other one that surfaces suggest. */
   up() {
-    const { stage } = this, { map, settings } = stage, own = nameOfUp(map.ownUp);
-    const row = element('div', { className: 'layer' });
-    const select = element('select', { id: 'up', title: 'Heights, slopes and the view are measured against it' });
-    select.append(element('option', { value: 'own', textContent: `${own}, the map’s` }));
-    for (const name of Object.keys(upAxes)) if (name !== own) select.append(element('option', { value: name }, name));
-    const present = settings.up ? nameOfUp(settings.up) : 'own';
-    const listed = [...select.options].some(({ value }) => value === present);
-    if (!listed) select.append(element('option', { value: 'other', textContent: present }));
-    select.value = listed ? present : 'other';
-    select.addEventListener('change', () => this.turned(upAxes[select.value] ?? null));
-    row.append(element('label', { htmlFor: 'up' }, 'Up'), select);
-    if (map.suggestedUp && nameOfUp(map.suggestedUp) !== nameOfUp(map.up)) {
-      const button = element('button', { id: 'up-suggested', textContent: 'Turn' });
-      button.addEventListener('click', () => this.turned(map.suggestedUp));
-      row.append(element('div', { className: 'hint' }, `Surfaces suggest that up is ${nameOfUp(map.suggestedUp)}.`, button));
-    }
-    return row;
+    const { map, settings } = this.stage, own = nameOfUp(map.ownUp), present = settings.up ? nameOfUp(settings.up) : own;
+    const names = [...new Set([own, ...Object.keys(upAxes), present])];
+    const select = element('select', { id: 'up', title: 'Heights, slopes and the view are measured against it' },
+      ...names.map((name) => element('option', { value: name === own ? 'own' : name, selected: name === present },
+        name === own ? `${own}, the map’s` : name)));
+    select.onchange = () => this.turned(upAxes[select.value] ?? null);
+    const suggested = map.suggestedUp && nameOfUp(map.suggestedUp);
+    const hint = suggested && suggested !== nameOfUp(map.up) ? [element('div', { className: 'hint' },
+      `Surfaces suggest that up is ${suggested}.`,
+      element('button', { id: 'up-suggested', onclick: () => this.turned(map.suggestedUp) }, 'Turn'))] : [];
+    return element('div', { className: 'layer' }, element('label', { htmlFor: 'up' }, 'Up'), select, ...hint);
   }
 
   /** Limits of the heights that are shown; a slider at its end is none. */

@@ -1,12 +1,10 @@
-// live_test.mjs COMMAND MAP: the pages of `octosurf map --serve` while the map grows, and of `octosurf serve`, in a real
-// browser.
+// The pages of `octosurf map --serve` while the map grows, and of `octosurf serve`.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { runInBrowser, skip } from './browser.mjs';
 
-const [command, map] = process.argv.slice(2);
+const [command, map] = process.argv.slice(3);
 
 /** Runs the command; calls `visit` with its address once it serves, then ends it. */
 async function serving(words, visit) {
@@ -40,7 +38,7 @@ const posesOf = (scans) => readdirSync(scans).filter((name) => name.endsWith('.p
   return [T[3], T[7], T[11]];
 });
 
-async function followsTheMap(browser, folder) {
+export async function followsTheMap(browser, folder) {
   const scans = join(folder, 'scans');
   execFileSync(`${command}-lab`, ['simulate', 'stairs', '-o', scans, '--frames', '200', '--noise-scale', '0']);
   let page, port;
@@ -93,7 +91,7 @@ async function followsTheMap(browser, folder) {
 }
 
 /** The page of a finished map asks for regions and plans. */
-async function asks(browser) {
+export async function asks(browser) {
   await serving(['serve', map], async (address) => {
     const page = await browser.open(address), feet = await page.value('page.map.feet.length');
     await page.value('(document.querySelector("#foot-form [name=foot]").value = "big")');
@@ -117,8 +115,3 @@ async function asks(browser) {
     assert.deepEqual(page.errors.filter((text) => !/400/.test(text)), [], 'but for the foot that is none');
   });
 }
-
-await serving(['serve', map], async (address) => {
-  if (/built without the page/.test(await (await fetch(address)).text())) skip('built without the page');
-});
-await runInBrowser([followsTheMap, asks]);
