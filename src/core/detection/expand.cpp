@@ -168,7 +168,7 @@ class Flood {
   }
 
   /// Connected pending points around `seed` that fit the surface, if there are enough to contradict it, and
-  /// most of the pending points that they touch fit, too: else they are where another plane passes.
+  /// most of the points that they touch fit, too: else they are where another plane passes.
   std::vector<PointId> piece_of(PointId seed, SurfaceId id, occupancy::PointSet& looked_at) {
     std::vector<PointId> piece{seed};
     occupancy::PointSet others;
