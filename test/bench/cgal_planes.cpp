@@ -1,7 +1,6 @@
-#include "bench/cgal_planes.hpp"
-
-#include "bench/support.hpp"
+#include "bench/bench.hpp"
 #include "geometry/rings.hpp"
+#include "sensing/downsample.hpp"
 #include "support/alpha_shape_twin.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -11,10 +10,12 @@
 #include <CGAL/pca_estimate_normals.h>
 #include <CGAL/property_map.h>
 #include <CGAL/version.h>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <boost/property_map/function_property_map.hpp>
 #include <cmath>
 #include <numeric>
+#include <tsl/robin_set.h>
 #include <tuple>
 // CGAL 6 (Debian 13) has moved it and made it speak of items instead of places in a range.
 #if CGAL_VERSION_NR >= 1060000000
@@ -87,7 +88,7 @@ Regions grow_regions(PointNormals& cloud, const CgalSettings& settings) {
 Regions draw_planes(PointNormals& cloud, const CgalSettings& settings) {
   using Traits = CGAL::Shape_detection::Efficient_RANSAC_traits<Kernel, PointNormals, PointMap, NormalMap>;
   using Ransac = CGAL::Shape_detection::Efficient_RANSAC<Traits>;
-  CGAL::get_default_random() = CGAL::Random(settings.seed);
+  CGAL::get_default_random() = CGAL::Random(1);
   Ransac ransac;
   ransac.set_input(cloud);
   ransac.add_shape_factory<CGAL::Shape_detection::Plane<Traits>>();
@@ -110,11 +111,11 @@ CgalPlanes find(const std::vector<Eigen::Vector3f>& points, const FindPlanes& fi
     cloud.emplace_back(Kernel::Point_3(p.x(), p.y(), p.z()), Kernel::Vector_3(), cloud.size());
   CgalPlanes found;
   if (cloud.size() < fewest_points) return found;
-  found.normals_ms = time_ms([&] {
+  found.ms = time_ms([&] {
     CGAL::pca_estimate_normals<CGAL::Sequential_tag>(
         cloud, normal_neighbours, CGAL::parameters::point_map(PointMap()).normal_map(NormalMap()));
+    found.regions = find_planes(cloud);
   });
-  found.planes_ms = time_ms([&] { found.regions = find_planes(cloud); });
   for (auto& region : found.regions)
     for (std::size_t& i : region) i = std::get<2>(cloud[i]);
   return found;
@@ -130,58 +131,67 @@ CgalPlanes cgal_efficient_ransac(const std::vector<Eigen::Vector3f>& points, con
   return find(points, [&](PointNormals& cloud) { return draw_planes(cloud, settings); });
 }
 
-void CgalInput::add(const Scan& scan) {
-  const double range = parameters_.occupancy.max_range.value_or(sensing::default_max_range(scan.sensor));
-  const sensing::VoxelScan voxels = downsampler_(scan, 0, range);
-  for (const sensing::EndVoxel& end : voxels.ends) {
-    if ((end.centroid - voxels.origin).norm() > range || !seen_.insert(end.key.packed()).second) continue;
-    points_.push_back(end.centroid);
-    views_.emplace_back((voxels.origin - end.centroid).normalized());
+std::pair<Plane, Eigen::Vector3d> least_squares_plane(const std::vector<Eigen::Vector3f>& points,
+                                                      const std::vector<std::size_t>& indices) {
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  for (const std::size_t i : indices)
+    centroid += points[i].cast<double>() / static_cast<double>(indices.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const std::size_t i : indices) {
+    const Eigen::Vector3d v = points[i].cast<double>() - centroid;
+    scatter += v * v.transpose();
   }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+  Plane plane;
+  plane.normal = solver.eigenvectors().col(0).normalized();
+  plane.offset = plane.normal.dot(centroid);
+  return {plane, centroid};
 }
 
-CgalPlanes CgalInput::planes(CgalMethod method) const {
-  CgalSettings settings;
-  settings.tolerance = parameters_.surface_tolerance();
-  settings.angle_rad = parameters_.detection.smoothness_angle;
-  settings.gap = parameters_.max_hole_size();
-  settings.min_points = static_cast<std::size_t>(parameters_.min_surface_points());
-  return method(points_, settings);
-}
-
-Snapshot CgalInput::snapshot(const CgalPlanes& planes) const {
+std::pair<Snapshot, double> cgal_surfaces(CgalMethod method, const std::vector<Scan>& scans,
+                                          const Parameters& parameters) {
+  sensing::Downsampler downsampler{geometry::VoxelGrid(parameters.occupancy.resolution)};
+  tsl::robin_set<std::uint64_t, geometry::PackedKeyHash> seen;
+  std::vector<Eigen::Vector3f> points, views;
+  for (const Scan& scan : scans) {
+    const double range = parameters.occupancy.max_range.value_or(sensing::default_max_range(scan.sensor));
+    const sensing::VoxelScan voxels = downsampler(scan, 0, range);
+    for (const sensing::EndVoxel& end : voxels.ends) {
+      if ((end.centroid - voxels.origin).norm() > range || !seen.insert(end.key.packed()).second) continue;
+      points.push_back(end.centroid);
+      views.emplace_back((voxels.origin - end.centroid).normalized());
+    }
+  }
+  const CgalPlanes planes =
+      method(points, {parameters.surface_tolerance(), parameters.detection.smoothness_angle,
+                      parameters.max_hole_size(), static_cast<std::size_t>(parameters.min_surface_points())});
   Snapshot snapshot;
-  snapshot.resolution = parameters_.occupancy.resolution;
-  for (const auto& region : planes.regions)
-    snapshot.surfaces.push_back(surface_of(region, static_cast<SurfaceId>(snapshot.surfaces.size() + 1)));
-  return snapshot;
-}
-
-/// Least-squares plane of the region, toward where it was seen from; outline: the paper's alpha shape.
-SurfacePtr CgalInput::surface_of(const std::vector<std::size_t>& region, SurfaceId id) const {
-  const FittedPlane fitted = least_squares_plane(points_, region);
-  Eigen::Vector3f view = Eigen::Vector3f::Zero();
-  for (const std::size_t i : region) view += views_[i];
-  auto surface = std::make_shared<Surface>();
-  surface->id = id;
-  surface->plane = fitted.plane;
-  if (fitted.plane.normal.dot(view.cast<double>()) < 0) {
-    surface->plane.normal *= -1;
-    surface->plane.offset *= -1;
+  snapshot.resolution = parameters.occupancy.resolution;
+  for (const std::vector<std::size_t>& region : planes.regions) {
+    auto surface = std::make_shared<Surface>();
+    surface->id = static_cast<SurfaceId>(snapshot.surfaces.size() + 1);
+    const auto [plane, centroid] = least_squares_plane(points, region);
+    Eigen::Vector3f view = Eigen::Vector3f::Zero();
+    for (const std::size_t i : region) view += views[i];
+    const double side = plane.normal.dot(view.cast<double>()) < 0 ? -1 : 1;
+    surface->plane.normal = side * plane.normal;
+    surface->plane.offset = side * plane.offset;
+    surface->T_map_surface.linear() =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), surface->plane.normal)
+            .toRotationMatrix();
+    surface->T_map_surface.translation() = centroid;
+    const Eigen::Isometry3d to_plane = surface->T_map_surface.inverse();
+    std::vector<Eigen::Vector2d> projected;
+    for (const std::size_t i : region) projected.push_back((to_plane * points[i].cast<double>()).head<2>());
+    surface->polygons = alpha_shape(projected, parameters.max_hole_size());
+    for (const Polygon& polygon : surface->polygons) {
+      surface->area_m2 += geometry::signed_area(polygon.outer);
+      for (const Ring2& hole : polygon.holes) surface->area_m2 += geometry::signed_area(hole);
+    }
+    surface->inliers = region.size();
+    snapshot.surfaces.push_back(std::move(surface));
   }
-  surface->T_map_surface.linear() =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), surface->plane.normal).toRotationMatrix();
-  surface->T_map_surface.translation() = fitted.centroid;
-  const Eigen::Isometry3d to_plane = surface->T_map_surface.inverse();
-  std::vector<Eigen::Vector2d> projected;
-  for (const std::size_t i : region) projected.push_back((to_plane * points_[i].cast<double>()).head<2>());
-  surface->polygons = alpha_shape(projected, parameters_.max_hole_size());
-  for (const Polygon& polygon : surface->polygons) {
-    surface->area_m2 += geometry::signed_area(polygon.outer);
-    for (const Ring2& hole : polygon.holes) surface->area_m2 += geometry::signed_area(hole);
-  }
-  surface->inliers = region.size();
-  return surface;
+  return {std::move(snapshot), planes.ms};
 }
 
 }  // namespace octosurf::bench

@@ -1,34 +1,16 @@
 // What movers leave behind in the octree, beside plain OctoMap of the same scans: the measure of
 // DynamicMap_Benchmark (Zhang et al., A dynamic points removal benchmark in point cloud maps, ITSC 2023).
 
-#include "bench/support.hpp"
+#include "bench/bench.hpp"
 #include "sensing/downsample.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
-#include <numbers>
-#include <octomap/octomap.h>
-#include <string>
-#include <vector>
-
-#include <octosurf/mapper.hpp>
-#include <octosurf/scan_source.hpp>
 
 namespace octosurf::bench {
 namespace {
-
-struct Options {
-  std::vector<std::string> scenes{"office", "room"};
-  std::vector<std::string> sensors{"depth", "tilting", "spinning"};
-  std::vector<std::string> recordings;  // folders, with poses beside
-  std::uint64_t seed = 1;
-  double resolution = 0.05;
-  std::size_t movers = 3;
-  std::vector<std::string> set;
-};
 
 /// An upright box that walks to and fro past the sensors' way, as a person does.
 struct Mover {
@@ -101,111 +83,48 @@ Mixed mixed(const Scan& scan, double stamp_s, const std::vector<Mover>& movers) 
   return result;
 }
 
-/// Readings by whether their voxel is occupied at the end.
-struct Score {
-  std::size_t kept_static = 0, all_static = 0, kept_moving = 0, all_moving = 0;
-
-  void add(bool moves, bool occupied) {
-    ++(moves ? all_moving : all_static);
-    if (occupied) ++(moves ? kept_moving : kept_static);
-  }
-  double static_accuracy() const {
-    return 100 * static_cast<double>(kept_static) / static_cast<double>(std::max<std::size_t>(all_static, 1));
-  }
-  double dynamic_accuracy() const {
-    return 100 -
-           100 * static_cast<double>(kept_moving) / static_cast<double>(std::max<std::size_t>(all_moving, 1));
-  }
-  std::vector<std::string> row(const std::string& name) const {
-    const double s = static_accuracy(), d = dynamic_accuracy();
-    return {name, fixed(s, 2), fixed(d, 2), fixed(std::sqrt(s * d), 2), fixed(2 * s * d / (s + d), 2)};
-  }
-};
-
-void insert_plain(octomap::OcTree& tree, const Scan& scan, double max_range) {
-  octomap::Pointcloud cloud;
-  for (const Eigen::Vector3f& p : scan.points) {
-    if (!p.allFinite()) continue;
-    const Eigen::Vector3f m = (scan.T_map_sensor * p.cast<double>()).cast<float>();
-    cloud.push_back(m.x(), m.y(), m.z());
-  }
-  const Eigen::Vector3f o = scan.T_map_sensor.translation().cast<float>();
-  tree.insertPointCloud(cloud, {o.x(), o.y(), o.z()}, max_range, false, true);
-}
-
-void compare(const std::string& name, const std::vector<Scan>& scans, const Options& options,
-             TextTable& table) {
-  const std::vector<Mover> movers = movers_of(scans, options.movers);
-  Parameters parameters;
-  parameters.occupancy.resolution = options.resolution;
-  set_parameters(parameters, options.set);
-  Mapper mapper(parameters);
-  octomap::OcTree tree(options.resolution);
+void compare(const Json& recording, const std::vector<Scan>& scans, const Options& options) {
+  const std::vector<Mover> movers = movers_of(scans, options.count);
+  const double resolution = options.resolutions.front();
+  Mapper mapper(parameters_at(resolution, options.set));
+  octomap::OcTree tree(resolution);
   std::vector<Mixed> all;
-  double farthest = 0;  // m, of alignment's corrections
   double now_s = 0;
   for (const Scan& scan : scans) {
     if (!all.empty()) now_s += duration(all.back().scan, scan);
     all.push_back(mixed(scan, now_s, movers));
-    const ScanReport inserted = mapper.insert(all.back().scan);
-    farthest = std::max(
-        farthest, (inserted.alignment.T_map_sensor.translation() - scan.T_map_sensor.translation()).norm());
+    mapper.insert(all.back().scan);
     const double range = sensing::default_max_range(scan.sensor);
-    insert_plain(tree, all.back().scan, std::isfinite(range) ? range : -1);
+    const OctomapScan input(all.back().scan);
+    tree.insertPointCloud(input.cloud, input.origin, std::isfinite(range) ? range : -1, false, true);
   }
-  if (farthest > 0)
-    std::printf("%s: poses, which are exact, were moved by up to %.1f cm\n", name.c_str(), 100 * farthest);
-  Score ours, plain;
+  // Readings by whether a mover's, and whether their voxel is occupied at the end.
+  std::array<std::array<std::size_t, 2>, 2> ours{}, plain{};
   for (const Mixed& part : all)
     for (std::size_t i = 0; i < part.moves.size(); ++i) {
       const Eigen::Vector3f& point = part.scan.points[i];
       if (!point.allFinite() || point.norm() > sensing::default_max_range(part.scan.sensor)) continue;
       const Eigen::Vector3d at = part.scan.T_map_sensor * point.cast<double>();
-      ours.add(part.moves[i], mapper.map().at(at).occupancy == Map::Occupancy::occupied);
+      ++ours[part.moves[i]][mapper.map().at(at).occupancy == Map::Occupancy::occupied];
       const octomap::OcTreeNode* node = tree.search(at.x(), at.y(), at.z());
-      plain.add(part.moves[i], node != nullptr && tree.isNodeOccupied(node));
+      ++plain[part.moves[i]][node != nullptr && tree.isNodeOccupied(node)];
     }
-  if (ours.all_moving == 0) return;
-  table.rule();
-  table.add(ours.row(name + ", octosurf"));
-  table.add(plain.row(name + ", OctoMap"));
-}
-
-void body(const Options& options) {
-  TextTable table({"", "SA %", "DA %", "AA %", "HA %"});
-  for (const std::string& scene : options.scenes)
-    for (const std::string& sensor : options.sensors) {
-      simulation::SimulationOptions simulation;
-      simulation.sensor = sensor;
-      simulation.seed = options.seed;
-      set_scene(scene, simulation);
-      compare(scene + " " + sensor, record(simulation).scans, options, table);
-    }
-  for (const std::string& recording : options.recordings) {
-    std::vector<Scan> scans;
-    for_each_scan(recording, 3, 200, [&](const Scan& scan, double) { scans.push_back(scan); });
-    compare(std::filesystem::path(recording).filename().string(), scans, options, table);
+  if (ours[1] == std::array<std::size_t, 2>{}) return;
+  for (const auto& [name, kept] : {std::pair{"octosurf", &ours}, {"OctoMap", &plain}}) {
+    write(recording, {{"method", name},
+                      {"static", (*kept)[0][0] + (*kept)[0][1]},
+                      {"kept_static", (*kept)[0][1]},
+                      {"moving", (*kept)[1][0] + (*kept)[1][1]},
+                      {"kept_moving", (*kept)[1][1]}});
   }
-  std::printf(
-      "%zu walking boxes, voxels of %g m; SA: readings of what stands whose voxel is occupied at the end; "
-      "DA: readings of movers whose voxel is not; AA, HA: their geometric and harmonic mean.\n%s",
-      options.movers, options.resolution, table.text().c_str());
 }
 
 }  // namespace
-}  // namespace octosurf::bench
 
-int main(int argc, char** argv) {
-  octosurf::bench::Options options;
-  CLI::App app{"what movers leave in the octree, beside plain OctoMap"};
-  app.add_option("--scenes", options.scenes)->delimiter(',')->capture_default_str();
-  app.add_option("--sensors", options.sensors)->delimiter(',')->capture_default_str();
-  app.add_option("--recordings", options.recordings, "folders of real scans, of which each third is taken")
-      ->delimiter(',');
-  app.add_option("--seed", options.seed)->capture_default_str();
-  app.add_option("--resolution", options.resolution, "m")->capture_default_str();
-  app.add_option("--movers", options.movers)->capture_default_str();
-  app.add_option("--set", options.set, "NAME=VALUE, a parameter");
-  CLI11_PARSE(app, argc, argv);
-  return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });
+void dynamics(const Options& options) {
+  for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
+    compare(recording, recorded.scans, options);
+  });
 }
+
+}  // namespace octosurf::bench

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Is the map of this checkout better or worse, faster or slower, than that of the commit in gate.json?
 
 Accuracy: six sets of simulated recordings, each of four scenes and two seeds; a process a recording, as many at once
@@ -16,30 +15,20 @@ import math
 import os
 import pathlib
 import statistics
-import subprocess
 import sys
-import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAMS = ROOT / "build/release/test/bench"
-KITCHEN = ROOT.parent / "shared/data/rgbd_7scenes_redkitchen"
-BASE = pathlib.Path(__file__).with_name("gate.json")
+from bench import KITCHEN, complete, run
 
-SETS = {
-    "depth": [],
-    "depth-real": ["--sensor", "depth-real"],
-    "noise x 2": ["--noise-scale", "2"],
-    "drift": ["--drift-m", "0.015", "--drift-deg", "0.3"],
-    "spinning": ["--sensor", "spinning"],
-    "tilting": ["--sensor", "tilting"],
-}
-# The dearest first, so that no core waits for one at the end.
-SCENES = ["office", "stones", "stairs", "room"]
-SEEDS = [1, 2]
-# Arguments: those of 1 cm map few scans, as OctoMap takes seconds for each.
-SPEEDS = {"2 cm": ["--resolution", "0.02", "--frames", "60", "--every", "5", "--octomap-every", "3"],
-          "1 cm": ["--resolution", "0.01", "--frames", "30", "--every", "10", "--octomap-every", "6"]}
+BASE = pathlib.Path(__file__).with_name("gate.json")
+SETS = {"depth": {}, "depth-real": {"sensors": ["depth-real"]}, "noise x 2": {"noise_scale": 2},
+        "drift": {"drift_m": 0.015, "drift_deg": 0.3}, "spinning": {"sensors": ["spinning"]}, "tilting": {"sensors": ["tilting"]}}
+DEAREST = ("drift", "spinning")  # first, so that no core waits for one at the end; likewise the scenes
+SCENES = ("office", "stones", "stairs", "room")
+SEEDS = (1, 2)
+# Of 1 cm few scans are mapped, as OctoMap takes seconds for each.
+SPEEDS = {"2 cm": {"resolutions": [0.02], "frames": 60, "every": 5, "octomap_every": 3},
+          "1 cm": {"resolutions": [0.01], "frames": 30, "every": 10, "octomap_every": 6}}
 REPETITIONS = 3
 STANDARD_ERRORS = 2
 UNSAFE_SHARE = 0.001  # of a set's area: unsafe by so much more is worse whatever the spread
@@ -48,50 +37,26 @@ KITCHEN_AREA = 0.99  # of the area before: outlines move by a share of their rim
 SPEED_SHARE = 0.05  # by so much one build differs from another of the same sources (code's layout)
 
 
-def run(program, arguments):
-    """What `program` writes as JSON, and how long it ran."""
-    with tempfile.NamedTemporaryFile(suffix=".json") as output:
-        command = [PROGRAMS / program, *arguments, "--json", output.name]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            raise SystemExit(f"gate: {' '.join(map(str, command))}\n{done.stderr}")
-        return json.loads(pathlib.Path(output.name).read_text(encoding="utf-8"))
-
-
-def recording(sensor, scene, seed):
-    rows = run("bench_accuracy", ["--only", "ours/default", "--scenes", scene, "--seeds", str(seed), *SETS[sensor]])
-    keep = ("faces", "wrong", "noise", "area_m2", "unsafe_m2")
-    return {key: rows[0][key] for key in keep}
+def recording(name, scene, seed):
+    row = run("accuracy", complete({"only": ["ours/default"], "scenes": [scene], "seeds": [seed], **SETS[name]}))[0]
+    return {"wrong": [f"{seed}:{face}" for face in row["wrong"]], **{key: row[key] for key in ("faces", "noise", "area_m2", "unsafe_m2")}}
 
 
 def measure_accuracy():
-    sets = {name: {} for name in SETS}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        kitchen = pool.submit(run, "bench_kitchen", ["--frames", "300"]) if KITCHEN.is_dir() else None
-        # With drift the way is walked twice.
-        order = sorted(SETS, key=lambda name: name not in ("drift", "spinning"))
+        kitchen = pool.submit(run, "kitchen", {"frames": 300}) if KITCHEN.is_dir() else None
         tasks = {(name, scene, seed): pool.submit(recording, name, scene, seed)
-                 for name in order for scene in SCENES for seed in SEEDS}
-        for (name, scene, seed), task in tasks.items():
-            sets[name][f"{scene} {seed}"] = task.result()
-        mapped = kitchen.result() if kitchen else None
-    figures = {"sets": sets}
-    if mapped:
-        figures["kitchen"] = {key: mapped[key] for key in ("double_layers", "double_layers_m2", "area_m2")}
+                 for name in sorted(SETS, key=lambda name: name not in DEAREST) for scene in SCENES for seed in SEEDS}
+    figures = {"sets": {name: {f"{scene} {seed}": tasks[name, scene, seed].result() for scene in SCENES for seed in SEEDS} for name in SETS}}
+    if kitchen:
+        figures["kitchen"] = {key: kitchen.result()[0][key] for key in ("double_layers", "double_layers_m2", "area_m2")}
     return figures
 
 
-def measure_speed():
-    speeds = {}
-    for name, arguments in SPEEDS.items():
-        runs = [run("bench_kitchen", arguments) for _ in range(REPETITIONS)]
-        stages = runs[0]["stage_ms"]
-        speeds[name] = {
-            "stage_ms": {stage: statistics.median(one["stage_ms"][stage] for one in runs) for stage in stages},
-            "ms": [one["ms"] for one in runs],
-            "octomap_ms": [one["octomap_ms"] for one in runs],
-        }
-    return speeds
+def measure_speed(options):
+    runs = [run("kitchen", options)[0] for _ in range(REPETITIONS)]
+    stages = {stage: statistics.median(one["stage_ms"][stage] for one in runs) for stage in runs[0]["stage_ms"]}
+    return {"stage_ms": stages, **{key: [one[key] for one in runs] for key in ("ms", "octomap_ms")}}
 
 
 def ratios(speed):
@@ -107,24 +72,27 @@ def total(recordings, key):
     return sum(len(one[key]) if key == "wrong" else one[key] for one in recordings.values())
 
 
-def compare_set(base, now):
+def worse_set(base, now):
     """Names of what is worse."""
     if base.keys() != now.keys():
         raise SystemExit("gate: the commit compared with has other recordings; measure it anew (--write)")
-    faces, noise, unsafe = [], [], []
+    faces = []
     for name, recorded in now.items():
         before, after = set(base[name]["wrong"]), set(recorded["wrong"])
         faces += [1] * len(after - before) + [-1] * len(before - after)
-        noise.append(recorded["noise"] - base[name]["noise"])
-        unsafe.append(recorded["unsafe_m2"] - base[name]["unsafe_m2"])
-    worse = []
-    if beyond_spread(faces):
-        worse.append("faces")
-    if beyond_spread(noise):
-        worse.append("noise")
-    if beyond_spread(unsafe) or sum(unsafe) > UNSAFE_SHARE * total(now, "area_m2"):
-        worse.append("unsafe")
-    return worse
+    noise, unsafe = ([recorded[key] - base[name][key] for name, recorded in now.items()] for key in ("noise", "unsafe_m2"))
+    return {"faces": beyond_spread(faces), "noise": beyond_spread(noise),
+            "unsafe": beyond_spread(unsafe) or sum(unsafe) > UNSAFE_SHARE * total(now, "area_m2")}
+
+
+def worse_kitchen(base, now):
+    return {"double layers": now["double_layers_m2"] > base["double_layers_m2"] + DOUBLE_LAYERS_M2,
+            "area": now["area_m2"] < KITCHEN_AREA * base["area_m2"]}
+
+
+def worse_speed(base, now):
+    """Slower beyond the repetitions of both, and beyond what another build of the same sources may be."""
+    return {"speed": max(ratios(now)) < (1 - SPEED_SHARE) * min(ratios(base))}
 
 
 def set_text(recordings):
@@ -134,14 +102,8 @@ def set_text(recordings):
             f"noise {total(recordings, 'noise'):3d}")
 
 
-def print_row(name, before, after, worse):
-    print(f"{name:<12} {before}\n{'':<12} {after}{'   WORSE: ' + ', '.join(worse) if worse else ''}")
-    return bool(worse)
-
-
 def kitchen_text(kitchen):
-    return (f"{kitchen['double_layers']} double layers of {kitchen['double_layers_m2']:.3f} m2, "
-            f"{kitchen['area_m2']:.2f} m2")
+    return "{double_layers} double layers of {double_layers_m2:.3f} m2, {area_m2:.2f} m2".format(**kitchen)
 
 
 def speed_text(speed):
@@ -151,54 +113,38 @@ def speed_text(speed):
             f"{statistics.median(speed['ms']):.1f} ms: {stages}")
 
 
-def compare_speed(base, now):
-    """Slower beyond the repetitions of both, and beyond what another build of the same sources may be."""
-    return ["speed"] if max(ratios(now)) < (1 - SPEED_SHARE) * min(ratios(base)) else []
-
-
 def compare(base, now):
     """Prints both, the earlier above; whether anything is worse."""
+    def show(name, before, after, text, worse):
+        failed = ", ".join(what for what, is_worse in worse(before, after).items() if is_worse)
+        print(f"{name:<12} {text(before)}\n{'':<12} {text(after)}{'   WORSE: ' + failed if failed else ''}")
+        return bool(failed)
     print(f"{base['commit']}, and below each line {now['commit']}\n")
-    worse = [print_row(name, set_text(base["sets"][name]), set_text(now["sets"][name]),
-                       compare_set(base["sets"][name], now["sets"][name])) for name in now["sets"]]
     both = [{f"{name} {key}": one for name, recordings in figures["sets"].items() for key, one in recordings.items()}
             for figures in (base, now)]
-    worse.append(print_row("all", *map(set_text, both), compare_set(*both)))
+    worse = [show(name, base["sets"][name], now["sets"][name], set_text, worse_set) for name in now["sets"]]
+    worse.append(show("all", *both, set_text, worse_set))
     if "kitchen" in now and "kitchen" in base:
-        before, after = base["kitchen"], now["kitchen"]
-        failed = []
-        if after["double_layers_m2"] > before["double_layers_m2"] + DOUBLE_LAYERS_M2:
-            failed.append("double layers")
-        if after["area_m2"] < KITCHEN_AREA * before["area_m2"]:
-            failed.append("area")
-        worse.append(print_row("kitchen", kitchen_text(before), kitchen_text(after), failed))
-        for name in now["speed"]:
-            before, after = base["speed"][name], now["speed"][name]
-            worse.append(print_row(name, speed_text(before), speed_text(after), compare_speed(before, after)))
+        worse.append(show("kitchen", base["kitchen"], now["kitchen"], kitchen_text, worse_kitchen))
+        worse += [show(name, base["speed"][name], now["speed"][name], speed_text, worse_speed) for name in now["speed"]]
     else:
         print(f"kitchen      skipped: {KITCHEN} is missing")
     return any(worse)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(arguments):
+    parser = argparse.ArgumentParser(prog="./dev gate", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--against", type=pathlib.Path, default=BASE, help="figures to compare with [gate.json]")
-    parser.add_argument("--write", type=pathlib.Path, nargs="?", const=BASE,
-                        help="keep this checkout's figures there [gate.json]")
+    parser.add_argument("--write", type=pathlib.Path, nargs="?", const=BASE, help="keep this checkout's figures there [gate.json]")
     parser.add_argument("--commit", required=True, help="name of this checkout's commit")
-    arguments = parser.parse_args()
+    options = parser.parse_args(arguments)
     start = time.monotonic()
-    now = {"commit": arguments.commit, **measure_accuracy()}
+    now = {"commit": options.commit, **measure_accuracy()}
     accuracy_s = time.monotonic() - start
     if "kitchen" in now:
-        now["speed"] = measure_speed()
-    base = json.loads(arguments.against.read_text(encoding="utf-8")) if arguments.against.exists() else now
-    worse = compare(base, now)
+        now["speed"] = {name: measure_speed(settings) for name, settings in SPEEDS.items()}
+    worse = compare(json.loads(options.against.read_text(encoding="utf-8")) if options.against.exists() else now, now)
     print(f"\n{time.monotonic() - start:.0f} s, of them accuracy {accuracy_s:.0f}")
-    if arguments.write:
-        arguments.write.write_text(json.dumps(now, indent=None, separators=(",", ":")) + "\n", encoding="utf-8")
+    if options.write:
+        options.write.write_text(json.dumps(now, separators=(",", ":")) + "\n", encoding="utf-8")
     sys.exit(1 if worse else 0)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,63 +1,306 @@
 // Footstep plans over simulated scenes and terrains, judged by the truth: is every sole on true ground, does
 // anything touch, and are as many goals reached as by the same planner on the true surfaces.
 
-#include "bench/plan_world.hpp"
-#include "bench/support.hpp"
+#include "bench/bench.hpp"
 #include "evaluation/evaluate.hpp"
+#include "planning/footsteps/swing.hpp"
 
-#include <CLI/CLI.hpp>
-#include <cstdio>
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <boost/polygon/polygon.hpp>
+#include <cmath>
 #include <ctime>
-#include <filesystem>
-#include <functional>
-#include <numbers>
-#include <optional>
+#include <map>
 #include <random>
 
-#include <octosurf/error.hpp>
 #include <octosurf/footsteps.hpp>
 
 namespace octosurf::bench {
 namespace {
 
-struct Options {
-  std::vector<std::string> scenes{"stairs", "stones", "office", "bauzil_stairs", "darpa", "rubbles_stairs_1"};
-  std::uint64_t seed = 1;
-  std::size_t goals = 50;
-  double shortest_m = 1;  ///< between start and goal
-  PlanBudget budget;
-  std::size_t way = 0;  ///< expansions that decide whether there is a way at all; 0: not looked for
-  std::optional<double> edge_margin_m;  ///< in place of the robot's own
-  std::string robot = "biped";
-};
+using footsteps::SwingPose;
 
-/// CPU time, because other work may share the machine and a planner has one thread.
-double cpu_ms(const std::function<void()>& work) {
-  const auto now = [] {
-    timespec t{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
+constexpr double touch_m = 0.01;   // so deep in a box is a touch: truth is sampled every centimetre
+constexpr double within_m = 0.01;  // of true ground every part of a sole lies
+constexpr double sample_m = 0.01;  // of soles and of true faces
+constexpr double level = 0.86;     // cosine of the steepest ground that goals are drawn on (30°)
+
+/// Above the ids that voxels can have: the true octree's are those of the mapper that made it.
+constexpr SurfaceId first_true_id = 1 << 24;
+
+namespace bp = boost::polygon;
+constexpr double unit = 1e-5;  // m
+int to_units(double v) { return static_cast<int>(std::lround(v / unit)); }
+
+template <typename Points>
+Ring2 ring_from(const Points& points) {
+  Ring2 ring;
+  for (const bp::point_data<int>& p : points) ring.emplace_back(p.x() * unit, p.y() * unit);
+  if (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();  // Boost repeats the first
+  return ring;
 }
 
-struct Result {
-  std::size_t goals = 0, mapped = 0, ways = 0, truth = 0, only_mapped = 0, only_truth = 0;
-  std::size_t unsupported = 0, off_plane = 0, touching = 0, refuted = 0, unreachable = 0, budget = 0,
-              steps = 0;
-  std::vector<double> ms;
-  double first_ms = 0;
+/// The seen part of a true face, gaps up to the mapper's largest hole closed: nobody can plan over what
+/// nobody saw.
+std::vector<Polygon> seen_part(const evaluation::TrueFace& face, double cell) {
+  constexpr int half_hole = 4000;  // units: h / 2
+  bp::polygon_90_set_data<int> cells;
+  for (const evaluation::CellRun& run : face.visible)
+    bp::operators::operator+=(
+        cells,
+        bp::rectangle_data<int>(to_units(run.column * cell), to_units(run.row * cell),
+                                to_units((run.column + run.count) * cell), to_units((run.row + 1) * cell)));
+  cells.bloat(half_hole, half_hole, half_hole, half_hole);
+  cells.shrink(half_hole, half_hole, half_hole, half_hole);
+  std::vector<bp::rectangle_data<int>> rectangles;
+  cells.get_rectangles(rectangles);
+  bp::polygon_set_data<int> seen, whole;
+  for (const auto& rectangle : rectangles) seen.insert(rectangle);
+  const auto insert = [&](const Ring2& ring, bool hole) {
+    std::vector<bp::point_data<int>> points;
+    for (const Eigen::Vector2d& p : ring) points.emplace_back(to_units(p.x()), to_units(p.y()));
+    whole.insert(bp::polygon_data<int>(points.begin(), points.end()), hole);
+  };
+  for (const Polygon& polygon : face.polygons) {
+    insert(polygon.outer, false);
+    for (const Ring2& hole : polygon.holes) insert(hole, true);
+  }
+  bp::operators::operator&=(seen, whole);
+  std::vector<bp::polygon_with_holes_data<int>> parts;
+  seen.get(parts);
+  std::vector<Polygon> polygons;
+  for (const auto& part : parts) {
+    polygons.push_back({ring_from(part), {}});
+    for (auto hole = part.begin_holes(); hole != part.end_holes(); ++hole)
+      polygons.back().holes.push_back(ring_from(*hole));
+  }
+  return polygons;
+}
+
+std::shared_ptr<const Snapshot> true_surfaces(const evaluation::Truth& truth) {
+  auto snapshot = std::make_shared<Snapshot>();
+  for (const evaluation::TrueFace& face : truth.faces) {
+    if (face.gone || face.visible.empty() || face.plane.normal.z() < level) continue;
+    auto surface = std::make_shared<Surface>();
+    surface->id = first_true_id + face.id;
+    surface->plane = face.plane;
+    surface->T_map_surface = face.T_map_face;
+    surface->polygons = seen_part(face, truth.cell);
+    for (const Polygon& polygon : surface->polygons) {
+      surface->area_m2 += evaluation::enclosed_area(polygon.outer);
+      for (const Ring2& hole : polygon.holes) surface->area_m2 -= evaluation::enclosed_area(hole);
+    }
+    if (!surface->polygons.empty()) snapshot->surfaces.push_back(std::move(surface));
+  }
+  return snapshot;
+}
+
+/// What stands, as points, in columns of 10 cm: true faces, and noise-free readings for what has none.
+class TruePoints {
+ public:
+  void add(const Eigen::Vector3d& p) { columns_[column(p.x(), p.y())].push_back(p); }
+
+  /// One lies in the box about `middle` of `pose` by more than a centimetre. Bottom and top of the box are at
+  /// those heights over its middle, and rise by `rise`, m along x and y.
+  bool in_box(const SwingPose& pose, const Eigen::Vector2d& middle, const Eigen::Vector2d& half,
+              double from_z, double to_z, const Eigen::Vector2d& rise = Eigen::Vector2d::Zero()) const {
+    const Eigen::Rotation2Dd turn(pose.yaw_rad);
+    const Eigen::Vector2d center = pose.at + turn * middle;
+    const double reach = half.norm();
+    for (double x = center.x() - reach; x <= center.x() + reach + cell; x += cell)
+      for (double y = center.y() - reach; y <= center.y() + reach + cell; y += cell) {
+        const auto found = columns_.find(column(x, y));
+        if (found == columns_.end()) continue;
+        for (const Eigen::Vector3d& p : found->second) {
+          const double z = p.z() - rise.dot(p.head<2>() - center);
+          if (z < from_z + touch_m || z > to_z - touch_m) continue;
+          const Eigen::Vector2d d = turn.inverse() * (p.head<2>() - center);
+          if ((d.cwiseAbs().array() < half.array() - touch_m).all()) return true;
+        }
+      }
+    return false;
+  }
+
+ private:
+  static constexpr double cell = 0.1;
+  static std::uint64_t column(double x, double y) {
+    const auto at = [](double v) {
+      return static_cast<std::uint32_t>(static_cast<int>(std::floor(v / cell)));
+    };
+    return std::uint64_t{at(x)} << 32 | at(y);
+  }
+  std::unordered_map<std::uint64_t, std::vector<Eigen::Vector3d>> columns_;
 };
 
-Result run(const Options& options, const World& world) {
-  Robot robot = options.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
-  if (options.edge_margin_m)
-    std::visit([&](auto& kind) { kind.contact.edge_margin_m = *options.edge_margin_m; }, robot);
-  const ContactShape foot = std::visit([](const auto& kind) { return kind.foot; }, robot);
+/// A scene, mapped and true.
+struct World {
+  std::shared_ptr<const Snapshot> mapped, truth;
+  OccupancyView octree, true_octree;
+  std::vector<StandingFace> ground;
+  TruePoints points;
+  std::vector<Standing> candidates;  ///< seen level ground
+};
+
+World make_world(const Recorded& recorded) {
+  const simulation::Recording& recording = *recorded.simulated;
+  World world;
+  Mapper mapper = mapped(recorded, {}), true_mapper;
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const simulation::Readings ideal = recording.ideal(i);
+    const Eigen::Isometry3d T = recording.true_pose(i);
+    Scan scan = recorded.scans[i];  // as it would be without noise
+    scan.T_map_sensor = T;
+    scan.points.clear();
+    for (std::size_t k = 0; k < ideal.t.size(); ++k) {
+      if (ideal.t[k] <= 0) continue;
+      scan.points.emplace_back(ideal.t[k] * recording.rays()[k]);
+      if (k % 7 == 0 && ideal.labels[k] == 0) world.points.add(T * scan.points.back().cast<double>());
+    }
+    true_mapper.insert(scan);
+  }
+  mapper.drain();
+  true_mapper.drain();
+  world.mapped = mapper.snapshot();
+  world.octree = mapper.map().octree();
+  world.true_octree = true_mapper.map().octree();
+  world.truth = true_surfaces(recorded.truth);
+  world.ground = standing_faces(recorded.truth);
+  for (const StandingFace& one : world.ground) {
+    const evaluation::TrueFace& face = *one.truth;
+    one.region.for_each_cell(sample_m, [&](const Eigen::Vector2d& uv) {
+      world.points.add(face.T_map_face * Eigen::Vector3d(uv.x(), uv.y(), 0));
+    });
+    if (face.plane.normal.z() < level) continue;
+    for (const evaluation::CellRun& run : face.visible)
+      for (int i = 0; i < run.count; i += 5)
+        if (run.row % 5 == 0)
+          world.candidates.push_back(
+              {face.T_map_face *
+                   (recorded.truth.cell * Eigen::Vector3d(run.column + i + 0.5, run.row + 0.5, 0)),
+               0});
+  }
+  return world;
+}
+
+/// Every sample of the sole lies over a true face or within a centimetre beside it, and at most so far off
+/// its plane.
+bool supported(const World& world, const Footstep& foot, const ContactShape& shape, double off_plane) {
+  const footsteps::LegBox box = footsteps::LegBox::of(shape);
+  for (double x = -box.half_length; x <= box.half_length + 1e-9; x += box.half_length / 8)
+    for (double y = -box.half_width; y <= box.half_width + 1e-9; y += box.half_width / 5) {
+      if (shape.outline.empty() && std::hypot(x, y) > shape.radius) continue;
+      const Eigen::Vector3d p = foot.T_map_foot * Eigen::Vector3d(box.middle.x() + x, box.middle.y() + y, 0);
+      const bool on = std::any_of(world.ground.begin(), world.ground.end(), [&](const StandingFace& face) {
+        return std::abs(face.truth->plane.signed_distance(p)) <= off_plane &&
+               face.normal().dot(foot.T_map_foot.linear().col(2)) > level &&
+               face.region.within(face.foot(p), within_m);
+      });
+      if (!on) return false;
+    }
+  return true;
+}
+
+/// `meets(pose, share)` somewhere on the straight way from one pose to the other.
+template <class Meets>
+bool on_way(const SwingPose& a, const SwingPose& b, const Meets& meets) {
+  const double turn = footsteps::turn_between(a.yaw_rad, b.yaw_rad);
+  for (int i = 0; i <= 20; ++i)
+    if (meets(SwingPose{a.at + i / 20.0 * (b.at - a.at), a.yaw_rad + i / 20.0 * turn}, i / 20.0)) return true;
+  return false;
+}
+
+double height(const Footstep& foot) { return foot.T_map_foot.translation().z(); }
+SwingPose pose_of(const Footstep& foot) { return {foot.T_map_foot.translation().head<2>(), foot.yaw_rad}; }
+SwingPose pose_of(const Standing& body) { return {body.at.head<2>(), body.yaw_rad}; }
+Eigen::Vector2d half_of(const BodyBox& body) { return {body.length_m / 2, body.width_m / 2}; }
+
+/// A robot's leg on its way at both heights at which it may lift its foot over `ground`.
+template <class Kind>
+bool leg_touches(const World& world, const Kind& robot, const SwingPose& from, const SwingPose& to,
+                 double ground) {
+  const footsteps::LegBox leg = footsteps::LegBox::of(robot.foot);
+  const auto meets_at = [&](double lift) {
+    return on_way(from, to, [&](const auto& at, double) {
+      return world.points.in_box(at, leg.middle, {leg.half_length, leg.half_width}, ground + lift,
+                                 ground + std::max(lift, robot.body.from_m));
+    });
+  };
+  return meets_at(robot.lift_m) && meets_at(robot.high_lift_m);
+}
+
+/// The body's box or a swinging leg meets a true point. A biped's body is upright.
+bool touches(const World& world, const FootstepPlan& plan, const Biped& robot) {
+  const BodyBox& body = robot.body;
+  for (std::size_t i = 1; i < plan.body.size(); ++i) {
+    const Standing &a = plan.body[i - 1], &b = plan.body[i];
+    if (on_way(pose_of(a), pose_of(b), [&](const auto& pose, double share) {
+          const double z = a.at.z() + share * (b.at.z() - a.at.z());
+          return world.points.in_box(pose, {0, 0}, half_of(body), z + body.from_m, z + body.to_m);
+        }))
+      return true;
+  }
+  std::array<Footstep, 2> feet{plan.start[0], plan.start[1]};
+  for (const Footstep& foot : plan.steps) {
+    const auto side = static_cast<std::size_t>(foot.foot);
+    const Footstep &stance = feet[1 - side], &before = feet[side];
+    const Eigen::Vector2d left(-std::sin(stance.yaw_rad), std::cos(stance.yaw_rad));
+    SwingPose beside = pose_of(stance);
+    beside.at += (side == 0 ? 1 : -1) * robot.stance_width_m * left;
+    if (leg_touches(world, robot, pose_of(before), beside, std::max(height(stance), height(before))) ||
+        leg_touches(world, robot, beside, pose_of(foot), std::max(height(stance), height(foot))))
+      return true;
+    feet[side] = foot;
+  }
+  return false;
+}
+
+/// Height and rise of the plane through four feet: a, b, c of z = a x + b y + c.
+Eigen::Vector3d plane_through(const std::array<Footstep, 4>& feet) {
+  Eigen::Matrix<double, 4, 3> A;
+  Eigen::Vector4d z;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3d p = feet[static_cast<std::size_t>(i)].T_map_foot.translation();
+    A.row(i) << p.x(), p.y(), 1;
+    z[i] = p.z();
+  }
+  return A.colPivHouseholderQr().solve(z);
+}
+
+/// Likewise. A quadruped's body leans as the plane through its four feet does, as that of its planner.
+bool touches(const World& world, const FootstepPlan& plan, const Quadruped& robot) {
+  const BodyBox& body = robot.body;
+  std::array<Footstep, 4> feet;
+  const auto leg_of = [](const Footstep& foot) {
+    return static_cast<std::size_t>(foot.foot) - static_cast<std::size_t>(FootName::front_left);
+  };
+  for (const Footstep& foot : plan.start) feet.at(leg_of(foot)) = foot;
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) {
+    // While the body moves over to where the step is taken, and while it is, the feet stand as before it.
+    const Eigen::Vector3d plane = plane_through(feet);
+    const auto body_meets = [&](const SwingPose& pose, double) {
+      const double z = plane.z() + plane.head<2>().dot(pose.at);
+      return world.points.in_box(pose, {0, 0}, half_of(body), z + body.from_m, z + body.to_m,
+                                 plane.head<2>());
+    };
+    if (on_way(pose_of(plan.body[i]), pose_of(plan.body[i + 1]), body_meets)) return true;
+    Footstep& foot = feet.at(leg_of(plan.steps[i]));
+    SwingPose from = pose_of(foot), to = pose_of(plan.steps[i]);
+    from.yaw_rad = to.yaw_rad = 0;  // a ball's
+    if (leg_touches(world, robot, from, to, std::max(height(foot), height(plan.steps[i])))) return true;
+    foot = plan.steps[i];
+  }
+  return false;
+}
+
+/// Counts of all goals of one world.
+Json plan_in(const World& world, const Options& options, std::uint64_t seed) {
+  constexpr double shortest_m = 1;  // between start and goal
+  const PlanBudget budget;
+  const Robot robot = options.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
+  const ContactShape shape = std::visit([](const auto& kind) { return kind.foot; }, robot);
   FootstepPlanner on_map(world.mapped, world.octree, robot), on_truth(world.truth, world.true_octree, robot);
-  std::mt19937_64 random(options.seed);
+  std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
   const auto standing = [&]() {
     for (;;) {  // where the planner on the truth says that one can stand
@@ -66,104 +309,53 @@ Result run(const Options& options, const World& world) {
       if (on_truth.plan(drawn, drawn).found()) return drawn;
     }
   };
-  Result result;
-  for (; result.goals < options.goals; ++result.goals) {
+  std::map<std::string, std::size_t> count;
+  std::vector<double> ms;
+  for (std::size_t goal = 0; goal < options.count; ++goal) {
     const Standing from = standing();
     Standing to = standing();
-    for (int tries = 0; (to.at - from.at).norm() < options.shortest_m && tries < 100; ++tries)
-      to = standing();
-    const FootstepPlan truth = on_truth.plan(from, to, options.budget);
-    FootstepPlan mapped;
-    (result.goals == 0 ? result.first_ms : result.ms.emplace_back()) =
-        cpu_ms([&] { mapped = on_map.plan(from, to, options.budget); });
-    result.truth += truth.found();
-    result.mapped += mapped.found();
-    result.ways += mapped.found() || (options.way > 0 && on_map.plan(from, to, {options.way, 0, {}}).found());
-    result.only_mapped += mapped.found() && !truth.found();
-    result.only_truth += truth.found() && !mapped.found();
-    if (!mapped.found()) {
-      result.unreachable += mapped.refusal->why != NoPlan::Why::budget;
-      result.budget += mapped.refusal->why == NoPlan::Why::budget;
+    for (int tries = 0; (to.at - from.at).norm() < shortest_m && tries < 100; ++tries) to = standing();
+    const FootstepPlan truth = on_truth.plan(from, to, budget);
+    const std::clock_t start = std::clock();  // CPU time: other work may share the machine
+    const FootstepPlan plan = on_map.plan(from, to, budget);
+    ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+    const bool found = plan.found();
+    count["truth"] += truth.found();
+    count["found"] += found;
+    count["ways"] += found || (options.way > 0 && on_map.plan(from, to, {options.way, 0, {}}).found());
+    count["only_map"] += found && !truth.found();
+    count["only_truth"] += truth.found() && !found;
+    if (!found) {
+      ++count[plan.refusal->why == NoPlan::Why::budget ? "budget" : "refused"];
       continue;
     }
-    result.steps += mapped.steps.size();
-    std::size_t off = 0;
-    for (const Footstep& step : mapped.steps) {
-      off += !supported(world, step, foot,
-                        evaluation::EvaluationOptions{}.tolerance_at(world.mapped->resolution));
-      result.off_plane += !supported(world, step, foot, within_m);
+    count["steps"] += plan.steps.size();
+    const double near = evaluation::EvaluationOptions{}.tolerance_at(world.mapped->resolution);
+    for (const Footstep& foot : plan.steps) {
+      count["soles_off"] += !supported(world, foot, shape, near);
+      count["soles_off_1cm"] += !supported(world, foot, shape, within_m);
     }
-    result.unsupported += off;
-    const bool touch = touches(world, mapped, robot);
-    result.touching += touch;
-    const std::vector<std::string> wrong = verify_plan(mapped, *world.mapped, world.octree, robot);
-    result.refuted += !wrong.empty();
+    count["touch"] += std::visit([&](const auto& kind) { return touches(world, plan, kind); }, robot);
+    count["refuted"] += !verify_plan(plan, *world.mapped, world.octree, robot).empty();
   }
+  Json result{{"robot", options.robot}, {"goals", options.count}};
+  for (const char* name : {"found", "ways", "truth", "only_map", "only_truth", "steps", "soles_off",
+                           "soles_off_1cm", "touch", "refuted", "refused", "budget"})
+    result[name] = count[name];
+  if (ms.empty()) return result;
+  result["first_ms"] = ms.front();  // with all preparation
+  ms.erase(ms.begin());
+  result["p50_ms"] = percentile(ms, 0.5);
+  result["p95_ms"] = percentile(ms, 0.95);
   return result;
 }
 
-/// The mesh of a terrain's name; empty for a scene. Nothing if the data are missing.
-std::optional<std::filesystem::path> mesh_of(const std::string& scene) {
-  for (const char* name : {"stairs", "stones", "office", "room", "corridor"})
-    if (scene == name) return std::filesystem::path();
-  const std::filesystem::path file =
-      std::filesystem::path(OCTOSURF_DATA_DIR) / "terrain_meshes" / (scene + ".stl");
-  if (!std::filesystem::exists(file)) return std::nullopt;
-  return file;
-}
-
-void body(const Options& options) {
-  TextTable table({"scene", "goals", "found", "ways", "truth's", "only map", "only truth", "steps",
-                   "soles off", "1 cm", "touch", "refuted", "refused", "budget", "first ms", "p50", "p95"});
-  for (const std::string& scene : options.scenes) {
-    const auto mesh = mesh_of(scene);
-    if (!mesh) {
-      std::printf("%s: skipped, its mesh is missing\n", scene.c_str());
-      continue;
-    }
-    const World world = make_world(scene, *mesh, options.seed);
-    const Result r = run(options, world);
-    table.add({scene, std::to_string(r.goals), std::to_string(r.mapped), std::to_string(r.ways),
-               std::to_string(r.truth), std::to_string(r.only_mapped), std::to_string(r.only_truth),
-               std::to_string(r.steps), std::to_string(r.unsupported), std::to_string(r.off_plane),
-               std::to_string(r.touching), std::to_string(r.refuted), std::to_string(r.unreachable),
-               std::to_string(r.budget), fixed(r.first_ms, 0), fixed(percentile(r.ms, 0.5), 1),
-               fixed(percentile(r.ms, 0.95), 1)});
-    std::fprintf(stderr, "%s done\n", scene.c_str());
-  }
-  std::printf(
-      "%s, seed %zu. \"ways\": found, or found with --way expansions; \"truth's\": found by the same planner "
-      "on what was seen of the true surfaces, and a "
-      "noise-free octree; \"off\": steps of which a part lies more than 1 cm beside all true ground (3 cm "
-      "off its plane counts as on it), \"1 cm\": or more than 1 cm off its plane; \"touch\": plans whose "
-      "body or swinging leg meets a true "
-      "point by more than 1 cm; \"refuted\": by verify_plan(); \"refused\": start or goal not standable, or "
-      "proven unreachable; ms of CPU, the first plan with all preparation apart.\n%s",
-      options.robot.c_str(), static_cast<std::size_t>(options.seed), table.text().c_str());
-}
-
 }  // namespace
-}  // namespace octosurf::bench
 
-int main(int argc, char** argv) {
-  octosurf::bench::Options options;
-  CLI::App app{"footstep plans over simulated scenes and terrains, judged by the truth"};
-  app.add_option("--scenes", options.scenes, "scenes, and meshes of ../shared/data/terrain_meshes by name")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--seed", options.seed)->capture_default_str();
-  app.add_option("--goals", options.goals)->capture_default_str();
-  app.add_option("--shortest", options.shortest_m, "m, between start and goal at least")
-      ->capture_default_str();
-  app.add_option("--way", options.way, "expansions after which there is said to be no way; 0: not looked for")
-      ->capture_default_str();
-  app.add_option("--robot", options.robot)
-      ->check(CLI::IsMember({"biped", "quadruped"}))
-      ->capture_default_str();
-  app.add_option("--budget", options.budget.expansions, "expansions to find a plan")->capture_default_str();
-  app.add_option("--improving", options.budget.improving, "further ones to find a better one")
-      ->capture_default_str();
-  app.add_option("--edge-margin", options.edge_margin_m, "of footholds, m, in place of the robot's own");
-  CLI11_PARSE(app, argc, argv);
-  return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });
+void plans(const Options& options) {
+  for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
+    write(recording, plan_in(make_world(recorded), options, recording.at("seed").get<std::uint64_t>()));
+  });
 }
+
+}  // namespace octosurf::bench

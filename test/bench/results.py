@@ -1,14 +1,14 @@
-#!/usr/bin/env python3
-"""Measures what the documents show, and writes it there.
+"""./dev bench results: measures what the documents show, and writes it there.
 
-Without an option every task that has not been measured at the present commit is run, the most telling first, in
-half an hour at most; longer tasks run where --long names them.
-docs/results.md, docs/demo.md with its picture and the README's table are then written from what was measured at this commit.
-What was not is listed as such: no row of another commit is ever shown. A row's commit is the last one that
-touched code (src, include, apps, lab, test, cmake), so that writing the documents does not outdate them.
+Without an option every task that has not been measured at the present commit is run, in half an hour; long ones run
+where --only names them. docs/results.md, docs/demo.md with its picture and
+the README's table are then written from what was measured at this commit. What was not is listed as such: no row
+of another commit is ever shown. A row's commit is the last one that touched code (src, include, apps, lab, test,
+cmake), so that writing the documents does not outdate them.
 """
 
 import argparse
+import dataclasses
 import datetime
 import hashlib
 import json
@@ -20,15 +20,82 @@ import subprocess
 import sys
 import time
 
-import results_tables as tables
-from results_tasks import GROUPS, LONG, TASKS, tasks_of
+import bench
+from bench import markdown, percent
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = bench.ROOT
 STORE = ROOT / "out/bench/results"
-DATA = ROOT.parent / "shared/data"
+DATA = bench.DATA
 CODE = ["src", "include", "apps", "lab", "test", "cmake", "CMakeLists.txt", "CMakePresets.json"]
-GRACE_S = 30  # a task may take so much longer than the last time before the budget counts as spent
+NONE = "not measured at this commit"
 
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """Of a group; a long one runs only if it is named."""
+    group: str
+    title: str
+    bench: str
+    options: dict = dataclasses.field(default_factory=dict)
+    needs: str = ""  # in ../shared/data
+    seeds: bool = False  # takes --seeds
+    long: bool = False
+
+    def measure(self, seeds):
+        if self.bench == "demo":
+            return demo()
+        if self.bench == "app":
+            return bench.run_app({})
+        return bench.run(self.bench, bench.complete({**self.options, **({"seeds": seeds} if self.seeds else {})}))
+
+
+def demo():
+    """From the map's summary to the scores; the build before and the files after it are left out."""
+    text = subprocess.run(["bash", "-c", "./dev demo && cp out/demo/office.png docs/office.png"], cwd=ROOT, check=True,
+                          capture_output=True, text=True).stdout
+    return {"text": text[text.index("== Its map\n"):text.index("== Files\n")]}
+
+
+def accuracy(title, long=False, **options):
+    return Task("accuracy", title, "accuracy", {"only": ["ours/default"], **options}, seeds=True, long=long)
+
+
+RED = "rgbd_7scenes_redkitchen"
+# By name, the most telling first.
+TASKS = {
+    "demo": Task("demo", "the demo's output and picture", "demo"),
+    "depth": accuracy("depth camera"),
+    "depth-real": accuracy("depth camera with a real one's faults", sensors=["depth-real"]),
+    "spinning": accuracy("spinning lidar", sensors=["spinning"]),
+    "tilting": accuracy("tilting laser", sensors=["tilting"]),
+    "noise": accuracy("depth camera, noise × 2", noise_scale=2),
+    "drift": accuracy("depth camera, drift of 15 mm and 0.3° a lap, two laps", drift_m=0.015, drift_deg=0.3),
+    "depth-1cm": accuracy("depth camera, d = 1 cm", resolutions=[0.01], long=True),
+    # The paper's detector takes a third of a second a scan and more.
+    "paper": Task("paper", "the paper's detector from PCL's parts and CGAL, 20 scans each", "accuracy",
+                  {"only": ["ours", "cgal"], "frames": 20}, seeds=True),
+    "terrain": Task("terrain", "terrain meshes, depth camera", "accuracy", {"only": ["ours/default"], "terrain": True}, "terrain_meshes"),
+    "kitchen-2cm": Task("kitchen", "the kitchen", "kitchen", needs=RED),
+    "kitchen-1cm": Task("kitchen", "the kitchen, d = 1 cm, every third frame", "kitchen", {"resolutions": [0.01], "every": 3}, RED),
+    "table1": Task("table1", "the paper's Table I", "table1", needs=RED, seeds=True),
+    # At 1 cm moving least squares over all that is pending take minutes for each run.
+    "table1-paper": Task("table1", "the paper's Table I by the paper's detector", "table1", {"only": ["paper"], "resolutions": [0.02]},
+                         RED, seeds=True),
+    "speed-sides": Task("speed", "insertion, whole scans, memory and loading", "speed", needs=RED),
+    "speed-app": Task("speed", "`octosurf map`", "app", needs=RED),
+    "labelled": Task("labelled", "labelled clouds beside CGAL and the paper's detector", "labelled", {"resolutions": [0.02]},
+                     "labelled_synpeb_sample"),
+    "mosd": Task("labelled", "a real table with things on it", "labelled", {"mosd": True}, "labelled_mosd"),
+}
+GROUPS = list(dict.fromkeys(task.group for task in TASKS.values()))
+
+
+def tasks_of(names):
+    """Of these groups or tasks, in the order above; of a group's the long ones only by their own name."""
+    return {name: task for name, task in TASKS.items() if name in names or (task.group in names and not task.long)}
+
+
+# Measuring.
 
 def git(*arguments):
     return subprocess.run(["git", "-C", ROOT, *arguments], check=True, capture_output=True, text=True).stdout.strip()
@@ -36,25 +103,20 @@ def git(*arguments):
 
 def commit_of_code():
     """`git describe` of the last commit that touched code; where the checkout differs, with how in brief."""
-    last = git("log", "-1", "--format=%H", "--", *CODE)
-    name = git("describe", "--always", last)
+    name = git("describe", "--always", git("log", "-1", "--format=%H", "--", *CODE))
     changes = git("diff", "HEAD", "--", *CODE) + git("status", "--porcelain", "--", *CODE)
     return f"{name}-dirty-{hashlib.sha1(changes.encode()).hexdigest()[:7]}" if changes else name
 
 
 def machine():
-    model = platform.machine()
-    for line in pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-        if line.startswith("model name"):
-            model = line.split(": ", 1)[1]
-            break
-    return f"{model}, {os.cpu_count()} cores"
+    found = re.search(r"^model name\s*: (.*)", pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
+    return f"{found[1] if found else platform.machine()}, {os.cpu_count()} cores"
 
 
-def stored(task):
+def stored(name):
     """What was measured last; none if nothing was, or the file is damaged."""
     try:
-        return json.loads((STORE / f"{task.name}.json").read_text(encoding="utf-8"))
+        return json.loads((STORE / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
 
@@ -63,65 +125,158 @@ def is_present(record, commit):
     return record is not None and record["commit"] == commit
 
 
-def measure(task, options, commit):
-    """Runs a task; returns why it failed, if it did. Only a whole record is ever stored."""
-    STORE.mkdir(parents=True, exist_ok=True)
-    output = STORE / f"{task.name}.part"
-    output.unlink(missing_ok=True)
-    command = task.command(options, output)
-    log = STORE / f"{task.name}.log"
-    started = time.monotonic()
-    with log.open("w", encoding="utf-8") as stream:
-        code = subprocess.run(command, cwd=ROOT, stdout=stream, stderr=subprocess.STDOUT).returncode
-    took = time.monotonic() - started
-    text = log.read_text(encoding="utf-8", errors="replace")
-    if code != 0:
-        lines = text.strip().splitlines() or ["no message"]
-        return f"exit code {code}: {lines[-1]}"
-    try:
-        content = json.loads(output.read_text(encoding="utf-8")) if output.exists() else task.parse(text)
-    except (OSError, ValueError) as error:
-        return f"left no numbers: {error}"
-    output.unlink(missing_ok=True)
-    record = {"commit": commit, "date": datetime.date.today().isoformat(), "machine": machine(),
-              "load": os.getloadavg()[0], "seconds": took, "seeds": options.seeds,
-              "content": content}
-    temporary = STORE / f"{task.name}.json.part"
-    temporary.write_text(json.dumps(record), encoding="utf-8")
-    temporary.replace(STORE / f"{task.name}.json")
-    return None
-
-
-def expected_s(task, options):
-    """What the task took last time with as many seeds; else its rough guess."""
-    record = stored(task)
-    if record and record["seeds"] == options.seeds:
-        return record["seconds"]
-    return 60 * task.minutes * (options.seeds if task.seeded else 1)
-
-
-def run_all(tasks, options, commit):
-    """Measures what is missing within the budget. Returns reasons by task for what was not."""
+def run_all(tasks, seeds, commit, again=False):
+    """Measures what is missing. Returns reasons by task for what was not; only a whole record is ever stored."""
     reasons = {}
-    end = time.monotonic() + 60 * options.budget if options.budget else float("inf")
-    for number, task in enumerate(tasks, 1):
+    for number, (name, task) in enumerate(tasks.items(), 1):
         if task.needs and not (DATA / task.needs).exists():
-            reasons[task.name] = f"no ../shared/data/{task.needs}"
+            reasons[name] = f"no ../shared/data/{task.needs}"
             continue
-        if is_present(stored(task), commit) and not options.again:
+        if is_present(stored(name), commit) and not again:
             continue
-        guess = expected_s(task, options)
-        if time.monotonic() + guess > end + GRACE_S:
-            reasons[task.name] = f"takes about {guess / 60:.0f} min, beyond the budget"
+        print(f"[{number}/{len(tasks)}] {name}: {task.title}", flush=True)
+        started = time.monotonic()
+        try:
+            content = task.measure(list(range(1, seeds + 1)))
+        except (OSError, ValueError, subprocess.SubprocessError) as error:
+            reasons[name] = str(error)
+            print(f"  failed: {error}", flush=True)
             continue
-        print(f"[{number}/{len(tasks)}] {task.name}: {task.title} (about {guess / 60:.1f} min)", flush=True)
-        failure = measure(task, options, commit)
-        if failure:
-            reasons[task.name] = failure
-            print(f"  failed: {failure}", flush=True)
-        else:
-            print(f"  took {stored(task)['seconds'] / 60:.1f} min", flush=True)
+        record = {"commit": commit, "date": datetime.date.today().isoformat(), "machine": machine(), "load": os.getloadavg()[0],
+                  "seconds": time.monotonic() - started, "content": content}
+        STORE.mkdir(parents=True, exist_ok=True)
+        temporary = STORE / f"{name}.json.part"
+        temporary.write_text(json.dumps(record), encoding="utf-8")
+        temporary.replace(STORE / f"{name}.json")
     return reasons
+
+
+# The documents. Every number stands in a record; here they are put side by side.
+
+def content(records, *names):
+    return [row for name in names if name in records for row in records[name]["content"]]
+
+
+def table(benchmark, *tasks):
+    def section(records):
+        rows = content(records, *tasks)
+        return markdown(*bench.table_of(benchmark, rows)) if rows else ""
+    return section
+
+
+COLUMNS = {title: cell for title, cell in bench.ACCURACY.items() if title not in ("layers", "off by 1 cm, 1.5 cm; false", "all faces")}
+
+
+def accuracy_table(by, *tasks):
+    """A line for each task, or each `by` of its rows."""
+    def section(records):
+        groups = {TASKS[name].title if not by else line[0]: rows for name in tasks
+                  for line, rows in bench.groups(content(records, name), (by,) if by else ()).items()}
+        return markdown([by, *COLUMNS], [[line, *(cell(rows) for cell in COLUMNS.values())] for line, rows in groups.items()]) \
+            if groups else ""
+    return section
+
+
+def sides(records):
+    return bench.sides_of(content(records, "speed-sides", "speed-app"))
+
+
+def speed_section(records):
+    found = sides(records)
+    return markdown(*bench.speed_table(found)) + "\n" + bench.SPEED_NOTE if found else ""
+
+
+SECTIONS = [
+    ("Simulated scenes", "accuracy", accuracy_table("", *(name for name in TASKS if TASKS[name].group == "accuracy")),
+     "Scenes `room`, `office`, `stairs`, `stones`, d = 2 cm. Faces of at least 0.05 m² seen; a face is correct by Hoover's rule at "
+     "80 %. *Worst* is the worst recording. *Unsafe* is area farther than 1.5 d, at least 2 cm, off what is there, or 30° aslant. Errors "
+     "are over correct faces."),
+    ("Terrain meshes", "terrain", accuracy_table("scene", "terrain"),
+     "Meshes that planners use, seen by a depth camera as a walking robot would."),
+    ("Beside the paper's detector and CGAL", "paper", accuracy_table("method", "paper"),
+     "`paper` is the paper's steps from PCL's parts. CGAL gets the centroids of all scans' voxels at once and octosurf's tolerance, "
+     "angle and least size; its time is that of normals and planes. The same 20 scans of each recording."),
+    ("The paper's Table I", "table1", table("table1", "table1", "table1-paper"),
+     "The paper's figures first: 8 cores, here one thread. A tilting laser, data in increments of one second, the paper's parameters; "
+     "`real` is the kitchen, one reading in 24. Lag counts from when an increment is handed over."),
+    ("The kitchen", "kitchen", table("kitchen", "kitchen-2cm", "kitchen-1cm"),
+     "A real recording without truth. A double layer is a pair of surfaces within 15° and 5 cm that overlap by a fifth of the "
+     "smaller one: on a good map there is none."),
+    ("Labelled clouds", "labelled", table("labelled", "labelled"),
+     "Every method gets the same voxels; CGAL's get the best of several settings, octosurf its defaults. Milliseconds have normals "
+     "and planes for CGAL, downsampling, occupancy and outlines as well for octosurf."),
+    ("A real table with things on it", "labelled", table("labelled", "mosd"),
+     "Frames of mOSD: how well the table's pixels are covered, and how far its plane is off theirs."),
+    ("Speed and memory", "speed", speed_section, "Beside what others take for the same, in the same run; `octosurf map` with two threads."),
+]
+
+
+def scores(rows):
+    if not rows:
+        return NONE
+    seeds = len({row["seed"] for row in rows})
+    return f'{bench.ACCURACY["correct"](rows)} faces correct, {percent(bench.coverage(rows))} covered, ' \
+        f'{bench.share("unsafe_m2", "area_m2", 2)(rows)} unsafe ({seeds} seed{"s" if seeds > 1 else ""})'
+
+
+def ten_paper(records):
+    shares = {method: bench.ratio(rows, "correct", "faces") for (method,), rows in bench.groups(content(records, "paper"), ("method",)).items()}
+    theirs = [value for method, value in shares.items() if method.startswith("ours/paper")]
+    return f'{percent(shares["ours/default"])} of faces correct; the pipeline {percent(max(theirs))} at best' if theirs else NONE
+
+
+def ten_labelled(records):
+    parts = []
+    for rows in bench.groups([row for row in content(records, "labelled") if row["resolution"] == 0.02], ("cloud",)).values():
+        ours = next(row for row in rows if row["method"] == "octosurf")
+        best = max(row["correct"] for row in rows if row["method"].startswith("CGAL"))
+        parts.append(f'{ours["correct"]} of {ours["labels"]}, CGAL {best}')
+    return "; ".join(parts) or NONE
+
+
+def ten_speed(records, say, *names):
+    found = sides(records)
+    return say(*(found[name] for name in names)) if all(name in found for name in names) else NONE
+
+
+def ten(records):
+    kitchen = content(records, "kitchen-2cm")
+    return [
+        ("simulated depth camera", scores(content(records, "depth")), "accuracy"),
+        ("with a real camera's faults", scores(content(records, "depth-real")), "accuracy"),
+        ("simulated spinning lidar", scores(content(records, "spinning")), "accuracy"),
+        ("terrain meshes, depth camera", scores(content(records, "terrain")), "terrain"),
+        ("beside the paper's pipeline from PCL", ten_paper(records), "paper"),
+        ("planes of two labelled clouds", ten_labelled(records), "labelled"),
+        ("real kitchen", "{surfaces} surfaces, {double_layers} double layers in {scans} scans".format(**kitchen[0]) if kitchen else NONE,
+         "kitchen"),
+        ("a scan of it, one thread",
+         ten_speed(records, lambda ours, theirs: f'{bench.short(ours["ms"])} ms; OctoMap\'s insertion alone {bench.short(theirs["ms"])} ms',
+                   "kitchen/d:0.02/mapper", "kitchen/d:0.02/octomap"), "speed"),
+        ("heap per octree leaf",
+         ten_speed(records, lambda *both: "{:.1f} B; OctoMap's pruned tree {:.1f} B".format(*bench.heap_per_leaf(*both)),
+                   "kitchen/d:0.02/occupancy", "kitchen/d:0.02/octomap"), "speed"),
+        ("kitchen live, 30 scans a second, two threads", ten_speed(records, bench.lag, "realtime/d:0.02"), "speed"),
+    ]
+
+
+def document(records, commit, reasons):
+    """The whole of docs/results.md."""
+    parts = ["# What was measured", "",
+             f"Written by `./dev bench results` at commit **{commit}**: every number here was measured at that commit; what was "
+             "not is listed at the end. `--only GROUP` measures a part.", "",
+             "## In short", "", markdown(["what", "result", "measured by"],
+                                         [[what, result, f"`--only {group}`"] for what, result, group in ten(records)])]
+    for title, group, section, text in SECTIONS:
+        parts += [f"## {title}", "", f"`./dev bench results --only {group}`. {text}", "", section(records) or f"{NONE.capitalize()}.\n"]
+    where = {}
+    for name, record in records.items():
+        where.setdefault(f'{record["machine"]}, {record["date"]}', []).append(
+            f'`{name}` {record["seconds"] / 60:.1f} ({record["load"]:.1f})')
+    parts += ["## When and where", "", "Minutes of each task, and the machine's load at its end: above one it was busy with other work.", ""]
+    parts += [f'- {place}: {", ".join(tasks)}.' for place, tasks in where.items()]
+    parts += ["", "## Not measured at this commit", "", *(f"- `{name}`" + (f": {reason}" if reason != NONE else "") for name, reason in reasons.items()), ""]
+    return "\n".join(parts)
 
 
 def put_between(file, mark, text):
@@ -134,54 +289,26 @@ def put_between(file, mark, text):
 
 
 def write_documents(commit, reasons):
-    records = {}
-    for task in TASKS:
-        record = stored(task)
-        if is_present(record, commit):
-            records[task.name] = record
-            reasons.pop(task.name, None)
-        elif task.long:
-            reasons.setdefault(task.name, f"takes about {task.minutes:g} min: `--long {task.name}`")
-        else:
-            reasons.setdefault(task.name, "not measured at this commit")
-    text, ten = tables.document(records, commit, TASKS, reasons)
-    (ROOT / "docs/results.md").write_text(text, encoding="utf-8")
-    put_between(ROOT / "README.md", "results", ten)
-    demo = records.get("demo")
-    put_between(ROOT / "docs/demo.md", "demo", tables.demo_block(demo))
+    records = {name: record for name in TASKS if is_present(record := stored(name), commit)}
+    reasons = {name: reasons.get(name, NONE) for name in TASKS if name not in records}
+    (ROOT / "docs/results.md").write_text(document(records, commit, reasons), encoding="utf-8")
+    put_between(ROOT / "README.md", "results", f"At d = 2 cm, commit {commit}; [all figures](docs/results.md).\n\n"
+                + markdown(["what", "result"], [row[:2] for row in ten(records)]))
+    put_between(ROOT / "docs/demo.md", "demo", "```text\n" + records["demo"]["content"]["text"] + "```\n" if "demo" in records
+                else f"The demo's output: {NONE} (`./dev bench results --only demo`).\n")
     print(f"wrote docs/results.md, docs/demo.md and README.md: {len(records)} of {len(TASKS)} tasks at {commit}")
 
 
-def main():
+def main(arguments):
     parser = argparse.ArgumentParser(prog="./dev bench results", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default=",".join(GROUPS), help="groups or tasks, with commas; groups: " + ", ".join(GROUPS))
-    parser.add_argument("--long", metavar="TASK", action="append", choices=LONG, default=[],
-                        help="also this one: " + ", ".join(LONG))
+    parser.add_argument("--only", default=",".join(GROUPS), help="groups or tasks, with commas: " + ", ".join([*GROUPS, *TASKS]))
     parser.add_argument("--seeds", type=int, default=1, help="of the simulated rows [%(default)s]")
-    parser.add_argument("--budget", type=float, help="MINUTES: begin nothing that would not end in time")
     parser.add_argument("--again", action="store_true", help="measure also what was measured at this commit")
     parser.add_argument("--write", action="store_true", help="measure nothing, write what there is")
-    parser.add_argument("--list", action="store_true", help="tasks, what each takes, and which are measured")
-    parser.add_argument("--targets", action="store_true", help=argparse.SUPPRESS)  # for ./dev
-    options = parser.parse_args()
-    tasks = tasks_of(options.only.split(",") + options.long)
+    options = parser.parse_args(arguments)
+    tasks = tasks_of(options.only.split(","))
     if not tasks:
-        parser.error(f"--only {options.only}: no such group or task; --list names them")
-    if options.targets:
-        print("\n".join(sorted({task.target for task in tasks} | {"octosurf_app"})))
-        return
+        parser.error(f"--only {options.only}: no such group or task")
     commit = commit_of_code()
-    if options.list:
-        for task in tasks + [task for task in TASKS if task.long and task not in tasks]:
-            record = stored(task)
-            state = f"measured at {record['commit']} in {record['seconds'] / 60:.1f} min" if record else "never measured"
-            note = f"  only with --long {task.name}" if task not in tasks else ""
-            print(f"{task.group:10} {task.name:15} about {expected_s(task, options) / 60:4.1f} min  {state}{note}")
-        print(f"about {sum(expected_s(task, options) for task in tasks) / 60:.0f} min in all, --long ones as named")
-        return
-    write_documents(commit, {} if options.write else run_all(tasks, options, commit))
-
-
-if __name__ == "__main__":
-    main()
+    write_documents(commit, {} if options.write else run_all(tasks, options.seeds, commit, options.again))

@@ -1,0 +1,215 @@
+#include "bench/bench.hpp"
+
+#include "simulation/scenes.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <malloc.h>
+#include <map>
+#include <numeric>
+#include <unistd.h>
+
+#include <octosurf/error.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf::bench {
+namespace {
+
+/// A scene, or the file of a mesh: what has an ending, or a name of the terrains.
+void set_scene(const std::string& scene, simulation::SimulationOptions& options) {
+  const auto& names = simulation::scene_names();
+  if (std::find(names.begin(), names.end(), scene) != names.end())
+    options.scene = scene;
+  else
+    options.mesh = std::filesystem::path(scene).has_extension()
+                       ? std::filesystem::path(scene)
+                       : data_path("terrain_meshes/" + scene + ".stl");
+}
+
+}  // namespace
+
+void write(Json row, const Json& more) {
+  row.update(more);
+  std::printf("%s\n", row.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+  std::fflush(stdout);
+}
+
+void for_each_recording(const Options& options,
+                        const std::function<void(const Recorded&, const Json& row)>& visit) {
+  for (const std::string& sensor : options.sensors)
+    for (const std::string& scene : options.scenes)
+      for (const std::uint64_t seed : options.seeds) {
+        simulation::SimulationOptions simulation;
+        set_scene(scene, simulation);
+        simulation.sensor = sensor;
+        simulation.seed = seed;
+        if (options.frames > 0)
+          simulation.frames = options.frames;
+        else if (!simulation.mesh.empty())
+          simulation.frames = 300;  // a step of 10 to 15 cm each
+        simulation.noise_scale = options.noise_scale;
+        simulation.drift_m = options.drift_m;
+        simulation.drift_rad = options.drift_deg / deg;
+        simulation.laps = options.laps;
+        Recorded recorded{std::make_shared<const simulation::Recording>(simulation), {}, {}};
+        simulation::Recording::Visibility visibility = recorded.simulated->visibility();
+        for (std::size_t i = 0; i < recorded.simulated->size(); ++i) {
+          const simulation::Readings ideal = recorded.simulated->ideal(i);
+          visibility.add(i, ideal);
+          recorded.scans.push_back(recorded.simulated->labelled_scan(i, ideal).scan);
+        }
+        recorded.truth = visibility.truth();
+        visit(recorded,
+              {{"sensor", sensor}, {"scene", std::filesystem::path(scene).stem().string()}, {"seed", seed}});
+        std::fprintf(stderr, "%s %s %zu done\n", sensor.c_str(), scene.c_str(), std::size_t{seed});
+      }
+}
+
+Parameters parameters_at(double resolution, const std::vector<std::string>& set) {
+  Parameters parameters;
+  parameters.occupancy.resolution = resolution;
+  for (const std::string& assignment : set) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos)
+      throw Error(Error::Kind::usage, "--set " + assignment, "has no value", "write --set NAME=VALUE");
+    set_parameter(parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
+  }
+  return parameters;
+}
+
+Parameters paper_parameters(double resolution, double search_radius) {
+  Parameters parameters = Parameters::paper();
+  parameters.occupancy.resolution = resolution;
+  parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + resolution * std::sqrt(3.0);
+  parameters.detection.search_radius = parameters.detection.normal_radius = search_radius;
+  return parameters;
+}
+
+Mapper mapped(const Recorded& recorded, const Parameters& parameters) {
+  Mapper mapper(parameters);
+  for (const Scan& scan : recorded.scans) mapper.insert(scan);
+  return mapper;
+}
+
+std::filesystem::path data_path(const std::string& name) {
+  const std::filesystem::path path = std::filesystem::path(OCTOSURF_DATA_DIR) / name;
+  if (!std::filesystem::exists(path))
+    throw Error(Error::Kind::data, path.string(), "is missing", "name another with --inputs or --scenes");
+  return path;
+}
+
+std::filesystem::path kitchen_of(const Options& options) {
+  if (!options.inputs.empty()) return options.inputs.front();
+  return data_path("rgbd_7scenes_redkitchen");
+}
+
+void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
+                   const std::function<void(const Scan&)>& visit) {
+  const auto source = open_scans({recording});
+  std::size_t visited = 0;
+  for (std::size_t index = 0; limit == 0 || visited < limit; ++index) {
+    const std::optional<Scan> scan = source->next();
+    if (!scan) return;
+    if (index % every != 0) continue;
+    visit(*scan);
+    ++visited;
+  }
+}
+
+std::vector<Scan> scans_of(const std::filesystem::path& recording, std::size_t every, std::size_t limit) {
+  std::vector<Scan> scans;
+  for_each_scan(recording, every, limit, [&](const Scan& scan) { scans.push_back(scan); });
+  return scans;
+}
+
+OctomapScan::OctomapScan(const Scan& scan) {
+  const auto point = [](const Eigen::Vector3d& p) {
+    const Eigen::Vector3f single = p.cast<float>();
+    return octomap::point3d(single.x(), single.y(), single.z());
+  };
+  origin = point(scan.T_map_sensor.translation());
+  cloud.reserve(scan.points.size());
+  for (const Eigen::Vector3f& p : scan.points)
+    if (p.allFinite()) cloud.push_back(point(scan.T_map_sensor * p.cast<double>()));
+}
+
+std::vector<StandingFace> standing_faces(const evaluation::Truth& truth) {
+  std::vector<StandingFace> faces;
+  for (const evaluation::TrueFace& face : truth.faces)
+    if (!face.gone)
+      faces.push_back({&face, evaluation::PlanarRegion(face.polygons), face.T_map_face.inverse()});
+  return faces;
+}
+
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const double rank = std::ceil(share * static_cast<double>(values.size()));
+  return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) /
+         static_cast<double>(std::max<std::size_t>(values.size(), 1));
+}
+
+double time_ms(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+Json stages_of(const std::vector<ScanReport>& reports, double (*statistic)(const std::vector<double>&)) {
+  Json stages;
+  for (std::size_t stage = 0; stage < stage_names.size(); ++stage) {
+    std::vector<double> ms;
+    for (const ScanReport& report : reports) ms.push_back(report.stage_ms[stage]);
+    stages[std::string(stage_names[stage])] = statistic(ms);
+  }
+  return stages;
+}
+
+double heap_in_use() {
+  const struct mallinfo2 info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd);
+}
+
+std::string scratch(const std::string& name) {
+  struct Folder {
+    std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("octosurf-bench-" + std::to_string(getpid()));
+    Folder() { std::filesystem::create_directories(path); }
+    ~Folder() {
+      std::error_code ignored;
+      std::filesystem::remove_all(path, ignored);
+    }
+  };
+  static const Folder folder;
+  return (folder.path / name).string();
+}
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Options, scenes, sensors, seeds, resolutions, only, set,
+                                                inputs, count, frames, every, octomap_every, way, noise_scale,
+                                                drift_m, drift_deg, laps, threads, length, robot, mosd, brief,
+                                                verbose)
+
+}  // namespace octosurf::bench
+
+/// octosurf_bench NAME OPTIONS. What goes wrong is one line on stderr and exit code 1.
+int main(int argc, char** argv) {
+  using namespace octosurf::bench;
+  const std::map<std::string, void (*)(const Options&)> benchmarks{
+      {"accuracy", accuracy},   {"dynamics", dynamics}, {"floor", octosurf::bench::floor},
+      {"footholds", footholds}, {"gaps", gaps},         {"kitchen", kitchen},
+      {"labelled", labelled},   {"plans", plans},       {"queries", queries},
+      {"speed", speed},         {"stairs", stairs},     {"table1", table1}};
+  try {
+    benchmarks.at(argc == 3 ? argv[1] : "")(nlohmann::json::parse(argv[2]).get<Options>());
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,162 @@
+#pragma once
+
+#include "evaluation/planar_region.hpp"
+#include "evaluation/truth.hpp"
+#include "simulation/recording.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <octomap/OcTree.h>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/mapper.hpp>
+#include <octosurf/parameters.hpp>
+#include <octosurf/scan.hpp>
+#include <octosurf/surface.hpp>
+
+/// One program of benchmarks: each measures methods on recordings and writes what it counts, a JSON object a
+/// line. bench.py adds the lines up, and shows them.
+namespace octosurf::bench {
+
+using Json = nlohmann::ordered_json;
+
+inline constexpr double deg = 180 / std::numbers::pi;
+inline constexpr double max_slope = std::numbers::pi / 6;  ///< rad, of what a foot is put on
+
+/// What bench.py hands over as JSON; it has the defaults of each benchmark.
+struct Options {
+  std::vector<std::string> scenes{"room", "office", "stairs", "stones"}, sensors{"depth"};
+  std::vector<std::uint64_t> seeds{1};
+  std::vector<double> resolutions{0.02};  ///< d, m
+  std::vector<std::string> only;          ///< methods
+  std::vector<std::string> set;           ///< NAME=VALUE, parameters of ours
+  std::vector<std::string> inputs;        ///< real recordings, labelled clouds
+  std::size_t count = 0;                  ///< of what is asked: footholds, goals, questions, movers, laps
+  std::size_t frames = 0;                 ///< scans at most; 0: all
+  std::size_t every = 1, octomap_every = 0, way = 0;
+  double noise_scale = 1, drift_m = 0, drift_deg = 0;  ///< drift: a lap
+  int laps = 1, threads = 1;
+  double length = 500;  ///< m, of floor
+  std::string robot{"biped"};
+  bool mosd = false, brief = false, verbose = false;
+};
+
+// Each is a benchmark.
+void accuracy(const Options& options);
+void dynamics(const Options& options);
+void floor(const Options& options);
+void footholds(const Options& options);
+void gaps(const Options& options);
+void kitchen(const Options& options);
+void labelled(const Options& options);
+void plans(const Options& options);
+void queries(const Options& options);
+void speed(const Options& options);
+void stairs(const Options& options);
+void table1(const Options& options);
+
+/// Writes a line, at once: both objects as one.
+void write(Json row, const Json& more = Json::object());
+
+/// A simulated recording, all in memory.
+struct Recorded {
+  std::shared_ptr<const simulation::Recording> simulated;
+  std::vector<Scan> scans;
+  evaluation::Truth truth;
+};
+
+/// Visits each recording: sensor, scene (or mesh), seed; `row` has their names.
+void for_each_recording(const Options& options,
+                        const std::function<void(const Recorded&, const Json& row)>& visit);
+
+/// Default parameters at this resolution, and what --set says.
+Parameters parameters_at(double resolution, const std::vector<std::string>& set = {});
+/// The paper's (its section V), at this resolution and r.
+Parameters paper_parameters(double resolution, double search_radius);
+
+/// The map of a recording.
+Mapper mapped(const Recorded& recorded, const Parameters& parameters);
+
+/// A folder or file of ../shared/data; throws Error(data) if it is missing.
+std::filesystem::path data_path(const std::string& name);
+/// The kitchen, or what --inputs names in its place.
+std::filesystem::path kitchen_of(const Options& options);
+/// Every `every`-th scan of a recording, at most `limit` (0: all).
+void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
+                   const std::function<void(const Scan&)>& visit);
+std::vector<Scan> scans_of(const std::filesystem::path& recording, std::size_t every, std::size_t limit);
+
+/// OctoMap's input in its own form, in the map's frame.
+struct OctomapScan {
+  octomap::Pointcloud cloud;
+  octomap::point3d origin;
+  explicit OctomapScan(const Scan& scan);
+};
+
+/// A true face that stands at the end, ready to be asked.
+struct StandingFace {
+  const evaluation::TrueFace* truth;
+  evaluation::PlanarRegion region;
+  Eigen::Isometry3d T_face_map;
+
+  const Eigen::Vector3d& normal() const { return truth->plane.normal; }
+  Eigen::Vector2d foot(const Eigen::Vector3d& p) const { return (T_face_map * p).head<2>(); }
+};
+/// `truth` must outlive them.
+std::vector<StandingFace> standing_faces(const evaluation::Truth& truth);
+
+/// The smallest value that at least `share` of the values do not exceed; 0 if there are none.
+double percentile(std::vector<double> values, double share);
+double mean(const std::vector<double>& values);
+
+/// Wall-clock milliseconds of one call.
+double time_ms(const std::function<void()>& work);
+
+/// A statistic of each stage's ms.
+Json stages_of(const std::vector<ScanReport>& reports,
+               double (*statistic)(const std::vector<double>&) = mean);
+
+/// Bytes of heap in use: what malloc rounds up and its chunk heads are counted, what is freed is not.
+double heap_in_use();
+
+/// A file of its own under the system's temporary folder; gone with the program.
+std::string scratch(const std::string& name);
+
+// CGAL's two plane finders, in Eigen's types.
+
+struct CgalSettings {
+  double tolerance;        ///< m: a point's distance to its plane ("epsilon")
+  double angle_rad;        ///< between a point's normal and its plane's
+  double gap;              ///< m: Efficient RANSAC's cluster_epsilon; growing has none
+  std::size_t min_points;  ///< of a plane
+};
+struct CgalPlanes {
+  std::vector<std::vector<std::size_t>> regions;  ///< indices of the points
+  double ms = 0;                                  ///< of normals and planes
+};
+using CgalMethod = CgalPlanes (*)(const std::vector<Eigen::Vector3f>&, const CgalSettings&);
+/// Normals from 24 neighbours (PCA), as both methods need them; growing over 12 neighbours as in CGAL's
+/// manual. Fewer than 30 points give nothing.
+CgalPlanes cgal_region_growing(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings);
+CgalPlanes cgal_efficient_ransac(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings);
+
+/// Surfaces, and their time, of one centroid per voxel of all scans, as octosurf starts from; s, h, n and the
+/// angle are octosurf's. Least-squares planes toward where they were seen from; outlines: the paper's alpha
+/// shape.
+std::pair<Snapshot, double> cgal_surfaces(CgalMethod method, const std::vector<Scan>& scans,
+                                          const Parameters& parameters);
+
+/// Least-squares plane of points[i], i in `indices`, of which there must be three or more: through their
+/// centroid (second), with a normal of either sign.
+std::pair<Plane, Eigen::Vector3d> least_squares_plane(const std::vector<Eigen::Vector3f>& points,
+                                                      const std::vector<std::size_t>& indices);
+
+}  // namespace octosurf::bench

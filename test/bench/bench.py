@@ -1,0 +1,386 @@
+#!/usr/bin/env python3
+"""Runs octosurf_bench, adds up the rows that it writes, and shows them: bench.py NAME [OPTIONS]."""
+
+import argparse
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DATA = ROOT.parent / "shared/data"
+KITCHEN = DATA / "rgbd_7scenes_redkitchen"
+PROGRAM = ROOT / "build/release/test/bench/octosurf_bench"
+APP = ROOT / "build/release/bin/octosurf"
+
+
+# Cells: each is a function of the rows that a line adds up.
+
+def add(rows, key):
+    return sum(row.get(key, 0) for row in rows)
+
+
+def total(*keys, digits=0):
+    return lambda rows: "/".join(f"{add(rows, key):.{digits}f}" for key in keys)
+
+
+def most(key, digits):
+    return lambda rows: f"{max((row[key] for row in rows if key in row), default=0):.{digits}f}"
+
+
+def percent(value, digits=1):
+    return f"{100 * value:.{digits}f} %"
+
+
+def ratio(rows, part, whole):
+    return add(rows, part) / (add(rows, whole) or 1)
+
+
+def share(part, whole, digits=1):
+    return lambda rows: percent(ratio(rows, part, whole), digits)
+
+
+def mean(rows, key):
+    """Of summaries, over all that they count."""
+    return sum(row[key]["mean"] * row[key]["count"] for row in rows) / (sum(row[key]["count"] for row in rows) or 1)
+
+
+def weighted(rows, key, weight):
+    return sum(row[key] * weight(row) for row in rows) / (sum(weight(row) for row in rows) or 1)
+
+
+def coverage(rows):
+    return weighted(rows, "coverage", lambda row: row["visible_m2"])
+
+
+ACCURACY = {
+    "correct": lambda rows: f'{share("correct", "faces")(rows)} of {add(rows, "faces")}',
+    "over/under/missed": total("over_segmented", "under_segmented", "missed"),
+    "noise": total("noise"),
+    "coverage (worst)": lambda rows: f'{percent(coverage(rows))} ({percent(min(row["coverage"] for row in rows))})',
+    "layers": lambda rows: f'{weighted(rows, "multiplicity", lambda row: row["coverage"] * row["visible_m2"]):.3f}',
+    "unsafe (worst)": lambda rows: f'{share("unsafe_m2", "area_m2", 2)(rows)} '
+                                   f'({percent(max(row["unsafe_share"] for row in rows), 2)})',
+    "off by 1 cm, 1.5 cm; false": lambda rows: f'{share("unsafe_10mm_m2", "area_m2")(rows)}, '
+                                               f'{share("unsafe_15mm_m2", "area_m2")(rows)}; '
+                                               f'{share("false_m2", "area_m2", 2)(rows)}',
+    "normal mean/max": lambda rows: f'{mean(rows, "normal_deg"):.2f}°/{max(row["normal_deg"]["max"] for row in rows):.1f}°',
+    "offset": lambda rows: f'{1000 * mean(rows, "offset_m"):.2f} mm',
+    "all faces": lambda rows: f'{mean(rows, "normal_all_deg"):.2f}°, {1000 * mean(rows, "offset_all_m"):.2f} mm',
+    "ms a scan": lambda rows: f'{ratio(rows, "ms", "scans"):.1f}',
+}
+
+PAPER = {("simple", 0.02): (4900, 1.02, 0.305, 96.0), ("simple", 0.01): (8000, 0.221, 0.468, 93.0),
+         ("complex", 0.02): (4100, 1.01, 0.151, 90.4), ("complex", 0.01): (6900, 0.512, 0.399, 91.3),
+         ("real", 0.02): (12000, 1.41, 1.59, 78.2), ("real", 0.01): (19000, 1.94, 3.04, 72.3)}
+
+
+def beside_paper(column, key, form):
+    """The paper's Table I (a laser, 8 cores at 3.4 GHz), and the mean of ours; NaN where one is not defined."""
+    def cell(rows):
+        theirs = PAPER.get((rows[0]["environment"], rows[0]["resolution"]))
+        values = [float("nan") if row[key] is None else row[key] for row in rows]
+        return f'{form.format(theirs[column]) if theirs else "–"}, {form.format(statistics.fmean(values))}'
+    return cell
+
+
+TABLE1 = {"points per second: paper, here": beside_paper(0, "points_per_second", "{:,.0f}"),
+          "first detection": beside_paper(1, "time_to_first_detection_s", "{:.3f} s"),
+          "mean lag": beside_paper(2, "detection_lag_s", "{:.3f} s"),
+          "categorised": beside_paper(3, "categorized_percent", "{:.1f} %")}
+
+LABELLED = {
+    "correct": lambda rows: f'{add(rows, "correct")} of {add(rows, "labels")}',
+    "over/under/missed": ACCURACY["over/under/missed"],
+    "noise": total("noise"),
+    "coverage": lambda rows: percent(rows[0]["coverage"]),
+    "mean IoU": lambda rows: f'{rows[0]["mean_iou"]:.3f}',
+    "normal mean/max": ACCURACY["normal mean/max"],
+    "offset": ACCURACY["offset"],
+    "ms": lambda rows: f'{add(rows, "ms"):,.0f}',
+}
+
+STAIRS = {"stairs": lambda rows: str(sum("steps" in row for row in rows)), "wholly seen": total("seen"),
+          "right count": total("right_count"), "right course": total("right_course"), "riser mm": most("riser_mm", 1),
+          "tread mm": most("tread_mm", 1), "width mm": most("width_mm", 0), "heading °": most("heading_deg", 2),
+          "invented": total("invented")}
+
+GAPS = {"near m²": total("near_m2", digits=1), "in sight": share("seen_m2", "near_m2"),
+        "as mapped": share("seen_mapped_m2", "seen_m2"), "bridged": share("seen_bridged_m2", "seen_m2"),
+        "all: as mapped": share("near_mapped_m2", "near_m2"), "all: bridged": share("near_bridged_m2", "near_m2"),
+        "bridged m²": total("bridged_m2", digits=4), "over void": total("over_void_m2", digits=4),
+        "> √2 d off": total("beyond_m2", digits=4)}
+
+FOOTHOLDS = {"accepted": total("accepted"), "off > 1 cm": total("off_1cm"), "of it": share("off_1cm", "accepted", 2),
+             "off > 2 cm": total("off_2cm"), "false": total("false"), "good ones": total("good"),
+             "of them accepted": share("good_accepted", "good"), "p50 µs": most("p50_us", 1), "p99 µs": most("p99_us", 1)}
+
+
+def dynamic(rows):
+    still, moving = ratio(rows, "kept_static", "static"), 1 - ratio(rows, "kept_moving", "moving")
+    return percent(still, 2), percent(moving, 2), percent((still * moving) ** 0.5, 2)
+
+
+DYNAMICS = {name: lambda rows, k=k: dynamic(rows)[k] for k, name in enumerate(("static kept", "movers gone", "their geometric mean"))}
+
+# By name: what names a line, its cells (none: all that a row has), defaults, and what is to be said.
+BENCHES = {
+    "accuracy": (("sensor", "scene", "method"), ACCURACY, {"seeds": [1, 2, 3, 4, 5]},
+                 "Faces with at least 0.05 m² visible. Unsafe is off what is there, or off the true outline by 1 cm, 1.5 cm, 5 cm "
+                 "(false); errors of correct faces, and of all matched ones."),
+    "dynamics": (("sensor", "scene", "method"), DYNAMICS,
+                 {"scenes": ["office", "room"], "sensors": ["depth", "tilting", "spinning"], "resolutions": [0.05], "count": 3},
+                 "What walking boxes leave in the octree: readings of what stands whose voxel is occupied at the end, and of movers "
+                 "whose voxel is not."),
+    "floor": ((), None, {"length": 500.0}, "Scans at the end of a floor, by turns with scans 25 m from its beginning; of several laps: with the second."),
+    "footholds": (("scene", "foot", "margin_m"), FOOTHOLDS, {"count": 10000},
+                  "Accepted of random ones in the surfaces' hulls; off: a part lies over what is no true surface, by more than that "
+                  "(false: 5 cm). Good ones: on true faces, supported with 1 cm to spare and seen."),
+    "gaps": (("sensor", "scene"), GAPS, {"scenes": ["office", "room", "stairs", "stones"], "sensors": ["spinning", "tilting"]},
+             "True level ground within 8 m of a scan, of it what a scan had in sight, and what is supported of that and of all."),
+    "kitchen": ((), None, {}, "A real recording without truth: double layers must not be in its map."),
+    "labelled": (("cloud", "resolution", "method"), LABELLED, {"resolutions": [0.02, 0.01]},
+                 "CGAL has the best of several settings, octosurf its defaults."),
+    "plans": ((), None, {"scenes": ["stairs", "stones", "office", "bauzil_stairs", "darpa", "rubbles_stairs_1"], "count": 50},
+              "Ways: found with --way expansions; truth: on the true surfaces. Soles off: a part lies more than 1 cm beside all true "
+              "ground, or 1 cm off its plane; touch: body or leg meets a true point; refuted: by verify_plan(). ms of CPU."),
+    "queries": ((), None, {"count": 20000, "frames": 120}, "What a planner's questions cost, and an index that follows the map."),
+    "stairs": (("sensor", "scene"), STAIRS,
+               {"scenes": ["flight", "landing", "spiral", "open"], "sensors": ["depth", "depth-real", "spinning", "tilting"],
+                "seeds": [1, 2, 3]},
+               "Right count: found as one stair with as many steps; of these the course and the greatest errors."),
+    "table1": (("environment", "resolution", "detector"), TABLE1,
+               {"scenes": ["simple", "complex", "real"], "sensors": ["tilting"], "seeds": [1, 2, 3, 4, 5],
+                "resolutions": [0.02, 0.01], "only": ["likelihood"]},
+               "The paper: a laser and 8 cores. Here: the paper's parameters, increments of one second."),
+}
+
+
+def markdown(header, rows, padded=False):
+    cells = [list(header), *([str(cell) for cell in row] for row in rows)]
+    if padded:
+        widths = [max(map(len, column)) for column in zip(*cells)]
+        cells = [[cell.ljust(width) for cell, width in zip(row, widths)] for row in cells]
+    lines = ["| " + " | ".join(row) + " |" for row in cells]
+    return "\n".join([lines[0], "|" + "---|" * len(header), *lines[1:]]) + "\n"
+
+
+def groups(rows, by):
+    """Rows by what names their line, and of all scenes together last."""
+    found = {}
+    for row in rows:
+        found.setdefault(tuple(row.get(key, "") for key in by), []).append(row)
+    if "scene" in by and len({row["scene"] for row in rows}) > 1:
+        for row in rows:
+            found.setdefault(tuple("all" if key == "scene" else row.get(key, "") for key in by), []).append(row)
+    return found
+
+
+def plain(value):
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {plain(one)}" for key, one in value.items())
+    return f"{value:,.4g}" if isinstance(value, float) and value < 1000 else f"{value:.0f}" if isinstance(value, float) else str(value)
+
+
+def table_of(name, rows):
+    by, columns, _, _ = BENCHES[name]
+    if not columns or "iou_pixels" in rows[0]:
+        keys = list(dict.fromkeys(key for row in rows for key in row))
+        return keys, [[plain(row.get(key, "")) for key in keys] for row in rows]
+    return [*by, *columns], [[*name, *(cell(lines) for cell in columns.values())] for name, lines in groups(rows, by).items()]
+
+
+# Measuring.
+
+def run(name, options=None, quiet=True):
+    """The rows that octosurf_bench writes; what goes wrong is a ChildProcessError."""
+    options = {**(BENCHES[name][2] if name in BENCHES else {}), **(options or {})}
+    done = subprocess.run([PROGRAM, name, json.dumps(options)], stdout=subprocess.PIPE, text=True, check=False,
+                          stderr=subprocess.PIPE if quiet else None)
+    if done.returncode != 0:
+        lines = (done.stderr or "").strip().splitlines() or ["no message"]
+        raise ChildProcessError(f"{name} {json.dumps(options)}: exit code {done.returncode}: {lines[-1]}")
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def run_app(options):
+    """`octosurf map` with two threads, from files to files and live at 30 Hz, as rows of speed."""
+    rows = []
+    for resolution in (0.02, 0.01):
+        for name, more in (("app", []), ("realtime", ["--realtime"])):
+            with tempfile.TemporaryDirectory() as folder:
+                report = f"{folder}/report.json"
+                subprocess.run([APP, "map", KITCHEN, "-o", f"{folder}/map", "--report", report, "--threads", "2", "--resolution",
+                                str(resolution), "--first", "30" if options.get("brief") else "120", *more],
+                               check=True, stdout=subprocess.DEVNULL)
+                rows.append({"name": f"{name}/d:{resolution}", **json.loads(pathlib.Path(report).read_text(encoding="utf-8"))})
+    return rows
+
+
+# Speed beside OctoMap: sides whose names have the same path do the same work on the same scans.
+
+OURS = ("occupancy", "plain", "mapper", "load_map")
+SPEED = {"speed": "", "occupancy": "kitchen/.*/(octomap|occupancy)", "plain": "kitchen/.*/(octomap|plain)",
+         "mapper": "kitchen/.*/(octomap|mapper)", "memory": "kitchen/.*/(octomap|occupancy)", "lidar": "lidar/",
+         "loading": "loading/"}
+SPEED_NOTE = ("Mean over a recording's scans; of three passes in random order the median, with their coefficient of variation. Both sides "
+              "run in one process on the same scans, read beforehand. OctoMap's insertion: `insertPointCloud` lazy and discretised, "
+              "then `updateInnerOccupancy`, points already in the map's frame.\n")
+
+
+def sides_of(rows):
+    """The first row of each side, with the median of its passes and their coefficient of variation."""
+    passes = {}
+    for row in rows:
+        passes.setdefault(row["name"], []).append(row)
+    for name, found in passes.items():
+        ms = [row["ms"] for row in found if "ms" in row]
+        passes[name] = dict(found[0])
+        if ms:
+            passes[name]["ms"] = statistics.median(ms)
+        if len(ms) > 1:
+            passes[name]["cv"] = statistics.stdev(ms) / statistics.fmean(ms)
+    return passes
+
+
+def short(value):
+    """Three significant digits, at most two decimals, thousands separated."""
+    return f"{value:,.{max(0, 3 - len(str(int(abs(value)))))}f}"
+
+
+def heap_per_leaf(ours, theirs):
+    """Bytes. The same occupancy, so the same leaves: OctoMap's count is both sides' divisor."""
+    return ours["heap_bytes"] / theirs["leaves"], theirs["heap_bytes"] / theirs["leaves"]
+
+
+def beside(ours):
+    if "stage_ms" in ours:
+        stages = ", ".join(f'{stage.replace("_", " ")} {short(ms)}' for stage, ms in ours["stage_ms"].items())
+        return f'{stages} ms; p95 {short(ours["p95_ms"])} ms'
+    return ""
+
+
+def speed_table(sides):
+    """Header and lines."""
+    lines = []
+    for name, ours in sorted(sides.items()):
+        path, _, side = name.rpartition("/")
+        if path == "app":
+            rate = ours["scans"] / ours["wall_s"]
+            lines.append([f"`octosurf map`, kitchen, {side}", "the camera", f"{rate:.1f} frames/s", "30 frames/s",
+                          f"{short(rate / 30)}×", f'p50 {short(ours["scan_ms"]["p50"])} ms, p95 {short(ours["scan_ms"]["p95"])} ms; '
+                          f'at most {ours["peak_rss_mb"]:,.0f} MB'])
+        elif path == "realtime":
+            paper = PAPER["real", float(side[2:])]
+            lines.append([f"`octosurf map --realtime`, kitchen, {side}", "the paper's Table I",
+                          f'{1000 * ours["time_to_first_detection_s"]:.0f} ms, {1000 * ours["detection_lag_s"]["mean"]:.0f} ms',
+                          f"{1000 * paper[1]:,.0f} ms, {1000 * paper[2]:,.0f} ms", "", lag(ours)])
+        if side not in OURS:
+            continue
+        for other, theirs in sides.items():
+            if other.rpartition("/")[0] != path or other.rpartition("/")[2] in OURS:
+                continue
+            times = [f'{short(one["ms"])} ms' + (f' ± {100 * one["cv"]:.0f} %' if "cv" in one else "") for one in (ours, theirs)]
+            lines.append([ours["label"], theirs["label"], *times, f'{short(theirs["ms"] / ours["ms"])}×', beside(ours)])
+            if "tree_bytes" in ours:
+                mine, least = heap_per_leaf(ours, theirs)
+                lines.append([ours["label"].replace("occupancy insertion", "heap per octree leaf"), "OctoMap's pruned tree",
+                              f"{mine:.1f} B", f"{least:.1f} B", f"{short(least / mine)}×",
+                              f'the tree alone {ours["tree_bytes"] / theirs["leaves"]:.1f} B'])
+    return ["what", "against", "octosurf", "the other", "times better", "beside it"], lines
+
+
+def lag(report):
+    return f'lag p50 {1000 * report["detection_lag_s"]["p50"]:.0f} ms, p95 {1000 * report["detection_lag_s"]["p95"]:.0f} ms; ' \
+        f'{report["categorized_percent"]:.1f} % of points categorised'
+
+
+# The command line.
+
+# Each option's kind, in a list where there may be several; and what it says.
+OPTIONS = {
+    "scenes": ([str], "names; also of meshes of ../shared/data/terrain_meshes, or files of meshes; rows of table1"),
+    "sensors": ([str], "depth, depth-real, tilting, spinning"), "seeds": ([int], ""), "resolutions": ([float], "d, m"),
+    "only": ([str], "methods by how they begin (ours/default, ours/paper, cgal); of labelled: growing, ransac, paper, none; "
+                    "of table1: likelihood, paper; of speed: regular expressions"),
+    "inputs": ([str], "recordings or labelled clouds in place of those of ../shared/data"),
+    "set": ([str], "NAME=VALUE, parameters of ours"), "count": (int, "of what is asked: footholds, goals, questions, movers"),
+    "frames": (int, "scans at most"), "every": (int, "every k-th scan of a real recording"),
+    "octomap_every": (int, "OctoMap inserts every k-th of kitchen's scans, in turn with ours"),
+    "noise_scale": (float, "times the sensor's noise"), "drift_m": (float, "m a lap by which the poses slide away, in two laps"),
+    "drift_deg": (float, "degrees a lap by which they turn"), "laps": (int, "times the path is walked"), "length": (float, "m, of floor"),
+    "way": (int, "expansions after which plans says that there is no way"), "robot": (("biped", "quadruped"), ""), "threads": (int, ""),
+    "terrain": (bool, "the meshes of ../shared/data/terrain_meshes as scenes"), "brief": (bool, "few scans each"),
+    "mosd": (bool, "labelled: the supporting table of mOSD's frames"), "verbose": (bool, "faces and surfaces in --json"),
+    "json": (pathlib.Path, "write the rows there")}
+
+
+def options_of(name, arguments):
+    what, defaults = (BENCHES[name][3], BENCHES[name][2]) if name in BENCHES else (SPEED_NOTE, {})
+    parser = argparse.ArgumentParser(prog=f"./dev bench {name}", description=what)
+    for option, (kind, text) in OPTIONS.items():
+        given = {"action": "store_true"} if kind is bool else {"type": kind}
+        if isinstance(kind, tuple):
+            given = {"choices": kind}
+        elif isinstance(kind, list):
+            given = {"type": lambda values, kind=kind[0]: [kind(one) for one in values.split(",")]}
+        parser.add_argument("--" + option.replace("_", "-"), help=f"{text} [{defaults[option]}]" if option in defaults else text, **given)
+    return {key: value for key, value in vars(parser.parse_args(arguments)).items() if value not in (None, False)}
+
+
+def complete(options):
+    """What follows from the other options: drift shows in what is visited again only."""
+    if options.pop("terrain", False):
+        options = {"seeds": [1], **options, "scenes": terrain()}
+    if options.get("drift_m") or options.get("drift_deg"):
+        options = {"laps": 2, **options}
+    return options
+
+
+def terrain():
+    return sorted(mesh.stem for mesh in (DATA / "terrain_meshes").glob("*.stl"))
+
+
+def bench(name, options):
+    """Prints a table."""
+    file = options.pop("json", None)
+    options = complete(options)
+    if name in SPEED or name == "app":
+        rows = [] if name == "app" else run("speed", {"only": [SPEED[name]], **options}, quiet=False)
+        if name in ("speed", "app"):
+            rows += run_app(options)
+        text = markdown(*speed_table(sides_of(rows)), padded=True) + "\n" + SPEED_NOTE
+    else:
+        rows = run(name, options, quiet=False)
+        text = f"{BENCHES[name][3]}\n\n{markdown(*table_of(name, rows), padded=True)}" if rows else "Nothing was measured."
+    if file:
+        file.write_text(json.dumps(rows) + "\n", encoding="utf-8")
+    print(text)
+
+
+def main():
+    name, arguments = (sys.argv[1] if len(sys.argv) > 1 else ""), sys.argv[2:]
+    if name == "gate":
+        import gate
+        gate.main(arguments)
+    elif name == "results":
+        import results
+        results.main(arguments)
+    elif name == "":
+        if KITCHEN.is_dir():
+            bench("speed", {"brief": True})
+        bench("table1", {"seeds": [1], **({} if KITCHEN.is_dir() else {"scenes": ["simple", "complex"]})})
+        bench("accuracy", {"seeds": [1], "frames": 20})
+    elif name in BENCHES or name in SPEED or name == "app":
+        bench(name, options_of(name, arguments))
+    else:
+        sys.exit(f"no benchmark {name!r}; there are {', '.join([*BENCHES, *SPEED, 'app', 'results'])}")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except ChildProcessError as error:
+        sys.exit(str(error))
