@@ -263,8 +263,8 @@ def ten(records):
 def document(records, commit, reasons):
     """The whole of docs/results.md."""
     parts = ["# What was measured", "",
-             f"Written by `./dev bench results` at commit **{commit}**: every number here was measured at that commit; what was "
-             "not is listed at the end. `--only GROUP` measures a part.", "",
+             f"Written by `./dev bench results` at commit **{commit}**: every number was measured at that commit; what was not is "
+             "listed last. `--only GROUP` measures a part.", "",
              "## In short", "", markdown(["what", "result", "measured by"],
                                          [[what, result, f"`--only {group}`"] for what, result, group in ten(records)])]
     for title, group, section, text in SECTIONS:
