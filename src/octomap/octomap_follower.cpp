@@ -16,20 +16,10 @@ struct OctomapFollower::State {
     std::unique_ptr<octomap::OcTree> octree;
     OccupancyView of;
     std::uint64_t number = 0;  ///< of the follow() that wrote it
+    /// By readers; it may be written after the last of them released it. use_count() does not suffice: it
+    /// does not order their reads before our writes.
     std::atomic<bool> held{false};
   };
-  /// Shared by readers: the tree may be written after the last of them released it. use_count() does not
-  /// suffice: it does not order their reads before our writes.
-  struct Hold {
-    explicit Hold(std::shared_ptr<Tree> held_tree) : tree(std::move(held_tree)) {
-      tree->held.store(true, std::memory_order_relaxed);
-    }
-    Hold(const Hold&) = delete;
-    Hold& operator=(const Hold&) = delete;
-    ~Hold() { tree->held.store(false, std::memory_order_release); }
-    std::shared_ptr<Tree> tree;
-  };
-
   /// The tree to write: the latest one without readers, else a new one, else the oldest, which stays with its
   /// readers.
   std::shared_ptr<Tree>& next() {
@@ -38,9 +28,7 @@ struct OctomapFollower::State {
       const bool held = tree->held.load(std::memory_order_acquire);
       return held ? std::pair(2, tree->number) : std::pair(0, ~tree->number);
     };
-    std::array<std::pair<int, std::uint64_t>, 3> ranks;
-    std::transform(trees.begin(), trees.end(), ranks.begin(), rank);
-    return trees[static_cast<std::size_t>(std::min_element(ranks.begin(), ranks.end()) - ranks.begin())];
+    return *std::ranges::min_element(trees, {}, rank);
   }
 
   std::array<std::shared_ptr<Tree>, 3> trees;
@@ -69,8 +57,10 @@ std::shared_ptr<const octomap::OcTree> OctomapFollower::follow(const OccupancyVi
   }
   tree->of = now;
   tree->number = ++state_->follows;
-  const auto hold = std::make_shared<State::Hold>(tree);
-  std::shared_ptr<const octomap::OcTree> shown(hold, tree->octree.get());
+  tree->held.store(true, std::memory_order_relaxed);
+  std::shared_ptr<const octomap::OcTree> shown(tree->octree.get(), [tree](const octomap::OcTree*) {
+    tree->held.store(false, std::memory_order_release);
+  });
   state_->shown.store(shown);
   return shown;
 }

@@ -64,7 +64,7 @@ TEST(InsertPointCloud, EqualsOctomapsForAllArguments) {
       for (const bool discretize : {false, true}) {
         SCOPED_TRACE(testing::Message() << max_range << " lazy " << lazy << " discretize " << discretize);
         octomap::OcTree ours(0.03), theirs(0.03);
-        insert_both_ways(ours, theirs, {max_range, lazy, discretize}, 1500);
+        insert_both_ways(ours, theirs, {max_range, lazy, discretize}, 500);
       }
 }
 
@@ -87,7 +87,7 @@ TEST(InsertPointCloud, EqualsOctomapsWhenVoxelsSaturate) {
 
 TEST(InsertPointCloud, WorksOnDerivedTrees) {
   octomap::ColorOcTree our_colors(0.04), their_colors(0.04);
-  insert_both_ways(our_colors, their_colors, {-1, false, true}, 1500);
+  insert_both_ways(our_colors, their_colors, {-1, false, true}, 800);
 }
 
 /// Every leaf of `some` has its value and a stamp in `others` too, divided or not.
@@ -106,7 +106,7 @@ TEST(InsertPointCloud, LetsTheTreeUpdateItsNodes) {
   octomap::OcTreeStamped ours(0.04), theirs(0.04);
   std::mt19937_64 rng(test::seed());
   for (int i = 0; i < 5; ++i) {
-    const CloudScan scan = random_scan(rng, {}, 1500);
+    const CloudScan scan = random_scan(rng, {}, 800);
     theirs.insertPointCloud(scan.cloud, scan.origin, -1, false, true);
     insert_point_cloud(ours, scan.cloud, scan.origin);
   }
@@ -122,11 +122,11 @@ TEST(InsertPointCloud, GoesOctomapsWayWhereItsStateIsOutOfReach) {
     tree->setBBXMin(low);
     tree->setBBXMax(high);
   }
-  insert_both_ways(ours, theirs, {-1, false, true}, 1000);
+  insert_both_ways(ours, theirs, {-1, false, true}, 400);
   octomap::OcTree our_changes(0.05), their_changes(0.05);
   our_changes.enableChangeDetection(true);
   their_changes.enableChangeDetection(true);
-  insert_both_ways(our_changes, their_changes, {-1, false, true}, 1000);
+  insert_both_ways(our_changes, their_changes, {-1, false, true}, 400);
   EXPECT_EQ(our_changes.numChangesDetected(), their_changes.numChangesDetected());
   EXPECT_GT(our_changes.numChangesDetected(), 0U);
 }

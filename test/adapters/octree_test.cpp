@@ -29,7 +29,7 @@ class OctreeOfAMap : public ::testing::Test {
   OctreeOfAMap() : mapper(plain_occupancy()) { set_model(theirs, mapper.map().parameters()); }
   void insert(int scans, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero()) {
     for (int i = 0; i < scans; ++i) {
-      const Scan scan = test::room_scan(random, 4000, {1.5, 1, 1.2}, centre);
+      const Scan scan = test::room_scan(random, 1500, {1.5, 1, 1.2}, centre);
       mapper.insert(scan);
       octomap::Pointcloud cloud;
       for (const Eigen::Vector3f& p : scan.points) {

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
-#include <octomap/ColorOcTree.h>
 #include <octomap/OcTreeStamped.h>
+#include <optional>
 #include <sstream>
 
 #include <octosurf/adapters/octomap_files.hpp>
@@ -60,7 +60,7 @@ class OctomapFilesTest : public ::testing::Test {
 };
 
 TEST_F(OctomapFilesTest, AnOtComesBackByOctomapsReaderAndByOurs) {
-  for (const double resolution : {0.1, 0.05, 1.0 / 16, 1.0 / 30}) {
+  for (const double resolution : {1.0 / 30, 1.0 / 16, 0.05, 0.1}) {
     const auto tree = scanned(resolution);
     ASSERT_GT(tree->size(), 1000u);
     write_ot(*tree, file("room.ot"), true);
@@ -70,33 +70,14 @@ TEST_F(OctomapFilesTest, AnOtComesBackByOctomapsReaderAndByOurs) {
     expect_same(dynamic_cast<octomap::OcTree&>(*theirs), *tree);
     expect_same(*read_octree(file("room.ot")), *tree);
   }
-}
-
-TEST_F(OctomapFilesTest, ReadsWhatOctomapWrites) {
-  const auto tree = scanned(0.1);
-  ASSERT_TRUE(tree->write(file("theirs.ot").string()));
-  expect_same(*read_octree(file("theirs.ot")), *tree);
-
-  octomap::OcTree divided(*tree);
+  const auto tree = read_octree(file("room.ot"));
+  octomap::OcTree divided(*tree), binary(*tree), expected(0.1);
   divided.expand();
-  ASSERT_GT(divided.size(), tree->size());
   ASSERT_TRUE(divided.write(file("divided.ot").string()));
   expect_same(*read_octree(file("divided.ot")), *tree);  // pruned
-
-  octomap::OcTree binary(*tree);
   ASSERT_TRUE(binary.writeBinary(file("theirs.bt").string()));
-  octomap::OcTree expected(0.1);
   ASSERT_TRUE(expected.readBinary(file("theirs.bt").string()));
   expect_same(*read_octree(file("theirs.bt")), expected);
-
-  octomap::ColorOcTree colour(0.1);
-  for (auto leaf = divided.begin_leafs(); leaf != divided.end_leafs(); ++leaf) {
-    colour.setNodeValue(leaf.getKey(), leaf->getLogOdds());
-    colour.setNodeColor(leaf.getKey(), 10, 20, 30);
-  }
-  colour.updateInnerOccupancy();
-  ASSERT_TRUE(colour.write(file("colour.ot").string()));
-  expect_same(*read_octree(file("colour.ot")), *tree);
 }
 
 TEST_F(OctomapFilesTest, TreesOfOtherTypesGiveTheirOccupancyAndSayWhatIsLeft) {
@@ -158,70 +139,41 @@ TEST_F(OctomapFilesTest, AnEmptyTreeComesBackEmpty) {
 
 TEST_F(OctomapFilesTest, WritesOverNothingSilently) {
   const auto tree = scanned(0.1);
+  const auto kind_of_refusal = [&](const fs::path& path) {
+    try {
+      write_ot(*tree, path);
+    } catch (const Error& error) {
+      return std::optional(error.kind());
+    }
+    return std::optional<Error::Kind>();
+  };
   const fs::path there = written("there.ot", "mine");
-  try {
-    write_ot(*tree, there);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), Error::Kind::usage);
-  }
+  EXPECT_EQ(kind_of_refusal(there), Error::Kind::usage);
   EXPECT_EQ(bytes_of(there), "mine");
   write_ot(*tree, there, true);
   expect_same(*read_octree(there), *tree);
-  try {
-    write_ot(*tree, file("no_folder") / "a.ot");
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), Error::Kind::output);
-  }
+  EXPECT_EQ(kind_of_refusal(file("no_folder") / "a.ot"), Error::Kind::output);
 }
 
-TEST_F(OctomapFilesTest, EveryTruncationIsRefused) {
-  write_ot(*scanned(0.4), file("whole.ot"));
-  const std::string bytes = bytes_of(file("whole.ot"));
-  ASSERT_LT(bytes.size(), 40000u);
-  for (std::size_t n = 0; n < bytes.size(); n += 1 + n / 300)
-    expect_refused(written("part.ot", bytes.substr(0, n)));
-  expect_refused(written("long.ot", bytes + "x"));
-}
-
+/// Beside what test/fuzz does to every byte.
 TEST_F(OctomapFilesTest, HostileFilesAreRefused) {
   expect_refused(file("missing.ot"));
-  expect_refused(written("text.ot", "no octree\n"));
-  const std::string head = "# Octomap OcTree file\nid OcTree\n";
-  expect_refused(written("counts.ot", "# Octomap OcTree file\nid CountingOcTree\nsize 1\nres 0.1\ndata\n" +
-                                          std::string(5, '\0')));
-  expect_refused(written(
-      "uneven.ot", "# Octomap OcTree file\nid LabelOcTree\nsize 2\nres 0.1\ndata\n" + std::string(13, '\0')));
-  expect_refused(written("no_resolution.ot", head + "size 1\nres nan\ndata\n" + std::string(5, '\0')));
-  // A chain of single children that never ends, as OctoMap's reader would follow it.
-  const std::string chain_link("\0\0\0\0\1", 5);
-  std::string chain = head + "size 100\nres 0.1\ndata\n";
-  for (int i = 0; i < 100; ++i) chain += chain_link;
-  expect_refused(written("chain.ot", chain));
-  std::string not_finite(5, '\0');
-  const float value = std::numeric_limits<float>::quiet_NaN();
-  std::memcpy(not_finite.data(), &value, sizeof value);
-  expect_refused(written("nan.ot", head + "size 1\nres 0.1\ndata\n" + not_finite));
-  expect_refused(written("count.ot", head + "size 2\nres 0.1\ndata\n" + std::string(5, '\0')));
-}
-
-TEST_F(OctomapFilesTest, AFlippedByteIsReadOrRefused) {
-  write_ot(*scanned(0.4), file("whole.ot"));
-  const std::string bytes = bytes_of(file("whole.ot"));
-  std::size_t refused = 0;
-  for (int i = 0; i < 400; ++i) {
-    std::string flipped = bytes;
-    flipped[random() % bytes.size()] ^= static_cast<char>(1 + random() % 255);
-    try {
-      const auto tree = read_octree(written("flipped.ot", flipped));
-      ASSERT_EQ(tree->calcNumNodes(), tree->size());
-    } catch (const Error& error) {
-      ASSERT_EQ(error.kind(), Error::Kind::data);
-      ++refused;
-    }
+  const std::string head = "# Octomap OcTree file\nid ", leaf(5, '\0');
+  std::string chain, not_finite = leaf;  // of single children that never ends, as OctoMap would follow it
+  for (int i = 0; i < 100; ++i) chain += std::string("\0\0\0\0\1", 5);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(not_finite.data(), &nan, sizeof nan);
+  for (const std::string& bytes :
+       {std::string("no octree\n"), head + "CountingOcTree\nsize 1\nres 0.1\ndata\n" + leaf,
+        head + "LabelOcTree\nsize 2\nres 0.1\ndata\n" + std::string(13, '\0'),
+        head + "OcTree\nsize 1\nres nan\ndata\n" + leaf, head + "OcTree\nsize 100\nres 0.1\ndata\n" + chain,
+        head + "OcTree\nsize 1\nres 0.1\ndata\n" + not_finite,
+        head + "OcTree\nsize 2\nres 0.1\ndata\n" + leaf,
+        head + "OcTree\nsize 1\nres 0.1\ndata\n" + leaf + "x",
+        head + "OcTree\nsize 1\nres 0.1\ndata\n" + leaf.substr(1)}) {
+    SCOPED_TRACE(bytes.substr(0, 60));
+    expect_refused(written("hostile.ot", bytes));
   }
-  EXPECT_GT(refused, 20u);  // of child masks a fifth of all bytes are
 }
 
 TEST_F(OctomapFilesTest, AMessageIsReadByOctomap) {

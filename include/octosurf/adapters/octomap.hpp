@@ -4,7 +4,7 @@
 #include <octomap/OccupancyOcTreeBase.h>
 #include <vector>
 
-#include <octosurf/adapters/detail/batch_insert.hpp>
+#include <octosurf/adapters/detail/tree_writer.hpp>
 
 // insert_point_cloud() for any OctoMap octree. To convert between a map and an octomap::OcTree use
 // adapters/octree.hpp, which also needs the library.
@@ -50,22 +50,6 @@ void collect_rays(const Tree& tree, const octomap::Pointcloud& scan, const octom
   }
 }
 
-/// The root is not accessible, but OctoMap creates it with the first voxel, which is then removed from the
-/// batch.
-template <class Tree>
-void make_root(Tree& tree, const TouchedBlock& block, bool lazy) {
-  for (unsigned i = 0; i < 512; ++i) {
-    const std::uint64_t bit = std::uint64_t{1} << (i % 64);
-    const bool hit = (block.hits[i / 64] & bit) != 0;
-    if (!hit && (block.misses[i / 64] & bit) == 0) continue;
-    const auto [x, y, z] = voxel_of(block, i);
-    tree.updateNode(octomap::OcTreeKey(x, y, z), hit, lazy);
-    block.hits[i / 64] &= ~bit;
-    block.misses[i / 64] &= ~bit;
-    return;
-  }
-}
-
 }  // namespace detail
 
 /// `tree.insertPointCloud(scan, sensor_origin, max_range, lazy_eval, discretize)`, several times faster, for
@@ -97,10 +81,7 @@ void insert_point_cloud(Tree& tree, const octomap::Pointcloud& scan, const octom
   const detail::GridOrigin from{{sensor_origin.x(), sensor_origin.y(), sensor_origin.z()},
                                 detail::array_of(origin_key),
                                 tree.getResolution()};
-  const std::span<const detail::TouchedBlock> blocks = scratch.trace(from, threads);
-  if (blocks.empty()) return;
-  if (tree.getRoot() == nullptr) detail::make_root(tree, blocks.front(), lazy_eval);
-  detail::BatchInsert<Tree>(tree, lazy_eval)(blocks);
+  detail::BatchInsert<Tree>(tree, lazy_eval)(scratch.trace(from, threads));
 }
 
 }  // namespace octosurf

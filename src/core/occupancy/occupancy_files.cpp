@@ -4,13 +4,15 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <sstream>
+#include <string_view>
+#include <strings.h>
+#include <utility>
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
@@ -100,46 +102,101 @@ class NodeWriter {
   std::string chunk_;
 };
 
-class NodeReader {
+/// Reads a tree's nodes in preorder, in one of three formats. Throws Error(data) for all that is not one.
+class TreeReader {
  public:
-  NodeReader(occupancy::VoxelTree& tree, const std::function<std::string()>& source, const std::string& where)
-      : tree_(tree), source_(source), where_(where) {}
+  /// Says what an error is about: `where` it is, how its text begins, how it is mended.
+  struct Subject {
+    std::string where, damage, mend;
+  };
+  using Key = geometry::VoxelKey;
 
-  void read(geometry::VoxelKey corner, int level) {
+  /// `source` gives the next bytes; none: it ends there.
+  TreeReader(occupancy::VoxelTree& tree, const std::function<std::string()>& source, Subject subject,
+             std::size_t most_bytes = std::numeric_limits<std::size_t>::max())
+      : tree_(tree), source_(source), subject_(std::move(subject)), most_bytes_(most_bytes) {}
+
+  /// A map's own: a byte of child bits; without any log-odds, and its point.
+  void read_own(Key corner = {}, int level = top) {
     const auto mask = get<std::uint8_t>();
-    if (mask == 0) return read_leaf(corner, level);
-    if (level == 0) fail("the octree is deeper than 16 levels");
-    if (level == occupancy::VoxelTree::brick_level) brick_ = &tree_.make_brick(corner);
+    if (mask == 0) {
+      const auto log_odds = get_log_odds();
+      set_leaf(corner, level, log_odds);
+      if (get<std::uint8_t>() == 0) return;
+      const auto payload = get<occupancy::VoxelPayload>();
+      if (!payload.has_point()) fail("a point has no distance class");
+      if (level != 0 || !tree_.occupied(log_odds)) fail("a point stands in a voxel that cannot hold one");
+      tree_.make_payload(corner) = payload;
+      return;
+    }
+    divide(corner, level);
     for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) read(child_key(corner, c, level - 1), level - 1);
+      if (mask >> c & 1) read_own(child_key(corner, c, level - 1), level - 1);
   }
+
+  /// OctoMap's .ot: log-odds and `dropped` bytes, then a byte of child bits.
+  void read_ot(std::size_t dropped, Key corner = {}, int level = top) {
+    ++nodes_;
+    const auto log_odds = get_log_odds();
+    for (std::size_t i = 0; i < dropped; ++i) get<std::uint8_t>();
+    const auto mask = get<std::uint8_t>();
+    if (mask == 0) return set_leaf(corner, level, log_odds);
+    divide(corner, level);
+    for (unsigned c = 0; c < 8; ++c)
+      if (mask >> c & 1) read_ot(dropped, child_key(corner, c, level - 1), level - 1);
+  }
+
+  /// OctoMap's .bt: two bits a child: 00 unknown, 01 free (low bit first), 10 occupied, 11 has children.
+  void read_bt(Key corner = {}, int level = top) {
+    ++nodes_;
+    const auto bits = get<std::uint16_t>();
+    if (bits == 0) return set_leaf(corner, level, 0);  // OctoMap's value for an unset node
+    divide(corner, level);
+    for (unsigned c = 0; c < 8; ++c) {
+      const unsigned kind = bits >> (2 * c) & 3;
+      nodes_ += kind == 1 || kind == 2;
+      if (kind == 1 || kind == 2)
+        set_leaf(child_key(corner, c, level - 1), level - 1,
+                 kind == 1 ? tree_.model().clamp_min : tree_.model().clamp_max);
+    }
+    for (unsigned c = 0; c < 8; ++c)
+      if ((bits >> (2 * c) & 3) == 3) read_bt(child_key(corner, c, level - 1), level - 1);
+  }
+
+  std::size_t nodes() const { return nodes_; }  ///< of OctoMap's
   bool at_end() {
-    refill();
-    return position_ == chunk_.size();
+    if (position_ == chunk_.size()) {
+      chunk_ = source_();
+      position_ = 0;
+    }
+    return chunk_.empty();
+  }
+  void require_end() {
+    if (!at_end()) fail("bytes are left over");
   }
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Error::Kind::data, where_, "damaged octree: " + what, "restore the file from a backup");
+    throw Error(Error::Kind::data, subject_.where, subject_.damage + what, subject_.mend);
   }
 
  private:
-  void read_leaf(geometry::VoxelKey corner, int level) {
-    const auto log_odds = get<float>();
-    if (!std::isfinite(log_odds)) fail("a log-odds is not finite");
+  static constexpr int top = occupancy::VoxelTree::top_level, brick = occupancy::VoxelTree::brick_level;
+
+  void divide(Key corner, int level) {
+    if (level == 0) fail("deeper than 16 levels");
+    if (level == brick) brick_ = &tree_.make_brick(corner);
+  }
+  void set_leaf(Key corner, int level, float log_odds) {
     // Most leaves are in bricks: descending from the root to each would take half of the time.
-    if (level < occupancy::VoxelTree::brick_level)
+    if (level < brick)
       occupancy::VoxelTree::set_leaf(*brick_, corner, level, log_odds);
     else
       tree_.set_leaf(corner, level, log_odds);
-    if (get<std::uint8_t>() == 0) return;
-    const auto payload = get<occupancy::VoxelPayload>();
-    if (!payload.has_point()) fail("a point has no distance class");
-    if (level != 0 || !tree_.occupied(log_odds)) fail("a point stands in a voxel that cannot hold one");
-    tree_.make_payload(corner) = payload;
+    if (tree_.bytes() > most_bytes_) fail("it takes far more memory than its size allows");
   }
-  void refill() {
-    if (position_ < chunk_.size()) return;
-    chunk_ = source_();
-    position_ = 0;
+  float get_log_odds() {
+    const auto log_odds = get<float>();
+    if (!std::isfinite(log_odds)) fail("a log-odds is not finite");
+    return log_odds;
   }
   template <class T>
   T get() {
@@ -150,189 +207,124 @@ class NodeReader {
       position_ += sizeof value;
       return value;
     }
-    for (std::size_t done = 0; done < sizeof value;) {
-      refill();
-      if (chunk_.empty()) fail("it ends too early");
-      const std::size_t n = std::min(sizeof value - done, chunk_.size() - position_);
-      std::memcpy(bytes + done, chunk_.data() + position_, n);
-      done += n;
-      position_ += n;
+    for (std::size_t i = 0; i < sizeof value; ++i) {
+      if (at_end()) fail("it ends too early");
+      bytes[i] = chunk_[position_++];
     }
     return value;
   }
+
   occupancy::VoxelTree& tree_;
   const std::function<std::string()>& source_;
-  const std::string& where_;
+  const Subject subject_;
+  const std::size_t most_bytes_;
   std::string chunk_;
-  std::size_t position_ = 0;
+  std::size_t position_ = 0, nodes_ = 0;
   occupancy::VoxelTree::Brick* brick_ = nullptr;  // current brick
 };
 
-/// Header of OctoMap's .bt and .ot: text lines up to "data", then bytes.
-struct OctomapHeader {
-  bool binary = false;
-  std::string id;
-  double resolution = 0;
-  std::optional<std::size_t> nodes;
-  std::size_t dropped = 0;  ///< .ot: bytes of a node after its log-odds
-};
+constexpr const char* octomap_mend = "expected an OctoMap .bt or .ot";
 
-[[noreturn]] void refuse_octomap(const std::filesystem::path& file, const std::string& what) {
-  throw Error(Error::Kind::data, file.string(), what, "expected an OctoMap .bt or .ot");
-}
-
-/// The next line of a header, of bounded length.
-bool next_line(std::istream& in, std::string& line) {
-  constexpr std::size_t longest = 4096;
-  line.clear();
-  for (int c = in.get(); c != std::istream::traits_type::eof() && line.size() < longest; c = in.get()) {
-    if (c == '\n') return true;
-    line.push_back(static_cast<char>(c));
-  }
-  return false;
-}
-
-/// The header of OctoMap's first .bt: a 3, resolution and size in binary.
-std::optional<OctomapHeader> read_first_header(std::istream& in) {
-  std::array<char, 4 + 8 + 4> bytes{};
-  const auto begin = in.tellg();
-  in.read(bytes.data(), bytes.size());
-  std::int32_t type = 0;
-  OctomapHeader header{true, "OcTree", 0, {}, 0};
-  std::uint32_t nodes = 0;
-  std::memcpy(&type, bytes.data(), sizeof type);
-  std::memcpy(&header.resolution, bytes.data() + 4, sizeof header.resolution);
-  std::memcpy(&nodes, bytes.data() + 12, sizeof nodes);
-  header.nodes = nodes;
-  if (in && type == 3) return header;
-  in.clear();
-  in.seekg(begin);
-  return {};
-}
-
-bool begins_with(std::string text, std::string_view lower_case) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return text.starts_with(lower_case);
-}
-
-/// Fields of a .ot's nodes beside log-odds, which come first. Other types than OctoMap's own (with time
-/// stamps, labels) are known by the bytes that a node takes.
-std::size_t dropped_bytes(const OctomapHeader& header, std::istream& in, const std::filesystem::path& file) {
-  if (header.id == "OcTree") return 0;
-  if (header.id == "ColorOcTree") return 3;
-  std::error_code error;
-  const auto left = std::filesystem::file_size(file, error) - static_cast<std::uintmax_t>(in.tellg());
-  const std::size_t nodes = header.nodes.value_or(0);
-  constexpr std::size_t least = sizeof(float) + 1;  // log-odds, children
-  if (error || nodes == 0 || left % nodes != 0 || left / nodes < least)
-    refuse_octomap(file, "holds a tree of type '" + header.id + "'");
-  return left / nodes - least;
-}
-
-OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
-  if (!in) refuse_octomap(file, "cannot be opened");
-  const auto usable = [&](const OctomapHeader& header) {
-    if (!(header.resolution >= 1e-3 && header.resolution <= 10))
-      refuse_octomap(file, "has no usable resolution");
-    return header;
-  };
-  if (const auto first = read_first_header(in)) return usable(*first);
-  OctomapHeader header;
-  std::string line;
-  if (!next_line(in, line)) refuse_octomap(file, line.empty() ? "is empty" : "is not an OctoMap file");
-  if (begins_with(line, "# octomap octree binary file"))
-    header.binary = true;
-  else if (!begins_with(line, "# octomap octree file"))
-    refuse_octomap(file, "is not an OctoMap file");
-  for (int lines = 0; lines < 64 && next_line(in, line); ++lines) {
-    if (line.ends_with('\r'))
-      refuse_octomap(file, "was copied as text, which breaks it: its lines end in CR LF");
-    std::istringstream words(line);
-    std::string word;
-    words >> word;
-    if (word == "id") words >> header.id;
-    if (word == "res") words >> header.resolution;
-    if (std::size_t nodes = 0; word == "size" && words >> nodes) header.nodes = nodes;
-    if (word == "data") {
-      if (header.id == "CountingOcTree") refuse_octomap(file, "holds counts, not occupancy");
-      if (header.id.empty() || header.id == "1") header.id = "OcTree";  // older names of it
-      if (!header.binary && header.nodes != 0) header.dropped = dropped_bytes(header, in, file);
-      return usable(header);
-    }
-  }
-  refuse_octomap(file, "ends within its header");
-}
-
-class OctomapReader {
+/// An open .bt or .ot, its header read: text lines up to "data", then bytes.
+class OctomapFile {
  public:
-  OctomapReader(occupancy::VoxelTree& tree, std::istream& in, const OctomapHeader& header,
-                const std::filesystem::path& file)
-      : tree_(tree), in_(in), header_(header), file_(file) {
+  explicit OctomapFile(const std::filesystem::path& file) : file_(file), in_(file, std::ios::binary) {
+    if (!in_) refuse("cannot be opened");
+    std::string head(longest_header, '\0');
+    in_.read(head.data(), static_cast<std::streamsize>(head.size()));
+    head.resize(static_cast<std::size_t>(in_.gcount()));
+    const std::size_t begin = read_first_header(head) ? 16 : read_text(head);
+    if (!(resolution >= 1e-3 && resolution <= 10)) refuse("has no usable resolution");
+    in_.clear();
+    in_.seekg(static_cast<std::streamoff>(begin));
     std::error_code error;
-    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-    if (error) refuse_octomap(file, "cannot be read");
-    most_bytes_ = free_bytes + bytes_per_file_byte * static_cast<std::size_t>(bytes);
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error) refuse("cannot be read");
+    bytes_ = static_cast<std::size_t>(size);
+    if (!binary_ && nodes_ != 0) dropped = dropped_bytes(bytes_ - begin);
   }
 
-  void read() {
-    ++nodes_;
-    header_.binary ? read_binary({}, occupancy::VoxelTree::top_level)
-                   : read_full({}, occupancy::VoxelTree::top_level);
-    if (header_.nodes && *header_.nodes != nodes_)
-      refuse_octomap(file_, "is damaged: " + std::to_string(nodes_) + " nodes where its header says " +
-                                std::to_string(*header_.nodes));
-    if (in_.get() != std::istream::traits_type::eof())
-      refuse_octomap(file_, "is damaged: bytes are left over");
+  std::string id = "OcTree";
+  double resolution = 0;
+  std::size_t dropped = 0;  ///< .ot: bytes of a node after its log-odds
+
+  void read(occupancy::VoxelTree& tree) {
+    const std::function<std::string()> source = [&] {
+      std::string chunk(chunk_bytes, '\0');
+      in_.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
+      chunk.resize(static_cast<std::size_t>(in_.gcount()));
+      return chunk;
+    };
+    TreeReader reader(tree, source, {file_.string(), "is damaged: ", octomap_mend},
+                      free_bytes + bytes_per_file_byte * bytes_);
+    if (nodes_ == 0 && reader.at_end()) return;  // an empty map
+    binary_ ? reader.read_bt() : reader.read_ot(dropped);
+    if (nodes_ && *nodes_ != reader.nodes())
+      reader.fail(std::to_string(reader.nodes()) + " nodes where its header says " + std::to_string(*nodes_));
+    reader.require_end();
   }
 
  private:
-  // .bt: two bits a child: 00 unknown, 01 free (low bit first), 10 occupied, 11 has children.
-  void read_binary(geometry::VoxelKey corner, int level) {
-    if (level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
-    unsigned bits = byte();  // in two steps: | does not define the order of evaluation
-    bits |= unsigned{byte()} << 8;
-    if (bits == 0) set_leaf(corner, level, 0);  // OctoMap's value for an unset node
-    for (unsigned c = 0; c < 8; ++c) {
-      const unsigned kind = bits >> (2 * c) & 3;
-      nodes_ += kind != 0;
-      if (kind == 1 || kind == 2)
-        set_leaf(child_key(corner, c, level - 1), level - 1,
-                 kind == 1 ? tree_.model().clamp_min : tree_.model().clamp_max);
+  static constexpr std::size_t longest_header = std::size_t{1} << 16;
+
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw Error(Error::Kind::data, file_.string(), what, octomap_mend);
+  }
+
+  /// OctoMap's first .bt began with a 3, resolution and size in binary.
+  bool read_first_header(const std::string& head) {
+    std::int32_t type = 0;
+    std::uint32_t nodes = 0;
+    if (head.size() >= 16) std::memcpy(&type, head.data(), sizeof type);
+    if (type != 3) return false;
+    std::memcpy(&resolution, head.data() + 4, sizeof resolution);
+    std::memcpy(&nodes, head.data() + 12, sizeof nodes);
+    nodes_ = nodes;
+    return binary_ = true;
+  }
+
+  /// Returns where the nodes begin.
+  std::size_t read_text(const std::string& head) {
+    const auto begins_with = [&](std::string_view text) {
+      return strncasecmp(head.c_str(), text.data(), text.size()) == 0;
+    };
+    binary_ = begins_with("# octomap octree binary file");
+    if (!binary_ && !begins_with("# octomap octree file"))
+      refuse(head.empty() ? "is empty" : "is not an OctoMap file");
+    std::istringstream lines(head);
+    std::string line, word;
+    std::getline(lines, line);
+    while (std::getline(lines, line) && !lines.eof()) {
+      if (line.ends_with('\r')) refuse("was copied as text, which breaks it: its lines end in CR LF");
+      std::istringstream words(line);
+      words >> word;
+      if (word == "id") words >> id;
+      if (word == "res") words >> resolution;
+      if (std::size_t nodes = 0; word == "size" && words >> nodes) nodes_ = nodes;
+      if (word != "data") continue;
+      if (id == "CountingOcTree") refuse("holds counts, not occupancy");
+      if (id == "1") id = "OcTree";  // its older name
+      return static_cast<std::size_t>(lines.tellg());
     }
-    for (unsigned c = 0; c < 8; ++c)
-      if ((bits >> (2 * c) & 3) == 3) read_binary(child_key(corner, c, level - 1), level - 1);
+    refuse("ends within its header");
   }
-  // .ot: log-odds and what is dropped, then a byte of child bits.
-  void read_full(geometry::VoxelKey corner, int level) {
-    float value = 0;
-    for (std::size_t i = 0; i < sizeof value; ++i)
-      reinterpret_cast<unsigned char*>(&value)[i] = byte() & 0xff;
-    if (!std::isfinite(value)) refuse_octomap(file_, "is damaged: a log-odds is not finite");
-    for (std::size_t i = 0; i < header_.dropped; ++i) byte();
-    const unsigned mask = byte();
-    if (mask == 0) set_leaf(corner, level, value);
-    if (mask != 0 && level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
-    nodes_ += geometry::bit_count(mask);
-    for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) read_full(child_key(corner, c, level - 1), level - 1);
+
+  /// Other types than OctoMap's own (with time stamps, labels) are known by the bytes that a node takes; of
+  /// its fields log-odds come first.
+  std::size_t dropped_bytes(std::size_t left) const {
+    if (id == "OcTree") return 0;
+    if (id == "ColorOcTree") return 3;
+    const std::size_t nodes = nodes_.value_or(0);
+    constexpr std::size_t least = sizeof(float) + 1;  // log-odds, children
+    if (nodes == 0 || left % nodes != 0 || left / nodes < least) refuse("holds a tree of type '" + id + "'");
+    return left / nodes - least;
   }
-  void set_leaf(geometry::VoxelKey corner, int level, float log_odds) {
-    tree_.set_leaf(corner, level, log_odds);
-    if (tree_.bytes() > most_bytes_)
-      refuse_octomap(file_, "is damaged: it takes far more memory than its size allows");
-  }
-  unsigned char byte() {
-    const int c = in_.get();
-    if (c == std::istream::traits_type::eof()) refuse_octomap(file_, "is truncated");
-    return static_cast<unsigned char>(c);
-  }
-  occupancy::VoxelTree& tree_;
-  std::istream& in_;
-  const OctomapHeader& header_;
-  const std::filesystem::path& file_;
-  std::size_t most_bytes_ = 0;
-  std::size_t nodes_ = 0;
+
+  std::filesystem::path file_;
+  std::ifstream in_;
+  std::size_t bytes_ = 0;
+  bool binary_ = false;
+  std::optional<std::size_t> nodes_;
 };
 
 }  // namespace
@@ -363,36 +355,29 @@ void occupancy::OccupancyMap::write_nodes(const std::function<void(const std::st
 void occupancy::OccupancyMap::read_nodes(const std::function<std::string()>& source,
                                          const std::string& where) {
   *tree_ = occupancy::VoxelTree(tree_->model());
-  NodeReader reader(*tree_, source, where);
+  TreeReader reader(*tree_, source, {where, "damaged octree: ", "restore the file from a backup"});
   if (reader.at_end()) return;
-  reader.read({}, occupancy::VoxelTree::top_level);
-  if (!reader.at_end()) reader.fail("bytes are left over");
+  reader.read_own();
+  reader.require_end();
 }
 
-double read_octomap_resolution(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return read_header(in, file).resolution;
-}
+double read_octomap_resolution(const std::filesystem::path& file) { return OctomapFile(file).resolution; }
 
 std::string octomap_note(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  const OctomapHeader header = read_header(in, file);
-  if (header.id == "OcTree") return {};
-  return "octree: of type " + header.id + ", whose occupancy is taken" +
-         (header.dropped > 0 ? ", and the " + std::to_string(header.dropped) +
-                                   " bytes a node has besides (colour, time or labels) left"
-                             : "");
+  const OctomapFile read(file);
+  if (read.id == "OcTree") return {};
+  return "octree: of type " + read.id + ", whose occupancy is taken" +
+         (read.dropped > 0 ? ", and the " + std::to_string(read.dropped) +
+                                 " bytes a node has besides (colour, time or labels) left"
+                           : "");
 }
 
 occupancy::OccupancyMap occupancy::OccupancyMap::read_octomap(const std::filesystem::path& file,
                                                               OccupancyParameters parameters) {
-  std::ifstream in(file, std::ios::binary);
-  const OctomapHeader header = read_header(in, file);
-  parameters.resolution = header.resolution;
+  OctomapFile octree(file);
+  parameters.resolution = octree.resolution;
   occupancy::OccupancyMap map(parameters);
-  if (header.nodes == 0 && in.peek() == std::istream::traits_type::eof()) return map;  // an empty map
-  if (in.peek() == std::istream::traits_type::eof()) refuse_octomap(file, "is truncated");
-  OctomapReader(*map.tree_, in, header, file).read();
+  octree.read(*map.tree_);
   return map;
 }
 
