@@ -60,40 +60,27 @@ class PictureTest : public ExportTest {
   }
 };
 
-TEST_F(PictureTest, FromTheTopOneLooksPastTheCeilingOnTheFloor) {
+TEST_F(PictureTest, OneLooksPastWhatIsSeenFromBehind) {
   PictureOptions options;
-  options.from = ViewFrom::top;
   options.width = 600;
   options.height = 400;
-  const Picture image = render(room_, options, "top.png");
-  EXPECT_EQ(image.width, 600u);
-  EXPECT_EQ(image.height, 400u);
+  const auto shows = [&](ViewFrom from, bool cut, double x, double y, std::size_t surface) {
+    options.from = from;
+    options.cut = cut;
+    const Picture image =
+        render(room_, options,
+               std::string(view_names[static_cast<std::size_t>(from)]) + (cut ? ".png" : "_uncut.png"));
+    EXPECT_EQ(image.width, 600u);
+    EXPECT_EQ(image.height, 400u);
+    EXPECT_TRUE(has_color_of(image.at(x, y), *room_.surfaces[surface])) << surface;
+  };
   // +y is up in the picture: the floor's corner by the origin is below and to the left of its middle.
-  EXPECT_TRUE(has_color_of(image.at(0.3, 0.7), *room_.surfaces[0]));
-  EXPECT_TRUE(has_color_of(image.at(0.42, 0.52), *room_.surfaces[6]));  // the table
-  options.cut = false;
-  EXPECT_TRUE(has_color_of(render(room_, options, "top_uncut.png").at(0.5, 0.5), *room_.surfaces[1]));
-}
-
-TEST_F(PictureTest, FromOutsideOneLooksPastNearWallsOnFarOnes) {
-  PictureOptions options;
-  options.from = ViewFrom::front;  // along +y
-  options.width = 600;
-  options.height = 400;
-  EXPECT_TRUE(has_color_of(render(room_, options, "front.png").at(0.35, 0.45), *room_.surfaces[3]));
-  options.from = ViewFrom::left;  // along +x
-  EXPECT_TRUE(has_color_of(render(room_, options, "left.png").at(0.5, 0.45), *room_.surfaces[5]));
-  options.cut = false;
-  EXPECT_TRUE(has_color_of(render(room_, options, "left_uncut.png").at(0.5, 0.45), *room_.surfaces[4]));
-}
-
-TEST_F(PictureTest, EyeAndTarget) {
-  PictureOptions options;
-  options.width = 320;
-  options.height = 240;
-  options.eye = Eigen::Vector3d(3, 2, 1.5);
-  options.target = Eigen::Vector3d(0, 2, 1.5);
-  EXPECT_TRUE(has_color_of(render(room_, options).at(0.5, 0.5), *room_.surfaces[4]));
+  shows(ViewFrom::top, true, 0.3, 0.7, 0);
+  shows(ViewFrom::top, true, 0.42, 0.52, 6);    // the table
+  shows(ViewFrom::top, false, 0.5, 0.5, 1);     // the ceiling
+  shows(ViewFrom::front, true, 0.35, 0.45, 3);  // along +y
+  shows(ViewFrom::left, true, 0.5, 0.45, 5);    // along +x
+  shows(ViewFrom::left, false, 0.5, 0.45, 4);
 }
 
 TEST_F(PictureTest, StraySurfaceDoesNotShrinkTheRest) {
@@ -219,6 +206,7 @@ TEST_F(PictureTest, EyeAndTargetAreInTheMapsFrameWhateverIsUp) {
   options.eye = Eigen::Vector3d(3, 2, 1.5);
   options.target = Eigen::Vector3d(0, 2, 1.2);
   const Picture straight = render(room_, options);
+  EXPECT_TRUE(has_color_of(straight.at(0.5, 0.4), *room_.surfaces[4]));
   options.eye = R * *options.eye;
   options.target = R * *options.target;
   options.up = up;
@@ -272,46 +260,35 @@ TEST_F(PictureTest, EdgesAreDrawnInTheirKindsColours) {
   EXPECT_EQ(pixels_of(EdgeKind::frontier, render(only_floor, options)), 0);
 }
 
-TEST_F(PictureTest, NothingToSeeIsAPictureToo) {
-  PictureOptions options;
-  options.width = options.height = 64;
-  EXPECT_EQ(render(Snapshot{}, options).rgb.size(), 3u * 64 * 64);
-}
-
-TEST_F(PictureTest, SamePictureTwice) {
+TEST_F(PictureTest, SamePictureTwiceAndOneOfNothing) {
   PictureOptions options;
   options.width = options.height = 128;
   EXPECT_EQ(render(room_, options).rgb, render(make_room(), options).rgb);
+  EXPECT_EQ(render(Snapshot{}, options).rgb.size(), 3u * 128 * 128);
 }
 
 TEST_F(PictureTest, NonsenseIsNamed) {
-  const auto kind = [&](const PictureOptions& options, const std::filesystem::path& file) {
+  const auto expect_refused = [&](Error::Kind kind, const auto& change, const char* name = "p.png") {
+    PictureOptions options;
+    options.width = options.height = 64;
+    change(options);
     try {
-      render_png(room_, file, options);
+      render_png(room_, path(name), options);
+      ADD_FAILURE() << "no error";
     } catch (const Error& error) {
-      return error.kind();
+      EXPECT_EQ(error.kind(), kind) << error.what();
     }
-    ADD_FAILURE() << "no error";
-    return Error::Kind::data;
   };
-  PictureOptions options;
-  options.width = 15;
-  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
-  options.width = 64;
-  options.height = 1 << 20;
-  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
-  options.height = 64;
-  EXPECT_EQ(kind(options, path("no/folder.png")), Error::Kind::output);
-  options.eye = options.target = Eigen::Vector3d(1, 1, 1);
-  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
-  options.eye = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
-  options.eye.reset();
-  options.up.setZero();
-  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
-  options.up.setOnes();
+  using O = PictureOptions;
+  expect_refused(Error::Kind::usage, [](O& o) { o.width = 15; });
+  expect_refused(Error::Kind::usage, [](O& o) { o.height = 1 << 20; });
+  expect_refused(
+      Error::Kind::output, [](O&) {}, "no/folder.png");
+  expect_refused(Error::Kind::usage, [](O& o) { o.eye = o.target = Eigen::Vector3d(1, 1, 1); });
+  expect_refused(Error::Kind::usage, [](O& o) { o.eye = Eigen::Vector3d::Constant(std::nan("")); });
+  expect_refused(Error::Kind::usage, [](O& o) { o.up.setZero(); });
   std::ofstream(path("p.png")) << "precious";
-  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
+  expect_refused(Error::Kind::usage, [](O&) {});
 }
 
 }  // namespace

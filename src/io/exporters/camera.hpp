@@ -3,13 +3,20 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <optional>
-#include <vector>
+#include <span>
 
 #include <octosurf/export.hpp>
 
 namespace octosurf::io {
 
-/// A pinhole camera; the map's z is up in its pictures (y if it looks straight up or down).
+/// What a picture is to show, z up.
+struct View {
+  ViewFrom from = ViewFrom::iso;
+  std::optional<Eigen::Vector3d> eye, target;
+  int width = 0, height = 0;  ///< pixels
+};
+
+/// A pinhole camera; z is up in its pictures (y if it looks straight up or down).
 struct Camera {
   Eigen::Vector3d eye, right, up, forward;
   double half_height = 0;   ///< of the picture, at distance 1
@@ -26,12 +33,8 @@ struct Camera {
   std::optional<Pixel> project(const Eigen::Vector3d& point) const;
 };
 
-/// The camera for PictureOptions. A preset is as near as possible with all of `points` in the picture, with a
-/// margin; with a target, on the line through it. Throws Error(usage) if eye and target coincide or are not
-/// finite.
-Camera make_camera(const std::vector<Eigen::Vector3d>& points, const PictureOptions& options);
-
-/// Per axis the 2 to 98 % range of `samples`; the unit cube if there are none.
-Eigen::AlignedBox3d robust_box(const std::vector<Eigen::Vector3d>& samples);
+/// A preset is as near as possible with all of `points` in the picture, with a margin; with a target, on the
+/// line through it. Throws Error(usage) if eye and target coincide or are not finite.
+Camera make_camera(std::span<const Eigen::Vector3d> points, const View& view);
 
 }  // namespace octosurf::io
