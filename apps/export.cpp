@@ -41,7 +41,6 @@ Examples:
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
   octosurf export maps/office --to office.ot                   the octree with its log-odds, for OctoMap's tools
   octosurf export maps/office --to office.mcap                 surfaces, points, voxels and poses, for Foxglove
-  octosurf export maps/office --to pieces.json --format sl1m --foot 0.22x0.12
   octosurf export maps/office --to terrain.cdr --format planar_terrain --foot-radius 0.04
 )";
 

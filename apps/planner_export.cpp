@@ -1,4 +1,4 @@
-// Composes the contents of planners' formats: contact regions, their convex pieces, a grid of heights.
+// Composes the contents of planners' formats: contact regions, a grid of heights.
 #include "planner_export.hpp"
 
 #include "bounds.hpp"
@@ -53,17 +53,15 @@ class PlannerExporter {
 
   void run() const {
     const std::string& format = options_.format;
-    if (format == "sl1m") write_pieces();
     if (format == "planar_terrain") write_terrain();
-    if (format == "grid_map" || format == "height") write_grid();
+    if (format == "grid_map") write_grid();
     if (turn_.angularDistance(Eigen::Quaterniond::Identity()) > 0)
       std::printf("turned so that up is +z, by the quaternion x %.9g y %.9g z %.9g w %.9g\n", turn_.x(),
                   turn_.y(), turn_.z(), turn_.w());
   }
 
  private:
-  /// With the contact regions, and their pieces where they are asked for.
-  std::vector<PlannerSurface> contact_surfaces(bool pieces) const {
+  std::vector<PlannerSurface> contact_surfaces() const {
     PlannerContact contact;
     contact.shape = chosen_foot(options_);
     contact.limits.up = up_;
@@ -71,7 +69,6 @@ class PlannerExporter {
     contact.limits.clearance_m = options_.clearance;
     contact.limits.gap_depth_m = options_.gap_depth;
     if (options_.yaw_deg) contact.yaw_rad = *options_.yaw_deg * degree;
-    if (pieces) contact.pieces = options_.pieces;
     contact.turn = turn_;
     return planner_surfaces(*snapshot_, contact, &octree_);
   }
@@ -85,20 +82,9 @@ class PlannerExporter {
     return height_grid(*snapshot_, wanted);
   }
 
-  void write_pieces() const {
-    const std::vector<PlannerSurface> surfaces = contact_surfaces(true);
-    std::size_t pieces = 0, on = 0;
-    for (const PlannerSurface& surface : surfaces) {
-      pieces += surface.pieces.size();
-      on += surface.pieces.empty() ? 0 : 1;
-    }
-    export_sl1m(surfaces, file_, force_);
-    std::printf("%s: %zu convex pieces on %zu surfaces\n", file_.c_str(), pieces, on);
-  }
-
   void write_terrain() const {
     const PlanarTerrainCount count =
-        export_planar_terrain(contact_surfaces(false), grid(80 * degree), options_.frame, file_, force_);
+        export_planar_terrain(contact_surfaces(), grid(80 * degree), options_.frame, file_, force_);
     std::printf("%s: %zu regions\n", file_.c_str(), count.regions);
     if (count.without_inset + count.too_steep > 0)
       std::fprintf(stderr, "left out: %zu regions without room for the foot, %zu steeper than 80 degrees\n",
@@ -107,10 +93,7 @@ class PlannerExporter {
 
   void write_grid() const {
     const HeightGrid heights = grid(std::numbers::pi);
-    if (options_.format == "height")
-      export_height_image(heights, file_, force_);
-    else
-      export_grid_map(heights, options_.frame, file_, force_);
+    export_grid_map(heights, options_.frame, file_, force_);
     std::printf("%s: %td x %td cells of %g m\n", file_.c_str(), heights.elevation.rows(),
                 heights.elevation.cols(), heights.cell);
   }
@@ -129,9 +112,9 @@ class PlannerExporter {
 void add_planner_options(CLI::App& verb, PlannerExport& options) {
   const std::string group = "For planners' own formats (--format)";
   verb.add_option("--format", options.format,
-                  "sl1m (.json), planar_terrain or grid_map (.json, .cdr), height (.png); "
-                  "docs/formats.md, section 7. Without it --to's ending decides")
-      ->check(CLI::IsMember({"sl1m", "planar_terrain", "grid_map", "height"}));
+                  "planar_terrain or grid_map (.json, .cdr); docs/formats.md, section 7. Without it --to's "
+                  "ending decides")
+      ->check(CLI::IsMember({"planar_terrain", "grid_map"}));
   verb.add_option("--foot", options.foot, "LENGTHxWIDTH of a sole about its reference point, or a radius; m")
       ->group(group);
   verb.add_option("--foot-radius", options.foot_radius, "m: a round foot; 0.06 unless there is a --foot")
@@ -150,10 +133,6 @@ void add_planner_options(CLI::App& verb, PlannerExport& options) {
   verb.add_option("--gap-depth", options.gap_depth,
                   "m: refuse gaps with this much free space behind them (contact.hpp); 0: not checked")
       ->check(at_least(0))
-      ->capture_default_str()
-      ->group(group);
-  verb.add_option("--pieces", options.pieces, "sl1m: most convex pieces of a surface")
-      ->check(at_least(1))
       ->capture_default_str()
       ->group(group);
   verb.add_option("--cell", options.cell, "m: of height grids; default: the map's resolution")

@@ -21,7 +21,6 @@ struct PlannerExport {
   double max_slope_deg = 30;
   std::optional<double> cell, below;    ///< m
   double clearance = 0, gap_depth = 0;  ///< m; 0: not checked
-  std::size_t pieces = 12;              ///< of a surface, at most
   std::string frame = "map";
 };
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Support affordances for hpp-affordance, of `octosurf export MAP --to pieces.json --format sl1m --foot-radius 0.06`.
+"""Support affordances for hpp-affordance, of `sl1m_pieces.py MAP pieces.json --foot 0.06`.
 
   hpp_affordances.py pieces.json FOLDER
 

@@ -95,24 +95,14 @@ void bind_terrain(py::module_& module) {
              "convex_plane_decomposition_msgs/PlanarTerrain as .json or .cdr: a PlanarTerrainCount.");
   module.def("export_grid_map", &export_grid_map, py::arg("grid"), py::arg("frame"), py::arg("file"),
              py::arg("force") = false, Guard(), "grid_map_msgs/GridMap of a HeightGrid as .json or .cdr.");
-  module.def("export_height_image", &export_height_image, py::arg("grid"), py::arg("file"),
-             py::arg("force") = false, Guard(),
-             "A HeightGrid as 16-bit grey PNG, and beside it a .json that says what its values mean.");
 }
 
 }  // namespace
 
 void bind_planner_formats(py::module_& module) {
-  using Guard = py::call_guard<py::gil_scoped_release>;
   bind_height_grid(module);
   bind_planner_surface(module);
   bind_terrain(module);
-  module.def(
-      "export_sl1m", &export_sl1m, py::arg("surfaces"), py::arg("file"), py::arg("force") = false, Guard(),
-      R"(Writes the pieces of a list of PlannerSurface as SL1M and its kin take them: docs/formats.md, section 7.
-
-As all of these: throws Error(usage) for a file that exists unless `force`, Error(data) if there is nothing to write,
-Error(output).)");
 }
 
 }  // namespace octosurf::python

@@ -3,10 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <coin/Cbc_C_Interface.h>
-#include <fstream>
 #include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 
@@ -239,31 +237,24 @@ ContactPiece turned(ContactPiece piece, const Eigen::Matrix3d& R) {
   return piece;
 }
 
-Eigen::Vector3d vector_of(const nlohmann::json& list) {
-  const auto at = list.get<std::array<double, 3>>();
-  return {at[0], at[1], at[2]};
-}
-
 }  // namespace
 
-std::vector<ContactPiece> read_sl1m(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read");
+std::vector<ContactPiece> contact_pieces(const std::vector<PlannerSurface>& surfaces) {
   std::vector<ContactPiece> pieces;
-  for (const nlohmann::json& one : nlohmann::json::parse(in)) {
-    ContactPiece piece;
-    piece.surface = one.at("id");
-    for (const nlohmann::json& vertex : one.at("vertices")) piece.vertices.push_back(vector_of(vertex));
-    const nlohmann::json &A = one.at("A"), &b = one.at("b");
-    const auto rows = static_cast<Eigen::Index>(A.size());
-    piece.A.resize(rows, 3);
-    piece.b.resize(rows);
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      piece.A.row(i) = vector_of(A.at(static_cast<std::size_t>(i))).transpose();
-      piece.b[i] = b.at(static_cast<std::size_t>(i));
+  for (const PlannerSurface& surface : surfaces)
+    for (const ConvexPiece& place : surface.pieces) {
+      const Eigen::Vector3d normal = surface.T_world_surface.linear().col(2);
+      const auto edges = static_cast<Eigen::Index>(place.vertices.size());
+      Eigen::Matrix<double, 3, Eigen::Dynamic> corners(3, edges);
+      for (Eigen::Index i = 0; i < edges; ++i) corners.col(i) = place.vertices[static_cast<std::size_t>(i)];
+      ContactPiece piece{surface.id, place.vertices, {}, {}};
+      piece.A.resize(edges + 2, 3);
+      for (Eigen::Index i = 0; i < edges; ++i)
+        piece.A.row(i) = (corners.col((i + 1) % edges) - corners.col(i)).cross(normal).normalized();
+      piece.A.bottomRows<2>() << normal.transpose(), -normal.transpose();
+      piece.b = (piece.A * corners).rowwise().maxCoeff();
+      pieces.push_back(std::move(piece));
     }
-    pieces.push_back(std::move(piece));
-  }
   return pieces;
 }
 

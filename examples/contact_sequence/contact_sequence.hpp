@@ -4,9 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <vector>
+
+#include <octosurf/planner_formats.hpp>
 
 namespace octosurf::examples {
 
@@ -18,8 +19,8 @@ struct ContactPiece {
   Eigen::VectorXd b;
 };
 
-/// What `octosurf export MAP --to FILE --format sl1m` writes.
-std::vector<ContactPiece> read_sl1m(const std::filesystem::path& file);
+/// The surfaces' convex pieces, in their world.
+std::vector<ContactPiece> contact_pieces(const std::vector<PlannerSurface>& surfaces);
 
 /// A biped by boxes: where a foot may be put, seen from the one that stands, and where the centre of mass may
 /// be, seen from a foot; forward, outward (to the moving foot's side), up. Reach as Biped's in footsteps.hpp.
@@ -58,7 +59,7 @@ struct ContactSequence {
 /// 3. While a foot is in the air the robot stands statically on the other one: the centre of mass is over it.
 ///    Between two such postures it moves straight, over the hull of both soles.
 /// 4. Of all plans of the fewest steps it is one whose feet are nearest to the stance's width apart.
-/// The world's z is up, as in what `octosurf export` writes for SL1M.
+/// The world's z is up.
 /// Empty: CBC has proven that no plan has so few steps.
 ///
 /// CBC, and not GLPK, which Debian has, too: both solve each of these programmes of some hundred binaries in

@@ -1,5 +1,5 @@
-// contact_sequence PIECES X Y Z X Y Z: contacts of a biped from between its feet here to there, on the pieces
-// that `octosurf export MAP --to PIECES --format sl1m --foot 0.22x0.11 --yaw DEG` wrote for its heading.
+// contact_sequence MAP X Y Z X Y Z: contacts of a biped from between its feet here to there, in a map whose z
+// is up.
 #include "contact_sequence.hpp"
 
 #include <Eigen/Geometry>
@@ -8,10 +8,12 @@
 #include <cstdlib>
 #include <exception>
 
+#include <octosurf/map.hpp>
+
 int main(int argc, char** argv) {
   using namespace octosurf::examples;
   if (argc != 8) {
-    std::fprintf(stderr, "usage: contact_sequence PIECES X Y Z X Y Z\n");
+    std::fprintf(stderr, "usage: contact_sequence MAP X Y Z X Y Z\n");
     return 2;
   }
   try {
@@ -24,7 +26,13 @@ int main(int argc, char** argv) {
     const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(way.normalized()) * reach.stance_width_m / 2;
     ContactTask task{{from + left, from - left}, to};
     task.yaw_rad = std::atan2(way.y(), way.x());
-    const auto found = plan_contacts(read_sl1m(argv[1]), task, reach, 20);
+    octosurf::PlannerContact sole;
+    sole.shape = octosurf::ContactShape::rectangle(0.22, 0.11);
+    sole.yaw_rad = task.yaw_rad;
+    sole.pieces = 12;
+    const octosurf::LoadedMap loaded = octosurf::load_map(argv[1]);
+    const auto surfaces = octosurf::planner_surfaces(*loaded.map.snapshot(), sole);
+    const auto found = plan_contacts(contact_pieces(surfaces), task, reach, 20);
     if (!found) {
       std::fprintf(stderr, "contact_sequence: no sequence of at most 20 steps\n");
       return 1;

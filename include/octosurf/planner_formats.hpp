@@ -54,16 +54,6 @@ struct PlannerContact {
 std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const PlannerContact& contact,
                                              const OccupancyView* octree = nullptr);
 
-/// SL1M and related planners: a JSON list of the pieces, `{"id", "vertices", "normal", "A", "b"}` each.
-///
-/// 1. Vertices counter-clockwise seen from the normal's tip, starting so that the first three form the
-///    largest triangle of three consecutive ones: SL1M computes the normal from these.
-/// 2. A·p ≤ b, rows of unit length in world coordinates: an edge each, from the first vertex on, then n and
-///    −n, as SL1M's own. Every vertex satisfies them to 2e-9. They are also valid where SL1M's own are not:
-///    on surfaces tilted by more than 8° and on those whose normal points down.
-void export_sl1m(const std::vector<PlannerSurface>& surfaces, const std::filesystem::path& file,
-                 bool force = false);
-
 /// What a planar terrain left out.
 struct PlanarTerrainCount {
   std::size_t regions = 0;        ///< written
@@ -87,9 +77,5 @@ PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surf
 /// JSON (null for empty cells) or .cdr (NaN).
 void export_grid_map(const HeightGrid& grid, const std::string& frame, const std::filesystem::path& file,
                      bool force = false);
-
-/// A height image, 16-bit grey PNG, and `file` with the extension .json that defines its scale: height =
-/// offset + scale · value, 0 for empty cells; row 0 is the largest y, column 0 the smallest x.
-void export_height_image(const HeightGrid& grid, const std::filesystem::path& file, bool force = false);
 
 }  // namespace octosurf

@@ -63,12 +63,13 @@ bool is_rectified(const std::string& images);
 Eigen::Isometry3d pose_from_transform(const Eigen::Vector3d& translation, const Eigen::Quaterniond& rotation,
                                       const std::string& where);
 
-/// grid_map_msgs/GridMap with the contents of export_grid_map(). Throws Error(data) for a grid without cells.
-std::string grid_map_message(const HeightGrid& grid, const std::string& frame, MessageEncoding encoding);
+/// grid_map_msgs/GridMap in CDR with the contents of export_grid_map(). Throws Error(data) for a grid without
+/// cells.
+std::string grid_map_message(const HeightGrid& grid, const std::string& frame);
 
-/// convex_plane_decomposition_msgs/PlanarTerrain with the contents of export_planar_terrain(), which lists
-/// the requirements.
+/// convex_plane_decomposition_msgs/PlanarTerrain in CDR with the contents of export_planar_terrain(), which
+/// lists the requirements.
 std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                                   const std::string& frame, MessageEncoding encoding);
+                                   const std::string& frame);
 
 }  // namespace octosurf

@@ -8,7 +8,5 @@ namespace octosurf::io {
 
 /// Writes an 8-bit RGB image, rows from the top. Throws Error(output) if it cannot be encoded.
 void write_png(const std::vector<std::uint8_t>& rgb, int width, int height, std::ostream& out);
-/// The same for a 16-bit grey one.
-void write_png(const std::vector<std::uint16_t>& grey, int width, int height, std::ostream& out);
 
 }  // namespace octosurf::io

@@ -66,7 +66,7 @@ struct Refused {
 /// In a folder with the scans `floor`, their map `m`, `notes.txt` and the empty folder `empty`.
 const std::vector<Refused>& refused() {
   static const std::string foothold = "query m --foothold 0 0 0 0",
-                           sl1m = "export m --to p.json --format sl1m",
+                           terrain = "export m --to p.json --format planar_terrain",
                            plan = "plan m --from 0 0 0 0 --to 1 0 0 0";
   static const std::vector<Refused> table{
       {"", {"verb"}},
@@ -155,16 +155,16 @@ const std::vector<Refused>& refused() {
       {"export m --to n.ply --thickness -1", {"'-1' must be more than 0"}},
       {"export m --to n.ot --what points", {"--what"}},
       {"export m --to n.mcap --what points", {"--what"}},
-      {"export m --to p.json --format sl2m", {"sl2m"}},
-      {sl1m + " --foot large", {"large: is no foot"}},
-      {sl1m + " --foot 0.2x-1", {}},
-      {sl1m + " --foot 0.2x0.1 --foot-radius 0.1", {"one of them"}},
-      {sl1m + " --foot-radius 9", {"no surface"}, 1},
-      {sl1m + " --up x", {"no surface has room"}, 1},
+      {"export m --to p.json --format sl1m", {"sl1m"}},
+      {terrain + " --foot large", {"large: is no foot"}},
+      {terrain + " --foot 0.2x-1", {}},
+      {terrain + " --foot 0.2x0.1 --foot-radius 0.1", {"one of them"}},
+      {terrain + " --foot-radius 9", {"no surface"}, 1},
+      {terrain + " --up x", {"no surface"}, 1},
       {"export m --to g.cdr --format grid_map --max-slope 90", {"max_slope"}},
       {"export m --to g.cdr --format grid_map --cell 0.00001", {"cells"}},
       {"export m --to g.png --format grid_map", {".cdr"}},
-      {"export m --to m.surfaces --format sl1m --force", {"m.surfaces"}},
+      {"export m --to m.surfaces --format grid_map --force", {"m.surfaces"}},
       {"view m --foot big", {"--foot big"}},
       {"view m --foot 0.2x0.1@north", {"@", "0.22x0.11@90"}},
       {"view m --foot -1", {"radius"}},

@@ -30,9 +30,8 @@ Eigen::Vector3d middle_of(const evaluation::TrueFace& face) {
   return face.T_map_face * Eigen::Vector3d(box.center().x(), box.center().y(), 0);
 }
 
-/// The mesh `bauzil_stairs`, mapped and given to the optimiser as a file for SL1M; from the floor to the
-/// platform. Treads are 0.3 m deep and 0.1 m apart in height; those 0.1 m and 0.5 m above the floor are there
-/// but once.
+/// The mesh `bauzil_stairs`, mapped and given to the optimiser as pieces; from the floor to the platform.
+/// Treads are 0.3 m deep and 0.1 m apart in height; those 0.1 m and 0.5 m above the floor are there but once.
 class Stairs {
  public:
   static std::filesystem::path mesh() {
@@ -47,7 +46,7 @@ class Stairs {
     const simulation::Recording recording(options);
     Mapper mapper;
     for (std::size_t i = 0; i < recording.size(); ++i) mapper.insert(recording.scan(i));
-    // Simulated worlds stand a little askew; SL1M's has z for up.
+    // Simulated worlds stand a little askew; the optimiser's has z for up.
     const Up up = up_from_surfaces(mapper.map());
     const Eigen::Quaterniond R = upright(up.direction);
     std::vector<Eigen::Vector3d> treads;
@@ -69,32 +68,19 @@ class Stairs {
     task.start = {from + left, from - left};
     task.goal = last + 0.6 * ahead + (first.z() - floor) * Eigen::Vector3d::UnitZ();
     task.yaw_rad = std::atan2(ahead.y(), ahead.x());
-    write_pieces(*mapper.snapshot(), up.direction);
-    pieces = read_sl1m(file());
+    PlannerContact contact;
+    contact.shape = sole;
+    contact.yaw_rad = task.yaw_rad;
+    contact.limits.up = up.direction;
+    contact.limits.edge_margin_m = mapper.snapshot()->resolution;
+    contact.pieces = 12;
+    contact.turn = R;
+    pieces = contact_pieces(planner_surfaces(*mapper.snapshot(), contact));
   }
-  ~Stairs() { std::filesystem::remove(file()); }
 
   std::vector<ContactPiece> pieces;
   ContactTask task{};
   ContactShape sole = ContactShape::rectangle(0.22, 0.11);
-
- private:
-  static std::filesystem::path file() {
-    return std::filesystem::path(testing::TempDir()) / "octosurf_contact_sequence.json";
-  }
-  void write_pieces(const Snapshot& snapshot, const Eigen::Vector3d& up) const {
-    ContactLimits limits;
-    limits.up = up;
-    limits.edge_margin_m = snapshot.resolution;
-    std::vector<PlannerSurface> surfaces;
-    for (const SurfacePtr& surface : snapshot.surfaces) {
-      const ContactRegion region = contact_region(*surface, sole, task.yaw_rad, limits);
-      PlannerSurface one{surface->id, surface->T_map_surface, surface->polygons, region.polygons,
-                         convex_pieces(*surface, region, 12)};
-      surfaces.push_back(turned(std::move(one), upright(up)));
-    }
-    export_sl1m(surfaces, file(), true);
-  }
 };
 
 class ContactSequenceTest : public testing::Test {

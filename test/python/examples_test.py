@@ -4,11 +4,13 @@ import collections
 import json
 import re
 import runpy
+import struct
 import subprocess
 import sys
 import types
 import unittest
 import unittest.mock
+import zlib
 
 import numpy as np
 import octosurf
@@ -27,15 +29,54 @@ class Examples(unittest.TestCase):
         self.assertRegex(told, r"steps|no plan: ")
         self.assertGreater(picture.stat().st_size, 10000)
 
-    def test_sl1m_load(self):
-        pieces = world.FOLDER / "office.json"
-        world.command("export", world.SOURCE / "maps/office", "--to", pieces, "--format", "sl1m", "--foot", "0.22x0.12")
-        told = self.run_python(world.SOURCE / "examples/sl1m_load.py", pieces)
-        self.assertIn(f"{len(json.loads(pieces.read_text()))} convex pieces", told)
+    def test_sl1m_piece(self):
+        """As SL1M's convert_surface_to_inequality() reads it, and where that shears: at any tilt A p <= b is the piece."""
+        sl1m_piece = runpy.run_path(str(world.SOURCE / "examples/sl1m_pieces.py"))["sl1m_piece"]
+        rng = np.random.default_rng(3)
+        for count in range(5, 60):
+            angles = np.sort(rng.uniform(0, 2 * np.pi, count)) / 2 + np.linspace(0, np.pi, count, endpoint=False)
+            flat = np.c_[2 * np.cos(angles), np.sin(angles), np.zeros(count)]
+            flat = np.insert(flat, 1, flat[:2].mean(axis=0), axis=0)  # three in a row on one side
+            turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+            turn *= np.linalg.det(turn)
+            piece = sl1m_piece(7, turn[:, 2], flat @ turn.T + rng.uniform(-8, 8, 3))
+            ring, A, b = (np.array(piece[key]) for key in ("vertices", "A", "b"))
+            first = np.cross(ring[1] - ring[0], ring[2] - ring[0])  # SL1M's normal
+            np.testing.assert_allclose(first / np.linalg.norm(first), turn[:, 2], atol=1e-6)
+            np.testing.assert_allclose(np.linalg.norm(A, axis=1), 1)
+            slack = b[:, None] - A @ ring.T
+            self.assertGreater(slack.min(), -1e-12)
+            # A row for each edge, which its two ends touch; the last two are the plane.
+            on = slack < 1e-9
+            for edge in range(len(ring)):
+                self.assertTrue(on[edge, [edge, (edge + 1) % len(ring)]].all())
+            self.assertTrue(on[-2:].all())
+            outside = ring[0] + ring[1] - 2 * ring.mean(axis=0)
+            self.assertGreater((A[0] @ (ring[0] + 1e-3 * outside)) - b[0], 0)
+
+    def test_height_image(self):
+        file = world.FOLDER / "heights.png"
+        self.run_python(world.SOURCE / "examples/height_image.py", world.SOURCE / "maps/office", file, 0.1)
+        about, grid = json.loads(file.with_suffix(".json").read_text()), octosurf.height_grid(
+            octosurf.load(world.SOURCE / "maps/office").snapshot(), cell=0.1)
+        data = file.read_bytes()
+        self.assertEqual(data[16:26], struct.pack(">IIBB", about["width"], about["height"], 16, 0))
+        start, length = data.index(b"IDAT"), int.from_bytes(data[data.index(b"IDAT") - 4:][:4], "big")
+        rows = np.frombuffer(zlib.decompress(data[start + 4:start + 4 + length]), np.uint8).reshape(about["height"], -1)
+        self.assertFalse(rows[:, 0].any())  # unfiltered
+        values = rows[:, 1:].copy().view(">u2").astype(int)
+        for row, column in np.ndindex(grid.elevation.shape):
+            x, y = (grid.center_of(row, column) - about["origin"]) / about["cell"]
+            value, height = values[round(-y), round(x)], grid.elevation[row, column]
+            self.assertEqual(value == 0, np.isnan(height))
+            if value:
+                self.assertAlmostEqual(about["offset"] + about["scale"] * value, height, delta=0.51 * about["scale"])
 
     def test_hpp_affordances(self):
         pieces, folder = world.FOLDER / "pieces.json", world.FOLDER / "affordances"
-        world.command("export", world.SOURCE / "maps/office", "--to", pieces, "--format", "sl1m", "--foot-radius", 0.06)
+        told = self.run_python(world.SOURCE / "examples/sl1m_pieces.py", world.SOURCE / "maps/office", pieces,
+                               "--foot", 0.06)
+        self.assertIn(f"{len(json.loads(pieces.read_text()))} convex pieces", told)
         self.run_python(world.SOURCE / "examples/hpp_affordances.py", pieces, folder)
         listed, corners = json.loads(pieces.read_text()), {}
         self.assertEqual(len(list(folder.iterdir())), len(listed))

@@ -47,9 +47,6 @@ struct Shape {
   Mesh mesh;
 };
 
-/// One mesh as binary STL.
-void write_stl(const Shape& shape, std::ostream& out);
-
 /// `polygons` of a surface, triangulated; counter-clockwise seen from the normal's tip.
 Mesh flat(const Surface& surface, const std::vector<Polygon>& polygons);
 

@@ -34,13 +34,10 @@ std::function<void(io::MessageWriter&)> io::header(const std::string& frame, std
   return [frame, stamp_ns](io::MessageWriter& out) {
     constexpr std::int64_t second = 1000000000;
     const std::int64_t nanoseconds = (stamp_ns % second + second) % second;  // from 0 on, before 1970 too
-    out.begin_message();
-    if (out.numbers_headers()) out.fields("seq", std::uint32_t{0});
-    out.fields("stamp",
-               io::message_of("sec", static_cast<std::int32_t>((stamp_ns - nanoseconds) / second), "nanosec",
-                              static_cast<std::uint32_t>(nanoseconds)),
-               "frame_id", frame);
-    out.end_message();
+    out.message("stamp",
+                io::message_of("sec", static_cast<std::int32_t>((stamp_ns - nanoseconds) / second), "nanosec",
+                               static_cast<std::uint32_t>(nanoseconds)),
+                "frame_id", frame);
   };
 }
 
@@ -88,10 +85,10 @@ void export_grid_map(const HeightGrid& grid, const std::string& frame, const std
       force);
 }
 
-std::string grid_map_message(const HeightGrid& grid, const std::string& frame, MessageEncoding encoding) {
+std::string grid_map_message(const HeightGrid& grid, const std::string& frame) {
   io::require_cells(grid, "grid map");
-  return io::message_bytes(
-      [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame); }, encoding);
+  return io::cdr_of(
+      [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame); });
 }
 
 }  // namespace octosurf

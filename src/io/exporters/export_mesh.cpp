@@ -144,15 +144,6 @@ std::string with_origin(std::string_view glb, const Eigen::Vector3d& origin) {
 
 }  // namespace
 
-void write_stl(const Shape& shape, std::ostream& out) {
-  Assimp::Exporter exporter;
-  const MeshFormat stl{"stlb", false, false};
-  const aiExportDataBlob* blob = exporter.ExportToBlob(
-      to_scene({{"surface_" + std::to_string(shape.id), shape.color, shape.mesh}}, stl, {}).get(), stl.id);
-  if (blob == nullptr) throw Error(Error::Kind::output, "STL", exporter.GetErrorString());
-  out.write(static_cast<const char*>(blob->data), static_cast<std::streamsize>(blob->size));
-}
-
 void write_mesh_file(const ExportJob& job, const std::filesystem::path& file) {
   const MeshFormat format = format_of(file);
   NewFile output(file, job.options.force);

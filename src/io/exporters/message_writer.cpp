@@ -4,7 +4,6 @@
 #include "io/new_file.hpp"
 
 #include <array>
-#include <bit>
 #include <charconv>
 #include <cmath>
 #include <fastcdr/Cdr.h>
@@ -32,16 +31,8 @@ class JsonWriter : public MessageWriter {
   }
   void begin_list(std::size_t) override { open('['); }
   void end_list() override { close(']'); }
-  void write(double value) override { number(value); }
-  void write(float value) override { number(value); }
-  void write(std::uint32_t value) override { integer(value); }
-  void write(std::int32_t value) override { integer(value); }
-  void write(std::uint16_t value) override { integer(value); }
-  void write(std::uint8_t value) override { integer(unsigned{value}); }
-  void write(std::uint64_t value) override { integer(value); }
-  void write(bool value) override {
-    separate();
-    out_ << (value ? "true" : "false");
+  void write(Number value) override {
+    std::visit([this](auto number) { put(number); }, value);
   }
   void write(std::string_view value) override {
     separate();
@@ -50,12 +41,12 @@ class JsonWriter : public MessageWriter {
   }
   void write(std::span<const float> list) override {
     begin_list(list.size());
-    for (const float value : list) number(value);
+    for (const float value : list) put(value);
     end_list();
   }
   void write(std::span<const std::int8_t> list) override {
     begin_list(list.size());
-    for (const int value : list) integer(value);
+    for (const int value : list) put(value);
     end_list();
   }
 
@@ -73,20 +64,18 @@ class JsonWriter : public MessageWriter {
     out_ << bracket;
     first_ = false;
   }
-  template <class Real>
-  void number(Real value) {
+  template <class One>
+  void put(One value) {
     separate();
-    if (std::isnan(value)) {
+    if constexpr (std::is_same_v<One, bool>) {
+      out_ << (value ? "true" : "false");
+    } else if (std::isnan(static_cast<double>(value))) {
       out_ << "null";
-      return;
+    } else {
+      std::array<char, 32> text{};
+      const char* end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+      out_.write(text.data(), end - text.data());
     }
-    std::array<char, 32> text{};
-    out_.write(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr - text.data());
-  }
-  template <class Integer>
-  void integer(Integer value) {
-    separate();
-    out_ << value;
   }
 
   std::ostream& out_;
@@ -95,38 +84,8 @@ class JsonWriter : public MessageWriter {
 
 namespace cdr = eprosima::fastcdr;
 
-/// The common part of ROS' two serialisations: values in sequence, without names. `Encoding` has put() for a
-/// number or a text, and put_list() for numbers, whose count is written before.
-template <class Encoding>
-class BytesWriter : public MessageWriter {
- public:
-  void begin_message() override {}
-  void end_message() override {}
-  void field(const char*) override {}
-  void begin_list(std::size_t size) override { self().put(static_cast<std::uint32_t>(size)); }
-  void end_list() override {}
-  void write(double value) override { self().put(value); }
-  void write(float value) override { self().put(value); }
-  void write(std::uint32_t value) override { self().put(value); }
-  void write(std::int32_t value) override { self().put(value); }
-  void write(std::uint16_t value) override { self().put(value); }
-  void write(std::uint8_t value) override { self().put(value); }
-  void write(std::uint64_t value) override { self().put(value); }
-  void write(bool value) override { self().put(static_cast<std::uint8_t>(value)); }
-  void write(std::string_view value) override { self().put(value); }
-  void write(std::span<const float> list) override { write_list(list); }
-  void write(std::span<const std::int8_t> list) override { write_list(list); }
-
- private:
-  template <class Number>
-  void write_list(std::span<const Number> list) {
-    begin_list(list.size());
-    self().put_list(list);
-  }
-  Encoding& self() { return static_cast<Encoding&>(*this); }
-};
-
-class CdrWriter : public BytesWriter<CdrWriter> {
+/// Values in sequence, without names.
+class CdrWriter : public MessageWriter {
  public:
   CdrWriter()
       :
@@ -142,6 +101,21 @@ class CdrWriter : public BytesWriter<CdrWriter> {
     cdr_.serialize_encapsulation();
   }
 
+  void begin_message() override {}
+  void end_message() override {}
+  void field(const char*) override {}
+  void begin_list(std::size_t size) override { put(static_cast<std::uint32_t>(size)); }
+  void end_list() override {}
+  void write(Number value) override {
+    std::visit([this](auto number) { put(number); }, value);
+  }
+  void write(std::string_view value) override {
+    pad_to(sizeof(std::uint32_t));  // its length stands first
+    cdr_ << std::string(value);
+  }
+  void write(std::span<const float> list) override { put_list(list); }
+  void write(std::span<const std::int8_t> list) override { put_list(list); }
+
   std::span<const char> bytes() const {
 #if FASTCDR_VERSION_MAJOR >= 2
     return {buffer_.getBuffer(), cdr_.get_serialized_data_length()};
@@ -151,24 +125,21 @@ class CdrWriter : public BytesWriter<CdrWriter> {
   }
 
  private:
-  friend BytesWriter;
   /// Fast CDR skips alignment bytes without writing them, which would leave uninitialised memory.
   void pad_to(std::size_t alignment) {
     constexpr std::size_t encapsulation = 4;  // not counted in the alignment
     while ((bytes().size() - encapsulation) % alignment != 0) cdr_ << '\0';
   }
-  template <class Number>
-  void put(Number value) {
+  template <class One>
+  void put(One value) {
     pad_to(sizeof value);
     cdr_ << value;
   }
-  void put(std::string_view value) {
-    pad_to(sizeof(std::uint32_t));  // its length stands first
-    cdr_ << std::string(value);
-  }
-  template <class Number>
-  void put_list(std::span<const Number> list) {
-    if (!list.empty()) pad_to(sizeof(Number));
+  void put(bool value) { put(static_cast<std::uint8_t>(value)); }
+  template <class One>
+  void put_list(std::span<const One> list) {
+    begin_list(list.size());
+    if (!list.empty()) pad_to(sizeof(One));
 #if FASTCDR_VERSION_MAJOR >= 2
     cdr_.serialize_array(list.data(), list.size());
 #else
@@ -178,32 +149,6 @@ class CdrWriter : public BytesWriter<CdrWriter> {
 
   cdr::FastBuffer buffer_;
   cdr::Cdr cdr_;
-};
-
-/// ROS 1's: little-endian, unaligned, strings without a terminator.
-class PackedWriter : public BytesWriter<PackedWriter> {
- public:
-  bool numbers_headers() const override { return true; }
-
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  friend BytesWriter;
-  static_assert(std::endian::native == std::endian::little);
-  template <class Number>
-  void put(Number value) {
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  void put(std::string_view value) {
-    put(static_cast<std::uint32_t>(value.size()));
-    bytes_ += value;
-  }
-  template <class Number>
-  void put_list(std::span<const Number> list) {
-    bytes_.append(reinterpret_cast<const char*>(list.data()), list.size_bytes());
-  }
-
-  std::string bytes_;
 };
 
 void write_json(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
@@ -232,15 +177,6 @@ std::string cdr_of(const std::function<void(MessageWriter&)>& message) {
     throw std::bad_alloc();
   }
   return {writer.bytes().begin(), writer.bytes().end()};
-}
-
-std::string message_bytes(const std::function<void(MessageWriter&)>& message, MessageEncoding encoding) {
-  if (encoding == MessageEncoding::cdr) return cdr_of(message);
-  if (encoding != MessageEncoding::ros1)
-    throw Error(Error::Kind::usage, "a message's encoding", "is neither ROS 1's nor ROS 2's");
-  PackedWriter writer;
-  message(writer);
-  return writer.bytes();
 }
 
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,

@@ -10,9 +10,8 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <variant>
 #include <vector>
-
-#include <octosurf/ros_messages.hpp>
 
 namespace octosurf::io {
 
@@ -27,6 +26,10 @@ concept WritesItself =
 /// all its encodings.
 class MessageWriter {
  public:
+  /// Of the types that messages have: others do not convert to it.
+  using Number = std::variant<double, float, std::uint32_t, std::int32_t, std::uint16_t, std::uint8_t,
+                              std::uint64_t, bool>;
+
   virtual ~MessageWriter() = default;
 
   virtual void begin_message() = 0;
@@ -34,20 +37,10 @@ class MessageWriter {
   virtual void field(const char* name) = 0;  ///< the next value written is the field's
   virtual void begin_list(std::size_t size) = 0;
   virtual void end_list() = 0;
-  virtual void write(double value) = 0;
-  virtual void write(float value) = 0;
-  virtual void write(std::uint32_t value) = 0;
-  virtual void write(std::int32_t value) = 0;
-  virtual void write(std::uint16_t value) = 0;
-  virtual void write(std::uint8_t value) = 0;
-  virtual void write(std::uint64_t value) = 0;
-  virtual void write(bool value) = 0;
+  virtual void write(Number value) = 0;
   virtual void write(std::string_view value) = 0;
   virtual void write(std::span<const float> list) = 0;
   virtual void write(std::span<const std::int8_t> list) = 0;
-
-  /// Whether a Header begins with a sequence number, as in ROS 1.
-  virtual bool numbers_headers() const { return false; }
 
   void write(const char* value) { write(std::string_view(value)); }  // not its address, which would be a bool
   /// geometry_msgs/Point, Vector3.
@@ -115,8 +108,5 @@ std::string cdr_of(const std::function<void(MessageWriter&)>& message);
 /// written.
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
                    bool force);
-
-/// The message's bytes. Throws Error(usage) for an encoding that ROS does not have.
-std::string message_bytes(const std::function<void(MessageWriter&)>& message, MessageEncoding encoding);
 
 }  // namespace octosurf::io

@@ -1,7 +1,6 @@
 // PlanarTerrain messages, decoded from their definitions and asked what ocs2 and legged_perceptive ask.
 #include "io/exporters/planar_terrain_message.hpp"
 #include "io/exporters/planner_fixture.hpp"
-#include "io/exporters/terrain_layers.hpp"
 #include "io/ros_messages.hpp"
 #include "support/polygons.hpp"
 
@@ -71,8 +70,7 @@ TEST_F(PlanarTerrainMessage, PosesTurnThePlaneIntoTheWorld) {
   std::vector<PlannerSurface> surfaces;
   for (int i = 0; i < 50; ++i) {
     PlannerSurface surface = random_surface(random, 1 + i, i * 79.0 / 49 * std::numbers::pi / 180);
-    const Ring2 ring = random_convex(random, 1);
-    surface.polygons = surface.insets = {{ring, {}}};
+    surface.polygons = surface.insets = {shapes::random_polygon(random)};
     surfaces.push_back(surface);
   }
   const ros::PlanarTerrain terrain = written(surfaces);
