@@ -29,13 +29,12 @@ set(OCTOSURF_SLOW_fuzz Corpus/EveryByte.*
     Fuzz.BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles
     Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
 set(OCTOSURF_SLOW_io BagFiles.* Bags/CloudsInBag.* Bags/ImagesInBag.* DamagedMapFiles.*
-    Departures.ComeBackWithWhoTookThemIn Departures.ManyComeBackInOrder ExportTest.CsvOfPointsAndCirclesIsReadByPython
-    ExportTest.EmptyMapIsValidJsonAndCsv Kinds/DamagedBags.*
+    Departures.ComeBackWithWhoTookThemIn Departures.ManyComeBackInOrder ExportTest.FilesAreReadByPython
+    Kinds/DamagedBags.*
     MapFiles.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
     PictureTest.IsoShowsFloorAndDefaultSize RealScans.RedKitchen RecordStream.DamageBehindTheFrameIsSeen
     SaveFails.AtEveryByteOfItsFilesAndKeepsWhatWasThere ScanArchives.AMapFromTheArchiveIsTheMapToTheBit
-    ScanArchives.RoundingIsWithinItsBoundAndHasNoBias ScanArchives.RoundingMovesPlanesFarLessThanTheirNoise
-    Sl1m.TheLoaderInTheDocsReadsIt)
+    ScanArchives.RoundingIsWithinItsBoundAndHasNoBias ScanArchives.RoundingMovesPlanesFarLessThanTheirNoise)
 set(OCTOSURF_SLOW_detection Junctions.ABoardPartsWhatIsSeenToItsTwoSides Resegment.*
     Segment.ABoardOfThreeCentimetresPartsAWall LikelihoodDetector.*)
 set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndRailsAreOneEach

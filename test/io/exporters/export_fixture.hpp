@@ -41,23 +41,16 @@ class ExportTest : public ::testing::Test {
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
 
   std::filesystem::path write(const std::string& name, std::vector<ExportPart> parts) const {
+    const std::size_t before = count_files();
     ExportOptions options;
     options.parts = std::move(parts);
     export_surfaces(room_, path(name), options, extras_);
-    EXPECT_EQ(count_files(), files_before_.value_or(0) + 1 + (path(name).extension() == ".obj" ? 1 : 0));
+    EXPECT_EQ(count_files(), before + (path(name).extension() == ".obj" ? 2 : 1));
     return path(name);
   }
 
   std::size_t count_files() const {
     return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
-  }
-
-  /// Runs a Python program with `file` as its argument; its asserts are the test's.
-  static void expect_python(const std::string& program, const std::filesystem::path& file) {
-    if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is missing";
-    const std::filesystem::path script = file.string() + ".py";
-    std::ofstream(script) << program;
-    EXPECT_EQ(std::system(("python3 '" + script.string() + "' '" + file.string() + "'").c_str()), 0);
   }
 
   double total_area() const {
@@ -69,7 +62,6 @@ class ExportTest : public ::testing::Test {
   Snapshot room_ = make_room();
   ExportExtras extras_;
   std::filesystem::path folder_;
-  std::optional<std::size_t> files_before_;
 };
 
 inline double area(const Mesh& mesh) {

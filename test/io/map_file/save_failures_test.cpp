@@ -15,10 +15,10 @@ using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// Voxels so large that the files are a few thousand bytes.
+/// Voxels so large that the files are few thousand bytes.
 Parameters very_coarse() {
   Parameters parameters;
-  parameters.occupancy.resolution = 0.2;
+  parameters.occupancy.resolution = 0.5;
   return parameters;
 }
 
