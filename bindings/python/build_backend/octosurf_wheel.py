@@ -14,7 +14,6 @@ As a program it builds a wheel into a folder and prints its path; ./dev wheel do
 
 import argparse
 import base64
-import contextlib
 import hashlib
 import os
 import pathlib
@@ -28,55 +27,37 @@ import time
 import zipfile
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[3]
-SUMMARY = "Contact surfaces on an OctoMap for legged robots"
 # How Ninja, and make by CMake, begin the line of a step.
 STEP = re.compile(r"\[\s*(?:(?P<done>\d+)/(?P<all>\d+)|(?P<percent>\d+%))\]")
 OLDEST_DATE = (1980, 1, 1, 0, 0, 0)  # a zip's; the same files give the same wheel
 
 
-def version():
-    project = (CHECKOUT / "CMakeLists.txt").read_text()
-    return re.search(r"project\(octosurf VERSION (\S+)", project).group(1)
-
-
-def tag():
-    python = f"cp{sys.version_info.major}{sys.version_info.minor}"
-    platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
-    return f"{python}-{python}-{platform}"
-
-
-def info_folder():
-    return f"octosurf-{version()}.dist-info"
+VERSION = re.search(r"project\(octosurf VERSION (\S+)", (CHECKOUT / "CMakeLists.txt").read_text())[1]
+PYTHON = f"cp{sys.version_info.major}{sys.version_info.minor}"
+TAG = f"{PYTHON}-{PYTHON}-{re.sub('[-.]', '_', sysconfig.get_platform())}"
+INFO = f"octosurf-{VERSION}.dist-info"
+METADATA = f"""Metadata-Version: 2.1
+Name: octosurf
+Version: {VERSION}
+Summary: Contact surfaces on an OctoMap for legged robots
+License: Apache-2.0
+Requires-Python: >=3.9
+Requires-Dist: numpy
+"""
+WHEEL = f"Wheel-Version: 1.0\nGenerator: octosurf_wheel\nRoot-Is-Purelib: false\nTag: {TAG}\n"
 
 
 def metadata_files():
-    info = info_folder()
-    metadata = (
-        f"Metadata-Version: 2.1\nName: octosurf\nVersion: {version()}\nSummary: {SUMMARY}\n"
-        f"License: Apache-2.0\nRequires-Python: >=3.9\nRequires-Dist: numpy\n"
-    )
-    wheel = f"Wheel-Version: 1.0\nGenerator: octosurf_wheel\nRoot-Is-Purelib: false\nTag: {tag()}\n"
-    return {f"{info}/METADATA": metadata.encode(), f"{info}/WHEEL": wheel.encode(),
-            f"{info}/LICENSE": (CHECKOUT / "LICENSE").read_bytes()}
+    return {f"{INFO}/METADATA": METADATA.encode(), f"{INFO}/WHEEL": WHEEL.encode(),
+            f"{INFO}/LICENSE": (CHECKOUT / "LICENSE").read_bytes()}
 
 
-@contextlib.contextmanager
 def terminal():
     """The terminal of whoever runs pip, or None: there is none, or it shows what is printed anyway."""
-    if sys.stdout.isatty():
-        yield None
-        return
     try:
-        with open("/dev/tty", "w") as opened:
-            yield opened
+        return None if sys.stdout.isatty() else open("/dev/tty", "w")
     except OSError:
-        yield None
-
-
-def step_of(line):
-    """How far a build has come by a line that it prints; None: the line does not say."""
-    step = STEP.match(line)
-    return step and (step["percent"] or f"{step['done']} of {step['all']}")
+        return None
 
 
 def run(*command):
@@ -84,15 +65,16 @@ def run(*command):
     print("+", *command, flush=True)
     # As ./dev has it, so that either finds in ccache what the other has compiled.
     environment = os.environ | {"CCACHE_BASEDIR": str(CHECKOUT), "CCACHE_NOHASHDIR": "1"}
-    began = time.monotonic()
-    with terminal() as shown, subprocess.Popen(command, stdout=subprocess.PIPE, text=True, errors="replace",
-                                               env=environment, cwd=CHECKOUT) as process:
+    began, shown = time.monotonic(), terminal()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, errors="replace", env=environment,
+                          cwd=CHECKOUT) as process:
         for line in process.stdout:
             print(line, end="", flush=True)
-            if shown and (step := step_of(line)):
+            if shown and (step := STEP.match(line)):
+                done = step["percent"] or f"{step['done']} of {step['all']}"
                 minutes, seconds = divmod(int(time.monotonic() - began), 60)
                 # Back to the line's start, where pip has its own mark: five columns are left to that.
-                print(f"\r\x1b[K     octosurf: {step} built, {minutes}:{seconds:02} min\r", end="", file=shown, flush=True)
+                print(f"\r\x1b[K     octosurf: {done} built, {minutes}:{seconds:02} min\r", end="", file=shown, flush=True)
     if process.returncode != 0:
         raise SystemExit(f"octosurf_wheel: {command[0]} failed; its lines above say why (pip -v shows them all)")
 
@@ -101,14 +83,11 @@ def built_package(settings):
     """The package's files as CMake installs them: path in the wheel -> bytes."""
     build = CHECKOUT / settings.get("build-dir", "build/wheel")
     if not (build / "CMakeCache.txt").exists():
-        options = ["BUILD_TESTS", "BUILD_BENCH", "BUILD_APPS", "BUILD_OCTOMAP"]
-        if settings.get("pcl") != "on":
-            options.append("BUILD_PCL")
+        off = ["TESTS", "BENCH", "APPS", "OCTOMAP"] + ["PCL"] * (settings.get("pcl") != "on")
         generator = ["-G", "Ninja"] if shutil.which("ninja") else []
         run("cmake", "-S", CHECKOUT, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Release", "-DOCTOSURF_UNITY_BUILD=ON",
-            "-DBUILD_SHARED_LIBS=OFF", "-DOCTOSURF_BUILD_PYTHON=ON",
-            f"-DPython_EXECUTABLE={sys.executable}",
-            *[f"-DOCTOSURF_{option}=OFF" for option in options])
+            "-DBUILD_SHARED_LIBS=OFF", "-DOCTOSURF_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}",
+            *[f"-DOCTOSURF_BUILD_{part}=OFF" for part in off])
     jobs = settings.get("jobs", os.cpu_count() or 1)
     run("cmake", "--build", build, "--target", "octosurf_python", "--parallel", jobs)
     with tempfile.TemporaryDirectory() as staging:
@@ -131,24 +110,21 @@ def record(files):
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
     """Without it pip would build the wheel to learn its name and what it needs."""
+    pathlib.Path(metadata_directory, INFO).mkdir(parents=True)
     for path, content in metadata_files().items():
-        file = pathlib.Path(metadata_directory, path)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(content)
-    return info_folder()
+        pathlib.Path(metadata_directory, path).write_bytes(content)
+    return INFO
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     files = built_package(config_settings or {}) | metadata_files()
-    own = f"{info_folder()}/RECORD"
-    files[own] = (record(files) + f"{own},,\n").encode()
-    name = f"octosurf-{version()}-{tag()}.whl"
+    files[f"{INFO}/RECORD"] = f"{record(files)}{INFO}/RECORD,,\n".encode()
+    name = f"octosurf-{VERSION}-{TAG}.whl"
     with zipfile.ZipFile(pathlib.Path(wheel_directory, name), "w", zipfile.ZIP_DEFLATED) as wheel:
         for path, content in sorted(files.items()):
             entry = zipfile.ZipInfo(path, OLDEST_DATE)
-            entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if path.endswith(".so") else 0o644) << 16
-            wheel.writestr(entry, content)
+            wheel.writestr(entry, content, zipfile.ZIP_DEFLATED)
     return name
 
 
@@ -160,14 +136,10 @@ def build_sdist(sdist_directory, config_settings=None):
     raise UnsupportedOperation("the checkout is the source archive: pip install PATH")
 
 
-def main():
+if __name__ == "__main__":
     arguments = argparse.ArgumentParser(description="Builds the wheel of octosurf and prints its path.")
     arguments.add_argument("folder", type=pathlib.Path, help="where the wheel is written")
     arguments.add_argument("--build-dir", default="build/wheel", help="where CMake builds [build/wheel]")
     chosen = arguments.parse_args()
     chosen.folder.mkdir(parents=True, exist_ok=True)
     print(chosen.folder / build_wheel(chosen.folder, {"build-dir": chosen.build_dir}))
-
-
-if __name__ == "__main__":
-    main()
