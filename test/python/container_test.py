@@ -7,7 +7,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import unittest
 
 import world
@@ -17,18 +16,15 @@ IMAGE = "octosurf-test"
 
 
 def skip_reason():
-    """Why the image is not built here; empty: it is."""
+    """Why the image is not built here; None: it is."""
     if not os.environ.get("CI"):
         return "CI is not set"
     if not shutil.which("docker"):
         return "no Docker"
     for what, command in (("Docker does not run", ["info"]), ("no base image", ["pull", "--quiet", "debian:12-slim"])):
-        try:
-            if subprocess.run(["docker", *command], capture_output=True, timeout=300).returncode != 0:
-                return what
-        except subprocess.TimeoutExpired:
+        if subprocess.run(["timeout", "300", "docker", *command], capture_output=True).returncode != 0:
             return what
-    return ""
+    return None
 
 
 class Packages(unittest.TestCase):
@@ -76,11 +72,3 @@ class Image(unittest.TestCase):
         self.assertGreater((world.FOLDER / "room.html").stat().st_size, 100000)
         surfaces = self.run_in("python3", "-c", "import octosurf; print(octosurf.load('maps/room').size().surfaces)")
         self.assertGreater(int(surfaces), 3)
-
-
-if __name__ == "__main__":
-    program = unittest.main(exit=False)
-    if program.result.skipped and program.result.wasSuccessful():
-        print(f"skipped: {', '.join(reason for _, reason in program.result.skipped)}")
-        sys.exit(77)
-    sys.exit(not program.result.wasSuccessful())

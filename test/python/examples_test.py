@@ -169,7 +169,3 @@ class Examples(unittest.TestCase):
         (world.FOLDER / "maps").mkdir(exist_ok=True)
         exec(code.replace('"kitchen"', "recording").replace('"maps/', f'"{world.FOLDER}/maps/'), names)
         self.assertGreater(len(names["snapshot"]), 3)
-
-
-if __name__ == "__main__":
-    unittest.main()

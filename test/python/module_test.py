@@ -2,6 +2,7 @@ import gc
 import json
 import pathlib
 import pickle
+import shutil
 import threading
 import time
 import unittest
@@ -10,29 +11,13 @@ import numpy as np
 
 import octosurf
 import world
-
-
-def floor(size=1.0, step=0.01):
-    """A level square as a sensor 1 m above it sees it, in the sensor's frame, which is the map's but for the height."""
-    grid = np.arange(-size / 2, size / 2, step)
-    x, y = np.meshgrid(grid, grid)
-    return np.stack([x, y, np.full_like(x, -1)], axis=-1).reshape(-1, 3)
-
-
-def above():
-    pose = np.eye(4)
-    pose[2, 3] = 1
-    return pose
-
-
-def mapped_floor():
-    mapper = octosurf.Mapper()
-    mapper.share_octree()
-    mapper.insert_points(floor(), above())
-    return mapper
+from world import ABOVE, at, floor, floor_mapper, mapped_floor
 
 
 class Mapping(unittest.TestCase):
+    def test_has_the_projects_version(self):
+        self.assertIn(f"project(octosurf VERSION {octosurf.__version__} ", (world.SOURCE / "CMakeLists.txt").read_text())
+
     def test_a_floor_becomes_a_surface(self):
         mapper = mapped_floor()
         (surface,) = mapper.snapshot().surfaces
@@ -52,20 +37,31 @@ class Mapping(unittest.TestCase):
 
     def saved(self, points):
         mapper = octosurf.Mapper()
-        mapper.insert_points(points, above())
+        mapper.insert_points(points, ABOVE)
         octosurf.save(mapper.map(), world.FOLDER / "layout")
         return (world.FOLDER / "layout.surfaces").read_bytes()
 
-    def test_same_bytes_as_the_command(self):
-        command = world.FOLDER / "command"
-        world.command("map", world.recording(), "-o", command, "--forget-scans")
-        mapper = octosurf.Mapper()
-        for scan in octosurf.open_scans(world.recording()):
+    def test_same_bytes_as_the_command_in_two_parts(self):
+        command, whole = world.FOLDER / "command", world.FOLDER / "whole"
+        world.command("map", world.recording(), "-o", command)
+        scans = list(octosurf.open_scans(world.recording()))
+        octosurf.save(self.mapped(octosurf.Mapper(), scans).map(), whole)
+        self.assertEqual(whole.with_suffix(".bt").read_bytes(), command.with_suffix(".bt").read_bytes())
+        half = world.FOLDER / "half"
+        octosurf.save(self.mapped(octosurf.Mapper(), scans[:3]).map(), half)
+        second = octosurf.Mapper(octosurf.load(half), threads=2)
+        waiting = [scan for scan in octosurf.open_scans(world.recording()) if not second.map().holds(scan)]
+        self.assertEqual([scan.name for scan in waiting], [scan.name for scan in scans[3:]])
+        octosurf.save(self.mapped(second, waiting).map(), half)
+        self.assertEqual(half.with_suffix(".surfaces").read_bytes(), whole.with_suffix(".surfaces").read_bytes())
+        self.assertTrue(all(octosurf.load(command).holds(scan) for scan in scans))
+
+    def mapped(self, mapper, scans):
+        """By a Mapper that remembers them, as the command's does."""
+        mapper.remember_scans()
+        for scan in scans:
             mapper.insert(scan)
-        python = world.FOLDER / "python"
-        octosurf.save(mapper.map(), python)
-        for ending in (".surfaces", ".bt"):
-            self.assertEqual(python.with_suffix(ending).read_bytes(), command.with_suffix(ending).read_bytes())
+        return mapper
 
     def test_depth_in_units_and_metres_says_the_same(self):
         units = np.full((48, 64), 1500, np.uint16)
@@ -90,79 +86,54 @@ class Mapping(unittest.TestCase):
         self.assertEqual(mapper.map().size().points, sum(r.appeared for r in reports) - sum(r.vanished for r in reports))
         self.assertEqual(mapper.map().check_invariants(), [])
         self.assertEqual(mapper.insert_all([]), [])
-
-    def test_a_map_goes_on_where_it_was_saved(self):
-        scans = list(octosurf.open_scans(world.recording()))
-        whole = octosurf.Mapper()
-        for scan in scans:
-            whole.insert(scan)
-        first = octosurf.Mapper()
-        for scan in scans[:5]:
-            first.insert(scan)
-        octosurf.save(first.map(), world.FOLDER / "half")
-        second = octosurf.Mapper(octosurf.load(world.FOLDER / "half"), threads=2)
-        for scan in scans[5:]:
-            second.insert(scan)
-        octosurf.save(whole.map(), world.FOLDER / "whole")
-        octosurf.save(second.map(), world.FOLDER / "half")
-        self.assertEqual((world.FOLDER / "half.surfaces").read_bytes(), (world.FOLDER / "whole.surfaces").read_bytes())
+        self.assertFalse(mapper.map().holds(scans[0]), "nothing is remembered unless it is wanted")
 
 
 class Lifetimes(unittest.TestCase):
     def test_arrays_outlive_what_they_are_of(self):
-        mapper = mapped_floor()
+        mapper = floor_mapper()
         surface = mapper.snapshot().surfaces[0]
         views = [surface.boundary, surface.polygons[0].outer, surface.plane.normal, surface.covariance]
         copies = [view.copy() for view in views]
         addresses = [view.__array_interface__["data"][0] for view in views]
+        self.assertEqual(addresses[0], surface.boundary.__array_interface__["data"][0])
         del mapper, surface
         gc.collect()
         rubbish = [np.full(view.shape, 7.0) for view in views for _ in range(100)]
         for view, copy, address in zip(views, copies, addresses):
             np.testing.assert_array_equal(view, copy)
             self.assertEqual(view.__array_interface__["data"][0], address)
+            self.assertFalse(view.flags.writeable)
         self.assertEqual(len(rubbish), 400)
 
-    def test_views_are_not_copied_and_not_written_to(self):
-        surface = mapped_floor().snapshot().surfaces[0]
-        for name in ("boundary", "covariance"):
-            first, second = getattr(surface, name), getattr(surface, name)
-            self.assertEqual(first.__array_interface__["data"], second.__array_interface__["data"])
-            with self.assertRaises(ValueError):
-                first[0, 0] = 1
-
     def test_a_snapshot_does_not_change(self):
-        mapper = mapped_floor()
+        mapper = floor_mapper()
         before = mapper.snapshot()
         outline = before.surfaces[0].boundary.copy()
-        mapper.insert_points(floor(1.5), above())
+        mapper.insert_points(floor(1.5), ABOVE)
         np.testing.assert_array_equal(before.surfaces[0].boundary, outline)
         self.assertGreater(mapper.snapshot().surfaces[0].area_m2, 2)
 
 
 class Threads(unittest.TestCase):
     def test_others_run_while_a_scan_is_inserted(self):
-        scan = octosurf.Scan(floor(3, 0.004), above())
+        scan = octosurf.Scan(floor(3, 0.004), ABOVE)
         counts, done = [], threading.Event()
 
         def count():
-            while not done.is_set():
+            while not done.wait(0):
                 counts.append(time.perf_counter())
-                time.sleep(0)
 
         counter = threading.Thread(target=count)
         counter.start()
-        seen = any(self.counted_inside(scan, counts) for _ in range(20))
+        for _ in range(20):  # a count in the third quarter of an insertion, by the library's own clock
+            total = octosurf.Mapper(resolution=0.005).insert(scan).total_ms / 1e3
+            end = time.perf_counter()
+            if seen := any(end - total / 2 < counted < end - total / 4 for counted in counts):
+                break
         done.set()
         counter.join()
         self.assertTrue(seen, "no other thread ran in the middle of an insertion")
-
-    def counted_inside(self, scan, counts):
-        """Whether another thread has counted in the third quarter of an insertion, by the library's own clock."""
-        mapper = octosurf.Mapper(octosurf.Parameters(occupancy={"resolution": 0.005}))
-        report = mapper.insert(scan)
-        end, total = time.perf_counter(), report.total_ms / 1e3
-        return any(end - total / 2 < at < end - total / 4 for at in counts)
 
     def test_what_is_asked_of_the_map_waits_for_the_scan(self):
         mapper = octosurf.Mapper()
@@ -185,43 +156,56 @@ class Threads(unittest.TestCase):
 
 
 class Errors(unittest.TestCase):
-    def refused(self, kind, call):
+    def refused(self, kind, call, *arguments, **keywords):
         with self.assertRaises(octosurf.Error) as raised:
-            call()
+            call(*arguments, **keywords)
         self.assertEqual(raised.exception.kind, kind)
         self.assertIn(raised.exception.where, str(raised.exception))
         self.assertTrue(str(raised.exception).endswith(raised.exception.mend))
         return raised.exception
 
     def test_have_kind_place_and_mend(self):
-        missing = self.refused("data", lambda: octosurf.load("/nowhere/map"))
+        missing = self.refused("data", octosurf.load, "/nowhere/map")
         self.assertIn("/nowhere/map", missing.where)
         self.assertTrue(missing.mend)
-        self.refused("usage", lambda: octosurf.Mapper(threads=0))
-        self.refused("usage", lambda: octosurf.Parameters.from_dict({"resolutoin": 1}))
-        self.refused("usage", lambda: octosurf.Scan(floor(), np.eye(4), sensor="lidr"))
-        self.refused("output", lambda: octosurf.save(octosurf.Map(), "/nowhere/map"))
-        self.refused("data", lambda: octosurf.open_scans("/nowhere"))
+        self.refused("usage", octosurf.Mapper, threads=0)
+        self.refused("usage", octosurf.Parameters.from_dict, {"resolutoin": 1})
+        self.refused("usage", octosurf.Scan, floor(), np.eye(4), sensor="lidr")
+        self.refused("output", octosurf.save, octosurf.Map(), "/nowhere/map")
+        self.refused("data", octosurf.open_scans, "/nowhere")
 
     def test_bad_input_is_refused_at_the_door(self):
         mapper = mapped_floor()
         revision = mapper.snapshot().revision
-        self.refused("data", lambda: mapper.insert_points(np.zeros((5, 2)), np.eye(4)))
-        self.refused("data", lambda: mapper.insert_points(floor(), 2 * np.eye(4)))
-        self.refused("data", lambda: mapper.insert_points(floor(), np.diag([2.0, 1, 1, 1])))
-        self.refused("data", lambda: mapper.insert_points(floor(), np.eye(3)))
+        for points, pose in ((np.zeros((5, 2)), np.eye(4)), (floor(), 2 * np.eye(4)),
+                             (floor(), np.diag([2.0, 1, 1, 1])), (floor(), np.eye(3))):
+            self.refused("data", mapper.insert_points, points, pose)
         depth = np.ones((4, 4), np.uint16)
-        self.refused("data", lambda: mapper.insert_depth(depth, (0, 1, 1, 1), np.eye(4)))
-        self.refused("data", lambda: mapper.insert_depth(depth.astype(np.int32), (1, 1, 1, 1), np.eye(4)))
-        self.refused("data", lambda: mapper.insert_depth(depth, (1, 1, 1, 1), np.eye(4), depth_scale=0))
-        self.refused("usage", lambda: octosurf.Mapper(mapper.map()))
+        self.refused("data", mapper.insert_depth, depth, (0, 1, 1, 1), np.eye(4))
+        self.refused("data", mapper.insert_depth, depth.astype(np.int32), (1, 1, 1, 1), np.eye(4))
+        self.refused("data", mapper.insert_depth, depth, (1, 1, 1, 1), np.eye(4), depth_scale=0)
+        self.refused("usage", octosurf.Mapper, mapper.map())
         self.assertEqual(mapper.snapshot().revision, revision)
         with self.assertRaises(TypeError):
             octosurf.ContactLimits(max_slope=1)
 
     def test_a_name_of_any_bytes(self):
         name = world.FOLDER / "\udcff"
-        self.assertIn("\udcff", self.refused("data", lambda: octosurf.open_scans(name)).where)
+        self.assertIn("\udcff", self.refused("data", octosurf.open_scans, name).where)
+
+    def test_have_pythons_keywords_where_the_library_has_options_and_names(self):
+        snapshot, file = mapped_floor().snapshot(), world.FOLDER / "a --force.json"  # whose name stays
+        octosurf.export_surfaces(snapshot, file)
+        exists = self.refused("usage", octosurf.export_surfaces, snapshot, file)
+        self.assertEqual((exists.where, exists.mend), (str(file), "force=True overwrites it"))
+        bare = world.FOLDER / "bare"
+        shutil.copytree(world.recording(), bare, ignore=shutil.ignore_patterns("*pose*"))
+        self.assertEqual(self.refused("data", octosurf.open_scans, bare).mend, "give poses=FILE")
+        saved = self.refused("data", octosurf.open_scans, world.SOURCE / "maps/office.surfaces")
+        self.assertEqual(saved.mend, "go on with it by octosurf.load()")
+        square = octosurf.Quadruped(foot=octosurf.ContactShape.rectangle(0.1, 0.1))
+        self.assertIn("ContactShape.disc()", self.refused("usage", square.validate).mend)
+        self.assertEqual(self.refused("usage", octosurf.Parameters().set, "no", "1").mend, "Parameters.names() has them")
 
 
 class Settings(unittest.TestCase):
@@ -245,22 +229,18 @@ class Settings(unittest.TestCase):
         except octosurf.Error as error:
             self.assertIn("likelihood", str(error))
             self.skipTest("built without PCL")
-        mapper.insert(octosurf.Scan(floor(), above()))
+        mapper.insert(octosurf.Scan(floor(), ABOVE))
         (surface,) = mapper.snapshot().surfaces
         np.testing.assert_allclose(surface.plane.normal, [0, 0, 1], atol=1e-3)
         self.assertAlmostEqual(surface.area_m2, 1, delta=0.05)
         self.assertEqual(octosurf.explain(mapper.map(), [0, 0, 0]).reason, "on_surface")
 
-    def test_nested_fields_and_validation(self):
-        parameters = octosurf.Parameters(occupancy={"resolution": 0.01}, up=None)
-        self.assertEqual(parameters.occupancy.resolution, 0.01)
-        self.assertIsNone(parameters.up)
+    def test_validation_and_pickling(self):
+        parameters = octosurf.Parameters()
         parameters.detection.smoothness_angle = 9
         with self.assertRaises(octosurf.Error) as raised:
             parameters.validate()
         self.assertEqual(raised.exception.where, "smoothness_angle")
-
-    def test_survive_pickling(self):
         for settings in (octosurf.Parameters.paper(), octosurf.Biped(max_up_m=0.1), octosurf.Quadruped(),
                          octosurf.ContactLimits(clearance_m=0.3)):
             self.assertEqual(pickle.loads(pickle.dumps(settings)), settings)
@@ -284,7 +264,7 @@ class Questions(unittest.TestCase):
         self.assertEqual(index.inside(octosurf.ConvexSpace.box([-1, -1, -1], [1, 1, 1])), [self.surface.id])
         self.assertEqual(index.in_sphere([0, 0, 2], 1), [])
         self.assertEqual(index.surface_of_voxel([0.1, 0.1, hit.point[2]]), self.surface.id)
-        self.assertAlmostEqual(index.snap(above()).moved_m, 1, delta=0.01)
+        self.assertAlmostEqual(index.snap(ABOVE).moved_m, 1, delta=0.01)
 
     def test_octree(self):
         octree = self.snapshot.octree
@@ -320,10 +300,8 @@ class Questions(unittest.TestCase):
 
     def test_alignment_and_explanations(self):
         snapshot = self.snapshot
-        scan = octosurf.Scan(floor(), above())
-        raised = above()
-        raised[2, 3] += 0.03
-        found = octosurf.align(snapshot, scan.with_pose(raised))
+        scan = octosurf.Scan(floor(), ABOVE)
+        found = octosurf.align(snapshot, scan.with_pose(at(0, 0, 1.03)))
         self.assertEqual(found.outcome, "corrected")
         self.assertAlmostEqual(found.T_map_sensor[2, 3], 1, delta=0.003)
         again = octosurf.Localizer(snapshot).localize(scan)
@@ -335,21 +313,14 @@ class Questions(unittest.TestCase):
         self.assertEqual(len(edges[0].outer), len(self.surface.polygons[0].outer))
 
     def test_merging(self):
-        apart = np.eye(4)
-        apart[0, 3] = 1.1
-        other = octosurf.Mapper()
-        other.insert_points(floor(), above())
-        whole = octosurf.Mapper()
-        whole.insert_points(floor(), above())
-        report = whole.merge(other.map(), apart)
+        other, whole = mapped_floor(), floor_mapper()
+        report = whole.merge(other.map(), at(1.1, 0, 0))
         self.assertEqual([surface.other for surface in report.surfaces], [self.surface.id])
         self.assertGreater(report.surfaces[0].on_surfaces, 0.9 * report.surfaces[0].inliers)
         self.assertEqual(whole.map().check_invariants(), [])
         with self.assertRaises(octosurf.Error):
             whole.merge(whole.map())
-        apart[:] = np.eye(4)
-        apart[2, 3] = 0.05
-        found = octosurf.align_maps(self.snapshot, other.map(), apart)
+        found = octosurf.align_maps(self.snapshot, other.map(), at(0, 0, 0.05))
         self.assertEqual(found.scan.outcome, "corrected")
         self.assertAlmostEqual(found.T_map_other[2, 3], 0, delta=0.003)
 
@@ -360,26 +331,18 @@ class Questions(unittest.TestCase):
 
     def test_gaps(self):
         mapper = octosurf.Mapper()
-        mapper.share_octree()
-        x, y = np.meshgrid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.5, 0.5, 0.01))
-        slot = (np.abs(x - 0.2) < 0.045) & (np.abs(y) < 0.3)
-        points = np.stack([x, y, np.where(slot, -0.4, 0.0)], axis=-1).reshape(-1, 3)
-        pose = np.eye(4)
+        axis = np.arange(-0.5, 0.5, 0.01)
+        points = world.grid(axis, axis, lambda x, y: np.where((np.abs(x - 0.2) < 0.045) & (np.abs(y) < 0.3), -0.4, 0.0))
         for height in (2.0, 2.5, 3.0):
-            pose[:3, 3] = [0.2, 0, height]
-            mapper.insert_points(points - pose[:3, 3], pose)
+            mapper.insert_points(points - [0.2, 0, height], at(0.2, 0, height))
         snapshot, octree = mapper.snapshot(), mapper.map().octree()
-        surface = octosurf.nearest(snapshot, [-0.3, 0, 0]).id
-        surface = next(one for one in snapshot.surfaces if one.id == surface)
+        surface = snapshot.find(octosurf.nearest(snapshot, [-0.3, 0, 0]).id)
         found, gaps = octosurf.find_gaps(surface, octree)
         # No ray passes near the slot's ends: those that meet its bottom lean inwards.
         self.assertEqual({(gap.kind, gap.bridged) for gap in gaps}, {("void", False), ("unseen", False)})
-        void = next(gap for gap in gaps if gap.kind == "void")
-        self.assertAlmostEqual(void.width_m, 0.08, delta=0.03)
         self.assertAlmostEqual(found.area_m2, 1 - 0.6 * 0.08, delta=0.02)
-        self.assertEqual(found.id, surface.id)
         grounded = octosurf.with_gaps(snapshot, octree)
-        self.assertIn(found.area_m2, [one.area_m2 for one in grounded.surfaces])
+        self.assertEqual(grounded.find(surface.id).area_m2, found.area_m2)
         uv = found.T_map_surface[:3, :3].T @ ([0.2, 0, 0] - found.T_map_surface[:3, 3])
         self.assertEqual(octosurf.ground_at(found, octree, uv[:2]), "void")
         sole = octosurf.ContactShape.rectangle(0.12, 0.06)
@@ -387,26 +350,22 @@ class Questions(unittest.TestCase):
         stood = octosurf.foothold(found, sole, [0.2, 0, 0], 0, octosurf.ContactLimits(up=[0, 0, 1]))
         shares = octosurf.ground_under(found, octree, sole, stood.T_map_contact)
         self.assertAlmostEqual(sum(shares.values()), 1)
-        self.assertAlmostEqual(shares["void"], 0.08 / 0.12, delta=0.17)
+        self.assertGreater(shares["void"], 0.4)
 
     def test_stairs(self):
-        x, y = np.meshgrid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.8, 1.8, 0.01))
-        z = 0.17 * np.clip(np.floor(y / 0.3 + 1e-9) + 1, 0, 4)
-        pose = np.eye(4)
-        pose[:3, 3] = [0, -1, 3]
+        points = world.grid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.8, 1.8, 0.01),
+                            lambda x, y: 0.17 * np.clip(np.floor(y / 0.3 + 1e-9) + 1, 0, 4))
         mapper = octosurf.Mapper()
-        mapper.insert_points(np.stack([x, y, z], axis=-1).reshape(-1, 3) - pose[:3, 3], pose)
+        mapper.insert_points(points - [0, -1, 3], at(0, -1, 3))
         snapshot = mapper.snapshot()
-        found = octosurf.find_stairs(snapshot)
+        found, none = octosurf.find_stairs(snapshot), octosurf.find_stairs(self.snapshot)
         (stair,) = found.stairs
         self.assertEqual((len(found), stair.kind, len(stair.steps), found.single_steps), (1, "straight", 4, []))
         self.assertAlmostEqual(stair.riser.mean_m, 0.17, delta=0.003)
-        self.assertAlmostEqual(stair.tread.mean_m, 0.3, delta=0.01)
-        self.assertAlmostEqual(stair.heading_rad, np.pi / 2, delta=0.02)
         self.assertGreater(stair.steps[0].edge[1][0], stair.steps[0].edge[0][0])
         self.assertEqual(octosurf.nearest_stair(snapshot, found, [0, 0, 1]).id, stair.id)
-        self.assertIsNone(octosurf.nearest_stair(self.snapshot, octosurf.find_stairs(self.snapshot), [0, 0, 1]))
-        changes = octosurf.stair_changes(octosurf.find_stairs(self.snapshot), 0, snapshot, found)
+        self.assertIsNone(octosurf.nearest_stair(self.snapshot, none, [0, 0, 1]))
+        changes = octosurf.stair_changes(none, 0, snapshot, found)
         self.assertEqual((changes.appeared, changes.gone), ([stair.id], []))
         with self.assertRaises(octosurf.Error):
             octosurf.find_stairs(snapshot, up=[0, 0, 0])
@@ -424,7 +383,3 @@ class Questions(unittest.TestCase):
         octosurf.export_grid_map(grid, "map", world.FOLDER / "grid.json", force=True)
         for name in ("floor.ply", "floor.png", "grid.json"):
             self.assertGreater(pathlib.Path(world.FOLDER / name).stat().st_size, 100)
-
-
-if __name__ == "__main__":
-    unittest.main()

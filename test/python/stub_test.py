@@ -19,12 +19,8 @@ class Stub(unittest.TestCase):
         self.assertTrue(examples)
         settings = world.FOLDER / "mypy.ini"
         settings.write_text("[mypy]\nstrict = True\n[mypy-matplotlib.*]\nignore_missing_imports = True\n")
-        cache = world.FOLDER / "mypy"
         for file in [STUB, *examples]:
-            checked = subprocess.run([mypy, "--config-file", settings, "--cache-dir", cache, file], capture_output=True,
-                                     text=True, env={"MYPYPATH": str(world.BUILD / "python"), "PATH": "/usr/bin:/bin"})
+            checked = subprocess.run([mypy, "--config-file", settings, "--cache-dir", world.FOLDER / "mypy", file],
+                                     capture_output=True, text=True,
+                                     env={"MYPYPATH": str(world.BUILD / "python"), "PATH": "/usr/bin:/bin"})
             self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

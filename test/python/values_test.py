@@ -3,28 +3,13 @@
 import inspect
 import json
 import pickle
-import shutil
 import unittest
 
 import numpy as np
 
 import octosurf
 import world
-
-
-def floor(step=0.01):
-    """A level square of 1 m, 1 m below the sensor."""
-    x, y = np.meshgrid(np.arange(-0.5, 0.5, step), np.arange(-0.5, 0.5, step))
-    return np.stack([x, y, np.full_like(x, -1)], axis=-1).reshape(-1, 3)
-
-
-def floor_map(**keywords):
-    mapper = octosurf.Mapper(**keywords)
-    mapper.share_octree()
-    pose = np.eye(4)
-    pose[2, 3] = 1
-    mapper.insert_points(floor(), pose)
-    return mapper
+from world import at, floor, mapped_floor
 
 
 def classes():
@@ -47,7 +32,7 @@ def made(cls, *state):
 
 def results():
     """One at least of every class of results."""
-    mapper = floor_map()
+    mapper = mapped_floor()
     whole, snapshot = mapper.map(), mapper.snapshot()
     (surface,) = snapshot.surfaces
     foot = octosurf.ContactShape.rectangle(0.2, 0.1)
@@ -55,16 +40,12 @@ def results():
     octree = whole.octree()
     other = octosurf.Mapper()
     other.insert_points(floor(), np.eye(4))
-    apart = np.eye(4)
-    apart[0, 3] = 2
     scan = next(octosurf.open_scans(world.recording()))
     pieces = surface.convex_pieces()
     planned = octosurf.PlannerSurface(surface, region, pieces)
     grid = octosurf.height_grid(snapshot)
     standing = octosurf.Standing(at=[-0.2, 0, 0])
-    pose = np.eye(4)
-    pose[2, 3] = 0.1
-    merged = other.merge(whole, apart)
+    merged = other.merge(whole, at(2, 0, 0))
     step = made(octosurf.Step, 1, 2, 0.17, 1.2, 0.1, [[0, 1, 0], [0, 0, 0]])
     length = made(octosurf.MeanLength, 0.17, 0.001)
     stair = made(octosurf.Stair, 2, "spiral", [step, step], [2, 3], 1, 0, length, length, 1.2, 0.1, 0.5)
@@ -80,7 +61,7 @@ def results():
         octree.at([0, 0, 0]), octree.count([-1, -1, -1], [1, 1, 1]), grid, planned,
         octosurf.export_planar_terrain([planned], grid, "map", world.FOLDER / "values.json", force=True),
         octosurf.nearest(snapshot, [0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),
-        octosurf.SurfaceIndex(snapshot).snap(pose), octosurf.ConvexSpace.box([0, 0, 0], [1, 1, 1]), scan, surface,
+        octosurf.SurfaceIndex(snapshot).snap(at(0, 0, 0.1)), octosurf.ConvexSpace.box([0, 0, 0], [1, 1, 1]), scan, surface,
         surface.plane, *surface.polygons, surface.extrude(0.1), *pieces, surface.circles(0.1)[0],
         made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]]),
         made(octosurf.Figure, "width", 0.1, "m", None), made(octosurf.DoubleLayer, 1, 2, 0.5, 0.03, 0.1),
@@ -108,16 +89,16 @@ class Results(unittest.TestCase):
 
     def test_every_class_says_what_it_is(self):
         self.assertEqual([cls.__name__ for cls in classes() if cls.__repr__ is object.__repr__], [])
-        mapper = floor_map()
+        documented = [(cls, "__doc__") for cls in classes()] + [(cls, name) for cls in classes() for name in properties_of(cls)]
+        self.assertEqual([(cls, name) for cls, name in documented if not inspect.getdoc(getattr(cls, name))], [])
+        mapper = mapped_floor()
         self.assertEqual(repr(mapper), "<Mapper at revision 1: 1 surfaces>")
         self.assertRegex(repr(mapper.map()), r"<Map: 1 scans, \d+ points, 1 surfaces>")
 
-    def test_text_is_short(self):
+    def test_text_is_short_and_dict_is_rows(self):
         circle = made(octosurf.Circle, [0, 0.5, 1], 1 / 3)
         self.assertEqual(repr(circle), "Circle(center=[0, 0.5, 1], radius=0.3333)")
         self.assertEqual(repr(made(octosurf.Polygon, np.zeros((40, 2)), [])), "Polygon(outer=array(40, 2), holes=[])")
-
-    def test_dict_is_rows(self):
         polygon = made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]])
         self.assertEqual(polygon.to_dict(), {"outer": [[0, 0], [9, 0], [9, 9]], "holes": [[[4, 1], [5, 2], [5, 1]]]})
 
@@ -130,12 +111,10 @@ class Keywords(unittest.TestCase):
                 self.assertEqual(flat, octosurf.Parameters(**{group: {name: value}}), name)
         self.assertFalse(octosurf.Parameters(align=False).alignment.enabled)
 
-    def test_begin_maps(self):
+    def test_begin_maps_and_win_over_the_parameters(self):
         mapper = octosurf.Mapper(resolution=0.05, up=None, threads=2)
         self.assertEqual(mapper.map().parameters(), octosurf.Parameters(occupancy={"resolution": 0.05}, up=None))
         self.assertEqual(octosurf.Map(resolution=0.05).snapshot().resolution, 0.05)
-
-    def test_win_over_the_parameters(self):
         parameters = octosurf.Parameters(resolution=0.05, max_range=3)
         given = octosurf.Mapper(parameters, resolution=0.1).map().parameters().occupancy
         self.assertEqual((given.resolution, given.max_range), (0.1, 3))
@@ -152,7 +131,7 @@ class Keywords(unittest.TestCase):
 
 class Rows(unittest.TestCase):
     def test_go_in_and_come_out(self):
-        (surface,) = floor_map().snapshot().surfaces
+        (surface,) = mapped_floor().snapshot().surfaces
         uv = surface.polygons[0].outer
         points = surface.to_map(uv)
         self.assertEqual(points.shape, (len(uv), 3))
@@ -177,8 +156,7 @@ class MotionWithinAScan(unittest.TestCase):
         times = np.array([0, 0.05, 0.1])
         points = np.c_[5 - times, np.ones(3), np.zeros(3)]
         scan = octosurf.Scan(points, np.eye(4), stamp_s=100.0, sensor="lidar")
-        poses = np.tile(np.eye(4), (2, 1, 1))
-        poses[1, 0, 3] = 0.1
+        poses = [at(0, 0, 0), at(0.1, 0, 0)]
         undone = scan.deskewed(times, [100.0, 100.1], poses)
         np.testing.assert_allclose(undone.points, [[5, 1, 0]] * 3, atol=1e-5)
         np.testing.assert_allclose(undone.origins, np.c_[times, np.zeros((3, 2))], atol=1e-5)
@@ -189,13 +167,10 @@ class MotionWithinAScan(unittest.TestCase):
 
 
 class WhichWayIsUp(unittest.TestCase):
-    Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # the sensor's z is the map's y
-
     def map_of_y_up(self, **keywords):
         mapper = octosurf.Mapper(**keywords)
-        pose = np.eye(4)
-        pose[:3, :3] = self.Y_UP
-        pose[1, 3] = 1
+        pose = at(0, 1, 0)
+        pose[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]  # the sensor's z is the map's y
         mapper.insert_points(floor(), pose)
         return mapper
 
@@ -225,75 +200,8 @@ class WhichWayIsUp(unittest.TestCase):
             surface.slope_rad()
         self.assertAlmostEqual(surface.slope_rad(snapshot.up()), 0, delta=0.01)
 
-    def test_is_z_as_ever(self):
-        (surface,) = floor_map().snapshot().surfaces
+    def test_is_z_as_ever_and_not_known_of_a_pickled_surface(self):
+        (surface,) = mapped_floor().snapshot().surfaces
         self.assertEqual(surface.slope_rad(), surface.slope_rad([0, 0, 1]))
-
-    def test_a_pickled_surface_has_no_map(self):
-        (surface,) = floor_map().snapshot().surfaces
         with self.assertRaises(octosurf.Error):
             pickle.loads(pickle.dumps(surface)).slope_rad()
-
-
-class Resuming(unittest.TestCase):
-    def test_leaves_out_what_is_mapped(self):
-        scans = list(octosurf.open_scans(world.recording()))
-        first = octosurf.Mapper()
-        first.remember_scans()
-        for scan in scans[:4]:
-            first.insert(scan)
-        octosurf.save(first.map(), world.FOLDER / "first")
-        again = octosurf.Mapper(octosurf.load(world.FOLDER / "first"))
-        again.remember_scans()
-        new = [scan for scan in octosurf.open_scans(world.recording()) if not again.map().holds(scan)]
-        self.assertEqual([scan.name for scan in new], [scan.name for scan in scans[4:]])
-        again.insert(new[0])
-        self.assertTrue(again.map().holds(scans[4]))
-        self.assertFalse(again.map().holds(scans[5]))
-
-    def test_knows_what_the_command_has_mapped(self):
-        world.command("map", world.recording(), "-o", world.FOLDER / "held")
-        held = octosurf.load(world.FOLDER / "held")
-        self.assertTrue(all(held.holds(scan) for scan in octosurf.open_scans(world.recording())))
-
-    def test_nothing_is_remembered_unless_it_is_wanted(self):
-        scan = next(octosurf.open_scans(world.recording()))
-        mapper = octosurf.Mapper()
-        mapper.insert(scan)
-        self.assertFalse(mapper.map().holds(scan))
-
-
-class Words(unittest.TestCase):
-    """Errors name Python's keywords, where the library's sentences have the command's options or C++ names."""
-
-    def said(self, call):
-        with self.assertRaises(octosurf.Error) as raised:
-            call()
-        self.assertTrue(str(raised.exception).endswith(raised.exception.mend))
-        return raised.exception
-
-    def test_of_options(self):
-        snapshot = floor_map().snapshot()
-        file = world.FOLDER / "a --force.json"  # whose name stays
-        octosurf.export_surfaces(snapshot, file)
-        exists = self.said(lambda: octosurf.export_surfaces(snapshot, file))
-        self.assertEqual((exists.where, exists.mend), (str(file), "force=True overwrites it"))
-        bare = world.FOLDER / "bare"
-        shutil.copytree(world.recording(), bare, ignore=shutil.ignore_patterns("*pose*"))
-        self.assertEqual(self.said(lambda: octosurf.open_scans(bare)).mend, "give poses=FILE")
-        saved = world.SOURCE / "maps/office.surfaces"
-        self.assertEqual(self.said(lambda: octosurf.open_scans(saved)).mend, "go on with it by octosurf.load()")
-
-    def test_of_names(self):
-        square = octosurf.ContactShape.rectangle(0.1, 0.1)
-        self.assertIn("ContactShape.disc()", self.said(octosurf.Quadruped(foot=square).validate).mend)
-        self.assertEqual(self.said(lambda: octosurf.Parameters().set("no", "1")).mend, "Parameters.names() has them")
-
-
-class Version(unittest.TestCase):
-    def test_is_the_projects(self):
-        self.assertIn(f"project(octosurf VERSION {octosurf.__version__} ", (world.SOURCE / "CMakeLists.txt").read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

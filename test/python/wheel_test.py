@@ -1,7 +1,6 @@
 """`pip install .` into a fresh environment, without a network, and the module used from elsewhere."""
 
 import os
-import pty
 import subprocess
 import sys
 import unittest
@@ -21,10 +20,6 @@ assert octosurf.nearest(mapper.snapshot(), [0.5, -0.5, 0]).id == surface.id
 """
 
 
-# Stands for CMake: two steps as Ninja prints them, one as make does, and a line that is none.
-STEPS = "printf '[1/3] one\\n[3/3] three\\n[ 50%%] half\\nnone [9/9]\\n'"
-
-
 def clean_environment():
     """Without what would help pip: an index that refuses every connection, so that whoever fetches fails."""
     kept = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PIP_NO_INDEX")}
@@ -34,35 +29,20 @@ def clean_environment():
 class Progress(unittest.TestCase):
     """How far a build has come, on the terminal of a user whose pip keeps the backend's output."""
 
-    def run_steps(self):
-        code = f"import octosurf_wheel; octosurf_wheel.run('sh', '-c', {STEPS!r})"
-        return [sys.executable, "-c", code], os.environ | {"PYTHONPATH": str(BACKEND)}
-
     def test_is_one_line_on_the_terminal(self):
-        command, environment = self.run_steps()
-        kept = world.FOLDER / "kept.txt"
-        child, terminal = pty.fork()
-        if child == 0:
-            with open(kept, "w") as file:
-                os.dup2(file.fileno(), 1)
-            os.execve(command[0], command, environment)
-        shown = b""
-        try:
-            while part := os.read(terminal, 4096):
-                shown += part
-        except OSError:  # the other end is closed
-            pass
-        self.assertEqual(os.waitpid(child, 0)[1], 0)
-        lines = shown.decode().split("\r\x1b[K")
-        self.assertEqual([line.split(" built")[0].strip() for line in lines[1:]],
+        # Stands for CMake: two steps as Ninja prints them, one as make does, and a line that is none.
+        steps = world.FOLDER / "steps"
+        steps.write_text("[1/3] one\n[3/3] three\n[ 50%] half\nnone [9/9]\n")
+        run = f"{sys.executable} -c 'import octosurf_wheel; octosurf_wheel.run(\"cat\", \"{steps}\")' > {world.FOLDER}/kept"
+        environment = os.environ | {"PYTHONPATH": str(BACKEND)}
+        shown = subprocess.run(["script", "-qec", run, os.devnull], env=environment, check=True, capture_output=True).stdout
+        self.assertEqual([line.split(" built")[0].strip() for line in shown.decode().split("\r\x1b[K")[1:]],
                          ["octosurf: 1 of 3", "octosurf: 3 of 3", "octosurf: 50%"])
-        self.assertNotIn("\n", shown.decode())
-        self.assertIn("none [9/9]", kept.read_text())
-
-    def test_needs_no_terminal(self):
-        command, environment = self.run_steps()
-        done = subprocess.run(command, env=environment, start_new_session=True, check=True, capture_output=True, text=True)
-        self.assertIn("[3/3] three", done.stdout)
+        self.assertNotIn(b"\n", shown)
+        # Without a terminal all is printed as well.
+        subprocess.run(["sh", "-c", run + ".alone"], env=environment, start_new_session=True, check=True)
+        for kept in ("kept", "kept.alone"):
+            self.assertIn("none [9/9]", (world.FOLDER / kept).read_text())
 
 
 class Wheel(unittest.TestCase):
@@ -95,7 +75,3 @@ class Wheel(unittest.TestCase):
                        check=True, env=clean)
         subprocess.run([python, "-c", PROGRAM.format(environment=str(environment))], check=True, env=clean,
                        cwd=world.FOLDER)
-
-
-if __name__ == "__main__":
-    unittest.main()
