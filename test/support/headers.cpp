@@ -1,0 +1,1 @@
+// Nothing: the target's precompiled headers are what other tests use.
