@@ -35,7 +35,6 @@ class Results(unittest.TestCase):
         self.folder = pathlib.Path(temporary.name)
         (self.folder / "docs").mkdir()
         (self.folder / "README.md").write_text("above\n<!-- results -->\n| old | 54.9 % |\n<!-- /results -->\nbelow\n", encoding="utf-8")
-        (self.folder / "docs/demo.md").write_text("above\n<!-- demo -->\nold\n<!-- /demo -->\nbelow\n", encoding="utf-8")
         saved = results.ROOT, results.STORE, results.DATA
         self.addCleanup(lambda: [setattr(results, *one) for one in zip(("ROOT", "STORE", "DATA"), saved)])
         results.ROOT, results.STORE, results.DATA = self.folder, self.folder / "store", self.folder / "data"
@@ -48,18 +47,17 @@ class Results(unittest.TestCase):
     def written(self):
         with contextlib.redirect_stdout(io.StringIO()):
             results.write_documents("new", {})
-        return [(self.folder / file).read_text(encoding="utf-8") for file in ("docs/results.md", "README.md", "docs/demo.md")]
+        return [(self.folder / file).read_text(encoding="utf-8") for file in ("docs/results.md", "README.md")]
 
     def test_rows_of_another_commit_are_not_shown(self):
         self.store("depth", "old", [accuracy_row("room", 1, 877)])
-        document, readme, demo = self.written()
+        document, readme = self.written()
         self.assertNotIn("87.7", document + readme)
         self.assertNotIn("54.9", readme)
-        self.assertIn("## Not measured at this commit\n\n- `demo`\n- `depth`\n", document)
-        self.assertRegex(demo, r"above\n(?s:.*)not measured(?s:.*)below\n$")
+        self.assertIn("## Not measured at this commit\n\n- `depth`\n", document)
         (results.STORE / "noise.json").write_text('{"commit": "new"', encoding="utf-8")  # damaged: none
         self.store("depth", "new", [accuracy_row("room", 1, 900), accuracy_row("room", 2, 924)])
-        document, readme, _ = self.written()
+        document, readme = self.written()
         for text in (document, readme):
             self.assertIn("91.2 % of 2000 faces correct, 90.0 % covered, 0.00 % unsafe (2 seeds)", text)
         self.assertIn("- a machine, 2000-01-01: `depth` 1.0 (0.0).", document)
@@ -86,7 +84,7 @@ class Results(unittest.TestCase):
     def test_speed_rows_are_medians_beside_the_other(self):
         octomap = [side("octomap", ms, heap_bytes=3000, leaves=50) for ms in (300.0, 240.0, 250.0)]
         self.store("speed-sides", "new", [*octomap, side("occupancy", 10.0, heap_bytes=3000, tree_bytes=1000)])
-        document, readme, _ = self.written()
+        document, readme = self.written()
         self.assertIn("| occupancy | octomap | 10.0 ms | 250 ms ± 12 % | 25.0× |  |", document)
         self.assertIn("60.0 B; OctoMap's pruned tree 60.0 B", readme)
 

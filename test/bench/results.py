@@ -1,9 +1,8 @@
 """./dev bench results: measures what the documents show, and writes it there.
 
 Without an option every task that has not been measured at the present commit is run, in half an hour; long ones run
-where --only names them. docs/results.md, docs/demo.md with its picture and
-the README's table are then written from what was measured at this commit. What was not is listed as such: no row
-of another commit is ever shown. A row's commit is the last one that touched code (src, include, apps, lab, test,
+where --only names them. docs/results.md and the README's table are then written from what was measured at this
+commit. What was not is listed as such: no row of another commit is ever shown. A row's commit is the last one that touched code (src, include, apps, lab, test,
 cmake), so that writing the documents does not outdate them.
 """
 
@@ -42,18 +41,9 @@ class Task:
     long: bool = False
 
     def measure(self, seeds):
-        if self.bench == "demo":
-            return demo()
         if self.bench == "app":
             return bench.run_app({})
         return bench.run(self.bench, bench.complete({**self.options, **({"seeds": seeds} if self.seeds else {})}))
-
-
-def demo():
-    """From the map's summary to the scores; the build before and the files after it are left out."""
-    text = subprocess.run(["bash", "-c", "./dev demo && cp out/demo/office.png docs/office.png"], cwd=ROOT, check=True,
-                          capture_output=True, text=True).stdout
-    return {"text": text[text.index("== Its map\n"):text.index("== Files\n")]}
 
 
 def accuracy(title, long=False, **options):
@@ -63,7 +53,6 @@ def accuracy(title, long=False, **options):
 RED = "rgbd_7scenes_redkitchen"
 # By name, the most telling first.
 TASKS = {
-    "demo": Task("demo", "the demo's output and picture", "demo"),
     "depth": accuracy("depth camera"),
     "depth-real": accuracy("depth camera with a real one's faults", sensors=["depth-real"]),
     "spinning": accuracy("spinning lidar", sensors=["spinning"]),
@@ -294,9 +283,7 @@ def write_documents(commit, reasons):
     (ROOT / "docs/results.md").write_text(document(records, commit, reasons), encoding="utf-8")
     put_between(ROOT / "README.md", "results", f"At d = 2 cm, commit {commit}; [all figures](docs/results.md).\n\n"
                 + markdown(["what", "result"], [row[:2] for row in ten(records)]))
-    put_between(ROOT / "docs/demo.md", "demo", "```text\n" + records["demo"]["content"]["text"] + "```\n" if "demo" in records
-                else f"The demo's output: {NONE} (`./dev bench results --only demo`).\n")
-    print(f"wrote docs/results.md, docs/demo.md and README.md: {len(records)} of {len(TASKS)} tasks at {commit}")
+    print(f"wrote docs/results.md and README.md: {len(records)} of {len(TASKS)} tasks at {commit}")
 
 
 def main(arguments):
