@@ -1,9 +1,9 @@
 // `octosurf map`: scans in, map out.
 #include "bounds.hpp"
+#include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "map_run.hpp"
-#include "memory_limit.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
 #include "scan_options.hpp"
@@ -136,11 +136,14 @@ void probe_map_outputs(const MapOptions& options) {
     if (!file.empty()) probe(file, options.force);
 }
 
-/// The map the run starts from: a saved one, an octree, or an empty one.
+/// The map the run starts from: a saved one, an octree, or an empty one; with a scratch file in `folder` if
+/// its memory is limited.
 Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inputs& inputs,
-             RunContext& context, KeptScans& kept) {
+             const fs::path& folder, RunContext& context, KeptScans& kept) {
+  std::unique_ptr<memory::MemoryLimit> limit;
+  if (options.max_memory > 0) limit = std::make_unique<memory::MemoryLimit>(options.max_memory, folder);
   if (!options.resume.empty()) {
-    LoadedMap loaded = load_map(options.resume);
+    LoadedMap loaded = io::load_map_within(std::move(limit), options.resume);
     choice.require_same(loaded.map.parameters());
     loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
     if (!loaded.warning.empty()) {
@@ -153,15 +156,18 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
   if (inputs.octree) {
     if (const std::string note = octomap_note(*inputs.octree); !note.empty())
       std::printf("%s\n", note.c_str());
-    return map_from_octomap(*inputs.octree, choice.in_force(read_octomap_resolution(*inputs.octree)));
+    auto state = std::make_unique<surfaces::MapState>(
+        choice.in_force(read_octomap_resolution(*inputs.octree)), std::move(limit));
+    state->read_octomap(*inputs.octree);
+    return Map(std::move(state));
   }
-  return Map(choice.in_force());
+  return Map(std::make_unique<surfaces::MapState>(choice.in_force(), std::move(limit)));
 }
 
 void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
   RunContext context;
   KeptScans ignored;
-  const Map start = start_of(options, choice, sort_inputs(options), context, ignored);
+  const Map start = start_of(options, choice, sort_inputs(options), {}, context, ignored);
   std::fputs(list_parameters(start.parameters()).c_str(), stdout);
 }
 
@@ -210,20 +216,17 @@ void run_map(MapOptions& options) {
   if (options.resume.empty()) choice.in_force();  // reject invalid values before reading anything
   probe_map_outputs(options);
 
-  const MemoryLimit limit(options.max_memory.empty() ? 0 : bytes_of(options.max_memory, "--max-memory"),
-                          fs::path(options.output).parent_path());
   const Inputs inputs = sort_inputs(options);
   RunContext context;
   context.input = options.inputs;
   KeptScans before;
-  Map start = start_of(options, choice, inputs, context, before);
+  Map start = start_of(options, choice, inputs, fs::path(options.output).parent_path(), context, before);
   std::unique_ptr<ScanSource> source;
   if (!inputs.scans.empty()) source = open_scans(inputs.scans, source_options(options, inputs, start));
   if (source) start.set_origin(source->origin());
   KeptScans kept = folder_of_scans(options, start, before, context);
   MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree.has_value(), std::move(source));
-  limit.warn_if_exceeded();
 }
 
 /// Empty, or the error; CLI11's own checks accept nan in any range.
@@ -253,9 +256,10 @@ void add_map(CLI::App& app) {
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();
   verb->add_option(
-      "--max-memory", options->max_memory,
-      "aim at this much memory, such as 256M: parts of the map that are not in use go to a scratch "
-      "file beside it; may be exceeded; same result [no limit]");
+          "--max-memory", options->max_memory,
+          "aim at this much memory, such as 256M: parts of the map that are not in use go to a scratch "
+          "file beside it; may be exceeded; same result [no limit]")
+      ->transform(CLI::AsSizeValue(false).description(""));
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps; when mapping falls behind, waiting scans are mapped "
                  "together. Sets --detection-budget to 1000 if it is not given");

@@ -13,6 +13,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -33,7 +34,7 @@ struct MapOptions {
   std::vector<std::string> inputs;
   std::string output, resume, report;         ///< stems of maps; file
   std::string keep_scans, write_poses, mcap;  ///< folder; files
-  std::string max_memory;                     ///< bytes, as text; empty: no limit
+  std::uint64_t max_memory = 0;               ///< bytes; 0: no limit
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
@@ -96,6 +97,7 @@ class MapRun {
   void wait_for(double arrival_s) const;
   void checkpoint();
   void keep_past();
+  void warn_of_memory();
   void write_report();
   void print_summary() const;
   void print_dropped() const;

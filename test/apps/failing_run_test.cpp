@@ -91,7 +91,7 @@ TEST_F(FailingRun, ADiskWithoutRoomForTheScratchFileIsNamed) {
   const Outcome outcome = run("map floor -o m --max-memory 1M", "ulimit -f 2000;");
   EXPECT_EQ(outcome.code, 1);
   ASSERT_EQ(outcome.errors.size(), 1u) << outcome.err;
-  EXPECT_THAT(outcome.errors[0], AllOf(HasSubstr("no scratch file for --max-memory: File too large"),
+  EXPECT_THAT(outcome.errors[0], AllOf(HasSubstr("no scratch file for a limit of memory: File too large"),
                                        HasSubstr("choose another folder")));
   EXPECT_FALSE(exists("m.surfaces"));
 }

@@ -134,11 +134,12 @@ TEST_F(MapRun, ALimitOfMemoryChangesNoByte) {
   write_floor("floor", 30);
   run_well("map floor -o free");
   // Less than the program itself takes: whatever can leave leaves every few milliseconds.
-  const Outcome limited = run_well("map floor -o within --max-memory 1M");
+  const Outcome limited = run_well("map floor -o within --max-memory 1M --report within.json");
   EXPECT_TRUE(read("within.surfaces") == read("free.surfaces"));
   EXPECT_TRUE(read("within.bt") == read("free.bt"));
   EXPECT_THAT(limited.err,
-              AllOf(HasSubstr("warning: --max-memory 1M was too little"), HasSubstr("the least that works")));
+              AllOf(HasSubstr("warning: --max-memory: used "), HasSubstr(" MiB of 1 MiB asked")));
+  EXPECT_THAT(read_json("within.json").at("warnings").dump(), HasSubstr(" MiB of 1 MiB asked"));
   // And with room to spare nothing is said.
   EXPECT_THAT(run_well("map floor -o roomy --max-memory 4G").err, Not(HasSubstr("max-memory")));
   EXPECT_TRUE(read("roomy.surfaces") == read("free.surfaces"));

@@ -81,7 +81,7 @@ const std::vector<Refused>& refused() {
       {"map floor -o n --frobnicate", {"--frobnicate"}},
       {"map floor -o n --preset best", {"--preset"}},
       {"map floor -o n --every 0", {"--every: '0' must be 1 or more"}},
-      {"map floor -o n --max-memory 12Q", {"--max-memory: 12Q is not a number of bytes"}},
+      {"map floor -o n --max-memory 12Q", {"--max-memory: q unit not recognized"}},
       {"map floor -o n --together 300", {"'300' must be from 1 to 256"}},
       {"map floor -o n --threads 0", {"threads"}},
       {"map floor -o n --depth-scale -3", {"-3"}},

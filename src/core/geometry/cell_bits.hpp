@@ -37,6 +37,8 @@ std::optional<PlaneCell> first_in_rings(PlaneCell from, int first, int last, Wan
 /// either or of content since the last take_changes(). Bit masks, 64 cells to a tile: half a byte a cell.
 class CellBits {
  public:
+  explicit CellBits(memory::PageFile* file = nullptr) : tiles_(file) {}
+
   /// 8 × 8 cells; cell (u, v) of the plane is bit (v mod 8) · 8 + u mod 8 of tile (⌊u/8⌋, ⌊v/8⌋).
   struct Cells {
     PlaneCell tile;

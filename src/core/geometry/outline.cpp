@@ -1,10 +1,10 @@
 #include "geometry/outline.hpp"
 
-#include "geometry/page_file.hpp"
 #include "geometry/rings.hpp"
+#include "memory/page_file.hpp"
 
 // A triangulation takes more than half of a surface's memory.
-#define CGAL_ALLOCATOR(T) octosurf::geometry::PagedAllocator<T>
+#define CGAL_ALLOCATOR(T) octosurf::memory::PagedAllocator<T>
 
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -29,9 +29,9 @@ struct VertexMark {
   bool changed : 1 = false;      // a triangle at it was added or removed by this update
   std::int32_t corner = -1;      // first of the boundary's corners here
 };
-using Delaunay = CGAL::Delaunay_triangulation_2<
-    Kernel,
-    CGAL::Triangulation_data_structure_2<CGAL::Triangulation_vertex_base_with_info_2<VertexMark, Kernel>>>;
+using Parts =
+    CGAL::Triangulation_data_structure_2<CGAL::Triangulation_vertex_base_with_info_2<VertexMark, Kernel>>;
+using Delaunay = CGAL::Delaunay_triangulation_2<Kernel, Parts>;
 using Face = Delaunay::Face_handle;
 using Vertex = Delaunay::Vertex_handle;
 
@@ -60,9 +60,18 @@ struct NewSite {
 }  // namespace
 
 struct Outline::Impl {
-  explicit Impl(double a) : alpha(a) {}
+  Impl(double a, memory::PageFile* f) : alpha(a), file(f), tiles(f), corners(f) {
+    // A triangulation's parts come without the file, and can only be exchanged.
+    Parts::Vertex_range vertices(file);
+    Parts::Face_range faces(file);
+    triangulation.tds().clear();
+    triangulation.tds().vertices().swap(vertices);
+    triangulation.tds().faces().swap(faces);
+    triangulation.clear();
+  }
 
   double alpha;
+  memory::PageFile* file;
   Delaunay triangulation;
   PagedMap<PagedSequence<Site>> tiles;
   std::vector<Vertex> left;  // without any remaining site
@@ -103,7 +112,7 @@ void Outline::Impl::set(PlaneCell cell, std::span<const Eigen::Vector2d> wanted)
   for (const Eigen::Vector2d& p : wanted) coming.emplace_back(p.x(), p.y());
   if (const auto found = tiles.find(tile); found != tiles.end()) {
     PagedSequence<Site>& sites = found.value();
-    std::erase_if(sites, [&](const Site& site) {
+    const auto gone = std::remove_if(sites.begin(), sites.end(), [&](const Site& site) {
       if (site.cell != number) return false;
       const auto same = std::find(coming.begin(), coming.end(), site.vertex->point());
       if (same != coming.end()) {
@@ -113,6 +122,7 @@ void Outline::Impl::set(PlaneCell cell, std::span<const Eigen::Vector2d> wanted)
       if (--site.vertex->info().sites == 0) left.push_back(site.vertex);
       return true;
     });
+    sites.erase(gone, sites.end());
     if (sites.empty()) tiles.erase(found);
   }
   for (const Point& p : coming) {
@@ -164,7 +174,7 @@ void Outline::Impl::insert_entering() {
   const std::size_t before = changed.size();
   Face hint;
   for (const std::size_t i : order_of_entering()) {
-    PagedSequence<Site>& sites = tiles.try_emplace(entering[i].tile).first.value();
+    PagedSequence<Site>& sites = tiles.try_emplace(entering[i].tile, file).first.value();
     if (!sites.empty()) hint = sites.back().vertex->face();
     const Vertex vertex = triangulation.insert(entering_points[i], hint);
     hint = vertex->face();
@@ -286,7 +296,7 @@ std::vector<Ring2> Outline::Impl::trace() {
   return loops;
 }
 
-Outline::Outline(double alpha) : impl_(std::make_unique<Impl>(alpha)) {}
+Outline::Outline(double alpha, memory::PageFile* file) : impl_(std::make_unique<Impl>(alpha, file)) {}
 Outline::~Outline() = default;
 Outline::Outline(Outline&&) noexcept = default;
 Outline& Outline::operator=(Outline&&) noexcept = default;

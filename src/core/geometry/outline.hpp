@@ -24,7 +24,8 @@ class Outline {
   /// rings are exact, and non-collinear points stay so when the rings are moved.
   static constexpr double quantum = 1.0 / 4096;
 
-  explicit Outline(double alpha);
+  /// `file`: where it is kept, if not on the heap.
+  explicit Outline(double alpha, memory::PageFile* file = nullptr);
   ~Outline();
   Outline(Outline&&) noexcept;
   Outline& operator=(Outline&&) noexcept;

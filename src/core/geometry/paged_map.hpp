@@ -1,14 +1,14 @@
 #pragma once
 
-#include "geometry/page_file.hpp"
 #include "geometry/voxel_key.hpp"
+#include "memory/page_file.hpp"
 
+#include <boost/container/vector.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <tsl/robin_map.h>
 #include <utility>
-#include <vector>
 
 namespace octosurf::geometry {
 
@@ -24,11 +24,16 @@ struct PlaceHash {
   }
 };
 
-/// By packed key of a place, and sequences, of what grows with a map.
+/// By packed key of a place, of what grows with a map.
 template <class T>
 using PagedMap = tsl::robin_map<std::uint64_t, T, PlaceHash, std::equal_to<std::uint64_t>,
-                                PagedAllocator<std::pair<std::uint64_t, T>>>;
+                                memory::PagedAllocator<std::pair<std::uint64_t, T>>>;
+/// Of fewer than 2³² elements: with its allocator no larger than a std::vector, as there is one at each
+/// place.
 template <class T>
-using PagedSequence = std::vector<T, PagedAllocator<T>>;
+using PagedSequence = boost::container::vector<
+    T, memory::PagedAllocator<T>,
+    boost::container::vector_options_t<boost::container::stored_size<std::uint32_t>,
+                                       boost::container::growth_factor<boost::container::growth_factor_100>>>;
 
 }  // namespace octosurf::geometry

@@ -96,7 +96,7 @@ void Succession::settle_departures(Identities& identities) const {
 }
 
 void renumber(surfaces::MapState& state, const Identities& identities) {
-  surfaces::SurfaceStore surfaces(state.parameters.occupancy.resolution);
+  surfaces::SurfaceStore surfaces(state.parameters.occupancy.resolution, state.pages().get());
   surfaces.set_erosion_tolerance(state.parameters.surface_tolerance());
   for (const auto& [id, surface] : state.surfaces) {
     surfaces::SurfaceModel::State renamed = surface.state();

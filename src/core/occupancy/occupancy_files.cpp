@@ -354,7 +354,7 @@ void occupancy::OccupancyMap::write_nodes(const std::function<void(const std::st
 
 void occupancy::OccupancyMap::read_nodes(const std::function<std::string()>& source,
                                          const std::string& where) {
-  *tree_ = occupancy::VoxelTree(tree_->model());
+  tree_->clear();
   TreeReader reader(*tree_, source, {where, "damaged octree: ", "restore the file from a backup"});
   if (reader.at_end()) return;
   reader.read_own();
@@ -373,10 +373,11 @@ std::string octomap_note(const std::filesystem::path& file) {
 }
 
 occupancy::OccupancyMap occupancy::OccupancyMap::read_octomap(const std::filesystem::path& file,
-                                                              OccupancyParameters parameters) {
+                                                              OccupancyParameters parameters,
+                                                              std::shared_ptr<memory::PageFile> pages) {
   OctomapFile octree(file);
   parameters.resolution = octree.resolution;
-  occupancy::OccupancyMap map(parameters);
+  occupancy::OccupancyMap map(parameters, std::move(pages));
   octree.read(*map.tree_);
   return map;
 }

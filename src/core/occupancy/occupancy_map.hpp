@@ -1,6 +1,7 @@
 #pragma once
 
 #include "geometry/voxel_grid.hpp"
+#include "memory/page_file.hpp"
 #include "occupancy/voxel_payload.hpp"
 #include "sensing/downsample.hpp"
 
@@ -68,7 +69,8 @@ class PlaneLookup {
 ///    surface's plane and ends beyond its tolerance.
 class OccupancyMap {
  public:
-  explicit OccupancyMap(const OccupancyParameters& parameters);
+  /// `file`: where it is kept, if not on the heap.
+  explicit OccupancyMap(const OccupancyParameters& parameters, std::shared_ptr<memory::PageFile> file = {});
   OccupancyMap(OccupancyMap&&) noexcept;
   OccupancyMap& operator=(OccupancyMap&&) noexcept;
   ~OccupancyMap();
@@ -151,7 +153,8 @@ class OccupancyMap {
   /// Inverse; `source` returns the next chunk (empty: none). Throws Error(data).
   void read_nodes(const std::function<std::string()>& source, const std::string& where);
   /// Reads a .bt or .ot, its own resolution; Error(data), also over 32 MiB + 64 times the file's size.
-  static OccupancyMap read_octomap(const std::filesystem::path& file, OccupancyParameters parameters);
+  static OccupancyMap read_octomap(const std::filesystem::path& file, OccupancyParameters parameters,
+                                   std::shared_ptr<memory::PageFile> pages = {});
 
  private:
   struct Policy;

@@ -12,6 +12,9 @@ namespace octosurf::occupancy {
 /// Runs of 1 to 64 payloads, each in a block of the next power of two.
 class PayloadStore {
  public:
+  explicit PayloadStore(memory::PageFile* file = nullptr)
+      : fours_(file), eights_(file), sixteens_(file), thirty_twos_(file), sixty_fours_(file) {}
+
   const VoxelPayload* at(PayloadRun run) const {
     switch (run.size_class) {
       case 1:

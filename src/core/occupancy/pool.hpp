@@ -1,6 +1,6 @@
 #pragma once
 
-#include "geometry/page_file.hpp"
+#include "memory/page_file.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace octosurf::occupancy {
 template <class T, unsigned chunk_bits>
 class Pool {
  public:
-  Pool() = default;
+  explicit Pool(memory::PageFile* file = nullptr) : file_(file) {}  ///< which outlives all its chunks
   Pool(Pool&&) noexcept = default;
   Pool& operator=(Pool&&) noexcept = default;
 
@@ -123,10 +123,11 @@ class Pool {
     }
     chunk.written_in = period_;
   }
-  static std::shared_ptr<T[]> uninitialized() {
+  std::shared_ptr<T[]> uninitialized() const {
     static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
-    return {geometry::PagedAllocator<T>().allocate(chunk_size),
-            [](T* chunk) { geometry::PagedAllocator<T>().deallocate(chunk, chunk_size); }};
+    memory::PagedAllocator<T> memory(file_);
+    return {memory.allocate(chunk_size),
+            [memory](T* chunk) mutable { memory.deallocate(chunk, chunk_size); }};
   }
   /// Call before a free object is reused.
   void note_taken() {
@@ -143,6 +144,7 @@ class Pool {
     taken_.clear();
   }
 
+  memory::PageFile* file_;
   std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> free_;
   std::size_t used_ = 0;

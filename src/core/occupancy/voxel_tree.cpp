@@ -5,7 +5,8 @@
 
 namespace octosurf::occupancy {
 
-VoxelTree::VoxelTree(const OccupancyModel& occupancy_model) : model_(occupancy_model) {
+VoxelTree::VoxelTree(const OccupancyModel& occupancy_model, std::shared_ptr<memory::PageFile> file)
+    : model_(occupancy_model), file_(std::move(file)) {
   static std::atomic<std::uint64_t> histories{0};
   history_ = ++histories;
 }
@@ -151,7 +152,7 @@ std::shared_ptr<const VoxelTree> VoxelTree::share() {
     settle(root_, top_level);
     settled_ = true;
   }
-  const auto copy = std::make_shared<VoxelTree>(model_);
+  const auto copy = std::make_shared<VoxelTree>(model_, file_);
   copy->history_ = history_;
   copy->shares_ = shares_++;
   copy->without_points_ = without_points_;

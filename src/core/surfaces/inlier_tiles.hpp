@@ -23,6 +23,8 @@ struct Inlier {
 /// is: 20 bytes an inlier, at most twice that while a tile grows.
 class InlierTiles {
  public:
+  explicit InlierTiles(memory::PageFile* file) : tiles_(file) {}
+
   /// O(inliers of a tile), as remove().
   void add(geometry::PlaneCell cell, const Inlier& inlier);
 
@@ -61,6 +63,7 @@ class InlierTiles {
     Inlier inlier() const { return {key, range_class, position}; }
   };
   struct Tile {
+    explicit Tile(memory::PageFile* file) : inliers(file) {}
     std::uint64_t occupied = 0;
     geometry::PagedSequence<Placed> inliers;  // by cell
 

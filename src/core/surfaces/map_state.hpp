@@ -1,5 +1,6 @@
 #pragma once
 
+#include "memory/memory_limit.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "sensing/noise_model.hpp"
 #include "surfaces/alignment_state.hpp"
@@ -10,6 +11,7 @@
 #include "surfaces/surface_store.hpp"
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <octosurf/map.hpp>
@@ -19,14 +21,19 @@ namespace octosurf::surfaces {
 /// The whole state of a map: the contents of a .surfaces file, and the working data of a Mapper. Everything
 /// that affects the next scan is here and is saved, so that resuming changes nothing.
 struct MapState {
-  explicit MapState(const Parameters& p)
-      : parameters(p),
-        occupancy(p.occupancy),
-        surfaces(p.occupancy.resolution),
+  explicit MapState(const Parameters& p, std::unique_ptr<memory::MemoryLimit> memory = {})
+      : limit(std::move(memory)),
+        parameters(p),
+        occupancy(p.occupancy, pages()),
+        surfaces(p.occupancy.resolution, pages().get()),
         noise(p),
         snapshot(std::make_shared<Snapshot>(Snapshot{0, p.occupancy.resolution, {}})) {
     surfaces.set_erosion_tolerance(p.surface_tolerance());
   }
+
+  /// Of memory, and the file beyond it; null: none. All that grows with the map is in there.
+  std::unique_ptr<memory::MemoryLimit> limit;
+  std::shared_ptr<memory::PageFile> pages() const { return limit ? limit->pages() : nullptr; }
 
   Parameters parameters;
   occupancy::OccupancyMap occupancy;
@@ -46,6 +53,8 @@ struct MapState {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< Map::origin()
   AtomicSharedPtr<const Snapshot> snapshot;          ///< the state that readers in other threads see
   bool octree_shared = false;                        ///< snapshots include it; a setting of the process
+
+  void read_octomap(const std::filesystem::path& file);  ///< replaces the octree
 
   /// A change failed, and its rollback is incomplete for lack of memory (Transaction).
   bool unrestored = false;

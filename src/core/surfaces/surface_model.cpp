@@ -51,8 +51,9 @@ std::array<float, 3> color_of(SurfaceId id) {
   return {channel(5), channel(3), channel(1)};
 }
 
-SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution)
-    : id_(id), resolution_(resolution), plane_(plane), reference_(origin) {
+SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution,
+                           memory::PageFile* file)
+    : id_(id), resolution_(resolution), file_(file), plane_(plane), reference_(origin) {
   pose_.linear() = geometry::plane_axes(plane.normal);
   pose_.translation() = origin - plane.signed_distance(origin) * plane.normal;
   set_hash_frame(pose_);
@@ -243,8 +244,8 @@ SurfaceModel::State SurfaceModel::state() const {
   return state;
 }
 
-SurfaceModel::SurfaceModel(const State& state, double resolution)
-    : SurfaceModel(state.id, state.plane, state.reference, resolution) {
+SurfaceModel::SurfaceModel(const State& state, double resolution, memory::PageFile* file)
+    : SurfaceModel(state.id, state.plane, state.reference, resolution, file) {
   born = state.born;
   revision = state.revision;
   checked_size = state.checked_size;

@@ -39,7 +39,9 @@ class SurfaceModel {
     double readings = 0;        ///< number of voxel observations added
   };
 
-  SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution);
+  /// `file`: where what grows with it is kept, if not on the heap.
+  SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution,
+               memory::PageFile* file = nullptr);
 
   SurfaceId id() const { return id_; }
   double resolution() const { return resolution_; }
@@ -170,7 +172,7 @@ class SurfaceModel {
   State state() const;
   /// The same without inliers and polygons, O(1): for callers that have those already.
   State head() const;
-  SurfaceModel(const State& state, double resolution);
+  SurfaceModel(const State& state, double resolution, memory::PageFile* file = nullptr);
 
   /// Records that the whole surface was segmented.
   void set_checked() { checked_size = size_; }
@@ -208,6 +210,7 @@ class SurfaceModel {
 
   SurfaceId id_;
   double resolution_;
+  memory::PageFile* file_;
   Plane plane_;
   Eigen::Isometry3d pose_;
   Eigen::Isometry3d hash_frame_;
@@ -217,8 +220,8 @@ class SurfaceModel {
   std::array<geometry::Moments, sensing::NoiseModel::classes> moments_;
   Evidence evidence_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
-  InlierTiles inliers_;
-  geometry::CellBits bits_;
+  InlierTiles inliers_{file_};
+  geometry::CellBits bits_{file_};
   std::vector<geometry::CellBits::Cells> changed_;  // since the last derive_outline()
   std::optional<geometry::Outline> outline_;        // empty before the first derive()
   MeetingSites meetings_;                           // by tile, as in the outline

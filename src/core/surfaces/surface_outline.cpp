@@ -180,7 +180,7 @@ void SurfaceModel::update_raster(double max_hole_size, const sensing::NoiseModel
   for (unsigned c = 0; noise != nullptr && c < sensing::NoiseModel::classes; ++c)
     overreach[c] = std::min(resolution_, noise->overreach(c));
   const bool other_alpha = !outline_ || outline_->alpha() != alpha;
-  if (other_alpha) outline_.emplace(alpha);
+  if (other_alpha) outline_.emplace(alpha, file_);
   if (other_alpha || overreach != overreach_) bits_.change_all();
   overreach_ = overreach;
   const std::vector<geometry::CellBits::Cells> changes = bits_.take_changes(alpha > 3.99);

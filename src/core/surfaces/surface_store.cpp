@@ -10,14 +10,15 @@ namespace octosurf::surfaces {
 SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& origin) {
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
-  SurfaceModel& model = models_.try_emplace(next_id_, next_id_, plane, origin, resolution_).first->second;
+  SurfaceModel& model =
+      models_.try_emplace(next_id_, next_id_, plane, origin, resolution_, file_).first->second;
   ++next_id_;
   model.kept_in = period_;
   return model;
 }
 
 SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
-  SurfaceModel& model = models_.try_emplace(state.id, state, resolution_).first->second;
+  SurfaceModel& model = models_.try_emplace(state.id, state, resolution_, file_).first->second;
   for (const Inlier& inlier : state.inliers) add_resident(places_, inlier.key, state.id);
   return model;
 }
@@ -44,7 +45,7 @@ void SurfaceStore::add(SurfaceModel& surface, const Inlier& inlier) {
 }
 
 bool SurfaceStore::count_in(Residents& residents, std::uint64_t place, SurfaceId id) {
-  auto& there = residents[place];
+  auto& there = residents.try_emplace(place, residents.get_allocator().file).first.value();
   const auto found = std::find_if(there.begin(), there.end(), [&](const Resident& r) { return r.id == id; });
   if (found != there.end()) {
     ++found->count;
@@ -136,9 +137,9 @@ void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapsh
   for (auto& [id, state] : before) {
     std::sort(state.inliers.begin(), state.inliers.end(),
               [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
-    models.try_emplace(id, state, resolution_);
+    models.try_emplace(id, state, resolution_, file_);
   }
-  Places places;
+  Places places(file_);
   const auto settle = [&](SurfaceId id, const SurfaceModel& model) {
     model.for_each_inlier([&](const Inlier& inlier) { add_resident(places, inlier.key, id); });
   };

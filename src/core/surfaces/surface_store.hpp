@@ -14,7 +14,9 @@ namespace octosurf::surfaces {
 /// with nearby surfaces.
 class SurfaceStore : public occupancy::PlaneLookup {
  public:
-  explicit SurfaceStore(double resolution) : resolution_(resolution) {}
+  /// `file`: where what grows with the map is kept, if not on the heap.
+  explicit SurfaceStore(double resolution, memory::PageFile* file = nullptr)
+      : resolution_(resolution), file_(file), places_(file) {}
 
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   SurfaceModel& restore(const SurfaceModel::State& state);
@@ -71,6 +73,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   }
   using Residents = geometry::PagedMap<geometry::PagedSequence<Resident>>;
   struct Places {
+    explicit Places(memory::PageFile* file) : blocks(file), regions(file) {}
     Residents blocks, regions;
   };
   /// True if it is the first, or was the last, of the surface there.
@@ -81,6 +84,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   SurfaceModel& kept(SurfaceModel& model);
 
   double resolution_;
+  memory::PageFile* file_;
   double erosion_tolerance_ = 0;
   std::map<SurfaceId, SurfaceModel> models_;
   std::vector<Departure> departures_;

@@ -96,7 +96,9 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   io::sync_folder(files.surfaces);
 }
 
-LoadedMap load_map(const fs::path& stem) {
+LoadedMap load_map(const fs::path& stem) { return io::load_map_within({}, stem); }
+
+LoadedMap io::load_map_within(std::unique_ptr<memory::MemoryLimit> limit, const fs::path& stem) {
   const MapPaths files = paths_of(stem);
   require_map(files);
   std::error_code failure;
@@ -104,7 +106,7 @@ LoadedMap load_map(const fs::path& stem) {
   std::ifstream in(files.surfaces, std::ios::binary);
   if (failure || !in)
     throw Error(Error::Kind::data, files.surfaces.string(), "cannot be read", "check its rights");
-  io::MapFile file = io::read_map(in, bytes, files.surfaces.string());
+  io::MapFile file = io::read_map(in, bytes, files.surfaces.string(), std::move(limit));
   if (!file.scans.folder.empty()) file.scans.folder = files.surfaces.parent_path() / file.scans.folder;
   return {Map(std::move(file.state)), warning_of(files.bt, file.bt), std::move(file.scans)};
 }

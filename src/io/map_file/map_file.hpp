@@ -67,6 +67,10 @@ struct MapFile {
 
 /// Reads a map file of `file_bytes` bytes; `where` names it in messages. Throws Error(data) for
 /// whatever is not a map file of this version, whole and consistent.
-MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where);
+MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where,
+                 std::unique_ptr<memory::MemoryLimit> limit = {});
+
+/// octosurf::load_map() of a map with a limit of memory.
+LoadedMap load_map_within(std::unique_ptr<memory::MemoryLimit> limit, const std::filesystem::path& stem);
 
 }  // namespace octosurf::io
