@@ -222,7 +222,8 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["drain_ms"] = drain_ms_;
   json["alignment"] = alignment_json(alignment_);
   json["alignment"]["closures"] = closures_json(closures_.all());
-  json["alignment"]["sensor_error"] = sensor_error_json(alignment::sensor_error_of(map.state().alignment));
+  json["alignment"]["sensor_error"] =
+      sensor_error_json(alignment::sensor_error_of(alignment::record_of(map.state()).state));
   json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;

@@ -39,7 +39,7 @@ void warn_of_missing_poses(const RunStatistics& statistics) {
 /// If the error exceeds its uncertainty (four deviations: four numbers, one false alarm in 4,000 runs) and
 /// moves the farthest readings by a tenth of a voxel, the threshold of corrections.
 void warn_of_sensor_error(const Map& map) {
-  const auto error = alignment::sensor_error_of(map.state().alignment);
+  const auto error = alignment::sensor_error_of(alignment::record_of(map.state()).state);
   if (!error) return;
   const Parameters& parameters = map.parameters();
   const double far = parameters.occupancy.max_range.value_or(4);  // m, as for a depth camera

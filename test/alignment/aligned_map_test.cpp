@@ -1,4 +1,5 @@
 // Maps built from poses that are off: what Mapper::insert makes of them.
+#include "alignment/alignment_state.hpp"
 #include "alignment/pose_fit.hpp"
 #include "alignment/revisit.hpp"
 #include "alignment/sensor_error.hpp"
@@ -61,7 +62,7 @@ TEST(AlignedMap, OffTakesPosesAsTheyAre) {
     EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::off);
     EXPECT_EQ(report.alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
   }
-  EXPECT_TRUE(mapper.map().state().alignment.hypotheses.empty());
+  EXPECT_TRUE(alignment::record_of(mapper.map().state()).state.hypotheses.empty());
 }
 
 /// A scan whose depths come in waves, as a camera's disparities do: `amplitude` times the distance.
@@ -126,8 +127,9 @@ TEST(AlignedMap, FewPatchesSeenForLongKeepTheirScatterAndCanBeReadAgain) {
     scan.T_map_sensor.translation().x() = i % 2 == 0 ? 0.15 : -0.15;
     mapper.insert(scan);
   }
-  EXPECT_GT(state.alignment.way_m, 50);
-  EXPECT_DOUBLE_EQ(state.alignment.patch_m, alignment::map_error_voxels * 0.04);
+  const alignment::AlignmentState& alignment = alignment::record_of(state).state;
+  EXPECT_GT(alignment.way_m, 50);
+  EXPECT_DOUBLE_EQ(alignment.patch_m, alignment::map_error_voxels * 0.04);
   const std::string bytes = bytes_of(state);
   std::istringstream in(bytes);
   EXPECT_TRUE(bytes_of(*io::read_map(in, bytes.size(), "here").state) == bytes);
@@ -169,7 +171,7 @@ TEST(AlignedMap, ASensorsTiltAndScaleAreFoundAndAreNoDrift) {
     moved += mapper.insert(scan).alignment.T_map_sensor.matrix() != scan.T_map_sensor.matrix();
   }
   EXPECT_EQ(moved, 0U);
-  const auto found = alignment::sensor_error_of(mapper.map().state().alignment);
+  const auto found = alignment::sensor_error_of(alignment::record_of(mapper.map().state()).state);
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->tilt_rad().x(), 0.5 * degree, 0.1 * degree);
   EXPECT_LT(found->tilt_rad().tail<2>().norm(), 0.1 * degree);
@@ -225,14 +227,14 @@ TEST(AlignedMap, OfARunOfScansThatFitNowhereFewAreSearchedFor) {
     if (i >= 40 && i < 60)
       for (Eigen::Vector3f& point : scan.points) point.x() += 0.12F * std::sin(7 * point.y() + 5 * point.x());
     mapper.insert(scan);
-    const auto& failed_search = mapper.map().state().alignment.failed_search;
+    const auto& failed_search = alignment::record_of(mapper.map().state()).state.failed_search;
     in_vain += failed_search.has_value();
     if (failed_search && (searched_at.empty() || searched_at.back() != failed_search->way_m))
       searched_at.push_back(failed_search->way_m);
   }
   EXPECT_GT(in_vain, 10);
   EXPECT_LT(2 * searched_at.size(), static_cast<std::size_t>(in_vain));
-  EXPECT_FALSE(mapper.map().state().alignment.failed_search.has_value()) << "it fits again";
+  EXPECT_FALSE(alignment::record_of(mapper.map().state()).state.failed_search.has_value()) << "it fits again";
 }
 
 TEST(AlignedMap, LinesOfALaserAreNoJumps) {
@@ -289,7 +291,7 @@ TEST(AlignedMap, ExplainTellsOfScansThatDidNotFit) {
     return Map(io::read_map(in, bytes.size(), "map").state);
   };
   Map map = read_back(mapper.map().state());
-  surfaces::AlignmentState& alignment = map.state().alignment;
+  alignment::AlignmentState& alignment = alignment::record_of(map.state()).state;
   alignment.note_misfit({way(0, 24).translation(), 3, true});
   alignment.note_misfit({way(0, 24).translation(), 3, true});
   alignment.note_misfit({way(0, 24).translation(), 2.5, false});
@@ -306,10 +308,10 @@ TEST(AlignedMap, ExplainTellsOfScansThatDidNotFit) {
 }
 
 TEST(AlignedMap, RemembersTheLastMisfitsAlone) {
-  surfaces::AlignmentState alignment;
-  for (std::size_t i = 0; i < surfaces::AlignmentState::most_misfits + 3; ++i)
+  alignment::AlignmentState alignment;
+  for (std::size_t i = 0; i < alignment::AlignmentState::most_misfits + 3; ++i)
     alignment.note_misfit({{static_cast<double>(i), 0, 0}, 1, true});
-  EXPECT_EQ(alignment.misfits.size(), surfaces::AlignmentState::most_misfits);
+  EXPECT_EQ(alignment.misfits.size(), alignment::AlignmentState::most_misfits);
   EXPECT_EQ(alignment.misfits.front().position.x(), 3);
 }
 

@@ -60,7 +60,7 @@ Revisit revisit(int i, const Eigen::Isometry3d& laid, const Eigen::Isometry3d& t
 }
 
 struct Walk {
-  surfaces::AlignmentState state;
+  alignment::AlignmentState state;
   std::mt19937_64 rng = test::rng();
   SensorErrors errors = SensorErrors::Zero();
   bool ever_drifted = false;

@@ -52,7 +52,7 @@ class Revisits : public testing::Test {
   Scan scan(int i) { return camera_scan(furnished_room(), view(i), rng_, camera_); }
   void remember(const Scan& scan) {
     for (PatchLook& look : looks(scan)) {
-      surfaces::Look now;
+      alignment::Look now;
       now.weight = static_cast<float>(look.weight);
       now.distance = static_cast<float>(look.distance);
       now.by_error = look.by_error.cast<float>();
@@ -68,7 +68,7 @@ class Revisits : public testing::Test {
   std::mt19937_64 rng_ = rng();
   std::shared_ptr<const Snapshot> map_ = map_of_rectangles(furnished_room(), middle_of_room, voxel_m);
   NearSurfaces surfaces_;
-  surfaces::SeenPatches patches_;
+  alignment::SeenPatches patches_;
 };
 
 TEST_F(Revisits, TellHowFarThePoseIsOff) {

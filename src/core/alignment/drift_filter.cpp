@@ -28,7 +28,7 @@ constexpr double most_behind = 10;
 constexpr double freedom = 4;
 
 using Numbers = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
-using State = Eigen::Matrix<double, surfaces::AlignmentState::Hypothesis::size, 1>;
+using State = Eigen::Matrix<double, AlignmentState::Hypothesis::size, 1>;
 
 /// Made exactly symmetric, because a map file stores all entries.
 template <class Matrix>
@@ -39,7 +39,7 @@ Matrix symmetric(const Matrix& P) {
 double way_of(const Twist& motion) { return motion.head<3>().norm() + motion.tail<3>().norm(); }
 
 /// Process noise per metre of travel.
-TwistCovariance rates_of(const surfaces::AlignmentState::Hypothesis& h, const Eigen::Vector3d& up) {
+TwistCovariance rates_of(const AlignmentState::Hypothesis& h, const Eigen::Vector3d& up) {
   const double rate_rad = h.rate_m / rate_lever_m;
   const Eigen::Matrix3d along = up * up.transpose(), all = Eigen::Matrix3d::Identity();
   TwistCovariance rates = TwistCovariance::Zero();
@@ -50,13 +50,13 @@ TwistCovariance rates_of(const surfaces::AlignmentState::Hypothesis& h, const Ei
 
 }  // namespace
 
-DriftFilter::DriftFilter(surfaces::AlignmentState& state, SensorKind sensor, double resolution,
+DriftFilter::DriftFilter(AlignmentState& state, SensorKind sensor, double resolution,
                          const Eigen::Vector3d& up)
     : state_(state), resolution_(resolution), up_(up) {
   if (!state.hypotheses.empty()) return;
   state.sensor = sensor;
   state.patch_m = map_error_voxels * resolution;
-  surfaces::AlignmentState::Hypothesis h;
+  AlignmentState::Hypothesis h;
   h.covariance.diagonal().tail<sensor_error_size>() = usual_errors(sensor).cwiseAbs2();
   state.hypotheses.push_back(h);
   for (const double rate : rates_m)

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "alignment/alignment_state.hpp"
 #include "alignment/revisit.hpp"
-#include "surfaces/alignment_state.hpp"
 
 #include <Eigen/Geometry>
 
@@ -23,8 +23,7 @@ namespace octosurf::alignment {
 class DriftFilter {
  public:
   /// Continues from `state`, which must outlive it.
-  DriftFilter(surfaces::AlignmentState& state, SensorKind sensor, double resolution,
-              const Eigen::Vector3d& up);
+  DriftFilter(AlignmentState& state, SensorKind sensor, double resolution, const Eigen::Vector3d& up);
 
   /// Advances to the next scan, given at T_given.
   void advance(const Eigen::Isometry3d& T_given);
@@ -43,12 +42,12 @@ class DriftFilter {
   const SensorErrors& sensor_errors() const { return believed().errors; }
 
  private:
-  using Hypothesis = surfaces::AlignmentState::Hypothesis;
+  using Hypothesis = AlignmentState::Hypothesis;
   const Hypothesis& believed() const { return state_.hypotheses[state_.believed]; }
   void learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Revisit& revisit) const;
   void choose();
 
-  surfaces::AlignmentState& state_;
+  AlignmentState& state_;
   double resolution_;
   Eigen::Vector3d up_;
   Eigen::Isometry3d T_given_ = Eigen::Isometry3d::Identity();

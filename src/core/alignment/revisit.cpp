@@ -27,7 +27,7 @@ class PatchKey {
  public:
   explicit PatchKey(double resolution)
       : width_(patch_voxels * resolution), level_(level_voxels * resolution) {}
-  surfaces::SeenPatches::Key operator()(const Eigen::Vector3d& point, const Plane& plane) const {
+  SeenPatches::Key operator()(const Eigen::Vector3d& point, const Plane& plane) const {
     int axis = 0;
     plane.normal.cwiseAbs().maxCoeff(&axis);
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;
@@ -69,10 +69,10 @@ struct Sums {
 }  // namespace
 
 std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                                std::span<const MatchedReading> readings,
-                                const surfaces::SeenPatches& patches, SensorKind sensor, double resolution) {
+                                std::span<const MatchedReading> readings, const SeenPatches& patches,
+                                SensorKind sensor, double resolution) {
   const PatchKey key_of(resolution);
-  std::vector<std::pair<surfaces::SeenPatches::Key, const MatchedReading*>> by_key;
+  std::vector<std::pair<SeenPatches::Key, const MatchedReading*>> by_key;
   by_key.reserve(readings.size());
   for (const MatchedReading& laid : readings)
     by_key.emplace_back(key_of(T_map_sensor * laid.point, laid.surface->plane), &laid);
@@ -83,7 +83,7 @@ std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map
   for (std::size_t i = 0; i < by_key.size();) {
     PatchLook look;
     look.key = by_key[i].first;
-    if (const surfaces::SeenPatch* known = patches.find(look.key)) {
+    if (const SeenPatch* known = patches.find(look.key)) {
       look.patch = *known;
     } else {
       look.patch.normal = by_key[i].second->surface->plane.normal.cast<float>();
@@ -117,7 +117,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
   std::vector<PatchRow> rows;
   double squares = 0;
   for (const PatchLook& look : looks) {
-    const surfaces::Look before = look.patch.before(way_m, revisit_span_m);
+    const Look before = look.patch.before(way_m, revisit_span_m);
     if (!(before.weight > 0)) continue;
     squares += look.by_pose.head<3>().squaredNorm();
     rows.push_back({look.distance - before.distance, 0, 1 / look.weight + 1 / double{before.weight},

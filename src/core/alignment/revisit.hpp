@@ -1,8 +1,8 @@
 #pragma once
 
 #include "alignment/pose_fit.hpp"
+#include "alignment/seen_patches.hpp"
 #include "alignment/sensor_error.hpp"
-#include "surfaces/seen_patches.hpp"
 
 #include <Eigen/Geometry>
 #include <span>
@@ -22,10 +22,10 @@ inline constexpr double map_error_voxels = 0.1;
 
 /// A scan's readings of one patch.
 struct PatchLook {
-  surfaces::SeenPatches::Key key = 0;
-  surfaces::SeenPatch patch;  ///< before the scan
-  double weight = 0;          ///< 1/m², from the readings' noise
-  double distance = 0;        ///< m, off the patch's plane, mean
+  SeenPatches::Key key = 0;
+  SeenPatch patch;      ///< before the scan
+  double weight = 0;    ///< 1/m², from the readings' noise
+  double distance = 0;  ///< m, off the patch's plane, mean
   Twist by_pose = Twist::Zero();
   SensorErrors by_error = SensorErrors::Zero();
 };
@@ -34,8 +34,8 @@ struct PatchLook {
 /// column 16 voxels wide. Systematic errors are those of `sensor`: scans of another one do not measure them.
 /// O(readings).
 std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                                std::span<const MatchedReading> readings,
-                                const surfaces::SeenPatches& patches, SensorKind sensor, double resolution);
+                                std::span<const MatchedReading> readings, const SeenPatches& patches,
+                                SensorKind sensor, double resolution);
 
 /// Measurement of a scan's pose from patches seen long ago: motion + by_error · (sensor's error) =
 /// measurement, in independent directions.

@@ -31,8 +31,8 @@ constexpr double same_jump_m = 0.03;
 /// Alignment of one scan.
 class ScanAlignment {
  public:
-  ScanAlignment(surfaces::AlignmentState& state, const surfaces::SeenPatches& patches, const Scan& scan,
-                double resolution, const Eigen::Vector3d& up)
+  ScanAlignment(AlignmentState& state, const SeenPatches& patches, const Scan& scan, double resolution,
+                const Eigen::Vector3d& up)
       : state_(state),
         patches_(patches),
         scan_(scan),
@@ -57,8 +57,8 @@ class ScanAlignment {
   void learn();
   void follow(const Layout& layout);
 
-  surfaces::AlignmentState& state_;
-  const surfaces::SeenPatches& patches_;
+  AlignmentState& state_;
+  const SeenPatches& patches_;
   const Scan& scan_;
   double resolution_;
   DriftFilter drift_;
@@ -92,7 +92,7 @@ void ScanAlignment::follow(const Layout& layout) {
     state_.view_m = state_.way_m;
     const Twist moved_on = twist_between(expected_, drift_.pose());
     for (PatchLook& look : looks) {
-      surfaces::Look now;
+      Look now;
       now.weight = static_cast<float>(1 / (1 / look.weight + state_.patch_m * state_.patch_m));
       now.distance = static_cast<float>(look.distance + look.by_pose.dot(moved_on));
       now.by_error = look.by_error.cast<float>();
@@ -156,7 +156,7 @@ ScanAligner::Result ScanAlignment::align(const PoseSearch& search) {
   const bool doubtful = (known && !fits) || strange;
   if (!doubtful) state_.failed_search.reset();
   if (doubtful && is_worth_a_search(known_share)) {
-    const surfaces::AlignmentState::Search here{known_share, alignment.explained_share(), state_.way_m};
+    const AlignmentState::Search here{known_share, alignment.explained_share(), state_.way_m};
     const PoseFit near = search.fine(expected_, drift_.covariance());
     const bool drifted = near.known >= least_known_samples && is_explained(near.explained_share()) &&
                          length(determined_by(near, resolution_),
@@ -189,9 +189,8 @@ ScanAligner::Result ScanAlignment::align(const PoseSearch& search) {
 
 }  // namespace
 
-ScanAligner::Result ScanAligner::operator()(surfaces::AlignmentState& state,
-                                            const surfaces::SeenPatches& patches, const Snapshot& map,
-                                            const GrowingMap& growing, const Scan& scan,
+ScanAligner::Result ScanAligner::operator()(AlignmentState& state, const SeenPatches& patches,
+                                            const Snapshot& map, const GrowingMap& growing, const Scan& scan,
                                             const RangeLimits& limits, const Eigen::Vector3d& up) {
   ScanAlignment alignment(state, patches, scan, map.resolution, up);
   const PoseSearch poses = search(alignment.expected(), map, growing, scan, limits);

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "alignment/alignment_state.hpp"
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
+#include "alignment/seen_patches.hpp"
 #include "sensing/noise_model.hpp"
-#include "surfaces/alignment_state.hpp"
-#include "surfaces/seen_patches.hpp"
 
 #include <vector>
 
@@ -19,13 +19,13 @@ class ScanAligner {
     Alignment alignment;
     /// Distances of readings from the map's surfaces at the insertion pose; empty if the scan was set aside.
     std::vector<sensing::NoiseModel::Residual> residuals;
-    std::vector<surfaces::SeenPatches::Change> patches;  ///< updated patches of the scan
+    std::vector<SeenPatches::Change> patches;  ///< updated patches of the scan
   };
   /// The pose for inserting `scan`; updates `state`. `map` is the `growing` map's snapshot. Two milliseconds,
   /// ten times as much with a search.
-  Result operator()(surfaces::AlignmentState& state, const surfaces::SeenPatches& patches,
-                    const Snapshot& map, const GrowingMap& growing, const Scan& scan,
-                    const RangeLimits& limits, const Eigen::Vector3d& up);
+  Result operator()(AlignmentState& state, const SeenPatches& patches, const Snapshot& map,
+                    const GrowingMap& growing, const Scan& scan, const RangeLimits& limits,
+                    const Eigen::Vector3d& up);
   /// The same for a scan inserted at its given pose. One millisecond.
   Result as_given(const Snapshot& map, const GrowingMap& growing, const Scan& scan,
                   const RangeLimits& limits);

@@ -39,9 +39,9 @@ SensorErrors distance_by_error(SensorKind sensor, const Eigen::Vector3d& reading
   return by;
 }
 
-std::optional<SensorErrorEstimate> sensor_error_of(const surfaces::AlignmentState& state) {
+std::optional<SensorErrorEstimate> sensor_error_of(const AlignmentState& state) {
   if (state.hypotheses.empty()) return {};
-  const surfaces::AlignmentState::Hypothesis& h = state.hypotheses[state.believed];
+  const AlignmentState::Hypothesis& h = state.hypotheses[state.believed];
   SensorErrors scale = SensorErrors::Zero();
   scale[3] = 1;
   if (state.sensor == SensorKind::depth_camera) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/alignment_state.hpp"
+#include "alignment/alignment_state.hpp"
 
 #include <Eigen/Core>
 #include <cmath>
@@ -10,7 +10,6 @@
 
 namespace octosurf::alignment {
 
-inline constexpr int sensor_error_size = surfaces::sensor_error_size;
 /// Systematic errors of a sensor in its own frame, the same in every scan: a reading of the place p is seen
 /// at (1 + Σ eⱼ(p) θⱼ) p, rotated by the tilt (θ₀, θ₁, θ₂; rad). θ₃ is a scale error of all ranges. The rest
 /// is a low-order field: for a camera an error of its disparities, which moves depths by z² times a quadratic
@@ -37,7 +36,7 @@ struct SensorErrorEstimate {
   SensorErrors range_scale_of = SensorErrors::Zero();  ///< derivative of range_scale() by the errors
 };
 /// None before the first aligned scan.
-std::optional<SensorErrorEstimate> sensor_error_of(const surfaces::AlignmentState& state);
+std::optional<SensorErrorEstimate> sensor_error_of(const AlignmentState& state);
 
 /// Prior standard deviations.
 SensorErrors usual_errors(SensorKind sensor);

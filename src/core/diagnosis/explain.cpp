@@ -1,3 +1,4 @@
+#include "alignment/alignment_state.hpp"
 #include "diagnosis/pending_reasons.hpp"
 #include "diagnosis/refusal_text.hpp"
 #include "geometry/even_odd.hpp"
@@ -101,8 +102,8 @@ std::string scans_of(std::size_t count) {
 
 /// Scans excluded for their poses that might have created a surface here, and those that may have prevented
 /// one.
-void explain_poses(const surfaces::AlignmentState& alignment, Explanation& result) {
-  for (const surfaces::AlignmentState::Misfit& misfit : alignment.misfits)
+void explain_poses(const alignment::AlignmentState& alignment, Explanation& result) {
+  for (const alignment::AlignmentState::Misfit& misfit : alignment.misfits)
     if ((misfit.position - result.asked).norm() <= misfit.reach_m)
       ++(misfit.left_out ? result.scans_left_out : result.scans_unexplained);
   if (result.reason == Reason::on_surface || result.reason == Reason::on_cylinder) return;
@@ -147,7 +148,7 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point, const detectio
                                                                   : Reason::no_point},
                  result);
   }
-  explain_poses(state.alignment, result);
+  explain_poses(alignment::record_of(state).state, result);
   return result;
 }
 

@@ -63,6 +63,7 @@ std::vector<ScanReport> MapChange::commit() {
         Stage::derive, [&] { return upkeep::derive(state_, changes, detector_.as_in_paper(), threads_); });
   }
   transaction_.commit(std::move(snapshot));
+  alignment_.commit();
   return std::move(reports_);
 }
 

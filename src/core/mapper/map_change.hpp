@@ -1,5 +1,6 @@
 #pragma once
 
+#include "alignment/alignment_state.hpp"
 #include "mapper/adopt_surfaces.hpp"
 #include "mapper/update_surfaces.hpp"
 #include "sensing/downsample.hpp"
@@ -18,7 +19,12 @@ class MapChange {
  public:
   /// `effort`: of each update.
   MapChange(surfaces::MapState& state, const detection::Detector& detector, Effort effort, int threads)
-      : state_(state), detector_(detector), effort_(effort), threads_(threads), transaction_(state) {}
+      : state_(state),
+        detector_(detector),
+        effort_(effort),
+        threads_(threads),
+        alignment_(state),
+        transaction_(state) {}
 
   /// Begins a scan whose octree is about to change. The report is valid until the next call.
   ScanReport& begin(ScanReport report = {});
@@ -39,6 +45,7 @@ class MapChange {
   const detection::Detector& detector_;
   Effort effort_;
   int threads_;
+  alignment::AlignmentChange alignment_;
   surfaces::Transaction transaction_;
   std::vector<ScanReport> reports_;
   std::vector<std::vector<geometry::VoxelKey>> appeared_;  // of each report

@@ -101,8 +101,8 @@ struct Mapper::Impl {
   /// A scan that passed all checks, and where and how it is inserted.
   struct Checked {
     ScanReport report;
-    surfaces::AlignmentState alignment;
-    std::vector<surfaces::SeenPatches::Change> patches;
+    alignment::AlignmentState alignment;
+    std::vector<alignment::SeenPatches::Change> patches;
     std::vector<sensing::SharedVariance> shared;  // of the readings' errors
     Rays rays;                                    // null if the scan is set aside
   };
@@ -182,13 +182,14 @@ Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan&
   ScanReport& report = checked.report;
   report.points_raw = scan.points.size();
   mapper::Stopwatch time(report);
-  surfaces::AlignmentState& alignment = checked.alignment = state.alignment;
+  const alignment::AlignmentRecord& record = alignment::record_of(std::as_const(state));
+  alignment::AlignmentState& alignment = checked.alignment = record.state;
   report.alignment = time(Stage::align, [&] {
     const Snapshot& before = *state.snapshot.load();
     const alignment::GrowingMap growing{state.surfaces, state.noise};
     const alignment::RangeLimits limits{parameters.min_range, max_range};
     alignment::ScanAligner::Result posed =
-        state.parameters.alignment.enabled ? align(alignment, state.patches, before, growing, scan, limits,
+        state.parameters.alignment.enabled ? align(alignment, record.patches, before, growing, scan, limits,
                                                    state.parameters.up.value_or(Eigen::Vector3d::UnitZ()))
                                            : align.as_given(before, growing, scan, limits);
     checked.shared = sensing::NoiseModel::shared_variances(posed.residuals);
@@ -219,8 +220,9 @@ bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Checked ch
                          mapper::MapChange& change) {
   ScanReport& report = change.begin(std::move(checked.report));
   mapper::Stopwatch time(report);
-  state.alignment = std::move(checked.alignment);
-  for (const auto& [key, patch] : checked.patches) state.patches.set(key, patch);
+  alignment::AlignmentRecord& record = alignment::record_of(state);
+  record.state = std::move(checked.alignment);
+  for (const auto& [key, patch] : checked.patches) record.patches.set(key, patch);
   if (!checked.rays) return false;
   const occupancy::OccupancyDelta delta = time(Stage::occupancy, [&] {
     return state.occupancy.apply(checked.rays->touched, checked.rays->voxels,

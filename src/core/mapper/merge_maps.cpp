@@ -1,5 +1,6 @@
 #include "mapper/merge_maps.hpp"
 
+#include "alignment/alignment_state.hpp"
 #include "surfaces/shared_readings.hpp"
 
 #include <string>
@@ -46,9 +47,9 @@ void OtherMap::hand_over_records(surfaces::MapState& map) const {
   map.scans += other_.scans;
   map.held.insert(map.held.end(), other_.held.begin(), other_.held.end());
   map.sensors_up += T_map_other_.linear() * other_.sensors_up;
-  for (surfaces::AlignmentState::Misfit misfit : other_.alignment.misfits) {
+  for (alignment::AlignmentState::Misfit misfit : alignment::record_of(other_).state.misfits) {
     misfit.position = T_map_other_ * misfit.position;
-    map.alignment.note_misfit(misfit);
+    alignment::record_of(map).state.note_misfit(misfit);
   }
   map.noise.add(other_.noise);
 }

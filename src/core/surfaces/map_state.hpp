@@ -3,11 +3,9 @@
 #include "memory/memory_limit.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "sensing/noise_model.hpp"
-#include "surfaces/alignment_state.hpp"
 #include "surfaces/atomic_shared_ptr.hpp"
 #include "surfaces/cylinder_store.hpp"
 #include "surfaces/pending_queue.hpp"
-#include "surfaces/seen_patches.hpp"
 #include "surfaces/surface_store.hpp"
 
 #include <memory>
@@ -15,6 +13,10 @@
 #include <vector>
 
 #include <octosurf/map.hpp>
+
+namespace octosurf::alignment {
+struct AlignmentRecord;
+}  // namespace octosurf::alignment
 
 namespace octosurf::surfaces {
 
@@ -40,8 +42,7 @@ struct MapState {
   SurfaceStore surfaces;
   CylinderStore cylinders;
   sensing::NoiseModel noise;
-  AlignmentState alignment;
-  SeenPatches patches;
+  std::shared_ptr<alignment::AlignmentRecord> alignment;  ///< alignment::record_of()
   DepartureLog departures;
   PendingQueue queue;
   std::size_t points = 0;  ///< voxels with a point

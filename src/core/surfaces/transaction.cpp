@@ -7,7 +7,6 @@ namespace octosurf::surfaces {
 
 Transaction::Records::Records(const MapState& state)
     : noise(state.noise),
-      alignment(state.alignment),
       departures(state.departures),
       queue(state.queue),
       points(state.points),
@@ -17,12 +16,11 @@ Transaction::Records::Records(const MapState& state)
       sensors_up(state.sensors_up) {}
 
 // A std::deque among the members would take memory to be moved.
-static_assert(std::is_nothrow_swappable_v<AlignmentState> && std::is_nothrow_swappable_v<DepartureLog> &&
+static_assert(std::is_nothrow_swappable_v<DepartureLog> &&
               std::is_nothrow_copy_assignable_v<sensing::NoiseModel>);
 
 void Transaction::Records::put_back(MapState& state) noexcept {
   state.noise = noise;
-  std::swap(state.alignment, alignment);
   std::swap(state.departures, departures);
   std::swap(state.queue, queue);
   state.points = points;
@@ -34,7 +32,6 @@ void Transaction::Records::put_back(MapState& state) noexcept {
 
 Transaction::Transaction(MapState& state) : state_(state), before_(state) {
   state.cylinders.begin_changes();  // the only one that allocates
-  state.patches.begin_changes();
   state.surfaces.begin_changes();
   state.occupancy.begin_changes();
 }
@@ -44,14 +41,12 @@ void Transaction::commit(std::shared_ptr<const Snapshot> next) noexcept {
   state_.occupancy.commit();
   state_.surfaces.commit();
   state_.cylinders.commit();
-  state_.patches.commit();
   open_ = false;
 }
 
 Transaction::~Transaction() {
   if (!open_) return;
   state_.occupancy.roll_back();
-  state_.patches.roll_back();
   before_.put_back(state_);
   state_.unrestored = true;
   try {

@@ -28,7 +28,6 @@ class Transaction {
     void put_back(MapState& state) noexcept;
 
     sensing::NoiseModel noise;
-    AlignmentState alignment;
     DepartureLog departures;
     PendingQueue queue;
     std::size_t points, held;

@@ -12,7 +12,7 @@
 namespace octosurf::io {
 namespace {
 
-using surfaces::AlignmentState;
+using alignment::AlignmentState;
 
 constexpr int most_hypotheses = 1000;
 constexpr double largest = 1e9;  // of any number: real poses and evidence stay far below
@@ -62,10 +62,10 @@ struct PatchNumbers {
       : planes(*record.mutable_planes(), damage, sensible_patch),
         looks(*record.mutable_looks(), damage, sensible_look) {}
 
-  void operator()(surfaces::SeenPatch& patch) {
+  void operator()(alignment::SeenPatch& patch) {
     for (double* number : {&patch.offset, &patch.since, &patch.until}) planes(*number);
     looks(patch.normal);
-    for (surfaces::Look* look : {&patch.past, &patch.waiting, &patch.recent}) {
+    for (alignment::Look* look : {&patch.past, &patch.waiting, &patch.recent}) {
       looks(look->weight);
       looks(look->distance);
       looks(look->by_error);
@@ -126,24 +126,24 @@ AlignmentState read_alignment(map_file::Alignment& record, const std::string& wh
   return state;
 }
 
-void write_patch(surfaces::SeenPatches::Change change, map_file::SeenPatches& record) {
+void write_patch(alignment::SeenPatches::Change change, map_file::SeenPatches& record) {
   record.add_keys(change.first);
   PatchNumbers(record, nullptr)(change.second);
 }
 
-void read_patches(map_file::SeenPatches& record, const std::string& where, surfaces::SeenPatches& patches,
-                  std::optional<surfaces::SeenPatches::Key>& last) {
+void read_patches(map_file::SeenPatches& record, const std::string& where, alignment::SeenPatches& patches,
+                  std::optional<alignment::SeenPatches::Key>& last) {
   const Damage damage{where, "the alignment "};
   PatchNumbers numbers(record, &damage);
-  for (const surfaces::SeenPatches::Key key : record.keys()) {
+  for (const alignment::SeenPatches::Key key : record.keys()) {
     damage.require(!last || key > *last, "has patches out of order");
     last = key;
-    surfaces::SeenPatch patch;
+    alignment::SeenPatch patch;
     numbers(patch);
     damage.require(std::fabs(patch.normal.norm() - 1) < 1e-3F && patch.past.weight >= 0 &&
                        patch.waiting.weight >= 0 && patch.recent.weight >= 0,
                    sensible_patch.otherwise);
-    for (const surfaces::Look* look : {&patch.past, &patch.waiting, &patch.recent})
+    for (const alignment::Look* look : {&patch.past, &patch.waiting, &patch.recent})
       damage.require(
           std::fabs(double{look->distance}) <= largest && look->by_error.cwiseAbs().maxCoeff() <= largest,
           sensible_patch.otherwise);

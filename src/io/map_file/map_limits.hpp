@@ -1,7 +1,7 @@
 #pragma once
 
+#include "alignment/seen_patches.hpp"
 #include "io/map_file/record_stream.hpp"
-#include "surfaces/seen_patches.hpp"
 
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -20,7 +20,7 @@ inline constexpr Expansion map_memory{.free = std::uint64_t{40} << 20, .ratio = 
 // Bytes in memory, upper bounds: hashes grow by doubling.
 inline constexpr std::uint64_t pose_cost = 2 * sizeof(Eigen::Isometry3d);
 inline constexpr std::uint64_t held_cost = 2 * sizeof(std::uint64_t);
-inline constexpr std::uint64_t patch_cost = 2 * sizeof(surfaces::SeenPatches::Change);
+inline constexpr std::uint64_t patch_cost = 2 * sizeof(alignment::SeenPatches::Change);
 inline constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
 inline constexpr std::uint64_t departure_cost = 300;  // of it, of its record, and of its index entry
 inline constexpr std::uint64_t check_cost = 200;      // of a vertex, while its surface is being read

@@ -116,7 +116,8 @@ class MapReader : Damage {
     }
     state.sensors_up = read_sensors_up(header);
     state.origin = read_origin(header);
-    if (header.has_alignment()) state.alignment = read_alignment(*header.mutable_alignment(), where);
+    if (header.has_alignment())
+      alignment::record_of(state).state = read_alignment(*header.mutable_alignment(), where);
     read_noise(header);
     file_.bt = {header.bt_bytes(), header.bt_crc32()};
     require(header.kept_scans().size() <= longest_path && header.kept_scans().find('\0') == std::string::npos,
@@ -337,11 +338,11 @@ class MapReader : Damage {
   }
 
   void read_seen_patches() {
-    std::optional<surfaces::SeenPatches::Key> last;
+    std::optional<alignment::SeenPatches::Key> last;
     for (; record_.field == map_file::Record::kSeenPatches; advance()) {
       auto record = parse<map_file::SeenPatches>(small_record_limit);
       charge(static_cast<std::uint64_t>(record.keys_size()), patch_cost);
-      read_patches(record, where, file_.state->patches, last);
+      read_patches(record, where, alignment::record_of(*file_.state).patches, last);
     }
   }
 

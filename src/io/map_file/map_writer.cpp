@@ -42,7 +42,8 @@ void write_header(const surfaces::MapState& state, const FileSum& bt, const Kept
   for (const double coordinate : state.sensors_up) header.add_sensors_up(coordinate);
   if (!state.origin.isZero(0))
     for (const double coordinate : state.origin) header.add_origin(coordinate);
-  if (!state.alignment.hypotheses.empty()) write_alignment(state.alignment, *header.mutable_alignment());
+  if (const alignment::AlignmentState& known = alignment::record_of(state).state; !known.hypotheses.empty())
+    write_alignment(known, *header.mutable_alignment());
   header.set_bt_bytes(bt.bytes);
   header.set_bt_crc32(bt.crc32);
   if (scans.folder.empty()) return;
@@ -96,7 +97,7 @@ std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans)
   std::uint64_t bytes = state.occupancy.bytes() +
                         waiting_cost * (state.queue.fresh.size() + state.queue.blocks.size()) +
                         pose_cost * scans.poses.size() + held_cost * state.held.size() +
-                        patch_cost * state.patches.size(),
+                        patch_cost * alignment::record_of(state).patches.size(),
                 checking = 0;
   for (const auto& [id, surface] : state.surfaces) {
     std::uint64_t vertices = 0, rings = 0;
@@ -149,7 +150,7 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
     put_record(record, records);
   }
   put_departures(state.departures, records);
-  put_in_records(state.patches.all(), patches_in_record, records,
+  put_in_records(alignment::record_of(state).patches.all(), patches_in_record, records,
                  [](const auto& patch, auto& record) { write_patch(patch, *record.mutable_seen_patches()); });
   map_file::Record footer;
   footer.mutable_footer()->set_records(records.records());

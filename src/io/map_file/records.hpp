@@ -1,5 +1,6 @@
 #pragma once
 
+#include "alignment/alignment_state.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <optional>
@@ -29,12 +30,12 @@ void write_cylinder(surfaces::CylinderModel cylinder, map_file::Cylinder& record
 surfaces::CylinderModel read_cylinder(map_file::Cylinder& record, const surfaces::MapState& state,
                                       const std::string& where);
 
-void write_alignment(surfaces::AlignmentState state, map_file::Alignment& record);
-surfaces::AlignmentState read_alignment(map_file::Alignment& record, const std::string& where);
+void write_alignment(alignment::AlignmentState state, map_file::Alignment& record);
+alignment::AlignmentState read_alignment(map_file::Alignment& record, const std::string& where);
 
 /// Reading adds to `patches`, whose keys are all below the record's.
-void write_patch(surfaces::SeenPatches::Change patch, map_file::SeenPatches& record);
-void read_patches(map_file::SeenPatches& record, const std::string& where, surfaces::SeenPatches& patches,
-                  std::optional<surfaces::SeenPatches::Key>& last);
+void write_patch(alignment::SeenPatches::Change patch, map_file::SeenPatches& record);
+void read_patches(map_file::SeenPatches& record, const std::string& where, alignment::SeenPatches& patches,
+                  std::optional<alignment::SeenPatches::Key>& last);
 
 }  // namespace octosurf::io

@@ -1,5 +1,6 @@
 #include "map_files.hpp"
 
+#include "alignment/alignment_state.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/map_file/records.hpp"
 #include "support/packed_map.hpp"
@@ -203,13 +204,14 @@ std::string bytes_of(const Map& map) {
 /// Every number of it, exactly.
 std::string alignment_bytes(const surfaces::MapState& state) {
   map_file::Alignment record;
-  io::write_alignment(state.alignment, record);
+  io::write_alignment(alignment::record_of(state).state, record);
   return record.SerializeAsString();
 }
 
 std::string patch_bytes(const surfaces::MapState& state) {
   map_file::SeenPatches record;
-  for (const surfaces::SeenPatches::Change& patch : state.patches.all()) io::write_patch(patch, record);
+  for (const alignment::SeenPatches::Change& patch : alignment::record_of(state).patches.all())
+    io::write_patch(patch, record);
   return record.SerializeAsString();
 }
 

@@ -1,5 +1,5 @@
 // What is remembered of a surface's patches, and how long ago that was.
-#include "surfaces/seen_patches.hpp"
+#include "alignment/seen_patches.hpp"
 
 #include "support/seed.hpp"
 
@@ -11,9 +11,9 @@
 namespace octosurf::test {
 namespace {
 
-using surfaces::Look;
-using surfaces::SeenPatch;
-using surfaces::SeenPatches;
+using alignment::Look;
+using alignment::SeenPatch;
+using alignment::SeenPatches;
 
 constexpr double span = 1;
 

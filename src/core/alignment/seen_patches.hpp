@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf::surfaces {
+namespace octosurf::alignment {
 
 /// Size of the sensor's error vector (alignment/sensor_error.hpp).
 inline constexpr int sensor_error_size = 10;
@@ -62,4 +62,4 @@ class SeenPatches {
   std::vector<std::pair<Key, std::optional<SeenPatch>>> before_;
 };
 
-}  // namespace octosurf::surfaces
+}  // namespace octosurf::alignment

@@ -1,8 +1,8 @@
-#include "surfaces/seen_patches.hpp"
+#include "alignment/seen_patches.hpp"
 
 #include <algorithm>
 
-namespace octosurf::surfaces {
+namespace octosurf::alignment {
 
 void Look::add(const Look& other) {
   if (!(other.weight > 0)) return;
@@ -54,4 +54,4 @@ void SeenPatches::roll_back() noexcept {
   before_.clear();
 }
 
-}  // namespace octosurf::surfaces
+}  // namespace octosurf::alignment

@@ -1,20 +1,24 @@
 #pragma once
 
-#include "surfaces/seen_patches.hpp"
+#include "alignment/seen_patches.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <octosurf/alignment.hpp>
 #include <octosurf/scan.hpp>
 
-namespace octosurf::surfaces {
+namespace octosurf::alignment {
 
-/// State of a recording's pose alignment (used by src/core/alignment only): part of the map's state, because
-/// it determines where the next scan is inserted.
+/// State of a recording's pose alignment: part of the map's state, because it determines where the next scan
+/// is inserted.
 struct AlignmentState {
   /// A hypothesis about the drift rate of the given poses, with the drift and the sensor's systematic error
   /// estimated under it.
@@ -59,4 +63,44 @@ struct AlignmentState {
   std::optional<Eigen::Isometry3d> jump;  ///< correction of the last scan, if that one was far off
 };
 
-}  // namespace octosurf::surfaces
+/// What alignment knows of a recording: MapState keeps it, and knows no more of it.
+struct AlignmentRecord {
+  AlignmentState state;
+  SeenPatches patches;
+};
+/// Made when first asked for.
+inline AlignmentRecord& record_of(surfaces::MapState& map) {
+  if (!map.alignment) map.alignment = std::make_shared<AlignmentRecord>();
+  return *map.alignment;
+}
+inline const AlignmentRecord& record_of(const surfaces::MapState& map) {
+  static const AlignmentRecord none;
+  return map.alignment ? *map.alignment : none;
+}
+
+/// The part of a change of a map that surfaces::Transaction does not know of; likewise all or nothing.
+class AlignmentChange {
+ public:
+  explicit AlignmentChange(surfaces::MapState& map) : record_(record_of(map)), before_(record_.state) {
+    record_.patches.begin_changes();
+  }
+  AlignmentChange(const AlignmentChange&) = delete;
+  AlignmentChange& operator=(const AlignmentChange&) = delete;
+  ~AlignmentChange() {
+    static_assert(std::is_nothrow_swappable_v<AlignmentState>);
+    if (!open_) return;
+    record_.patches.roll_back();
+    std::swap(record_.state, before_);
+  }
+  void commit() noexcept {
+    record_.patches.commit();
+    open_ = false;
+  }
+
+ private:
+  AlignmentRecord& record_;
+  AlignmentState before_;
+  bool open_ = true;
+};
+
+}  // namespace octosurf::alignment
