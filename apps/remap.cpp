@@ -3,12 +3,12 @@
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/readers/scan_list.hpp"
-#include "mapper/succession.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "progress.hpp"
 #include "run_statistics.hpp"
 #include "sensing/downsample.hpp"
+#include "succession.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -85,8 +85,8 @@ class Remap {
     Map map = std::move(mapper).release();
     map.set_origin(before_.map.origin());
     map.state().parameters = parameters;
-    const mapper::Identities identities = identify(map.state());
-    mapper::renumber(map.state(), identities);
+    const Identities identities = identify(map.state());
+    renumber(map.state(), identities);
     save(map, identities);
   }
 
@@ -171,8 +171,8 @@ class Remap {
 
   /// Which surfaces are which: by where readings, of each voxel that a scan ends in their mean, lie in both
   /// maps.
-  mapper::Identities identify(const surfaces::MapState& after) const {
-    mapper::Succession succession(before_.map.state(), after);
+  Identities identify(const surfaces::MapState& after) const {
+    Succession succession(before_.map.state(), after);
     const geometry::VoxelGrid& grid = after.occupancy.grid();
     sensing::Downsampler by_voxel(grid);
     const double min_range = after.parameters.occupancy.min_range;
@@ -192,7 +192,7 @@ class Remap {
     return succession.settle();
   }
 
-  void save(const Map& map, const mapper::Identities& identities) {
+  void save(const Map& map, const Identities& identities) {
     save_map(map, options_.output, kept_);
     poses_log_.save();
     context_.wall_s = now_s();
@@ -200,7 +200,7 @@ class Remap {
     print_summary(map, identities);
   }
 
-  void write_report(const Map& map, const mapper::Identities& identities) const {
+  void write_report(const Map& map, const Identities& identities) const {
     auto report = nlohmann::ordered_json::parse(statistics_.to_json(map, context_));
     report["remap"] = {{"kept", identities.kept}, {"new", identities.born}, {"gone", identities.gone}};
     io::NewFile file(options_.report, options_.force);
@@ -208,7 +208,7 @@ class Remap {
     file.commit();
   }
 
-  void print_summary(const Map& map, const mapper::Identities& identities) const {
+  void print_summary(const Map& map, const Identities& identities) const {
     const double scans = static_cast<double>(files_.size());
     std::printf("%-12s %zu\n", "scans", files_.size());
     std::printf("%-12s %zu: %zu as before, %zu new; %zu of those before are gone\n", "surfaces",

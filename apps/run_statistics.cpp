@@ -93,9 +93,9 @@ Json alignment_json(const AlignmentTotals& totals) {
   return json;
 }
 
-Json closures_json(const std::vector<mapper::LoopClosure>& closures) {
+Json closures_json(const std::vector<LoopClosure>& closures) {
   Json list = Json::array();
-  for (const mapper::LoopClosure& closure : closures)
+  for (const LoopClosure& closure : closures)
     list.push_back({{"first", closure.first}, {"last", closure.last}, {"distance_m", closure.farthest_m}});
   return list;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mapper/loop_closures.hpp"
+#include "loop_closures.hpp"
 
 #include <array>
 #include <cstdint>
@@ -59,7 +59,7 @@ class RunStatistics {
   std::size_t scans_with(AlignmentOutcome outcome) const {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
-  const std::vector<mapper::LoopClosure>& closures() const { return closures_.all(); }
+  const std::vector<LoopClosure>& closures() const { return closures_.all(); }
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
 
@@ -78,7 +78,7 @@ class RunStatistics {
   std::array<std::vector<double>, stage_names.size()> stage_ms_;
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
-  mapper::LoopClosures closures_;
+  LoopClosures closures_;
 };
 
 /// A gap between scans after which everything waiting is processed: 1 s, 30 of a camera's frames, in which a

@@ -76,11 +76,11 @@ void warn_of_limit(const RunStatistics& statistics, const Map& map) {
 }
 
 void warn_of_closures(const RunStatistics& statistics) {
-  const std::vector<mapper::LoopClosure>& closures = statistics.closures();
+  const std::vector<LoopClosure>& closures = statistics.closures();
   if (closures.empty()) return;
-  const mapper::LoopClosure& worst = *std::max_element(
+  const LoopClosure& worst = *std::max_element(
       closures.begin(), closures.end(),
-      [](const mapper::LoopClosure& a, const mapper::LoopClosure& b) { return a.farthest_m < b.farthest_m; });
+      [](const LoopClosure& a, const LoopClosure& b) { return a.farthest_m < b.farthest_m; });
   const std::string where =
       worst.first == worst.last ? "at " + worst.first : "from " + worst.first + " to " + worst.last;
   std::fprintf(

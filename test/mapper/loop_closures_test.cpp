@@ -1,5 +1,5 @@
 // Where a recording's poses stop meeting what was mapped before.
-#include "mapper/loop_closures.hpp"
+#include "loop_closures.hpp"
 
 #include <gtest/gtest.h>
 

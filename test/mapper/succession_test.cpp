@@ -1,5 +1,5 @@
 // Who keeps an id when a map is built anew.
-#include "mapper/succession.hpp"
+#include "succession.hpp"
 
 #include "support/scene.hpp"
 #include "support/seed.hpp"
@@ -49,8 +49,8 @@ std::vector<Scan> strips(const std::vector<double>& heights, std::mt19937_64 ran
 }
 
 /// Every finite reading of the same scans, at the poses of either map.
-mapper::Identities identities_of(const Mapped& before, const Mapped& after) {
-  mapper::Succession succession(before.map.state(), after.map.state());
+Identities identities_of(const Mapped& before, const Mapped& after) {
+  Succession succession(before.map.state(), after.map.state());
   const geometry::VoxelGrid& grid = after.map.state().occupancy.grid();
   for (std::size_t i = 0; i < before.scans.size(); ++i)
     for (const Eigen::Vector3f& p : before.scans[i].points) {
@@ -79,8 +79,8 @@ TEST(Succession, SurfacesThatAreTheSameKeepTheirIdsWhateverTheyAreCalledNow) {
   const Mapped before{map_of(scans, 100), scans};
   Mapped after{map_of(scans, 7), scans};
   ASSERT_EQ(ids_of(before.map).size(), 4U);
-  const mapper::Identities identities = identities_of(before, after);
-  mapper::renumber(after.map.state(), identities);
+  const Identities identities = identities_of(before, after);
+  renumber(after.map.state(), identities);
   EXPECT_EQ(ids_of(after.map), ids_of(before.map));
   EXPECT_EQ(identities.kept, 4U);
   EXPECT_THAT(identities.gone, IsEmpty());
@@ -103,7 +103,7 @@ TEST(Succession, ARigidMotionOfAllKeepsAllIds) {
   T.translation() = 2 * Eigen::Vector3d(any(random), any(random), any(random));
   const Mapped before{map_of(scans, 1), scans};
   Mapped after{map_of(moved(scans, T), 50), moved(scans, T)};
-  mapper::renumber(after.map.state(), identities_of(before, after));
+  renumber(after.map.state(), identities_of(before, after));
   EXPECT_EQ(ids_of(after.map), ids_of(before.map));
   EXPECT_THAT(check_invariants(after.map), IsEmpty());
   for (const SurfacePtr& surface : before.map.snapshot()->surfaces) {
@@ -127,8 +127,8 @@ TEST(Succession, WhatWasTwoAndIsOneKeepsTheLargersIdAndTheOtherAsParent) {
   const auto& two = before.map.snapshot()->surfaces;
   const bool first_is_larger = two[0]->inliers > two[1]->inliers;
   const SurfaceId larger = two[first_is_larger ? 0 : 1]->id, smaller = two[first_is_larger ? 1 : 0]->id;
-  const mapper::Identities merged = identities_of(before, after);
-  mapper::renumber(after.map.state(), merged);
+  const Identities merged = identities_of(before, after);
+  renumber(after.map.state(), merged);
   EXPECT_THAT(ids_of(after.map), ElementsAre(larger));
   EXPECT_THAT(merged.gone, ElementsAre(smaller));
   EXPECT_THAT(after.map.snapshot()->surfaces[0]->parents, Contains(smaller));
@@ -138,8 +138,8 @@ TEST(Succession, WhatWasTwoAndIsOneKeepsTheLargersIdAndTheOtherAsParent) {
   Mapped again{map_of(apart, 1), apart};
   const SurfaceId unused = after.map.state().surfaces.next_id();
   EXPECT_GT(unused, smaller);
-  const mapper::Identities split = identities_of(after, again);
-  mapper::renumber(again.map.state(), split);
+  const Identities split = identities_of(after, again);
+  renumber(again.map.state(), split);
   EXPECT_THAT(ids_of(again.map), ElementsAre(larger, unused));
   EXPECT_THAT(again.map.snapshot()->find(unused)->parents, ElementsAre(larger));
   EXPECT_THAT(split.gone, IsEmpty());
@@ -153,8 +153,8 @@ TEST(Succession, AnotherMapsSurfacesShareNone) {
   far.translation().x() = 50;
   const Mapped before{map_of(here, 3), here};
   Mapped after{map_of(moved(here, far), 1), moved(here, far)};
-  mapper::Succession nothing_shared(before.map.state(), after.map.state());
-  mapper::renumber(after.map.state(), nothing_shared.settle());
+  Succession nothing_shared(before.map.state(), after.map.state());
+  renumber(after.map.state(), nothing_shared.settle());
   EXPECT_THAT(ids_of(after.map), ElementsAre(5, 6));
   for (const SurfacePtr& surface : after.map.snapshot()->surfaces) EXPECT_THAT(surface->parents, IsEmpty());
   EXPECT_THAT(check_invariants(after.map), IsEmpty());
@@ -166,7 +166,7 @@ TEST(Succession, ARenumberedMapIsGoneOnWith) {
   const std::vector<Scan> scans = strips({0, 0.5, 1}, random);
   const Mapped before{map_of(scans, 100), scans};
   Mapped after{map_of(scans, 1), scans};
-  mapper::renumber(after.map.state(), identities_of(before, after));
+  renumber(after.map.state(), identities_of(before, after));
   Mapper mapper(std::move(after.map));
   for (const Scan& scan : strips({0, 0.5, 1, 1.5}, random)) {
     mapper.insert(scan);

@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-namespace octosurf::mapper {
+namespace octosurf {
 
 /// Ids for the surfaces and cylinders of a rebuilt map.
 struct Identities {
@@ -64,4 +64,4 @@ class Succession {
 /// revision.
 void renumber(surfaces::MapState& state, const Identities& identities);
 
-}  // namespace octosurf::mapper
+}  // namespace octosurf

@@ -1,4 +1,4 @@
-#include "mapper/succession.hpp"
+#include "succession.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -7,7 +7,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf::mapper {
+namespace octosurf {
 namespace {
 
 SurfaceId surface_at(const surfaces::MapState& map, geometry::VoxelKey key) {
@@ -135,4 +135,4 @@ void renumber(surfaces::MapState& state, const Identities& identities) {
   state.snapshot.store(std::move(snapshot));
 }
 
-}  // namespace octosurf::mapper
+}  // namespace octosurf
