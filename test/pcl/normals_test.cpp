@@ -1,4 +1,5 @@
 // Normals from the voxel grid against PCL's moving least squares, of the same points at the same radius.
+#include "cylinders/normal_field.hpp"
 #include "pcl/steps.hpp"
 #include "support/map_state.hpp"
 #include "support/paths.hpp"
@@ -42,11 +43,12 @@ Comparison compare(const Scan& scan, double resolution, double radius) {
   Comparison result;
   std::vector<pcl::PointNormal> expected;
   result.pcl_ms = milliseconds([&] { expected = pcl::mls_normals(points, radius); });
-  surfaces::Ledger ledger(state);
-  std::vector<surfaces::LocalPlane> planes;
+  const surfaces::Ledger ledger(state);
+  const cylinders::NormalField normals(ledger);
+  std::vector<cylinders::LocalPlane> planes;
   result.own_ms = milliseconds([&] {
     for (const occupancy::VoxelPoint& p : delta.appeared)
-      planes.push_back(ledger.normals.at(ledger.window.find(p.key)));
+      planes.push_back(normals.at(ledger.window.find(p.key)));
   });
   for (const auto& [i, normal, curvature] : expected) {
     if (curvature > planar_curvature) continue;

@@ -20,7 +20,7 @@ std::vector<CylinderExtraction::Oriented> CylinderExtraction::oriented(std::span
   std::vector<Oriented> points;
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
   for (std::size_t k = 0; k < region.size(); k += stride) {
-    const surfaces::LocalPlane& local = map_.normals.at(region[k]);
+    const LocalPlane& local = rules_.local_plane(region[k]);
     if (local.known)
       points.push_back({map_.window[region[k]].position - reference, local.normal,
                         static_cast<float>(rules_.tolerance(region[k]))});

@@ -21,6 +21,7 @@ bool round(double facets, std::size_t points) {
 
 CylinderRules::CylinderRules(const surfaces::MapView& map)
     : map_(map),
+      normals_(map),
       min_points_(static_cast<std::size_t>(map.parameters.min_surface_points())),
       min_radius_(1.5 * map.parameters.occupancy.resolution),
       min_length_(std::max(0.1, 4 * map.parameters.occupancy.resolution)),
@@ -32,13 +33,13 @@ bool CylinderRules::fits(const geometry::CylinderShape& shape, PointId i) {
   const double rho = outward.norm(), misfit = std::fabs(rho - shape.radius);
   const double reach = tolerance(shape, i);
   if (misfit > reach) return false;
-  const surfaces::LocalPlane& local = map_.normals.at(i);
+  const LocalPlane& local = local_plane(i);
   if (!local.known) return misfit <= reach / 2;
   return local.normal.cast<double>().dot(outward) >= CylinderRules::cos_facing * rho;
 }
 
 geometry::CylinderSample CylinderRules::sample(PointId i) {
-  const surfaces::LocalPlane& local = map_.normals.at(i);
+  const LocalPlane& local = local_plane(i);
   const occupancy::VoxelPoint& p = map_.window[i];
   return {p.position.cast<double>(),
           local.known ? Eigen::Vector3d(local.normal.cast<double>()) : Eigen::Vector3d::Zero(),

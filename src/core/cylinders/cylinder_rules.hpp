@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/map_view.hpp"
+#include "cylinders/normal_field.hpp"
 
 #include <algorithm>
 #include <span>
@@ -26,6 +26,8 @@ class CylinderRules {
     return std::min(tolerance(i), std::max(map_.parameters.surface_tolerance(), shape.radius / 8));
   }
 
+  const LocalPlane& local_plane(PointId i) const { return normals_.at(i); }
+
   /// Within its tolerance of the mantle and, if its normal is known, facing away from the axis; if not,
   /// within half of it.
   bool fits(const geometry::CylinderShape& shape, PointId i);
@@ -47,6 +49,7 @@ class CylinderRules {
 
  private:
   const surfaces::MapView& map_;
+  NormalField normals_;
   std::size_t min_points_;
   double min_radius_, min_length_, cell_;
 };

@@ -16,10 +16,9 @@ PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelK
   const Parameters& parameters = state.parameters;
   collect_pending(place);
   const occupancy::Neighbours neighbours(window_, parameters.occupancy.resolution);
-  const surfaces::NormalField normals(window_, parameters, state.noise, state.surfaces);
   const surfaces::MapView view{parameters,     state.occupancy, state.occupancy.grid(),
                                state.surfaces, state.cylinders, state.noise,
-                               window_,        neighbours,      normals};
+                               window_,        neighbours};
   reasons_ = detection::detector_of(parameters, paper).refusals(view, pending_);
 }
 

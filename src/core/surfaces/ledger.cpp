@@ -5,13 +5,12 @@
 namespace octosurf::surfaces {
 
 Ledger::Ledger(MapState& state, Changes so_far)
-    : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces,    state.cylinders,
-              state.noise,      points_,         neighbours_of_points_,  normals_of_points_},
+    : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces, state.cylinders,
+              state.noise,      points_,         neighbours_of_points_},
       changes(std::move(so_far)),
       state_(state),
       points_(state.occupancy),
-      neighbours_of_points_(points_, state.occupancy.grid().resolution()),
-      normals_of_points_(points_, state.parameters, state.noise, state.surfaces) {}
+      neighbours_of_points_(points_, state.occupancy.grid().resolution()) {}
 
 std::vector<PointId> Ledger::take_unseen() {
   std::vector<geometry::VoxelKey> keys = std::exchange(changes.unseen, {});

@@ -122,7 +122,6 @@ class Ledger : public MapView {
   MapState& state_;
   occupancy::PointWindow points_;
   occupancy::Neighbours neighbours_of_points_;
-  NormalField normals_of_points_;
 };
 
 }  // namespace octosurf::surfaces

@@ -2,12 +2,11 @@
 
 #include "occupancy/neighbours.hpp"
 #include "surfaces/map_state.hpp"
-#include "surfaces/normal_field.hpp"
 
 namespace octosurf::surfaces {
 
-/// Read access for stages: the map's surfaces, and its points around the changes. Blocks of points,
-/// their neighbours and normals are loaded on first access.
+/// Read access for stages: the map's surfaces, and its points around the changes. Blocks of points
+/// and their neighbours are loaded on first access.
 struct MapView {
   const Parameters& parameters;
   const occupancy::OccupancyMap& octree;
@@ -17,7 +16,6 @@ struct MapView {
   const sensing::NoiseModel& noise;
   const occupancy::PointWindow& window;
   const occupancy::Neighbours& neighbours;
-  const NormalField& normals;
 
   /// Whether the voxel has a point without a surface.
   bool is_pending(geometry::VoxelKey key) const {

@@ -1,4 +1,4 @@
-#include "surfaces/normal_field.hpp"
+#include "cylinders/normal_field.hpp"
 
 #include "geometry/lanes.hpp"
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace octosurf::surfaces {
+namespace octosurf::cylinders {
 namespace {
 
 /// Weighted sums over neighbours relative to the query point.
@@ -157,24 +157,21 @@ PrincipalVariances principal_variances(const NeighbourSums& s) {
 
 }  // namespace
 
-NormalField::NormalField(const occupancy::PointWindow& window, const Parameters& parameters,
-                         const sensing::NoiseModel& noise, const SurfaceStore& surfaces)
-    : window_(window),
-      noise_(noise),
-      model_(noise, parameters.occupancy.resolution),
-      surfaces_(surfaces),
-      resolution_(parameters.occupancy.resolution),
-      smallest_(parameters.normal_radius()),
-      largest_(parameters.search_radius()) {}
+NormalField::NormalField(const surfaces::MapView& map)
+    : map_(map),
+      model_(map.noise, map.grid.resolution()),
+      resolution_(map.grid.resolution()),
+      smallest_(map.parameters.normal_radius()),
+      largest_(map.parameters.search_radius()) {}
 
 const LocalPlane& NormalField::computed(PointId point) const {
   const std::size_t i = index_of(point);
   if (i >= planes_.size()) {
-    planes_.grow_to(std::max<std::size_t>(window_.size(), i + 1));
+    planes_.grow_to(std::max<std::size_t>(map_.window.size(), i + 1));
     done_.resize(planes_.size(), false);
   }
   // Four times the noise, so that the noise does not hide the plane.
-  const double radius = std::clamp(4 * noise_.sigma(window_[point].range_class), smallest_, largest_);
+  const double radius = std::clamp(4 * map_.noise.sigma(map_.window[point].range_class), smallest_, largest_);
   LocalPlane plane = compute(point, radius);
   if (!plane.known && radius < largest_) plane = compute(point, largest_);
   planes_[i] = plane;
@@ -183,20 +180,20 @@ const LocalPlane& NormalField::computed(PointId point) const {
 }
 
 bool NormalField::lies_off(const occupancy::VoxelPoint& p, SurfaceId id) const {
-  const SurfaceModel* surface = surfaces_.find(id);
+  const surfaces::SurfaceModel* surface = map_.surfaces.find(id);
   return surface != nullptr && !model_.belongs(p, surface->plane());
 }
 
 LocalPlane NormalField::compute(PointId i, double radius) const {
   constexpr float min_neighbours = 6;
-  const occupancy::VoxelPoint& p = window_[i];
+  const occupancy::VoxelPoint& p = map_.window[i];
   LocalPlane plane;
   const int reach = std::max(1, static_cast<int>(radius / resolution_));
   NeighbourMoments moments(p, static_cast<float>(radius));
   SurfaceId run = 0;  // surface of the current run of neighbours
   bool off = false;
-  window_.for_each_row_near(p.key, reach, [&](std::size_t first, unsigned count) {
-    const occupancy::PointWindow::Columns& points = window_.columns();
+  map_.window.for_each_row_near(p.key, reach, [&](std::size_t first, unsigned count) {
+    const occupancy::PointWindow::Columns& points = map_.window.columns();
     if (belong_to(run, &points.surface[first], count)) {
       if (!off) moments.add(points, first, count);
       return;
@@ -221,4 +218,4 @@ LocalPlane NormalField::compute(PointId i, double radius) const {
   return plane;
 }
 
-}  // namespace octosurf::surfaces
+}  // namespace octosurf::cylinders

@@ -1,12 +1,12 @@
 #pragma once
 
-#include "occupancy/point_window.hpp"
+#include "occupancy/paged_vector.hpp"
 #include "sensing/reading_model.hpp"
-#include "surfaces/surface_store.hpp"
+#include "surfaces/map_view.hpp"
 
 #include <vector>
 
-namespace octosurf::surfaces {
+namespace octosurf::cylinders {
 
 /// Local plane at a point.
 struct LocalPlane {
@@ -24,8 +24,7 @@ struct LocalPlane {
 /// table top is not rounded. All other points count, including those of surfaces.
 class NormalField {
  public:
-  NormalField(const occupancy::PointWindow& window, const Parameters& parameters,
-              const sensing::NoiseModel& noise, const SurfaceStore& surfaces);
+  explicit NormalField(const surfaces::MapView& map);
 
   /// The reference stays valid during further accesses.
   const LocalPlane& at(PointId point) const {
@@ -38,13 +37,11 @@ class NormalField {
   LocalPlane compute(PointId i, double radius) const;
   bool lies_off(const occupancy::VoxelPoint& p, SurfaceId surface) const;
 
-  const occupancy::PointWindow& window_;
-  const sensing::NoiseModel& noise_;
+  const surfaces::MapView& map_;
   sensing::ReadingModel model_;
-  const SurfaceStore& surfaces_;
   double resolution_, smallest_, largest_;
   mutable occupancy::PagedVector<LocalPlane> planes_;  // of points accessed so far
   mutable std::vector<bool> done_;
 };
 
-}  // namespace octosurf::surfaces
+}  // namespace octosurf::cylinders

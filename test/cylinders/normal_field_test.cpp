@@ -1,4 +1,4 @@
-#include "surfaces/normal_field.hpp"
+#include "cylinders/normal_field.hpp"
 
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace octosurf::surfaces {
+namespace octosurf::cylinders {
 namespace {
 
 double degrees_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -33,15 +33,16 @@ TEST(NormalField, FindsPlanesOfAnyOrientation) {
       if (round < 3) {  // exactly along the voxels
         pose.linear() = geometry::plane_axes(Eigen::Vector3d::Unit(round));
       }
-      MapState state{Parameters{}};
+      surfaces::MapState state{Parameters{}};
       const occupancy::OccupancyDelta delta = test::occupy(state, square(pose, noise, rng));
-      Ledger ledger(state);
+      const surfaces::Ledger ledger(state);
+      const NormalField normals(ledger);
       std::size_t inner = 0, known = 0, wrong = 0;
       for (const occupancy::VoxelPoint& p : delta.appeared) {
         const Eigen::Vector3d at = pose.inverse() * Eigen::Vector3d(p.position.cast<double>());
         if (at.head<2>().cwiseAbs().maxCoeff() > 0.4) continue;
         ++inner;
-        const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
+        const LocalPlane plane = normals.at(ledger.window.find(p.key));
         known += plane.known;
         if (!plane.known) continue;
         EXPECT_NEAR(plane.normal.norm(), 1, 1e-5);
@@ -57,16 +58,17 @@ TEST(NormalField, FindsPlanesOfAnyOrientation) {
 
 TEST(NormalField, TwoSidesOfAThinBoardStayApart) {
   // Faces 3 cm apart, each seen from its own side; s and the radius reach over to the other one.
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   const Eigen::Vector3d y(0, 1, 0), z(0, 0, 1);
   test::occupy(state, test::rectangle_scan({1.5, 0.5, 0.5}, {0.015, 0, 0}, y, z));
   test::occupy(state, test::rectangle_scan({-1.5, 0.5, 0.5}, {-0.015, 0, 0}, y, z));
-  Ledger ledger(state);
+  const surfaces::Ledger ledger(state);
+  const NormalField normals(ledger);
   std::size_t points = 0, wrong = 0;
   state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
     if ((p.position.tail<2>() - Eigen::Vector2f(0.5F, 0.5F)).cwiseAbs().maxCoeff() > 0.4F) return;
     ++points;
-    const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
+    const LocalPlane plane = normals.at(ledger.window.find(p.key));
     const Eigen::Vector3d front = (p.position.x() > 0 ? 1 : -1) * Eigen::Vector3d::UnitX();
     wrong += !plane.known || degrees_between(plane.normal.cast<double>(), front) > 10;
   });
@@ -86,22 +88,23 @@ TEST(NormalField, AKnownTopDoesNotRoundTheEdgeBesideIt) {
   for (Eigen::Vector3f& p : side.points) p.x() += static_cast<float>(gauss(rng));
   // Angles to the side's normal of the side's points just out of reach of the top's noise.
   const auto mean_angle = [&](bool top_is_known) {
-    MapState state{Parameters{}};
+    surfaces::MapState state{Parameters{}};
     const auto of_top = test::occupy(state, top).appeared;
     const auto of_side = test::occupy(state, side).appeared;
     const double s = state.parameters.surface_tolerance();
     if (top_is_known) {
-      Ledger ledger(state);
+      surfaces::Ledger ledger(state);
       test::make_surface(ledger, of_top, {z, 0.001}, [](const Eigen::Vector3d&) { return true; });
     }
-    Ledger ledger(state);
+    const surfaces::Ledger ledger(state);
+    const NormalField normals(ledger);
     double sum = 0;
     int points = 0;
     for (const occupancy::VoxelPoint& p : of_side) {
       if (p.position.z() > -s - 0.003 || p.position.z() < -0.035F || p.position.y() < 0.2F ||
           p.position.y() > 0.8F)
         continue;
-      const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
+      const LocalPlane plane = normals.at(ledger.window.find(p.key));
       EXPECT_TRUE(plane.known);
       sum += degrees_between(plane.normal.cast<double>(), Eigen::Vector3d::UnitX());
       ++points;
@@ -115,17 +118,17 @@ TEST(NormalField, AKnownTopDoesNotRoundTheEdgeBesideIt) {
 }
 
 TEST(NormalField, TooFewOrALineIsNotKnown) {
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   Scan scan;
   scan.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 1);
   scan.points.emplace_back(3, 3, -1);  // alone
   for (int i = 0; i < 100; ++i) scan.points.push_back({0.01F * static_cast<float>(i), 0, -1});
   test::occupy(state, scan);
-  Ledger ledger(state);
-  state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
-    EXPECT_FALSE(ledger.normals.at(ledger.window.find(p.key)).known);
-  });
+  const surfaces::Ledger ledger(state);
+  const NormalField normals(ledger);
+  state.occupancy.for_each_point(
+      [&](const occupancy::VoxelPoint& p) { EXPECT_FALSE(normals.at(ledger.window.find(p.key)).known); });
 }
 
 }  // namespace
-}  // namespace octosurf::surfaces
+}  // namespace octosurf::cylinders
