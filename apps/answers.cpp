@@ -1,6 +1,6 @@
 #include "answers.hpp"
 
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 #include "io/exporters/page_messages.hpp"
 
 #include <nlohmann/json.hpp>

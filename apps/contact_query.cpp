@@ -3,7 +3,7 @@
 
 #include "answers.hpp"
 #include "bounds.hpp"
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 
 #include <CLI/CLI.hpp>
 #include <charconv>

@@ -1,6 +1,6 @@
 // `octosurf diff`: what changed between two maps.
 #include "bounds.hpp"
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 #include "io/text_file.hpp"
 #include "lineage.hpp"
 #include "map_past.hpp"

@@ -1,5 +1,5 @@
 // `octosurf localize`: where scans were taken, in a finished map.
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
 #include "open_map.hpp"

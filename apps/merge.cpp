@@ -1,5 +1,5 @@
 // `octosurf merge`: several maps into one.
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"

@@ -1,6 +1,6 @@
 #include "page_feet.hpp"
 
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 
 #include <charconv>
 #include <cmath>

@@ -1,6 +1,6 @@
 // `octosurf plan`: footsteps over a map.
 #include "bounds.hpp"
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 #include "io/new_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"

@@ -1,7 +1,7 @@
 #include "plan_query.hpp"
 
 #include "contact_query.hpp"
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 
 #include <numbers>
 #include <variant>

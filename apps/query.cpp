@@ -2,7 +2,7 @@
 #include "answers.hpp"
 #include "bounds.hpp"
 #include "contact_query.hpp"
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 #include "io/exporters/stairs_json.hpp"
 #include "open_map.hpp"
 #include "place_query.hpp"

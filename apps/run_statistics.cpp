@@ -1,6 +1,7 @@
 #include "run_statistics.hpp"
 
 #include "alignment/sensor_error.hpp"
+#include "geometry/degrees.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>
@@ -102,11 +103,10 @@ Json closures_json(const std::vector<LoopClosure>& closures) {
 
 Json sensor_error_json(const std::optional<alignment::SensorErrorEstimate>& error) {
   if (!error) return {};
-  const double degrees = 180 / std::numbers::pi;
-  return {{"tilt_deg", Eigen::Vector3d(degrees * error->tilt_rad())},
+  return {{"tilt_deg", Eigen::Vector3d(deg_per_rad * error->tilt_rad())},
           {"tilt_std_deg",
-           {degrees * error->tilt_deviation_rad(0), degrees * error->tilt_deviation_rad(1),
-            degrees * error->tilt_deviation_rad(2)}},
+           {deg_per_rad * error->tilt_deviation_rad(0), deg_per_rad * error->tilt_deviation_rad(1),
+            deg_per_rad * error->tilt_deviation_rad(2)}},
           {"range_scale", error->range_scale()},
           {"range_scale_std", error->range_scale_deviation()}};
 }

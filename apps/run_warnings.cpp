@@ -1,6 +1,7 @@
 #include "run_warnings.hpp"
 
 #include "alignment/sensor_error.hpp"
+#include "geometry/degrees.hpp"
 #include "io/text_file.hpp"
 #include "surfaces/map_state.hpp"
 #include "up_option.hpp"
@@ -10,7 +11,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <numbers>
 
 #include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
@@ -47,8 +47,7 @@ void warn_of_sensor_error(const Map& map) {
   const auto stands_out = [&](double value, double deviation) {
     return std::fabs(value) > std::max(visible, 4 * deviation);
   };
-  const double degrees = 180 / std::numbers::pi;
-  const Eigen::Vector3d tilt = error->tilt_rad(), tilt_deg = degrees * tilt;
+  const Eigen::Vector3d tilt = error->tilt_rad(), tilt_deg = deg_per_rad * tilt;
   if (stands_out(tilt.x(), error->tilt_deviation_rad(0)) ||
       stands_out(tilt.y(), error->tilt_deviation_rad(1)) ||
       stands_out(tilt.z(), error->tilt_deviation_rad(2)))

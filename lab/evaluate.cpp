@@ -1,10 +1,10 @@
 // `octosurf-lab evaluate`: scores of a map's surfaces against a truth or a labelled cloud.
 #include "evaluation/evaluate.hpp"
 
-#include "degrees.hpp"
 #include "evaluation/labels.hpp"
 #include "evaluation/stairs.hpp"
 #include "evaluation/truth.hpp"
+#include "geometry/degrees.hpp"
 #include "io/new_file.hpp"
 #include "output_files.hpp"
 

@@ -1,7 +1,7 @@
 #include "serve/api.hpp"
 
 #include "answers.hpp"
-#include "degrees.hpp"
+#include "geometry/degrees.hpp"
 #include "plan_query.hpp"
 
 #include <chrono>

@@ -1,5 +1,6 @@
 #include "publications.hpp"
 
+#include "geometry/degrees.hpp"
 #include "io/exporters/grid_map_message.hpp"
 #include "io/exporters/planar_terrain_message.hpp"
 #include "messages.hpp"
@@ -7,7 +8,6 @@
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
-#include <numbers>
 
 #include <octosurf/gaps.hpp>
 #include <octosurf/planner_formats.hpp>
@@ -16,13 +16,11 @@
 namespace octosurf::dds {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-
 /// Of the planar terrain, which is of z up (REP 103).
 PlannerContact contact_of(const NodeOptions& options) {
   PlannerContact contact;
   contact.shape = ContactShape::disc(options.foot_radius_m);
-  contact.limits.max_slope_rad = options.max_slope_deg * degree;
+  contact.limits.max_slope_rad = options.max_slope_deg * rad_per_deg;
   contact.limits.clearance_m = options.clearance_m;
   contact.limits.gap_depth_m = options.gap_depth_m;
   return contact;
@@ -100,7 +98,7 @@ bool Publications::publish_map(const MapMoment& moment) {
   try {
     ground = with_gaps(snapshot, snapshot.octree, widest_unseen_of(contact.shape));
     HeightGridOptions wanted;
-    wanted.max_slope_rad = options_.max_slope_deg * degree;
+    wanted.max_slope_rad = options_.max_slope_deg * rad_per_deg;
     grid = height_grid(*ground, wanted);
   } catch (const std::exception& error) {
     tell("grid map", error);

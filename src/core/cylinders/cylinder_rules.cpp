@@ -1,13 +1,12 @@
 #include "cylinders/cylinder_rules.hpp"
 
+#include "geometry/degrees.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace octosurf::cylinders {
 namespace {
-
-constexpr double rad_per_deg = std::numbers::pi / 180;
 
 constexpr double least_round = 1.1;  // residual squares of planes relative to the cylinder's
 

@@ -51,6 +51,8 @@ struct KeyBox {
       product *= static_cast<std::size_t>(std::max(0, high[i] - low[i] + 1));
     return product;
   }
+  bool meets(const KeyBox& other) const { return cut(other).voxels() > 0; }
+  bool holds(const KeyBox& other) const { return holds(other.low) && holds(other.high); }
   bool holds(const Key3& key) const {
     for (std::size_t i = 0; i < 3; ++i)
       if (key[i] < low[i] || key[i] > high[i]) return false;

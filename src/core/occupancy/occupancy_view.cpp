@@ -70,7 +70,7 @@ class BoxWalk {
 /// Calls `visit(key)` for the voxels of a box in Morton order, until it returns false.
 template <class Visit>
 bool each_key(const KeyBox& box, const Key3& corner, int level, Visit& visit) {
-  if (box.cut(KeyBox::cube(corner, level)).voxels() == 0) return true;
+  if (!box.meets(KeyBox::cube(corner, level))) return true;
   if (level == 0) return visit(corner);
   for (unsigned c = 0; c < 8; ++c)
     if (!each_key(box, child_corner(corner, c, level - 1), level - 1, visit)) return false;

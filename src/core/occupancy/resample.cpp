@@ -1,10 +1,10 @@
 // Resampling of an octree onto the grid of another frame.
+#include "occupancy/key_box.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -12,37 +12,6 @@ namespace octosurf::occupancy {
 namespace {
 
 using Node = VoxelTree::Node;
-using Key3 = std::array<int, 3>;
-
-constexpr int last_key = 65535;
-
-geometry::VoxelKey key_of(const Key3& k) {
-  return {static_cast<std::uint16_t>(k[0]), static_cast<std::uint16_t>(k[1]),
-          static_cast<std::uint16_t>(k[2])};
-}
-
-Key3 child_corner(const Key3& corner, unsigned c, int level) {
-  return {corner[0] + static_cast<int>((c & 1) << level), corner[1] + static_cast<int>((c >> 1 & 1) << level),
-          corner[2] + static_cast<int>((c >> 2 & 1) << level)};
-}
-
-/// Voxels from `low` to `high`, both included.
-struct KeyBox {
-  Key3 low, high;
-  bool meets(const Key3& corner, int level) const {
-    for (std::size_t i = 0; i < 3; ++i)
-      if (corner[i] > high[i] || corner[i] + (1 << level) - 1 < low[i]) return false;
-    return true;
-  }
-  bool inside() const {
-    return std::min({low[0], low[1], low[2]}) >= 0 && std::max({high[0], high[1], high[2]}) <= last_key;
-  }
-  bool holds(const Key3& corner, int level) const {
-    for (std::size_t i = 0; i < 3; ++i)
-      if (corner[i] < low[i] || corner[i] + (1 << level) - 1 > high[i]) return false;
-    return true;
-  }
-};
 
 /// Whether a box of voxels is uniform, and its value.
 class Uniform {
@@ -52,11 +21,12 @@ class Uniform {
 
   /// False if two of the voxels differ.
   bool take(const Node& node, const Key3& corner, const KeyBox& box) {
-    if (!box.meets(corner, node.level())) return true;
+    const KeyBox cube = KeyBox::cube(corner, node.level());
+    if (!box.meets(cube)) return true;
     if (!node.exists()) return agree({});
     if (!node.has_children()) return node.payload() == nullptr && agree(node.log_odds());
     // A divided cube is not uniform, and it lies in the box entirely.
-    if (box.holds(corner, node.level())) return false;
+    if (box.holds(cube)) return false;
     for (unsigned c = 0; c < 8; ++c)
       if (!take(node.child(c), child_corner(corner, c, node.level() - 1), box)) return false;
     return true;
@@ -84,7 +54,7 @@ class Resampling {
   void below(const Key3& corner, int level) {
     if (level == 0) return voxel(key_of(corner));
     const KeyBox box = box_of(corner, level);
-    Uniform uniform(!box.inside());
+    Uniform uniform(!KeyBox{}.holds(box));
     if (uniform.take(from_.root(), {0, 0, 0}, box)) {
       if (uniform.log_odds()) to_.set_leaf(key_of(corner), level, *uniform.log_odds());
       return;
@@ -112,7 +82,7 @@ class Resampling {
     constexpr double rounding = 0.01;  // voxels: a float's, at the octree's rim, in key_of()
     const Eigen::Vector3d half =
         (T_from_to_.linear().cwiseAbs() * Eigen::Vector3d::Constant((edge - 1) / 2)).array() + rounding;
-    KeyBox box{};
+    KeyBox box;
     for (int i = 0; i < 3; ++i) {
       const double low = std::floor(centre[i] - half[i]) + geometry::VoxelGrid::origin;
       const double high = std::floor(centre[i] + half[i]) + geometry::VoxelGrid::origin;

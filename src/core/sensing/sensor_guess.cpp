@@ -1,4 +1,6 @@
 // Tells a sensor by the directions of its readings.
+#include "geometry/degrees.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,7 +8,6 @@
 #include <cstdio>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -15,7 +16,6 @@
 namespace octosurf {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 /// Fewer say nothing of a raster or of rings.
 constexpr std::size_t least_readings = 100;
 /// A camera's pixels at most, 4096 × 4096.
@@ -162,7 +162,7 @@ std::string text(const char* format, Values... values) {
 std::string raster_text(const std::vector<Slopes>& slopes) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(90), high = -low;
   for (const Slopes& s : slopes) {
-    const Eigen::Vector2d angles = s.cast<double>().array().atan() / degree;
+    const Eigen::Vector2d angles = s.cast<double>().array().atan() / rad_per_deg;
     low = low.cwiseMin(angles);
     high = high.cwiseMax(angles);
   }
@@ -216,7 +216,8 @@ class Directions {
 
   static std::pair<double, double> angles_of(const Eigen::Vector3f& p) {
     const double level = std::hypot(p.x(), p.y());
-    return {std::atan2(p.y(), p.x()) / degree, std::atan2(static_cast<double>(p.z()), level) / degree};
+    return {std::atan2(p.y(), p.x()) / rad_per_deg,
+            std::atan2(static_cast<double>(p.z()), level) / rad_per_deg};
   }
 
   const std::vector<Eigen::Vector3f>& points_;

@@ -1,3 +1,5 @@
+#include "geometry/degrees.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -11,8 +13,6 @@
 
 namespace octosurf {
 namespace {
-
-constexpr double rad_per_deg = std::numbers::pi / 180;
 
 /// Six digits: for display; use parameter_value() for exact values.
 std::string text_of(double value) {

@@ -1,10 +1,10 @@
+#include "geometry/degrees.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "io/exporters/page_messages.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <sstream>
 #include <utility>
 #include <variant>
@@ -166,7 +166,6 @@ Json region_json(const Surface& surface, const ContactRegion& region) {
     for (const Eigen::Vector2d& uv : vertices) points.push_back(surface.to_map(uv));
     return points;
   };
-  constexpr double rad_per_deg = std::numbers::pi / 180;
   Json json{{"surface", region.surface}, {"revision", region.revision}};
   // Divided, not multiplied by the inverse: most headings that were given in degrees come back to the digit.
   json["yaw_deg"] = region.yaw_rad ? Json(*region.yaw_rad / rad_per_deg) : Json();

@@ -1,3 +1,5 @@
+#include "geometry/degrees.hpp"
+
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -10,7 +12,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double degrees = 180 / std::numbers::pi;
 // m over the plane, so that a sole is visible at any angle; increasing, so that a later one covers an earlier
 // one.
 constexpr double raised = 0.006, raised_more = 0.0002;
@@ -46,7 +47,7 @@ Json step_json(const Footstep& step, const ContactShape& foot) {
   Json json{{"foot", foot_name(step.foot)},
             {"surface", step.surface},
             {"at", Eigen::Vector3d(step.T_map_foot.translation())},
-            {"yaw_deg", step.yaw_rad * degrees}};
+            {"yaw_deg", step.yaw_rad * deg_per_rad}};
   Json& rows = json["T_map_foot"] = Json::array();
   for (int i = 0; i < 16; ++i) rows.push_back(step.T_map_foot(i / 4, i % 4));
   json["margin_m"] = step.margin_m;
@@ -89,7 +90,7 @@ std::string to_json(const FootstepPlan& plan, const Robot& robot) {
   }
   json["body"] = Json::array();
   for (const Standing& pose : plan.body)
-    json["body"].push_back({{"at", pose.at}, {"yaw_deg", pose.yaw_rad * degrees}});
+    json["body"].push_back({{"at", pose.at}, {"yaw_deg", pose.yaw_rad * deg_per_rad}});
   if (plan.refusal) json["refusal"] = step_json(*plan.refusal);
   return json.dump(1);
 }

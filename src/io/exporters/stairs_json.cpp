@@ -1,19 +1,18 @@
 #include "io/exporters/stairs_json.hpp"
 
+#include "geometry/degrees.hpp"
+
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 namespace octosurf::io {
 namespace {
-
-constexpr double stair_degrees = 180 / std::numbers::pi;
 
 nlohmann::ordered_json json_of_step(const Step& step) {
   return {{"lower", step.lower},
           {"upper", step.upper},
           {"riser_m", step.riser_m},
           {"width_m", step.width_m},
-          {"heading_deg", step.heading_rad * stair_degrees},
+          {"heading_deg", step.heading_rad * deg_per_rad},
           {"edge", step.edge}};
 }
 
@@ -29,8 +28,8 @@ nlohmann::ordered_json json_of_stair(const Stair& stair) {
                               {"tread_m", stair.tread.mean_m},
                               {"tread_std_m", stair.tread.std_m},
                               {"width_m", stair.width_m},
-                              {"heading_deg", stair.heading_rad * stair_degrees},
-                              {"turn_deg", stair.turn_rad * stair_degrees},
+                              {"heading_deg", stair.heading_rad * deg_per_rad},
+                              {"turn_deg", stair.turn_rad * deg_per_rad},
                               {"treads", stair.treads},
                               {"landing_below", landing(stair.landing_below)},
                               {"landing_above", landing(stair.landing_above)},
