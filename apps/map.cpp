@@ -158,7 +158,8 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
       std::printf("%s\n", note.c_str());
     auto state = std::make_unique<surfaces::MapState>(
         choice.in_force(read_octomap_resolution(*inputs.octree)), std::move(limit));
-    state->read_octomap(*inputs.octree);
+    state->occupancy =
+        occupancy::OccupancyMap::read_octomap(*inputs.octree, state->parameters.occupancy, state->pages());
     return Map(std::move(state));
   }
   return Map(std::make_unique<surfaces::MapState>(choice.in_force(), std::move(limit)));
@@ -182,14 +183,6 @@ KeptScans folder_of_scans(const MapOptions& options, const Map& start, const Kep
   return kept;
 }
 
-/// Like save_map and load_map, which take `maps/x.surfaces` for `maps/x`.
-std::string without_ending(const std::string& stem) {
-  const fs::path path(stem);
-  return path.extension() == ".surfaces" || path.extension() == ".bt"
-             ? (path.parent_path() / path.stem()).string()
-             : stem;
-}
-
 /// With the origin of a map that goes on.
 ScanSourceOptions source_options(const MapOptions& options, const Inputs& inputs, const Map& start) {
   ScanSourceOptions source = options.source;
@@ -208,8 +201,8 @@ void run_map(MapOptions& options) {
   const auto begin = MapRun::Clock::now();
   const ParameterChoice choice(options.parameters, options.realtime);
   if (options.show_parameters) return show_parameters(options, choice);
-  options.output = without_ending(options.output.empty() ? options.resume : options.output);
-  options.resume = without_ending(options.resume);
+  options.output = io::file_of_map(options.output.empty() ? options.resume : options.output, "").string();
+  options.resume = io::file_of_map(options.resume, "").string();
   if (options.inputs.empty())
     throw Error(Error::Kind::usage, "INPUT", "is missing", "name a folder or file of scans");
   require_output(options);

@@ -1,5 +1,6 @@
 #include "pose_check.hpp"
 
+#include "geometry/median.hpp"
 #include "geometry/voxel_key.hpp"
 
 #include <algorithm>
@@ -98,9 +99,7 @@ double PoseCheck::usual_cell() const {
   for (const View& view : views_)
     for (const Eigen::Vector3f& point : view.points) ranges.push_back(point.norm());
   if (ranges.empty()) return 0;
-  const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
-  std::nth_element(ranges.begin(), middle, ranges.end());
-  return cell_share * static_cast<double>(*middle);
+  return cell_share * static_cast<double>(geometry::median_of(ranges));
 }
 
 std::optional<PoseForm> PoseCheck::better_form() const {

@@ -2,6 +2,7 @@
 
 #include "alignment/sensor_error.hpp"
 #include "geometry/degrees.hpp"
+#include "memory/memory_limit.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
-#include <sys/resource.h>
 
 #include <octosurf/diagnosis.hpp>
 
@@ -32,12 +32,6 @@ Json spread(std::vector<double> values, const std::vector<std::pair<const char*,
     json[name] = values.empty() ? Json() : Json(percentile(values, share));
   json["max"] = values.empty() ? Json() : Json(values.back());
   return json;
-}
-
-double peak_rss_mb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;  // kB of 1024 on Linux
 }
 
 /// Percentiles over points, each with the lag of the scan that brought it.
@@ -230,7 +224,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["double_layers"] = double_layers_json(*snapshot);
   json["cylinders"] = map.snapshot()->cylinders.size();
   json["pending_points"] = size.pending;
-  json["peak_rss_mb"] = peak_rss_mb();
+  json["peak_rss_mb"] = static_cast<double>(memory::peak_of_process()) / 1e6;
   json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
   json["wall_s"] = context.wall_s;
   // A file name may be invalid UTF-8; the bytes in question are replaced.

@@ -1,5 +1,7 @@
 #include "output_files.hpp"
 
+#include "io/new_file.hpp"
+
 #include <algorithm>
 #include <system_error>
 
@@ -30,9 +32,7 @@ bool same_file(const fs::path& a, const fs::path& b) {
 }
 
 std::vector<std::string> files_of_map(const std::string& stem) {
-  fs::path path(stem);
-  if (path.extension() == ".surfaces" || path.extension() == ".bt") path.replace_extension();
-  return {path.string() + ".surfaces", path.string() + ".bt"};
+  return {io::file_of_map(stem, ".surfaces").string(), io::file_of_map(stem, ".bt").string()};
 }
 
 void make_folder_of(const std::string& stem) {
@@ -44,10 +44,7 @@ void make_folder_of(const std::string& stem) {
                 "choose another place for the map");
 }
 
-std::string title_of(const std::string& stem) {
-  std::filesystem::path name = std::filesystem::path(files_of_map(stem).front()).filename();
-  return name.replace_extension().string();
-}
+std::string title_of(const std::string& stem) { return io::file_of_map(stem, "").filename().string(); }
 
 void require_apart(const std::string& option, const std::string& output,
                    const std::vector<std::string>& others) {

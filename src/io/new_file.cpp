@@ -124,6 +124,12 @@ bool still_there(int descriptor) {
 
 }  // namespace
 
+fs::path file_of_map(fs::path stem, const char* ending) {
+  if (stem.extension() == ".surfaces" || stem.extension() == ".bt") stem.replace_extension();
+  stem += ending;
+  return stem;
+}
+
 void sync_folder(const fs::path& file) {
   const fs::path folder = file.parent_path();
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -51,6 +51,9 @@ class NewFile {
   bool committed_ = false;
 };
 
+/// A map's file of this ending, or of none; `stem` may have that of either of its two files.
+std::filesystem::path file_of_map(std::filesystem::path stem, const char* ending);
+
 /// Waits until renames in `file`'s folder are on disk, if the file system supports it. Throws Error(output).
 void sync_folder(const std::filesystem::path& file);
 

@@ -16,7 +16,7 @@ FENCE = {
     "io": (["src/io"], 13_321),
 =======
     "include": (["include"], 3_787),
-    "core": (["src/core"], 20_619),
+    "core": (["src/core"], 20_581),
     "octomap, pcl": (["src/octomap", "src/pcl"], 681),
     "io": (["src/io"], 14_147),
 >>>>>>> d3899faa (Give a map its limit of memory; none is the process's)

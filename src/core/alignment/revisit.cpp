@@ -1,6 +1,7 @@
 #include "alignment/revisit.hpp"
 
 #include "alignment/linear.hpp"
+#include "geometry/median.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -44,12 +45,6 @@ class PatchKey {
  private:
   double width_, level_;
 };
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// A formerly seen patch with the scan's readings of it.
 struct PatchRow {
@@ -154,7 +149,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
     if (round > 0) {
       double noise = 0;
       for (const PatchRow& row : rows) noise += row.noise / static_cast<double>(rows.size());
-      const double deviation = by_median * median_of(offs);
+      const double deviation = by_median * geometry::median_of(offs);
       scatter = std::sqrt(std::max(least * least, (deviation * deviation - noise) / 2));
     }
   }

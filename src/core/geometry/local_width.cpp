@@ -1,5 +1,7 @@
 #include "geometry/local_width.hpp"
 
+#include "geometry/median.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -73,10 +75,9 @@ std::optional<double> median_local_width(std::span<const Eigen::Vector2d> points
     const double around = width_around(cells, points[i], radius);
     widths.push_back(around > spacing ? around : unknown);
   }
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-  std::nth_element(widths.begin(), middle, widths.end());
-  if (*middle == unknown) return {};
-  return std::hypot(*middle, spacing);
+  const double median = median_of(widths);
+  if (median == unknown) return {};
+  return std::hypot(median, spacing);
 }
 
 }  // namespace octosurf::geometry

@@ -25,13 +25,13 @@ Resident resident() {
   return {all * page, of_files * page};
 }
 
+}  // namespace
+
 std::size_t peak_of_process() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::size_t>(usage.ru_maxrss) << 10;
 }
-
-}  // namespace
 
 MemoryLimit::MemoryLimit(std::size_t bytes, const std::filesystem::path& folder)
     : limit_(bytes), pages_(std::make_shared<PageFile>(folder)), peak_before_(peak_of_process()) {

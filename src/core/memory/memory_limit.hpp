@@ -10,6 +10,9 @@
 
 namespace octosurf::memory {
 
+/// The most memory that the process has had, bytes.
+std::size_t peak_of_process();
+
 /// Keeps the process within a number of bytes while a map that owns this lives, as far as the map can: what
 /// grows with it is in a page file, and leaves the process when that comes near the limit. What is needed
 /// comes back by itself, so results do not depend on it, nor on when it happens.

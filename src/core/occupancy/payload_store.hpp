@@ -16,36 +16,14 @@ class PayloadStore {
       : fours_(file), eights_(file), sixteens_(file), thirty_twos_(file), sixty_fours_(file) {}
 
   const VoxelPayload* at(PayloadRun run) const {
-    switch (run.size_class) {
-      case 1:
-        return fours_[run.index].data();
-      case 2:
-        return eights_[run.index].data();
-      case 3:
-        return sixteens_[run.index].data();
-      case 4:
-        return thirty_twos_[run.index].data();
-      case 5:
-        return sixty_fours_[run.index].data();
-      default:
-        return nullptr;
-    }
+    const VoxelPayload* payloads = nullptr;
+    with_pool(*this, run.size_class, [&](const auto& pool) { payloads = pool[run.index].data(); });
+    return payloads;
   }
   VoxelPayload* writable(PayloadRun run) {
-    switch (run.size_class) {
-      case 1:
-        return fours_.writable(run.index).data();
-      case 2:
-        return eights_.writable(run.index).data();
-      case 3:
-        return sixteens_.writable(run.index).data();
-      case 4:
-        return thirty_twos_.writable(run.index).data();
-      case 5:
-        return sixty_fours_.writable(run.index).data();
-      default:
-        return nullptr;
-    }
+    VoxelPayload* payloads = nullptr;
+    with_pool(*this, run.size_class, [&](auto& pool) { payloads = pool.writable(run.index).data(); });
+    return payloads;
   }
 
   /// Inserts a place at `rank` among `count`; moves the run if it must grow.
@@ -67,25 +45,7 @@ class PayloadStore {
       move(run, run.size_class - 1U, count);
   }
   void release(PayloadRun& run) {
-    switch (run.size_class) {
-      case 1:
-        fours_.release(run.index);
-        break;
-      case 2:
-        eights_.release(run.index);
-        break;
-      case 3:
-        sixteens_.release(run.index);
-        break;
-      case 4:
-        thirty_twos_.release(run.index);
-        break;
-      case 5:
-        sixty_fours_.release(run.index);
-        break;
-      default:
-        break;
-    }
+    with_pool(*this, run.size_class, [&](auto& pool) { pool.release(run.index); });
     run = {};
   }
   /// Read-only copy, see Pool::share().
@@ -113,29 +73,33 @@ class PayloadStore {
   }
 
  private:
+  /// The pool of a size class; none of class 0.
+  template <class Self, class Visit>
+  static void with_pool(Self& self, unsigned size_class, const Visit& visit) {
+    switch (size_class) {
+      case 1:
+        return visit(self.fours_);
+      case 2:
+        return visit(self.eights_);
+      case 3:
+        return visit(self.sixteens_);
+      case 4:
+        return visit(self.thirty_twos_);
+      case 5:
+        return visit(self.sixty_fours_);
+      default:
+        return;
+    }
+  }
   template <class Visit>
   void for_each_pool(const Visit& visit) {
-    visit(fours_);
-    visit(eights_);
-    visit(sixteens_);
-    visit(thirty_twos_);
-    visit(sixty_fours_);
+    for (unsigned size_class = 1; size_class <= 5; ++size_class) with_pool(*this, size_class, visit);
   }
   static unsigned room(unsigned size_class) { return size_class == 0 ? 0 : 2U << size_class; }
   PayloadRun make(unsigned size_class) {
-    const auto c = static_cast<std::uint8_t>(size_class);
-    switch (size_class) {
-      case 1:
-        return {fours_.make(), c};
-      case 2:
-        return {eights_.make(), c};
-      case 3:
-        return {sixteens_.make(), c};
-      case 4:
-        return {thirty_twos_.make(), c};
-      default:
-        return {sixty_fours_.make(), c};
-    }
+    PayloadRun run{0, static_cast<std::uint8_t>(size_class)};
+    with_pool(*this, size_class, [&](auto& pool) { run.index = pool.make(); });
+    return run;
   }
   void move(PayloadRun& run, unsigned size_class, unsigned count) {
     const PayloadRun to = make(size_class);

@@ -1,5 +1,6 @@
 #include "sensing/noise_model.hpp"
 
+#include "geometry/median.hpp"
 #include "sensing/reading_code.hpp"
 
 #include <algorithm>
@@ -27,16 +28,10 @@ constexpr double deviation_per_median = 1.4826022;  // of a normal distribution'
 constexpr double per_median = 1.5707963;    // π/2: a median's variance, to a mean's
 constexpr std::size_t enough_surfaces = 3;  // per scan: with fewer, a moving or wrong surface could dominate
 
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// About zero.
 double variance_of(std::vector<double> values) {
   for (double& value : values) value = std::fabs(value);
-  const double deviation = deviation_per_median * median_of(values);
+  const double deviation = deviation_per_median * geometry::median_of(values);
   return deviation * deviation;
 }
 
@@ -161,7 +156,7 @@ void add_of_surfaces(std::span<const NoiseModel::Residual> residuals, std::vecto
   double unsure = 0;
   for (auto& [surface, distances] : off_plane) {
     if (distances.size() < enough_residuals) continue;
-    const double offset = median_of(distances);
+    const double offset = geometry::median_of(distances);
     for (double& distance : distances) distance -= offset;
     unsure += per_median * variance_of(distances) / static_cast<double>(distances.size());
     offsets.push_back(offset);

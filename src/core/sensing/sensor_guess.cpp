@@ -1,5 +1,6 @@
 // Tells a sensor by the directions of its readings.
 #include "geometry/degrees.hpp"
+#include "geometry/median.hpp"
 
 #include <algorithm>
 #include <array>
@@ -65,9 +66,7 @@ Lines lines_of(const std::vector<Slopes>& slopes, int side) {
     lines.of_values[order[i]] = static_cast<std::uint32_t>(lines.count);
   }
   if (gaps.empty()) return lines;
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::ranges::nth_element(gaps, middle);
-  const float pitch = *middle;
+  const float pitch = geometry::median_of(gaps);
   // Lines without readings leave multiples of the pitch; a tenth of it is rounding to a sixth of a pixel.
   const auto fits = std::ranges::count_if(gaps, [&](float gap) {
     const float pitches = gap / pitch;
@@ -95,15 +94,9 @@ struct Spacing {
   std::vector<float> across, up;
 };
 
-float median(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// Share of the values within a quarter of their median; of points thrown at random a third.
 bool alike(std::vector<float> values) {
-  const float usual = median(values);
+  const float usual = geometry::median_of(values);
   const auto near = std::ranges::count_if(values, [&](float v) { return std::abs(v - usual) < usual / 4; });
   return static_cast<double>(near) >= 0.7 * static_cast<double>(values.size());
 }
@@ -144,11 +137,12 @@ bool is_even(std::vector<Slopes> slopes) {
       std::max<std::size_t>(least, 1))
     return false;
   // A lidar's equal angles are no equal slopes: within 90° they grow by half. A lens bends less than a fifth.
-  const float widening = median(outer.across) / median(inner.across);
+  const float widening = geometry::median_of(outer.across) / geometry::median_of(inner.across);
   if (widening > 1.2F || widening < 1 / 1.2F) return false;
   for (const auto& [from, to] : {std::pair(&outer.across, &inner.across), std::pair(&outer.up, &inner.up)})
     to->insert(to->end(), from->begin(), from->end());
-  const float shape = median(inner.up) / median(inner.across);  // 1, or 2 where every other row is left out
+  // 1, or 2 where every other row is left out.
+  const float shape = geometry::median_of(inner.up) / geometry::median_of(inner.across);
   return shape > 0.4F && shape < 2.5F && alike(inner.across) && alike(inner.up);
 }
 

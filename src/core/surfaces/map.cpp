@@ -48,10 +48,6 @@ double Surface::normal_std_rad() const {
   return std::sqrt(std::max(0.0, slopes.eigenvalues()[1]));
 }
 
-void surfaces::MapState::read_octomap(const std::filesystem::path& file) {
-  occupancy = occupancy::OccupancyMap::read_octomap(file, parameters.occupancy, pages());
-}
-
 void surfaces::MapState::restore() {
   if (!unrestored) return;
   surfaces.roll_back(occupancy, *snapshot.load());
@@ -141,7 +137,7 @@ Map map_from_octomap(const std::filesystem::path& file, Parameters parameters) {
   parameters.occupancy.resolution = read_octomap_resolution(file);
   parameters.validate();
   auto state = std::make_unique<surfaces::MapState>(parameters);
-  state->read_octomap(file);
+  state->occupancy = occupancy::OccupancyMap::read_octomap(file, parameters.occupancy);
   return Map(std::move(state));
 }
 

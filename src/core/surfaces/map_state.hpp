@@ -55,8 +55,6 @@ struct MapState {
   AtomicSharedPtr<const Snapshot> snapshot;          ///< the state that readers in other threads see
   bool octree_shared = false;                        ///< snapshots include it; a setting of the process
 
-  void read_octomap(const std::filesystem::path& file);  ///< replaces the octree
-
   /// A change failed, and its rollback is incomplete for lack of memory (Transaction).
   bool unrestored = false;
   void restore();              ///< completes the rollback; throws std::bad_alloc

@@ -32,16 +32,10 @@ namespace {
 namespace fs = std::filesystem;
 
 struct MapPaths {
+  explicit MapPaths(const fs::path& stem)
+      : surfaces(io::file_of_map(stem, ".surfaces")), bt(io::file_of_map(stem, ".bt")) {}
   fs::path surfaces, bt;
 };
-
-MapPaths paths_of(fs::path stem) {
-  if (stem.extension() == ".surfaces" || stem.extension() == ".bt") stem.replace_extension();
-  MapPaths paths{stem, stem};
-  paths.surfaces += ".surfaces";
-  paths.bt += ".bt";
-  return paths;
-}
 
 /// Empty if `file` is the .bt that was written with the map.
 std::string warning_of(const fs::path& file, const io::FileSum& expected) {
@@ -79,7 +73,7 @@ void require_map(const MapPaths& files) {
 }  // namespace
 
 void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
-  const MapPaths files = paths_of(stem);
+  const MapPaths files(stem);
   KeptScans from_there = scans;
   if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
   io::NewFile bt(files.bt, true), surfaces(files.surfaces, true);
@@ -99,7 +93,7 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
 LoadedMap load_map(const fs::path& stem) { return io::load_map_within({}, stem); }
 
 LoadedMap io::load_map_within(std::unique_ptr<memory::MemoryLimit> limit, const fs::path& stem) {
-  const MapPaths files = paths_of(stem);
+  const MapPaths files(stem);
   require_map(files);
   std::error_code failure;
   const std::uintmax_t bytes = fs::file_size(files.surfaces, failure);

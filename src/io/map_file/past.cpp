@@ -31,12 +31,6 @@ constexpr std::uint64_t skippable_head = 8;                   // bytes of a skip
 constexpr int undo_level = 9;  // a sixth smaller than level 3, in twice its time
 constexpr int least_undo_window = 20, largest_undo_window = 30;  // log2 of bytes
 
-fs::path file_beside(fs::path stem, const char* ending) {
-  if (stem.extension() == ".surfaces" || stem.extension() == ".bt") stem.replace_extension();
-  stem += ending;
-  return stem;
-}
-
 FileSum sum_or_none(const fs::path& file) { return sum_of(file).value_or(FileSum{}); }
 
 std::string with_length(const std::string& record) {
@@ -217,8 +211,8 @@ struct KnownPast {
 };
 
 KnownPast known_of(const fs::path& stem) {
-  const std::vector<Session> all = read_past(file_beside(stem, ".past"));
-  const fs::path map = file_beside(stem, ".surfaces"), before = file_beside(stem, ".before");
+  const std::vector<Session> all = read_past(file_of_map(stem, ".past"));
+  const fs::path map = file_of_map(stem, ".surfaces"), before = file_of_map(stem, ".before");
   if (std::vector<Session> chain = chain_to(sum_or_none(map), all); !chain.empty())
     return {std::move(chain), map};
   if (std::vector<Session> chain = chain_to(sum_or_none(before), all); !chain.empty())
@@ -240,7 +234,7 @@ std::vector<Session> sessions_of(const fs::path& stem) { return known_of(stem).s
 
 Map map_after(const fs::path& stem, const std::vector<Session>& sessions, std::size_t at) {
   const KnownPast known = known_of(stem);
-  const Damage damage{file_beside(stem, ".past").string(), {}};
+  const Damage damage{file_of_map(stem, ".past").string(), {}};
   std::string plain = plain_of(known.file);
   for (std::size_t k = sessions.size(); --k > at;) plain = records_before(plain, sessions[k], damage);
   const std::string file = map_of_records(plain, sessions.at(at).map.bytes, damage);
@@ -250,16 +244,16 @@ Map map_after(const fs::path& stem, const std::vector<Session>& sessions, std::s
 
 PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed) : stem_(std::move(stem)) {
   std::error_code failure;
-  const fs::path before = file_beside(stem_, ".before");
+  const fs::path before = file_of_map(stem_, ".before");
   if (resumed.empty()) {
     fs::remove(before, failure);
     return;
   }
-  KnownPast known{{}, file_beside(resumed, ".surfaces")};
+  KnownPast known{{}, file_of_map(resumed, ".surfaces")};
   try {
     known = known_of(resumed);
-    if (known.sessions.empty() && fs::exists(file_beside(resumed, ".past"), failure))
-      warning_ = file_beside(resumed, ".past").string() + ": is of another map; the past begins anew";
+    if (known.sessions.empty() && fs::exists(file_of_map(resumed, ".past"), failure))
+      warning_ = file_of_map(resumed, ".past").string() + ": is of another map; the past begins anew";
   } catch (const Error& error) {
     warning_ = std::string(error.what()) + "; the past begins anew";
   }
@@ -281,12 +275,12 @@ PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed) : stem_(std::move
 /// A run that saved nothing leaves nothing behind.
 PastKeeper::~PastKeeper() {
   std::error_code failure;
-  const fs::path before = file_beside(stem_, ".before"), after = file_beside(stem_, ".surfaces");
+  const fs::path before = file_of_map(stem_, ".before"), after = file_of_map(stem_, ".surfaces");
   if (!fs::exists(after, failure) || fs::equivalent(before, after, failure)) fs::remove(before, failure);
 }
 
 void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) {
-  const fs::path before = file_beside(stem_, ".before"), after = file_beside(stem_, ".surfaces");
+  const fs::path before = file_of_map(stem_, ".before"), after = file_of_map(stem_, ".surfaces");
   std::error_code ignored;
   Session session;
   session.date_s = date_s;
@@ -310,7 +304,7 @@ void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) 
   }
   bytes_ = session.undo.size();
   sessions_.push_back(std::move(session));
-  NewFile file(file_beside(stem_, ".past"), true);
+  NewFile file(file_of_map(stem_, ".past"), true);
   file.write([&](std::ostream& out) {
     out.write(past_magic.data(), past_magic.size());
     RecordWriter records(out);

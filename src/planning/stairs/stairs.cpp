@@ -1,3 +1,4 @@
+#include "geometry/median.hpp"
 #include "planning/stairs/steps.hpp"
 
 #include <algorithm>
@@ -240,9 +241,7 @@ Stair describe(const Snapshot& snapshot, const std::vector<UprightStep>& steps, 
       treads.push_back(depth_along_treads(stair.steps[k - 1], stair.steps[k], normal));
   stair.riser = spread_of(risers);
   stair.tread = spread_of(treads);
-  std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2),
-                   widths.end());
-  stair.width_m = widths[widths.size() / 2];
+  stair.width_m = geometry::median_of(widths);
   const double landing_m2 = treads_of_landing * stair.tread.mean_m * stair.width_m;
   // A level's largest surface where it is a landing, else 0 and its parts are treads.
   const auto landing = [&](const std::vector<SurfaceId>& level, std::vector<SurfaceId>& to) {
