@@ -31,32 +31,25 @@ Examples:
   octosurf-lab evaluate maps/office --truth sim/office/truth.json --json scores.json
   octosurf-lab evaluate maps/table --labels learn17.pcd
 
-Scores against --truth (tol: 1.5 voxels, at least 2 cm, off a plane; exact definitions in
-lab/evaluation/evaluate.hpp):
-  judged             true faces of which --min-area or more was seen; faces of one plane (0.5°, a quarter of a
-                     voxel) nearer to each other than h are one, as a foot finds them
-  correct            one surface covers 80 % of the face's seen area and lies on it with 80 % of its own
-  over-segmented     several surfaces that each lie on the face cover 80 % of it
-  under-segmented    one surface covers 80 % of the face and of others besides: below the face these are
-                     named, with their angle to it and how far they are off its plane
-  missed             none of these
-  noise              surfaces of that size that took part in none of these
-  coverage           share of the judged faces' seen area with a surface at most tol and 15° off
-  multiplicity       surfaces upon each other where there are any; 1 is right
+Scores against --truth (exact definitions in lab/evaluation/evaluate.hpp):
+  faces found        true faces of which --min-area or more was seen (faces of one plane that lie nearer to each
+                     other than h are one, as a foot finds them). Found as one surface: one surface covers 80 %
+                     of what was seen of the face and lies on it with 80 % of its own. Split: several that lie
+                     on it cover 80 %. Joined: one surface covers 80 % of it and of others besides, which are
+                     named below the face. Missed: none of these
+  other surfaces     surfaces of that size that are none of these
+  area covered       share of what was seen of these faces with a surface at most tol (1.5 voxels, at least
+                     2 cm) and 15° off; layers: surfaces upon each other there, 1 is right
   unsafe area        no true face under it: more than tol or 30° off, or a voxel outside the outline
-  unsafe at 1 cm     the same with 1 cm (1.5 cm) off the true outline in the plane instead of a voxel
-    rim              of it, what lies within 5 cm of the outline
-    false            of it, what lies farther off, or where no face is; the same at 1 and 1.5 cm
-  ghost area         of the unsafe area, what was there and is gone
-  normal error       angle between a face's normal and its surface's, over correct faces
-  offset error       distance of the face's seen centroid to the surface's plane, over correct faces
-  all matched faces  the same two errors over all judged faces that any surface covers
-  boundary distance  from the seen part of the true outline to the surface's, over correct faces
-  stairs             steps found, how much was seen of the least seen tread, errors of the mean measures;
-                     invented: those found where the scene has none that its truth tells of
-  holes found        true holes over 0.02 m² and 10 cm wide of which 80 % stayed empty
+  1 cm off outlines  the same with 1 cm off the true outline instead of a voxel
+  area of things gone  of the unsafe area, what was there and is gone
+  tilt, distance     of surfaces found as one to their faces: angle, and distance where the face was seen
+  edges              distance between outlines of faces and surfaces, where the sensor saw them
+  holes kept open    true holes over 0.02 m² and 10 cm wide of which 80 % stayed empty
+  stair              steps found, how much was seen of the least seen tread, errors of the mean measures
+  stairs invented    those found where the scene has none
 True outlines are those of whole faces: what the sensor could not see of a face can be stood on, too.
-Curved things are not in the truth: surfaces on them count as noise, unsafe and false.
+Curved things are not in the truth: surfaces on them count as other surfaces and unsafe area.
 )";
 
 struct EvaluateArguments {
@@ -65,11 +58,19 @@ struct EvaluateArguments {
   bool force = false;
 };
 
-// The verdicts' line is the same for faces and labels.
+// These lines are the same for faces and labels.
 template <class Scores>
-void print_verdicts(std::size_t judged, const char* things, const Scores& scores) {
-  std::printf("%-22s %zu of %zu %s (%zu over-segmented, %zu under-segmented, %zu missed)\n", "correct",
-              scores.correct, judged, things, scores.over_segmented, scores.under_segmented, scores.missed);
+void print_found(const char* name, std::size_t judged, const Scores& scores) {
+  std::printf("%-21s %zu of %zu as one surface; %zu split, %zu joined, %zu missed\n", name, scores.correct,
+              judged, scores.over_segmented, scores.under_segmented, scores.missed);
+}
+
+template <class Scores>
+void print_errors(const Scores& scores) {
+  std::printf("%-21s mean %.2f°, at most %.2f°\n", "tilt", deg_per_rad * scores.normal_rad.mean,
+              deg_per_rad * scores.normal_rad.max);
+  std::printf("%-21s mean %.2f mm, at most %.2f mm\n", "distance", 1e3 * scores.offset_m.mean,
+              1e3 * scores.offset_m.max);
 }
 
 void print(const evaluation::Evaluation& scores) {
@@ -89,44 +90,34 @@ void print(const evaluation::Evaluation& scores) {
                   other.name.c_str(), deg_per_rad * other.fold.angle_rad, 1e3 * other.fold.offset_m);
   }
   std::printf("\n");
-  print_verdicts(scores.faces, "faces", scores);
-  std::printf("%-22s %zu of %zu surfaces, %zu of them on a face that has another\n", "noise", scores.noise,
+  const double percent = scores.area_m2 > 0 ? 100 / scores.area_m2 : 0;
+  print_found("faces found", scores.faces, scores);
+  std::printf("%-21s %zu of %zu, %zu of them on a face that has another\n", "other surfaces", scores.noise,
               scores.surfaces, scores.repeated);
-  std::printf("%-22s %.2f %% of %.2f m² (%.2f %% with small faces)\n", "coverage", 100 * scores.coverage,
-              scores.visible_m2, 100 * scores.coverage_all);
-  std::printf("%-22s %.3f\n", "multiplicity", scores.multiplicity);
-  std::printf("%-22s %.3f m², %.2f %% of %.2f m²\n", "unsafe area", scores.unsafe_m2,
-              100 * scores.unsafe_share, scores.area_m2);
-  for (std::size_t m = 0; m < evaluation::outline_margins.size(); ++m) {
-    const std::string name = "unsafe at " + std::string(m == 0 ? "1 cm" : "1.5 cm");
-    const double percent = scores.area_m2 > 0 ? 100 / scores.area_m2 : 0;
-    std::printf("%-22s %.3f m², %.2f %%: rim %.2f %%, false %.2f %%\n", name.c_str(), scores.unsafe_at(m),
-                percent * scores.unsafe_at(m), percent * scores.rim_m2[m], percent * scores.false_m2);
-  }
-  std::printf("%-22s %.3f m²\n", "ghost area", scores.ghost_m2);
-  std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", deg_per_rad * scores.normal_rad.mean,
-              deg_per_rad * scores.normal_rad.max);
-  std::printf("%-22s mean %.2f mm, max %.2f mm\n", "offset error", 1e3 * scores.offset_m.mean,
-              1e3 * scores.offset_m.max);
-  std::printf("%-22s normal mean %.3f°, max %.3f°; offset mean %.2f mm, max %.2f mm\n", "all matched faces",
-              deg_per_rad * scores.normal_all_rad.mean, deg_per_rad * scores.normal_all_rad.max,
-              1e3 * scores.offset_all_m.mean, 1e3 * scores.offset_all_m.max);
-  std::printf("%-22s mean %.1f mm, 95 %% within %.1f mm\n", "boundary distance", 1e3 * scores.boundary_m.mean,
+  std::printf("%-21s %.2f %% of the %.2f m² seen, in %.3f layers\n", "area covered", 100 * scores.coverage,
+              scores.visible_m2, scores.multiplicity);
+  std::printf("%-21s %.3f m², %.2f %% of %.2f m²\n", "unsafe area", scores.unsafe_m2,
+              percent * scores.unsafe_m2, scores.area_m2);
+  std::printf("%-21s %.3f m², %.2f %%\n", "1 cm off outlines", scores.unsafe_at(0),
+              percent * scores.unsafe_at(0));
+  std::printf("%-21s %.3f m²\n", "area of things gone", scores.ghost_m2);
+  print_errors(scores);
+  std::printf("%-21s mean %.1f mm, 95 %% within %.1f mm\n", "edges", 1e3 * scores.boundary_m.mean,
               1e3 * scores.boundary_m.p95);
-  std::printf("%-22s %zu of %zu\n", "holes found", scores.holes_found, scores.holes);
+  std::printf("%-21s %zu of %zu\n", "holes kept open", scores.holes_found, scores.holes);
 }
 
 void print(const evaluation::StairScores& scores) {
   for (const evaluation::StairScore& stair : scores.stairs) {
-    std::printf("%-22s %s, %zu of %zu steps, seen from %.0f %%, in %zu pieces", "stair", stair.kind.c_str(),
-                stair.found, stair.steps, 100 * stair.seen, stair.pieces);
+    std::printf("%-21s %zu of %zu steps in %zu pieces, treads seen to %.0f %% or more", "stair", stair.found,
+                stair.steps, stair.pieces, 100 * stair.seen);
     if (stair.found > 0)
       std::printf("; riser %+.1f mm, tread %+.1f mm, width %+.1f mm, heading %+.2f°%s", 1e3 * stair.riser_m,
                   1e3 * stair.tread_m, 1e3 * stair.width_m, deg_per_rad * stair.heading_rad,
                   stair.right_kind ? "" : ", wrong course");
     std::printf("\n");
   }
-  std::printf("%-22s %zu\n", "stairs invented", scores.invented);
+  std::printf("%-21s %zu\n", "stairs invented", scores.invented);
 }
 
 void print(const evaluation::LabelEvaluation& scores) {
@@ -143,15 +134,12 @@ void print(const evaluation::LabelEvaluation& scores) {
     std::printf("%s\n", std::string(name_of(label.verdict)).c_str());
   }
   std::printf("\n");
-  print_verdicts(scores.labels, "labels", scores);
-  std::printf("%-22s %zu of %zu surfaces\n", "noise", scores.noise, scores.surfaces);
-  std::printf("%-22s %.2f %%\n", "coverage", 100 * scores.coverage);
-  std::printf("%-22s %.3f\n", "mean IoU", scores.mean_iou);
-  if (scores.support_iou) std::printf("%-22s %.3f\n", "support plane IoU", *scores.support_iou);
-  std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", deg_per_rad * scores.normal_rad.mean,
-              deg_per_rad * scores.normal_rad.max);
-  std::printf("%-22s mean %.2f mm, max %.2f mm\n", "offset error", 1e3 * scores.offset_m.mean,
-              1e3 * scores.offset_m.max);
+  print_found("labels found", scores.labels, scores);
+  std::printf("%-21s %zu of %zu\n", "other surfaces", scores.noise, scores.surfaces);
+  std::printf("%-21s %.2f %%\n", "points covered", 100 * scores.coverage);
+  std::printf("%-21s %.3f\n", "mean IoU", scores.mean_iou);
+  if (scores.support_iou) std::printf("%-21s %.3f\n", "IoU of the support", *scores.support_iou);
+  print_errors(scores);
 }
 
 void require_writable(const EvaluateArguments& arguments) {

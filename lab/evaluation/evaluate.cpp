@@ -235,6 +235,17 @@ FaceScore score_face(const Scene& scene, const Counts& counts, std::size_t f) {
   return score;
 }
 
+/// The surfaces that lie on a face with so much of their area that they are it, or parts of it.
+std::vector<std::size_t> lying_on(const Scene& scene, const Counts& counts, std::size_t f) {
+  std::vector<std::size_t> surfaces;
+  for (const std::size_t i : scene.pairs_of_face[f]) {
+    const Pair& pair = scene.pairs[i];
+    if (pair.aligned && share(pair.lying, counts.samples[pair.surface].all) >= scene.options.threshold)
+      surfaces.push_back(pair.surface);
+  }
+  return surfaces;
+}
+
 void add_faces(const Scene& scene, const Counts& counts, Evaluation& result) {
   std::vector<double> normals, offsets, boundaries, all_normals, all_offsets;
   std::size_t seen = 0, covered = 0, layers = 0, seen_all = 0, covered_all = 0;
@@ -258,10 +269,10 @@ void add_faces(const Scene& scene, const Counts& counts, Evaluation& result) {
         all_offsets.push_back(std::abs(score.offset_m));
       }
     }
-    if (const auto match = counts.hoover.match[f]) {
+    if (counts.hoover.match[f]) {
       normals.push_back(score.normal_rad);
       offsets.push_back(std::abs(score.offset_m));
-      append_boundary_distances(scene, f, *match, boundaries);
+      append_boundary_distances(scene, f, lying_on(scene, counts, f), boundaries);
     }
     if (score.by_surface >= scene.options.threshold) {
       const std::vector<HoleScore> holes = score_holes(scene, f, pair_of(scene, counts, f)->surface);

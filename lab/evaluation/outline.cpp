@@ -1,6 +1,8 @@
 #include "evaluation/scene.hpp"
 
 #include <algorithm>
+#include <limits>
+#include <numbers>
 
 namespace octosurf::evaluation {
 namespace {
@@ -17,16 +19,22 @@ bool mostly_visible(const Scene& scene, std::size_t face, const Ring2& ring) {
   return 2 * visible >= all;
 }
 
+template <class Visit>
+void for_each_on_rings(const Polygon& polygon, double step, Visit&& visit) {
+  for_each_on_ring(polygon.outer, step, visit);
+  for (const Ring2& hole : polygon.holes) for_each_on_ring(hole, step, visit);
+}
+
 Eigen::Isometry3d T_surface_face(const Scene& scene, std::size_t face, std::size_t surface) {
   return scene.surfaces[surface].T_map_patch.inverse() * scene.faces[face].T_map_patch;
 }
 
 }  // namespace
 
-void append_boundary_distances(const Scene& scene, std::size_t face, std::size_t surface,
+void append_boundary_distances(const Scene& scene, std::size_t face, const std::vector<std::size_t>& surfaces,
                                std::vector<double>& distances) {
-  const Eigen::Isometry3d T = T_surface_face(scene, face, surface);
   const TrueFace& truth = scene.truth->faces[face];
+  const VisibleCells& seen = scene.visible[face];
   const double gap = scene.options.one_plane_at(scene.snapshot->resolution).gap_m;
   std::vector<PlanarRegion> parts;  // of a joined face: its polygons
   if (!truth.joined.empty())
@@ -36,15 +44,33 @@ void append_boundary_distances(const Scene& scene, std::size_t face, std::size_t
       if (p != own && parts[p].within(uv, gap)) return true;
     return false;
   };
-  const auto along = [&](const Ring2& ring, std::size_t part) {
-    evaluation::for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
-      if (!scene.visible[face].near(uv, scene.reach()) || is_joint(uv, part)) return;
-      distances.push_back(scene.surfaces[surface].region.ring_distance(transfer(T, uv).head<2>()));
-    });
-  };
   for (std::size_t p = 0; p < truth.polygons.size(); ++p) {
-    along(truth.polygons[p].outer, p);
-    for (const Ring2& hole : truth.polygons[p].holes) along(hole, p);
+    for_each_on_rings(truth.polygons[p], scene.options.grid, [&](const Eigen::Vector2d& uv) {
+      if (!seen.near(uv, scene.reach()) || is_joint(uv, p)) return;
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const std::size_t s : surfaces)
+        nearest = std::min(nearest, scene.surfaces[s].region.ring_distance(
+                                        transfer(T_surface_face(scene, face, s), uv).head<2>()));
+      distances.push_back(nearest);
+    });
+  }
+  for (const std::size_t s : surfaces) {
+    const Eigen::Isometry3d T_face_surface = T_surface_face(scene, face, s).inverse();
+    const auto seen_beyond = [&](const Eigen::Vector2d& uv) {
+      for (int k = 0; k < 8; ++k) {
+        const Eigen::Vector2d at =
+            uv +
+            2 * scene.reach() * (Eigen::Rotation2Dd(k * std::numbers::pi / 4) * Eigen::Vector2d::UnitX());
+        if (!scene.surfaces[s].region.contains(at) && seen.near(transfer(T_face_surface, at).head<2>(), 0))
+          return true;
+      }
+      return false;
+    };
+    for (const Polygon& polygon : scene.snapshot->surfaces[s]->polygons)
+      for_each_on_rings(polygon, scene.options.grid, [&](const Eigen::Vector2d& uv) {
+        if (seen_beyond(uv))
+          distances.push_back(scene.faces[face].region.ring_distance(transfer(T_face_surface, uv).head<2>()));
+      });
   }
 }
 

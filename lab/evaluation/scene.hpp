@@ -75,8 +75,9 @@ inline Eigen::Vector3d transfer(const Eigen::Isometry3d& T, const Eigen::Vector2
   return T.linear().leftCols<2>() * uv + T.translation();
 }
 
-/// Distances from the visible part of a face's rings to a surface's (definition 8), appended.
-void append_boundary_distances(const Scene& scene, std::size_t face, std::size_t surface,
+/// Distances between what was seen of a face's rings and the rings of the surfaces on it (definition 8),
+/// appended.
+void append_boundary_distances(const Scene& scene, std::size_t face, const std::vector<std::size_t>& surfaces,
                                std::vector<double>& distances);
 
 /// The holes of a face that are asked for (definition 9), given the surface that covers it.

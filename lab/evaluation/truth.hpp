@@ -37,7 +37,7 @@ struct TrueFace {
   double largest_part_m2 = 0;  ///< of a joined face: seen of the one it began with
 };
 
-/// One stair of a simulated scene, as it was built.
+/// One stair of a simulated scene, as it was built; a mesh's are not known.
 struct TrueStair {
   std::string kind;    ///< flight, landing, spiral, open
   double riser_m = 0;  ///< of every step
@@ -53,8 +53,8 @@ struct Truth {
   std::uint64_t seed = 0;
   double cell = 0.01;  ///< m, edge of the visibility cells
   int visible_hits = 1;
-  std::vector<TrueFace> faces;    ///< faces of curved things are not listed; their points have label 0
-  std::vector<TrueStair> stairs;  ///< of the scenes that are made of them
+  std::vector<TrueFace> faces;  ///< faces of curved things are not listed; their points have label 0
+  std::vector<TrueStair> stairs;
 };
 
 void save_truth(const Truth& truth, const std::filesystem::path& file);

@@ -54,7 +54,7 @@ Similarity place_world(Random random) {
 /// Scans of the depth camera that show the scene well in one lap.
 double default_depth_frames(const SimulationOptions& options, const Scene& scene) {
   if (!options.mesh.empty()) return way_m(scene.path) / walking_step;
-  if (!scene.stairs.empty()) return std::max(80.0, way_m(scene.path) / (3 * walking_step));
+  if (scene.of_stairs) return std::max(80.0, way_m(scene.path) / (3 * walking_step));
   if (options.scene == "corridor") return 12 * options.length;
   return options.scene == "change" ? 120 : 80;
 }
@@ -65,7 +65,7 @@ std::size_t frame_count(const SimulationOptions& options, const SensorModel& sen
   // The corridor is walked at a pace that a lidar, which sees all around, can do with fewer scans.
   if (options.scene == "corridor") factor = std::min(factor, 3.0);
   // A laser that takes 5 s from top to bottom sees each tread while it is near.
-  if (!scene.stairs.empty() && sensor.name == "tilting") factor *= 2;
+  if (scene.of_stairs && sensor.name == "tilting") factor *= 2;
   return static_cast<std::size_t>(std::ceil(default_depth_frames(options, scene) * factor * options.laps));
 }
 
@@ -82,7 +82,7 @@ Place make_place(const SimulationOptions& options) {
   const Random dimensions(options.seed, Stream::dimensions);
   if (options.mesh.empty()) {
     Scene scene = make_scene(options.scene, dimensions, options.length);
-    if (!scene.stairs.empty()) T.scale = 1;  // a stair's riser is as high as it says
+    if (scene.of_stairs) T.scale = 1;
     Faces faces(scene, T);
     return {std::move(scene), T, std::move(faces), std::nullopt};
   }
@@ -288,8 +288,9 @@ evaluation::Truth Recording::Visibility::truth() const {
   truth.seed = recording.options.seed;
   truth.cell = recording.sensor.cell;
   truth.faces = impl_->cells.faces();
-  for (const BuiltStair& built : recording.scene.stairs) {
-    evaluation::TrueStair stair{built.kind, built.riser_m, built.tread_m, built.edges};
+  for (evaluation::TrueStair stair : recording.scene.stairs) {
+    stair.riser_m *= recording.T_map_scene.scale;
+    stair.tread_m *= recording.T_map_scene.scale;
     for (auto& edge : stair.edges)
       for (Eigen::Vector3d& end : edge) end = recording.T_map_scene * end;
     truth.stairs.push_back(std::move(stair));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "evaluation/truth.hpp"
 #include "simulation/random.hpp"
 
 #include <Eigen/Core>
@@ -37,22 +38,15 @@ struct View {
   Eigen::Vector3d target;
 };
 
-/// A stair as it was built.
-struct BuiltStair {
-  std::string kind;    ///< the scene's name
-  double riser_m = 0;  ///< of every step
-  double tread_m = 0;  ///< between the middles of the edges; landings are none
-  /// Front edges from below, left and right end of each.
-  std::vector<std::array<Eigen::Vector3d, 2>> edges;
-};
-
 /// A place in its own frame: metres, z up, the floor's top at z = 0.
 struct Scene {
   std::string name;
   std::vector<Object> objects;
   std::vector<Solid> solids;
-  std::vector<BuiltStair> stairs;  ///< whose measures are true as given; those of other scenes are none
-  std::vector<View> path;          ///< key views of one lap, walked in order
+  std::vector<evaluation::TrueStair> stairs;
+  bool of_stairs =
+      false;  ///< made of one stair: walked slowly, and never scaled, so that it is as high as it says
+  std::vector<View> path;  ///< key views of one lap, walked in order
 
   bool changes() const;  ///< true if some object does not stand all the time
 };

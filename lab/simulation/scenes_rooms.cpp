@@ -34,11 +34,15 @@ void add_stair(Scene& scene, double x0, double x1, double y0, double y_end, int 
   constexpr double riser = 0.17;
   constexpr double tread = 0.29;
   const std::size_t stair = add_object(scene, "stair");
+  evaluation::TrueStair built{"flight", riser, tread, {}};
   for (int k = 0; k < steps; ++k) {
     // Each step stands behind the one before, so that no two solids overlap.
     const double y = k + 1 < steps ? y0 + (k + 1) * tread : y_end;
     add_box(scene, stair, {x0, y0 + k * tread, 0}, {x1, y, (k + 1) * riser});
+    built.edges.push_back({Eigen::Vector3d(x0, y0 + k * tread, (k + 1) * riser),
+                           Eigen::Vector3d(x1, y0 + k * tread, (k + 1) * riser)});
   }
+  scene.stairs.push_back(std::move(built));
 }
 
 /// Boxes of 4 to 30 cm strewn over [min, max] (x, y) at height z, side by side along x.

@@ -72,6 +72,7 @@ class Builder {
     for (int i = 0; i + 1 < n; ++i) look(i, i + std::min(4, n - 1 - i));
     for (int i = n - 1; i > 0; --i) look(i, i - std::min(3, i));
     scene_.stairs.push_back(stair_);
+    scene_.of_stairs = true;
   }
   double width() const { return width_; }
   double tread() const { return tread_; }
@@ -122,7 +123,7 @@ class Builder {
   double width_, tread_, nosing_ = 0, inner_ = 0, height_ = 0;
   Scene& scene_;
   std::size_t object_ = 0;
-  BuiltStair stair_;
+  evaluation::TrueStair stair_;
   Eigen::Isometry2d here_ = Eigen::Isometry2d::Identity();
   std::vector<Eigen::Vector3d> way_;
 };

@@ -202,6 +202,32 @@ TEST(Evaluate, OnlyTheVisiblePartIsAskedForAndOnlyItsBoundaryMeasured) {
   EXPECT_NEAR(static_cast<double>(scores.boundary_m.count), 300, 5);
 }
 
+// A floor seen in two patches with 1 m unseen between them, 90 % of what was seen on the left: each patch has
+// a surface, and both end where nobody saw on.
+TEST(Evaluate, EdgesThatNobodySawAreNotMeasuredAndWrongOnesAre) {
+  const std::vector<Polygon> seen{polygon(box(0, 0, 1.8, 1)), polygon(box(2.8, 0, 3, 1))};
+  const auto edges = [&seen](std::vector<Ring2> holes, double left_to) {
+    World world;
+    world.add_face(ground, {polygon(box(0, 0, 3, 1))}, &seen);
+    world.add_surface(ground, {polygon(box(0, 0, left_to, 1), std::move(holes))});
+    world.add_surface(ground, {polygon(box(2.8, 0, 3, 1))});
+    const Evaluation scores = scores_of(world);
+    EXPECT_EQ(scores.correct, 1u);
+    return scores.boundary_m;
+  };
+  const Summary right = edges({}, 1.8);
+  EXPECT_NEAR(static_cast<double>(right.count), 2 * 180 + 2 * 20 + 2 * 100, 10)
+      << "without what lies between";
+  EXPECT_LT(right.max, 0.03) << "true edges up to two cells from what was seen count";
+
+  const Summary hole = edges({box(0.8, 0.4, 1, 0.6)}, 1.8);
+  EXPECT_NEAR(static_cast<double>(hole.count - right.count), 80, 1) << "the floor was seen in the hole";
+  EXPECT_NEAR(hole.max, 0.5, 0.01);
+  const Summary early = edges({}, 1.7);
+  EXPECT_NEAR(static_cast<double>(early.count - right.count), 100, 5) << "the floor was seen behind that end";
+  EXPECT_NEAR(early.max, 0.5, 0.01);
+}
+
 // 10 cm beyond an edge that runs 2 mm from the grid's line: columns 3, 13, … 93 mm off it.
 TEST(Evaluate, WhatLiesOffTheTrueOutlineIsRimOrFalse) {
   World world;

@@ -107,6 +107,38 @@ INSTANTIATE_TEST_SUITE_P(All, EveryRecording,
                            return std::get<0>(test.param) + "_" + std::get<1>(test.param);
                          });
 
+// A scene of a stair is as large as it says, an office is scaled.
+TEST(Truth, StairsStandWhereTheirFacesAre) {
+  for (const char* scene : {"office", "stairs", "flight"}) {
+    SCOPED_TRACE(scene);
+    const evaluation::Truth truth = Recording(options_of(scene, "spinning", 1)).visibility().truth();
+    ASSERT_EQ(truth.stairs.size(), 1u);
+    const evaluation::TrueStair& stair = truth.stairs[0];
+    const auto floor =
+        std::find_if(truth.faces.begin(), truth.faces.end(),
+                     [](const evaluation::TrueFace& face) { return face.name == "floor/top"; });
+    ASSERT_NE(floor, truth.faces.end());
+    const Eigen::Vector3d up = floor->plane.normal;
+    double height = 0;
+    for (const auto& [left, right] : stair.edges) {
+      height += stair.riser_m;
+      EXPECT_NEAR(floor->plane.signed_distance(left), height, 1e-9);
+      EXPECT_NEAR(floor->plane.signed_distance(right), height, 1e-9);
+      const Eigen::Vector3d ahead = (left + right) / 2 + 0.05 * (left - right).cross(up).normalized();
+      EXPECT_TRUE(std::any_of(truth.faces.begin(), truth.faces.end(),
+                              [&](const evaluation::TrueFace& face) {
+                                const Eigen::Vector3d at = face.T_map_face.inverse() * ahead;
+                                return face.plane.normal.dot(up) > 0.99 && std::abs(at.z()) < 1e-6 &&
+                                       simulation::contains(face.polygons[0], at.head<2>());
+                              }))
+          << "no tread at " << height;
+    }
+    EXPECT_NEAR((stair.edges[1][0] - stair.edges[0][0])
+                    .dot((stair.edges[0][0] - stair.edges[0][1]).cross(up).normalized()),
+                stair.tread_m, 1e-9);
+  }
+}
+
 struct Moments {
   double n = 0, sum = 0, squares = 0;
   void add(double x) { n += 1, sum += x, squares += x * x; }
