@@ -109,8 +109,9 @@ void print(const evaluation::Evaluation& scores) {
 
 void print(const evaluation::StairScores& scores) {
   for (const evaluation::StairScore& stair : scores.stairs) {
-    std::printf("%-21s %zu of %zu steps in %zu pieces, treads seen to %.0f %% or more", "stair", stair.found,
-                stair.steps, stair.pieces, 100 * stair.seen);
+    std::printf("%-21s %zu of %zu steps found", "stair", stair.found, stair.steps);
+    if (stair.pieces > 1) std::printf(" in %zu pieces", stair.pieces);
+    std::printf(", treads seen to %.0f %% or more", 100 * stair.seen);
     if (stair.found > 0)
       std::printf("; riser %+.1f mm, tread %+.1f mm, width %+.1f mm, heading %+.2f°%s", 1e3 * stair.riser_m,
                   1e3 * stair.tread_m, 1e3 * stair.width_m, deg_per_rad * stair.heading_rad,

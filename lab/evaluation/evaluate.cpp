@@ -14,11 +14,6 @@
 namespace octosurf::evaluation {
 namespace {
 
-using evaluation::Pair;
-using evaluation::Patch;
-using evaluation::Scene;
-using evaluation::transfer;
-
 constexpr std::size_t margins = outline_margins.size();
 
 struct SurfaceSamples {
@@ -228,8 +223,7 @@ FaceScore score_face(const Scene& scene, const Counts& counts, std::size_t f) {
     score.surface = scene.snapshot->surfaces[pair->surface]->id;
     score.by_surface = share(pair->covered, scene.visible[f].count());
     score.of_surface = share(pair->lying, counts.samples[pair->surface].all);
-    score.normal_rad =
-        std::atan2(plane.normal.cross(face.plane.normal).norm(), plane.normal.dot(face.plane.normal));
+    score.normal_rad = angle_between(plane.normal, face.plane.normal);
     score.offset_m = plane.signed_distance(visible_centroid(scene, f));
   }
   return score;
@@ -377,9 +371,9 @@ Summary summarize(std::vector<double> values) {
 }
 
 Evaluation evaluate(const Snapshot& snapshot, const Truth& truth, const EvaluationOptions& options) {
-  Scene scene = evaluation::prepare(snapshot, truth, options);  // checks the truth, too
+  Scene scene = prepare(snapshot, truth, options);  // checks the truth, too
   const Truth joined = join_faces(truth, options.one_plane_at(snapshot.resolution));
-  if (joined.faces.size() < truth.faces.size()) scene = evaluation::prepare(snapshot, joined, options);
+  if (joined.faces.size() < truth.faces.size()) scene = prepare(snapshot, joined, options);
   const Counts counts = count(scene);
   Evaluation result;
   result.options = scene.options;

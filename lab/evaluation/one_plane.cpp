@@ -1,6 +1,6 @@
 #include "evaluation/one_plane.hpp"
 
-#include "evaluation/planar_region.hpp"
+#include "evaluation/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,10 +32,6 @@ double farthest_off(const Plane& plane, const TrueFace& face) {
   return farthest;
 }
 
-double angle_between(const Plane& a, const Plane& b) {
-  return std::atan2(a.normal.cross(b.normal).norm(), a.normal.dot(b.normal));
-}
-
 /// A face, ready for distances from it.
 struct Outline {
   const TrueFace* face;
@@ -63,39 +59,14 @@ bool are_near(const Outline& a, const Outline& b, double gap) {
   return a.corner_near(b, gap) || b.corner_near(a, gap);
 }
 
-/// A face's visible cells, found by place.
-class Cells {
- public:
-  Cells(const TrueFace& face, const Eigen::Isometry3d& T_face, double cell)
-      : T_(T_face), cell_(cell), runs_(face.visible) {
-    std::sort(runs_.begin(), runs_.end(), before);
-  }
-
-  bool contains(const Eigen::Vector2d& uv) const {
-    const Eigen::Vector2d at = (T_ * Eigen::Vector3d(uv.x(), uv.y(), 0)).head<2>() / cell_;
-    const CellRun wanted{static_cast<int>(std::floor(at.y())), static_cast<int>(std::floor(at.x())), 1};
-    const auto run = std::upper_bound(runs_.begin(), runs_.end(), wanted, before);
-    return run != runs_.begin() && std::prev(run)->row == wanted.row &&
-           wanted.column < std::prev(run)->column + std::prev(run)->count;
-  }
-
- private:
-  static bool before(const CellRun& a, const CellRun& b) {
-    return a.row != b.row ? a.row < b.row : a.column < b.column;
-  }
-
-  Eigen::Isometry3d T_;  // joined face's (u, v, 0) to this one's
-  double cell_;
-  std::vector<CellRun> runs_;
-};
-
 /// Cells of the first face's grid whose centre lies in a visible cell of any of the faces.
 std::vector<CellRun> join_cells(const std::vector<const TrueFace*>& faces, double cell) {
-  std::vector<Cells> sets;
+  std::vector<std::pair<VisibleCells, Eigen::Isometry3d>>
+      sets;  // and the first face's (u, v, 0) to each one's
   Eigen::AlignedBox2d box;
   for (const TrueFace* face : faces) {
     const Eigen::Isometry3d T = face->T_map_face.inverse() * faces.front()->T_map_face;
-    sets.emplace_back(*face, T, cell);
+    sets.emplace_back(VisibleCells(face->visible, cell, face->name), T);
     for (const CellRun& run : face->visible)
       for (const int column : {run.column, run.column + run.count})
         for (const int row : {run.row, run.row + 1})
@@ -107,9 +78,10 @@ std::vector<CellRun> join_cells(const std::vector<const TrueFace*>& faces, doubl
   for (int row = low(box.min().y()); row <= low(box.max().y()); ++row) {
     CellRun run{row, 0, 0};
     for (int column = low(box.min().x()); column <= low(box.max().x()) + 1; ++column) {
-      const Eigen::Vector2d centre((column + 0.5) * cell, (row + 0.5) * cell);
-      const bool visible =
-          std::any_of(sets.begin(), sets.end(), [&](const Cells& c) { return c.contains(centre); });
+      const Eigen::Vector3d centre((column + 0.5) * cell, (row + 0.5) * cell, 0);
+      const bool visible = std::any_of(sets.begin(), sets.end(), [&](const auto& set) {
+        return set.first.near((set.second * centre).template head<2>(), 0);
+      });
       if (visible && run.count++ == 0) run.column = column;
       if (!visible && run.count > 0) joined.push_back(std::exchange(run, CellRun{row, 0, 0}));
     }
@@ -144,7 +116,8 @@ TrueFace joined_face(const std::vector<const TrueFace*>& faces, double cell) {
 Fold fold_between(const TrueFace& a, const TrueFace& b) {
   const bool a_is_larger =
       a.visible_area_m2 != b.visible_area_m2 ? a.visible_area_m2 > b.visible_area_m2 : a.id < b.id;
-  return {angle_between(a.plane, b.plane), a_is_larger ? farthest_off(a.plane, b) : farthest_off(b.plane, a)};
+  return {angle_between(a.plane.normal, b.plane.normal),
+          a_is_larger ? farthest_off(a.plane, b) : farthest_off(b.plane, a)};
 }
 
 Truth join_faces(const Truth& truth, const OnePlane& rule) {
@@ -163,7 +136,8 @@ Truth join_faces(const Truth& truth, const OnePlane& rule) {
     std::vector<std::size_t> coplanar;
     for (std::size_t k = i + 1; k < order.size(); ++k) {
       const TrueFace& face = truth.faces[order[k]];
-      if (!taken[order[k]] && !face.gone && angle_between(plane, face.plane) <= rule.angle_rad &&
+      if (!taken[order[k]] && !face.gone &&
+          angle_between(plane.normal, face.plane.normal) <= rule.angle_rad &&
           farthest_off(plane, face) <= rule.offset_m)
         coplanar.push_back(order[k]);
     }

@@ -1,6 +1,7 @@
 #include "evaluation/scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -12,7 +13,7 @@ constexpr double smallest_hole_width = 0.1;  // m, diameter of the largest inscr
 
 bool mostly_visible(const Scene& scene, std::size_t face, const Ring2& ring) {
   std::size_t all = 0, visible = 0;
-  evaluation::for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
+  for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
     ++all;
     visible += scene.visible[face].near(uv, scene.reach());
   });
@@ -58,9 +59,8 @@ void append_boundary_distances(const Scene& scene, std::size_t face, const std::
     const Eigen::Isometry3d T_face_surface = T_surface_face(scene, face, s).inverse();
     const auto seen_beyond = [&](const Eigen::Vector2d& uv) {
       for (int k = 0; k < 8; ++k) {
-        const Eigen::Vector2d at =
-            uv +
-            2 * scene.reach() * (Eigen::Rotation2Dd(k * std::numbers::pi / 4) * Eigen::Vector2d::UnitX());
+        const double turn = k * std::numbers::pi / 4;
+        const Eigen::Vector2d at = uv + 2 * scene.reach() * Eigen::Vector2d(std::cos(turn), std::sin(turn));
         if (!scene.surfaces[s].region.contains(at) && seen.near(transfer(T_face_surface, at).head<2>(), 0))
           return true;
       }
@@ -74,21 +74,20 @@ void append_boundary_distances(const Scene& scene, std::size_t face, const std::
   }
 }
 
-std::vector<evaluation::HoleScore> score_holes(const Scene& scene, std::size_t face, std::size_t surface) {
+std::vector<HoleScore> score_holes(const Scene& scene, std::size_t face, std::size_t surface) {
   const Eigen::Isometry3d T = T_surface_face(scene, face, surface);
   const double cell_m2 = scene.options.grid * scene.options.grid;
-  std::vector<evaluation::HoleScore> scores;
+  std::vector<HoleScore> scores;
   for (const Polygon& polygon : scene.truth->faces[face].polygons) {
     for (const Ring2& hole : polygon.holes) {
       double radius = 0;
       std::size_t all = 0, empty = 0;
-      evaluation::PlanarRegion({Polygon{hole, {}}})
-          .for_each_cell(scene.options.grid, [&](const Eigen::Vector2d& uv) {
-            if (scene.faces[face].region.contains(uv)) return;  // an island
-            radius = std::max(radius, scene.faces[face].region.ring_distance(uv));
-            ++all;
-            empty += !scene.surfaces[surface].region.contains(transfer(T, uv).head<2>());
-          });
+      PlanarRegion({Polygon{hole, {}}}).for_each_cell(scene.options.grid, [&](const Eigen::Vector2d& uv) {
+        if (scene.faces[face].region.contains(uv)) return;  // an island
+        radius = std::max(radius, scene.faces[face].region.ring_distance(uv));
+        ++all;
+        empty += !scene.surfaces[surface].region.contains(transfer(T, uv).head<2>());
+      });
       const double area = static_cast<double>(all) * cell_m2;
       if (area < smallest_hole_m2 || 2 * radius <= smallest_hole_width ||
           !mostly_visible(scene, face, hole)) {

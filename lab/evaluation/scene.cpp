@@ -15,10 +15,6 @@ constexpr double largest_perimeter = 1e6;  // m
 constexpr std::size_t most_cells = 1000000000;
 constexpr double frame_agreement = 1e-3;  // rad and m between a plane and its frame
 
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 void require_frame(const Plane& plane, const Eigen::Isometry3d& T, const std::string& where) {
   const bool finite = T.matrix().allFinite() && plane.normal.allFinite() && std::isfinite(plane.offset);
   const Eigen::Matrix3d error = T.linear().transpose() * T.linear() - Eigen::Matrix3d::Identity();
@@ -40,7 +36,7 @@ void add_ring(const Ring2& ring, const std::string& where, Extent& extent) {
     if (!ring[i].allFinite()) throw Error(Error::Kind::data, where, "a vertex is not finite");
     extent.perimeter += (ring[(i + 1) % ring.size()] - ring[i]).norm();
   }
-  extent.area += evaluation::enclosed_area(ring);
+  extent.area += enclosed_area(ring);
 }
 
 Patch make_patch(const Plane& plane, const Eigen::Isometry3d& T, const std::vector<Polygon>& polygons,
@@ -56,13 +52,13 @@ Patch make_patch(const Plane& plane, const Eigen::Isometry3d& T, const std::vect
     throw Error(Error::Kind::data, where, "polygons enclose more than 10⁵ m² or are longer than 10⁶ m",
                 "coordinates must be in metres");
   }
-  return {plane, T, evaluation::PlanarRegion(polygons), box};
+  return {plane, T, PlanarRegion(polygons), box};
 }
 
 void find_pairs(Scene& scene) {
   scene.pairs_of_face.resize(scene.faces.size());
   scene.pairs_of_surface.resize(scene.surfaces.size());
-  const double margin = scene.tolerance + std::max(scene.snapshot->resolution, evaluation::rim_width);
+  const double margin = scene.tolerance + std::max(scene.snapshot->resolution, rim_width);
   for (std::size_t f = 0; f < scene.faces.size(); ++f) {
     const Patch& face = scene.faces[f];
     if (face.box.isEmpty()) continue;
@@ -79,7 +75,7 @@ void find_pairs(Scene& scene) {
   }
 }
 
-void place_faces(const evaluation::Truth& truth, Scene& scene) {
+void place_faces(const Truth& truth, Scene& scene) {
   if (truth.faces.empty()) {
     throw Error(Error::Kind::data, "truth", "it has no faces", "give the truth.json of a simulated scene");
   }
@@ -88,7 +84,7 @@ void place_faces(const evaluation::Truth& truth, Scene& scene) {
   }
   Extent extent;
   std::size_t present_cells = 0;
-  for (const evaluation::TrueFace& face : truth.faces) {
+  for (const TrueFace& face : truth.faces) {
     const std::string where = "truth, face " + std::to_string(face.id) + " (" + face.name + ")";
     scene.faces.push_back(make_patch(face.plane, face.T_map_face, face.polygons, where, extent));
     scene.visible.emplace_back(face.visible, truth.cell, where);
@@ -114,13 +110,13 @@ void place_surfaces(const Snapshot& snapshot, Scene& scene) {
 
 }  // namespace
 
-VisibleCells::VisibleCells(std::vector<evaluation::CellRun> runs, double cell, const std::string& where)
+VisibleCells::VisibleCells(std::vector<CellRun> runs, double cell, const std::string& where)
     : runs_(std::move(runs)), cell_(cell) {
-  std::sort(runs_.begin(), runs_.end(), [](const evaluation::CellRun& a, const evaluation::CellRun& b) {
+  std::sort(runs_.begin(), runs_.end(), [](const CellRun& a, const CellRun& b) {
     return std::tie(a.row, a.column) < std::tie(b.row, b.column);
   });
-  const evaluation::CellRun* before = nullptr;
-  for (const evaluation::CellRun& run : runs_) {
+  const CellRun* before = nullptr;
+  for (const CellRun& run : runs_) {
     if (run.count <= 0) throw Error(Error::Kind::data, where, "a run of visible cells is empty");
     if (before && before->row == run.row && std::int64_t{before->column} + before->count > run.column) {
       throw Error(Error::Kind::data, where, "runs of visible cells overlap");
@@ -137,7 +133,7 @@ bool VisibleCells::near(const Eigen::Vector2d& uv, double reach) const {
   for (double row = std::floor((uv.y() - reach) / cell_); row <= last_row; ++row) {
     // The last run of the row that begins no later than the square ends.
     auto run = std::upper_bound(runs_.begin(), runs_.end(), std::pair(row, last_column),
-                                [](const std::pair<double, double>& key, const evaluation::CellRun& other) {
+                                [](const std::pair<double, double>& key, const CellRun& other) {
                                   return key < std::pair<double, double>(other.row, other.column);
                                 });
     if (run == runs_.begin()) continue;
@@ -153,8 +149,7 @@ double Scene::visible_m2(std::size_t face) const {
   return static_cast<double>(visible[face].count()) * truth->cell * truth->cell;
 }
 
-Scene prepare(const Snapshot& snapshot, const evaluation::Truth& truth,
-              const evaluation::EvaluationOptions& options) {
+Scene prepare(const Snapshot& snapshot, const Truth& truth, const EvaluationOptions& options) {
   options.validate();
   Scene scene;
   scene.snapshot = &snapshot;

@@ -5,16 +5,21 @@
 #include "evaluation/truth.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
 namespace octosurf::evaluation {
 
+inline double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
 /// A surface or a true face, ready for queries.
 struct Patch {
   Plane plane;
   Eigen::Isometry3d T_map_patch;
-  evaluation::PlanarRegion region;
+  PlanarRegion region;
   Eigen::AlignedBox3d box;  ///< of its rings, map frame
 };
 
@@ -22,7 +27,7 @@ struct Patch {
 class VisibleCells {
  public:
   /// Throws Error(data) naming `where` if runs overlap or are empty.
-  VisibleCells(std::vector<evaluation::CellRun> runs, double cell, const std::string& where);
+  VisibleCells(std::vector<CellRun> runs, double cell, const std::string& where);
 
   std::size_t count() const { return count_; }
   /// Some visible cell meets the square of half width `reach` (m) around uv.
@@ -30,7 +35,7 @@ class VisibleCells {
 
   template <class Visit>
   void for_each_centre(Visit&& visit) const {
-    for (const evaluation::CellRun& run : runs_) {
+    for (const CellRun& run : runs_) {
       for (int i = 0; i < run.count; ++i) {
         visit(Eigen::Vector2d((run.column + 0.5 + i) * cell_, (run.row + 0.5) * cell_));
       }
@@ -38,7 +43,7 @@ class VisibleCells {
   }
 
  private:
-  std::vector<evaluation::CellRun> runs_;  // by row, then column
+  std::vector<CellRun> runs_;  // by row, then column
   double cell_;
   std::size_t count_ = 0;
 };
@@ -54,8 +59,8 @@ struct Pair {
 /// What evaluate() works on; faces and surfaces by index in truth and snapshot.
 struct Scene {
   const Snapshot* snapshot = nullptr;
-  const evaluation::Truth* truth = nullptr;
-  evaluation::EvaluationOptions options;
+  const Truth* truth = nullptr;
+  EvaluationOptions options;
   double tolerance = 0;
   std::vector<Patch> faces, surfaces;
   std::vector<VisibleCells> visible;
@@ -67,8 +72,7 @@ struct Scene {
 };
 
 /// Checks everything (see evaluate()) and finds the pairs. Cost O(faces · surfaces) box tests.
-Scene prepare(const Snapshot& snapshot, const evaluation::Truth& truth,
-              const evaluation::EvaluationOptions& options);
+Scene prepare(const Snapshot& snapshot, const Truth& truth, const EvaluationOptions& options);
 
 /// Point of the patch's plane seen from another patch's frame: x, y in its plane, z off it.
 inline Eigen::Vector3d transfer(const Eigen::Isometry3d& T, const Eigen::Vector2d& uv) {
@@ -81,6 +85,6 @@ void append_boundary_distances(const Scene& scene, std::size_t face, const std::
                                std::vector<double>& distances);
 
 /// The holes of a face that are asked for (definition 9), given the surface that covers it.
-std::vector<evaluation::HoleScore> score_holes(const Scene& scene, std::size_t face, std::size_t surface);
+std::vector<HoleScore> score_holes(const Scene& scene, std::size_t face, std::size_t surface);
 
 }  // namespace octosurf::evaluation

@@ -69,7 +69,7 @@ void write_png(const fs::path& file, std::span<const std::uint16_t> pixels, std:
   write_bytes(file, static_cast<const char*>(buffer.get()), size);
 }
 
-void write_pcd(const fs::path& file, const simulation::LabelledScan& labelled) {
+void write_pcd(const fs::path& file, const LabelledScan& labelled) {
   const auto& points = labelled.scan.points;
   const std::string count = std::to_string(points.size());
   const Eigen::Quaterniond q(labelled.scan.T_map_sensor.linear());

@@ -15,7 +15,7 @@ namespace octosurf::simulation {
 void write_png(const std::filesystem::path& file, std::span<const std::uint16_t> pixels, std::size_t width);
 
 /// Binary PCD with fields x y z label; VIEWPOINT is scan.T_map_sensor.
-void write_pcd(const std::filesystem::path& file, const simulation::LabelledScan& scan);
+void write_pcd(const std::filesystem::path& file, const LabelledScan& scan);
 
 void write_text(const std::filesystem::path& file, const std::string& text);
 

@@ -127,7 +127,7 @@ double RealCamera::albedo(std::uint16_t face, const Eigen::Vector2d& uv) const {
   return Random(albedo_seed_, face).uniform(face_albedo[0], face_albedo[1]);
 }
 
-void RealCamera::drop(std::span<const double> albedos, Random random, simulation::Readings& readings) const {
+void RealCamera::drop(std::span<const double> albedos, Random random, Readings& readings) const {
   const std::vector<double> noise = correlated_noise(depth_width, depth_height, matching_window, random);
   for (std::size_t k = 0; k < readings.t.size(); ++k) {
     if (readings.t[k] == 0) continue;
@@ -138,10 +138,10 @@ void RealCamera::drop(std::span<const double> albedos, Random random, simulation
   }
 }
 
-simulation::Readings RealCamera::seen_beside(const simulation::Readings& ideal, Random& random) const {
+Readings RealCamera::seen_beside(const Readings& ideal, Random& random) const {
   const std::vector<double> right = correlated_noise(depth_width, depth_height, matching_window, random);
   const std::vector<double> down = correlated_noise(depth_width, depth_height, matching_window, random);
-  simulation::Readings seen = ideal;
+  Readings seen = ideal;
   for (std::size_t k = 0; k < ideal.t.size(); ++k) {
     if (ideal.t[k] == 0) continue;
     const double sigma = noise_scale_ * lateral_sigma(ideal.incidence_rad[k]);
@@ -168,8 +168,8 @@ simulation::Readings RealCamera::seen_beside(const simulation::Readings& ideal, 
   return seen;
 }
 
-simulation::Readings RealCamera::measured(const simulation::Readings& ideal, Random random) const {
-  simulation::Readings readings = seen_beside(ideal, random);
+Readings RealCamera::measured(const Readings& ideal, Random random) const {
+  Readings readings = seen_beside(ideal, random);
   const std::vector<double> noise = correlated_noise(depth_width, depth_height, matching_window, random);
   for (std::size_t k = 0; k < readings.t.size(); ++k) {
     const double z = readings.t[k];

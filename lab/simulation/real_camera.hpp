@@ -70,12 +70,12 @@ class RealCamera {
   double albedo(std::uint16_t face, const Eigen::Vector2d& uv) const;
 
   /// Takes out readings by drop_out(), in patches of the matching window's size. One albedo a pixel.
-  void drop(std::span<const double> albedos, Random random, simulation::Readings& readings) const;
+  void drop(std::span<const double> albedos, Random random, Readings& readings) const;
   /// Outlines, noise, bias and steps. Depths are not rounded further, nor cut off at the camera's reach.
-  simulation::Readings measured(const simulation::Readings& ideal, Random random) const;
+  Readings measured(const Readings& ideal, Random random) const;
 
  private:
-  simulation::Readings seen_beside(const simulation::Readings& ideal, Random& random) const;
+  Readings seen_beside(const Readings& ideal, Random& random) const;
 
   std::array<double, 5> bias_coefficients_{};
   std::uint64_t albedo_seed_;

@@ -19,8 +19,6 @@
 
 namespace octosurf::simulation {
 
-using namespace simulation;
-
 namespace {
 
 /// Streams of random numbers drawn from one seed; scan i's noise is stream first_noise + i, its drop-outs
@@ -171,9 +169,7 @@ struct Recording::Impl {
   std::vector<Eigen::Vector3d> normals;   ///< of facets; for the real camera alone
 };
 
-Recording::Recording(const SimulationOptions& options) : impl_(std::make_unique<Impl>(options)) {}
-Recording::Recording(Recording&&) noexcept = default;
-Recording::~Recording() = default;
+Recording::Recording(const SimulationOptions& options) : impl_(std::make_shared<const Impl>(options)) {}
 
 std::size_t Recording::size() const { return impl_->path.size(); }
 const std::vector<Eigen::Vector3f>& Recording::rays() const { return impl_->sensor.rays; }
@@ -273,8 +269,6 @@ struct Recording::Visibility::Impl {
 
 Recording::Visibility::Visibility(const Recording& recording)
     : impl_(new Impl{recording, VisibleCells(recording.faces(), recording.impl_->sensor)}) {}
-Recording::Visibility::Visibility(Visibility&&) noexcept = default;
-Recording::Visibility::~Visibility() = default;
 
 void Recording::Visibility::add(std::size_t i, const Readings& ideal) {
   impl_->cells.add(impl_->recording.true_pose(i), ideal.t, ideal.labels);

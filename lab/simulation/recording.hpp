@@ -34,8 +34,6 @@ class Recording {
  public:
   /// Builds the scene; throws Error(usage) if options.validate() does, Error(data) for an unusable mesh.
   explicit Recording(const SimulationOptions& options);
-  Recording(Recording&&) noexcept;
-  ~Recording();
 
   std::size_t size() const;                 ///< scans
   std::optional<MeshSummary> mesh() const;  ///< empty for scenes that are no mesh
@@ -68,15 +66,13 @@ class Recording {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 /// Gathers the cells of each face in which rays ended.
 class Recording::Visibility {
  public:
   explicit Visibility(const Recording& recording);
-  Visibility(Visibility&&) noexcept;
-  ~Visibility();
 
   /// Scan i's noise-free readings. Between neighbouring pixels on one face, if they are less than
   /// 5 cm apart, the face counts as seen, too: at 4 m pixels stand further apart than cells.
@@ -85,7 +81,7 @@ class Recording::Visibility {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<Impl> impl_;
 };
 
 }  // namespace octosurf::simulation

@@ -52,7 +52,7 @@ struct Scene {
 };
 
 /// Names that make_scene knows.
-const std::vector<std::string>& scene_names();
+std::vector<std::string> scene_names();
 
 /// `random` varies dimensions and places; `length` (m) is that of the corridor, unused elsewhere.
 /// Throws Error(usage) for an unknown name.

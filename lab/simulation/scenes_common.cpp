@@ -1,11 +1,10 @@
 #include "simulation/scenes.hpp"
+#include "simulation/sensor.hpp"
 
 #include <algorithm>
-#include <functional>
-#include <map>
 #include <numbers>
-
-#include <octosurf/error.hpp>
+#include <string_view>
+#include <utility>
 
 namespace octosurf::simulation {
 namespace {
@@ -14,38 +13,32 @@ constexpr double wall_thickness = 0.15;
 constexpr double wall_height = 2.5;
 constexpr double floor_thickness = 1.0;
 
-using Maker = std::function<Scene(Random&, double)>;
+using Maker = Scene (*)(Random&, double);
 
-const std::map<std::string, Maker>& makers() {
-  static const std::map<std::string, Maker> all{
-      {"room", [](Random& random, double) { return make_room(random); }},
-      {"office", [](Random& random, double) { return make_office(random); }},
-      {"stairs", [](Random& random, double) { return make_stairs(random); }},
-      {"stones", [](Random& random, double) { return make_stones(random); }},
-      {"corridor", [](Random& random, double length) { return make_corridor(random, length); }},
-      {"change", [](Random& random, double) { return make_change(random); }},
-      {"flight", [](Random& random, double) { return make_flight(random); }},
-      {"landing", [](Random& random, double) { return make_landing(random); }},
-      {"spiral", [](Random& random, double) { return make_spiral(random); }},
-      {"open", [](Random& random, double) { return make_open(random); }}};
-  return all;
-}
+constexpr std::pair<std::string_view, Maker> makers[] = {
+    {"room", [](Random& random, double) { return make_room(random); }},
+    {"office", [](Random& random, double) { return make_office(random); }},
+    {"stairs", [](Random& random, double) { return make_stairs(random); }},
+    {"stones", [](Random& random, double) { return make_stones(random); }},
+    {"corridor", [](Random& random, double length) { return make_corridor(random, length); }},
+    {"change", [](Random& random, double) { return make_change(random); }},
+    {"flight", [](Random& random, double) { return make_flight(random); }},
+    {"landing", [](Random& random, double) { return make_landing(random); }},
+    {"spiral", [](Random& random, double) { return make_spiral(random); }},
+    {"open", [](Random& random, double) { return make_open(random); }}};
 
 }  // namespace
 
-const std::vector<std::string>& scene_names() {
-  static const std::vector<std::string> names{"room",   "office", "stairs",  "stones", "corridor",
-                                              "change", "flight", "landing", "spiral", "open"};
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, maker] : makers) names.emplace_back(name);
   return names;
 }
 
 Scene make_scene(const std::string& name, Random random, double length) {
-  const auto maker = makers().find(name);
-  if (maker == makers().end()) {
-    std::string known;
-    for (const auto& n : scene_names()) known += (known.empty() ? "" : ", ") + n;
-    throw Error(Error::Kind::usage, "scene", "'" + name + "' is not known", "choose one of " + known);
-  }
+  require_known("scene", name, scene_names());
+  const auto* maker =
+      std::find_if(std::begin(makers), std::end(makers), [&](const auto& one) { return one.first == name; });
   Scene scene = maker->second(random, length);
   scene.name = name;
   return scene;

@@ -1,5 +1,6 @@
 #include "simulation/sensor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -65,6 +66,14 @@ double tilt_rad(std::size_t scan) {
 
 }  // namespace
 
+void require_known(const std::string& option, const std::string& value,
+                   const std::vector<std::string>& known) {
+  if (std::find(known.begin(), known.end(), value) != known.end()) return;
+  std::string names;
+  for (const auto& name : known) names += (names.empty() ? "" : ", ") + name;
+  throw Error(Error::Kind::usage, option, "'" + value + "' is not known", "choose one of " + names);
+}
+
 const std::vector<std::string>& sensor_names() {
   static const std::vector<std::string> names{"depth", "depth-real", "tilting", "spinning"};
   return names;
@@ -73,9 +82,8 @@ const std::vector<std::string>& sensor_names() {
 SensorModel make_sensor(const std::string& name) {
   if (name == "depth" || name == "depth-real") return depth_camera(name);
   if (name == "tilting") return tilting_laser();
-  if (name == "spinning") return spinning_lidar();
-  throw Error(Error::Kind::usage, "sensor", "'" + name + "' is not known",
-              "choose one of depth, depth-real, tilting, spinning");
+  require_known("sensor", name, sensor_names());
+  return spinning_lidar();
 }
 
 double SensorModel::sigma(double t) const {

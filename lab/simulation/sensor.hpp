@@ -44,6 +44,10 @@ inline constexpr double depth_focal = 525;  ///< px
 inline constexpr double depth_center_x = 319.5;
 inline constexpr double depth_center_y = 239.5;
 
+/// Throws Error(usage) naming the option and what is known if the value is not.
+void require_known(const std::string& option, const std::string& value,
+                   const std::vector<std::string>& known);
+
 const std::vector<std::string>& sensor_names();
 /// Throws Error(usage) for an unknown name.
 SensorModel make_sensor(const std::string& name);

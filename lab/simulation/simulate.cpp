@@ -17,8 +17,6 @@
 
 namespace octosurf::simulation {
 
-using namespace simulation;
-
 namespace {
 
 constexpr std::size_t max_frames = 1'000'000;
@@ -29,14 +27,6 @@ void require_range(const std::string& option, double value, double low, double h
   std::ostringstream what;
   what << value << " lies outside [" << low << ", " << high << "]";
   throw Error(Error::Kind::usage, option, what.str(), "choose a value in it");
-}
-
-void require_known(const std::string& option, const std::string& value,
-                   const std::vector<std::string>& known) {
-  if (std::find(known.begin(), known.end(), value) != known.end()) return;
-  std::string names;
-  for (const auto& name : known) names += (names.empty() ? "" : ", ") + name;
-  throw Error(Error::Kind::usage, option, "'" + value + "' is not known", "choose one of " + names);
 }
 
 std::string numbered(const char* prefix, std::size_t i) {

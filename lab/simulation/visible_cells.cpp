@@ -1,5 +1,7 @@
 #include "simulation/visible_cells.hpp"
 
+#include "evaluation/planar_region.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -9,24 +11,6 @@ namespace {
 
 /// Pixels of one face further apart than this many cells leave a gap between them.
 constexpr float max_gap_cells = 5;
-
-/// Where a row through y enters and leaves the polygons, ascending.
-std::vector<double> crossings(const std::vector<Polygon>& polygons, double y) {
-  std::vector<double> xs;
-  const auto cross = [&](const Ring2& ring) {
-    for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
-      const auto& a = ring[i];
-      const auto& b = ring[j];
-      if ((a.y() > y) != (b.y() > y)) xs.push_back((b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x());
-    }
-  };
-  for (const auto& polygon : polygons) {
-    cross(polygon.outer);
-    for (const auto& hole : polygon.holes) cross(hole);
-  }
-  std::sort(xs.begin(), xs.end());
-  return xs;
-}
 
 int steps_between(const Eigen::Vector2f& a, const Eigen::Vector2f& b) {
   return std::max(1, static_cast<int>(std::ceil((b - a).cwiseAbs().maxCoeff())));
@@ -107,23 +91,19 @@ std::vector<evaluation::TrueFace> VisibleCells::faces() const {
     const Grid& grid = grids_[f];
     if (grid.seen.empty()) continue;
     std::size_t count = 0;
-    for (int r = 0; r < grid.rows; ++r) {
-      const auto xs = crossings(faces[f].polygons, (grid.row + r + 0.5) * sensor_.cell);
-      for (int c = 0; c < grid.columns; ++c) {
-        if (!grid.seen[static_cast<std::size_t>(r) * grid.columns + c]) continue;
-        const double x = (grid.column + c + 0.5) * sensor_.cell;
-        const bool inside = (std::upper_bound(xs.begin(), xs.end(), x) - xs.begin()) % 2 == 1;
-        if (!inside) continue;
-        ++count;
-        auto& runs = faces[f].visible;
-        const int column = grid.column + c;
-        if (!runs.empty() && runs.back().row == grid.row + r &&
-            runs.back().column + runs.back().count == column)
-          ++runs.back().count;
-        else
-          runs.push_back({grid.row + r, column, 1});
-      }
-    }
+    auto& runs = faces[f].visible;
+    evaluation::PlanarRegion(faces[f].polygons)
+        .for_each_cell(sensor_.cell, [&](const Eigen::Vector2d& centre) {
+          const auto column = static_cast<int>(std::floor(centre.x() / sensor_.cell));
+          const auto row = static_cast<int>(std::floor(centre.y() / sensor_.cell));
+          if (!grid.seen[static_cast<std::size_t>(row - grid.row) * grid.columns + column - grid.column])
+            return;
+          ++count;
+          if (!runs.empty() && runs.back().row == row && runs.back().column + runs.back().count == column)
+            ++runs.back().count;
+          else
+            runs.push_back({row, column, 1});
+        });
     faces[f].visible_area_m2 = static_cast<double>(count) * sensor_.cell * sensor_.cell;
   }
   return faces;

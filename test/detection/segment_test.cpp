@@ -201,7 +201,7 @@ TEST(Segment, ABoardOfThreeCentimetresPartsAWall) {
   std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution turn(0.0, 6.28), shift(0.0, 0.1);
   int parted = 0;
-  for (int world = 0; world < 60; ++world) {
+  for (int world = 0; world < 60 && parted < 40; ++world) {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.linear() = Eigen::AngleAxisd(turn(rng), Eigen::Vector3d::UnitZ()).toRotationMatrix();
     T.translation() = Eigen::Vector3d(shift(rng), shift(rng), shift(rng));

@@ -150,7 +150,7 @@ TEST(Explain, AmongClutter) {
   const Mapper mapper = explained_map({clutter}, planes);
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
   std::map<Reason, std::size_t> reasons;
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 15; ++i) {
     const Explanation why = ask(mapper.map(), {uniform(rng), uniform(rng), uniform(rng)});
     ++reasons[why.reason];
     if (why.reason != Reason::clutter) continue;

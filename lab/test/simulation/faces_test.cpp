@@ -1,6 +1,7 @@
 // True faces: hand-built solids whose open areas are known, and a slow twin on every scene.
 #include "simulation/faces.hpp"
 
+#include "simulation/terrain.hpp"
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
 
@@ -12,21 +13,8 @@
 namespace octosurf::simulation {
 namespace {
 
-double signed_area(const Ring2& ring) {
-  double twice = 0;
-  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
-    twice += ring[j].x() * ring[i].y() - ring[i].x() * ring[j].y();
-  return twice / 2;
-}
-
-double sum_of_areas(const evaluation::TrueFace& face) {
-  double sum = 0;
-  for (const auto& polygon : face.polygons) {
-    sum += signed_area(polygon.outer);
-    for (const auto& hole : polygon.holes) sum += signed_area(hole);
-  }
-  return sum;
-}
+using terrain::area;
+using terrain::signed_area;
 
 std::vector<evaluation::TrueFace> named(const Faces& faces, const std::string& name) {
   std::vector<evaluation::TrueFace> found;
@@ -47,10 +35,10 @@ TEST(Faces, WhatStandsOnTheFloorIsCutOut) {
   const Faces faces(scene, {});
   const auto floor = named(faces, "floor/top");
   ASSERT_EQ(floor.size(), 1u);
-  EXPECT_NEAR(sum_of_areas(floor[0]), 12 - 0.5 * 0.4, 1e-6);
+  EXPECT_NEAR(area(floor[0]), 12 - 0.5 * 0.4, 1e-6);
   ASSERT_EQ(floor[0].polygons[0].holes.size(), 1u);
   EXPECT_TRUE(named(faces, "box/bottom").empty()) << "lies on the floor, is open nowhere";
-  EXPECT_NEAR(sum_of_areas(named(faces, "box/top").at(0)), 0.2, 1e-6);
+  EXPECT_NEAR(area(named(faces, "box/top").at(0)), 0.2, 1e-6);
   EXPECT_TRUE(named(faces, "box/top")[0].plane.normal.isApprox(Eigen::Vector3d::UnitZ()));
   EXPECT_NEAR(named(faces, "box/top")[0].plane.offset, 0.3, 1e-12);
 }
@@ -61,7 +49,7 @@ TEST(Faces, WallWithDoorIsOneFaceWithANotch) {
   const Faces faces(scene, {});
   const auto front = named(faces, "wall/front");
   ASSERT_EQ(front.size(), 1u);
-  EXPECT_NEAR(sum_of_areas(front[0]), 4 * 2.5 - 0.9 * 2.05, 1e-6);
+  EXPECT_NEAR(area(front[0]), 4 * 2.5 - 0.9 * 2.05, 1e-6);
   EXPECT_TRUE(front[0].polygons[0].holes.empty());
   EXPECT_EQ(named(faces, "floor/top").size(), 1u) << "goes on through the door";
 }
@@ -74,12 +62,12 @@ TEST(Faces, SideOfAStairIsOneFaceAndEachStepOneOfItsOwn) {
   const Faces faces(scene, {});
   const auto side = named(faces, "stair/right");
   ASSERT_EQ(side.size(), 1u);
-  EXPECT_NEAR(sum_of_areas(side[0]), 0.29 * 0.17 * (1 + 2 + 3 + 4), 1e-6);
+  EXPECT_NEAR(area(side[0]), 0.29 * 0.17 * (1 + 2 + 3 + 4), 1e-6);
   for (const std::string name : {"stair/top", "stair/front"}) {
     const auto steps = named(faces, name);
     ASSERT_EQ(steps.size(), 4u) << name;
     for (const auto& step : steps)
-      EXPECT_NEAR(sum_of_areas(step), name == "stair/top" ? 0.29 : 0.17, 1e-6) << step.name;
+      EXPECT_NEAR(area(step), name == "stair/top" ? 0.29 : 0.17, 1e-6) << step.name;
   }
 }
 
@@ -104,7 +92,7 @@ TEST(Faces, CurvedThingsHaveNoFacesButCutHoles) {
   add_cylinder(scene, add_object(scene, "pillar"), {2, 1.5, 0}, 0.2, 2);
   const Faces faces(scene, {});
   EXPECT_EQ(faces.all().size(), 6u + 1u) << "the floor slab's and the pillar's top";
-  EXPECT_NEAR(sum_of_areas(named(faces, "floor/top").at(0)), 12 - std::numbers::pi * 0.04, 1e-3);
+  EXPECT_NEAR(area(named(faces, "floor/top").at(0)), 12 - std::numbers::pi * 0.04, 1e-3);
   EXPECT_EQ(faces.label(6, {2.2, 1.5, 1}), 0);
 }
 
@@ -120,7 +108,7 @@ TEST(Faces, FollowTheWorldsTurnShiftAndScale) {
   const Faces there(scene, T);
   ASSERT_EQ(here.all().size(), there.all().size());
   for (std::size_t i = 0; i < here.all().size(); ++i) {
-    EXPECT_NEAR(sum_of_areas(there.all()[i]), 1.21 * sum_of_areas(here.all()[i]), 1e-9);
+    EXPECT_NEAR(area(there.all()[i]), 1.21 * area(here.all()[i]), 1e-9);
     const auto& p = here.all()[i].polygons[0].outer[0];
     const auto& q = there.all()[i].polygons[0].outer[0];
     const Eigen::Vector3d moved = T * (here.all()[i].T_map_face * Eigen::Vector3d(p.x(), p.y(), 0));

@@ -1,6 +1,6 @@
 // What simulate() writes, read back by other programs' readers: libspng, PCL, plain text.
+#include "simulation/fixture.hpp"
 #include "simulation/recording.hpp"
-#include "support/seed.hpp"
 
 #include <cstdio>
 #include <filesystem>
@@ -11,7 +11,6 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 #include <spng.h>
-#include <sstream>
 
 #include <octosurf/error.hpp>
 
@@ -20,26 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-SimulationOptions folder_options(const std::string& sensor) {
-  SimulationOptions options;
-  options.scene = "office";
-  options.sensor = sensor;
-  options.frames = 3;
-  options.seed = test::seed();
-  return options;
-}
-
-std::string content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::stringstream bytes;
-  bytes << in.rdbuf();
-  return bytes.str();
-}
-
 std::map<std::string, std::string> contents(const fs::path& dir) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::directory_iterator(dir))
-    files[entry.path().filename().string()] = content(entry.path());
+    files[entry.path().filename().string()] = bytes_of(entry.path());
   return files;
 }
 
@@ -58,15 +41,9 @@ std::vector<std::uint16_t> read_png(const fs::path& file) {
   return pixels;
 }
 
-class Folder : public testing::Test {
+class Folder : public FolderTest {
  protected:
-  Folder()
-      : dir_(fs::path(testing::TempDir()) / (std::string("octosurf_simulate_") +
-                                             testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    fs::remove_all(dir_);
-  }
-  ~Folder() override { fs::remove_all(dir_); }
-  fs::path dir_;
+  const fs::path recorded_ = dir_ / "recorded";
 };
 
 class DepthFolder : public Folder, public testing::WithParamInterface<std::string> {};
@@ -75,9 +52,9 @@ INSTANTIATE_TEST_SUITE_P(Cameras, DepthFolder, testing::Values("depth", "depth-r
 });
 
 TEST_P(DepthFolder, IsASevenScenesFolder) {
-  const SimulationOptions options = folder_options(GetParam());
+  const SimulationOptions options = options_of("office", GetParam(), 3);
   std::vector<std::size_t> steps;
-  const SimulationSummary summary = simulate(options, dir_, [&](std::size_t done, std::size_t total) {
+  const SimulationSummary summary = simulate(options, recorded_, [&](std::size_t done, std::size_t total) {
     EXPECT_EQ(total, 3u);
     steps.push_back(done);
   });
@@ -85,7 +62,7 @@ TEST_P(DepthFolder, IsASevenScenesFolder) {
   const Recording recording(options);
   std::size_t points = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::string stem = (dir_ / ("frame-00000" + std::to_string(i))).string();
+    const std::string stem = (recorded_ / ("frame-00000" + std::to_string(i))).string();
     const Readings readings = recording.measured(i, recording.ideal(i));
     const auto depth = read_png(stem + ".depth.png");
     EXPECT_EQ(read_png(stem + ".label.png"), readings.labels);
@@ -99,22 +76,23 @@ TEST_P(DepthFolder, IsASevenScenesFolder) {
     EXPECT_EQ(T, recording.T_map_sensor(i).matrix()) << "17 digits hold a double";
   }
   EXPECT_EQ(summary.points, points);
-  EXPECT_EQ(content(dir_ / "camera-intrinsics.txt"), "525\t0\t319.5\n0\t525\t239.5\n0\t0\t1\n");
-  EXPECT_EQ(content(dir_ / "timestamps.txt").substr(0, 43), "frame-000000 0.000000\nframe-000001 0.033333");
+  EXPECT_EQ(bytes_of(recorded_ / "camera-intrinsics.txt"), "525\t0\t319.5\n0\t525\t239.5\n0\t0\t1\n");
+  EXPECT_EQ(bytes_of(recorded_ / "timestamps.txt").substr(0, 43),
+            "frame-000000 0.000000\nframe-000001 0.033333");
 }
 
 TEST_F(Folder, LidarsArePcdFilesWithPoses) {
   for (const std::string sensor : {"tilting", "spinning"}) {
-    SimulationOptions options = folder_options(sensor);
+    SimulationOptions options = options_of("office", sensor, 3);
     options.force = true;
-    simulate(options, dir_);
+    simulate(options, recorded_);
     const Recording recording(options);
-    std::ifstream poses(dir_ / "poses.txt");
+    std::ifstream poses(recorded_ / "poses.txt");
     for (std::size_t i = 0; i < 3; ++i) {
       const LabelledScan expected = recording.labelled_scan(i);
       pcl::PointCloud<pcl::PointXYZL> cloud;
-      ASSERT_EQ(pcl::io::loadPCDFile((dir_ / ("scan-00000" + std::to_string(i) + ".pcd")).string(), cloud),
-                0);
+      ASSERT_EQ(
+          pcl::io::loadPCDFile((recorded_ / ("scan-00000" + std::to_string(i) + ".pcd")).string(), cloud), 0);
       ASSERT_EQ(cloud.size(), expected.labels.size());
       for (std::size_t k = 0; k < cloud.size(); ++k) {
         ASSERT_EQ(cloud[k].getVector3fMap(), expected.scan.points[k]);
@@ -135,20 +113,21 @@ TEST_F(Folder, LidarsArePcdFilesWithPoses) {
 
 TEST_F(Folder, SameOptionsSameBytes) {
   for (const std::string sensor : {"depth", "depth-real", "tilting", "spinning"}) {
-    SimulationOptions options = folder_options(sensor);
+    SimulationOptions options = options_of("office", sensor, 3);
     options.force = true;
-    simulate(options, dir_);
-    const auto first = contents(dir_);
-    EXPECT_GE(first.size(), 5u);
-    simulate(options, dir_);
-    EXPECT_EQ(contents(dir_), first);
+    options.frames = 2;
+    simulate(options, recorded_);
+    const auto first = contents(recorded_);
+    EXPECT_GE(first.size(), 4u);
+    simulate(options, recorded_);
+    EXPECT_EQ(contents(recorded_), first);
   }
 }
 
 TEST_F(Folder, TruthIsTheRecordings) {
-  const SimulationOptions options = folder_options("spinning");
-  const SimulationSummary summary = simulate(options, dir_);
-  const evaluation::Truth written = evaluation::load_truth(dir_ / "truth.json");
+  const SimulationOptions options = options_of("office", "spinning", 3);
+  const SimulationSummary summary = simulate(options, recorded_);
+  const evaluation::Truth written = evaluation::load_truth(recorded_ / "truth.json");
   const evaluation::Truth expected = Recording(options).truth();
   ASSERT_EQ(written.faces.size(), expected.faces.size());
   EXPECT_EQ(summary.faces, expected.faces.size());
@@ -161,29 +140,30 @@ TEST_F(Folder, TruthIsTheRecordings) {
 }
 
 TEST_F(Folder, NothingIsWrittenOverSilently) {
-  SimulationOptions options = folder_options("tilting");
-  fs::create_directories(dir_);
-  std::ofstream(dir_ / "notes.txt") << "mine";
-  std::ofstream(dir_ / "frame-000007.depth.png") << "old";
+  SimulationOptions options = options_of("office", "tilting", 3);
+  fs::create_directories(recorded_);
+  std::ofstream(recorded_ / "notes.txt") << "mine";
+  std::ofstream(recorded_ / "frame-000007.depth.png") << "old";
   try {
-    simulate(options, dir_);
+    simulate(options, recorded_);
     FAIL();
   } catch (const Error& e) {
     EXPECT_EQ(e.kind(), Error::Kind::usage);
     EXPECT_NE(e.mend().find("--force"), std::string::npos);
   }
-  EXPECT_EQ(contents(dir_).size(), 2u);
+  EXPECT_EQ(contents(recorded_).size(), 2u);
   options.force = true;
-  simulate(options, dir_);
-  EXPECT_EQ(content(dir_ / "notes.txt"), "mine") << "what is no recording stays";
-  EXPECT_FALSE(fs::exists(dir_ / "frame-000007.depth.png")) << "an old recording does not mix with the new";
+  simulate(options, recorded_);
+  EXPECT_EQ(bytes_of(recorded_ / "notes.txt"), "mine") << "what is no recording stays";
+  EXPECT_FALSE(fs::exists(recorded_ / "frame-000007.depth.png"))
+      << "an old recording does not mix with the new";
 }
 
 TEST_F(Folder, UnwritablePlaceIsAnError) {
-  std::ofstream(dir_.string()) << "a file";
-  for (const fs::path& place : {dir_, dir_ / "below", fs::path("/proc/octosurf")}) {
+  std::ofstream(recorded_.string()) << "a file";
+  for (const fs::path& place : {recorded_, recorded_ / "below", fs::path("/proc/octosurf")}) {
     try {
-      simulate(folder_options("tilting"), place);
+      simulate(options_of("office", "tilting", 3), place);
       FAIL() << place;
     } catch (const Error& e) {
       EXPECT_EQ(e.kind(), Error::Kind::output);

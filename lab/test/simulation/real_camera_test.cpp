@@ -26,8 +26,8 @@ RealCamera camera_of(std::uint64_t seed, double noise_scale = 1) {
 }
 
 /// A wall before the camera that covers several disparity steps: depth z (1 ± 3 %) from left to right.
-simulation::Readings wall(double z, double incidence_rad = 0) {
-  simulation::Readings readings;
+Readings wall(double z, double incidence_rad = 0) {
+  Readings readings;
   for (std::size_t k = 0; k < pixels; ++k)
     readings.t.push_back(
         static_cast<float>(z * (1 + 0.06 * (static_cast<double>(k % depth_width) / depth_width - 0.5))));
@@ -69,7 +69,7 @@ TEST(CorrelatedNoise, HasUnitVarianceAndTheWindowsCorrelation) {
 }
 
 TEST(RealCamera, DepthsDeviateAsPublished) {
-  constexpr int scans = 4;
+  constexpr int scans = 1;
   const std::uint64_t seed = test::seed();
   const RealCamera camera = camera_of(seed);
   struct Case {
@@ -79,11 +79,10 @@ TEST(RealCamera, DepthsDeviateAsPublished) {
   for (const auto& [z, incidence_deg, sigma] :
        {Case{0.8, 0, 0.001504}, Case{1.5, 45, 0.003499}, Case{2, 0, 0.006064}, Case{3, 0, 0.014044},
         Case{4, 0, 0.025824}, Case{2, 75, 0.006064 + 0.0001 * 25 / std::numbers::sqrt2}}) {
-    const simulation::Readings ideal = wall(z, incidence_deg * degree);
+    const Readings ideal = wall(z, incidence_deg * degree);
     double squares = 0, expected = 0;
     for (int scan = 0; scan < scans; ++scan) {
-      const simulation::Readings readings =
-          camera.measured(ideal, Random(seed, 100 + static_cast<unsigned>(scan)));
+      const Readings readings = camera.measured(ideal, Random(seed, 100 + static_cast<unsigned>(scan)));
       for (std::size_t k = 0; k < pixels; ++k) {
         const double depth = ideal.t[k];
         const double error =
@@ -103,7 +102,7 @@ TEST(RealCamera, DepthsDeviateAsPublished) {
 
 TEST(RealCamera, DisparityComesInEighthsOfAPixel) {
   const std::uint64_t seed = test::seed();
-  const simulation::Readings readings = camera_of(seed).measured(wall(2), Random(seed, 7));
+  const Readings readings = camera_of(seed).measured(wall(2), Random(seed, 7));
   std::set<long> steps;
   for (const float t : readings.t) {
     const double eighths = 8 * focal_baseline / t;
@@ -118,8 +117,8 @@ TEST(RealCamera, DisparityComesInEighthsOfAPixel) {
 }
 
 /// Bars 40 pixels wide, 1 m and 2 m away by turns.
-simulation::Readings bars(bool upright) {
-  simulation::Readings readings;
+Readings bars(bool upright) {
+  Readings readings;
   for (std::size_t k = 0; k < pixels; ++k) {
     const bool far = (upright ? k % depth_width : k / depth_width) / 40 % 2 == 1;
     readings.t.push_back(far ? 2.0f : 1.0f);
@@ -130,18 +129,17 @@ simulation::Readings bars(bool upright) {
 }
 
 TEST(RealCamera, OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach) {
-  constexpr int scans = 10;
+  constexpr int scans = 6;
   const std::uint64_t seed = test::seed();
   const RealCamera camera = camera_of(seed);
   for (const bool upright : {true, false}) {
-    const simulation::Readings ideal = bars(upright);
+    const Readings ideal = bars(upright);
     const std::size_t length = upright ? depth_height : depth_width;
     const std::size_t edges = (upright ? depth_width : depth_height) / 40 - 1;
     double mixed = 0, between = 0;
     std::vector<double> strayed(3);
     for (int scan = 0; scan < scans; ++scan) {
-      const simulation::Readings readings =
-          camera.measured(ideal, Random(seed, 200 + static_cast<unsigned>(scan)));
+      const Readings readings = camera.measured(ideal, Random(seed, 200 + static_cast<unsigned>(scan)));
       for (std::size_t k = 0; k < pixels; ++k) {
         mixed += readings.labels[k] == 0;
         between += readings.t[k] > 1.1f && readings.t[k] < 1.8f;
@@ -167,7 +165,7 @@ TEST(RealCamera, OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach) {
 
 TEST(RealCamera, WithinAFaceNoPixelFlies) {
   const std::uint64_t seed = test::seed();
-  const simulation::Readings readings = camera_of(seed).measured(wall(1.5), Random(seed, 3));
+  const Readings readings = camera_of(seed).measured(wall(1.5), Random(seed, 3));
   EXPECT_EQ(readings.labels, wall(1.5).labels);
 }
 
@@ -178,7 +176,7 @@ TEST(RealCamera, OutlinesStrayMoreAtASlant) {
 }
 
 TEST(RealCamera, DropsAsOftenAsItSays) {
-  constexpr int scans = 4;
+  constexpr int scans = 1;
   const std::uint64_t seed = test::seed();
   const RealCamera camera = camera_of(seed);
   struct Case {
@@ -189,7 +187,7 @@ TEST(RealCamera, DropsAsOftenAsItSays) {
         Case{2, 0, 0.04}, Case{3, 0, 0.04}, Case{4, 68, 0.6}}) {
     double dropped = 0, expected = 0;
     for (int scan = 0; scan < scans; ++scan) {
-      simulation::Readings readings = wall(z, incidence_deg * degree);
+      Readings readings = wall(z, incidence_deg * degree);
       for (const float t : readings.t) expected += RealCamera::drop_out(t, incidence_deg * degree, albedo);
       camera.drop(std::vector<double>(pixels, albedo), Random(seed, 300 + static_cast<unsigned>(scan)),
                   readings);
@@ -235,18 +233,17 @@ TEST(RealCamera, BiasIsSlowItsOwnAndAsLargeAsStated) {
 }
 
 TEST(RealCamera, WhatRemainsOfManyScansIsTheBias) {
-  constexpr int scans = 30;
+  constexpr int scans = 15;
   constexpr std::size_t block = 32;
   const std::uint64_t seed = test::seed();
   const RealCamera camera = camera_of(seed);
-  const simulation::Readings ideal = wall(2);
+  const Readings ideal = wall(2);
   std::vector<double> errors(pixels / (block * block)), biases(errors.size());
   const auto block_of = [](std::size_t k) {
     return k / depth_width / block * (depth_width / block) + k % depth_width / block;
   };
   for (int scan = 0; scan < scans; ++scan) {
-    const simulation::Readings readings =
-        camera.measured(ideal, Random(seed, 400 + static_cast<unsigned>(scan)));
+    const Readings readings = camera.measured(ideal, Random(seed, 400 + static_cast<unsigned>(scan)));
     for (std::size_t k = 0; k < pixels; ++k) {
       errors[block_of(k)] += focal_baseline / readings.t[k] - focal_baseline / ideal.t[k];
       biases[block_of(k)] += camera.bias(column(k), row(k));
@@ -261,8 +258,7 @@ TEST(RealCamera, WhatRemainsOfManyScansIsTheBias) {
 
 TEST(RealCamera, WithoutNoiseStepsRemain) {
   const std::uint64_t seed = test::seed();
-  const simulation::Readings ideal = bars(true),
-                             readings = camera_of(seed, 0).measured(ideal, Random(seed, 1));
+  const Readings ideal = bars(true), readings = camera_of(seed, 0).measured(ideal, Random(seed, 1));
   EXPECT_EQ(readings.labels, ideal.labels);
   for (std::size_t k = 0; k < pixels; ++k)
     ASSERT_LE(std::abs(focal_baseline / readings.t[k] - focal_baseline / ideal.t[k]), 1.0 / 16 + 1e-5);

@@ -1,13 +1,11 @@
 #pragma once
 
 #include "evaluation/truth.hpp"
+#include "simulation/fixture.hpp"
 #include "simulation/mesh.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
-#include <filesystem>
-#include <fstream>
-#include <gtest/gtest.h>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -142,26 +140,11 @@ inline std::string dae(const Triangles& triangles, const std::string& up, double
   return out.str();
 }
 
-/// A folder of its own for the running test.
-class TerrainTest : public testing::Test {
+class TerrainTest : public FolderTest {
  protected:
-  TerrainTest()
-      : dir_(std::filesystem::path(testing::TempDir()) /
-             (std::string("octosurf_terrain_") +
-              testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    std::filesystem::create_directories(dir_);
-  }
-  ~TerrainTest() override { std::filesystem::remove_all(dir_); }
-
-  std::filesystem::path write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(dir_ / name, std::ios::binary) << bytes;
-    return dir_ / name;
-  }
   TriangleMesh mesh_of(const Triangles& triangles) const {
     return read_mesh(write("terrain.stl", stl(triangles)));
   }
-
-  std::filesystem::path dir_;
 };
 
 }  // namespace octosurf::simulation::terrain

@@ -1,6 +1,7 @@
 // truth.json: what is saved is read back; anything else is refused with the file's name.
 #include "evaluation/truth.hpp"
 
+#include "simulation/fixture.hpp"
 #include "simulation/recording.hpp"
 
 #include <filesystem>
@@ -15,16 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class TruthFile : public testing::Test {
+class TruthFile : public FolderTest {
  protected:
-  TruthFile()
-      : dir_(fs::path(testing::TempDir()) / (std::string("octosurf_truth_") +
-                                             testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    fs::create_directories(dir_);
-    file_ = dir_ / "truth.json";
-  }
-  ~TruthFile() override { fs::remove_all(dir_); }
-
   static evaluation::Truth example(const std::string& scene = "change") {
     SimulationOptions options;
     options.scene = scene;
@@ -33,12 +26,7 @@ class TruthFile : public testing::Test {
     return Recording(options).truth();
   }
 
-  std::string text() const {
-    std::ifstream in(file_);
-    std::stringstream content;
-    content << in.rdbuf();
-    return content.str();
-  }
+  std::string text() const { return bytes_of(file_); }
 
   void expect_refused(const std::string& content) const {
     std::ofstream(file_) << content;
@@ -60,8 +48,7 @@ class TruthFile : public testing::Test {
     return content.replace(at, from.size(), to);
   }
 
-  fs::path dir_;
-  fs::path file_;
+  const fs::path file_ = dir_ / "truth.json";
 };
 
 TEST_F(TruthFile, RoundTripLosesNothing) {

@@ -1,8 +1,8 @@
 // Visible cells: inside their polygons, and each really in sight of some scan.
 #include "simulation/faces.hpp"
+#include "simulation/fixture.hpp"
 #include "simulation/recording.hpp"
 #include "simulation/sensor.hpp"
-#include "support/seed.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,46 +11,35 @@
 namespace octosurf::simulation {
 namespace {
 
-SimulationOptions cell_options(const std::string& scene, const std::string& sensor, std::size_t frames) {
-  SimulationOptions options;
-  options.scene = scene;
-  options.sensor = sensor;
-  options.frames = frames;
-  options.seed = test::seed();
-  options.length = 8;
-  return options;
-}
-
 TEST(VisibleCells, LieInPolygonsInOrderAndSumUp) {
-  for (const std::string sensor : {"depth", "tilting", "spinning"})
-    for (const std::string scene : {"office", "stones", "change"}) {
-      const evaluation::Truth truth =
-          Recording(cell_options(scene, sensor, sensor == "tilting" ? 120 : 12)).truth();
-      EXPECT_EQ(truth.scene, scene);
-      EXPECT_EQ(truth.sensor, sensor);
-      EXPECT_EQ(truth.cell, sensor == "depth" ? 0.01 : 0.05);
-      std::size_t seen = 0;
-      for (const auto& face : truth.faces) {
-        std::size_t cells = 0;
-        const evaluation::CellRun* last = nullptr;
-        for (const auto& run : face.visible) {
-          ASSERT_GT(run.count, 0);
-          if (last) {
-            ASSERT_GE(run.row, last->row);
-            ASSERT_TRUE(run.row > last->row || run.column > last->column + last->count);
-          }
-          last = &run;
-          cells += run.count;
-          for (int c = run.column; c < run.column + run.count; ++c)
-            ASSERT_TRUE(
-                simulation::contains(face.polygons[0], truth.cell * Eigen::Vector2d(c + 0.5, run.row + 0.5)))
-                << face.name;
+  for (const auto& [sensor, scene, scans] :
+       {std::tuple("depth", "office", 6u), std::tuple("tilting", "stones", 60u),
+        std::tuple("spinning", "change", 6u)}) {
+    const evaluation::Truth truth = Recording(options_of(scene, sensor, scans)).truth();
+    EXPECT_EQ(truth.scene, scene);
+    EXPECT_EQ(truth.sensor, sensor);
+    EXPECT_EQ(truth.cell, truth.sensor == "depth" ? 0.01 : 0.05);
+    std::size_t seen = 0;
+    for (const auto& face : truth.faces) {
+      std::size_t cells = 0;
+      const evaluation::CellRun* last = nullptr;
+      for (const auto& run : face.visible) {
+        ASSERT_GT(run.count, 0);
+        if (last) {
+          ASSERT_GE(run.row, last->row);
+          ASSERT_TRUE(run.row > last->row || run.column > last->column + last->count);
         }
-        EXPECT_NEAR(face.visible_area_m2, static_cast<double>(cells) * truth.cell * truth.cell, 1e-9);
-        if (face.visible_area_m2 >= 0.05) ++seen;
+        last = &run;
+        cells += run.count;
+        for (int c = run.column; c < run.column + run.count; ++c)
+          ASSERT_TRUE(contains(face.polygons[0], truth.cell * Eigen::Vector2d(c + 0.5, run.row + 0.5)))
+              << face.name;
       }
-      EXPECT_GE(seen, 8u) << scene << " " << sensor;
+      EXPECT_NEAR(face.visible_area_m2, static_cast<double>(cells) * truth.cell * truth.cell, 1e-9);
+      if (face.visible_area_m2 >= 0.05) ++seen;
     }
+    EXPECT_GE(seen, 8u) << scene << " " << sensor;
+  }
 }
 
 /// True if some scan of the camera has a reading of this face right at `point`'s pixel or beside it.
@@ -72,7 +61,7 @@ bool in_sight(const Recording& recording, const std::vector<Readings>& readings,
 }
 
 TEST(VisibleCells, EachIsInSightOfSomeScan) {
-  const Recording recording(cell_options("office", "depth", 10));
+  const Recording recording(options_of("office", "depth", 5));
   std::vector<Readings> readings;
   for (std::size_t i = 0; i < recording.size(); ++i) readings.push_back(recording.ideal(i));
   const evaluation::Truth truth = recording.truth();
@@ -92,7 +81,7 @@ TEST(VisibleCells, EachIsInSightOfSomeScan) {
 
 // At 4 m on the floor a 1 cm cell is smaller than a pixel; the gaps between pixels count as seen.
 TEST(VisibleCells, HaveNoGapsBetweenPixels) {
-  const Recording recording(cell_options("room", "depth", 1));
+  const Recording recording(options_of("room", "depth", 1));
   const evaluation::Truth truth = recording.truth();
   const auto largest =
       std::max_element(truth.faces.begin(), truth.faces.end(),
