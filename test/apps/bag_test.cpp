@@ -4,12 +4,8 @@
 #include "support/bag_writer.hpp"
 #include "support/paths.hpp"
 
-#include <Eigen/Geometry>
 #include <fstream>
 #include <gmock/gmock.h>
-#include <iomanip>
-#include <limits>
-#include <sstream>
 
 namespace octosurf::test {
 namespace {
@@ -26,26 +22,6 @@ class Bags : public CommandTest {
     if (!can_write_bags()) GTEST_SKIP() << no_bag_writer;
   }
 
-  /// A simulated recording, its poses as quaternions, which is how bags have them.
-  void simulate(const std::string& name, const std::string& options) const {
-    run_well("simulate room -o " + name + " " + options);
-    if (exists(name + "/poses.txt")) return;
-    std::ofstream poses(folder / name / "poses.txt");
-    poses.precision(std::numeric_limits<double>::max_digits10);
-    for (int frame = 0;; ++frame) {
-      std::ostringstream stem;
-      stem << name << "/frame-" << std::setw(6) << std::setfill('0') << frame << ".pose.txt";
-      if (!exists(stem.str())) break;
-      std::ifstream in(folder / stem.str());
-      Eigen::Matrix4d T;
-      for (int i = 0; i < 16; ++i) in >> T(i / 4, i % 4);
-      const Eigen::Quaterniond q(Eigen::Matrix3d(T.topLeftCorner<3, 3>()));
-      poses << T(0, 3) << ' ' << T(1, 3) << ' ' << T(2, 3) << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
-            << ' ' << q.w() << '\n';
-      fs::remove(folder / stem.str());
-    }
-  }
-
   void write_bag(const std::string& recording, const std::string& bag,
                  const std::string& options = {}) const {
     write_bag_of(folder / recording, folder / bag, options);
@@ -54,15 +30,15 @@ class Bags : public CommandTest {
   /// Maps the bag and compares with the map of its folder.
   void expect_map_of(const std::string& bag, const std::string& expected,
                      const std::string& options = {}) const {
-    run_well("map " + bag + " -o bag --force " + options);
+    run_well("map " + bag + " -o bag --force --resolution 0.05 " + options);
     EXPECT_TRUE(read("bag.surfaces") == read(expected + ".surfaces")) << bag;
     EXPECT_TRUE(read("bag.bt") == read(expected + ".bt")) << bag;
   }
 };
 
 TEST_F(Bags, OfDepthImagesGiveTheMapOfTheirFolder) {
-  simulate("sim", "--frames 4");
-  run_well("map sim -o folder");
+  simulate_for_bag("sim", "--frames 2");
+  run_well("map sim -o folder --resolution 0.05");
   EXPECT_GT(info("folder").at("surfaces"), 3);
   for (const auto& [bag, options] : {std::pair("lz4.bag", "packing=lz4 poses=pose depth=32FC1"),
                                      {"walk.db3", "poses=odometry depth=mono16"}}) {
@@ -76,7 +52,7 @@ TEST_F(Bags, OfDepthImagesGiveTheMapOfTheirFolder) {
 }
 
 TEST_F(Bags, InfoTellsTopicsCountsAndTimes) {
-  simulate("sim", "--sensor spinning --frames 3");
+  simulate_for_bag("sim", "--sensor spinning --frames 3");
   for (const std::string bag : {"walk.bag", "walk.db3", "walk.mcap"}) {
     write_bag("sim", bag);
     EXPECT_THAT(
@@ -97,7 +73,7 @@ TEST_F(Bags, InfoTellsTopicsCountsAndTimes) {
 }
 
 TEST_F(Bags, WhatWasChosenIsSaid) {
-  simulate("sim", "--sensor spinning --frames 2");
+  simulate_for_bag("sim", "--sensor spinning --frames 2");
   write_bag("sim", "walk.mcap");
   EXPECT_THAT(run_well("map walk.mcap -o m").out,
               AllOf(HasSubstr("walk.mcap: scans: 2 messages of /lidar/points (sensor_msgs/PointCloud2)\n"),
@@ -108,9 +84,9 @@ TEST_F(Bags, WhatWasChosenIsSaid) {
 
 /// The commands of docs/usage.md, as they stand there.
 TEST_F(Bags, TheDocumentedCommandsRun) {
-  simulate("sim", "--sensor spinning --frames 2");
+  simulate_for_bag("sim", "--sensor spinning --frames 1");
   for (const std::string bag : {"walk.bag", "walk.mcap"}) write_bag("sim", bag, "poses=chain");
-  simulate("depth", "--frames 2");
+  simulate_for_bag("depth", "--frames 1");
   write_bag("depth", "kitchen.db3", "poses=odometry");
   fs::create_directory(folder / "maps");
   std::ifstream usage(test::paths::source() + "/docs/usage.md");

@@ -1,10 +1,13 @@
 #include "apps/command.hpp"
 
 #include "support/paths.hpp"
-#include "support/seed.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <iomanip>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <sys/wait.h>
@@ -88,7 +91,7 @@ nlohmann::json CommandTest::read_json(const std::string& name) const {
 }
 
 nlohmann::json CommandTest::info(const std::string& map) const {
-  return nlohmann::json::parse(run_well("info " + map + " --json --check").out);
+  return json_of("info " + map + " --json --check");
 }
 
 void CommandTest::made_once(const std::string& name, const std::function<void()>& make) const {
@@ -100,21 +103,53 @@ void CommandTest::made_once(const std::string& name, const std::function<void()>
     }
   };
   static std::map<std::string, Kept> all;
-  Kept& kept = all[name + std::to_string(seed())];
+  Kept& kept = all[name];
   if (!kept.folder.empty()) return fs::copy(kept.folder, folder, fs::copy_options::recursive);
   make();
   kept.folder = folder.string() + "-" + name;
   fs::copy(folder, kept.folder, fs::copy_options::recursive);
 }
 
-void CommandTest::write_floor(const std::string& name, int images) const {
+fs::path CommandTest::write_pcd(const std::string& name, const std::string& rows,
+                                const std::string& viewpoint) const {
+  const std::string points = std::to_string(std::count(rows.begin(), rows.end(), '\n'));
+  return write(name, "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " + points +
+                         "\nHEIGHT 1\nVIEWPOINT " + viewpoint + "\nPOINTS " + points + "\nDATA ascii\n" +
+                         rows);
+}
+
+void CommandTest::simulate_room() const {
+  made_once("room", [this] { run_well("simulate room -o room --frames 16"); });
+}
+
+void CommandTest::simulate_for_bag(const std::string& name, const std::string& options) const {
+  run_well("simulate room -o " + name + " " + options);
+  if (exists(name + "/poses.txt")) return;
+  std::ostringstream poses;
+  poses.precision(std::numeric_limits<double>::max_digits10);
+  for (int frame = 0;; ++frame) {
+    std::ostringstream pose;
+    pose << name << "/frame-" << std::setw(6) << std::setfill('0') << frame << ".pose.txt";
+    if (!exists(pose.str())) break;
+    std::istringstream in(read(pose.str()));
+    Eigen::Matrix4d T;
+    for (int i = 0; i < 16; ++i) in >> T(i / 4, i % 4);
+    const Eigen::Quaterniond q(Eigen::Matrix3d(T.topLeftCorner<3, 3>()));
+    poses << T(0, 3) << ' ' << T(1, 3) << ' ' << T(2, 3) << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
+          << ' ' << q.w() << '\n';
+    fs::remove(folder / pose.str());
+  }
+  write(name + "/poses.txt", poses.str());
+}
+
+void CommandTest::write_floor(const std::string& name, int images, double slid) const {
   constexpr int depth_mm = 1000;
   std::string image = "P5\n80 60\n65535\n", poses;
   for (int i = 0; i < floor_points; ++i) image += {char{depth_mm >> 8}, static_cast<char>(depth_mm & 0xff)};
   for (int i = 0; i < images; ++i) {
     write(name + "/" + std::to_string(i) + ".pgm", image);
     std::ostringstream pose;
-    pose << 0.1 * i << " 0 " << 1 + floor_height << " 1 0 0 0\n";  // half a turn about x: looks down
+    pose << 0.1 * i << " 0 " << 1 + floor_height + slid << " 1 0 0 0\n";  // half a turn about x: looks down
     poses += pose.str();
   }
   write(name + "/poses.txt", poses);

@@ -28,6 +28,9 @@ class CommandTest : public ::testing::Test {
   Outcome run(const std::string& arguments, const std::string& before = {}) const;
   /// Fails the test unless the exit code is 0.
   Outcome run_well(const std::string& arguments) const;
+  nlohmann::json json_of(const std::string& arguments) const {
+    return nlohmann::json::parse(run_well(arguments).out);
+  }
   /// Fails the test unless it ends with this code and one line on stderr; returns the line.
   std::string error_of(const std::string& arguments, int code) const;
 
@@ -37,17 +40,41 @@ class CommandTest : public ::testing::Test {
   nlohmann::json read_json(const std::string& name) const;
   nlohmann::json info(const std::string& map) const;
 
-  /// What `make` leaves in the folder: made once in a process for each seed, copied for every later test.
+  /// What `make` leaves in the folder: made once in a process, copied for every later test. A name with the
+  /// seed in it, where that is drawn from.
   void made_once(const std::string& name, const std::function<void()>& make) const;
 
+  /// An ASCII PCD of rows "x y z\n".
+  std::filesystem::path write_pcd(const std::string& name, const std::string& rows,
+                                  const std::string& viewpoint = "0 0 0 1 0 0 0") const;
+  /// "room": a simulated recording of sixteen depth images.
+  void simulate_room() const;
+  /// Another one, its poses as quaternions in poses.txt, which is how bags have them.
+  void simulate_for_bag(const std::string& name, const std::string& options) const;
   /// `images` depth images of a floor at z = floor_height, seen by a camera that looks down from a
   /// metre above and moves 0.1 m along x from one to the next: each sees
   /// 79/60 m × 59/60 m. PGM in millimetres, with poses.txt (tx ty tz qx qy qz qw) and intrinsics.txt.
-  void write_floor(const std::string& name = "floor", int images = 6) const;
+  /// `slid`: m, by which the poses are too high.
+  void write_floor(const std::string& name = "floor", int images = 6, double slid = 0) const;
   static constexpr int floor_points = 80 * 60;  ///< per image
   static constexpr double floor_height = 0.013;
 
   std::filesystem::path folder;
+};
+
+/// With the scans "floor" in the folder and "m", their map.
+class FloorTest : public CommandTest {
+ protected:
+  FloorTest() {
+    made_once("floor", [this] {
+      write_floor();
+      run_well("map floor -o m");
+    });
+  }
+  /// What `query`, or another verb, answers about "m".
+  nlohmann::json ask(const std::string& what, const std::string& verb = "query") const {
+    return json_of(verb + " m --json " + what);
+  }
 };
 
 }  // namespace octosurf::test

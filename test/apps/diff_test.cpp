@@ -18,7 +18,7 @@ class Diff : public CommandTest {
  protected:
   /// before: a floor and a table; after: goes on without the table; other: another map, of the floor alone.
   Diff() {
-    made_once("table", [this] { make(); });
+    made_once("table" + std::to_string(seed()), [this] { make(); });
   }
   void make() const {
     std::mt19937_64 random = rng();
@@ -30,7 +30,9 @@ class Diff : public CommandTest {
       const double a = 0.7 * i;
       return camera_scan(scene, look_at({1.6 * std::cos(a), 1.6 * std::sin(a), 1.4}, {0, 0, 0.1}), random);
     };
-    Mapper mapper, other;
+    Parameters coarse;
+    coarse.occupancy.resolution = 0.04;
+    Mapper mapper(coarse), other(coarse);
     for (int i = 0; i < 9; ++i) mapper.insert(look(full, i));
     save_map(mapper.map(), folder / "before");
     for (int i = 0; i < 18; ++i) mapper.insert(look(empty, i));

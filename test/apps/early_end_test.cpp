@@ -3,6 +3,7 @@
 #include "apps/running.hpp"
 #include "io/readers/bag.hpp"
 
+#include <algorithm>
 #include <gmock/gmock.h>
 
 namespace octosurf::test {
@@ -14,24 +15,43 @@ using ::testing::HasSubstr;
 class EarlyEnd : public CommandTest {
  protected:
   void truncate(const std::string& file) const { write(file, read(file).substr(0, 100)); }
+  /// Of a log, which must be whole.
+  int messages(const std::string& log, const std::string& topic) const {
+    const auto bag = io::open_mcap(folder / log);
+    int count = 0;
+    bag->read_all([&](const io::BagMessage& message) { count += bag->topics()[message.topic].name == topic; },
+                  nullptr);
+    return count;
+  }
+  /// Files whose names begin like this: a temporary one's does with the name of what it becomes.
+  std::ptrdiff_t files(const std::string& beginning) const {
+    const std::filesystem::directory_iterator all(folder);
+    return std::count_if(begin(all), end(all), [&](const auto& entry) {
+      return entry.path().filename().string().starts_with(beginning);
+    });
+  }
 };
 
 TEST_F(EarlyEnd, AnUnreadableScanStopsTheRunWithItsName) {
   write_floor();
   truncate("floor/3.pgm");
-  EXPECT_THAT(error_of("map floor -o m --report r.json", 1),
+  EXPECT_THAT(error_of("map floor -o m --report r.json --mcap run.mcap", 1),
               AllOf(HasSubstr("3.pgm"), HasSubstr("3 scans mapped and saved"), HasSubstr("--skip-bad")));
   EXPECT_EQ(read_json("r.json").at("scans"), 3);
   run_well("map floor -o three --first 3");
   EXPECT_EQ(read("m.surfaces"), read("three.surfaces"));
   EXPECT_EQ(read("m.bt"), read("three.bt"));
+  EXPECT_EQ(messages("run.mcap", "/tf"), 3);
+  EXPECT_GE(messages("run.mcap", "/surfaces"), 2);
+  EXPECT_EQ(files("run.mcap"), 1);
 }
 
 TEST_F(EarlyEnd, ABadFirstScanLeavesNothingBehind) {
   write_floor();
   truncate("floor/0.pgm");
-  EXPECT_THAT(error_of("map floor -o m --report r.json", 1), HasSubstr("0.pgm"));
+  EXPECT_THAT(error_of("map floor -o m --report r.json --mcap run.mcap", 1), HasSubstr("0.pgm"));
   EXPECT_FALSE(exists("m.surfaces") || exists("m.bt") || exists("r.json"));
+  EXPECT_EQ(files("run.mcap"), 0);
 }
 
 TEST_F(EarlyEnd, SkipBadGoesOnAndReports) {
@@ -76,12 +96,7 @@ TEST_F(EarlyEnd, SignalsSaveWhatIsMapped) {
     const int scans = info("m").at("scans");
     EXPECT_GE(scans, 1);
     EXPECT_LT(scans, 60);
-    const auto log = io::open_mcap(folder / "m.mcap");
-    int transforms = 0;
-    log->read_all(
-        [&](const io::BagMessage& message) { transforms += log->topics()[message.topic].name == "/tf"; },
-        nullptr);
-    EXPECT_EQ(transforms, scans) << "the log is whole, too";
+    EXPECT_EQ(messages("m.mcap", "/tf"), scans) << "the log is whole, too";
   }
 }
 

@@ -35,7 +35,7 @@ class FailingRun : public CommandTest {
 
 TEST_F(FailingRun, ACheckpointThatFailsIsToldOnceAndTheRunGoesOn) {
   write_floor("floor", 400);
-  Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--rate", "5", "--checkpoint", "0.1"});
+  Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--rate", "20", "--checkpoint", "0.02"});
   ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();
   // A folder in its place cannot be replaced; the file may come back before it is made.
   std::error_code taken;
@@ -44,7 +44,7 @@ TEST_F(FailingRun, ACheckpointThatFailsIsToldOnceAndTheRunGoesOn) {
   } while (!fs::create_directory(folder / "m.surfaces", taken) || taken);
   const auto warned = [&] { return run.errors().find("warning: no checkpoint") != std::string::npos; };
   ASSERT_TRUE(run.wait_until(warned)) << run.errors();
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // some more of them fail
+  std::this_thread::sleep_for(std::chrono::milliseconds(150));  // some more of them fail
   fs::remove(folder / "m.surfaces");
   ASSERT_TRUE(run.wait_until([&] { return fs::is_regular_file(folder / "m.surfaces"); })) << run.errors();
   run.send(SIGTERM);
@@ -57,10 +57,10 @@ TEST_F(FailingRun, ACheckpointThatFailsIsToldOnceAndTheRunGoesOn) {
 }
 
 TEST_F(FailingRun, AFullDiskNamesTheLastCheckpoint) {
-  write_floor("floor", 60);
+  write_floor("floor", 30);
   run_well("map floor -o whole");
-  run_well("map floor -o some --first 10");
-  // Files may not become larger than a map of ten scans and a bit: in blocks of 512 bytes.
+  run_well("map floor -o some --first 6");
+  // Files may not become larger than a map of six scans and a bit: in blocks of 512 bytes.
   const auto blocks = fs::file_size(folder / "some.surfaces") / 512 + 4;
   ASSERT_LT(blocks * 512, fs::file_size(folder / "whole.surfaces"));
   const Outcome outcome = run("map floor -o m --checkpoint 0.000001 --report r.json",
@@ -75,7 +75,7 @@ TEST_F(FailingRun, AFullDiskNamesTheLastCheckpoint) {
               AllOf(HasSubstr("octosurf map: m.surfaces: cannot be written: File too large"),
                     HasSubstr("the last complete checkpoint is m with "), HasSubstr("--resume m goes on")));
   const int scans = scans_told(line);
-  EXPECT_GE(scans, 10);
+  EXPECT_GE(scans, 6);
   EXPECT_EQ(info("m").at("scans"), scans);
   EXPECT_FALSE(exists("r.json"));
   // And with nothing saved before it, nothing is there. Of few scans: stderr may not become larger, either.

@@ -18,12 +18,19 @@ using ::testing::HasSubstr;
 class Files : public CommandTest {};
 
 TEST_F(Files, ExportedSurfacesAreReadByPython) {
-  run_well("simulate room -o room --frames 4");
-  run_well("map room -o m");
+  simulate_room();
+  run_well("map room -o m --first 4 --resolution 0.05");
   run_well("export m --to m.json");
   const std::string count = std::to_string(info("m").at("surfaces").get<int>());
   const std::string check = "python3 '" + test::paths::source() + "/test/apps/check_surfaces.py' '";
   EXPECT_EQ(std::system((check + (folder / "m.json").string() + "' " + count).c_str()), 0);
+}
+
+TEST_F(Files, InfoOfAFolderSaysHowItsScansAreRead) {
+  simulate_room();
+  EXPECT_THAT(run_well("info room").out, AllOf(HasSubstr("scans        16\n"),
+                                               HasSubstr("depth camera, with its pose"), HasSubstr("from ")));
+  EXPECT_THAT(error_of("info room --check", 2), HasSubstr("folder of scans"));
 }
 
 TEST_F(Files, AnOtIsTheMapsOctreeAsOctomapReadsIt) {

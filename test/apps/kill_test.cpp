@@ -28,7 +28,7 @@ int kills() {
 
 class Killed : public CommandTest {
  protected:
-  static constexpr int images = 30, seeded = 5;
+  static constexpr int images = 14, seeded = 3;
 
   Killed() {
     write_floor("floor", images);

@@ -117,16 +117,17 @@ TEST_F(MapRun, ReportHasEveryKey) {
 
 TEST_F(MapRun, StoppingAndResumingGivesTheSameBytes) {
   // A run that ends looks at what waits, which one that goes on leaves to later scans: here nothing does.
-  run_well("simulate room -o room --frames 6");
-  run_well("map room -o one --threads 1 --detection-budget 0");
+  simulate_room();
+  run_well("map room -o one --first 6 --resolution 0.05 --threads 1 --detection-budget 0");
   for (const int k : {1, 4}) {
-    const std::string part = "part" + std::to_string(k);
-    run_well("map room -o " + part + " --detection-budget 0 --first " + std::to_string(k));
-    run_well("map room -o whole" + std::to_string(k) + " --resume " + part + " --skip " + std::to_string(k));
+    const std::string part = "part" + std::to_string(k), rest = std::to_string(6 - k);
+    run_well("map room -o " + part + " --resolution 0.05 --detection-budget 0 --first " + std::to_string(k));
+    run_well("map room -o whole" + std::to_string(k) + " --resume " + part + " --skip " + std::to_string(k) +
+             " --first " + rest);
     same_maps("whole" + std::to_string(k), "one");
     EXPECT_EQ(info(part).at("scans"), k);  // as it was
   }
-  run_well("map room --resume part1.surfaces --skip 1 --threads 2");  // in place
+  run_well("map room --resume part1.surfaces --skip 1 --first 5 --threads 2");  // in place
   same_maps("part1", "one");
 }
 
@@ -152,14 +153,14 @@ TEST_F(MapRun, ALimitOfMemoryChangesNoByte) {
 }
 
 TEST_F(MapRun, ResumingLeavesOutWhatIsMapped) {
-  run_well("simulate room -o room --frames 4");
-  run_well("map room -o m --first 2");
-  EXPECT_THAT(run_well("map room --resume m --report r.json").out, HasSubstr("2 scans left out"));
+  simulate_room();
+  run_well("map room -o m --resolution 0.05 --first 2");
+  EXPECT_THAT(run_well("map room --resume m --first 4 --report r.json").out, HasSubstr("2 scans left out"));
   EXPECT_EQ(read_json("r.json").at("scans_mapped_before"), 2);
   EXPECT_EQ(info("m").at("scans"), 4);
-  EXPECT_THAT(run_well("map room --resume m").out, HasSubstr("4 scans left out"));
+  EXPECT_THAT(run_well("map room --resume m --first 4").out, HasSubstr("4 scans left out"));
   EXPECT_EQ(info("m").at("scans"), 4);
-  run_well("map room --resume m --again");
+  run_well("map room --resume m --first 4 --again");
   EXPECT_EQ(info("m").at("scans"), 8);
 }
 
@@ -180,21 +181,18 @@ TEST_F(MapRun, NothingMappedIsNoSuccess) {
 /// Treads of 30 cm and risers of 17 cm up a slope that the origin lies on.
 std::string stairs_in_one_frame() {
   std::ostringstream points;
-  std::size_t count = 0;
   for (int step = 4; step < 14; ++step)
     for (double y = -0.8; y < 0.8; y += 0.01) {
-      for (double x = 0; x < 0.3; x += 0.01, ++count)
+      for (double x = 0; x < 0.3; x += 0.01)
         points << 0.3 * step + x << ' ' << y << ' ' << 0.17 * (step + 1) << '\n';
-      for (double z = 0; z < 0.17; z += 0.01, ++count)
+      for (double z = 0; z < 0.17; z += 0.01)
         points << 0.3 * step << ' ' << y << ' ' << 0.17 * step + z << '\n';
     }
-  return "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " + std::to_string(count) +
-         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + std::to_string(count) + "\nDATA ascii\n" +
-         points.str();
+  return points.str();
 }
 
 TEST_F(MapRun, ACloudThatSaysNothingOfItsViewpointIsSeenFromWhereItCanHaveBeen) {
-  write("stairs.pcd", stairs_in_one_frame());
+  write_pcd("stairs.pcd", stairs_in_one_frame());
   const auto treads = [&](const std::string& map) {
     int up = 0;
     const json contents = info(map);
@@ -249,9 +247,7 @@ TEST_F(MapRun, FarFromZeroAMapIsTheSameAndKeepsItsOrigin) {
 }
 
 TEST_F(MapRun, WarnsOfTheFirstScanBeforeItIsMapped) {
-  write("far.pcd",
-        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
-        "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n30 0 0\n");
+  write_pcd("far.pcd", "30 0 0\n");
   const std::string fine = run_well("map far.pcd -o m --resolution 0.02").err;
   EXPECT_THAT(fine, HasSubstr("readings reach 30 m"));
   EXPECT_LT(fine.find("readings reach"), fine.find("1/1 scans"));
@@ -314,11 +310,7 @@ TEST_F(MapRun, DoubleLayersAreReportedAndWarnedOf) {
 
   // The same floor again, seen by a camera whose pose slid 4 cm up: at 1 cm that is as good as a board that
   // was laid on it, and both stay.
-  write_floor("slid");
-  std::string poses;
-  for (int i = 0; i < 6; ++i)
-    poses += std::to_string(0.1 * i) + " 0 " + std::to_string(1.04 + floor_height) + " 1 0 0 0\n";
-  write("slid/poses.txt", poses);
+  write_floor("slid", 6, 0.04);
   const Outcome slid = run_well("map floor slid -o m --resolution 0.01 --align off --report r.json");
   ASSERT_EQ(slid.errors.size(), 1U);
   EXPECT_THAT(slid.errors[0], AllOf(HasSubstr("warning: 1 pair"), HasSubstr("4.0 cm"), HasSubstr("report")));
@@ -339,11 +331,7 @@ TEST_F(MapRun, LocalizeFindsWhatTheMapFixes) {
   write_floor();
   run_well("map floor -o m");
   // The camera 4 cm too high; along the floor nothing tells where it is.
-  write_floor("high");
-  std::string poses;
-  for (int i = 0; i < 6; ++i)
-    poses += std::to_string(0.1 * i) + " 0 " + std::to_string(1.04 + floor_height) + " 1 0 0 0\n";
-  write("high/poses.txt", poses);
+  write_floor("high", 6, 0.04);
   const json found = json::parse(run_well("localize m high --json --write-poses found.txt").out);
   ASSERT_EQ(found.size(), 6U);
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -406,16 +394,13 @@ TEST_F(MapRun, OctreesGiveSurfaces) {
 
 TEST_F(MapRun, APillarIsTold) {
   std::string rows;  // radius 0.2 m about (1.5, 0), a metre high, as seen from the origin
-  int points = 0;
   for (int z = 0; z < 110; ++z)
-    for (int a = 0; a < 60; ++a, ++points) {
+    for (int a = 0; a < 60; ++a) {
       const double angle = std::numbers::pi * (0.6 + 0.8 * a / 60);
       rows += std::to_string(1.5 + 0.2 * std::cos(angle)) + " " + std::to_string(0.2 * std::sin(angle)) +
               " " + std::to_string(-0.5 + z / 110.0) + "\n";
     }
-  write("scan.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
-                        std::to_string(points) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
-                        std::to_string(points) + "\nDATA ascii\n" + rows);
+  write_pcd("scan.pcd", rows);
   run_well("map scan.pcd -o m --report r.json");
   EXPECT_EQ(read_json("r.json").at("cylinders"), 1);
   const json pillar = info("m").at("cylinders").at(0);
@@ -431,16 +416,11 @@ TEST_F(MapRun, APillarIsTold) {
 }
 
 TEST_F(MapRun, CloudsThatCameWithoutPosesAreSaidToBe) {
-  const auto write_cloud = [&](const std::string& name, const std::string& viewpoint) {
-    write(name,
-          "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nVIEWPOINT " +
-              viewpoint + "\nPOINTS 1\nDATA ascii\n1 1 1\n");
-  };
-  write_cloud("scans/0.pcd", "0 0 0 1 0 0 0");
+  write_pcd("scans/0.pcd", "1 1 1\n");
   EXPECT_THAT(run_well("map scans -o one").err, HasSubstr("--viewpoint"));
-  write_cloud("scans/1.pcd", "0 0 0 1 0 0 0");
+  write_pcd("scans/1.pcd", "1 1 1\n");
   EXPECT_THAT(run_well("map scans -o two").err, HasSubstr("all 2 scans are mapped from the map's origin"));
-  write_cloud("scans/2.pcd", "0.5 0 0 1 0 0 0");
+  write_pcd("scans/2.pcd", "1 1 1\n", "0.5 0 0 1 0 0 0");
   EXPECT_THAT(run_well("map scans -o three").err, Not(HasSubstr("--poses")));
 }
 
@@ -448,10 +428,7 @@ TEST_F(MapRun, DroppedPointsAreCountedWithTheReason) {
   std::string rows;
   for (int i = 0; i < 100; ++i) rows += std::to_string(1 + 0.01 * i) + " 1 1\n";
   rows += "nan nan nan\n0.05 0 0\n0 0.05 0\n2000 0 0\n-2000 0 0\n0 0 3000\n";
-  write("scan.pcd",
-        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 106\nHEIGHT 1\n"
-        "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 106\nDATA ascii\n" +
-            rows);
+  write_pcd("scan.pcd", rows);
   const std::string summary = run_well("map scan.pcd -o m --min-range 0.1 --report r.json").out;
   EXPECT_THAT(summary, AllOf(HasSubstr("1 points: not finite"), HasSubstr("2 points: nearer than min_range"),
                              HasSubstr("3 points: outside the octree")));

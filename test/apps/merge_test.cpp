@@ -22,7 +22,7 @@ class Merge : public CommandTest {
   /// left, right: halves of a room that overlap; all: the room. right_elsewhere: right, in a frame that lies
   /// 1 m along y and a quarter turn about z from the others'.
   Merge() {
-    made_once("halves", [this] { make(); });
+    made_once("halves" + std::to_string(seed()), [this] { make(); });
   }
   void make() const {
     std::mt19937_64 random = rng();
@@ -33,7 +33,7 @@ class Merge : public CommandTest {
     // Seen from both halves, and not along x.
     scene.rectangle({-0.6, 1.4, 0}, {0.6, -0.5, 0}, {0, 0, 1.6})
         .rectangle({0, 0.9, 0}, {0.6, 0.5, 0}, {0, 0, 1.6});
-    Mapper left, right, all, elsewhere;
+    Mapper left(parameters()), right(parameters()), all(parameters()), elsewhere(parameters());
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.translation().y() = 1;
     T.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -50,6 +50,11 @@ class Merge : public CommandTest {
     save_map(right.map(), folder / "right");
     save_map(all.map(), folder / "all");
     save_map(elsewhere.map(), folder / "right_elsewhere");
+  }
+  static Parameters parameters() {
+    Parameters coarse;
+    coarse.occupancy.resolution = 0.04;
+    return coarse;
   }
   double apart_m2(const std::string& a, const std::string& b) const {
     const json difference = json::parse(run_well("diff --by place --json " + a + " " + b).out);
@@ -139,7 +144,7 @@ TEST_F(Merge, RefusesAnotherResolution) {
 }
 
 TEST_F(Merge, RefusesOtherParametersAndNamesBoth) {
-  Parameters other;
+  Parameters other = parameters();
   other.occupancy.hit = 0.8;
   save_map(Map(other), folder / "other");
   EXPECT_THAT(error_of("merge left other -o both", 1),

@@ -18,8 +18,8 @@ class PlanVerb : public CommandTest {
  protected:
   PlanVerb() {
     made_once("stairs", [this] {
-      run_well("simulate stairs -o scans --frames 40 --noise-scale 0");
-      run_well("map scans -o m");
+      run_well("simulate stairs -o scans --frames 24 --noise-scale 0");
+      run_well("map scans -o m --resolution 0.03");
       for (const auto& entry : std::filesystem::directory_iterator(folder / "scans"))
         if (entry.path().filename() != "truth.json") std::filesystem::remove(entry);
     });

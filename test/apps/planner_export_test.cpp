@@ -9,13 +9,8 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-class PlannerExportVerb : public CommandTest {
+class PlannerExportVerb : public FloorTest {
  protected:
-  PlannerExportVerb() {
-    write_floor();
-    run_well("map floor -o m --align off");
-  }
-
   /// Area of the insets of a file's regions, seen from above.
   double area_of(const std::string& file) const {
     double twice = 0;
@@ -59,11 +54,9 @@ TEST_F(PlannerExportVerb, EveryFormatIsWritten) {
   EXPECT_THAT(run_well("export m --to grid.json --format grid_map --cell 0.1").out,
               HasSubstr("cells of 0.1 m"));
   EXPECT_EQ(read_json("grid.json").at("info").at("resolution"), 0.1);
-}
-
-TEST_F(PlannerExportVerb, EndingsDecideAsEverWithoutAFormat) {
-  run_well("export m --to m.json");
+  run_well("export m --to m.json");  // without --format the ending decides
   EXPECT_EQ(read_json("m.json").at("format"), "octosurf-surfaces");
+  EXPECT_THAT(error_of("export m --to terrain.json --format grid_map", 2), HasSubstr("--force"));
 }
 
 TEST_F(PlannerExportVerb, WhereUpIsGivenEverythingIsTurned) {
@@ -74,11 +67,6 @@ TEST_F(PlannerExportVerb, WhereUpIsGivenEverythingIsTurned) {
   EXPECT_NEAR(1 - 2 * (x * x + y * y), 2 / std::sqrt(5), 0.01);  // z of the normal
   EXPECT_THAT(error_of("export m --to p.json --format planar_terrain --up x", 1), HasSubstr("no surface"));
   EXPECT_THAT(run_well("export m --to up.json --format grid_map").out, ::testing::Not(HasSubstr("turned")));
-}
-
-TEST_F(PlannerExportVerb, WhatIsThereStays) {
-  run_well("export m --to p.json --format grid_map");
-  EXPECT_THAT(error_of("export m --to p.json --format grid_map", 2), HasSubstr("--force"));
 }
 
 }  // namespace

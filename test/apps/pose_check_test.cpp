@@ -38,9 +38,9 @@ class PoseCheck : public CommandTest {
 const Eigen::Matrix4d turned = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
 
 TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
-  run_well("simulate room -o room --frames 16");
+  simulate_room();
   const double area = [&] {
-    run_well("map room -o right --resolution 0.05");
+    run_well("map room -o right --resolution 0.1");
     return info("right")["area_m2"].get<double>();
   }();
   const std::vector<std::pair<std::string, std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>>> forms{
@@ -56,35 +56,31 @@ TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
       {"opengl-inverse", [](const Eigen::Matrix4d& T) { return (T * turned).inverse().eval(); }}};
   for (const auto& [name, change] : forms) {
     change_poses("room", name, change);
-    EXPECT_THAT(error_of("map " + name + " -o wrong --resolution 0.05", 1),
+    EXPECT_THAT(error_of("map " + name + " -o wrong --resolution 0.1", 1),
                 AllOf(HasSubstr("taken as " + name + ";"), HasSubstr("nothing is written"),
                       HasSubstr("--pose-form " + name)));
     EXPECT_FALSE(exists("wrong.surfaces"));
-    run_well("map " + name + " -o maps/" + name + " --resolution 0.05 --pose-form " + name);
+    run_well("map " + name + " -o maps/" + name + " --resolution 0.1 --pose-form " + name);
     EXPECT_NEAR(info("maps/" + name)["area_m2"].get<double>(), area, 0.02 * area) << name;
   }
-  run_well("map inverse -o wrong --resolution 0.05 --pose-form as-given");
+  run_well("map inverse -o wrong --resolution 0.1 --pose-form as-given");
   EXPECT_TRUE(exists("wrong.surfaces"));
 }
 
 TEST_F(PoseCheck, PosesInAnotherUnitThanTheReadingsAreRefused) {
-  run_well("simulate room -o room --frames 16");
-  for (const auto& [name, scale] : {std::pair("4", 4.0),
-                                    {"1000", 1000.0},
-                                    {"0.25", 0.25},
-
-                                    {"10", 10.0},
-                                    {"0.2", 0.2}}) {
+  simulate_room();
+  for (const auto& [name, scale] :
+       {std::pair("4", 4.0), {"1000", 1000.0}, {"0.25", 0.25}, {"10", 10.0}, {"0.2", 0.2}}) {
     change_poses("room", name, [scale = scale](Eigen::Matrix4d T) {
       T.topRightCorner<3, 1>() /= scale;
       return T;
     });
-    const std::string line = error_of("map " + std::string(name) + " -o wrong --resolution 0.05", 1);
+    const std::string line = error_of("map " + std::string(name) + " -o wrong --resolution 0.1", 1);
     EXPECT_THAT(line,
                 AllOf(HasSubstr("--cloud-scale " + std::string(name)), HasSubstr("nothing is written")));
     EXPECT_FALSE(exists("wrong.surfaces"));
   }
-  run_well("map 4 -o wrong --resolution 0.05 --depth-scale 1000");
+  run_well("map 4 -o wrong --resolution 0.1 --depth-scale 1000");
 }
 
 TEST_F(PoseCheck, ACamerasPosesForALidarsScansAreRefused) {
@@ -111,7 +107,7 @@ TEST_F(PoseCheck, ACamerasPosesForALidarsScansAreRefused) {
 
 TEST_F(PoseCheck, RightPosesAreNotRefusedWhereTheyDrift) {
   run_well("simulate corridor -o corridor --length 8 --laps 2 --frames 24 --drift-m 0.3 --drift-deg 3");
-  run_well("map corridor -o corridor --resolution 0.05");
+  run_well("map corridor -o corridor --resolution 0.1");
 }
 
 }  // namespace

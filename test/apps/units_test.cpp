@@ -36,21 +36,24 @@ class Units : public CommandTest {
 
   /// A spinning lidar's cloud of a hall of 12 × 8 × 3 m, in units to the metre. `none`: m, range of every
   /// fourth column, whose rays did not return.
-  void write_hall(const std::string& name, double units, std::optional<double> none = {}) const {
+  void write_hall(const std::string& name, double units, std::optional<double> none = {},
+                  int columns = 512) const {
     std::vector<Eigen::Vector3f> points;
     for (int row = 0; row < 32; ++row)
-      for (int column = 0; column < 512; ++column) {
+      for (int column = 0; column < columns; ++column) {
         const double elevation = (row - 15.5) * 2.5 * std::numbers::pi / 180;
-        const double azimuth = (column + 0.5) * std::numbers::pi / 256;
+        const double azimuth = (column + 0.5) * 2 * std::numbers::pi / columns;
         const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
                                   std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
         const Eigen::Vector3d side(6, 4, ray.z() > 0 ? 2 : 1);
         const double range = none && column % 4 == 0 ? *none : (side.array() / ray.array().abs()).minCoeff();
         points.push_back((units * range * ray).cast<float>());
       }
-    std::string text =
-        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 512\nHEIGHT 32\n"
-        "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 16384\nDATA binary\n";
+    std::string text = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+                       std::to_string(columns) +
+                       "\nHEIGHT 32\n"
+                       "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
+                       std::to_string(32 * columns) + "\nDATA binary\n";
     text.append(reinterpret_cast<const char*>(points.data()), points.size() * sizeof points[0]);
     write(name, text);
   }
@@ -102,7 +105,7 @@ TEST_F(Units, AValueWithoutReturnThatComesLateIsNamed) {
 }
 
 TEST_F(Units, TheResolutionThatIsAdvisedIsAllowed) {
-  write_hall("hall.pcd", 20);  // 19 of 20 readings within 120 m
+  write_hall("hall.pcd", 20, {}, 64);  // 19 of 20 readings within 120 m
   EXPECT_THAT(run("map hall.pcd -o hall --resolution 0.1").err, HasSubstr("--resolution 0."));
 }
 

@@ -12,33 +12,30 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class UpOption : public CommandTest {
+class UpOption : public FloorTest {
  protected:
-  UpOption() { write_floor(); }
   nlohmann::json up_of(const std::string& map, const std::string& more = {}) const {
     return nlohmann::json::parse(run_well("info " + map + " --json " + more).out).at("up");
   }
   double slope_of_first(const std::string& more) const {
-    const auto json = nlohmann::json::parse(run_well("info m --json " + more).out);
-    return json.at("largest").at(0).at("slope_deg");
+    return ask(more, "info").at("largest").at(0).at("slope_deg");
   }
 };
 
 using Json = nlohmann::json;
 
 TEST_F(UpOption, GivenInEveryWay) {
+  EXPECT_EQ(up_of("m").at("direction"), Json({0.0, 0.0, 1.0}));
   write("o.cfg", "up = 0 -1 0\n");
   for (const char* up : {"--up -y", "--up 0 -2 0", "--up=-y", "--up 0,-2,0", "--config o.cfg"}) {
     run_well(std::string("map floor --force -o m --first 1 ") + up);
     EXPECT_EQ(up_of("m").at("direction"), Json({0.0, -1.0, 0.0})) << up;
     EXPECT_EQ(up_of("m").at("from"), "given");
   }
-  run_well("map floor -o n --first 1");
-  EXPECT_EQ(up_of("n").at("direction"), Json({0.0, 0.0, 1.0}));
 }
 
 TEST_F(UpOption, AutoIsToldInReportAndInfo) {
-  const std::string out = run_well("map floor -o m --up auto --report r.json").out;
+  const std::string out = run_well("map floor -o m --force --up auto --report r.json").out;
   EXPECT_THAT(out, HasSubstr("estimated from"));
   const Json up = read_json("r.json").at("up");
   EXPECT_EQ(up.at("from"), "surfaces");
@@ -50,7 +47,6 @@ TEST_F(UpOption, AutoIsToldInReportAndInfo) {
 }
 
 TEST_F(UpOption, AskedForOtherwise) {
-  run_well("map floor -o m");
   EXPECT_NEAR(slope_of_first(""), 0, 0.01);
   EXPECT_NEAR(slope_of_first("--up x"), 90, 0.01);
   EXPECT_NEAR(slope_of_first("--up -z"), 180, 0.01);
@@ -61,16 +57,6 @@ TEST_F(UpOption, AskedForOtherwise) {
   run_well("view m --png y.png --width 64 --height 64 --up -y");
   EXPECT_EQ(read("z.png"), read("same.png"));
   EXPECT_NE(read("z.png"), read("y.png"));
-}
-
-TEST_F(UpOption, QueriesKnowSlopesAndWhatIsBelow) {
-  run_well("map floor -o m");
-  const auto ask = [&](const std::string& what) {
-    return Json::parse(run_well("query m --json " + what).out);
-  };
-  EXPECT_NEAR(ask("--nearest 0.2 0 0.5").at("slope_deg"), 0, 0.01);
-  EXPECT_NEAR(ask("--below 0.2 0 0.5").at("distance_m"), 0.5 - floor_height, 0.003);
-  EXPECT_NEAR(ask("--below 0.2 0 -0.5 --up -z").at("distance_m"), 0.5 + floor_height, 0.003);
 }
 
 TEST_F(UpOption, AnotherAxisIsSuggested) {
@@ -108,8 +94,7 @@ TEST_F(UpOption, WallsThatAreMoreThanTheFloorHideNoOtherAxis) {
 }
 
 TEST_F(UpOption, AMapThatIsGoneOnWithMayGetAnother) {
-  run_well("map floor -o m --first 3");
-  run_well("map floor -o m --resume m --skip 3 --up auto");
+  run_well("map floor --resume m --again --first 1 --up auto");
   EXPECT_EQ(up_of("m").at("from"), "surfaces");
   run_well("map floor -o n --resume m");
   EXPECT_EQ(up_of("n").at("from"), "surfaces") << "kept";

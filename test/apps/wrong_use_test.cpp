@@ -9,7 +9,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-class WrongUse : public CommandTest {};
+class WrongUse : public FloorTest {};
 
 const std::vector<std::string> verbs{"map",   "info",    "export", "view",
                                      "query", "explain", "remap",  "localize"};
@@ -31,13 +31,6 @@ TEST_F(WrongUse, HelpListsTheVerbsALineEach) {
 }
 
 TEST_F(WrongUse, VersionIsTold) { EXPECT_EQ(run_well("--version").out, "octosurf " OCTOSURF_VERSION "\n"); }
-
-TEST_F(WrongUse, InfoOfAFolderSaysHowItsScansAreRead) {
-  run_well("simulate room -o room --frames 3");
-  EXPECT_THAT(run_well("info room").out, AllOf(HasSubstr("scans        3\n"),
-                                               HasSubstr("depth camera, with its pose"), HasSubstr("from ")));
-  EXPECT_THAT(error_of("info room --check", 2), HasSubstr("folder of scans"));
-}
 
 TEST_F(WrongUse, HelpIsAVerb) {
   EXPECT_EQ(run_well("help").out, run_well("--help").out);
@@ -177,8 +170,6 @@ const std::vector<Refused>& refused() {
 }
 
 TEST_F(WrongUse, IsSaidInOneLineAndLeavesNothing) {
-  write_floor();
-  run_well("map floor -o m");
   write("notes.txt", "buy milk\n");
   std::filesystem::create_directory(folder / "empty");
   const std::string before = read("m.surfaces");
@@ -194,29 +185,30 @@ TEST_F(WrongUse, IsSaidInOneLineAndLeavesNothing) {
 }
 
 TEST_F(WrongUse, PosesDoNotMatchOrIntrinsicsAreMissing) {
-  write_floor();
   write("five.txt", "0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n");
-  EXPECT_THAT(error_of("map floor -o m --poses five.txt", 1),
+  EXPECT_THAT(error_of("map floor -o n --poses five.txt", 1),
               AllOf(HasSubstr("five.txt"), HasSubstr("5"), HasSubstr("6")));
   std::filesystem::remove(folder / "floor/intrinsics.txt");
-  EXPECT_THAT(error_of("map floor -o m", 1), AllOf(HasSubstr("floor"), HasSubstr("--intrinsics")));
-  EXPECT_FALSE(exists("m.surfaces"));
+  EXPECT_THAT(error_of("map floor -o n", 1), AllOf(HasSubstr("floor"), HasSubstr("--intrinsics")));
+  EXPECT_FALSE(exists("n.surfaces"));
 }
 
 TEST_F(WrongUse, OutputsAreNotOverwrittenSilently) {
-  write_floor();
-  write("m.surfaces", "precious");
-  EXPECT_THAT(error_of("map floor -o m", 2), AllOf(HasSubstr("m.surfaces"), HasSubstr("--force")));
-  EXPECT_EQ(read("m.surfaces"), "precious");
-  write("other.bt", "precious");
-  EXPECT_THAT(error_of("map floor -o other", 2), AllOf(HasSubstr("other.bt"), HasSubstr("--force")));
-  write("report.json", "precious");
-  EXPECT_THAT(error_of("map floor -o third --report report.json", 2),
-              AllOf(HasSubstr("report.json"), HasSubstr("--force")));
-  EXPECT_EQ(read("report.json"), "precious");
+  const std::vector<std::pair<std::string, std::string>> taken{
+      {"m.surfaces", "map floor -o m"},
+      {"other.bt", "map floor -o other"},
+      {"report.json", "map floor -o third --report report.json"},
+      {"run.mcap", "map floor -o third --mcap run.mcap"}};
+  for (const auto& [file, arguments] : taken) {
+    write(file, "precious");
+    EXPECT_THAT(error_of(arguments, 2), AllOf(HasSubstr(file), HasSubstr("--force")));
+    EXPECT_EQ(read(file), "precious");
+  }
   EXPECT_FALSE(exists("third.surfaces"));
-  run_well("map floor -o m --report report.json --force");
+  run_well("map floor -o m --report report.json --mcap run.mcap --force");
   EXPECT_EQ(info("m").at("scans"), 6);
+  EXPECT_NE(read("run.mcap"), "precious");
+  EXPECT_THAT(error_of("export m --to run.mcap", 2), HasSubstr("--force"));
   EXPECT_EQ(read_json("report.json").at("scans"), 6);
 }
 

@@ -9,17 +9,10 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-<<<<<<< HEAD
     "include": (["include"], 3_662),
     "core": (["src/core"], 20_729),
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
     "io": (["src/io"], 13_321),
-=======
-    "include": (["include"], 3_787),
-    "core": (["src/core"], 20_581),
-    "octomap, pcl": (["src/octomap", "src/pcl"], 681),
-    "io": (["src/io"], 14_147),
->>>>>>> d3899faa (Give a map its limit of memory; none is the process's)
     "planning": (["src/planning"], 8_643),
     "apps": (["apps"], 8_667),
     "ros": (["ros"], 2_289),

@@ -3,19 +3,11 @@
 #include "support/bag_writer.hpp"
 #include "support/paths.hpp"
 
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <cstdlib>
-#include <fstream>
-#include <iomanip>
-#include <limits>
-#include <sstream>
 #include <unistd.h>
 
 namespace octosurf::test {
 namespace {
-
-namespace fs = std::filesystem;
 
 // No multicast, which loopbacks need not have; peers are looked for by unicast.
 constexpr const char* loopback =
@@ -25,26 +17,9 @@ constexpr const char* loopback =
 
 bool is_scan(const std::string& topic) { return topic == "/camera/depth/image" || topic == "/lidar/points"; }
 
-/// The poses of a 7-Scenes folder as quaternions, which is how bags have them.
-void write_poses_of(const fs::path& recording) {
-  std::ofstream poses(recording / "poses.txt");
-  poses.precision(std::numeric_limits<double>::max_digits10);
-  for (int frame = 0;; ++frame) {
-    std::ostringstream name;
-    name << "frame-" << std::setw(6) << std::setfill('0') << frame << ".pose.txt";
-    std::ifstream in(recording / name.str());
-    if (!in) return;
-    Eigen::Matrix4d T;
-    for (int i = 0; i < 16; ++i) in >> T(i / 4, i % 4);
-    const Eigen::Quaterniond q(Eigen::Matrix3d(T.topLeftCorner<3, 3>()));
-    poses << T(0, 3) << ' ' << T(1, 3) << ' ' << T(2, 3) << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
-          << ' ' << q.w() << '\n';
-  }
-}
-
 }  // namespace
 
-Player::Player(Vendor& vendor, const fs::path& bag, Qos scans)
+Player::Player(Vendor& vendor, const std::filesystem::path& bag, Qos scans)
     : images(vendor, "rt/camera/depth/image", scans),
       cameras(vendor, "rt/camera/depth/camera_info", Qos::best_effort),
       clouds(vendor, "rt/lidar/points", scans),
@@ -64,14 +39,7 @@ Player::Player(Vendor& vendor, const fs::path& bag, Qos scans)
 bool Player::is_heard(const Status& status, std::uint32_t scan_publishers) const {
   const auto heard = [&](const std::function<void()>& speak, const std::function<std::uint64_t()>& count) {
     const std::uint64_t before = count();
-    for (int attempt = 0; attempt < 60; ++attempt) {
-      speak();
-      for (int tenths = 0; tenths < 10; ++tenths) {
-        if (count() > before) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
-      }
-    }
-    return false;
+    return spoken_until(speak, [&] { return count() > before; });
   };
   sensor_msgs::msg::dds_::Image_ image;
   sensor_msgs::msg::dds_::PointCloud2_ cloud;
@@ -115,8 +83,8 @@ void NodeTest::SetUp() {
 
 std::unique_ptr<Running> NodeTest::start(const std::vector<std::string>& arguments) const {
   // No budget: what waits is looked at in the end, while the node goes on for later scans.
-  std::vector<std::string> all{"--domain", std::to_string(domain), "--publish",
-                               "0.05",     "--detection-budget",   "0"};
+  std::vector<std::string> all{"--domain", std::to_string(domain), "--publish", "0.05", "--detection-budget",
+                               "0",        "--resolution",         "0.05"};
   all.insert(all.end(), arguments.begin(), arguments.end());
   return std::make_unique<Running>(folder, all, paths::dds_node());
 }
@@ -127,11 +95,23 @@ int NodeTest::end(Running& node) {
 }
 
 void NodeTest::record(const std::string& simulate, const std::string& bag) const {
-  run_well("simulate room -o sim " + simulate);
-  if (!exists("sim/poses.txt")) write_poses_of(folder / "sim");
-  write_bag_of(folder / "sim", folder / "walk.db3", bag);
-  run_well("map walk.db3 -o offline --detection-budget 0 --forget-scans");
+  made_once(simulate + bag, [&] {
+    simulate_for_bag("sim", simulate);
+    write_bag_of(folder / "sim", folder / "walk.db3", bag);
+    std::filesystem::remove_all(folder / "sim");
+    map_offline("offline");
+  });
   ASSERT_GT(info("offline").at("surfaces"), 3);
+}
+
+void NodeTest::map_offline(const std::string& map, const std::string& more) const {
+  run_well("map walk.db3 --force -o " + map + " --resolution 0.05 --detection-budget 0 --forget-scans " +
+           more);
+}
+
+void NodeTest::expect_live_is(const std::string& map) const {
+  for (const char* ending : {".surfaces", ".bt"})
+    EXPECT_TRUE(read(std::string("live") + ending) == read(map + ending)) << ending;
 }
 
 }  // namespace octosurf::test

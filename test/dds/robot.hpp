@@ -59,8 +59,11 @@ class NodeTest : public CommandTest {
   static int end(Running& node);
 
   /// A simulated recording as bag "walk.db3", options of `simulate` and of write_bag.py, and the map that
-  /// `octosurf map` makes of it, "offline".
-  void record(const std::string& simulate, const std::string& bag) const;
+  /// `octosurf map` makes of it, "offline". Made once in a process.
+  void record(const std::string& simulate = "--frames 6", const std::string& bag = {}) const;
+  /// The map of "walk.db3" as a node makes it.
+  void map_offline(const std::string& map, const std::string& more = {}) const;
+  void expect_live_is(const std::string& map) const;
 
   std::uint32_t domain = 0;
   std::unique_ptr<Vendor> vendor;

@@ -19,15 +19,25 @@ namespace octosurf::test {
 
 enum class Qos { best_effort, reliable, latched };
 
-/// Asks again and again until `holds` or a minute is over; returns whether it holds. On a machine that does
+/// Asks again and again until `holds` or the time is over; returns whether it holds. On a machine that does
 /// anything at all it is a matter of tenths of a second.
-inline bool wait_until(const std::function<bool()>& holds) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+inline bool wait_until(const std::function<bool()>& holds,
+                       std::chrono::milliseconds longest = std::chrono::minutes(1)) {
+  const auto end = std::chrono::steady_clock::now() + longest;
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   return true;
+}
+
+/// The same for what is heard only by who knows the speaker already: it speaks again and again.
+inline bool spoken_until(const std::function<void()>& speak, const std::function<bool()>& holds,
+                         std::chrono::milliseconds pause = std::chrono::seconds(1)) {
+  return wait_until([&] {
+    speak();
+    return wait_until(holds, pause);
+  });
 }
 
 /// A participant on the loopback alone.
@@ -126,12 +136,8 @@ class Client {
     const auto answered = [&] {
       return replies_.last().call().number() == number_ && replies_.last().call().client() == me;
     };
-    // A service that does not know the client yet does not hear it: it is asked again.
-    for (int tenths = 0; tenths < 600 && !answered(); ++tenths) {
-      if (tenths % 50 == 0) requests_.publish(request);
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-    if (answered()) return replies_.last();
+    if (spoken_until([&] { requests_.publish(request); }, answered, std::chrono::seconds(5)))
+      return replies_.last();
     return {};
   }
 

@@ -32,8 +32,11 @@ class MappedStair {
     simulation::SimulationOptions options;
     options.scene = "stairs";
     options.seed = test::seed();
+    options.frames = 80;
     const simulation::Recording recording(options);
-    Mapper mapper;
+    Parameters coarse;
+    coarse.occupancy.resolution = 0.03;
+    Mapper mapper(coarse);
     for (std::size_t i = 0; i < recording.size(); ++i) mapper.insert(recording.scan(i));
     snapshot = mapper.snapshot();
     octree = mapper.map().octree();

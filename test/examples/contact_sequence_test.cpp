@@ -42,9 +42,11 @@ class Stairs {
     simulation::SimulationOptions options;
     options.mesh = mesh();
     options.seed = test::seed();
-    options.frames = 150;
+    options.frames = 75;
     const simulation::Recording recording(options);
-    Mapper mapper;
+    Parameters coarse;
+    coarse.occupancy.resolution = 0.03;
+    Mapper mapper(coarse);
     for (std::size_t i = 0; i < recording.size(); ++i) mapper.insert(recording.scan(i));
     // Simulated worlds stand a little askew; the optimiser's has z for up.
     const Up up = up_from_surfaces(mapper.map());

@@ -106,10 +106,12 @@ TEST(Changes, ALogKeepsItsOrderOverItsChunks) {
 }
 
 /// A table that is moved about on a floor: surfaces grow together, are parted, go.
-std::vector<std::shared_ptr<const Snapshot>> moving_table(std::uint64_t seed) {
-  std::mt19937_64 rng(seed);
+std::vector<std::shared_ptr<const Snapshot>> map_moving_table() {
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> place(-0.8, 0.8);
-  Mapper mapper;
+  Parameters coarse;
+  coarse.occupancy.resolution = 0.04;
+  Mapper mapper(coarse);
   std::vector<std::shared_ptr<const Snapshot>> snapshots{mapper.snapshot()};
   Eigen::Vector2d table(place(rng), place(rng));
   for (int i = 0; i < 40; ++i) {
@@ -122,6 +124,14 @@ std::vector<std::shared_ptr<const Snapshot>> moving_table(std::uint64_t seed) {
     mapper.insert(test::camera_scan(scene, test::look_at(eye, {0.2 * place(rng), 0.2 * place(rng), 0}), rng));
     snapshots.push_back(mapper.snapshot());
   }
+  return snapshots;
+}
+
+/// The same for all tests of a seed.
+const std::vector<std::shared_ptr<const Snapshot>>& moving_table() {
+  static std::map<std::uint64_t, std::vector<std::shared_ptr<const Snapshot>>> all;
+  auto& snapshots = all[test::seed()];
+  if (snapshots.empty()) snapshots = map_moving_table();
   return snapshots;
 }
 
@@ -141,7 +151,7 @@ Heirs heirs(const Snapshot& before, const Snapshot& after) {
 }
 
 TEST(Changes, WhoFollowsThemHasWhatTheSnapshotHas) {
-  const auto snapshots = moving_table(test::seed());
+  const auto& snapshots = moving_table();
   std::size_t gone = 0, merged = 0;
   for (std::size_t i = 0; i < snapshots.size(); ++i)
     for (std::size_t j = i; j < snapshots.size(); j += 1 + j % 5) {
@@ -169,7 +179,7 @@ TEST(Changes, WhoFollowsThemHasWhatTheSnapshotHas) {
 }
 
 TEST(Changes, LineageOverManyScansIsThatOverEachOfThem) {
-  const auto snapshots = moving_table(test::seed());
+  const auto& snapshots = moving_table();
   for (std::size_t i = 0; i + 1 < snapshots.size(); i += 3) {
     Heirs step_by_step;
     for (const SurfacePtr& s : snapshots[i]->surfaces) step_by_step[s->id] = {s->id};

@@ -69,11 +69,7 @@ TEST(Foothold, AgreesWithTheRegion) {
   std::mt19937_64 random(test::seed());
   for (int i = 0; i < 20 && !HasFailure(); ++i) {
     Asked asked{surface(5, {random_polygon(random)}, pose({1, -2, 0.5}, 0.4, {3, -5, 1.5})),
-                ContactShape::rectangle(0.22, 0.11, 0.05),
-                0.7 * i,
-                {},
-                nullptr,
-                nullptr};
+                ContactShape::rectangle(0.22, 0.11, 0.05), 0.7 * i};
     if (i % 3 == 1) asked.limits.edge_margin_m = 0.04;
     if (i % 3 == 2) asked.shape = ContactShape::disc(0.08);
     expect_agree(asked, random, 300);
@@ -99,8 +95,7 @@ TEST(Foothold, AgreesWithTheRegionBesideFrontiersAndObstacles) {
                 ContactShape::rectangle(0.2, 0.1),
                 0.7 * i,
                 {},
-                &octree,
-                nullptr};
+                &octree};
     asked.limits.clearance_m = 0.6;
     asked.limits.obstacle_margin_m = i % 2 == 0 ? 0 : 0.05;
     asked.limits.edge_margin_m = 0.01;
@@ -136,11 +131,7 @@ TEST(Foothold, TellsTheShareOfSupport) {
   std::mt19937_64 random(test::seed());
   std::uniform_real_distribution<double> uniform(-2, 2);
   const Asked asked{surface(5, {random_polygon(random), {box(3, 0, 0.1, 0.1), {}}}),
-                    ContactShape::rectangle(0.4, 0.3, 0.1),
-                    0.6,
-                    {},
-                    nullptr,
-                    nullptr};
+                    ContactShape::rectangle(0.4, 0.3, 0.1), 0.6};
   int partly = 0;
   constexpr int steps = 60;
   for (int i = 0; i < 60; ++i) {
@@ -164,11 +155,7 @@ TEST(Foothold, TellsTheShareOfSupport) {
 
 TEST(Foothold, TellsTheMarginToTheNearestEdge) {
   const Asked asked{surface(5, {{box(0, 0, 1, 1), {reversed(box(0.5, 0.5, 0.01, 0.01))}}}),
-                    ContactShape::rectangle(0.2, 0.1),
-                    0,
-                    {},
-                    nullptr,
-                    nullptr};
+                    ContactShape::rectangle(0.2, 0.1), 0};
   EXPECT_NEAR(asked.at({0.2, 0.3}).margin_m, 0.1, 1e-12);
   EXPECT_NEAR(asked.at({0.3, 0.4}).margin_m, std::hypot(0.1, 0.05), 1e-12);  // from corner to corner
   EXPECT_NEAR(asked.at({0.09, 0.3}).margin_m, -0.01, 1e-12);                 // a centimetre over the edge
@@ -178,18 +165,14 @@ TEST(Foothold, TellsTheMarginToTheNearestEdge) {
   EXPECT_NEAR(asked.at({-3, 0.3}).margin_m, -0.05, 1e-12);  // never more than half the contact's width
   EXPECT_EQ(asked.at({-3, 0.3}).supported, 0);
   EXPECT_NEAR(asked.at({0.9, 0.3}).margin_m, 0, 1e-12);
-  const Asked disc{asked.on, ContactShape::disc(0.1), 0, {}, nullptr, nullptr};
+  const Asked disc{asked.on, ContactShape::disc(0.1), 0};
   EXPECT_NEAR(disc.at({0.3, 0.4}).margin_m, std::hypot(0.2, 0.1) - 0.1, 1e-12);
   EXPECT_NEAR(disc.at({0.08, 0.3}).margin_m, -0.02, 0.005 * 0.1);
 }
 
 TEST(Foothold, NamesTheFirstLimitInOrder) {
   Asked asked{surface(5, {{box(0, 0, 1, 1), {}}}, pose({1, 0, 0}, 0.2, {0, 0, 0})),
-              ContactShape::rectangle(0.2, 0.1),
-              0,
-              {},
-              nullptr,
-              nullptr};
+              ContactShape::rectangle(0.2, 0.1), 0};
   EXPECT_FALSE(asked.at({0.5, 0.5}).refused);
   EXPECT_EQ(asked.at({0.05, 0.5}).refused, ContactRefusal::support);
   asked.limits.edge_margin_m = 0.1;

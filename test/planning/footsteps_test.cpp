@@ -274,7 +274,7 @@ TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
   // fixed: a step is longer than the wall is thick, so the guide led through it, and 20,000 expansions before
   // it found nothing.
   const auto floor = walked_snapshot({slab(1, 0, -5, 0, 12, 10)});
-  const OccupancyView octree = octree_with({{Eigen::Vector3d(6, -5, 0.6), Eigen::Vector3d(6.1, 3.5, 1.5)}});
+  const OccupancyView octree = octree_with({{Eigen::Vector3d(6, -5, 0.6), Eigen::Vector3d(6.1, 3.5, 0.8)}});
   FootstepPlanner planner(floor, octree, Biped{});
   const FootstepPlan plan = planner.plan({{4, -2, 0}, 0}, {{8, -2, 0}, 0});
   ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
@@ -282,8 +282,9 @@ TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
 }
 
 TEST(Footsteps, AWallAcrossTheWayIsRefusedForItsClearance) {
-  const auto floor = walked_snapshot({slab(1, -1, -0.6, 0, 4, 1.2)});
-  const OccupancyView octree = octree_with({{Eigen::Vector3d(0.9, -1, 0.02), Eigen::Vector3d(0.94, 1, 1.5)}});
+  const auto floor = walked_snapshot({slab(1, -0.4, -0.4, 0, 3.4, 0.8)});
+  const OccupancyView octree =
+      octree_with({{Eigen::Vector3d(0.9, -0.6, 0.02), Eigen::Vector3d(0.94, 0.6, 1.0)}});
   FootstepPlanner planner(floor, octree, Biped{});
   const FootstepPlan plan = planner.plan({{0, 0, 0}, 0}, {{2.2, 0, 0}, 0});
   ASSERT_FALSE(plan.found());

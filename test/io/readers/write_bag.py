@@ -16,6 +16,7 @@ cloud      plain, doubles, padded, big, organised [plain]
 scans      so many at most                       [all]
 chunk      bytes of a chunk; 0: no chunks        [768 kB]
 """
+import functools
 import math
 import os
 import re
@@ -28,6 +29,7 @@ START_NS = 1_700_000_000_000_000_000
 
 # ---- the recording ----
 
+@functools.lru_cache
 def read_png(file):
     """16-bit gray, as rows of bytes, big-endian."""
     data = open(file, 'rb').read()
