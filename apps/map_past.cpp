@@ -3,6 +3,7 @@
 #include "io/map_file/past.hpp"
 #include "io/text_file.hpp"
 #include "output_files.hpp"
+#include "surface_table.hpp"
 
 #include <CLI/CLI.hpp>
 #include <array>

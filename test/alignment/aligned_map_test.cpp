@@ -106,8 +106,7 @@ TEST(AlignedMap, ExactPosesGiveTheSameMapAsWithoutAlignment) {
     std::istringstream in(out.str());
     io::MapFile read = io::read_map(in, out.str().size(), "map");
     read.state->parameters.alignment.enabled = false;
-    read.state->alignment = {};
-    read.state->patches = {};
+    read.state->alignment.reset();
     return bytes_of(*read.state);
   };
   EXPECT_TRUE(bare(with) == bare(without));

@@ -32,7 +32,7 @@ struct Asked {
   Surface on;
   ContactShape shape;
   double yaw = 0;
-  ContactLimits limits;
+  ContactLimits limits{};
   const OccupancyView* octree = nullptr;
   const std::vector<PolygonEdges>* edges = nullptr;
 
