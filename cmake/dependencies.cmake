@@ -76,9 +76,8 @@ if(OCTOSURF_BUILD_PCL OR OCTOSURF_BUILD_TESTS)
     endforeach()
   endfunction()
   octosurf_pcl_target(octosurf_pcl_parts common search kdtree octree filters features sample_consensus segmentation)
-  find_package(PkgConfig REQUIRED)
-  pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)  # src/pcl: FLANN's headers, which PCL's include
-  target_link_libraries(octosurf_pcl_parts INTERFACE PkgConfig::lz4)
+  find_library(octosurf_lz4 lz4 REQUIRED)  # src/pcl: FLANN's headers, which PCL's include
+  target_link_libraries(octosurf_pcl_parts INTERFACE ${octosurf_lz4})
 endif()
 if(OCTOSURF_BUILD_TESTS)
   find_package(GTest REQUIRED)                         # test

@@ -15,9 +15,9 @@ import numpy as np
 import octosurf
 
 
-def png(pixels):
+def png(pixels: "np.ndarray[tuple[int, int], np.dtype[np.float64]]") -> bytes:
     """Of (rows, columns) uint16."""
-    def chunk(kind, data):
+    def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     rows = b"".join(b"\0" + row.tobytes() for row in pixels.astype(">u2"))
@@ -25,7 +25,7 @@ def png(pixels):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
 
 
-def main():
+def main() -> None:
     file, cell = pathlib.Path(sys.argv[2]), float(sys.argv[3]) if len(sys.argv) > 3 else 0.0
     grid = octosurf.height_grid(octosurf.load(sys.argv[1]).snapshot(), cell=cell)
     heights = grid.elevation.T[:, ::-1]  # the grid's columns run against y, its rows against x

@@ -14,7 +14,8 @@ class PlannerExportVerb : public FloorTest {
   /// Area of the insets of a file's regions, seen from above.
   double area_of(const std::string& file) const {
     double twice = 0;
-    for (const json& region : read_json(file).at("planarRegions"))
+    const json terrain = read_json(file);
+    for (const json& region : terrain.at("planarRegions"))
       for (const json& inset : region.at("insets")) {
         const json& ring = inset.at("outer_boundary").at("points");
         for (std::size_t i = 0; i < ring.size(); ++i) {

@@ -59,7 +59,7 @@ class Remap : public CommandTest {
 
   /// Twelve depth images "room" of a table in a corner, from sides that change, 2 mm of noise; poses.txt.
   void write_room() const {
-    made_once("table" + std::to_string(seed()), [this] { make_room(); });
+    made_once("corner" + std::to_string(seed()), [this] { make_room(); });
   }
   void make_room() const {
     constexpr int images = 12;

@@ -10,16 +10,16 @@ import sys
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
     "include": (["include"], 3_662),
-    "core": (["src/core"], 20_729),
+    "core": (["src/core"], 20_568),
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
-    "io": (["src/io"], 13_321),
-    "planning": (["src/planning"], 8_643),
-    "apps": (["apps"], 8_667),
-    "ros": (["ros"], 2_289),
-    "bindings": (["bindings"], 3_902),
+    "io": (["src/io"], 13_330),
+    "planning": (["src/planning"], 8_642),
+    "apps": (["apps"], 8_787),
+    "ros": (["ros"], 2_287),
+    "bindings": (["bindings"], 3_810),
     "web": (["web"], 2_849),
-    "lab": (["lab", "-lab/test"], 7_016),
-    "tests": (["test", "lab/test"], 48_997),
+    "lab": (["lab", "-lab/test"], 6_933),
+    "tests": (["test", "lab/test"], 48_274),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}

@@ -49,7 +49,7 @@ class Packages(unittest.TestCase):
         pipe = pipe.replace("out/python/octosurf/*.so", f"{world.BUILD}/python/octosurf/*.so")
         done = subprocess.run(["sh", "-c", pipe], check=True, capture_output=True, text=True)
         packages = done.stdout.split()
-        for start in ("libstdc++6", "libassimp", "libembree", "libpcl-segmentation", "liboctomap", "libprotobuf"):
+        for start in ("libstdc++6", "libassimp", "libembree", "libpcl-common", "liboctomap", "libprotobuf"):
             self.assertTrue([one for one in packages if one.startswith(start)], f"{start} is not among {packages}")
         self.assertFalse([one for one in packages if one.startswith("lib32") or one.endswith("-dev")], packages)
 

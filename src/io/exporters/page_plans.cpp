@@ -49,7 +49,7 @@ Json plans_json(const std::vector<PagePlan>& plans) {
   for (const PagePlan& plan : plans) {
     try {
       list.push_back(drawn(plan));
-    } catch (const std::runtime_error& error) {
+    } catch (const std::exception& error) {  // JSON's are no runtime errors
       throw Error(Error::Kind::data, plan.name, std::string("is no plan: ") + error.what(),
                   "give what octosurf plan -o FILE.json has written");
     }
