@@ -10,13 +10,15 @@ holds in the piece, rows of unit length: one for each edge, from the first verte
 import argparse
 import json
 import math
+from typing import Any, Optional
 
 import numpy as np
+from numpy.typing import NDArray
 
 import octosurf
 
 
-def sl1m_piece(identity, normal, vertices):
+def sl1m_piece(identity: int, normal: NDArray[np.float64], vertices: NDArray[np.float64]) -> dict[str, Any]:
     sides = np.roll(vertices, -1, axis=0) - vertices
     doubled_areas = np.linalg.norm(np.cross(sides, np.roll(sides, -1, axis=0)), axis=1)
     ring = np.roll(vertices, -int(doubled_areas.argmax()), axis=0)
@@ -26,19 +28,20 @@ def sl1m_piece(identity, normal, vertices):
             "b": (A @ ring.T).max(axis=1).tolist()}
 
 
-def sl1m_pieces(loaded, foot, yaw_rad=None, most=12, **limits):
+def sl1m_pieces(loaded: octosurf.Map, foot: octosurf.ContactShape, yaw_rad: Optional[float] = None, most: int = 12,
+                **limits: Any) -> list[dict[str, Any]]:
     """At most `most` pieces a surface, the largest first; `limits` are ContactLimits' fields."""
     octree, up = loaded.octree(), loaded.snapshot().up()
     snapshot = octosurf.with_gaps(loaded.snapshot(), octree, octosurf.widest_unseen_of(foot))
-    limits, pieces = octosurf.ContactLimits(up=up, **limits), []
+    within, pieces = octosurf.ContactLimits(up=up, **limits), list[dict[str, Any]]()
     for surface in snapshot.surfaces:
-        region = octosurf.contact_region(surface, foot, yaw_rad, limits, octree=octree, others=snapshot)
+        region = octosurf.contact_region(surface, foot, yaw_rad, within, octree=octree, others=snapshot)
         planned = octosurf.PlannerSurface(surface, region, octosurf.convex_pieces(surface, region, most), up)
         pieces += [sl1m_piece(surface.id, planned.T_world_surface[:3, 2], piece.vertices) for piece in planned.pieces]
     return pieces
 
 
-def main():
+def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("map")
     arguments.add_argument("pieces")
