@@ -1,8 +1,11 @@
 #pragma once
 
+#include "arrays.hpp"
+
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -11,11 +14,15 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include <octosurf/alignment.hpp>
 #include <octosurf/boundary.hpp>
+#include <octosurf/changes.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/explain.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/footsteps.hpp>
 #include <octosurf/gaps.hpp>
@@ -25,7 +32,7 @@
 #include <octosurf/up.hpp>
 
 // How octosurf's types are said in Python where they are no classes of their own: enumerations are strings,
-// poses are 4×4 arrays.
+// poses are 4×4 arrays, heirs are pairs (before, now).
 
 namespace octosurf::python {
 
@@ -47,6 +54,11 @@ inline constexpr std::array<std::string_view, 3> up_source_names{"given", "surfa
 inline constexpr std::array<std::string_view, 2> detector_names{"likelihood", "paper"};
 inline constexpr std::array<std::string_view, 2> departed_names{"surface", "cylinder"};
 inline constexpr std::array<std::string_view, 4> no_plan_names{"start", "goal", "unreachable", "budget"};
+inline constexpr auto reason_names = [] {
+  std::array<std::string_view, reason_texts.size()> names;
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = reason_texts[i].name;
+  return names;
+}();
 
 OCTOSURF_NAMES(Error::Kind, "kind of error", error_kind_names);
 OCTOSURF_NAMES(SensorKind, "sensor", sensor_names);
@@ -65,6 +77,7 @@ OCTOSURF_NAMES(ExportPart, "part", export_part_names);
 OCTOSURF_NAMES(ViewFrom, "view", view_names);
 OCTOSURF_NAMES(StairKind, "course", stair_kind_names);
 OCTOSURF_NAMES(Ground, "kind of ground", ground_names);
+OCTOSURF_NAMES(Reason, "reason", reason_names);
 
 #undef OCTOSURF_NAMES
 
@@ -79,9 +92,64 @@ E named(std::string_view name) {
               "give one of " + all);
 }
 
+template <class Field>
+inline constexpr bool is_optional = false;
+template <class T>
+inline constexpr bool is_optional<std::optional<T>> = true;
+
+/// What types alone do not say of a field: "(3,) float64, a view"; "\"left\", \"right\""; empty: nothing.
+template <class Field>
+std::string form_of() {
+  if constexpr (std::is_same_v<Field, Eigen::Isometry3d>) {
+    return "(4, 4) float64; a copy";
+  } else if constexpr (std::is_same_v<Field, std::vector<Ring2>>) {
+    return "List of (N, 2) float64; read-only views";
+  } else if constexpr (is_optional<Field>) {
+    return form_of<typename Field::value_type>();
+  } else if constexpr (is_viewed<Field>) {
+    using Element = Row<typename Field::value_type>;
+    return "(N, " + std::to_string(Element::columns) + ") " +
+           std::string(pybind11::str(pybind11::dtype::of<typename Element::Number>())) + "; a read-only view";
+  } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<Field>, Field>) {
+    constexpr int rows = Field::RowsAtCompileTime, columns = Field::ColsAtCompileTime;
+    const auto size = [](int count) { return count == Eigen::Dynamic ? "N" : std::to_string(count); };
+    return "(" + size(rows) + "," + (columns == 1 ? "" : " " + size(columns)) + ") " +
+           std::string(pybind11::str(pybind11::dtype::of<typename Field::Scalar>()));
+  } else if constexpr (requires { Names<Field>::what; }) {
+    std::string all;
+    for (const std::string_view name : Names<Field>::list)
+      all += (all.empty() ? "\"" : ", \"") + std::string(name) + "\"";
+    return all;
+  } else if constexpr (requires { Names<typename Field::value_type>::what; }) {
+    return form_of<typename Field::value_type>();
+  } else {
+    return "";
+  }
+}
+
 }  // namespace octosurf::python
 
 namespace pybind11::detail {
+
+template <class Heir>
+struct HeirCaster {
+  using Ids = std::pair<std::uint32_t, std::uint32_t>;
+  PYBIND11_TYPE_CASTER(Heir, make_caster<Ids>::name);
+
+  bool load(handle source, bool) {
+    const auto [before, now] = source.cast<Ids>();
+    value.before = before;
+    value.now = now;
+    return true;
+  }
+  static handle cast(const Heir& heir, return_value_policy policy, handle parent) {
+    return make_caster<Ids>::cast(Ids(heir.before, heir.now), policy, parent);
+  }
+};
+template <>
+struct type_caster<octosurf::MapChanges::Heir> : HeirCaster<octosurf::MapChanges::Heir> {};
+template <>
+struct type_caster<octosurf::MapChanges::CylinderHeir> : HeirCaster<octosurf::MapChanges::CylinderHeir> {};
 
 /// Enumerations that have Names.
 template <class E>

@@ -1,16 +1,13 @@
 // octosurf::Error as octosurf.Error.
 #include "bind.hpp"
-#include "casters.hpp"
 
 #include <exception>
 #include <regex>
-#include <string>
-#include <utility>
 
 namespace octosurf::python {
 namespace {
 
-constexpr const char* doc =
+constexpr const char* error_doc =
     R"(What failed, where, and how to mend it; str() is one line "where: what; mend".
 
 kind: "usage" (the caller asked for something that makes no sense), "data" (a file, an image, a cloud or a pose is
@@ -24,11 +21,11 @@ When memory runs out, MemoryError is raised instead.)";
 PyObject* error_type = nullptr;
 
 /// File names may contain any bytes; decoded as by os.fsdecode().
-pybind11::str text(const std::string& bytes) {
+py::str text(const std::string& bytes) {
   PyObject* const decoded =
       PyUnicode_DecodeFSDefaultAndSize(bytes.data(), static_cast<Py_ssize_t>(bytes.size()));
-  if (decoded == nullptr) throw pybind11::error_already_set();
-  return pybind11::reinterpret_steal<pybind11::str>(decoded);
+  if (decoded == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(decoded);
 }
 
 /// Of the command's options, those whose keyword is not their name with `_`.
@@ -80,7 +77,6 @@ std::string line_of(const Error& error) {
 }
 
 void raise(const Error& error) {
-  namespace py = pybind11;
   const py::object raised = py::handle(error_type)(text(line_of(error)));
   raised.attr("kind") = py::cast(error.kind());
   raised.attr("where") = text(place_of(error));
@@ -90,11 +86,11 @@ void raise(const Error& error) {
 
 }  // namespace
 
-void bind_error(pybind11::module_& module) {
-  error_type = PyErr_NewExceptionWithDoc("octosurf.Error", doc, nullptr, nullptr);
-  if (error_type == nullptr) throw pybind11::error_already_set();
+void bind_error(Module& module) {
+  error_type = PyErr_NewExceptionWithDoc("octosurf.Error", error_doc, nullptr, nullptr);
+  if (error_type == nullptr) throw py::error_already_set();
   module.add_object("Error", error_type);
-  pybind11::register_exception_translator([](std::exception_ptr thrown) {
+  py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const Error& error) {

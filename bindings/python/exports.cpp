@@ -1,32 +1,25 @@
-// octosurf/export.hpp in Python: surfaces in files other programs read, and pictures.
-#include "bind.hpp"
-#include "casters.hpp"
-#include "map_up.hpp"
+// octosurf/export.hpp, planner_formats.hpp and height_grid.hpp in Python: surfaces in files other programs
+// read, and pictures.
+#include "map_holder.hpp"
 
-#include <filesystem>
 #include <map>
-#include <memory>
-#include <optional>
-#include <utility>
-#include <vector>
+#include <numbers>
 
 #include <octosurf/export.hpp>
-
-namespace py = pybind11;
+#include <octosurf/planner_formats.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf::python {
 namespace {
 
 namespace fs = std::filesystem;
 using SurfaceEdges = std::map<SurfaceId, std::vector<PolygonEdges>>;
-using SnapshotPtr = std::shared_ptr<Snapshot>;
 
 /// Rows of Map.points(): only "point" and "surface" are read.
 std::vector<SurfacePoint> rows_as_points(const py::object& rows) {
   if (rows.is_none()) return {};
-  constexpr auto dense = py::array::c_style | py::array::forcecast;
-  const py::array_t<double, dense> points(rows["point"]);
-  const py::array_t<SurfaceId, dense> surfaces(rows["surface"]);
+  const Dense<double> points(rows["point"]);
+  const Dense<SurfaceId> surfaces(rows["surface"]);
   std::vector<SurfacePoint> all;
   all.reserve(static_cast<std::size_t>(surfaces.size()));
   for (py::ssize_t i = 0; i < surfaces.size(); ++i)
@@ -42,51 +35,95 @@ void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<
   ExportExtras extras{
       std::move(convex), std::move(circles), rows_as_points(points), std::move(edges), {}, {}, {}};
   const py::gil_scoped_release others_run;
-  ExportOptions options;
-  options.parts = std::move(parts);
-  options.mesh_thickness = mesh_thickness;
-  options.up = up_in(snapshot, up);
-  options.force = force;
-  export_surfaces(*snapshot, file, options, extras);
+  export_surfaces(*snapshot, file,
+                  {std::move(parts), mesh_thickness, up_in(snapshot, up), Eigen::Vector3d::Zero(), force},
+                  extras);
 }
 
 void picture(const SnapshotPtr& snapshot, const fs::path& file, int width, int height, ViewFrom from,
              const std::optional<Eigen::Vector3d>& up, std::optional<Eigen::Vector3d> eye,
              std::optional<Eigen::Vector3d> target, bool cut, SurfaceEdges edges, bool force) {
-  PictureOptions options;
-  options.width = width;
-  options.height = height;
-  options.from = from;
-  options.up = up_in(snapshot, up);
-  options.eye = eye;
-  options.target = target;
-  options.cut = cut;
-  options.edges = std::move(edges);
-  options.force = force;
   const py::gil_scoped_release others_run;
-  render_png(*snapshot, file, options);
+  render_png(*snapshot, file,
+             {width, height, from, up_in(snapshot, up), eye, target, cut, {}, std::move(edges), {}, force});
+}
+
+/// HeightGrid::normal, x, y and z: views.
+py::tuple normals_of(const py::object& grid) {
+  const auto view = [&grid](const Eigen::MatrixXf& one) {
+    return py::cast(one, py::return_value_policy::reference_internal, grid);
+  };
+  const auto& [x, y, z] = grid.cast<const HeightGrid&>().normal;
+  return py::make_tuple(view(x), view(y), view(z));
+}
+
+void bind_height_grid(Module& module) {
+  using G = HeightGrid;
+  Value<G>(module, "HeightGrid")
+      .fields(OCTOSURF_FIELDS(G, cell, center, elevation))
+      .field<std::array<Eigen::MatrixXf, 3>>(
+          "normal", &normals_of,
+          [](G& self, const std::array<Eigen::MatrixXf, 3>& normal) { self.normal = normal; },
+          "(x, y, z) of the surface's normal there, (rows, columns) float32 each; views.")
+      .fields(OCTOSURF_FIELDS(G, surface))
+      .def("center_of", &G::center_of, "row"_a, "column"_a);
+  module.def(
+      "height_grid",
+      [](const SnapshotPtr& snapshot, double cell, const std::optional<Eigen::Vector3d>& up,
+         double max_slope_rad, std::optional<double> below) {
+        return height_grid(*snapshot, {cell, upright(up_in(snapshot, up)), max_slope_rad, below});
+      },
+      "snapshot"_a, py::kw_only(), "cell"_a = 0.0, "up"_a = py::none(),
+      "max_slope_rad"_a = std::numbers::pi / 6, "below"_a = py::none(), Released(),
+      R"(HeightGrid: the highest surface at each cell's centre, in the map turned so that `up` is +z.
+
+up: (3,), map frame; None: snapshot.up().
+cell: m; 0: the map's resolution. Surfaces steeper than max_slope_rad and what is higher than `below` m are left out.)");
+}
+
+void bind_planner_formats(Module& module) {
+  using P = PlannerSurface;
+  Value<P>(module, "PlannerSurface")
+      .fields(OCTOSURF_FIELDS(P, id, T_world_surface, polygons, insets, pieces))
+      .def(
+          py::init([](const std::shared_ptr<Surface>& surface, const std::optional<ContactRegion>& region,
+                      std::vector<ConvexPiece> pieces, const std::optional<Eigen::Vector3d>& up) {
+            P one{surface->id, surface->T_map_surface, surface->polygons, {}, std::move(pieces)};
+            if (region) one.insets = region->polygons;
+            return turned(std::move(one), upright(up_in(surface, up)));
+          }),
+          "surface"_a, "region"_a = py::none(), "pieces"_a = std::vector<ConvexPiece>{}, "up"_a = py::none(),
+          R"(Of a Surface, its ContactRegion (the insets) and convex_pieces(), in the world: the map with `up` turned to +z.
+
+up: (3,), map frame; None: as Surface.slope_rad() has it.)");
+  using C = PlanarTerrainCount;
+  Value<C>(module, "PlanarTerrainCount").fields(OCTOSURF_FIELDS(C, regions, without_inset, too_steep));
+  module.def("export_planar_terrain", &export_planar_terrain, "surfaces"_a, "grid"_a, "frame"_a, "file"_a,
+             "force"_a = false, Released());
+  module.def("export_grid_map", &export_grid_map, "grid"_a, "frame"_a, "file"_a, "force"_a = false,
+             Released());
 }
 
 }  // namespace
 
-void bind_exports(py::module_& module) {
+void bind_exports(Module& module) {
+  bind_height_grid(module);
+  bind_planner_formats(module);
   module.def(
-      "export_surfaces", &export_file, py::arg("snapshot"), py::arg("file"), py::kw_only(),
-      py::arg("parts") = std::vector<ExportPart>{ExportPart::polygons}, py::arg("mesh_thickness") = 0.02,
-      py::arg("up") = py::none(), py::arg("force") = false,
-      py::arg("convex") = std::map<SurfaceId, std::vector<ConvexPiece>>{},
-      py::arg("circles") = std::map<SurfaceId, std::vector<Circle>>{}, py::arg("points") = py::none(),
-      py::arg("edges") = SurfaceEdges{},
+      "export_surfaces", &export_file, "snapshot"_a, "file"_a, py::kw_only(),
+      "parts"_a = std::vector<ExportPart>{ExportPart::polygons}, "mesh_thickness"_a = 0.02,
+      "up"_a = py::none(), "force"_a = false, "convex"_a = std::map<SurfaceId, std::vector<ConvexPiece>>{},
+      "circles"_a = std::map<SurfaceId, std::vector<Circle>>{}, "points"_a = py::none(),
+      "edges"_a = SurfaceEdges{},
       R"(Writes the surfaces in the format the file's ending names: .json, .ply, .glb, .obj, .stl, .csv.
 
 parts: "polygons", "meshes", "convex", "circles", "points"; .json takes any number, others exactly one.
 convex, circles: by surface id, for those parts. points: an array as Map.points() gives it, likewise.
 edges: label_edges() by surface id, go into .json. mesh_thickness: m. up: (3,), map frame; None: snapshot.up(). force: write over a file that exists.
 Map frame, m. The file is complete or not there. Throws Error(usage, data, output).)");
-  module.def("render_png", &picture, py::arg("snapshot"), py::arg("file"), py::kw_only(),
-             py::arg("width") = 1280, py::arg("height") = 960, py::arg("view") = ViewFrom::iso,
-             py::arg("up") = py::none(), py::arg("eye") = py::none(), py::arg("target") = py::none(),
-             py::arg("cut") = true, py::arg("edges") = SurfaceEdges{}, py::arg("force") = false,
+  module.def("render_png", &picture, "snapshot"_a, "file"_a, py::kw_only(), "width"_a = 1280,
+             "height"_a = 960, "view"_a = ViewFrom::iso, "up"_a = py::none(), "eye"_a = py::none(),
+             "target"_a = py::none(), "cut"_a = true, "edges"_a = SurfaceEdges{}, "force"_a = false,
              R"(Renders the surfaces' polygons as a PNG of so many pixels.
 
 view: "iso", "top", "front", "back", "left", "right"; or eye and target, (3,), map frame, m.

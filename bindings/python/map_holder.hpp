@@ -1,17 +1,46 @@
 #pragma once
 
-#include "map_up.hpp"
+#include "bind.hpp"
 
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <pybind11/pybind11.h>
-#include <utility>
-
-#include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::python {
+
+/// The up direction of the map of a snapshot or surface: the default of functions that need one.
+struct MapUp {
+  std::optional<Eigen::Vector3d> given;                  ///< Parameters::up
+  Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();  ///< of the scans, as estimate_up() takes it
+};
+
+/// Deletes nothing: what it keeps does. Python's pointers have it, because what they point to does not know
+/// its map.
+template <class T>
+struct OfMap {
+  std::shared_ptr<const T> kept;
+  std::shared_ptr<const MapUp> up;
+  void operator()(const T* /*kept*/) const {}
+};
+
+/// Python has no const: this pointer must not give access to mutable data.
+template <class T>
+std::shared_ptr<T> of_map(std::shared_ptr<const T> one, std::shared_ptr<const MapUp> up) {
+  T* const raw = const_cast<T*>(one.get());
+  return std::shared_ptr<T>(raw, OfMap<T>{std::move(one), std::move(up)});
+}
+
+/// Null if it did not come from a map, but from a pickle.
+template <class T>
+std::shared_ptr<const MapUp> map_up(const std::shared_ptr<T>& one) {
+  const auto* const map = std::get_deleter<OfMap<T>>(one);
+  return map ? map->up : nullptr;
+}
+
+/// `wanted`, else the map's own: as its parameters give it, or estimated from the snapshot's surfaces.
+Eigen::Vector3d up_in(const SnapshotPtr& snapshot, const std::optional<Eigen::Vector3d>& wanted = {});
+
+/// `wanted`, else what the parameters of its map give. Throws Error(usage) where they do not: a single
+/// surface says nothing of up.
+Eigen::Vector3d up_in(const std::shared_ptr<Surface>& surface, const std::optional<Eigen::Vector3d>& wanted);
 
 /// Null where the module is built without PCL.
 const detection::Detector* papers_detector();
@@ -45,15 +74,10 @@ class MapHolder {
   auto write(Change change) {
     const pybind11::gil_scoped_release others_run;
     const std::lock_guard alone(busy_);
-    return noted(change(*mapper_));
-  }
-
-  /// `set(Mapper&)` of a map that has been taken over, where that changes no surface; likewise.
-  template <class Set>
-  void configure(Set set) {
-    const pybind11::gil_scoped_release others_run;
-    const std::lock_guard alone(busy_);
-    set(*mapper_);
+    if constexpr (std::is_void_v<decltype(change(*mapper_))>)
+      change(*mapper_);  // of how snapshots are made: no surface changes
+    else
+      return noted(change(*mapper_));
   }
 
   /// `change(Mapper&, const Map&)` of a map that has been taken over, and another one that is read; likewise.
@@ -65,7 +89,7 @@ class MapHolder {
   }
 
   /// Never waits for a scan. With Python's lock, without which take_over() is not called.
-  std::shared_ptr<Snapshot> snapshot() const;
+  SnapshotPtr snapshot() const;
 
  private:
   void note_up(const Map& map);
@@ -83,6 +107,20 @@ class MapHolder {
   mutable std::mutex up_busy_;  ///< a moment: snapshot() waits for nothing longer
   std::shared_ptr<const MapUp> up_;
 };
+
+/// What Python calls of a Map: a method of it, or a function whose first argument it is.
+template <class Answer, class... Arguments>
+auto asked(Answer (Map::*question)(Arguments...) const) {
+  return [question](const MapHolder& map, Arguments... arguments) {
+    return map.read([&](const Map& whole) { return (whole.*question)(arguments...); });
+  };
+}
+template <class Answer, class... Arguments>
+auto asked(Answer (*question)(const Map&, Arguments...)) {
+  return [question](const MapHolder& map, Arguments... arguments) {
+    return map.read([&](const Map& whole) { return question(whole, arguments...); });
+  };
+}
 
 /// Of a new map: the given or default ones, modified by the keyword arguments.
 Parameters parameters_of(const std::optional<Parameters>& given, const pybind11::kwargs& fields);

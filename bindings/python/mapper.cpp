@@ -1,176 +1,159 @@
-// octosurf/mapper.hpp and map_alignment.hpp in Python.
-#include "bind.hpp"
-#include "fields.hpp"
+// octosurf/mapper.hpp, alignment.hpp and map_alignment.hpp in Python.
 #include "map_holder.hpp"
-#include "scan_arrays.hpp"
 
-#include <map>
-#include <memory>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include <octosurf/error.hpp>
+#include <octosurf/alignment.hpp>
 #include <octosurf/map_alignment.hpp>
 #include <octosurf/mapper.hpp>
-
-namespace py = pybind11;
 
 namespace octosurf::python {
 namespace {
 
+/// A Localizer for several threads.
+struct SharedLocalizer {
+  SharedLocalizer(SnapshotPtr map, double translation_m, double rotation_rad)
+      : surfaces(map->surfaces.size()),
+        localizer(std::move(map), AlignmentReach{translation_m, rotation_rad}) {}
+
+  std::size_t surfaces;
+  Locked<Localizer> localizer;
+};
+
 /// Python's Mapper: the map it keeps up to date, and room for the points of the scan at hand.
-class PythonMapper {
- public:
-  PythonMapper(MapPtr map, int threads) : map_(std::move(map)) { map_->take_over(threads); }
+struct PythonMapper {
+  PythonMapper(MapPtr given, int threads) : map(std::move(given)) { map->take_over(threads); }
 
-  const MapPtr& map() const { return map_; }
-
-  ScanReport insert(const Scan& scan) {
-    return map_->write([&scan](Mapper& mapper) { return mapper.insert(scan); });
-  }
-
-  std::vector<ScanReport> insert_all(const std::vector<Scan>& scans) {
-    return map_->write([&scans](Mapper& mapper) { return mapper.insert_all(scans); });
-  }
-
-  ScanReport drain() {
-    return map_->write([](Mapper& mapper) { return mapper.drain(); });
+  ScanReport insert(const Scan& one) {
+    return map->write([&one](Mapper& mapper) { return mapper.insert(one); });
   }
 
   /// Points are copied to where the scan's before lay: fresh memory would cost more than the copying does.
   ScanReport insert_points(const Points& points, const Eigen::Isometry3d& T_map_sensor, double stamp_s,
                            SensorKind sensor, std::string name) {
     require_shape(points);
-    return map_->write([&](Mapper& mapper) {
-      copy_points(points, scan_.points);
-      scan_.T_map_sensor = T_map_sensor;
-      scan_.stamp_s = stamp_s;
-      scan_.sensor = sensor;
-      scan_.name = std::move(name);
-      return mapper.insert(scan_);
+    return map->write([&](Mapper& mapper) {
+      copy_points(points, scan.points);
+      scan.T_map_sensor = T_map_sensor;
+      scan.stamp_s = stamp_s;
+      scan.sensor = sensor;
+      scan.name = std::move(name);
+      return mapper.insert(scan);
     });
   }
 
   ScanReport insert_depth(const py::array& depth, const py::object& intrinsics,
                           const Eigen::Isometry3d& T_map_camera, double depth_scale, double stamp_s,
                           std::string name) {
-    return insert(Scan{points_of_depth(depth, intrinsics, depth_scale), T_map_camera, stamp_s,
-                       SensorKind::depth_camera, std::move(name)});
-  }
-
-  ScanReport detect_in_occupancy() {
-    return map_->write([](Mapper& mapper) { return mapper.detect_in_occupancy(); });
+    return insert(scan_of_depth(depth, intrinsics, T_map_camera, depth_scale, stamp_s, std::move(name)));
   }
 
   MergeReport merge(const MapPtr& other, const Eigen::Isometry3d& T_map_other) {
-    if (other == map_)
+    if (other == map)
       throw Error(Error::Kind::usage, "other", "is the map itself, whose readings would count twice",
                   "give another one");
-    return map_->write_with(
+    return map->write_with(
         *other, [&](Mapper& mapper, const Map& theirs) { return mapper.merge(theirs, T_map_other); });
   }
 
-  void share_octree(bool on) {
-    map_->configure([on](Mapper& mapper) { mapper.share_octree(on); });
+  std::string text() const {
+    const SnapshotPtr last = map->snapshot();
+    return "<Mapper at revision " + std::to_string(last->revision) + ": " +
+           std::to_string(last->surfaces.size()) + " surfaces>";
   }
 
-  void remember_scans() {
-    map_->configure([](Mapper& mapper) { mapper.remember_scans(); });
-  }
-
- private:
-  MapPtr map_;
-  Scan scan_;
+  MapPtr map;
+  Scan scan;
 };
 
-std::map<std::string, double> stages_of(const ScanReport& report) {
-  std::map<std::string, double> stages;
-  for (std::size_t i = 0; i < stage_names.size(); ++i)
-    stages[std::string(stage_names[i])] = report.stage_ms[i];
-  return stages;
+void bind_alignment(Module& module) {
+  using A = Alignment;
+  Value<A>(module, "Alignment", R"(A scan's pose against the surfaces of a map.
+
+Twists are (6,): three rotations (rad), then three translations (m), map axes, about the sensor's position.)")
+      .fields(OCTOSURF_FIELDS(A, outcome, T_map_sensor, covariance, directions, determined, lever_m, samples,
+                              known, explained, disagreement, innovation_m))
+      .def("explained_share", &A::explained_share)
+      .def("determined_length_m", &A::determined_length_m, "twist"_a);
+  constexpr AlignmentReach reach;
+  Class<SharedLocalizer>(module, "Localizer")
+      .def(py::init([](SnapshotPtr map, double translation_m, double rotation_rad) {
+             const py::gil_scoped_release others_run;
+             return std::make_unique<SharedLocalizer>(std::move(map), translation_m, rotation_rad);
+           }),
+           "map"_a, py::kw_only(), "translation_m"_a = reach.translation_m,
+           "rotation_rad"_a = reach.rotation_rad,
+           "map: a Snapshot. Looks so far about a scan's pose: m, rad.")
+      .def("__repr__",
+           [](const SharedLocalizer& self) {
+             return "<Localizer in " + std::to_string(self.surfaces) + " surfaces>";
+           })
+      .def(
+          "localize",
+          [](SharedLocalizer& self, const Scan& scan) {
+            return self.localizer.use([&scan](Localizer& localizer) { return localizer(scan); });
+          },
+          "scan"_a,
+          R"(Alignment of a Scan, whose T_map_sensor is a first guess.
+
+Outcome "unexplained": it fits nowhere or at several places alike. Throws Error(data) if the pose is not rigid.)");
+  module.def(
+      "align",
+      [](const SnapshotPtr& map, const Scan& scan, double translation_m, double rotation_rad) {
+        return align(map, scan, {translation_m, rotation_rad});
+      },
+      "map"_a, "scan"_a, py::kw_only(), "translation_m"_a = reach.translation_m,
+      "rotation_rad"_a = reach.rotation_rad, Released(),
+      "Localizer(map, …).localize(scan), for a single scan.");
 }
 
-void bind_report(py::module_& module) {
+/// What Python calls of a Mapper.
+template <class Answer, class... Arguments>
+auto changed(Answer (Mapper::*change)(Arguments...)) {
+  return [change](const PythonMapper& self, Arguments... arguments) {
+    return self.map->write([&](Mapper& mapper) { return (mapper.*change)(arguments...); });
+  };
+}
+
+void bind_reports(Module& module) {
   using R = ScanReport;
-  Value<R>(module, "ScanReport", "What one scan did.")
-      .field("points_raw", &R::points_raw, "Handed in.")
-      .field("points_not_finite", &R::points_not_finite, "No reading.")
-      .field("points_too_near", &R::points_too_near, "Dropped: nearer than min_range.")
-      .field("points_beyond_range", &R::points_beyond_range, "Not mapped, but free space up to max_range.")
-      .field("points_out_of_map", &R::points_out_of_map, "Dropped: outside the octree.")
-      .field("voxels", &R::voxels, "Distinct end voxels.")
-      .field("appeared", &R::appeared, "Voxels that became occupied.")
-      .field("vanished", &R::vanished, "Voxels that no longer are.")
-      .field("categorized", &R::categorized, "Of the appeared, in a surface when insert() returned.")
-      .field("added", &R::added, "New inliers of surfaces there before, inside them or at their rims.")
-      .field("expanded", &R::expanded, "The same, over their boundaries.")
-      .field("detected", &R::detected, "The same, given to them by detection.")
-      .field("waiting", &R::waiting, "New points in blocks whose turn has not come: Mapper.drain().")
-      .field("alignment", &R::alignment, "Alignment; its T_map_sensor is what the scan was inserted with.")
-      .field("born", &R::born, "Surface ids.")
-      .field("grown", &R::grown, "Surface ids.")
-      .field("shrunk", &R::shrunk, "Surface ids.")
-      .field("merged", &R::merged, "Surface ids.")
-      .field("gone", &R::gone, "Surface ids.")
-      .field<std::map<std::string, double>>(
-          "stage_ms", &stages_of,
-          [](R& report, const std::map<std::string, double>& stages) {
-            for (std::size_t i = 0; i < stage_names.size(); ++i)
-              report.stage_ms[i] = stages.at(std::string(stage_names[i]));
-          },
-          "dict of ms by stage: align, downsample, occupancy, …")
-      .field("total_ms", &R::total_ms, "ms.")
+  Value<R>(module, "ScanReport")
+      .fields(OCTOSURF_FIELDS(R, points_raw, points_not_finite, points_too_near, points_beyond_range,
+                              points_out_of_map, voxels, appeared, vanished, categorized, added, expanded,
+                              detected, waiting, alignment, born, grown, shrunk, merged, gone))
+      .field("stage_ms", &R::stage_ms, stage_names)
+      .fields(OCTOSURF_FIELDS(R, total_ms))
       .text([](const R& report) {
         return "<ScanReport: " + std::to_string(report.points_raw) + " points, " +
                std::to_string(report.appeared) + " voxels appeared, " + std::to_string(report.vanished) +
                " vanished, " + std::to_string(report.born.size()) + " surfaces born>";
       });
-}
-
-void bind_merge_report(py::module_& module) {
-  using S = MergedSurface;
-  Value<S>(module, "MergedSurface", "What became of another map's surface.")
-      .field("other", &S::other, "Its id in the other map.")
-      .field("id", &S::id, "The surface here that has most of its points; 0: none has any.")
-      .field("inliers", &S::inliers, "Points that it had there.")
-      .field("shared", &S::shared, "Of them, in voxels of surface `id` here.")
-      .field("on_surfaces", &S::on_surfaces, "Of them, in voxels of any surface here.");
-  using R = MergeReport;
-  Value<R>(module, "MergeReport", "What a merger did.")
-      .field("changes", &R::changes, "ScanReport; points_raw: those of the other map.")
-      .field("surfaces", &R::surfaces, "Each of the other map's: list of MergedSurface, ascending id there.")
-      .text([](const R& report) {
+  Value<MergedSurface>(module, "MergedSurface")
+      .fields(OCTOSURF_FIELDS(MergedSurface, other, id, inliers, shared, on_surfaces));
+  Value<MergeReport>(module, "MergeReport")
+      .fields(OCTOSURF_FIELDS(MergeReport, changes, surfaces))
+      .text([](const MergeReport& report) {
         return "<MergeReport: " + std::to_string(report.changes.appeared) + " voxels appeared, " +
                std::to_string(report.changes.vanished) + " vanished, " +
                std::to_string(report.surfaces.size()) + " surfaces taken in>";
       });
 }
 
-void bind_map_alignment(py::module_& module) {
-  using M = MapAlignment;
-  Value<M>(module, "MapAlignment", "Where another map lies in the frame of a map.")
-      .field("T_map_other", &M::T_map_other,
-             "(4, 4) float64, the other map's frame to this one's; as given unless scan.outcome is "
-             "\"corrected\"; a copy.")
-      .field("scan", &M::scan, "Alignment of the other map's points as one scan.");
+py::arg_v no_motion() {
+  return {"T_map_other", Eigen::Isometry3d(Eigen::Isometry3d::Identity()), "numpy.eye(4)"};
+}
+
+void bind_map_alignment(Module& module) {
+  Value<MapAlignment>(module, "MapAlignment").fields(OCTOSURF_FIELDS(MapAlignment, T_map_other, scan));
   constexpr AlignmentReach reach;
   module.def(
       "align_maps",
-      [](const std::shared_ptr<Snapshot>& map, const MapPtr& other, const Eigen::Isometry3d& T_map_other,
+      [](const SnapshotPtr& map, const MapHolder& other, const Eigen::Isometry3d& T_map_other,
          double translation_m, double rotation_rad) {
-        return other->read([&](const Map& theirs) {
+        return other.read([&](const Map& theirs) {
           return align_maps(map, theirs, T_map_other, {translation_m, rotation_rad});
         });
       },
-      py::arg("map"), py::arg("other"),
-      py::arg_v("T_map_other", Eigen::Isometry3d(Eigen::Isometry3d::Identity()), "numpy.eye(4)"),
-      py::kw_only(), py::arg("translation_m") = reach.translation_m,
-      py::arg("rotation_rad") = reach.rotation_rad,
-      R"(MapAlignment of another Map with a Snapshot's surfaces, from a guess so far off at most: m, rad.
-
-For Mapper.merge(). Throws Error(data) if the pose is not rigid.)");
+      "map"_a, "other"_a, no_motion(), py::kw_only(), "translation_m"_a = reach.translation_m,
+      "rotation_rad"_a = reach.rotation_rad);
 }
 
 constexpr const char* mapper_doc = R"(Keeps a map and its surfaces up to date, scan by scan.
@@ -182,76 +165,48 @@ constexpr const char* mapper_doc = R"(Keeps a map and its surfaces up to date, s
 
 }  // namespace
 
-void bind_mapper(py::module_& module) {
-  bind_report(module);
-  bind_merge_report(module);
+void bind_mapper(Module& module) {
+  bind_alignment(module);
+  bind_reports(module);
   bind_map_alignment(module);
-  py::class_<PythonMapper> mapper(module, "Mapper", mapper_doc);
-  mapper
-      .def(py::init([](MapPtr map, int threads) {
-             return std::make_unique<PythonMapper>(std::move(map), threads);
-           }),
-           py::arg("map"), py::arg("threads") = 1, "Goes on with a Map that has no Mapper yet.")
+  using M = PythonMapper;
+  Class<M>(module, "Mapper", mapper_doc)
+      .def(py::init<MapPtr, int>(), "map"_a, "threads"_a = 1, "Goes on with a Map that has no Mapper yet.")
       .def(py::init([](const std::optional<Parameters>& parameters, int threads, const py::kwargs& given) {
              const Parameters all = parameters_of(parameters, given);
-             return std::make_unique<PythonMapper>(std::make_shared<MapHolder>(Map(all)), threads);
+             return std::make_unique<M>(std::make_shared<MapHolder>(Map(all)), threads);
            }),
-           py::arg("parameters") = py::none(), py::arg("threads") = 1,
+           "parameters"_a = py::none(), "threads"_a = 1,
            R"(Begins an empty map: Mapper(), Mapper(resolution=0.02, up=None), Mapper(parameters).
 
 What is given by name, as Parameters() takes it, wins over `parameters`. `threads` in [1, 256] share a scan's points and
 rays. Throws Error(usage).)")
-      .def("__repr__",
-           [](const PythonMapper& self) {
-             const std::shared_ptr<Snapshot> last = self.map()->snapshot();
-             return "<Mapper at revision " + std::to_string(last->revision) + ": " +
-                    std::to_string(last->surfaces.size()) + " surfaces>";
-           })
+      .def("__repr__", &M::text)
+      .def("remember_scans", changed(&Mapper::remember_scans))
+      .def("insert", &M::insert, "scan"_a)
       .def(
-          "remember_scans", &PythonMapper::remember_scans,
-          "From now on the map remembers which scans it takes, see Map.holds(): 8 bytes each, saved with it.")
-      .def("insert", &PythonMapper::insert, py::arg("scan"),
-           R"(Inserts a Scan and returns its ScanReport; nothing is copied.
-
-Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree. A scan that is clearly off
-and not to be put right is not inserted: report.alignment.outcome is "set_aside".)")
-      .def(
-          "insert_all", &PythonMapper::insert_all, py::arg("scans"),
-          R"(Inserts Scans that have come while others were mapped, and returns a ScanReport for each that was taken.
-
-The octree takes one after the other, the surfaces are brought up to date once: ten cost little more than two. Stops before a
-scan that insert() would refuse; if that is the first, throws its Error(data), and leaves the map as it was. The scans are copied.)")
-      .def("insert_points", &PythonMapper::insert_points, py::arg("points"), py::arg("T_map_sensor"),
-           py::kw_only(), py::arg("stamp_s") = 0.0, py::arg("sensor") = SensorKind::depth_camera,
-           py::arg("name") = "",
+          "insert_all",
+          [](const M& self, const std::vector<Scan>& scans) {
+            return self.map->write([&scans](Mapper& mapper) { return mapper.insert_all(scans); });
+          },
+          "scans"_a)
+      .def("insert_points", &M::insert_points, "points"_a, "T_map_sensor"_a, py::kw_only(), "stamp_s"_a = 0.0,
+           "sensor"_a = SensorKind::depth_camera, "name"_a = "",
            "Scan(points, T_map_sensor, …) inserted: points (..., 3), m, sensor frame, copied; pose (4, 4).")
-      .def("insert_depth", &PythonMapper::insert_depth, py::arg("depth"), py::arg("intrinsics"),
-           py::arg("T_map_camera"), py::kw_only(), py::arg("depth_scale") = 1000.0, py::arg("stamp_s") = 0.0,
-           py::arg("name") = "",
+      .def("insert_depth", &M::insert_depth, "depth"_a, "intrinsics"_a, "T_map_camera"_a, py::kw_only(),
+           "depth_scale"_a = 1000.0, "stamp_s"_a = 0.0, "name"_a = "",
            "Scan.from_depth(depth, intrinsics, T_map_camera, …) inserted: an image (H, W), uint16 units or "
            "metres.")
+      .def("drain", changed(&Mapper::drain))
+      .def("detect_in_occupancy", changed(&Mapper::detect_in_occupancy))
+      .def("merge", &M::merge, "other"_a, no_motion())
+      .def("share_octree", changed(&Mapper::share_octree), "on"_a = true)
       .def(
-          "drain", &PythonMapper::drain,
-          R"(Looks for surfaces in all that waits because scans had brought more than Parameters.detection.detection_budget.
-
-After the last scan, and whenever there is time. Without effect if nothing waits. Returns a ScanReport.)")
-      .def("detect_in_occupancy", &PythonMapper::detect_in_occupancy,
-           "Surfaces of an occupancy map without scans (map_from_octomap()): a ScanReport.")
-      .def("merge", &PythonMapper::merge, py::arg("other"),
-           py::arg_v("T_map_other", Eigen::Isometry3d(Eigen::Isometry3d::Identity()), "numpy.eye(4)"),
-           R"(Takes in another Map, which stays as it is: a MergeReport.
-
-T_map_other, (4, 4), is the other map's frame in this one's, right to about a voxel (align_maps()); with the identity
-nothing is resampled. Log-odds add up, so the maps must not share scans; surfaces that are here keep their ids.
-Throws Error(data), and leaves the map as it was, if the maps' resolution, clamps or threshold of occupancy differ, or
-the pose is not rigid. Some 10 µs a point of the other map.)")
-      .def(
-          "share_octree", &PythonMapper::share_octree, py::arg("on") = true,
-          "From now on snapshots have an octree of the same scan; costs a camera's scan some tenths of a ms.")
-      .def(
-          "snapshot", [](const PythonMapper& self) { return self.map()->snapshot(); },
+          "snapshot", [](const M& self) { return self.map->snapshot(); },
           "Snapshot of the last whole scan; shared, nothing is copied.")
-      .def("map", &PythonMapper::map, "The Map that it keeps up to date; shared, not copied.");
+      .def(
+          "map", [](const M& self) { return self.map; },
+          "The Map that it keeps up to date; shared, not copied.");
 }
 
 }  // namespace octosurf::python

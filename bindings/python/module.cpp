@@ -1,25 +1,13 @@
 // The module octosurf._octosurf; what the package octosurf hands on.
 #include "bind.hpp"
 
-PYBIND11_MODULE(_octosurf, module) {
+PYBIND11_MODULE(_octosurf, extension) {
   namespace python = octosurf::python;
+  python::Module module(extension);
   module.attr("__version__") = OCTOSURF_VERSION;
-  python::bind_error(module);
-  python::bind_parameters(module);
-  python::bind_occupancy(module);
-  python::bind_surfaces(module);
-  python::bind_snapshot(module);
-  python::bind_scans(module);
-  python::bind_alignment(module);
-  python::bind_maps(module);
-  python::bind_mapper(module);
-  python::bind_diagnosis(module);
-  python::bind_queries(module);
-  python::bind_stairs(module);
-  python::bind_changes(module);
-  python::bind_contact(module);
-  python::bind_gaps(module);
-  python::bind_footsteps(module);
-  python::bind_exports(module);
-  python::bind_planner_formats(module);
+  for (const auto bind :
+       {python::bind_error, python::bind_parameters, python::bind_occupancy, python::bind_surfaces,
+        python::bind_scans, python::bind_maps, python::bind_mapper, python::bind_queries,
+        python::bind_changes, python::bind_contact, python::bind_footsteps, python::bind_exports})
+    bind(module);
 }

@@ -1,21 +1,10 @@
 // octosurf/occupancy.hpp in Python: the octree of a map at one moment.
-#include "arrays.hpp"
 #include "bind.hpp"
-#include "values.hpp"
 
-#include <Eigen/Geometry>
-#include <array>
-#include <cstdint>
-#include <optional>
 #include <span>
-#include <string>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 #include <octosurf/occupancy.hpp>
-
-namespace py = pybind11;
 
 namespace octosurf::python {
 namespace {
@@ -51,20 +40,15 @@ py::array_t<OccupiedRow> occupied(const View& view, const Eigen::Vector3d& low, 
   return moved_array(std::move(rows));
 }
 
-py::array_t<Leaf> leaves(const View& view) {
+/// All of them, or those that meet a box.
+template <class... Box>
+py::array_t<Leaf> leaves(const View& view, const Box&... box) {
   std::vector<Leaf> all;
   {
     const py::gil_scoped_release others_run;
     view.for_each_leaf(
-        [&all](std::span<const Leaf> some) { all.insert(all.end(), some.begin(), some.end()); });
+        box..., [&all](std::span<const Leaf> some) { all.insert(all.end(), some.begin(), some.end()); });
   }
-  return moved_array(std::move(all));
-}
-
-py::array_t<Leaf> leaves_in(const View& view, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-  std::vector<Leaf> all;
-  view.for_each_leaf(box_of(low, high),
-                     [&all](std::span<const Leaf> some) { all.insert(all.end(), some.begin(), some.end()); });
   return moved_array(std::move(all));
 }
 
@@ -77,8 +61,7 @@ std::vector<ChangedCube> changes(const View& view, const View& before) {
   return all;
 }
 
-py::array_t<std::uint8_t> states(
-    const View& view, const py::array_t<double, py::array::c_style | py::array::forcecast>& points) {
+py::array_t<std::uint8_t> states(const View& view, const Dense<double>& points) {
   if (points.ndim() != 2 || points.shape(1) != 3)
     throw Error(Error::Kind::usage, "points", "are not of shape (N, 3)", "give one row per point");
   std::vector<std::uint8_t> all(static_cast<std::size_t>(points.shape(0)));
@@ -90,51 +73,41 @@ py::array_t<std::uint8_t> states(
   return moved_array(std::move(all));
 }
 
-void bind_voxel(py::class_<View>& view) {
-  using Voxel = View::Voxel;
-  Value<Voxel>(view, "Voxel", "A cube of edge OccupancyView.resolution.")
-      .field("state", &Voxel::state, R"("unknown", "free" or "occupied".)")
-      .field("log_odds", &Voxel::log_odds, "Of being occupied.")
-      .field("surface", &Voxel::surface,
-             "Id of the surface an occupied voxel belongs to; 0: pending, or not occupied.")
-      .field("center", &Voxel::center, "(3,) float64, map frame, m; a view.");
-  using Count = View::Count;
-  Value<Count>(view, "Count", "Voxels by state.")
-      .field("unknown", &Count::unknown, "Voxels.")
-      .field("free", &Count::free, "Voxels.")
-      .field("occupied", &Count::occupied, "Voxels.");
+std::optional<std::pair<View::Voxel, double>> nearest_occupied(const View& view, const Eigen::Vector3d& point,
+                                                               double limit) {
+  const auto near = view.nearest_occupied(point, limit);
+  if (!near) return {};
+  return std::pair(near->voxel, near->distance);
+}
+
+std::string text_of(const View& view) {
+  return view.resolution() == 0
+             ? std::string("<OccupancyView: nothing is known>")
+             : "<OccupancyView of " + std::string(py::str(py::float_(view.resolution()))) + " m voxels>";
 }
 
 }  // namespace
 
-void bind_occupancy(py::module_& module) {
+void bind_occupancy(Module& module) {
   PYBIND11_NUMPY_DTYPE(OccupiedRow, center, log_odds, surface);
   PYBIND11_NUMPY_DTYPE(Leaf, corner, level, log_odds);
 
-  py::class_<View> view(
-      module, "OccupancyView",
-      R"(A map's octree at one moment: never changes, cheap to keep, readable from any thread.
+  Class<View> view(module, "OccupancyView",
+                   R"(A map's octree at one moment: never changes, cheap to keep, readable from any thread.
 
 Voxels are half-open cubes of edge `resolution`; what lies on a face belongs to the higher one. Points are in the map
 frame, metres. Boxes are closed and given by their corners `low` and `high`, (3,) each.)");
-  bind_voxel(view);
-  view.def("__repr__", [](const View& self) {
-    return self.resolution() == 0
-               ? std::string("<OccupancyView: nothing is known>")
-               : "<OccupancyView of " + std::string(py::str(py::float_(self.resolution()))) + " m voxels>";
-  });
-  view.def_property_readonly("resolution", &View::resolution, "d, m; 0 if nothing is known.")
-      .def("at", &View::at, py::arg("point"),
-           "The Voxel that holds `point`, (3,); unknown outside the octree.")
-      .def("states", &states, py::arg("points"),
+  using Voxel = View::Voxel;
+  Value<Voxel>(view, "Voxel", nullptr, "OccupancyView.Voxel")
+      .fields(OCTOSURF_FIELDS(Voxel, state, log_odds, surface, center));
+  Value<View::Count>(view, "Count", nullptr, "OccupancyView.Count")
+      .fields(OCTOSURF_FIELDS(View::Count, unknown, free, occupied));
+  view.def("__repr__", &text_of)
+      .def("at", &View::at, "point"_a)
+      .def("states", &states, "points"_a,
            "(N,) uint8, one for each row of `points`, (N, 3): 0 unknown, 1 free, 2 occupied.")
-      .def(
-          "first_on_way", &View::first_on_way, py::arg("from_"), py::arg("to"),
-          py::arg("unknown_stops") = false,
-          R"(The first Voxel that stops the straight way between two points: an occupied one, or an unknown one too.
-
-None if there is none. Throws Error(usage) if a point is not finite.)")
-      .def("occupied", &occupied, py::arg("low"), py::arg("high"),
+      .def("first_on_way", &View::first_on_way, "from_"_a, "to"_a, "unknown_stops"_a = false)
+      .def("occupied", &occupied, "low"_a, "high"_a,
            R"(Every occupied voxel with its centre in the box, in Morton order; a structured array of its own.
 
 Columns: "center" (3 float64, m), "log_odds" (float32), "surface" (uint32; 0: pending).)")
@@ -143,30 +116,26 @@ Columns: "center" (3 float64, m), "log_odds" (float32), "surface" (uint32; 0: pe
           [](const View& self, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
             return self.count(box_of(low, high));
           },
-          py::arg("low"), py::arg("high"), "How many voxels with their centre in the box are in each state.")
+          "low"_a, "high"_a)
+      .def("nearest_occupied", &nearest_occupied, "point"_a, "limit"_a)
       .def(
-          "nearest_occupied",
-          [](const View& self, const Eigen::Vector3d& point,
-             double limit) -> std::optional<std::pair<View::Voxel, double>> {
-            const auto near = self.nearest_occupied(point, limit);
-            if (!near) return {};
-            return std::pair(near->voxel, near->distance);
-          },
-          py::arg("point"), py::arg("limit"),
-          "The occupied Voxel nearest to `point` and its distance, m; None if it is farther than `limit` m.")
-      .def(
-          "leaves", &leaves,
+          "leaves", &leaves<>,
           R"(All leaves as OctoMap's octree would have them, pruned, in Morton order; a structured array of its own.
 
 Columns: "corner" (3 uint16, OctoMap's key of its lowest voxel; 32768 begins at 0 m), "level" (uint8: its edge is
 2**level voxels), "log_odds" (float32).)")
-      .def("leaves_in", &leaves_in, py::arg("low"), py::arg("high"),
-           "Those that meet the box; where it cuts a pruned cube, what of that meets it.")
-      .def("changes", &changes, py::arg("before"),
+      .def(
+          "leaves_in",
+          [](const View& self, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+            return leaves(self, box_of(low, high));
+          },
+          "low"_a, "high"_a, "Those that meet the box; where it cuts a pruned cube, what of that meets it.")
+      .def("changes", &changes, "before"_a,
            R"(What has changed since `before`, an earlier view: a list of (corner, level, leaves).
 
 Each is a cube that was replaced: its lowest voxel's key, its edge as 2**level voxels, and the leaves that are in it
-now, as leaves() has them; none if nothing is known there any longer.)");
+now, as leaves() has them; none if nothing is known there any longer.)")
+      .def_property_readonly("resolution", &View::resolution, "d, m; 0 if nothing is known.");
 }
 
 }  // namespace octosurf::python

@@ -1,89 +1,123 @@
 // octosurf/scan.hpp and scan_source.hpp in Python: scans to insert, and recordings.
-#include "arrays.hpp"
 #include "bind.hpp"
-#include "scan_arrays.hpp"
-#include "values.hpp"
+#include "io/readers/depth_image.hpp"
 
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
-#include <utility>
+#include <cmath>
 #include <variant>
-#include <vector>
 
 #include <octosurf/deskew.hpp>
-#include <octosurf/error.hpp>
-#include <octosurf/scan.hpp>
 #include <octosurf/scan_source.hpp>
-
-namespace py = pybind11;
 
 namespace octosurf::python {
 namespace {
 
 namespace fs = std::filesystem;
-using Times = py::array_t<float, py::array::c_style | py::array::forcecast>;
+using Times = Dense<float>;
 
-/// A source with a lock, for several threads.
-class Recording {
- public:
-  explicit Recording(std::unique_ptr<ScanSource> source) : source_(std::move(source)) {}
+constexpr int largest_image = 1 << 16;  ///< pixels a side
 
-  std::size_t size() const { return source_->size(); }
-
-  std::unique_ptr<Scan> next() {
-    {
-      const py::gil_scoped_release others_run;
-      const std::lock_guard alone(busy_);
-      if (std::optional<Scan> scan = source_->next()) return std::make_unique<Scan>(*std::move(scan));
-    }
-    throw py::stop_iteration();
-  }
-
-  std::vector<std::string> skipped() {
-    const py::gil_scoped_release others_run;
-    const std::lock_guard alone(busy_);
-    return source_->skipped();
-  }
-
-  Eigen::Vector3d origin() const { return source_->origin(); }
-
-  std::vector<std::string> notes() {
-    const py::gil_scoped_release others_run;
-    const std::lock_guard alone(busy_);
-    return source_->notes();
-  }
-
- private:
-  std::mutex busy_;
-  std::unique_ptr<ScanSource> source_;
-};
-
-std::unique_ptr<Recording> opened(std::variant<fs::path, std::vector<fs::path>> inputs,
-                                  ScanSourceOptions options) {
-  if (const auto* one = std::get_if<fs::path>(&inputs)) inputs = std::vector<fs::path>{*one};
-  const py::gil_scoped_release others_run;
-  return std::make_unique<Recording>(open_scans(std::get<1>(inputs), options));
+[[noreturn]] void refuse(const std::string& where, const std::string& what, const std::string& mend) {
+  throw Error(Error::Kind::data, where, what, mend);
 }
 
-void bind_scan(py::module_& module) {
+std::string shape_of(const py::array& array) { return py::str(array.attr("shape")); }
+
+io::Intrinsics camera_of(const py::object& given) {
+  const auto numbers = Dense<double>::ensure(given);
+  if (!numbers) throw py::error_already_set();
+  const double* k = numbers.data();
+  io::Intrinsics camera;
+  if (numbers.ndim() == 1 && numbers.size() == 4)
+    camera = {k[0], k[1], k[2], k[3]};
+  else if (numbers.ndim() == 2 && numbers.shape(0) == 3 && numbers.shape(1) == 3) {
+    const bool pinhole = k[1] == 0 && k[3] == 0 && k[6] == 0 && k[7] == 0 && k[8] == 1;
+    if (!pinhole) refuse("intrinsics", "are no K without skew", "give [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]");
+    camera = {k[0], k[4], k[2], k[5]};
+  } else {
+    refuse("intrinsics", "have shape " + shape_of(numbers), "give (fx, fy, cx, cy) or K, (3, 3)");
+  }
+  const bool usable = std::isfinite(camera.cx) && std::isfinite(camera.cy) && std::isfinite(camera.fx) &&
+                      std::isfinite(camera.fy) && camera.fx != 0 && camera.fy != 0;
+  if (!usable) refuse("intrinsics", "are not finite, or a focal length is 0", "give them in pixels");
+  return camera;
+}
+
+std::vector<Eigen::Vector3f> points_of_units(const Dense<std::uint16_t>& depth, const io::Intrinsics& camera,
+                                             double scale) {
+  if (!(scale > 0) || !std::isfinite(scale)) refuse("depth_scale", "is not positive", "give units per metre");
+  io::DepthImage image{static_cast<int>(depth.shape(1)),
+                       static_cast<int>(depth.shape(0)),
+                       {depth.data(), depth.data() + depth.size()}};
+  const py::gil_scoped_release others_run;
+  return io::back_project(image, camera, scale);
+}
+
+std::vector<Eigen::Vector3f> points_of_metres(const Points& depth, const io::Intrinsics& camera) {
+  std::vector<Eigen::Vector3f> points;
+  points.reserve(static_cast<std::size_t>(depth.size()));
+  const float* z = depth.data();
+  for (py::ssize_t v = 0; v < depth.shape(0); ++v) {
+    const auto slope_y = static_cast<float>((static_cast<double>(v) - camera.cy) / camera.fy);
+    for (py::ssize_t u = 0; u < depth.shape(1); ++u, ++z) {
+      if (!(*z > 0) || !std::isfinite(*z)) continue;
+      const auto slope_x = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
+      points.emplace_back(slope_x * *z, slope_y * *z, *z);
+    }
+  }
+  return points;
+}
+
+using Recording = Locked<std::unique_ptr<ScanSource>>;
+
+std::unique_ptr<Scan> next_scan(Recording& recording) {
+  std::optional<Scan> scan = recording.use([](const auto& source) { return source->next(); });
+  if (!scan) throw py::stop_iteration();
+  return std::make_unique<Scan>(*std::move(scan));
+}
+
+/// What a method of the source gives.
+template <class Answer>
+auto told(Answer (ScanSource::*method)() const) {
+  return [method](Recording& self) {
+    return self.use([method](const auto& source) { return ((*source).*method)(); });
+  };
+}
+
+void set_times(Scan& scan, const Times& given) {
+  scan.times_s.assign(given.data(), given.data() + given.size());
+}
+
+Scan deskewed(Scan scan, const std::optional<Times>& times_s, const std::vector<double>& stamps_s,
+              const std::vector<Eigen::Isometry3d>& poses) {
+  if (stamps_s.size() != poses.size())
+    throw Error(Error::Kind::data, "stamps_s", "are not as many as the poses", "give one to each");
+  if (times_s) set_times(scan, *times_s);
+  std::vector<StampedPose> stamped;
+  for (std::size_t i = 0; i < poses.size(); ++i) stamped.push_back({stamps_s[i], poses[i]});
+  const py::gil_scoped_release others_run;
+  return deskew(std::move(scan), stamped);
+}
+
+/// The headers' words on it and on its options.
+std::string open_scans_doc() {
+  std::string doc = doc_of("open_scans") + std::string("\n");
+  for (const std::string name :
+       {"poses", "intrinsics", "depth_scale", "fields", "rate_hz", "max_pose_gap_s", "origin", "skip_bad",
+        "deskew", "sensor", "cloud_scale", "no_return", "self_boxes", "clear_no_return_m"})
+    doc += "\n" + name + ": " + field_doc("ScanSourceOptions." + name, "", name != "no_return");
+  for (const std::string name : {"topics", "pose_topic", "pose_frame", "fixed_frame", "info_topic"})
+    doc += "\n" + name + ": " + field_doc("BagOptions." + name, "", true);
+  return doc + "\nA box is a pair of corners in the sensor's frame, m. Throws Error(usage, data).";
+}
+
+void bind_scan(Module& module) {
   Value<Scan>(module, "Scan", "One posed scan, which owns its points; does not change.")
-      .rows("points", &Scan::points, "(N, 3) float32, sensor frame, m; a read-only view.")
-      .rows("origins", &Scan::origins,
-            "(N, 3) float32, where each reading's ray starts, sensor frame at stamp_s, m; empty: at 0.")
-      .rows("free_rays", &Scan::free_rays,
-            "(M, 3) float32, ends of rays that met nothing up to there and free space, sensor frame, m.")
+      .fields(OCTOSURF_FIELDS(Scan, points, origins, free_rays))
       .field<Times>(
           "times_s", [](const Scan& self) { return moved_array(std::vector<float>(self.times_s)); },
-          [](Scan& self, const Times& given) {
-            self.times_s.assign(given.data(), given.data() + given.size());
-          },
+          &set_times,
           "(N,) float32, when each reading was taken, s after stamp_s; empty: all at once; a copy.")
-      .field("T_map_sensor", &Scan::T_map_sensor, "(4, 4) float64, sensor frame to map frame; a copy.")
-      .field("stamp_s", &Scan::stamp_s, "s.")
-      .field("sensor", &Scan::sensor, R"("depth_camera" or "lidar".)")
-      .field("name", &Scan::name, "File or index.")
+      .fields(OCTOSURF_FIELDS(Scan, T_map_sensor, stamp_s, sensor, name))
       .def(
           py::init([](const Points& points, const Eigen::Isometry3d& T_map_sensor, double stamp_s,
                       SensorKind sensor, std::string name) {
@@ -92,21 +126,15 @@ void bind_scan(py::module_& module) {
             copy_points(points, scan.points);
             return scan;
           }),
-          py::arg("points"), py::arg("T_map_sensor"), py::kw_only(), py::arg("stamp_s") = 0.0,
-          py::arg("sensor") = SensorKind::depth_camera, py::arg("name") = "",
+          "points"_a, "T_map_sensor"_a, py::kw_only(), "stamp_s"_a = 0.0,
+          "sensor"_a = SensorKind::depth_camera, "name"_a = "",
           R"(points: (..., 3), m, in the sensor's frame, copied as float32; what is not finite is "no reading".
 T_map_sensor: (4, 4), sensor frame to map frame, a rigid motion.
 stamp_s: when it was taken, s. sensor: "depth_camera" or "lidar", picks the default maximum range.
 name: for messages.)")
       .def_static(
-          "from_depth",
-          [](const py::array& depth, const py::object& intrinsics, const Eigen::Isometry3d& T_map_camera,
-             double depth_scale, double stamp_s, std::string name) {
-            return Scan{points_of_depth(depth, intrinsics, depth_scale), T_map_camera, stamp_s,
-                        SensorKind::depth_camera, std::move(name)};
-          },
-          py::arg("depth"), py::arg("intrinsics"), py::arg("T_map_camera"), py::kw_only(),
-          py::arg("depth_scale") = 1000.0, py::arg("stamp_s") = 0.0, py::arg("name") = "",
+          "from_depth", &scan_of_depth, "depth"_a, "intrinsics"_a, "T_map_camera"_a, py::kw_only(),
+          "depth_scale"_a = 1000.0, "stamp_s"_a = 0.0, "name"_a = "",
           R"(From a depth image of a pinhole camera without distortion; x right, y down, z along the optical axis.
 
 depth: (H, W) uint16 with `depth_scale` units per metre, 0 and 65535 for no reading; or float32 or float64 in metres,
@@ -119,21 +147,9 @@ intrinsics: (fx, fy, cx, cy) or K, (3, 3); pixels. T_map_camera: (4, 4), camera 
             moved.T_map_sensor = T_map_sensor;
             return moved;
           },
-          py::arg("T_map_sensor"), "A copy of it at another pose, (4, 4).")
+          "T_map_sensor"_a, "A copy of it at another pose, (4, 4).")
       .def(
-          "deskewed",
-          [](const Scan& self, const std::optional<Times>& times_s, const std::vector<double>& stamps_s,
-             const std::vector<Eigen::Isometry3d>& poses) {
-            if (stamps_s.size() != poses.size())
-              throw Error(Error::Kind::data, "stamps_s", "are not as many as the poses", "give one to each");
-            Scan scan = self;
-            if (times_s) scan.times_s.assign(times_s->data(), times_s->data() + times_s->size());
-            std::vector<StampedPose> stamped;
-            for (std::size_t i = 0; i < poses.size(); ++i) stamped.push_back({stamps_s[i], poses[i]});
-            const py::gil_scoped_release others_run;
-            return deskew(std::move(scan), stamped);
-          },
-          py::arg("times_s"), py::arg("stamps_s"), py::arg("poses"),
+          "deskewed", &deskewed, "times_s"_a, "stamps_s"_a, "poses"_a,
           R"(A copy with the sensor's motion within the scan undone: its points where they were in the sensor's frame at
 stamp_s, their rays from where the sensor was. times_s: (N,), s after stamp_s, one for each point; None: its own.
 stamps_s: (M,), ascending, and poses: (M, 4, 4), T_map_sensor, interpolated between, from the first to the last reading.)")
@@ -142,18 +158,46 @@ stamps_s: (M,), ascending, and poses: (M, 4, 4), T_map_sensor, interpolated betw
 
 }  // namespace
 
-void bind_scans(py::module_& module) {
+void require_shape(const Points& points) {
+  if (points.ndim() == 2 && points.shape(0) == 3 && points.shape(1) != 3)
+    refuse("points", "are columns, " + shape_of(points), "give rows: points.T");
+  if (points.ndim() < 1 || points.shape(points.ndim() - 1) != 3)
+    refuse("points", "have shape " + shape_of(points), "give x, y, z in the last dimension");
+}
+
+void copy_points(const Points& points, std::vector<Eigen::Vector3f>& to) {
+  static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
+  const auto* const first = reinterpret_cast<const Eigen::Vector3f*>(points.data());
+  to.assign(first, first + points.size() / 3);
+}
+
+Scan scan_of_depth(const py::array& depth, const py::object& intrinsics,
+                   const Eigen::Isometry3d& T_map_camera, double depth_scale, double stamp_s,
+                   std::string name) {
+  if (depth.ndim() != 2 || depth.shape(0) > largest_image || depth.shape(1) > largest_image)
+    refuse("depth", "has shape " + shape_of(depth), "give an image, (H, W)");
+  const io::Intrinsics camera = camera_of(intrinsics);
+  const bool metres = depth.dtype().kind() == 'f';
+  if (!metres && !(depth.dtype().kind() == 'u' && depth.itemsize() == 2))
+    refuse("depth", "is of " + std::string(py::str(depth.dtype())),
+           "give uint16 units, or float32 or float64 metres");
+  return {metres ? points_of_metres(depth, camera) : points_of_units(depth, camera, depth_scale),
+          T_map_camera, stamp_s, SensorKind::depth_camera, std::move(name)};
+}
+
+void bind_scans(Module& module) {
   bind_scan(module);
-  py::class_<Recording>(module, "ScanSource",
-                        "Posed scans, one after the other, decoded as they are asked for.")
-      .def("__len__", &Recording::size, "Number of scans listed, bad ones included.")
+  Class<Recording>(module, "ScanSource", "Posed scans, one after the other, decoded as they are asked for.")
+      .def("__len__", told(&ScanSource::size), "Number of scans listed, bad ones included.")
       .def("__iter__", [](const py::object& self) { return self; })
-      .def("__next__", &Recording::next, "Throws Error(data) with its name for a scan that cannot be read.")
+      .def("__next__", &next_scan, "Throws Error(data) with its name for a scan that cannot be read.")
       .def("__repr__",
-           [](const Recording& self) { return "<ScanSource of " + std::to_string(self.size()) + " scans>"; })
-      .def_property_readonly("origin", &Recording::origin, "Subtracted from all coordinates, (3), m.")
-      .def("notes", &Recording::notes, "What was chosen among what the recording has, a line each.")
-      .def("skipped", &Recording::skipped, "A line for every scan that was left out so far, and why.");
+           [](Recording& self) {
+             return "<ScanSource of " + std::to_string(told(&ScanSource::size)(self)) + " scans>";
+           })
+      .def("notes", told(&ScanSource::notes), "What was chosen among what the recording has, a line each.")
+      .def("skipped", told(&ScanSource::skipped), "A line for every scan that was left out so far, and why.")
+      .def_property_readonly("origin", told(&ScanSource::origin), "Subtracted from all coordinates, (3), m.");
   module.def(
       "open_scans",
       [](std::variant<fs::path, std::vector<fs::path>> inputs, std::optional<fs::path> poses,
@@ -184,37 +228,17 @@ void bind_scans(py::module_& module) {
         for (const auto& [a, b] : self_boxes)
           options.self_boxes.push_back({{a.cwiseMin(b).eval(), a.cwiseMax(b).eval()}, {}});
         options.clear_no_return_m = clear_no_return_m;
-        return opened(std::move(inputs), options);
+        if (const auto* one = std::get_if<fs::path>(&inputs)) inputs = std::vector<fs::path>{*one};
+        return std::make_unique<Recording>(open_scans(std::get<1>(inputs), options));
       },
-      py::arg("inputs"), py::kw_only(), py::arg("poses") = py::none(), py::arg("intrinsics") = py::none(),
-      py::arg("depth_scale") = py::none(), py::arg("fields") = py::none(), py::arg("rate_hz") = py::none(),
-      py::arg("max_pose_gap_s") = py::none(), py::arg("origin") = py::none(),
-      py::arg("topics") = std::vector<std::string>(), py::arg("pose_topic") = py::none(),
-      py::arg("pose_frame") = py::none(), py::arg("fixed_frame") = py::none(),
-      py::arg("info_topic") = py::none(), py::arg("skip_bad") = false, py::arg("deskew") = true,
-      py::arg("sensor") = py::none(), py::arg("cloud_scale") = py::none(),
-      py::arg("no_return") = std::vector<double>(),
-      py::arg("self_boxes") = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>(),
-      py::arg("clear_no_return_m") = 0.0,
-      R"(Opens a recording, or a list of them, one after the other: what `octosurf map` reads.
-
-7-Scenes, TUM RGB-D and KITTI folders, 16-bit depth images (PNG, PGM), PCD, PLY, OctoMap's .graph,
-bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder).
-poses: a file with one pose per scan, or a stamped trajectory; wins over what lies beside the scans.
-intrinsics: a file with K or `fx fy cx cy`. depth_scale: units per metre; None: 5000 for TUM folders, else 1000.
-fields: floats of a point in velodyne files; None: 4, or what their values say.
-rate_hz: of scans without time stamps; None: 30 for depth cameras, 10 for lidar.
-max_pose_gap_s: a pose is interpolated between neighbours at most so far apart; None: 0.1, and 0.25 in bags.
-origin: subtracted from all coordinates, m; None: 0, or near the first scan if that is over 8192 m from 0.
-Of bags: topics, of clouds or depth images; pose_topic, instead of tf, and pose_frame, whose poses those are; fixed_frame,
-the map's in tf; info_topic, CameraInfo. What is not given is chosen where there is no choice, see notes().
-skip_bad: go on after a scan that cannot be read or whose pose is not a rigid motion.
-deskew: undo the sensor's motion within scans by their points' times.
-Of clouds: sensor, "depth_camera" or "lidar"; None: what their rays' directions say. cloud_scale: units per metre; None: 1.
-no_return: ranges, of cameras depths, that stand for no return, m; empty: far values that many readings have; [0]: none.
-self_boxes: pairs of corners in the sensor's frame, m: readings in them are the robot's own and left out.
-clear_no_return_m: rays without a return free space up to this range; 0: they do not.
-Throws Error(usage, data).)");
+      "inputs"_a, py::kw_only(), "poses"_a = py::none(), "intrinsics"_a = py::none(),
+      "depth_scale"_a = py::none(), "fields"_a = py::none(), "rate_hz"_a = py::none(),
+      "max_pose_gap_s"_a = py::none(), "origin"_a = py::none(), "topics"_a = std::vector<std::string>(),
+      "pose_topic"_a = py::none(), "pose_frame"_a = py::none(), "fixed_frame"_a = py::none(),
+      "info_topic"_a = py::none(), "skip_bad"_a = false, "deskew"_a = true, "sensor"_a = py::none(),
+      "cloud_scale"_a = py::none(), "no_return"_a = std::vector<double>(),
+      "self_boxes"_a = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>(),
+      "clear_no_return_m"_a = 0.0, Released(), open_scans_doc().c_str());
 }
 
 }  // namespace octosurf::python

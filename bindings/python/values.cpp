@@ -1,7 +1,11 @@
 // What Python makes of the fields of results and settings.
 #include "values.hpp"
 
-namespace py = pybind11;
+#include "header_docs.hpp"
+
+#include <algorithm>
+#include <regex>
+#include <stdexcept>
 
 namespace octosurf::python {
 namespace {
@@ -60,6 +64,23 @@ std::string short_text(const py::handle& value) {
   return text.size() <= longest ? text : type_name(value) + "(…)";
 }
 
+/// "; did you mean 'resolution'?"; empty if no known word is like this one.
+std::string suggestion(const std::string& word, const FieldNames& known) {
+  const py::list like = py::module_::import("difflib").attr("get_close_matches")(word, known, 1);
+  return like.empty() ? std::string() : "; did you mean '" + like[0].cast<std::string>() + "'?";
+}
+
+bool has(const FieldNames& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void set(const py::object& settings, const std::string& name, const py::handle& value) {
+  const py::object now = settings.attr(name.c_str());
+  const bool inner = py::isinstance<py::dict>(value) && py::hasattr(now, "from_dict");
+  settings.attr(name.c_str()) =
+      inner ? py::object(now.attr("from_dict")(value)) : py::reinterpret_borrow<py::object>(value);
+}
+
 }  // namespace
 
 py::dict dict_of(const FieldNames& names, const py::object& object) {
@@ -75,9 +96,43 @@ std::string described(const FieldNames& names, const py::object& object) {
   return text + ")";
 }
 
-std::string suggestion(const std::string& word, const FieldNames& known) {
-  const py::list like = py::module_::import("difflib").attr("get_close_matches")(word, known, 1);
-  return like.empty() ? std::string() : "; did you mean '" + like[0].cast<std::string>() + "'?";
+const char* doc_of(const std::string& name, bool may_lack) {
+  const auto* const row =
+      std::lower_bound(std::begin(header_docs), std::end(header_docs), name,
+                       [](const auto& one, const std::string& wanted) { return one.first < wanted; });
+  if (row != std::end(header_docs) && row->first == name) return row->second;
+  if (!may_lack) throw std::logic_error("no comment of '" + name + "' in the public headers");
+  return "";
+}
+
+std::string field_doc(const std::string& name, const std::string& form, bool optional) {
+  std::string doc = doc_of(name);
+  if (optional) doc = std::regex_replace(doc, std::regex("\\b[Ee]mpty\\b"), "None");
+  return form.empty() ? doc : doc + " " + form + ".";
+}
+
+void set_fields(const SettingsWords& words, const py::object& settings, const py::dict& given) {
+  for (const auto& [key, value] : given)  // groups first, as their fields by name are more particular
+    if (const auto name = key.cast<std::string>(); has(words.fields, name)) set(settings, name, value);
+  for (const auto& [key, value] : given) {
+    const auto name = key.cast<std::string>();
+    if (has(words.fields, name)) continue;
+    const auto at = std::find_if(words.inner.begin(), words.inner.end(),
+                                 [&](const SettingsWords::Inner& one) { return one.word == name; });
+    if (at == words.inner.end()) {
+      FieldNames known = words.fields;
+      for (const SettingsWords::Inner& one : words.inner) known.push_back(one.word);
+      throw py::type_error("there is no field '" + name + "'" + suggestion(name, known));
+    }
+    set(settings.attr(at->group.c_str()), at->field, value);
+  }
+}
+
+void require_fields(const SettingsWords& words, const py::dict& values) {
+  for (const auto& [key, value] : values)
+    if (!py::isinstance<py::str>(key) || !has(words.fields, key.cast<std::string>()))
+      throw Error(Error::Kind::usage, py::str(key), "is no field",
+                  "to_dict() names them" + suggestion(py::str(key), words.fields));
 }
 
 }  // namespace octosurf::python
