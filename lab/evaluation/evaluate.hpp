@@ -116,9 +116,10 @@ struct HoleScore {
 /// 8. `boundary_m`, over correct faces, counts edges that some scan saw, in both directions, with the
 ///    surfaces of which `threshold` or more lies on F: where F was seen in patches, each has its own. From
 ///    points every `grid` along F's rings that have a visible cell within r = max(2 cells, d), to the nearest
-///    ring of these surfaces, in its plane; and from points every `grid` along their rings, where F was seen
-///    2 r beyond, to the nearest ring of F: there the map has an edge and F has none. A surface that ends
-///    where F was no longer seen has no edge to be judged there.
+///    ring of these surfaces, in its plane; and from points every `grid` along their rings, to the nearest
+///    ring of F, where 2 r away F was seen and none of these surfaces comes within r: there the map has an
+///    edge and F has none. A surface that ends where F was no longer seen has no edge to be judged there, nor
+///    has a hole of F that holds no circle as wide as `joined_gap`, which a map fills on purpose.
 /// 9. A true hole is asked for if its area (without islands) is at least 0.02 m², the largest
 ///    inscribed circle is wider than 0.1 m, half of its ring or more has visible cells next to it
 ///    (as in 8), and one surface covers `threshold` of the face or more. It is found if at least

@@ -20,10 +20,13 @@ bool mostly_visible(const Scene& scene, std::size_t face, const Ring2& ring) {
   return 2 * visible >= all;
 }
 
-template <class Visit>
-void for_each_on_rings(const Polygon& polygon, double step, Visit&& visit) {
-  for_each_on_ring(polygon.outer, step, visit);
-  for (const Ring2& hole : polygon.holes) for_each_on_ring(hole, step, visit);
+/// Diameter of the largest circle in a ring.
+double width_of(const Ring2& ring, double grid) {
+  const PlanarRegion region({Polygon{ring, {}}});
+  double radius = 0;
+  region.for_each_cell(
+      grid, [&](const Eigen::Vector2d& uv) { radius = std::max(radius, region.ring_distance(uv)); });
+  return 2 * radius;
 }
 
 Eigen::Isometry3d T_surface_face(const Scene& scene, std::size_t face, std::size_t surface) {
@@ -45,32 +48,43 @@ void append_boundary_distances(const Scene& scene, std::size_t face, const std::
       if (p != own && parts[p].within(uv, gap)) return true;
     return false;
   };
-  for (std::size_t p = 0; p < truth.polygons.size(); ++p) {
-    for_each_on_rings(truth.polygons[p], scene.options.grid, [&](const Eigen::Vector2d& uv) {
-      if (!seen.near(uv, scene.reach()) || is_joint(uv, p)) return;
+  const auto along = [&](const Ring2& ring, std::size_t part) {
+    for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
+      if (!seen.near(uv, scene.reach()) || is_joint(uv, part)) return;
       double nearest = std::numeric_limits<double>::infinity();
       for (const std::size_t s : surfaces)
         nearest = std::min(nearest, scene.surfaces[s].region.ring_distance(
                                         transfer(T_surface_face(scene, face, s), uv).head<2>()));
       distances.push_back(nearest);
     });
+  };
+  for (std::size_t p = 0; p < truth.polygons.size(); ++p) {
+    along(truth.polygons[p].outer, p);
+    for (const Ring2& hole : truth.polygons[p].holes)
+      if (width_of(hole, scene.options.grid) >= gap) along(hole, p);
   }
+  // Of the face's plane; the face was seen there, and no surface is.
+  const auto left_out = [&](const Eigen::Vector2d& uv) {
+    return seen.near(uv, 0) && std::none_of(surfaces.begin(), surfaces.end(), [&](std::size_t s) {
+             return scene.surfaces[s].region.within(transfer(T_surface_face(scene, face, s), uv).head<2>(),
+                                                    scene.reach());
+           });
+  };
   for (const std::size_t s : surfaces) {
     const Eigen::Isometry3d T_face_surface = T_surface_face(scene, face, s).inverse();
-    const auto seen_beyond = [&](const Eigen::Vector2d& uv) {
+    const auto from = [&](const Eigen::Vector2d& on_ring) {
+      const Eigen::Vector2d uv = transfer(T_face_surface, on_ring).head<2>();
       for (int k = 0; k < 8; ++k) {
         const double turn = k * std::numbers::pi / 4;
-        const Eigen::Vector2d at = uv + 2 * scene.reach() * Eigen::Vector2d(std::cos(turn), std::sin(turn));
-        if (!scene.surfaces[s].region.contains(at) && seen.near(transfer(T_face_surface, at).head<2>(), 0))
-          return true;
+        if (!left_out(uv + 2 * scene.reach() * Eigen::Vector2d(std::cos(turn), std::sin(turn)))) continue;
+        distances.push_back(scene.faces[face].region.ring_distance(uv));
+        return;
       }
-      return false;
     };
-    for (const Polygon& polygon : scene.snapshot->surfaces[s]->polygons)
-      for_each_on_rings(polygon, scene.options.grid, [&](const Eigen::Vector2d& uv) {
-        if (seen_beyond(uv))
-          distances.push_back(scene.faces[face].region.ring_distance(transfer(T_face_surface, uv).head<2>()));
-      });
+    for (const Polygon& polygon : scene.snapshot->surfaces[s]->polygons) {
+      for_each_on_ring(polygon.outer, scene.options.grid, from);
+      for (const Ring2& hole : polygon.holes) for_each_on_ring(hole, scene.options.grid, from);
+    }
   }
 }
 

@@ -200,7 +200,7 @@ TEST(Evaluate, OnlyTheVisiblePartIsAskedForAndOnlyItsBoundaryMeasured) {
   EXPECT_NEAR(scores.visible_m2, 1, 1e-9);
   // 3 cm inside three edges; the end of what was seen, 1 m from the face's end, is no boundary.
   EXPECT_NEAR(scores.boundary_m.mean, 0.03, 0.001);
-  EXPECT_LT(scores.boundary_m.max, 0.06) << "its corners, at the end of what was seen";
+  EXPECT_LT(scores.boundary_m.max, 0.05);
   // From the true edges 300 points; back from the surface's, beyond which the face was seen on, 94 + 2 × 97,
   // and at each corner of its end those that have seen cells within 4 cm aside.
   EXPECT_NEAR(static_cast<double>(scores.boundary_m.count), 300 + 288 + 8, 5);
@@ -228,9 +228,7 @@ TEST(Evaluate, EdgesThatNobodySawAreNotMeasuredAndWrongOnesAre) {
   EXPECT_NEAR(static_cast<double>(hole.count - right.count), 80, 1) << "the floor was seen in the hole";
   EXPECT_NEAR(hole.max, 0.5, 0.01);
   const Summary early = edges({}, 1.7);
-  // 1 m of it, and at both its corners the points aside that have seen cells within 4 cm beyond the end.
-  EXPECT_NEAR(static_cast<double>(early.count - right.count), 100 + 2 * 4, 3)
-      << "the floor was seen behind that end";
+  EXPECT_NEAR(static_cast<double>(early.count - right.count), 100, 5) << "the floor was seen behind that end";
   EXPECT_NEAR(early.max, 0.5, 0.01);
 }
 
