@@ -5,6 +5,8 @@ target_compile_options(octosurf_warnings INTERFACE -Wall -Wextra -Wpedantic -Wsh
   -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual
   $<$<AND:$<BOOL:${OCTOSURF_UNITY_BUILD}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>
   $<$<BOOL:${OCTOSURF_WERROR}>:-Werror>)
+# Boost.Geometry includes what Boost deprecates, and each source would say so.
+target_compile_definitions(octosurf_warnings INTERFACE BOOST_ALLOW_DEPRECATED_HEADERS)
 
 # octosurf_pieces(TARGET [MOST]): with OCTOSURF_UNITY_BUILD the target's sources are compiled in pieces of at most MOST
 # (12) sources, all of nearly one size. Half of what a source takes by itself is reading Eigen's and Boost's headers;
