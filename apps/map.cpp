@@ -49,7 +49,7 @@ Examples:
   octosurf map year/*.mcap -o parts/03 --subset 3/16              one of 16 runs, for merge to join
   octosurf map --show-parameters --preset paper
 
-Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
+Inputs, recognised by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
 images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder);
 OctoMap's .graph, .bt and .ot. Several are mapped one after the other. Where a bag has only one topic, camera
 or source of poses that fits, it is used and named. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt
@@ -175,10 +175,10 @@ void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
 /// Where the scans of the run are kept.
 KeptScans folder_of_scans(const MapOptions& options, const Map& start, const KeptScans& before,
                           RunContext& context) {
-  const std::size_t told = context.warnings.size();
+  const std::size_t printed = context.warnings.size();
   KeptScans kept = choose_folder({options.keep_scans, goes_on_in_place(options), options.force}, start,
                                  before, context.warnings);
-  for (std::size_t i = told; i < context.warnings.size(); ++i)
+  for (std::size_t i = printed; i < context.warnings.size(); ++i)
     std::fprintf(stderr, "warning: %s\n", context.warnings[i].c_str());
   return kept;
 }

@@ -370,20 +370,11 @@ void MapRun::finish() {
   keep_past();
   poses_.save();
   scene_.save(last_stamp_s_.value_or(0), *mapper_.snapshot());
-  warn_of_memory();
+  if (const std::string warning = memory_warning(map); !warning.empty()) context_.warnings.push_back(warning);
   context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
   print_summary();
   print_warnings(statistics_, map, !options_.report.empty());
-}
-
-void MapRun::warn_of_memory() {
-  const memory::MemoryLimit* limit = mapper_.map().state().limit.get();
-  if (limit == nullptr || limit->peak() <= limit->limit()) return;
-  const auto mib = [](std::size_t bytes) { return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB"; };
-  context_.warnings.push_back("--max-memory: used " + mib(limit->peak()) + " of " + mib(limit->limit()) +
-                              " asked; what readers have and what a scan needs at once cannot leave memory");
-  std::fprintf(stderr, "warning: %s\n", context_.warnings.back().c_str());
 }
 
 /// The map is saved by then, and does without its past.

@@ -97,7 +97,6 @@ class MapRun {
   void wait_for(double arrival_s) const;
   void checkpoint();
   void keep_past();
-  void warn_of_memory();
   void write_report();
   void print_summary() const;
   void print_dropped() const;

@@ -170,6 +170,14 @@ bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs
   return near;
 }
 
+std::string memory_warning(const Map& map) {
+  const memory::MemoryLimit* limit = map.state().limit.get();
+  if (limit == nullptr || limit->peak() <= limit->limit()) return {};
+  const auto mib = [](std::size_t bytes) { return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB"; };
+  return "--max-memory: used " + mib(limit->peak()) + ", limit " + mib(limit->limit()) +
+         "; readers' snapshots and one scan's working set cannot leave memory";
+}
+
 void print_warnings(const RunStatistics& statistics, const Map& map, bool reported) {
   std::fflush(stdout);  // so that they follow the summary
   warn_of_missing_poses(statistics);
@@ -178,6 +186,8 @@ void print_warnings(const RunStatistics& statistics, const Map& map, bool report
   warn_of_closures(statistics);
   warn_of_sensor_error(map);
   warn_of_double_layers(*map.snapshot(), reported);
+  if (const std::string memory = memory_warning(map); !memory.empty())
+    std::fprintf(stderr, "warning: %s\n", memory.c_str());
 }
 
 }  // namespace octosurf

@@ -20,8 +20,11 @@ void require_metres(const Scan& scan, const Parameters& parameters);
 bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs, bool poses_given,
                         const Parameters& parameters);
 
-/// After a run's summary, warns on stderr of problems with poses, sensor and surfaces. `reported`: a report
-/// exists, which lists the double layers.
+/// By how much a run exceeded the map's limit of memory; empty if it did not.
+std::string memory_warning(const Map& map);
+
+/// After a run's summary, warns on stderr of problems with poses, sensor, surfaces and memory. `reported`: a
+/// report exists, which lists the double layers.
 void print_warnings(const RunStatistics& statistics, const Map& map, bool reported);
 
 }  // namespace octosurf

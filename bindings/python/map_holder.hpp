@@ -108,15 +108,15 @@ class MapHolder {
   std::shared_ptr<const MapUp> up_;
 };
 
-/// What Python calls of a Map: a method of it, or a function whose first argument it is.
+/// Calls a method of Map, or a function of a Map, while the map is locked.
 template <class Answer, class... Arguments>
-auto asked(Answer (Map::*question)(Arguments...) const) {
+auto under_lock(Answer (Map::*question)(Arguments...) const) {
   return [question](const MapHolder& map, Arguments... arguments) {
     return map.read([&](const Map& whole) { return (whole.*question)(arguments...); });
   };
 }
 template <class Answer, class... Arguments>
-auto asked(Answer (*question)(const Map&, Arguments...)) {
+auto under_lock(Answer (*question)(const Map&, Arguments...)) {
   return [question](const MapHolder& map, Arguments... arguments) {
     return map.read([&](const Map& whole) { return question(whole, arguments...); });
   };

@@ -45,7 +45,7 @@ py::array_t<PointRow> points_of(const MapHolder& map) {
 }
 
 std::string text_of_map(const MapHolder& map) {
-  const Map::Size size = asked(&Map::size)(map);
+  const Map::Size size = under_lock(&Map::size)(map);
   return "<Map: " + std::to_string(size.scans) + " scans, " + std::to_string(size.points) + " points, " +
          std::to_string(size.surfaces) + " surfaces>";
 }
@@ -73,20 +73,20 @@ inserts, but for snapshot(), which never waits.)")
            "parameters"_a = py::none(),
            "An empty map, Map(resolution=0.02); what is given by name wins over `parameters`. Throws "
            "Error(usage) for what is out of range.")
-      .def("holds", asked(&Map::holds), "scan"_a)
+      .def("holds", under_lock(&Map::holds), "scan"_a)
       .def("__repr__", &text_of_map)
-      .def("parameters", asked(&Map::parameters), "A copy of its Parameters.")
+      .def("parameters", under_lock(&Map::parameters), "A copy of its Parameters.")
       .def("snapshot", &MapHolder::snapshot, "Snapshot of the last whole scan; shared, nothing is copied.")
-      .def("at", asked(&Map::at), "point"_a)
-      .def("octree", asked(&Map::octree), "OccupancyView as it is now.")
+      .def("at", under_lock(&Map::at), "point"_a)
+      .def("octree", under_lock(&Map::octree), "OccupancyView as it is now.")
       .def("points", &points_of,
            R"(The points of all occupied voxels, in key order; a structured array of its own.
 
 Columns: "point" (3 float64, map frame, m), "view" (3 float64, unit, toward where it was seen from; NaN: not known),
 "log_odds" (float32), "surface" (uint32; 0: pending).)")
-      .def("size", asked(&Map::size))
-      .def("check_invariants", asked(&check_invariants), doc_of("check_invariants"))
-      .def_property_readonly("origin", asked(&Map::origin), doc_of("Map.origin"));
+      .def("size", under_lock(&Map::size))
+      .def("check_invariants", under_lock(&check_invariants), doc_of("check_invariants"))
+      .def_property_readonly("origin", under_lock(&Map::origin), doc_of("Map.origin"));
 }
 
 void bind_diagnosis(Module& module) {
@@ -94,7 +94,7 @@ void bind_diagnosis(Module& module) {
       .fields(OCTOSURF_FIELDS(PolygonEdges, outer, holes))
       .def(py::init<std::vector<EdgeKind>, std::vector<std::vector<EdgeKind>>>(), "outer"_a, "holes"_a,
            "Labels by ring.");
-  module.def("label_edges", asked(&label_edges), "map"_a, "surface"_a);
+  module.def("label_edges", under_lock(&label_edges), "map"_a, "surface"_a);
 
   using D = DoubleLayer;
   Value<D>(module, "DoubleLayer")
@@ -177,8 +177,9 @@ void bind_maps(Module& module) {
           OCTOSURF_FIELDS(Size, nodes, leaves, bytes, points, pending, surfaces, inliers, scans, revision));
   bind_map(module);
   Value<Up>(module, "Up").fields(OCTOSURF_FIELDS(Up, direction, source, level_m2, rival));
-  module.def("up_of", asked(&up_of), "map"_a,
-             "The Up that the map's parameters give or, where they leave it open, that its surfaces tell.");
+  module.def("up_of", under_lock(&up_of), "map"_a,
+             "The Up that the map's parameters give or, where they leave it open, the one that its surfaces "
+             "suggest.");
 
   module.def("load", &load, "stem"_a,
              R"(The Map of `stem`.surfaces, such as octosurf.load("maps/office").

@@ -52,9 +52,9 @@ void bind_results(Module& module) {
 
 void bind_index(Module& module) {
   Class<PythonIndex>(module, "SurfaceIndex",
-                     R"(A snapshot's surfaces, ordered by place for questions that are asked often.
+                     R"(A snapshot's surfaces, indexed by place for repeated queries.
 
-Immutable: every thread may ask. All in the map frame, m; of surfaces that are as near the lower id wins. up: (3,), map
+Immutable: any thread may query it. All in the map frame, m; of surfaces that are as near the lower id wins. up: (3,), map
 frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)")
       .def("__repr__",
            [](const PythonIndex& self) {

@@ -75,9 +75,9 @@ std::unique_ptr<Scan> next_scan(Recording& recording) {
   return std::make_unique<Scan>(*std::move(scan));
 }
 
-/// What a method of the source gives.
+/// Calls a method of the source while it is locked.
 template <class Answer>
-auto told(Answer (ScanSource::*method)() const) {
+auto under_lock(Answer (ScanSource::*method)() const) {
   return [method](Recording& self) {
     return self.use([method](const auto& source) { return ((*source).*method)(); });
   };
@@ -187,17 +187,20 @@ Scan scan_of_depth(const py::array& depth, const py::object& intrinsics,
 
 void bind_scans(Module& module) {
   bind_scan(module);
-  Class<Recording>(module, "ScanSource", "Posed scans, one after the other, decoded as they are asked for.")
-      .def("__len__", told(&ScanSource::size), "Number of scans listed, bad ones included.")
+  Class<Recording>(module, "ScanSource", "Posed scans, one after the other, decoded one at a time.")
+      .def("__len__", under_lock(&ScanSource::size), "Number of scans listed, bad ones included.")
       .def("__iter__", [](const py::object& self) { return self; })
       .def("__next__", &next_scan, "Throws Error(data) with its name for a scan that cannot be read.")
       .def("__repr__",
            [](Recording& self) {
-             return "<ScanSource of " + std::to_string(told(&ScanSource::size)(self)) + " scans>";
+             return "<ScanSource of " + std::to_string(under_lock(&ScanSource::size)(self)) + " scans>";
            })
-      .def("notes", told(&ScanSource::notes), "What was chosen among what the recording has, a line each.")
-      .def("skipped", told(&ScanSource::skipped), "A line for every scan that was left out so far, and why.")
-      .def_property_readonly("origin", told(&ScanSource::origin), "Subtracted from all coordinates, (3), m.");
+      .def("notes", under_lock(&ScanSource::notes),
+           "What was chosen among what the recording has, a line each.")
+      .def("skipped", under_lock(&ScanSource::skipped),
+           "A line for every scan that was left out so far, and why.")
+      .def_property_readonly("origin", under_lock(&ScanSource::origin),
+                             "Subtracted from all coordinates, (3), m.");
   module.def(
       "open_scans",
       [](std::variant<fs::path, std::vector<fs::path>> inputs, std::optional<fs::path> poses,

@@ -226,7 +226,7 @@ class Settings : public Class<T> {
     this->def("to_dict", dict,
               "The fields by name, nested where they are settings themselves; as JSON can hold them.");
     this->def_static("from_dict", read, "values"_a,
-                     "Back from to_dict(); what is missing keeps its default. Throws Error(usage) for a name "
+                     "Back from to_dict(); missing ones keep their default. Throws Error(usage) for a name "
                      "that is no field.");
     this->def(
         "replaced",

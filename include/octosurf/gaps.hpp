@@ -43,8 +43,8 @@ struct GroundedSurface {
   std::vector<Gap> gaps;  ///< in order of their first cell, row by row
 };
 
-/// Tells a surface's voids from unseen places, by the octree of the same scan. Mapping outlines a surface by
-/// its readings alone: gaps wider than h are holes, narrower ones are closed. Here:
+/// Classifies the gaps of a surface, voids or unseen, by the octree of the same scan. Mapping outlines a
+/// surface by its readings alone: gaps wider than h are holes, narrower ones are closed. Here:
 ///
 /// 1. Void: rays passed through, so it is a hole however narrow (from two voxels). The voxel on the plane and
 ///    those straight behind it are free, to max(2.5 d, 3 rms + d/2): three voxels, because with poses off by

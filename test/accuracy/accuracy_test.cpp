@@ -191,7 +191,7 @@ std::optional<Mapper> kitchen(std::size_t first, std::size_t every) {
 }
 
 // Which surfaces part and which join may depend on a last digit somewhere, so that changes that mean nothing
-// deal a map's counts anew. How far apart they then lie is what maps tell that begin with other frames: all
+// deal a map's counts anew. Maps that begin with other frames show how far apart they then lie: all
 // twenty of every twentieth frame have, in the mean and with their standard deviation, 53.4 ± 3.39 surfaces,
 // 34.10 ± 2.71 large ones, 13.45 ± 0.18 m² and 1.9 ± 1.18 double layers. A sum of three has three times the
 // mean and √3 times the deviation; three of its deviations are left on either side, which chance passes once

@@ -39,7 +39,7 @@ TEST_F(PlannerExportVerb, RegionsAreInsetByTheFoot) {
   EXPECT_NEAR(area_of("sole.json"), (length - 0.4) * (width - 0.2), 0.05);
   run_well(write + "across.json --foot 0.4x0.2 --yaw 90");
   EXPECT_NEAR(area_of("across.json"), (length - 0.2) * (width - 0.4), 0.05);
-  // Nothing hangs over the floor: what is free over it stays, whatever clearance is asked for.
+  // Nothing hangs over the floor: what is free over it stays, whatever the clearance.
   run_well(write + "any.json");
   run_well(write + "tall.json --clearance 0.5");
   EXPECT_NEAR(area_of("tall.json"), area_of("any.json"), 1e-6);

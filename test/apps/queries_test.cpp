@@ -1,4 +1,4 @@
-// What `query`, `explain` and `view` tell of a map.
+// The verbs `query`, `explain` and `view`.
 #include "apps/command.hpp"
 
 #include <gmock/gmock.h>

@@ -39,7 +39,7 @@ struct Options {
   std::vector<std::string> only;          ///< methods
   std::vector<std::string> set;           ///< NAME=VALUE, parameters of ours
   std::vector<std::string> inputs;        ///< real recordings, labelled clouds
-  std::size_t count = 0;                  ///< of what is asked: footholds, goals, questions, movers, laps
+  std::size_t count = 0;                  ///< of footholds, goals, queries, movers, laps
   std::size_t frames = 0;                 ///< scans at most; 0: all
   std::size_t every = 1, octomap_every = 0, way = 0;
   double noise_scale = 1, drift_m = 0, drift_deg = 0;  ///< drift: a lap
@@ -101,7 +101,7 @@ struct OctomapScan {
   explicit OctomapScan(const Scan& scan);
 };
 
-/// A true face that stands at the end, ready to be asked.
+/// A true face that stands at the end, ready for queries.
 struct StandingFace {
   const evaluation::TrueFace* truth;
   evaluation::PlanarRegion region;

@@ -306,7 +306,7 @@ OPTIONS = {
     "only": ([str], "methods by how they begin (ours/default, ours/paper, cgal); of labelled: growing, ransac, paper, none; "
                     "of table1: likelihood, paper; of speed: regular expressions"),
     "inputs": ([str], "recordings or labelled clouds in place of those of ../shared/data"),
-    "set": ([str], "NAME=VALUE, parameters of ours"), "count": (int, "of what is asked: footholds, goals, questions, movers"),
+    "set": ([str], "NAME=VALUE, parameters of ours"), "count": (int, "of footholds, goals, queries, movers"),
     "frames": (int, "scans at most"), "every": (int, "every k-th scan of a real recording"),
     "octomap_every": (int, "OctoMap inserts every k-th of kitchen's scans, in turn with ours"),
     "noise_scale": (float, "times the sensor's noise"), "drift_m": (float, "m a lap by which the poses slide away, in two laps"),

@@ -69,7 +69,7 @@ double yaw_of(const Surface& surface, const Eigen::Vector3d& x) {
   return yaw;
 }
 
-/// What is true of the places where a foot may be.
+/// The truth about places where a foot may be.
 class Ground {
  public:
   /// A contact on a face that slopes little, anywhere that the sensor saw and at any heading.
@@ -165,7 +165,7 @@ struct Tally {
   std::size_t accepted = 0, off_1cm = 0, off_2cm = 0, off_all = 0, good_accepted = 0;
 };
 
-/// All that is asked of one map for one foot.
+/// The queries to one map for one foot.
 struct Asked {
   const Mapper& mapper;
   const Snapshot& snapshot;

@@ -13,7 +13,7 @@
 namespace octosurf::bench {
 namespace {
 
-constexpr double near_m = 8;                                // m: farther ground is not asked for
+constexpr double near_m = 8;                                // m: farther ground does not count
 constexpr double on_plane_m = 0.02;                         // m, as evaluate()'s tolerance at 2 cm
 constexpr double level_rad = 10 / deg;                      // of ground
 constexpr double asked_every = 0.05, sampled_every = 0.01;  // m

@@ -1,5 +1,5 @@
 // Real recordings: what inserting them costs beside OctoMap, what it takes of memory, how fast maps are
-// loaded; and of the kitchen, which has no truth, what its map looks like, told by what must not be in it.
+// loaded; and of the kitchen, which has no truth, what its map looks like, by what must not be in it.
 
 #include "bench/bench.hpp"
 #include "occupancy/occupancy_map.hpp"

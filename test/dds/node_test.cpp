@@ -90,7 +90,7 @@ TEST_F(NodeTest, SaysWhatIsWrongWithItsUse) {
   }
 }
 
-/// A node that has mapped the recording, and goes on; the same for all tests that only ask.
+/// A node that has mapped the recording, and goes on; shared by all tests that only query it.
 class MappedRoom : public NodeTest {
  public:
   MappedRoom() {
@@ -158,7 +158,7 @@ class LiveMap : public ::testing::Test {
     question.point().z(z);
     return question;
   }
-  /// A place on the floor, asked from 2 m up.
+  /// A place on the floor, queried from 2 m above.
   Answer floor() {
     Answer found;
     for (double x = -3; !found.found() && x < 6; x += 0.5)
@@ -178,7 +178,7 @@ class LiveMap : public ::testing::Test {
   }
 
   static std::unique_ptr<MappedRoom> room;
-  bool used_up = false;  ///< the node has ended, or maps what the others do not ask of
+  bool used_up = false;  ///< the node has ended, or has another map than the other tests expect
 };
 
 std::unique_ptr<MappedRoom> LiveMap::room;

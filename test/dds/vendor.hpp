@@ -19,7 +19,7 @@ namespace octosurf::test {
 
 enum class Qos { best_effort, reliable, latched };
 
-/// Asks again and again until `holds` or the time is over; returns whether it holds. On a machine that does
+/// Polls until `holds` or the time is over; returns whether it holds. On a machine that does
 /// anything at all it is a matter of tenths of a second.
 inline bool wait_until(const std::function<bool()>& holds,
                        std::chrono::milliseconds longest = std::chrono::minutes(1)) {
@@ -31,7 +31,7 @@ inline bool wait_until(const std::function<bool()>& holds,
   return true;
 }
 
-/// The same for what is heard only by who knows the speaker already: it speaks again and again.
+/// The same for a message that only peers which have discovered its publisher receive: repeats it.
 inline bool spoken_until(const std::function<void()>& speak, const std::function<bool()>& holds,
                          std::chrono::milliseconds pause = std::chrono::seconds(1)) {
   return wait_until([&] {

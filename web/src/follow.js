@@ -63,7 +63,7 @@ export class Following {
     }, restShare * (performance.now() - begin));
   }
 
-  /** All voxels are many: asked for while they are to be seen, and once in any case, for their layers to be there. */
+  /** All voxels are many: requested while they are visible, and once in any case, for their layers to be there. */
   async askForVoxels() {
     const { stage, map } = this.page, { on } = stage.settings, first = map.voxels === null && map.surfaces.length > 0;
     if (this.asking || this.events.readyState !== EventSource.OPEN) return;

@@ -1,4 +1,4 @@
-// What a ray meets first of what is drawn.
+// The first drawn thing that a ray meets.
 import { Raycaster, Vector3 } from 'three';
 import { limitsIn, shownPart } from './clip.js';
 

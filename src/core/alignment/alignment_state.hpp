@@ -68,7 +68,7 @@ struct AlignmentRecord {
   AlignmentState state;
   SeenPatches patches;
 };
-/// Made when first asked for.
+/// Made at the first call.
 inline AlignmentRecord& record_of(surfaces::MapState& map) {
   if (!map.alignment) map.alignment = std::make_shared<AlignmentRecord>();
   return *map.alignment;

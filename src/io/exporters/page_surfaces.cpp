@@ -17,12 +17,12 @@ namespace {
 using Json = PageBlock::Json;
 
 /// As octosurf export writes .json.
-std::string export_text(const PageMap& map, const Snapshot& told) {
+std::string export_text(const PageMap& map, const Snapshot& snapshot) {
   ExportExtras extras;
   extras.edges = map.edges;
   if (!map.stairs.empty()) extras.stairs = Stairs{map.stairs, {}};
   const ExportOptions options;
-  const ExportJob job{told, options, extras, {}, false};
+  const ExportJob job{snapshot, options, extras, {}, false};
   std::ostringstream out;
   write_json(job, out);
   return std::move(out).str();
@@ -118,7 +118,7 @@ void SensorTrack::add(SensorKind kind, const Eigen::Isometry3d& pose) {
 
 std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
   const std::uint64_t since = how.since.value_or(0);
-  const std::shared_ptr<const Snapshot> told =
+  const std::shared_ptr<const Snapshot> sent =
       how.since ? std::make_shared<const Snapshot>(changed_part(*map.snapshot, since)) : map.snapshot;
   PageBlock block;
   block.json["kind"] = "surfaces";
@@ -130,15 +130,15 @@ std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
   block.json["changes"] = since_before(map);
   if (const auto* changes = std::get_if<MapChanges>(&map.changes))
     block.json["cylinders_gone"] = cylinders_gone(*changes);
-  block.json["born"] = births_json(told->surfaces);
-  block.json["cylinders_born"] = births_json(told->cylinders);
-  block.json["departed_surfaces"] = departures_json(told->departures, since, Departure::Of::surface);
-  block.json["departed_cylinders"] = departures_json(told->departures, since, Departure::Of::cylinder);
+  block.json["born"] = births_json(sent->surfaces);
+  block.json["cylinders_born"] = births_json(sent->cylinders);
+  block.json["departed_surfaces"] = departures_json(sent->departures, since, Departure::Of::surface);
+  block.json["departed_cylinders"] = departures_json(sent->departures, since, Departure::Of::cylinder);
   block.json["sensor"] = sensor_json(how.track);
   block.json["feet"] = how.feet ? feet_json(map) : Json::array();
   block.json["feet_left_out"] = !how.feet && !map.feet.empty();
   block.json["plans"] = plans_json(map.plans);
-  block.add("map", export_text(map, *told));
+  block.add("map", export_text(map, *sent));
   return block.packed();
 }
 

@@ -6,7 +6,7 @@
 //   count(map, stage) shown behind the label, if given
 //   choices(map)      ways to colour it, if there are several: [{id, label}], the first at first
 //   range(map, settings)  a slider of its own: {label, least, greatest, value, text(value), set(value)}; null: none
-//   create(map, stage)    a three.js object in root coordinates (view.js); asked for when it is first shown, and again
+//   create(map, stage)    a three.js object in root coordinates (view.js); made when it is first shown, and again
 //                     when a choice, the theme or the map changes. If it has userData.draw, it is drawn by
 //                     that, before each picture (allowed points → {cost, whole}). userData.whose(triangle): for picking.js.
 //   legend(map, stage)    [{color | line | ramp, text | ticks: [{at: 0 … 1, text}] | low, high}]

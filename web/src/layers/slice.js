@@ -3,7 +3,7 @@ import { Quaternion, Vector3 } from 'three';
 import { dot } from '../vectors.js';
 import { Triangles } from './mesh.js';
 
-const colors = { 1: [0.27, 0.67, 0.86], 2: [0.1, 0.12, 0.16] };  // by OccupancyView::State; what is unknown is not drawn
+const colors = { 1: [0.27, 0.67, 0.86], 2: [0.1, 0.12, 0.16] };  // by OccupancyView::State; unknown space is not drawn
 
 /**
  * The stored cells as they lie with the map's present up: one's middle is `low` + i `steps[0]` + j `steps[1]` +
