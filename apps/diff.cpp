@@ -50,9 +50,10 @@ Move move_of(const Surface& before, const Surface& after) {
           std::atan2(a.cross(b).norm(), a.dot(b))};
 }
 
-Json heirs_json(const std::vector<MapChanges::Heir>& heirs, const char* before, const char* now) {
+template <class Successor>
+Json successors_json(const std::vector<Successor>& all, const char* before, const char* now) {
   Json list = Json::array();
-  for (const MapChanges::Heir& heir : heirs) list.push_back({{before, heir.before}, {now, heir.now}});
+  for (const auto& successor : all) list.push_back({{before, successor.before}, {now, successor.now}});
   return list;
 }
 
@@ -78,14 +79,12 @@ void print_json(const MapChanges& changes, const Snapshot& before, const Snapsho
                                {"angle_deg", move.angle_rad * deg_per_rad}});
   }
   json["gone"] = listed(changes.gone, before);
-  json["merged"] = heirs_json(changes.merged, "id", "into");
-  json["split"] = heirs_json(changes.split, "id", "part");
+  json["merged"] = successors_json(changes.merged, "id", "into");
+  json["split"] = successors_json(changes.split, "id", "part");
   json["cylinders"] = {{"appeared", changes.cylinders_appeared},
                        {"changed", changes.cylinders_changed},
                        {"gone", changes.cylinders_gone}};
-  json["cylinders"]["merged"] = Json::array();
-  for (const auto& heir : changes.cylinders_merged)
-    json["cylinders"]["merged"].push_back({{"id", heir.before}, {"into", heir.now}});
+  json["cylinders"]["merged"] = successors_json(changes.cylinders_merged, "id", "into");
   std::printf("%s\n", json.dump(1).c_str());
 }
 
@@ -99,10 +98,10 @@ void print(const MapChanges& changes, const Snapshot& before, const Snapshot& af
     std::printf("appeared  %6u  %8.3f m²\n", id, after.find(id)->area_m2);
   for (const SurfaceId id : changes.gone)
     std::printf("gone      %6u  %8.3f m²\n", id, before.find(id)->area_m2);
-  for (const MapChanges::Heir& heir : changes.merged)
-    std::printf("merged    %6u  into %u\n", heir.before, heir.now);
-  for (const MapChanges::Heir& heir : changes.split)
-    std::printf("split     %6u  a part is %u\n", heir.before, heir.now);
+  for (const MapChanges::Successor& successor : changes.merged)
+    std::printf("merged    %6u  into %u\n", successor.before, successor.now);
+  for (const MapChanges::Successor& successor : changes.split)
+    std::printf("split     %6u  a part is %u\n", successor.before, successor.now);
   for (const SurfaceId id : changes.changed) {
     const Surface &was = *before.find(id), &is = *after.find(id);
     const Move move = move_of(was, is);
@@ -112,8 +111,8 @@ void print(const MapChanges& changes, const Snapshot& before, const Snapshot& af
   for (const CylinderId id : changes.cylinders_appeared) std::printf("appeared  cylinder %u\n", id);
   for (const CylinderId id : changes.cylinders_changed) std::printf("changed   cylinder %u\n", id);
   for (const CylinderId id : changes.cylinders_gone) std::printf("gone      cylinder %u\n", id);
-  for (const auto& heir : changes.cylinders_merged)
-    std::printf("merged    cylinder %u into %u\n", heir.before, heir.now);
+  for (const auto& successor : changes.cylinders_merged)
+    std::printf("merged    cylinder %u into %u\n", successor.before, successor.now);
 }
 
 double unshared(const std::vector<SurfaceDifference>& surfaces) {

@@ -9,9 +9,8 @@ namespace octosurf {
 bool goes_on_from(const Snapshot& after, const Snapshot& before) {
   if (before.revision > after.revision) return false;
   std::vector<SurfaceId> left;
-  after.departures.for_each_since(before.revision, [&](const Departure& departure) {
-    if (departure.of == Departure::Of::surface && departure.born <= before.revision)
-      left.push_back(departure.id);
+  after.removals.for_each_since(before.revision, [&](const Removal& removal) {
+    if (removal.of == Removal::Of::surface && removal.born <= before.revision) left.push_back(removal.id);
   });
   std::sort(left.begin(), left.end());
   std::size_t there = 0;

@@ -27,7 +27,7 @@ struct LoopClosure {
 class LoopClosures {
  public:
   void add(const Scan& scan, const Alignment& alignment, double resolution) {
-    if (alignment.outcome == AlignmentOutcome::set_aside) return;  // was not inserted
+    if (alignment.outcome == AlignmentOutcome::rejected) return;  // was not inserted
     ++scans_;
     const Eigen::Isometry3d correction = alignment.T_map_sensor * scan.T_map_sensor.inverse();
     const auto from_here = [&](const Eigen::Isometry3d& other) {

@@ -171,10 +171,10 @@ void MapRun::place(Scan& cloud, bool alone) const {
   set_viewpoint(cloud, found->at);
 }
 
-void MapRun::refuse(const std::string& what, const std::string& mend) {
+void MapRun::refuse(const std::string& what, const std::string& hint) {
   changed_ = false;  // nothing to save
   throw Error(Error::Kind::data, context_.input.empty() ? "" : context_.input.front(),
-              what + "; nothing is written", mend);
+              what + "; nothing is written", hint);
 }
 
 void MapRun::require_sensible_poses() {
@@ -187,9 +187,9 @@ void MapRun::require_sensible_poses() {
   if (options_.source.depth_scale || options_.source.cloud_scale) return;
   if (const auto scale = pose_check_.better_scale()) {
     const bool long_readings = *scale > 1;
-    std::array<char, 300> mend{};
+    std::array<char, 300> hint{};
     std::snprintf(
-        mend.data(), mend.size(),
+        hint.data(), hint.size(),
         "of depth images --depth-scale %g where it was 1000, of clouds --cloud-scale %g; or state the "
         "scale they have, if it is right and the poses' unit is no metre",
         1000 * *scale, *scale);
@@ -197,7 +197,7 @@ void MapRun::require_sensible_poses() {
     std::snprintf(what.data(), what.size(),
                   "scans do not fit each other, but do if readings are taken as %g times too %s",
                   long_readings ? *scale : 1 / *scale, long_readings ? "long" : "short");
-    refuse(what.data(), mend.data());
+    refuse(what.data(), hint.data());
   }
 }
 
@@ -246,7 +246,7 @@ void MapRun::end_early(const std::exception& failure) {
     const auto* error = dynamic_cast<const Error*>(&failure);
     const bool can_skip = mapping && error != nullptr && error->kind() == Error::Kind::data;
     line.add("%zu scan%s mapped and saved", checkpoints_.scans(), checkpoints_.scans() == 1 ? "" : "s");
-    if (can_skip) line.add(", --skip-bad goes on without it");
+    if (can_skip) line.add(", --skip-bad skips it");
   } else {
     line.add_last_of(checkpoints_);
     if (checkpoints_.any()) line.add(", --resume %s goes on", options_.output.c_str());
@@ -341,7 +341,7 @@ void MapRun::drain() {
 
 void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
   statistics_.add(scan, report, arrival_s, done_s);
-  if (report.alignment.outcome == AlignmentOutcome::set_aside) return;
+  if (report.alignment.outcome == AlignmentOutcome::rejected) return;
   poses_.add(scan.stamp_s, report.alignment.T_map_sensor);
   scene_.add_pose(scan.stamp_s, report.alignment.T_map_sensor);
   keeper_.add(scan, report.alignment.T_map_sensor);
@@ -401,8 +401,8 @@ void MapRun::print_summary() const {
   const Map::Size size = mapper_.map().size();
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   std::printf("%-12s %zu", "scans", static_cast<std::size_t>(statistics_.scans()));
-  const std::size_t aside = statistics_.scans_with(AlignmentOutcome::set_aside);
-  if (size.scans + aside != statistics_.scans())
+  const std::size_t rejected = statistics_.scans_with(AlignmentOutcome::rejected);
+  if (size.scans + rejected != statistics_.scans())
     std::printf(", %zu with those before", static_cast<std::size_t>(size.scans));
   if (!context_.skipped_scans.empty())
     std::printf(", %zu skipped, e.g. %s", context_.skipped_scans.size(), context_.skipped_scans[0].c_str());
@@ -433,13 +433,13 @@ void MapRun::print_alignment() const {
   const auto count = [this](AlignmentOutcome outcome) { return statistics_.scans_with(outcome); };
   const std::size_t corrected = count(AlignmentOutcome::corrected),
                     recovered = count(AlignmentOutcome::recovered),
-                    aside = count(AlignmentOutcome::set_aside),
+                    rejected = count(AlignmentOutcome::rejected),
                     unexplained = count(AlignmentOutcome::unexplained);
-  if (corrected + recovered + aside + unexplained == 0) return;
+  if (corrected + recovered + rejected + unexplained == 0) return;
   std::printf("%-12s %zu corrected", "poses", corrected + recovered);
   if (recovered > 0) std::printf(", %zu of them far off", recovered);
-  if (aside > 0)
-    std::printf("; %s left out: far off, and not to be found", io::count_of(aside, "scan").c_str());
+  if (rejected > 0)
+    std::printf("; %s left out: far off, and not to be found", io::count_of(rejected, "scan").c_str());
   if (unexplained > 0) std::printf("; %zu fit nowhere and are mapped as given", unexplained);
   std::printf("\n");
 }

@@ -74,7 +74,7 @@ class MapRun {
   std::function<bool(Scan&)> accepting(bool alone) const;
   void place(Scan& cloud, bool alone) const;
   /// Throws Error(data): nothing is written.
-  [[noreturn]] void refuse(const std::string& what, const std::string& mend);
+  [[noreturn]] void refuse(const std::string& what, const std::string& hint);
   /// Throws if poses fit far better in another form or unit, which would ruin the map: nothing is written.
   void require_sensible_poses();
   /// Throws if the run has mapped hardly any reading.

@@ -82,7 +82,7 @@ KeptScans choose_folder(const KeepingWish& wish, const Map& map, const KeptScans
   }
   std::error_code ignored;
   if (wish.folder.empty() && !fs::is_directory(before.folder, ignored)) {
-    warnings.push_back(there + ": the map's scans are not there, it goes on without");
+    warnings.push_back(there + ": the map's scans are not there; resuming without them");
     return {};
   }
   return before;

@@ -43,9 +43,9 @@ struct KeepingWish {
   bool force = false;
 };
 
-/// For a run that goes on with `map`, whose scans are in `before`; what the user should know goes to
+/// For a run that resumes `map`, whose scans are in `before`; what the user should know goes to
 /// `warnings`.
-/// 1. A map goes on with its folder by itself where it is written over. Written elsewhere, it would share it
+/// 1. A resumed map keeps its folder by itself where it is written over. Written elsewhere, it would share it
 ///    with the map it began as, so it gets one only by a wish, with links to what is there.
 /// 2. A map has either all its scans in a folder or none. Throws Error(usage) where a wish goes against it.
 KeptScans choose_folder(const KeepingWish& wish, const Map& map, const KeptScans& before,

@@ -98,8 +98,7 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
           "auto, off: undo the sensor's motion within a scan by its points' times [auto]")
       ->check(CLI::IsMember({"auto", "off"}))
       ->group(group);
-  verb.add_flag("--skip-bad", source.skip_bad,
-                "go on without scans that cannot be read or have no rigid pose")
+  verb.add_flag("--skip-bad", source.skip_bad, "skip scans that cannot be read or have no rigid pose")
       ->group(group);
   verb.add_option("--skip", range.skip, "leave out the first N scans")->group(group);
   verb.add_option("--every", range.every, "take only every K-th scan")->check(at_least(1))->group(group);

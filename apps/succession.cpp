@@ -56,7 +56,7 @@ Identities Succession::settle() const {
     identities.cylinders_born[now] = same != nullptr ? same->born : identities.revision;
   }
   settle_parents(identities);
-  settle_departures(identities);
+  settle_removals(identities);
   return identities;
 }
 
@@ -81,18 +81,18 @@ void Succession::settle_parents(Identities& identities) const {
     }
 }
 
-void Succession::settle_departures(Identities& identities) const {
-  std::vector<Departure> gone;
+void Succession::settle_removals(Identities& identities) const {
+  std::vector<Removal> gone;
   for (const SurfaceId id : identities.gone) {
     const surfaces::SurfaceModel& surface = *before_.surfaces.find(id);
     const auto into = identities.merged.find(id);
-    gone.push_back({Departure::Of::surface, id, into != identities.merged.end() ? into->second : 0,
+    gone.push_back({Removal::Of::surface, id, into != identities.merged.end() ? into->second : 0,
                     surface.born, identities.revision, surface.parents()});
   }
   for (const auto& [id, cylinder] : before_.cylinders)
     if (!identities.cylinders_born.contains(id))
-      gone.push_back({Departure::Of::cylinder, id, 0, cylinder.born, identities.revision, {}});
-  identities.departures = before_.departures.with(gone);
+      gone.push_back({Removal::Of::cylinder, id, 0, cylinder.born, identities.revision, {}});
+  identities.removals = before_.removals.with(gone);
 }
 
 void renumber(surfaces::MapState& state, const Identities& identities) {
@@ -124,14 +124,14 @@ void renumber(surfaces::MapState& state, const Identities& identities) {
   });
   state.surfaces = std::move(surfaces);
   state.cylinders = std::move(cylinders);
-  state.departures = identities.departures;
+  state.removals = identities.removals;
   state.revision = identities.revision;
   auto snapshot =
       std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
   for (const auto& [id, surface] : state.surfaces)
     snapshot->surfaces.push_back(surface.publish(state.revision));
   snapshot->cylinders = state.cylinders.publish(state.revision);
-  snapshot->departures = state.departures;
+  snapshot->removals = state.removals;
   state.snapshot.store(std::move(snapshot));
 }
 

@@ -20,7 +20,7 @@ struct Identities {
   std::map<CylinderId, CylinderId> cylinders;
   CylinderId next_cylinder = 1;
   std::uint64_t revision = 0;
-  DepartureLog departures;  ///< the old map's, and those added by the rebuild
+  RemovalLog removals;  ///< the old map's, and those added by the rebuild
 
   // Numbers of surfaces, for the report.
   std::size_t kept = 0, born = 0;
@@ -53,7 +53,7 @@ class Succession {
 
  private:
   void settle_parents(Identities& identities) const;
-  void settle_departures(Identities& identities) const;
+  void settle_removals(Identities& identities) const;
 
   const surfaces::MapState& before_;
   const surfaces::MapState& after_;

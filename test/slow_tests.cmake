@@ -29,7 +29,7 @@ set(OCTOSURF_SLOW_fuzz Corpus/EveryByte.*
     Fuzz.BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles
     Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
 set(OCTOSURF_SLOW_io BagFiles.* Bags/CloudsInBag.* Bags/ImagesInBag.* DamagedMapFiles.*
-    Departures.ComeBackWithWhoTookThemIn Departures.ManyComeBackInOrder ExportTest.FilesAreReadByPython
+    Removals.ComeBackWithWhoTookThemIn Removals.ManyComeBackInOrder ExportTest.FilesAreReadByPython
     Kinds/DamagedBags.*
     MapFiles.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
     PictureTest.IsoShowsFloorAndDefaultSize RealScans.RedKitchen RecordStream.DamageBehindTheFrameIsSeen
@@ -63,9 +63,9 @@ set(OCTOSURF_SLOW_planning Changes.LineageOverManyScansIsThatOverEachOfThem
 set(OCTOSURF_SLOW_property *)
 set(OCTOSURF_SLOW_simulation Cameras/DepthFolder.IsASevenScenesFolder* Folder.SameOptionsSameBytes
     MeshFacesTest.HeapsOfBoxesAgreeWithThePointwiseTwin MeshRecording.AStairIsMappedStepByStep
-    MeshRecording.EverythingAWalkerStepsOnIsSeen Meshes/TerrainData.* Noise.OfTheDepthCameraGrowsAsItsModelSays
-    RealCamera.DepthsDeviateAsPublished RealCamera.DropsAsOftenAsItSays
-    RealCamera.OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach RealCamera.WhatRemainsOfManyScansIsTheBias
+    MeshRecording.EverythingAWalkerStepsOnIsSeen Meshes/TerrainData.*
+    RealCameraTest.DepthsDeviateAsPublished RealCameraTest.DropsAsOftenAsItSays
+    RealCameraTest.OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach RealCameraTest.WhatRemainsOfManyScansIsTheBias
     Recording.ChangeHappensMidway Recording.NoScanIsEmpty Recording.SameOptionsSameScansInAnyOrder
     Recording.TheRealCameraDropsOfWhatThePerfectOneSees VisibleCells.EachIsInSightOfSomeScan
     VisibleCells.LieInPolygonsInOrderAndSumUp)

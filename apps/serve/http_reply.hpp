@@ -15,8 +15,8 @@ struct HttpReply {
 
 HttpReply reply_of(std::string body);
 
-/// {"error": `what`, "where": …, "mend": …}
-HttpReply refusal(int status, const std::string& what, const std::string& where, const std::string& mend);
+/// {"error": `what`, "where": …, "hint": …}
+HttpReply refusal(int status, const std::string& what, const std::string& where, const std::string& hint);
 /// Likewise; `where` in the place of the error's own.
 HttpReply refusal(int status, const Error& error, const std::string& where);
 

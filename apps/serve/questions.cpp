@@ -133,8 +133,8 @@ Json make_questions() {
   return all;
 }
 
-[[noreturn]] void refuse(const std::string& where, const std::string& what, const std::string& mend) {
-  throw Error(Error::Kind::usage, where.substr(0, longest_text), what, mend);
+[[noreturn]] void refuse(const std::string& where, const std::string& what, const std::string& hint) {
+  throw Error(Error::Kind::usage, where.substr(0, longest_text), what, hint);
 }
 
 double number_in(const std::string& name, const Json& parameter, std::string_view text) {

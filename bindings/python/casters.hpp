@@ -32,7 +32,7 @@
 #include <octosurf/up.hpp>
 
 // How octosurf's types are said in Python where they are no classes of their own: enumerations are strings,
-// poses are 4×4 arrays, heirs are pairs (before, now).
+// poses are 4×4 arrays, successors are pairs (before, now).
 
 namespace octosurf::python {
 
@@ -52,7 +52,7 @@ inline constexpr std::array<std::string_view, 2> sensor_names{"depth_camera", "l
 inline constexpr std::array<std::string_view, 3> state_names{"unknown", "free", "occupied"};
 inline constexpr std::array<std::string_view, 3> up_source_names{"given", "surfaces", "assumed"};
 inline constexpr std::array<std::string_view, 2> detector_names{"likelihood", "paper"};
-inline constexpr std::array<std::string_view, 2> departed_names{"surface", "cylinder"};
+inline constexpr std::array<std::string_view, 2> removed_names{"surface", "cylinder"};
 inline constexpr std::array<std::string_view, 4> no_plan_names{"start", "goal", "unreachable", "budget"};
 inline constexpr auto reason_names = [] {
   std::array<std::string_view, reason_texts.size()> names;
@@ -66,7 +66,7 @@ OCTOSURF_NAMES(OccupancyView::State, "state", state_names);
 OCTOSURF_NAMES(Map::Occupancy, "state", state_names);
 OCTOSURF_NAMES(Up::Source, "source", up_source_names);
 OCTOSURF_NAMES(DetectorKind, "detector", detector_names);
-OCTOSURF_NAMES(Departure::Of, "kind", departed_names);
+OCTOSURF_NAMES(Removal::Of, "kind", removed_names);
 OCTOSURF_NAMES(AlignmentOutcome, "outcome", alignment_outcome_names);
 OCTOSURF_NAMES(EdgeKind, "kind of edge", edge_kind_names);
 OCTOSURF_NAMES(ContactRefusal, "refusal", contact_refusal_names);
@@ -131,10 +131,10 @@ std::string form_of() {
 
 namespace pybind11::detail {
 
-template <class Heir>
-struct HeirCaster {
+template <class Successor>
+struct SuccessorCaster {
   using Ids = std::pair<std::uint32_t, std::uint32_t>;
-  PYBIND11_TYPE_CASTER(Heir, make_caster<Ids>::name);
+  PYBIND11_TYPE_CASTER(Successor, make_caster<Ids>::name);
 
   bool load(handle source, bool) {
     const auto [before, now] = source.cast<Ids>();
@@ -142,14 +142,15 @@ struct HeirCaster {
     value.now = now;
     return true;
   }
-  static handle cast(const Heir& heir, return_value_policy policy, handle parent) {
-    return make_caster<Ids>::cast(Ids(heir.before, heir.now), policy, parent);
+  static handle cast(const Successor& successor, return_value_policy policy, handle parent) {
+    return make_caster<Ids>::cast(Ids(successor.before, successor.now), policy, parent);
   }
 };
+using octosurf::MapChanges;
 template <>
-struct type_caster<octosurf::MapChanges::Heir> : HeirCaster<octosurf::MapChanges::Heir> {};
+struct type_caster<MapChanges::Successor> : SuccessorCaster<MapChanges::Successor> {};
 template <>
-struct type_caster<octosurf::MapChanges::CylinderHeir> : HeirCaster<octosurf::MapChanges::CylinderHeir> {};
+struct type_caster<MapChanges::CylinderSuccessor> : SuccessorCaster<MapChanges::CylinderSuccessor> {};
 
 /// Enumerations that have Names.
 template <class E>
@@ -167,8 +168,7 @@ struct type_caster<E, std::void_t<decltype(octosurf::python::Names<E>::what)>> {
   }
 };
 
-/// Rigid motions: 4×4 float64 whose last row is 0 0 0 1, copied. That they are rigid is checked where they
-/// are used.
+/// Rigid motions: 4×4 float64 whose last row is 0 0 0 1, copied; checked where they are used.
 template <>
 struct type_caster<Eigen::Isometry3d> {
   PYBIND11_TYPE_CASTER(Eigen::Isometry3d, const_name("numpy.ndarray[numpy.float64[4, 4]]"));

@@ -1,5 +1,4 @@
-// octosurf/contact.hpp and gaps.hpp in Python: contact regions, footholds, convex pieces and the ground
-// under.
+// octosurf/contact.hpp and gaps.hpp in Python: contact regions, footholds, convex pieces, gaps.
 #include "map_holder.hpp"
 
 #include <limits>

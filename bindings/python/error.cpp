@@ -8,13 +8,13 @@ namespace octosurf::python {
 namespace {
 
 constexpr const char* error_doc =
-    R"(What failed, where, and how to mend it; str() is one line "where: what; mend".
+    R"(What failed, where, and how to hint it; str() is one line "where: what; hint".
 
 kind: "usage" (the caller asked for something that makes no sense), "data" (a file, an image, a cloud or a pose is
 missing, damaged or foreign), "output" (a result could not be written) or "incomplete" (a scan that failed is
 not taken back yet, for want of memory: the Mapper's next call does that).
 where: a file, a parameter or a scan.
-mend: what to do about it; may be empty.
+hint: what to do about it; may be empty.
 
 When memory runs out, MemoryError is raised instead.)";
 
@@ -67,20 +67,20 @@ std::string place_of(const Error& error) {
   return error.where().starts_with("--") ? in_python(error.where()) : error.where();
 }
 
-/// The whole line; between place and mend is what happened.
+/// The whole line; between place and hint is what happened.
 std::string line_of(const Error& error) {
   const std::string line = error.what();
   const std::size_t begin = error.where().empty() ? 0 : error.where().size() + 2;
-  const std::size_t end = line.size() - (error.mend().empty() ? 0 : error.mend().size() + 2);
+  const std::size_t end = line.size() - (error.hint().empty() ? 0 : error.hint().size() + 2);
   return (begin == 0 ? std::string() : place_of(error) + ": ") + in_python(line.substr(begin, end - begin)) +
-         (error.mend().empty() ? std::string() : "; " + in_python(error.mend()));
+         (error.hint().empty() ? std::string() : "; " + in_python(error.hint()));
 }
 
 void raise(const Error& error) {
   const py::object raised = py::handle(error_type)(text(line_of(error)));
   raised.attr("kind") = py::cast(error.kind());
   raised.attr("where") = text(place_of(error));
-  raised.attr("mend") = text(in_python(error.mend()));
+  raised.attr("hint") = text(in_python(error.hint()));
   PyErr_SetObject(error_type, raised.ptr());
 }
 

@@ -16,8 +16,8 @@ using Times = Dense<float>;
 
 constexpr int largest_image = 1 << 16;  ///< pixels a side
 
-[[noreturn]] void refuse(const std::string& where, const std::string& what, const std::string& mend) {
-  throw Error(Error::Kind::data, where, what, mend);
+[[noreturn]] void refuse(const std::string& where, const std::string& what, const std::string& hint) {
+  throw Error(Error::Kind::data, where, what, hint);
 }
 
 std::string shape_of(const py::array& array) { return py::str(array.attr("shape")); }

@@ -1,11 +1,11 @@
-// octosurf/surface.hpp, cylinder.hpp and departures.hpp in Python.
+// octosurf/surface.hpp, cylinder.hpp and removals.hpp in Python.
 #include "map_holder.hpp"
 
 #include <algorithm>
 #include <cstdio>
 
-#include <octosurf/departures.hpp>
 #include <octosurf/planning.hpp>
+#include <octosurf/removals.hpp>
 #include <octosurf/surface.hpp>
 #include <octosurf/up.hpp>
 
@@ -98,15 +98,14 @@ std::vector<std::shared_ptr<T>> shared(const std::vector<std::shared_ptr<const T
   return given;
 }
 
-std::vector<Departure> departures(const Snapshot& snapshot, std::uint64_t since) {
-  std::vector<Departure> gone;
-  snapshot.departures.for_each_since(since, [&gone](const Departure& one) { gone.push_back(one); });
+std::vector<Removal> removals(const Snapshot& snapshot, std::uint64_t since) {
+  std::vector<Removal> gone;
+  snapshot.removals.for_each_since(since, [&gone](const Removal& one) { gone.push_back(one); });
   return gone;
 }
 
 void bind_snapshot(Module& module) {
-  Value<Departure>(module, "Departure")
-      .fields(OCTOSURF_FIELDS(Departure, of, id, into, born, revision, parents));
+  Value<Removal>(module, "Removal").fields(OCTOSURF_FIELDS(Removal, of, id, into, born, revision, parents));
   Class<Snapshot, SnapshotPtr>(module, "Snapshot")
       .def(
           "up", [](const SnapshotPtr& self) { return up_in(self); },
@@ -126,8 +125,7 @@ The estimate is up_of(map)'s, made anew each time: O(n^2) in surfaces, a few ns 
             return shared(self->changed_since(revision), self);
           },
           "revision"_a)
-      .def("departures", &departures, "since"_a = 0,
-           "List of Departure after revision `since`, oldest first.")
+      .def("removals", &removals, "since"_a = 0, "List of Removal after revision `since`, oldest first.")
       .def("__len__", [](const Snapshot& self) { return self.surfaces.size(); })
       .def("__repr__",
            [](const Snapshot& self) {

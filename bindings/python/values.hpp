@@ -209,8 +209,7 @@ void set_fields(const SettingsWords& words, const py::object& settings, const py
 /// Throws Error(usage) for a name that is no field.
 void require_fields(const SettingsWords& words, const py::dict& values);
 
-/// A struct of settings: its fields can be set, given by name to the constructor, compared and turned into a
-/// dict and back.
+/// A struct of settings: fields can be set, given by name to the constructor, compared, and put into a dict.
 template <class T>
 class Settings : public Class<T> {
  public:

@@ -24,12 +24,12 @@ enum class AlignmentOutcome {
   agrees,         ///< no significant drift: the given pose, bit by bit
   corrected,      ///< moved onto the surfaces that the scan sees again
   recovered,      ///< far off, as the previous scan was; relocated by matching planes
-  set_aside,      ///< far off, and no other scan confirms it so far: not inserted
+  rejected,       ///< far off, and no other scan confirms it so far: not inserted
   unexplained     ///< fits nowhere within reach: the given pose with the previous corrections
 };
 /// By AlignmentOutcome, as in reports.
 inline constexpr std::array<std::string_view, 7> alignment_outcome_names{
-    "off", "nothing_known", "agrees", "corrected", "recovered", "set_aside", "unexplained"};
+    "off", "nothing_known", "agrees", "corrected", "recovered", "rejected", "unexplained"};
 
 /// A scan's pose against the surfaces of a map.
 struct Alignment {

@@ -17,27 +17,27 @@ struct MapChanges {
   std::vector<SurfaceId> gone;      ///< removed without a successor
 
   /// A surface of the earlier revision and one of now that contains all or part of it.
-  struct Heir {
+  struct Successor {
     SurfaceId before = 0;  ///< id at the earlier revision
     SurfaceId now = 0;     ///< id now
-    friend bool operator==(const Heir&, const Heir&) = default;
+    friend bool operator==(const Successor&, const Successor&) = default;
   };
   /// `before` no longer exists; sorted by `before`, then `now`. A split followed by a merger may give
   /// several.
-  std::vector<Heir> merged;
+  std::vector<Successor> merged;
   /// `before` still exists, and `now`, another surface, has a part of it; sorted likewise.
-  std::vector<Heir> split;
+  std::vector<Successor> split;
 
   std::vector<CylinderId> cylinders_appeared;  ///< as for surfaces
   std::vector<CylinderId> cylinders_changed;   ///< likewise
   std::vector<CylinderId> cylinders_gone;      ///< likewise
-  /// As Heir, of cylinders.
-  struct CylinderHeir {
+  /// As Successor, of cylinders.
+  struct CylinderSuccessor {
     CylinderId before = 0;  ///< id at the earlier revision
     CylinderId now = 0;     ///< id now
-    friend bool operator==(const CylinderHeir&, const CylinderHeir&) = default;
+    friend bool operator==(const CylinderSuccessor&, const CylinderSuccessor&) = default;
   };
-  std::vector<CylinderHeir> cylinders_merged;  ///< as `merged`
+  std::vector<CylinderSuccessor> cylinders_merged;  ///< as `merged`
 };
 
 /// Net changes after revision `since`, over any number of scans, splits and mergers: a client that drops

@@ -33,7 +33,7 @@ enum class Reason {
   too_few_points,  ///< fewer than n connected points on one plane
   too_narrow,      ///< narrower than min_surface_width
   edge_on,         ///< seen too nearly along the plane to know from which side
-  bent,            ///< a curved patch, such as a pillar's
+  curved,          ///< a curved patch, such as a pillar's
   seen_through,    ///< seen through a surface: noise of that surface
   no_plane,        ///< no plane through it fits five points of one component
   clutter,         ///< a plane here explains too little of its surroundings
@@ -75,7 +75,7 @@ inline constexpr std::array reason_texts{
                "No surface: the patch here was seen along its plane, at a mean cosine of {measured}; below "
                "{limit} its side is not known.",
                "cosine"},
-    ReasonText{Reason::bent, "bent", "No surface: the patch here is curved, like a pillar's side."},
+    ReasonText{Reason::curved, "curved", "No surface: the patch here is curved, like a pillar's side."},
     ReasonText{Reason::seen_through, "seen_through",
                "No surface: what was seen here was seen through surface {surface} and is its noise."},
     ReasonText{Reason::no_plane, "no_plane",

@@ -47,7 +47,7 @@ struct ScanReport {
   std::size_t appeared = 0;             ///< voxels that became occupied
   std::size_t vanished = 0;             ///< voxels that are no longer occupied
   std::size_t categorized = 0;          ///< appeared voxels on a surface when insert returned
-  std::size_t added = 0;                ///< new inliers inside or at the rim of existing surfaces
+  std::size_t added = 0;                ///< new inliers inside or at the boundary of existing surfaces
   std::size_t expanded = 0;             ///< points gained by expansion over boundaries
   std::size_t detected = 0;             ///< points gained by detection
   std::size_t waiting = 0;              ///< new readings in blocks not yet processed, see Mapper::drain()
@@ -119,7 +119,7 @@ class Mapper {
 
   /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, and
   /// if the surfaces' ids could run out.
-  /// A scan whose pose is wrong and cannot be corrected is rejected, see AlignmentOutcome::set_aside.
+  /// A scan whose pose is wrong and cannot be corrected is rejected, see AlignmentOutcome::rejected.
   /// Its readings are in the octree and on surfaces, new ones among them, when this returns. With a
   /// DetectionParameters::detection_budget the search for new ones ends there: drain() finds the rest.
   ScanReport insert(const Scan& scan);
@@ -185,7 +185,7 @@ class Mapper {
 
   /// Replaces all surfaces by those that the detector finds among all points of the octree at once, free of
   /// the order of scans. A surface keeps its id in the new surface with most of its points, unless that one
-  /// has more of another's; departures record the succession, and the evidence of a plane from later scans
+  /// has more of another's; removals record the succession, and the evidence of a plane from later scans
   /// passes to the surface with its points. Octree and poses do not change.
   ///
   /// Processes every point, so it is meant for the end of a run. Throws Error(data), and leaves the map

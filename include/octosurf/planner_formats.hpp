@@ -67,7 +67,7 @@ struct PlanarTerrainCount {
 ///
 /// 1. A region for each polygon that has an inset; its insets lie in its boundary.
 /// 2. `frame` is the frame id of grid map and regions.
-/// 3. The grid map has the layers `elevation`, in which gaps have the lowest height on their rim (readers
+/// 3. The grid map has the layers `elevation`, in which gaps have their boundary's lowest height (readers
 ///    compute a distance field, which cannot handle gaps), and `smooth_planar`, its mean over 0.2 m.
 PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                          const std::string& frame, const std::filesystem::path& file,

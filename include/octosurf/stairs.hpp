@@ -88,7 +88,7 @@ struct StairChanges {
   std::vector<SurfaceId> gone;      ///< earlier ids, of stairs with no part in a stair of now
   /// An earlier stair and the one that has most of its treads now, if their ids differ: an older surface
   /// became a tread, or two stairs became one. Sorted by `before`.
-  std::vector<MapChanges::Heir> renamed;
+  std::vector<MapChanges::Successor> renamed;
 };
 
 /// Compares the stairs of a snapshot with those found at revision `since` of the same map; treads are

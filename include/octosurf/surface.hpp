@@ -9,9 +9,9 @@
 #include <vector>
 
 #include <octosurf/cylinder.hpp>
-#include <octosurf/departures.hpp>
 #include <octosurf/ids.hpp>
 #include <octosurf/occupancy.hpp>
+#include <octosurf/removals.hpp>
 
 namespace octosurf {
 
@@ -93,7 +93,7 @@ struct Snapshot {
   double resolution = 0;                 ///< d of the map, m
   std::vector<SurfacePtr> surfaces;      ///< ascending id
   std::vector<CylinderPtr> cylinders{};  ///< ascending id
-  DepartureLog departures{};             ///< of all removed surfaces and cylinders
+  RemovalLog removals{};                 ///< of all removed surfaces and cylinders
   OccupancyView octree{};                ///< of the same scan; empty without Mapper::share_octree()
 
   /// nullptr if there is none; O(log n).

@@ -12,8 +12,8 @@ namespace fs = std::filesystem;
 
 constexpr double icl_units_per_metre = 5000;
 
-[[noreturn]] void refuse(const fs::path& file, const std::string& what, const std::string& mend = {}) {
-  throw Error(Error::Kind::data, file.string(), what, mend);
+[[noreturn]] void refuse(const fs::path& file, const std::string& what, const std::string& hint = {}) {
+  throw Error(Error::Kind::data, file.string(), what, hint);
 }
 
 LabelledCloud load_pcd(const fs::path& file) {

@@ -139,9 +139,9 @@ void Faces::add_group(const OpenPlane& plane, bool gone, const Similarity& T_map
   }
 }
 
-void Faces::check_count(const std::string& mend) const {
+void Faces::check_count(const std::string& hint) const {
   if (faces_.size() > std::numeric_limits<std::uint16_t>::max())
-    throw Error(Error::Kind::usage, "scene", "has more faces than 16-bit labels can name", mend);
+    throw Error(Error::Kind::usage, "scene", "has more faces than 16-bit labels can name", hint);
 }
 
 std::uint16_t Faces::label(std::size_t facet, const Eigen::Vector3d& point,

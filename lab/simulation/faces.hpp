@@ -49,7 +49,7 @@ class Faces {
   };
   /// Adds the faces of one plane as a group; names that were there are numbered.
   void add_group(const OpenPlane& plane, bool gone, const Similarity& T_map_scene);
-  void check_count(const std::string& mend) const;
+  void check_count(const std::string& hint) const;
 
   std::vector<evaluation::TrueFace> faces_;
   std::vector<Eigen::AlignedBox2d> bounds_;  ///< of faces_

@@ -30,8 +30,8 @@ constexpr double max_precision = 1e-3;
 /// Triangles by their corners, as an importer gives them.
 using Corners = std::vector<std::array<Eigen::Vector3d, 3>>;
 
-Error refused(const fs::path& file, const std::string& what, const std::string& mend) {
-  return Error(Error::Kind::data, file.string(), what, mend);
+Error refused(const fs::path& file, const std::string& what, const std::string& hint) {
+  return Error(Error::Kind::data, file.string(), what, hint);
 }
 
 /// Opens the one file it is made for: a terrain from elsewhere must not make Assimp read /dev/zero as its

@@ -51,8 +51,8 @@ Similarity place_world(Random random) {
 
 /// Scans of the depth camera that show the scene well in one lap.
 double default_depth_frames(const SimulationOptions& options, const Scene& scene) {
-  if (!options.mesh.empty()) return way_m(scene.path) / walking_step;
-  if (scene.of_stairs) return std::max(80.0, way_m(scene.path) / (3 * walking_step));
+  if (!options.mesh.empty()) return path_length_m(scene.path) / walking_step;
+  if (scene.of_stairs) return std::max(80.0, path_length_m(scene.path) / (3 * walking_step));
   if (options.scene == "corridor") return 12 * options.length;
   return options.scene == "change" ? 120 : 80;
 }

@@ -8,7 +8,7 @@
 namespace octosurf::simulation {
 namespace {
 
-/// Mantle facets of a cylinder: at r = 0.2 m a chord stays within 0.1 mm of the circle.
+/// Lateral surface facets of a cylinder: at r = 0.2 m a chord stays within 0.1 mm of the circle.
 constexpr int cylinder_sides = 96;
 /// Subdivisions of the icosahedron: 1280 triangles, 0.4 mm off the sphere at r = 0.15 m.
 constexpr int sphere_subdivisions = 3;

@@ -67,7 +67,7 @@ void add_box(Scene& scene, std::size_t object, const Eigen::Isometry3d& T, const
 /// Convex `base` (counter-clockwise, in T's x and y) extruded along T's z by `height`.
 void add_prism(Scene& scene, std::size_t object, const Eigen::Isometry3d& T, const Ring2& base, double height,
                bool curved = false);
-/// Upright; the mantle is curved, bottom and top are faces.
+/// Upright; the lateral surface is curved, bottom and top are faces.
 void add_cylinder(Scene& scene, std::size_t object, const Eigen::Vector3d& base, double radius,
                   double height);
 void add_sphere(Scene& scene, std::size_t object, const Eigen::Vector3d& center, double radius);

@@ -43,7 +43,7 @@ Way way_along(const std::vector<View>& keys, int laps) {
 
 }  // namespace
 
-double way_m(const std::vector<View>& keys) { return way_along(keys, 1).lengths.back(); }
+double path_length_m(const std::vector<View>& keys) { return way_along(keys, 1).lengths.back(); }
 
 std::vector<HeadPose> walk_path(const std::vector<View>& keys, std::size_t frames, int laps) {
   const auto [poses, way] = way_along(keys, laps);

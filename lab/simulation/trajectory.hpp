@@ -12,6 +12,6 @@ namespace octosurf::simulation {
 std::vector<HeadPose> walk_path(const std::vector<View>& keys, std::size_t frames, int laps);
 
 /// How long one lap is, turning included, m.
-double way_m(const std::vector<View>& keys);
+double path_length_m(const std::vector<View>& keys);
 
 }  // namespace octosurf::simulation

@@ -71,7 +71,7 @@ void add_options(CLI::App& app, NodeOptions& options, bool& force) {
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
   app.add_option("-o,--output", options.output, "the map: MAP.surfaces and MAP.bt")->required();
-  app.add_flag("--resume", options.resume, "go on with the map, if it is there");
+  app.add_flag("--resume", options.resume, "resume the map, if it is there");
   app.add_flag("--force", force, "begin anew, and write over a map that is there")->excludes("--resume");
   app.add_option("--checkpoint", options.checkpoint_s, "seconds between two savings; 0: only in the end")
       ->check(CLI::NonNegativeNumber)
@@ -105,7 +105,7 @@ Map start_of(const NodeOptions& options, bool force) {
   const bool there = std::filesystem::exists(options.output + ".surfaces");
   if (there && !options.resume && !force)
     throw Error(Error::Kind::usage, options.output + ".surfaces", "exists",
-                "--resume goes on with it, --force begins anew");
+                "--resume resumes it, --force begins anew");
   if (!there || force) return Map(choice.in_force());
   LoadedMap loaded = load_map(options.output);
   choice.require_same(loaded.map.parameters());
@@ -172,9 +172,9 @@ void run(const NodeOptions& options, bool force) {
   mapping.finish();
   const MappingCounts counts = mapping.counts();
   std::printf(
-      "%llu scans: %llu mapped, %llu set aside, %llu refused, %llu dropped, %llu not reached\n",
+      "%llu scans: %llu mapped, %llu rejected, %llu refused, %llu dropped, %llu not reached\n",
       static_cast<unsigned long long>(counts.received), static_cast<unsigned long long>(counts.mapped),
-      static_cast<unsigned long long>(counts.set_aside), static_cast<unsigned long long>(counts.refused),
+      static_cast<unsigned long long>(counts.rejected), static_cast<unsigned long long>(counts.refused),
       static_cast<unsigned long long>(counts.dropped), static_cast<unsigned long long>(counts.waiting));
 }
 

@@ -105,7 +105,7 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   publish_snapshot(received.stamp_ns);
   const std::lock_guard lock(mutex_);
   counts_.scan_ms = report.total_ms;
-  ++(report.alignment.outcome == AlignmentOutcome::set_aside ? counts_.set_aside : counts_.mapped);
+  ++(report.alignment.outcome == AlignmentOutcome::rejected ? counts_.rejected : counts_.mapped);
 } catch (const std::runtime_error& error) {
   refuse(options_.scans() + ": " + error.what(), counts_.refused);
 } catch (const std::bad_alloc&) {

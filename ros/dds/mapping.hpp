@@ -25,7 +25,7 @@ struct MappingCounts {
   std::uint64_t received = 0;
   std::uint64_t waiting = 0;
   std::uint64_t mapped = 0;
-  std::uint64_t set_aside = 0;         ///< clearly off, and not to be put right (mapper.hpp)
+  std::uint64_t rejected = 0;          ///< clearly off, and not to be put right (mapper.hpp)
   std::uint64_t refused = 0;           ///< damaged, without a pose, …
   std::uint64_t dropped = 0;           ///< made way for newer ones
   std::uint64_t transforms = 0;        ///< messages of tf

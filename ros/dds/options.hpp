@@ -23,7 +23,7 @@ struct NodeOptions {
   bool reliable = false;              ///< request lost scans again
   std::size_t queue_mb = 256;         ///< scans that wait
   std::string output;                 ///< stem of the map
-  bool resume = false;                ///< go on with it, if it is there
+  bool resume = false;                ///< resume it, if it is there
   double checkpoint_s = 60;           ///< 0: never
   std::string name = "/octosurf";     ///< before the topics and services
   double publish_s = 1;               ///< between two publications of the map

@@ -119,8 +119,8 @@ void Publications::publish_status(const MapMoment& moment) {
   publish(status_, "status", [&](io::MessageWriter& out) {
     out.message("header", io::header(options_.frame, moment.stamp_ns), "revision", moment.snapshot->revision,
                 "surfaces", static_cast<std::uint32_t>(moment.snapshot->surfaces.size()), "received",
-                counts.received, "waiting", counts.waiting, "mapped", counts.mapped, "set_aside",
-                counts.set_aside, "refused", counts.refused, "dropped", counts.dropped, "lost", inputs.lost,
+                counts.received, "waiting", counts.waiting, "mapped", counts.mapped, "rejected",
+                counts.rejected, "refused", counts.refused, "dropped", counts.dropped, "lost", inputs.lost,
                 "transforms", counts.transforms, "messages_refused", counts.messages_refused,
                 "scan_publishers", inputs.scan_publishers, "camera_publishers", inputs.camera_publishers,
                 "transform_publishers", inputs.transform_publishers, "last_refusal", counts.last_refusal,

@@ -145,7 +145,7 @@ void require_room_for_scans(const fs::path& folder, bool force) {
                 "name a folder of their own for the scans");
   if (!force)
     throw Error(Error::Kind::usage, folder.string(), "holds kept scans already",
-                "--force replaces them, --resume goes on with their map");
+                "--force replaces them, --resume resumes their map");
 }
 
 ScanWriter::ScanWriter(fs::path folder, std::uint64_t scans) : folder_(std::move(folder)), next_(scans) {

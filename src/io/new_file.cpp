@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* room_mend = "check the folder, its rights and the space left";
+constexpr const char* room_hint = "check the folder, its rights and the space left";
 
 /// 0, or errno. EINVAL and ENOTSUP mean that the file system needs no sync.
 int sync_failure(int descriptor) {
@@ -159,7 +159,7 @@ NewFile::~NewFile() {
 
 void NewFile::fail(const char* what, int failure) const {
   throw Error(Error::Kind::output, file_.string(), what + (": " + std::generic_category().message(failure)),
-              room_mend);
+              room_hint);
 }
 
 void NewFile::make() {

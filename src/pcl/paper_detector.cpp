@@ -165,7 +165,7 @@ std::vector<Assignment> assignments(std::span<const PointId> points, const std::
 /// Planes of `points`, which are in key order.
 Proposal proposal_of(const MapView& map, std::span<const PointId> points) {
   Proposal proposal;
-  proposal.unseen.assign(points.begin(), points.end());
+  proposal.unprocessed.assign(points.begin(), points.end());
   proposal.refine = false;
   for (const PointId i : points) proposal.points.push_back({i, 0});
   for (const PlaneFit& fit : find_planes(positions(map, points), map.parameters)) {

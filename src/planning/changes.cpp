@@ -17,28 +17,28 @@ class Lineage {
   using Id = std::uint32_t;
 
   void add_living(Id id) { living_.insert(id); }
-  void pass_on(Id from, Id to) { heirs_[from].insert(to); }
+  void pass_on(Id from, Id to) { successors_[from].insert(to); }
 
   /// Present objects with a part of `id`, except `id` itself.
-  std::set<Id> living_heirs(Id id) const {
+  std::set<Id> living_successors(Id id) const {
     std::set<Id> seen{id}, found;
     std::vector<Id> reached{id};
     geometry::breadth_first(reached, [&](Id at) {
-      const auto heirs = heirs_.find(at);
-      if (heirs == heirs_.end()) return;
-      for (const Id heir : heirs->second) {
-        if (!seen.insert(heir).second) continue;
-        if (living_.contains(heir)) found.insert(heir);
-        reached.push_back(heir);
+      const auto successors = successors_.find(at);
+      if (successors == successors_.end()) return;
+      for (const Id successor : successors->second) {
+        if (!seen.insert(successor).second) continue;
+        if (living_.contains(successor)) found.insert(successor);
+        reached.push_back(successor);
       }
     });
     return found;
   }
-  bool passed_anything_on(Id id) const { return heirs_.contains(id); }
+  bool passed_anything_on(Id id) const { return successors_.contains(id); }
 
  private:
   std::set<Id> living_;
-  std::map<Id, std::set<Id>> heirs_;
+  std::map<Id, std::set<Id>> successors_;
 };
 
 struct Past {
@@ -48,7 +48,7 @@ struct Past {
 };
 
 /// The first parents of a surface born since are those it was split from. Later ones were merged into it,
-/// which their departures also record; duplicates do no harm.
+/// which their removals also record; duplicates do no harm.
 void note_parents(std::uint64_t born, SurfaceId id, const std::vector<SurfaceId>& parents,
                   std::uint64_t since, Lineage& lineage) {
   if (born <= since) return;
@@ -62,12 +62,12 @@ Past past_of(const Snapshot& snapshot, std::uint64_t since) {
     note_parents(surface->born, surface->id, surface->parents, since, past.surfaces);
   }
   for (const CylinderPtr& cylinder : snapshot.cylinders) past.cylinders.add_living(cylinder->id);
-  snapshot.departures.for_each_since(since, [&](const Departure& departure) {
-    const bool surface = departure.of == Departure::Of::surface;
+  snapshot.removals.for_each_since(since, [&](const Removal& removal) {
+    const bool surface = removal.of == Removal::Of::surface;
     Lineage& lineage = surface ? past.surfaces : past.cylinders;
-    if (departure.into != 0) lineage.pass_on(departure.id, departure.into);
-    note_parents(departure.born, departure.id, departure.parents, since, lineage);
-    if (departure.born <= since) (surface ? past.surfaces_gone : past.cylinders_gone).push_back(departure.id);
+    if (removal.into != 0) lineage.pass_on(removal.id, removal.into);
+    note_parents(removal.born, removal.id, removal.parents, since, lineage);
+    if (removal.born <= since) (surface ? past.surfaces_gone : past.cylinders_gone).push_back(removal.id);
   });
   std::sort(past.surfaces_gone.begin(), past.surfaces_gone.end());
   std::sort(past.cylinders_gone.begin(), past.cylinders_gone.end());
@@ -92,13 +92,13 @@ MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since) {
     else if (surface->revision > since)
       changes.changed.push_back(surface->id);
     if (surface->born > since || !past.surfaces.passed_anything_on(surface->id)) continue;
-    for (const SurfaceId heir : past.surfaces.living_heirs(surface->id))
-      changes.split.push_back({surface->id, heir});
+    for (const SurfaceId successor : past.surfaces.living_successors(surface->id))
+      changes.split.push_back({surface->id, successor});
   }
   for (const SurfaceId id : past.surfaces_gone) {
-    const std::set<SurfaceId> heirs = past.surfaces.living_heirs(id);
-    if (heirs.empty()) changes.gone.push_back(id);
-    for (const SurfaceId heir : heirs) changes.merged.push_back({id, heir});
+    const std::set<SurfaceId> successors = past.surfaces.living_successors(id);
+    if (successors.empty()) changes.gone.push_back(id);
+    for (const SurfaceId successor : successors) changes.merged.push_back({id, successor});
   }
   for (const CylinderPtr& cylinder : snapshot.cylinders)
     if (cylinder->born > since)
@@ -106,9 +106,9 @@ MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since) {
     else if (cylinder->revision > since)
       changes.cylinders_changed.push_back(cylinder->id);
   for (const CylinderId id : past.cylinders_gone) {
-    const std::set<CylinderId> heirs = past.cylinders.living_heirs(id);
-    if (heirs.empty()) changes.cylinders_gone.push_back(id);
-    for (const CylinderId heir : heirs) changes.cylinders_merged.push_back({id, heir});
+    const std::set<CylinderId> successors = past.cylinders.living_successors(id);
+    if (successors.empty()) changes.cylinders_gone.push_back(id);
+    for (const CylinderId successor : successors) changes.cylinders_merged.push_back({id, successor});
   }
   return changes;
 }

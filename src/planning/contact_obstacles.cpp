@@ -32,7 +32,7 @@ struct Strip {
 
 /// The direction of a plane's intersection with that of (u, v); for a parallel one the map's x or y axis,
 /// along which voxels are aligned.
-Eigen::Vector2d line_of_meeting(const Eigen::Matrix<double, 3, 2>& uv, const Eigen::Vector3d& normal) {
+Eigen::Vector2d intersection_line(const Eigen::Matrix<double, 3, 2>& uv, const Eigen::Vector3d& normal) {
   constexpr double parallel = 1e-3;  // sine: they diverge by less than 1 mm in a metre
   const Eigen::Vector2d steepest = uv.transpose() * normal;
   if (steepest.norm() > parallel) return Eigen::Vector2d(steepest.y(), -steepest.x()).normalized();
@@ -151,7 +151,7 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter
   const Eigen::Matrix<double, 3, 2> uv = surface.T_map_surface.linear().leftCols<2>();
   const Eigen::Vector3d& origin = surface.T_map_surface.translation();
   for (const VoxelMatter& matter : flat) {
-    const Eigen::Vector2d along = line_of_meeting(uv, matter.normal), across(-along.y(), along.x());
+    const Eigen::Vector2d along = intersection_line(uv, matter.normal), across(-along.y(), along.x());
     const Eigen::Vector2d middle = uv.transpose() * (matter.middle - origin);
     const double half = matter.reach(uv * along), at = along.dot(middle);
     // Depths of one surface's voxels differ little; in fixed steps they are equal.

@@ -14,8 +14,8 @@ namespace {
 
 using planning::cross;
 
-void require(bool holds, const char* where, const char* what, const char* mend) {
-  if (!holds) throw Error(Error::Kind::usage, where, what, mend);
+void require(bool holds, const char* where, const char* what, const char* hint) {
+  if (!holds) throw Error(Error::Kind::usage, where, what, hint);
 }
 
 void require_length(double value, const char* where) {

@@ -88,7 +88,7 @@ std::size_t moved_scans(const Terrain& terrain, const char* name, std::size_t fr
   for (std::size_t i = 0; i < recording.size(); ++i) {
     const Scan scan = recording.scan(i);
     const Alignment alignment = mapper.insert(scan).alignment;
-    moved += alignment.outcome == AlignmentOutcome::set_aside ||
+    moved += alignment.outcome == AlignmentOutcome::rejected ||
              alignment.T_map_sensor.matrix() != scan.T_map_sensor.matrix();
   }
   return moved;

@@ -127,7 +127,7 @@ TEST(AlignedMap, FewPatchesSeenForLongKeepTheirScatterAndCanBeReadAgain) {
     mapper.insert(scan);
   }
   const alignment::AlignmentState& alignment = alignment::record_of(state).state;
-  EXPECT_GT(alignment.way_m, 50);
+  EXPECT_GT(alignment.travelled_m, 50);
   EXPECT_DOUBLE_EQ(alignment.patch_m, alignment::map_error_voxels * 0.04);
   const std::string bytes = bytes_of(state);
   std::istringstream in(bytes);
@@ -190,7 +190,7 @@ TEST(AlignedMap, ASingleScanFarOffIsLeftOut) {
     const Alignment alignment = mapper.insert(scan).alignment;
     EXPECT_NE(alignment.outcome, AlignmentOutcome::recovered) << i;
     far_off += jump;
-    left_out += alignment.outcome == AlignmentOutcome::set_aside;
+    left_out += alignment.outcome == AlignmentOutcome::rejected;
     EXPECT_TRUE(jump || alignment.outcome == AlignmentOutcome::agrees || i == 0) << i;
   }
   EXPECT_GE(left_out, far_off - 1) << "of " << far_off;
@@ -207,8 +207,8 @@ TEST(AlignedMap, PosesThatHaveJumpedForGoodAreFoundAgainWithTheSecondScan) {
     Scan scan = all[i];
     if (i >= 40) scan.T_map_sensor = jump * scan.T_map_sensor;
     const Alignment alignment = mapper.insert(scan).alignment;
-    lost += alignment.outcome == AlignmentOutcome::set_aside;
-    if (i < 40 || alignment.outcome == AlignmentOutcome::set_aside) continue;
+    lost += alignment.outcome == AlignmentOutcome::rejected;
+    if (i < 40 || alignment.outcome == AlignmentOutcome::rejected) continue;
     EXPECT_LT((alignment.T_map_sensor.translation() - all[i].T_map_sensor.translation()).norm(), 0.03) << i;
   }
   EXPECT_GE(lost, 1U);
@@ -228,8 +228,8 @@ TEST(AlignedMap, OfARunOfScansThatFitNowhereFewAreSearchedFor) {
     mapper.insert(scan);
     const auto& failed_search = alignment::record_of(mapper.map().state()).state.failed_search;
     in_vain += failed_search.has_value();
-    if (failed_search && (searched_at.empty() || searched_at.back() != failed_search->way_m))
-      searched_at.push_back(failed_search->way_m);
+    if (failed_search && (searched_at.empty() || searched_at.back() != failed_search->travelled_m))
+      searched_at.push_back(failed_search->travelled_m);
   }
   EXPECT_GT(in_vain, 10);
   EXPECT_LT(2 * searched_at.size(), static_cast<std::size_t>(in_vain));
@@ -248,7 +248,7 @@ TEST(AlignedMap, LinesOfALaserAreNoJumps) {
   for (std::size_t i = 0; i < 150; ++i) {
     const Alignment alignment = mapper.insert(recording.scan(i)).alignment;
     EXPECT_NE(alignment.outcome, AlignmentOutcome::recovered) << i;
-    EXPECT_NE(alignment.outcome, AlignmentOutcome::set_aside) << i;
+    EXPECT_NE(alignment.outcome, AlignmentOutcome::rejected) << i;
   }
 }
 
@@ -269,7 +269,7 @@ TEST(AlignedMap, AScanSetAsideChangesNothingOfTheMap) {
   off[0] = 2 * degree;
   scan.T_map_sensor = octosurf::alignment::moved(scan.T_map_sensor, off);
   const ScanReport report = mapper.insert(scan);
-  EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::set_aside);
+  EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::rejected);
   EXPECT_EQ(mapper.snapshot(), before);
   EXPECT_EQ(mapper.map().size().scans, size.scans);
   EXPECT_EQ(mapper.map().size().leaves, size.leaves);

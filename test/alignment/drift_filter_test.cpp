@@ -73,7 +73,7 @@ struct Walk {
     const Eigen::Isometry3d laid = filter.pose();
     if (count > 0 && filter.is_new_view()) {
       filter.learn(laid, revisit(i, laid, truth, errors, rng, count));
-      state.view_m = state.way_m;
+      state.view_m = state.travelled_m;
     }
     ever_drifted = ever_drifted || filter.drifts();
     return filter.pose();

@@ -38,7 +38,7 @@ OffsetVariances after_slide(double slid_m) {
   alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
   const alignment::AlignedSurface& table = *near.in(*snapshot, everywhere, &growing).at(0);
-  return {snapshot->surfaces.at(0)->covariance(2, 2), (table.covariance - table.by_rim)(2, 2)};
+  return {snapshot->surfaces.at(0)->covariance(2, 2), (table.covariance - table.by_boundary)(2, 2)};
 }
 
 TEST(NearSurfaces, PosesThatSlidDoNotMakeAPlaneUncertain) {
@@ -49,7 +49,7 @@ TEST(NearSurfaces, PosesThatSlidDoNotMakeAPlaneUncertain) {
   // … while its readings lie at two heights 4 mm apart, that is scatter by 2 mm, where voxels' means scatter
   // by half a millimetre or more otherwise: (2² + 0.5²) / 0.5² times the variance at most.
   EXPECT_LT(slid.used, 17 * exact.used);
-  EXPECT_LE(exact.used, 1.0001 * exact.published);  // the rim was taken off it again
+  EXPECT_LE(exact.used, 1.0001 * exact.published);  // the boundary was taken off it again
 }
 
 TEST(NearSurfaces, AFinishedMapIsAsSureAsItSays) {
@@ -59,7 +59,7 @@ TEST(NearSurfaces, AFinishedMapIsAsSureAsItSays) {
   alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
   const alignment::AlignedSurface& floor = *near.in(*map, everywhere).at(0);
-  EXPECT_EQ(floor.covariance, map->surfaces.at(0)->covariance + floor.by_rim);
+  EXPECT_EQ(floor.covariance, map->surfaces.at(0)->covariance + floor.by_boundary);
 }
 
 // Among scans that are mapped together, the first may take back a surface that the snapshot still has.

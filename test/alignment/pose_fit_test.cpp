@@ -219,8 +219,8 @@ TEST(PoseFit, ABareFloorLeavesThreeDirections) {
   EXPECT_NEAR(left[2], off[2], 0.02 * degree);
 }
 
-// On a board 15 cm wide, away from its rims, lie hardly a dozen samples; and what is there now is the face of
-// another board, 2 cm before it. Were it believed, it would take the scan along.
+// On a board 15 cm wide, away from its boundaries, lie hardly a dozen samples; and what is there now is the
+// face of another board, 2 cm before it. Were it believed, it would take the scan along.
 TEST(PoseFit, AFewSamplesFixNoDirection) {
   auto rng = test::rng();
   const auto floor_and_board_at = [](double x, double width) {

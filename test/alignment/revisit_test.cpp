@@ -42,26 +42,26 @@ void err(Scan& scan, const Eigen::Vector3d& tilt, double scale, double bend = 0)
 /// Patches as they were seen on a way that ended long ago, and scans beside them.
 class Revisits : public testing::Test {
  protected:
-  std::vector<PatchLook> looks(const Scan& scan) {
+  std::vector<PatchObservation> observations(const Scan& scan) {
     sensing::NoiseModel noise{Parameters()};
     noise.observe(scan);
     const PoseSearch search(*map_, surfaces_, scan, noise, {0, 4}, scan.T_map_sensor, AlignmentReach());
-    return looks_at(scan, scan.T_map_sensor, search.lay(scan.T_map_sensor).readings, patches_,
-                    SensorKind::depth_camera, voxel_m);
+    return observations_of(scan, scan.T_map_sensor, search.lay(scan.T_map_sensor).readings, patches_,
+                           SensorKind::depth_camera, voxel_m);
   }
   Scan scan(int i) { return camera_scan(furnished_room(), view(i), rng_, camera_); }
   void remember(const Scan& scan) {
-    for (PatchLook& look : looks(scan)) {
-      alignment::Look now;
-      now.weight = static_cast<float>(look.weight);
-      now.distance = static_cast<float>(look.distance);
-      now.by_error = look.by_error.cast<float>();
-      look.patch.add(now, 0, revisit_span_m);
-      patches_.set(look.key, look.patch);
+    for (PatchObservation& observation : observations(scan)) {
+      alignment::Observation now;
+      now.weight = static_cast<float>(observation.weight);
+      now.distance = static_cast<float>(observation.distance);
+      now.by_error = observation.by_error.cast<float>();
+      observation.patch.add(now, 0, revisit_span_m);
+      patches_.set(observation.key, observation.patch);
     }
   }
-  Revisit revisit(const Scan& scan, double way_m = 10) {
-    return measure(looks(scan), way_m, SensorErrors::Zero(), 0.001, voxel_m);
+  Revisit revisit(const Scan& scan, double travelled_m = 10) {
+    return measure(observations(scan), travelled_m, SensorErrors::Zero(), 0.001, voxel_m);
   }
 
   Camera camera_{.width = 240, .height = 180, .focal = 170, .noise = 0.003};
@@ -133,7 +133,7 @@ TEST_F(Revisits, TellABendThatNoMotionExplains) {
 
 TEST_F(Revisits, AFewPatchesTellNothing) {
   remember(scan(0));
-  std::vector<PatchLook> few = looks(scan(0));
+  std::vector<PatchObservation> few = observations(scan(0));
   few.resize(8);
   const Revisit r = measure(few, 10, SensorErrors::Zero(), 0.001, voxel_m);
   EXPECT_EQ(r.motion.size(), 0);

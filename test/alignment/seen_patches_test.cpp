@@ -11,17 +11,17 @@
 namespace octosurf::test {
 namespace {
 
-using alignment::Look;
+using alignment::Observation;
 using alignment::SeenPatch;
 using alignment::SeenPatches;
 
 constexpr double span = 1;
 
-Look look_at_distance(double distance) {
-  Look look;
-  look.weight = 1;
-  look.distance = static_cast<float>(distance);
-  return look;
+Observation look_at_distance(double distance) {
+  Observation observation;
+  observation.weight = 1;
+  observation.distance = static_cast<float>(distance);
+  return observation;
 }
 
 TEST(SeenPatches, OldLooksAreAtLeastASpanOldAndNoneOfThreeSpansIsMissing) {
@@ -30,8 +30,8 @@ TEST(SeenPatches, OldLooksAreAtLeastASpanOldAndNoneOfThreeSpansIsMissing) {
   SeenPatch patch;
   std::vector<double> ways;
   for (double way = 0; way < 30; way += step(rng)) {
-    const Look before = patch.before(way, span);
-    // Weights are 1 each and the distances are the ways: the oldest `n` looks have this mean.
+    const Observation before = patch.before(way, span);
+    // Weights are 1 each and the distances are the ways: the oldest `n` observations have this mean.
     const auto n = static_cast<std::size_t>(before.weight + 0.5F);
     ASSERT_LE(n, ways.size());
     double sum = 0;
@@ -48,14 +48,14 @@ TEST(SeenPatches, OldLooksAreAtLeastASpanOldAndNoneOfThreeSpansIsMissing) {
 }
 
 TEST(SeenPatches, LooksCountByTheirWeight) {
-  Look look = look_at_distance(1), other = look_at_distance(4);
+  Observation observation = look_at_distance(1), other = look_at_distance(4);
   other.weight = 2;
   other.by_error[3] = 3;
-  look.add(other);
-  look.add(Look{});
-  EXPECT_FLOAT_EQ(look.weight, 3);
-  EXPECT_FLOAT_EQ(look.distance, 3);
-  EXPECT_FLOAT_EQ(look.by_error[3], 2);
+  observation.add(other);
+  observation.add(Observation{});
+  EXPECT_FLOAT_EQ(observation.weight, 3);
+  EXPECT_FLOAT_EQ(observation.distance, 3);
+  EXPECT_FLOAT_EQ(observation.by_error[3], 2);
 }
 
 TEST(SeenPatches, AreWhatTheyWereWhenAChangeIsTakenBack) {

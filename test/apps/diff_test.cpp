@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 
 class Diff : public CommandTest {
  protected:
-  /// before: a floor and a table; after: goes on without the table; other: another map, of the floor alone.
+  /// before: a floor and a table; after: resumed without the table; other: another map, of the floor alone.
   Diff() {
     made_once("table" + std::to_string(seed()), [this] { make(); });
   }

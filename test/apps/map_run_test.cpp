@@ -143,7 +143,7 @@ TEST_F(MapRun, ALimitOfMemoryChangesNoByte) {
   // And with room to spare nothing is said.
   EXPECT_THAT(run_well("map floor -o roomy --max-memory 4G").err, Not(HasSubstr("max-memory")));
   EXPECT_TRUE(read("roomy.surfaces") == read("free.surfaces"));
-  // A map that was made without goes on with one.
+  // A map that was made without one is resumed with one.
   run_well("map floor -o half --first 15");
   run_well("map floor -o half --resume half --skip 15 --max-memory 1M");
   EXPECT_TRUE(read("half.surfaces") == read("free.surfaces"));
@@ -239,7 +239,7 @@ TEST_F(MapRun, FarFromZeroAMapIsTheSameAndKeepsItsOrigin) {
   EXPECT_THAT(run_well("export f --to f.json").err, HasSubstr("448000 5411000 119"));
   EXPECT_THAT(run_well("query f --below 0 0 1 --json").err, HasSubstr("448000 5411000 119"));
   EXPECT_EQ(read_json("f.json").at("origin"), origin);
-  // It goes on with its own, whatever is far or near.
+  // It resumes with its own, whatever is far or near.
   EXPECT_THAT(run_well("map far --resume f").out, HasSubstr("they are in the map already"));
   EXPECT_THAT(error_of("map far --resume f --origin 1 2 3", 2), HasSubstr("448000 5411000 119"));
   EXPECT_THAT(error_of("map near -o m --origin 1 2", 2), HasSubstr("X Y Z"));

@@ -177,7 +177,7 @@ class Refusals(Served):
     def refused(self, status, where, path, **more):
         got, body = self.server.ask(path, **more)
         self.assertEqual(got, status, body)
-        self.assertEqual(set(body), {"error", "where", "mend"})
+        self.assertEqual(set(body), {"error", "where", "hint"})
         self.assertEqual(body["where"], where, body)
 
     def test_bad_questions(self):
@@ -339,7 +339,7 @@ class WhileMapping(unittest.TestCase):
                 live = serving.Live(server, f"?since={since}&run={told['run']}")
 
     def take_over(self, known, changes, now):
-        for gone in changes["gone"] + [heir["id"] for heir in changes["merged"]]:
+        for gone in changes["gone"] + [successor["id"] for successor in changes["merged"]]:
             del known[gone]
         known.update((s["id"], s) for s in now["surfaces"])
 

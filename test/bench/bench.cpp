@@ -1,5 +1,7 @@
 #include "bench/bench.hpp"
 
+#include "planning/contact_shape.hpp"
+#include "planning/convex_sides.hpp"
 #include "simulation/scenes.hpp"
 
 #include <algorithm>
@@ -17,15 +19,11 @@
 namespace octosurf::bench {
 namespace {
 
-/// A scene, or the file of a mesh: what has an ending, or a name of the terrains.
-void set_scene(const std::string& scene, simulation::SimulationOptions& options) {
-  const auto& names = simulation::scene_names();
-  if (std::find(names.begin(), names.end(), scene) != names.end())
-    options.scene = scene;
-  else
-    options.mesh = std::filesystem::path(scene).has_extension()
-                       ? std::filesystem::path(scene)
-                       : data_path("terrain_meshes/" + scene + ".stl");
+/// The file of a mesh: what has an ending, or a name of the terrains. Empty: a scene.
+std::filesystem::path mesh_of(const std::string& scene) {
+  if (std::filesystem::path(scene).has_extension()) return scene;
+  if (std::ranges::count(simulation::scene_names(), scene) > 0) return {};
+  return data_path("terrain_meshes/" + scene + ".stl");
 }
 
 }  // namespace
@@ -42,7 +40,8 @@ void for_each_recording(const Options& options,
     for (const std::string& scene : options.scenes)
       for (const std::uint64_t seed : options.seeds) {
         simulation::SimulationOptions simulation;
-        set_scene(scene, simulation);
+        simulation.scene = scene;
+        simulation.mesh = mesh_of(scene);
         simulation.sensor = sensor;
         simulation.seed = seed;
         if (options.frames > 0)
@@ -141,6 +140,35 @@ std::vector<StandingFace> standing_faces(const evaluation::Truth& truth) {
     if (!face.gone)
       faces.push_back({&face, evaluation::PlanarRegion(face.polygons), face.T_map_face.inverse()});
   return faces;
+}
+
+double off_outlines(const std::vector<StandingFace>& faces, const Eigen::Vector3d& p,
+                    const Eigen::Vector3d& normal, double tolerance, double at_most) {
+  for (const StandingFace& face : faces) {
+    if (face.normal().dot(normal) < std::cos(max_slope) || face.region.empty() ||
+        std::abs(face.height(p)) > tolerance)
+      continue;
+    if (face.region.contains(face.foot(p))) return 0;
+    at_most = std::min(at_most, face.region.ring_distance(face.foot(p), at_most));
+  }
+  return at_most;
+}
+
+Ring2 ring_of(const ContactShape& shape) {
+  return shape.outline.empty() ? planning::around_disc(shape.radius) : shape.outline;
+}
+
+std::vector<Eigen::Vector2d> points_of(const ContactShape& shape, double margin) {
+  constexpr double step = 0.01;
+  Ring2 ring = ring_of(shape);
+  if (margin > 0) ring = planning::minkowski_sum(ring, planning::around_disc(margin));
+  const planning::ConvexSides sides(ring);
+  std::vector<Eigen::Vector2d> points = ring;
+  evaluation::for_each_on_ring(ring, step, [&points](const Eigen::Vector2d& p) { points.push_back(p); });
+  for (double x = sides.box().min().x(); x < sides.box().max().x(); x += step)
+    for (double y = sides.box().min().y(); y < sides.box().max().y(); y += step)
+      if (sides.depth(Eigen::Vector2d(x, y)) > 0) points.emplace_back(x, y);
+  return points;
 }
 
 double percentile(std::vector<double> values, double share) {

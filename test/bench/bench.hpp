@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include <octosurf/contact.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/parameters.hpp>
 #include <octosurf/scan.hpp>
@@ -108,10 +109,21 @@ struct StandingFace {
   Eigen::Isometry3d T_face_map;
 
   const Eigen::Vector3d& normal() const { return truth->plane.normal; }
+  double height(const Eigen::Vector3d& p) const { return truth->plane.signed_distance(p); }
   Eigen::Vector2d foot(const Eigen::Vector3d& p) const { return (T_face_map * p).head<2>(); }
 };
 /// `truth` must outlive them.
 std::vector<StandingFace> standing_faces(const evaluation::Truth& truth);
+/// How far a point of something with this normal lies off the outlines of all faces that slope alike, by
+/// max_slope, and whose planes are within `tolerance`; `at_most` if that far or farther.
+double off_outlines(const std::vector<StandingFace>& faces, const Eigen::Vector3d& p,
+                    const Eigen::Vector3d& normal, double tolerance, double at_most);
+
+/// Points every centimetre all over a contact with `margin` around it, its outline included, about its
+/// reference point.
+std::vector<Eigen::Vector2d> points_of(const ContactShape& shape, double margin);
+/// The outline of a contact; around a disc.
+Ring2 ring_of(const ContactShape& shape);
 
 /// The smallest value that at least `share` of the values do not exceed; 0 if there are none.
 double percentile(std::vector<double> values, double share);
@@ -154,9 +166,9 @@ CgalPlanes cgal_efficient_ransac(const std::vector<Eigen::Vector3f>& points, con
 std::pair<Snapshot, double> cgal_surfaces(CgalMethod method, const std::vector<Scan>& scans,
                                           const Parameters& parameters);
 
-/// Least-squares plane of points[i], i in `indices`, of which there must be three or more: through their
-/// centroid (second), with a normal of either sign.
-std::pair<Plane, Eigen::Vector3d> least_squares_plane(const std::vector<Eigen::Vector3f>& points,
-                                                      const std::vector<std::size_t>& indices);
+/// A surface without outline: the least-squares plane of points[i], i in `indices`, of which there must be
+/// three or more, its normal of either sign, and their centroid.
+std::shared_ptr<Surface> surface_of(SurfaceId id, const std::vector<Eigen::Vector3f>& points,
+                                    const std::vector<std::size_t>& indices);
 
 }  // namespace octosurf::bench

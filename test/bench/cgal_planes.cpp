@@ -1,4 +1,5 @@
 #include "bench/bench.hpp"
+#include "geometry/moments.hpp"
 #include "geometry/rings.hpp"
 #include "sensing/downsample.hpp"
 #include "support/alpha_shape_twin.hpp"
@@ -10,7 +11,6 @@
 #include <CGAL/pca_estimate_normals.h>
 #include <CGAL/property_map.h>
 #include <CGAL/version.h>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <boost/property_map/function_property_map.hpp>
 #include <cmath>
@@ -131,21 +131,18 @@ CgalPlanes cgal_efficient_ransac(const std::vector<Eigen::Vector3f>& points, con
   return find(points, [&](PointNormals& cloud) { return draw_planes(cloud, settings); });
 }
 
-std::pair<Plane, Eigen::Vector3d> least_squares_plane(const std::vector<Eigen::Vector3f>& points,
-                                                      const std::vector<std::size_t>& indices) {
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
-  for (const std::size_t i : indices)
-    centroid += points[i].cast<double>() / static_cast<double>(indices.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const std::size_t i : indices) {
-    const Eigen::Vector3d v = points[i].cast<double>() - centroid;
-    scatter += v * v.transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
-  Plane plane;
-  plane.normal = solver.eigenvectors().col(0).normalized();
-  plane.offset = plane.normal.dot(centroid);
-  return {plane, centroid};
+std::shared_ptr<Surface> surface_of(SurfaceId id, const std::vector<Eigen::Vector3f>& points,
+                                    const std::vector<std::size_t>& indices) {
+  const Eigen::Vector3d reference = points[indices.front()].cast<double>();
+  geometry::Moments moments;
+  for (const std::size_t i : indices) moments.add(points[i].cast<double>() - reference);
+  const geometry::PlaneFit fit = geometry::fit_plane(moments);
+  auto surface = std::make_shared<Surface>();
+  surface->id = id;
+  surface->T_map_surface.translation() = reference + fit.centroid;
+  surface->plane = {fit.normal, fit.normal.dot(reference + fit.centroid)};
+  surface->inliers = indices.size();
+  return surface;
 }
 
 std::pair<Snapshot, double> cgal_surfaces(CgalMethod method, const std::vector<Scan>& scans,
@@ -168,28 +165,19 @@ std::pair<Snapshot, double> cgal_surfaces(CgalMethod method, const std::vector<S
   Snapshot snapshot;
   snapshot.resolution = parameters.occupancy.resolution;
   for (const std::vector<std::size_t>& region : planes.regions) {
-    auto surface = std::make_shared<Surface>();
-    surface->id = static_cast<SurfaceId>(snapshot.surfaces.size() + 1);
-    const auto [plane, centroid] = least_squares_plane(points, region);
+    const auto surface = surface_of(static_cast<SurfaceId>(snapshot.surfaces.size() + 1), points, region);
     Eigen::Vector3f view = Eigen::Vector3f::Zero();
     for (const std::size_t i : region) view += views[i];
-    const double side = plane.normal.dot(view.cast<double>()) < 0 ? -1 : 1;
-    surface->plane.normal = side * plane.normal;
-    surface->plane.offset = side * plane.offset;
+    Plane& plane = surface->plane;
+    if (plane.normal.dot(view.cast<double>()) < 0) plane = {-plane.normal, -plane.offset};
     surface->T_map_surface.linear() =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), surface->plane.normal)
-            .toRotationMatrix();
-    surface->T_map_surface.translation() = centroid;
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), plane.normal).toRotationMatrix();
     const Eigen::Isometry3d to_plane = surface->T_map_surface.inverse();
     std::vector<Eigen::Vector2d> projected;
     for (const std::size_t i : region) projected.push_back((to_plane * points[i].cast<double>()).head<2>());
     surface->polygons = alpha_shape(projected, parameters.max_hole_size());
-    for (const Polygon& polygon : surface->polygons) {
-      surface->area_m2 += geometry::signed_area(polygon.outer);
-      for (const Ring2& hole : polygon.holes) surface->area_m2 += geometry::signed_area(hole);
-    }
-    surface->inliers = region.size();
-    snapshot.surfaces.push_back(std::move(surface));
+    for (const Polygon& polygon : surface->polygons) surface->area_m2 += geometry::area_of(polygon);
+    snapshot.surfaces.push_back(surface);
   }
   return {std::move(snapshot), planes.ms};
 }

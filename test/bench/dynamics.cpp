@@ -14,12 +14,12 @@ namespace {
 
 /// An upright box that walks to and fro past the sensors' way, as a person does.
 struct Mover {
-  static constexpr double speed = 1.0, way_m = 3.0;  // m/s, m
+  static constexpr double speed = 1.0, travel_m = 3.0;  // m/s, m
   Eigen::Vector3d start, along;
 
   Eigen::AlignedBox3d at(double stamp_s) const {
-    const double done = std::fmod(speed * stamp_s, 2 * way_m);
-    const Eigen::Vector3d middle = start + (done < way_m ? done : 2 * way_m - done) * along;
+    const double done = std::fmod(speed * stamp_s, 2 * travel_m);
+    const Eigen::Vector3d middle = start + (done < travel_m ? done : 2 * travel_m - done) * along;
     return {middle - Eigen::Vector3d(0.25, 0.25, 1.2), middle + Eigen::Vector3d(0.25, 0.25, 0.5)};
   }
 };
@@ -60,7 +60,7 @@ std::vector<Mover> movers_of(const std::vector<Scan>& scans, std::size_t count) 
     ahead.z() = 0;
     ahead.normalize();
     const Eigen::Vector3d across(-ahead.y(), ahead.x(), 0);
-    movers.push_back({scan.T_map_sensor.translation() + 1.5 * ahead - Mover::way_m / 2 * across, across});
+    movers.push_back({scan.T_map_sensor.translation() + 1.5 * ahead - Mover::travel_m / 2 * across, across});
   }
   return movers;
 }

@@ -2,16 +2,13 @@
 // truth, for several margins, and beside them the convex hull's plain inset.
 
 #include "bench/bench.hpp"
-#include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
-#include <set>
 
-#include <octosurf/contact.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf::bench {
@@ -20,7 +17,6 @@ namespace {
 /// A foothold counts as accepted with at least these to the nearest edge, m; and last by the hull alone.
 constexpr std::array margins{0.0, 0.01, 0.02, 0.03};
 constexpr std::size_t by_hull = margins.size();
-constexpr double step = 0.01;        // m, between the points by which a contact is judged
 constexpr double inside_by = 0.01;   // m: truly supported is what lies so far inside
 constexpr double false_from = 0.05;  // m off every true outline: no rim any more, nothing is there
 
@@ -37,23 +33,6 @@ std::vector<Foot> all_feet() {
   octree.gap_depth_m = 0.03;
   const ContactShape sole = ContactShape::rectangle(0.22, 0.11), disc = ContactShape::disc(0.02);
   return {{"sole", sole}, {"sole, octree", sole, octree}, {"disc", disc}, {"disc, octree", disc, octree}};
-}
-
-Ring2 ring_of(const ContactShape& shape) {
-  return shape.outline.empty() ? planning::around_disc(shape.radius) : shape.outline;
-}
-
-/// Points all over a contact, its outline included, about its reference point.
-std::vector<Eigen::Vector2d> points_of(const ContactShape& shape, double margin) {
-  Ring2 ring = ring_of(shape);
-  if (margin > 0) ring = planning::minkowski_sum(ring, planning::around_disc(margin));
-  const planning::ConvexSides sides(ring);
-  std::vector<Eigen::Vector2d> points = ring;
-  evaluation::for_each_on_ring(ring, step, [&points](const Eigen::Vector2d& p) { points.push_back(p); });
-  for (double x = sides.box().min().x(); x < sides.box().max().x(); x += step)
-    for (double y = sides.box().min().y(); y < sides.box().max().y(); y += step)
-      if (sides.depth(Eigen::Vector2d(x, y)) > 0) points.emplace_back(x, y);
-  return points;
 }
 
 /// The heading that brings a contact's x axis to `x` on this surface.
@@ -74,8 +53,7 @@ class Ground {
  public:
   /// A contact on a face that slopes little, anywhere that the sensor saw and at any heading.
   struct Place {
-    Eigen::Vector3d normal;
-    Eigen::Isometry3d T_map_contact;
+    Eigen::Isometry3d T_map_contact;       ///< z = the face's normal
     bool supported = false, seen = false;  ///< all of `points`
   };
 
@@ -84,8 +62,7 @@ class Ground {
       : faces_(standing_faces(truth)), cells_(faces_.size()), cell_(truth.cell), tolerance_(tolerance) {
     for (std::size_t f = 0; f < faces_.size(); ++f)
       for (const evaluation::CellRun& run : faces_[f].truth->visible)
-        for (int c = 0; c < run.count; ++c) cells_[f].emplace_back(run.column + c, run.row);
-    for (const auto& cells : cells_) seen_.emplace_back(cells.begin(), cells.end());
+        for (int c = 0; c < run.count; ++c) cells_[f].emplace_back(run.row, run.column + c);
     for (std::size_t f = 0; f < faces_.size(); ++f)
       weights_.push_back(
           faces_[f].normal().z() < std::cos(max_slope) ? 0.0 : static_cast<double>(cells_[f].size()));
@@ -94,17 +71,8 @@ class Ground {
     return std::any_of(weights_.begin(), weights_.end(), [](double weight) { return weight > 0; });
   }
 
-  /// How far off every face's outline a point of a surface lies; false_from if that far or farther.
   double off(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
-    double least = false_from;
-    for (const StandingFace& face : faces_) {
-      if (face.normal().dot(normal) < std::cos(max_slope) || face.region.empty()) continue;
-      const Eigen::Vector3d local = face.T_face_map * p;
-      if (std::abs(local.z()) > tolerance_) continue;
-      if (face.region.contains(local.head<2>())) return 0;
-      least = std::min(least, face.region.ring_distance(local.head<2>(), least));
-    }
-    return least;
+    return off_outlines(faces_, p, normal, tolerance_, false_from);
   }
 
   Place place(std::mt19937_64& rng, const std::vector<Eigen::Vector2d>& points) const {
@@ -112,27 +80,26 @@ class Ground {
     std::discrete_distribution<std::size_t> by_area(weights_.begin(), weights_.end());
     const std::size_t f = by_area(rng);
     const StandingFace& face = faces_[f];
-    const auto& [column, row] = cells_[f][rng() % cells_[f].size()];
+    const auto& [row, column] = cells_[f][rng() % cells_[f].size()];
     const double v = (row + uniform(rng)) * cell_, u = (column + uniform(rng)) * cell_;
     const Eigen::Rotation2Dd turn(2 * std::numbers::pi * uniform(rng));
-    Place place{face.normal(), face.truth->T_map_face, true, true};
+    Place place{face.truth->T_map_face, true, true};
     place.T_map_contact.translate(Eigen::Vector3d(u, v, 0));
     place.T_map_contact.rotate(Eigen::AngleAxisd(turn.angle(), Eigen::Vector3d::UnitZ()));
     for (const Eigen::Vector2d& point : points) {
       const Eigen::Vector2d p = Eigen::Vector2d(u, v) + turn * point, at = p / cell_;
       place.supported = place.supported && face.region.contains(p);
-      place.seen = place.seen && seen_[f].contains({static_cast<int>(std::floor(at.x())),
-                                                    static_cast<int>(std::floor(at.y()))});
+      const Cell cell(static_cast<int>(std::floor(at.y())), static_cast<int>(std::floor(at.x())));
+      place.seen = place.seen && std::binary_search(cells_[f].begin(), cells_[f].end(), cell);
     }
     return place;
   }
 
  private:
-  using Cell = std::pair<int, int>;  // column, row
+  using Cell = std::pair<int, int>;  // row, column
   std::vector<StandingFace> faces_;
-  std::vector<std::vector<Cell>> cells_;  // that were seen, by face
-  std::vector<std::set<Cell>> seen_;
-  std::vector<double> weights_;  // of faces that a foot is put on
+  std::vector<std::vector<Cell>> cells_;  // that were seen, by face; in order
+  std::vector<double> weights_;           // of faces that a foot is put on
   double cell_, tolerance_;
 };
 
@@ -226,7 +193,7 @@ struct Asked {
       const Eigen::Vector3d at = place.T_map_contact.translation();
       for (const Walkable& one : surfaces) {
         const Surface& surface = *one.surface;
-        if (surface.plane.normal.dot(place.normal) < std::cos(max_slope / 2) ||
+        if (surface.plane.normal.dot(place.T_map_contact.linear().col(2)) < std::cos(max_slope / 2) ||
             std::abs(surface.plane.signed_distance(at)) > tolerance)
           continue;
         const double yaw = yaw_of(surface, place.T_map_contact.linear().col(0));

@@ -59,7 +59,7 @@ class TrueWorld {
   /// No face between.
   bool sees(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) const {
     return std::none_of(faces_.begin(), faces_.end(), [&](const StandingFace& face) {
-      const double from = height(face, eye), to = height(face, p);
+      const double from = face.height(eye), to = face.height(p);
       if (std::fabs(to) < 1e-3 || from * to >= 0) return false;
       return face.region.contains(face.foot(eye + (p - eye) * (from / (from - to))));
     });
@@ -68,7 +68,7 @@ class TrueWorld {
   /// Neither ground, nor within `margin` of its rim, nor inside of something.
   bool is_void(const Eigen::Vector3d& p, double margin) const {
     const bool on_ground = std::any_of(faces_.begin(), faces_.end(), [&](const StandingFace& face) {
-      return is_level(face) && std::fabs(height(face, p)) < on_plane_m &&
+      return is_level(face) && std::fabs(face.height(p)) < on_plane_m &&
              face.region.within(face.foot(p), margin);
     });
     if (on_ground) return false;
@@ -84,16 +84,13 @@ class TrueWorld {
     double next = std::numeric_limits<double>::infinity();
     bool back = false;
     for (const StandingFace& face : faces_) {
-      const double cosine = face.normal().dot(way), off = -height(face, p) / cosine;
+      const double cosine = face.normal().dot(way), off = -face.height(p) / cosine;
       if (std::fabs(cosine) < 1e-6 || off < 0 || off > next) continue;
       if (!face.region.contains(face.foot(p + off * way))) continue;
       next = off;
       back = cosine > 0;
     }
     return back;
-  }
-  static double height(const StandingFace& face, const Eigen::Vector3d& p) {
-    return face.truth->plane.signed_distance(p);
   }
 
   Eigen::Vector3d up_;

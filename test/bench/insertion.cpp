@@ -30,32 +30,23 @@ struct Place {
   }
 };
 
-Json summary(const std::vector<double>& ms) { return {{"ms", mean(ms)}, {"p95_ms", percentile(ms, 0.95)}}; }
-
-template <class Insert>
+/// Milliseconds of inserting each scan; what `Input` makes of it is prepared beforehand.
+template <class Input = const Scan&, class Insert>
 Json insert_all(const Place& place, const Insert& insert) {
   std::vector<double> ms;
-  for (const Scan& scan : place.scans) ms.push_back(time_ms([&] { insert(scan); }));
-  return summary(ms);
-}
-
-/// OctoMap's input is prepared beforehand.
-template <class Insert>
-Json insert_clouds(const Place& place, const Insert& insert) {
-  std::vector<double> ms;
   for (const Scan& scan : place.scans) {
-    const OctomapScan input(scan);
-    ms.push_back(time_ms([&] { insert(input.cloud, input.origin); }));
+    const Input input(scan);
+    ms.push_back(time_ms([&] { insert(input); }));
   }
-  return summary(ms);
+  return {{"ms", mean(ms)}, {"p95_ms", percentile(ms, 0.95)}};
 }
 
 /// The incumbent: lazy, discretised, and complete after every scan.
 Json octomap_insertion(const Place& place) {
   const double heap_before = heap_in_use();
   octomap::OcTree tree(place.resolution);
-  Json row = insert_clouds(place, [&](const auto& cloud, const auto& origin) {
-    tree.insertPointCloud(cloud, origin, place.max_range, true, true);
+  Json row = insert_all<OctomapScan>(place, [&](const OctomapScan& scan) {
+    tree.insertPointCloud(scan.cloud, scan.origin, place.max_range, true, true);
     tree.updateInnerOccupancy();
   });
   tree.prune();
@@ -67,8 +58,8 @@ Json octomap_insertion(const Place& place) {
 /// insert_point_cloud on the same kind of tree, which is complete after every scan: not lazy.
 Json plain_insertion(const Place& place) {
   octomap::OcTree tree(place.resolution);
-  return insert_clouds(place, [&](const auto& cloud, const auto& origin) {
-    insert_point_cloud(tree, cloud, origin, place.max_range, false, true, 1);
+  return insert_all<OctomapScan>(place, [&](const OctomapScan& scan) {
+    insert_point_cloud(tree, scan.cloud, scan.origin, place.max_range, false, true, 1);
   });
 }
 
@@ -113,7 +104,7 @@ Json load(const Load& load_into) {
     std::optional<Loaded> loaded;
     ms.push_back(time_ms([&] { load_into(loaded); }));
   }
-  return summary(ms);
+  return {{"ms", mean(ms)}, {"p95_ms", percentile(ms, 0.95)}};
 }
 Json load_ours(const Place& place) {
   return load<LoadedMap>([stem = saved(place)](auto& loaded) { loaded.emplace(load_map(stem)); });

@@ -75,12 +75,9 @@ Segmentation from_regions(const VoxelCloud& cloud, const CgalPlanes& planes) {
   result.snapshot.resolution = cloud.resolution;
   std::vector<SurfaceId> of_voxel(cloud.centroids.size(), 0);
   for (const auto& region : planes.regions) {
-    auto surface = std::make_shared<Surface>();
-    surface->id = static_cast<SurfaceId>(result.snapshot.surfaces.size() + 1);
-    surface->plane = least_squares_plane(cloud.centroids, region).first;
-    surface->inliers = region.size();
-    for (const std::size_t i : region) of_voxel[i] = surface->id;
-    result.snapshot.surfaces.push_back(std::move(surface));
+    const auto id = static_cast<SurfaceId>(result.snapshot.surfaces.size() + 1);
+    result.snapshot.surfaces.push_back(surface_of(id, cloud.centroids, region));
+    for (const std::size_t i : region) of_voxel[i] = id;
   }
   for (const std::size_t voxel : cloud.voxel_of) result.found.push_back(of_voxel[voxel]);
   result.judge(cloud);

@@ -183,22 +183,14 @@ World make_world(const Recorded& recorded) {
   return world;
 }
 
-/// Every sample of the sole lies over a true face or within a centimetre beside it, and at most so far off
-/// its plane.
-bool supported(const World& world, const Footstep& foot, const ContactShape& shape, double off_plane) {
-  const footsteps::LegBox box = footsteps::LegBox::of(shape);
-  for (double x = -box.half_length; x <= box.half_length + 1e-9; x += box.half_length / 8)
-    for (double y = -box.half_width; y <= box.half_width + 1e-9; y += box.half_width / 5) {
-      if (shape.outline.empty() && std::hypot(x, y) > shape.radius) continue;
-      const Eigen::Vector3d p = foot.T_map_foot * Eigen::Vector3d(box.middle.x() + x, box.middle.y() + y, 0);
-      const bool on = std::any_of(world.ground.begin(), world.ground.end(), [&](const StandingFace& face) {
-        return std::abs(face.truth->plane.signed_distance(p)) <= off_plane &&
-               face.normal().dot(foot.T_map_foot.linear().col(2)) > level &&
-               face.region.within(face.foot(p), within_m);
-      });
-      if (!on) return false;
-    }
-  return true;
+/// Every point of the sole lies over a true face or within a centimetre beside it, and at most so far off its
+/// plane.
+bool supported(const World& world, const Footstep& foot, const std::vector<Eigen::Vector2d>& sole,
+               double off_plane) {
+  return std::all_of(sole.begin(), sole.end(), [&](const Eigen::Vector2d& p) {
+    return off_outlines(world.ground, foot.T_map_foot * Eigen::Vector3d(p.x(), p.y(), 0),
+                        foot.T_map_foot.linear().col(2), off_plane, 2 * within_m) <= within_m;
+  });
 }
 
 /// `meets(pose, share)` somewhere on the straight way from one pose to the other.
@@ -298,7 +290,8 @@ Json plan_in(const World& world, const Options& options, std::uint64_t seed) {
   constexpr double shortest_m = 1;  // between start and goal
   const PlanBudget budget;
   const Robot robot = options.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
-  const ContactShape shape = std::visit([](const auto& kind) { return kind.foot; }, robot);
+  const std::vector<Eigen::Vector2d> sole =
+      points_of(std::visit([](const auto& kind) { return kind.foot; }, robot), 0);
   FootstepPlanner on_map(world.mapped, world.octree, robot), on_truth(world.truth, world.true_octree, robot);
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
@@ -332,8 +325,8 @@ Json plan_in(const World& world, const Options& options, std::uint64_t seed) {
     count["steps"] += plan.steps.size();
     const double near = evaluation::EvaluationOptions{}.tolerance_at(world.mapped->resolution);
     for (const Footstep& foot : plan.steps) {
-      count["soles_off"] += !supported(world, foot, shape, near);
-      count["soles_off_1cm"] += !supported(world, foot, shape, within_m);
+      count["soles_off"] += !supported(world, foot, sole, near);
+      count["soles_off_1cm"] += !supported(world, foot, sole, within_m);
     }
     count["touch"] += std::visit([&](const auto& kind) { return touches(world, plan, kind); }, robot);
     count["refuted"] += !verify_plan(plan, *world.mapped, world.octree, robot).empty();

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// A mantle about the pose's z axis as seen from its +x side, over `span` about that direction.
+/// A lateral surface about the pose's z axis as seen from its +x side, over `span` about that direction.
 struct Seen {
   double radius = 0.15, length = 1, span = 2 * pi / 3, noise = 0.003, distance = 1.5;
 
@@ -78,7 +78,7 @@ TEST(DetectCylinders, FromOneSide) {
       const double tilt = std::acos(std::min(1.0, std::fabs(found.axis.dot(pose.linear().col(2)))));
       worst_tilt = std::max(worst_tilt, tilt * 180 / pi);
       EXPECT_NEAR(found.length_m, seen.length, 0.06);
-      // Rays graze the rims: there noise runs around the mantle, three sigma of it at either.
+      // Rays graze the boundaries: there noise runs around the lateral surface, three sigma of it at either.
       EXPECT_NEAR(found.span_rad, seen.span, 0.2 + 6 * c.noise / c.radius);
       // Upward when born, or level to 1e-3; then it is fitted again, and either fit leans by its error.
       EXPECT_GT(found.axis.z(), -1e-3 - 2 * c.largest_tilt_deg * pi / 180);
@@ -144,8 +144,8 @@ TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
 }
 
 TEST(DetectCylinders, ItsInsideIsNotItsOutside) {
-  // The near half of a wide tube from outside, the far half from inside: on one mantle, but a foot can only
-  // stand on the former.
+  // The near half of a wide tube from outside, the far half from inside: on one lateral surface, but a foot
+  // can only stand on the former.
   std::mt19937_64 rng(test::seed());
   surfaces::MapState state{Parameters{}};
   const Eigen::Isometry3d pose = test::random_pose(rng);

@@ -33,7 +33,7 @@ TEST(LabelBlocks, FindWhatAWalkOverAllFinds) {
   std::vector<PointId> labelled, context;
   for (const PointId i : points.all) (rng() % 3 == 0 ? context : labelled).push_back(i);
   const Readings readings(points.ledger,
-                          {.points = labelled, .may_join = {}, .context = context, .rims = {}});
+                          {.points = labelled, .may_join = {}, .context = context, .boundary = {}});
   const auto size = static_cast<Index>(readings.size_with_context());
   ASSERT_EQ(size, points.all.size());
   std::vector<Label> labels(size);

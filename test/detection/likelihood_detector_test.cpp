@@ -88,7 +88,7 @@ TEST(LikelihoodDetector, WhoKeepsItsPointsKeepsItsId) {
   EXPECT_GT(kept, 12U);
 }
 
-TEST(LikelihoodDetector, WhoGoesIsAmongTheDepartures) {
+TEST(LikelihoodDetector, WhoGoesIsAmongTheRemovals) {
   Mapper mapper;
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     const auto before = mapper.snapshot();
@@ -97,8 +97,8 @@ TEST(LikelihoodDetector, WhoGoesIsAmongTheDepartures) {
     for (const SurfacePtr& surface : before->surfaces) {
       if (after->find(surface->id) != nullptr) continue;
       bool listed = false;
-      after->departures.for_each_since(before->revision, [&](const Departure& departure) {
-        listed = listed || (departure.of == Departure::Of::surface && departure.id == surface->id);
+      after->removals.for_each_since(before->revision, [&](const Removal& removal) {
+        listed = listed || (removal.of == Removal::Of::surface && removal.id == surface->id);
       });
       EXPECT_TRUE(listed) << surface->id;
     }

@@ -1,7 +1,7 @@
 // What of the map is labelled anew around a change, and what only stands beside it.
 #include "detection/neighbourhood.hpp"
 
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/segment.hpp"
 #include "sensing/reading_code.hpp"
 #include "support/pending_points.hpp"
@@ -56,16 +56,16 @@ TEST(Neighbourhood, ContextAreTheInliersAround) {
   const FloorAndBoard scene;
   const Neighbourhood around = scene.around();
   EXPECT_FALSE(around.context.empty());
-  EXPECT_FALSE(around.rims.empty());
+  EXPECT_FALSE(around.boundary.empty());
   const std::set<PointId> looked_at(around.points.begin(), around.points.end());
   std::set<PointId> beside;
-  for (const auto& part : {around.context, around.rims})
+  for (const auto& part : {around.context, around.boundary})
     for (const PointId i : part) {
       EXPECT_EQ(scene.points_.ledger.window[i].surface, scene.id_);
       beside.insert(i);
     }
   EXPECT_EQ(looked_at.size() + beside.size(),
-            around.points.size() + around.context.size() + around.rims.size());
+            around.points.size() + around.context.size() + around.boundary.size());
   for (const PointId i : scene.board_) EXPECT_TRUE(looked_at.contains(i));
   for (const PointId i : beside) EXPECT_FALSE(looked_at.contains(i));
 }
@@ -81,7 +81,7 @@ TEST(Neighbourhood, WhatWasPendingAroundJoinsAndSeedsNoPlane) {
   const auto planes_of = [&](const Neighbourhood& looked_at) {
     const Readings readings = scene.readings_of(looked_at);
     return segment(readings, limits_of(ledger.parameters),
-                   with_planelets(readings, known_about(readings, ledger.surfaces, {})))
+                   with_seed_patches(readings, known_about(readings, ledger.surfaces, {})))
         .patches.size();
   };
   const std::size_t planes = planes_of(around);
@@ -191,7 +191,7 @@ TEST(Neighbourhood, ContextKeepsItsLabelAndIsThereToBeMet) {
   ASSERT_LT(readings.size(), readings.size_with_context());
   const Segmentation found =
       segment(readings, limits_of(scene.points_.ledger.parameters),
-              with_planelets(readings, known_about(readings, scene.points_.ledger.surfaces, {})));
+              with_seed_patches(readings, known_about(readings, scene.points_.ledger.surfaces, {})));
   ASSERT_EQ(found.labels.size(), readings.size_with_context());
   ASSERT_EQ(found.outside.size(), 1U);
   const Label floor = found.outside.front().label;

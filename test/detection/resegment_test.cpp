@@ -54,13 +54,13 @@ TEST(Resegment, TellsWhoTookInWhom) {
   mapper.resegment();
   const auto after = mapper.snapshot();
   std::set<SurfaceId> told;
-  after->departures.for_each_since(before->revision, [&](const Departure& departure) {
-    if (departure.of != Departure::Of::surface || before->find(departure.id) == nullptr) return;
-    told.insert(departure.id);
-    if (departure.into == 0) return;
-    const Surface* heir = after->find(departure.into);
-    ASSERT_NE(heir, nullptr);
-    EXPECT_THAT(heir->parents, ::testing::Contains(departure.id));
+  after->removals.for_each_since(before->revision, [&](const Removal& removal) {
+    if (removal.of != Removal::Of::surface || before->find(removal.id) == nullptr) return;
+    told.insert(removal.id);
+    if (removal.into == 0) return;
+    const Surface* successor = after->find(removal.into);
+    ASSERT_NE(successor, nullptr);
+    EXPECT_THAT(successor->parents, ::testing::Contains(removal.id));
   });
   for (const SurfacePtr& surface : before->surfaces)
     EXPECT_NE(told.contains(surface->id), after->find(surface->id) != nullptr) << surface->id;

@@ -1,7 +1,7 @@
 #include "detection/segment.hpp"
 
 #include "detection/labelling.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "support/pending_points.hpp"
 #include "support/round_scene.hpp"
 #include "support/seed.hpp"
@@ -351,7 +351,7 @@ TEST(Segment, ARingsLevelLineOnWallsIsNoPlane) {
 
 TEST(Segment, FollowsAShiftOfTheFrame) {
   // By a multiple of the largest block's edge, so that voxels and blocks fall on the same points.
-  const Eigen::Vector3d shift = 0.02 * 8 * planelet_edge(0.02) * Eigen::Vector3d(1, -2, 3);
+  const Eigen::Vector3d shift = 0.02 * 8 * seed_patch_edge(0.02) * Eigen::Vector3d(1, -2, 3);
   std::mt19937_64 rng = test::rng(), again = test::rng();
   const Segmented here(look_at_a_block(Eigen::Vector3d::Zero(), rng)), there(look_at_a_block(shift, again));
   expect_same_planes(planes_seen_from({1, 1, 1}, here),

@@ -2,7 +2,7 @@
 #include "detection/tiles.hpp"
 
 #include "detection/neighbourhood.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/segment.hpp"
 #include "support/pending_points.hpp"
 #include "support/scene.hpp"
@@ -41,7 +41,7 @@ class OneSurface {
     const Readings readings(points_.ledger, neighbourhood_of(points_.ledger, all));
     const Segmentation found =
         segment(readings, limits_of(points_.ledger.parameters),
-                with_planelets(readings, known_about(readings, points_.ledger.surfaces, all)));
+                with_seed_patches(readings, known_about(readings, points_.ledger.surfaces, all)));
     std::vector<std::size_t> counts(found.patches.size(), 0);
     for (Readings::Index i = 0; i < readings.size(); ++i) ++counts[found.labels[i]];
     return static_cast<std::size_t>(

@@ -3,7 +3,7 @@
 
 #include "detection/expand.hpp"
 #include "detection/likelihood_detector.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "support/pending_points.hpp"
 #include "support/seed.hpp"
@@ -47,7 +47,7 @@ TEST_F(FloorAndStep, ExpandedPointsBesideANewPlaneAreSegmentedAgain) {
   EXPECT_EQ(detection.segmented.size() + detection.left.fresh.size(), left.size());
   std::set<PointId> labelled;
   for (const auto& [point, label] : detection.found->points) labelled.insert(point);
-  const VoxelBlocks blocks(planelet_edge(points_.ledger.grid.resolution()));
+  const VoxelBlocks blocks(seed_patch_edge(points_.ledger.grid.resolution()));
   std::set<VoxelBlocks::Place> with_segmented;
   for (const PointId i : detection.segmented) with_segmented.insert(blocks.of(points_.ledger.window[i].key));
   std::size_t again = 0;
@@ -75,7 +75,7 @@ TEST_F(FloorAndStep, WhatWasLookedAtWaitsForAsMuchAgain) {
 TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
   const std::size_t budget = 400;
   points_.state.parameters.detection.detection_budget = static_cast<int>(budget);
-  const double border = 0.64;  // m, of the largest blocks of planelets
+  const double border = 0.64;  // m, of the largest blocks of seed patches
   const auto is_far = [&](PointId i) { return points_.position(i).y() >= border; };
   const auto is_far_block = [&](geometry::VoxelKey key) { return is_far(points_.ledger.window.find(key)); };
   std::vector<PointId> near, far;

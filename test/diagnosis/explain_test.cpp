@@ -159,7 +159,7 @@ TEST(Explain, AmongClutter) {
     EXPECT_EQ(why.figures[0].at_least, 0);
   }
   for (const auto& [reason, places] : reasons)
-    EXPECT_TRUE(reason == Reason::no_plane || reason == Reason::clutter || reason == Reason::bent ||
+    EXPECT_TRUE(reason == Reason::no_plane || reason == Reason::clutter || reason == Reason::curved ||
                 reason == Reason::too_few_points)
         << reason_name(reason) << " at " << places;
 }
@@ -212,12 +212,12 @@ Scan pillar_scan() {
   return pillar;
 }
 
-TEST(Explain, Bent) {
+TEST(Explain, Curved) {
   Parameters parameters;
   parameters.detection.detect_cylinders = false;
   const Mapper mapper = explained_map({pillar_scan()}, parameters);
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
-  EXPECT_EQ(ask(mapper.map(), {0.25, 0, 0.5}).reason, Reason::bent);
+  EXPECT_EQ(ask(mapper.map(), {0.25, 0, 0.5}).reason, Reason::curved);
 }
 
 TEST(Explain, OnACylinder) {
@@ -323,7 +323,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
         break;
       case Reason::too_narrow:
       case Reason::edge_on:
-      case Reason::bent:
+      case Reason::curved:
         break;
       case Reason::seen_through:
         ASSERT_TRUE(about);
@@ -346,7 +346,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
   }
   EXPECT_EQ(ask(map, {1.35, 0.05, 0.41}).reason, Reason::too_few_points);
   EXPECT_GE(seen[Reason::isolated], 5);
-  EXPECT_GT(seen[Reason::no_plane] + seen[Reason::bent] + seen[Reason::clutter], 5);
+  EXPECT_GT(seen[Reason::no_plane] + seen[Reason::curved] + seen[Reason::clutter], 5);
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ std::string held(const Input& input, const std::string& bytes) {
     return input.target->name == "octomap" ? nodes_in(file.path()) : scans_in(file.path());
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
-    EXPECT_NE(error.mend(), "") << error.what();
+    EXPECT_NE(error.hint(), "") << error.what();
     return {};
   }
 }

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Points on a mantle about the pose's z axis, with noise along the normal.
-struct Mantle {
+/// Points on a lateral surface about the pose's z axis, with noise along the normal.
+struct Lateral {
   double radius = 0.15, length = 1, from = 0, span = pi, noise = 0;
   std::size_t points = 500;
 
@@ -57,13 +57,13 @@ TEST(CylinderFit, RecoversCylindersFromAnywhere) {
     for (int round = 0; round < 20; ++round) {
       Eigen::Isometry3d pose = test::random_pose(rng);
       pose.translation() += Eigen::Vector3d(far, -far, far);
-      Mantle mantle;
-      mantle.radius = radius(rng);
-      mantle.span = round % 2 == 0 ? 2 * pi : 0.75 * pi;
-      const auto samples = mantle.samples(pose, rng);
-      CylinderShape shape = rough(pose, mantle.radius, rng);
+      Lateral lateral;
+      lateral.radius = radius(rng);
+      lateral.span = round % 2 == 0 ? 2 * pi : 0.75 * pi;
+      const auto samples = lateral.samples(pose, rng);
+      CylinderShape shape = rough(pose, lateral.radius, rng);
       ASSERT_TRUE(refine(shape, samples)) << "round " << round;
-      EXPECT_NEAR(shape.radius, mantle.radius, 1e-6) << "round " << round;
+      EXPECT_NEAR(shape.radius, lateral.radius, 1e-6) << "round " << round;
       EXPECT_LT(tilt_deg(shape, pose), 1e-3);
       EXPECT_LT(off_axis(shape, pose), 1e-6);
     }
@@ -81,12 +81,12 @@ TEST(CylinderFit, StandsNoise) {
     double worst_radius = 0, worst_tilt = 0;
     for (int round = 0; round < 20; ++round) {
       const Eigen::Isometry3d pose = test::random_pose(rng);
-      Mantle mantle;
-      mantle.radius = c.radius;
-      mantle.span = c.span;
-      mantle.noise = c.noise;
+      Lateral lateral;
+      lateral.radius = c.radius;
+      lateral.span = c.span;
+      lateral.noise = c.noise;
       CylinderShape shape = rough(pose, c.radius, rng);
-      ASSERT_TRUE(refine(shape, mantle.samples(pose, rng)));
+      ASSERT_TRUE(refine(shape, lateral.samples(pose, rng)));
       worst_radius = std::max(worst_radius, std::fabs(shape.radius - c.radius));
       worst_tilt = std::max(worst_tilt, tilt_deg(shape, pose));
     }
@@ -102,7 +102,7 @@ TEST(CylinderFit, WeighsBySigma) {
   // Half of the points lie 2 cm too far out, but say that they do not know better.
   std::mt19937_64 rng(test::seed());
   const Eigen::Isometry3d pose = test::random_pose(rng);
-  Mantle exact, off;
+  Lateral exact, off;
   off.radius = exact.radius + 0.02;
   auto samples = exact.samples(pose, rng);
   for (CylinderSample s : off.samples(pose, rng)) {
@@ -125,17 +125,17 @@ TEST(CylinderFit, ExtentIsWhereThePointsAre) {
   std::uniform_real_distribution<double> angle(0, 2 * pi), spans(0.3, 6.1);
   for (int round = 0; round < 30; ++round) {
     const Eigen::Isometry3d pose = test::random_pose(rng);
-    Mantle mantle;
-    mantle.from = angle(rng);
-    mantle.span = spans(rng);
-    mantle.points = 20000;  // so that the random gaps are small
-    const auto samples = mantle.samples(pose, rng);
-    const CylinderShape shape{pose * Eigen::Vector3d(0, 0, 0.3), pose.linear().col(2), mantle.radius};
+    Lateral lateral;
+    lateral.from = angle(rng);
+    lateral.span = spans(rng);
+    lateral.points = 20000;  // so that the random gaps are small
+    const auto samples = lateral.samples(pose, rng);
+    const CylinderShape shape{pose * Eigen::Vector3d(0, 0, 0.3), pose.linear().col(2), lateral.radius};
     const CylinderExtent extent = extent_of(shape, samples);
-    EXPECT_NEAR(extent.span, mantle.span, 0.01);
+    EXPECT_NEAR(extent.span, lateral.span, 0.01);
     EXPECT_NEAR(extent.low, -0.8, 0.005);
     EXPECT_NEAR(extent.high, 0.2, 0.005);
-    const Eigen::Vector3d start(std::cos(mantle.from), std::sin(mantle.from), 0);
+    const Eigen::Vector3d start(std::cos(lateral.from), std::sin(lateral.from), 0);
     EXPECT_LT((extent.start - pose.linear() * start).norm(), 0.01) << "counter-clockwise from there";
     EXPECT_NEAR(extent.start.dot(shape.axis), 0, 1e-9);
   }
@@ -166,12 +166,12 @@ TEST(CylinderFit, FlatSidesExplainPostsBetter) {
     }
   for (const double span : {pi / 2, pi, 2 * pi})
     for (const double radius : {0.03, 0.1, 0.3}) {
-      Mantle mantle;
-      mantle.radius = radius;
-      mantle.span = span;
-      mantle.noise = 0.002;
-      mantle.points = 600;
-      const auto samples = mantle.samples(Eigen::Isometry3d::Identity(), rng);
+      Lateral lateral;
+      lateral.radius = radius;
+      lateral.span = span;
+      lateral.noise = 0.002;
+      lateral.points = 600;
+      const auto samples = lateral.samples(Eigen::Isometry3d::Identity(), rng);
       const CylinderShape shape{{0, 0, 0}, {0, 0, 1}, radius};
       // A quarter arc's two halves rise by r(1 − cos 22.5°): far above the noise only from r = 0.1 on.
       if (radius > 0.05 || span > 3) {
@@ -205,10 +205,10 @@ TEST(CylinderFit, SpheresAndConesAreNotStraight) {
 
 TEST(CylinderFit, CoverageTellsHolesApart) {
   std::mt19937_64 rng(test::seed());
-  Mantle mantle;
-  mantle.points = 4000;
-  auto samples = mantle.samples(Eigen::Isometry3d::Identity(), rng);
-  const CylinderShape shape{{0, 0, 0}, {0, 0, 1}, mantle.radius};
+  Lateral lateral;
+  lateral.points = 4000;
+  auto samples = lateral.samples(Eigen::Isometry3d::Identity(), rng);
+  const CylinderShape shape{{0, 0, 0}, {0, 0, 1}, lateral.radius};
   EXPECT_GT(weigh(shape, samples, 0.04).coverage, 0.95);
   std::erase_if(samples, [](const CylinderSample& s) { return std::fabs(s.position.z()) < 0.35; });
   EXPECT_NEAR(weigh(shape, samples, 0.04).coverage, 0.3, 0.1);

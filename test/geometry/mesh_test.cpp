@@ -100,14 +100,14 @@ void expect_valid(const Polygon& polygon) {
   }
   EXPECT_NEAR(area, polygon_area(polygon), 1e-12 * (1 + area));
 
-  // The rim, as points: exactly the rings' directed edges.
+  // The boundary, as points: exactly the rings' directed edges.
   using Key = std::array<double, 4>;
-  std::multiset<Key> rim, rings;
+  std::multiset<Key> boundary, rings;
   for (const auto& [edge, count] : directed) {
     EXPECT_EQ(count, 1);
     if (directed.count({edge.second, edge.first}) > 0) continue;
     const Eigen::Vector2d &a = vertices[edge.first], &b = vertices[edge.second];
-    rim.insert({a.x(), a.y(), b.x(), b.y()});
+    boundary.insert({a.x(), a.y(), b.x(), b.y()});
   }
   const auto add = [&](const Ring2& ring) {
     for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -117,7 +117,7 @@ void expect_valid(const Polygon& polygon) {
   };
   add(polygon.outer);
   for (const Ring2& hole : polygon.holes) add(hole);
-  EXPECT_EQ(rim, rings);
+  EXPECT_EQ(boundary, rings);
 }
 
 // Each directed edge once and its opposite once: closed, manifold in its edges, one orientation.

@@ -129,8 +129,8 @@ TEST(Outline, IslandsInHolesArePolygonsOfTheirOwn) {
 TEST(CellBits, FollowWhatComesAndGoes) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
-  std::map<Cell, int> content;        // inliers of each cell
-  std::set<Cell> deep, rim, touched;  // as of the last take_changes(); cells whose content changed since
+  std::map<Cell, int> content;             // inliers of each cell
+  std::set<Cell> deep, boundary, touched;  // as of the last take_changes(); cells whose content changed since
   CellBits bits;
   std::uniform_int_distribution<int> somewhere(-13, 13);
   const auto holds = [&](int u, int v) { return content.contains({u, v}); };
@@ -150,10 +150,10 @@ TEST(CellBits, FollowWhatComesAndGoes) {
     std::set<Cell> told;
     for (const CellBits::Cells& cells : bits.take_changes(true))
       cells.for_each([&](PlaneCell cell) { EXPECT_TRUE(told.emplace(cell.u, cell.v).second); });
-    std::set<Cell> now_deep, now_rim, near_flips;
+    std::set<Cell> now_deep, now_boundary, near_flips;
     for (int v = -16; v <= 16; ++v)
       for (int u = -16; u <= 16; ++u) {
-        if ((deep.contains({u, v}) || rim.contains({u, v})) == holds(u, v)) continue;
+        if ((deep.contains({u, v}) || boundary.contains({u, v})) == holds(u, v)) continue;
         for (int y = -2; y <= 2; ++y)
           for (int x = -2; x <= 2; ++x) near_flips.emplace(u + x, v + y);
       }
@@ -161,21 +161,21 @@ TEST(CellBits, FollowWhatComesAndGoes) {
       bool inside = true;
       for (int y = -2; y <= 2; ++y)
         for (int x = -2; x <= 2; ++x) inside = inside && holds(cell.first + x, cell.second + y);
-      (inside ? now_deep : now_rim).insert(cell);
+      (inside ? now_deep : now_boundary).insert(cell);
     }
     for (int v = -16; v <= 16; ++v)
       for (int u = -16; u <= 16; ++u) {
         const Cell cell(u, v);
         EXPECT_EQ(bits.occupied({u, v}), holds(u, v));
         EXPECT_EQ(bits.deep_inside({u, v}), now_deep.contains(cell));
-        const bool was_rim = rim.contains(cell), is_rim = now_rim.contains(cell);
+        const bool was_boundary = boundary.contains(cell), is_boundary = now_boundary.contains(cell);
         std::uint32_t around = 0;
         for (int y = -2; y <= 2; ++y)
           for (int x = -2; x <= 2; ++x)
             around |= static_cast<std::uint32_t>(holds(u + x, v + y)) << (5 * (y + 2) + x + 2);
         EXPECT_EQ(bits.around({u, v}), around);
-        if (was_rim != is_rim || deep.contains(cell) != now_deep.contains(cell) ||
-            (is_rim && (touched.contains(cell) || near_flips.contains(cell)))) {
+        if (was_boundary != is_boundary || deep.contains(cell) != now_deep.contains(cell) ||
+            (is_boundary && (touched.contains(cell) || near_flips.contains(cell)))) {
           EXPECT_TRUE(told.contains(cell)) << u << ", " << v << " changed, and nobody says so";
         }
       }
@@ -183,7 +183,7 @@ TEST(CellBits, FollowWhatComesAndGoes) {
       EXPECT_TRUE(touched.contains(cell) || deep.contains(cell) != now_deep.contains(cell) ||
                   near_flips.contains(cell));
     deep = now_deep;
-    rim = now_rim;
+    boundary = now_boundary;
     touched.clear();
   }
 }

@@ -65,7 +65,7 @@ TEST(LoopClosures, ScansInARowAreOneAndThoseLeftOutDoNotCount) {
   Recording recording;
   recording.add(0);
   recording.add(0.03);
-  recording.add(9, AlignmentOutcome::set_aside);
+  recording.add(9, AlignmentOutcome::rejected);
   recording.add(0.06);
   recording.add(0.06);
   recording.add(0.06);

@@ -246,7 +246,7 @@ TEST(MergedMaps, AreRefusedBeforeAnythingIsTouched) {
     try {
       mapper.merge(other, T);
     } catch (const Error& error) {
-      EXPECT_FALSE(error.mend().empty());
+      EXPECT_FALSE(error.hint().empty());
       return std::string(error.what());
     }
     return std::string("nothing");

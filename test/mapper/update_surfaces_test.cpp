@@ -30,7 +30,7 @@ class FloorWithStrays : public test::PendingPoints {
     ScanReport report;
     update_surfaces(ledger, detection::detector_of(state.parameters, nullptr), effort, report);
     for (const PointId i : all) EXPECT_EQ(ledger.window[i].surface == 0, position(i).z() > 0.1);
-    EXPECT_THAT(ledger.changes.unseen, IsEmpty());
+    EXPECT_THAT(ledger.changes.unprocessed, IsEmpty());
   }
 
   std::vector<geometry::VoxelKey> above;  ///< voxels of stray readings, in key order

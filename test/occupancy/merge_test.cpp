@@ -255,7 +255,7 @@ TEST(ResampledOctree, CountsWhatIsOutside) {
   std::mt19937_64 rng = test::rng();
   OccupancyMap from = random_map(rng, coarse());
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.translation().x() = 32768 * coarse().resolution;  // the octree's rim is in the middle of the room
+  T.translation().x() = 32768 * coarse().resolution;  // the octree's edge is in the middle of the room
   std::size_t lost = 0;
   const OccupancyMap to = OccupancyMap::resampled(from, T, coarse(), lost);
   EXPECT_GT(lost, 0u);

@@ -318,7 +318,7 @@ TEST(PaperDetector, ScansThatAreMappedTogetherMakeOneSurface) {
   Mapper mapper(papers(), 1, paper_detector());
   mapper.insert_all(std::vector{strip(0, 0.5), strip(0.5, 0.3), strip(0.8, 0.4)});
   ASSERT_EQ(mapper.snapshot()->surfaces.size(), 1U);
-  EXPECT_NEAR(mapper.snapshot()->surfaces[0]->area_m2, 1.16 * 0.96, 0.02);  // to the rims' centroids
+  EXPECT_NEAR(mapper.snapshot()->surfaces[0]->area_m2, 1.16 * 0.96, 0.02);  // to the boundaries' centroids
   test::expect_guarantees(mapper.map());
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
-using Heir = MapChanges::Heir;
+using Successor = MapChanges::Successor;
 
 SurfacePtr living(SurfaceId id, std::uint64_t born, std::uint64_t revision,
                   std::vector<SurfaceId> parents = {}) {
@@ -28,9 +28,9 @@ SurfacePtr living(SurfaceId id, std::uint64_t born, std::uint64_t revision,
   surface.parents = std::move(parents);
   return std::make_shared<const Surface>(std::move(surface));
 }
-Departure gone(SurfaceId id, std::uint64_t born, std::uint64_t revision, SurfaceId into = 0,
-               std::vector<SurfaceId> parents = {}) {
-  return {Departure::Of::surface, id, into, born, revision, std::move(parents)};
+Removal gone(SurfaceId id, std::uint64_t born, std::uint64_t revision, SurfaceId into = 0,
+             std::vector<SurfaceId> parents = {}) {
+  return {Removal::Of::surface, id, into, born, revision, std::move(parents)};
 }
 
 TEST(Changes, SplitsAndMergersAreFollowedThroughWhatCameAndWent) {
@@ -39,17 +39,17 @@ TEST(Changes, SplitsAndMergersAreFollowedThroughWhatCameAndWent) {
   Snapshot snapshot;
   snapshot.revision = 15;
   snapshot.surfaces = {living(1, 1, 11), living(2, 2, 13, {5, 6})};
-  snapshot.departures = DepartureLog().with(
+  snapshot.removals = RemovalLog().with(
       {gone(5, 11, 12, 2, {1}), gone(3, 3, 12, 6), gone(6, 11, 13, 2, {3}), gone(4, 4, 13), gone(7, 14, 15)});
   const MapChanges changes = changes_since(snapshot, 10);
   EXPECT_THAT(changes.appeared, IsEmpty());
   EXPECT_THAT(changes.changed, ElementsAre(1, 2));
   EXPECT_THAT(changes.gone, ElementsAre(4));
-  EXPECT_THAT(changes.merged, ElementsAre(Heir{3, 2}));
-  EXPECT_THAT(changes.split, ElementsAre(Heir{1, 2}));
+  EXPECT_THAT(changes.merged, ElementsAre(Successor{3, 2}));
+  EXPECT_THAT(changes.split, ElementsAre(Successor{1, 2}));
   const MapChanges later = changes_since(snapshot, 12);
   EXPECT_THAT(later.changed, ElementsAre(2));
-  EXPECT_THAT(later.merged, ElementsAre(Heir{6, 2}));
+  EXPECT_THAT(later.merged, ElementsAre(Successor{6, 2}));
   EXPECT_THAT(later.split, IsEmpty()) << "1 was split before";
   EXPECT_THAT(changes_since(snapshot, 15).changed, IsEmpty());
   EXPECT_THROW(changes_since(snapshot, 16), Error);
@@ -58,7 +58,7 @@ TEST(Changes, SplitsAndMergersAreFollowedThroughWhatCameAndWent) {
 TEST(Changes, WhatWasTakenInBySomethingThatWentIsGone) {
   Snapshot snapshot;
   snapshot.revision = 9;
-  snapshot.departures = DepartureLog().with({gone(1, 1, 8, 2), gone(2, 2, 9)});
+  snapshot.removals = RemovalLog().with({gone(1, 1, 8, 2), gone(2, 2, 9)});
   const MapChanges changes = changes_since(snapshot, 5);
   EXPECT_THAT(changes.gone, ElementsAre(1, 2));
   EXPECT_THAT(changes.merged, IsEmpty());
@@ -75,32 +75,32 @@ TEST(Changes, CylindersToo) {
     return std::make_shared<const Cylinder>(c);
   };
   snapshot.cylinders = {cylinder(1, 1, 9), cylinder(4, 8, 8)};
-  snapshot.departures = DepartureLog().with(
-      {{Departure::Of::cylinder, 2, 1, 2, 7, {}}, {Departure::Of::cylinder, 3, 0, 2, 8, {}}});
+  snapshot.removals =
+      RemovalLog().with({{Removal::Of::cylinder, 2, 1, 2, 7, {}}, {Removal::Of::cylinder, 3, 0, 2, 8, {}}});
   const MapChanges changes = changes_since(snapshot, 5);
   EXPECT_THAT(changes.cylinders_appeared, ElementsAre(4));
   EXPECT_THAT(changes.cylinders_changed, ElementsAre(1));
   EXPECT_THAT(changes.cylinders_gone, ElementsAre(3));
-  EXPECT_THAT(changes.cylinders_merged, ElementsAre(MapChanges::CylinderHeir{2, 1}));
+  EXPECT_THAT(changes.cylinders_merged, ElementsAre(MapChanges::CylinderSuccessor{2, 1}));
 }
 
 TEST(Changes, ALogKeepsItsOrderOverItsChunks) {
-  DepartureLog log;
-  std::vector<Departure> all;
+  RemovalLog log;
+  std::vector<Removal> all;
   for (SurfaceId id = 1; id <= 1000;) {
-    std::vector<Departure> more;
+    std::vector<Removal> more;
     for (SurfaceId last = std::min<SurfaceId>(1000, id + id % 7); id <= last; ++id)
       more.push_back(gone(id, 0, 10 + id / 10));
-    const DepartureLog before = log;
+    const RemovalLog before = log;
     log = log.with(more);
     EXPECT_EQ(before.size(), all.size()) << "the old one stays";
     all.insert(all.end(), more.begin(), more.end());
   }
   for (const std::uint64_t since : {0, 9, 10, 11, 35, 60, 109, 110, 200}) {
-    std::vector<Departure> expected, told;
-    for (const Departure& departure : all)
-      if (departure.revision > since) expected.push_back(departure);
-    log.for_each_since(since, [&](const Departure& departure) { told.push_back(departure); });
+    std::vector<Removal> expected, told;
+    for (const Removal& removal : all)
+      if (removal.revision > since) expected.push_back(removal);
+    log.for_each_since(since, [&](const Removal& removal) { told.push_back(removal); });
     EXPECT_EQ(told, expected) << "since " << since;
   }
 }
@@ -135,18 +135,18 @@ const std::vector<std::shared_ptr<const Snapshot>>& moving_table() {
   return snapshots;
 }
 
-using Heirs = std::map<SurfaceId, std::set<SurfaceId>>;
+using Successors = std::map<SurfaceId, std::set<SurfaceId>>;
 
 /// Of every surface of `before`, itself included where it still is.
-Heirs heirs(const Snapshot& before, const Snapshot& after) {
+Successors successors(const Snapshot& before, const Snapshot& after) {
   const MapChanges changes = changes_since(after, before.revision);
-  Heirs all;
+  Successors all;
   for (const SurfacePtr& s : before.surfaces) {
     all[s->id];
     if (after.find(s->id) != nullptr) all[s->id].insert(s->id);
   }
-  for (const Heir& heir : changes.merged) all[heir.before].insert(heir.now);
-  for (const Heir& heir : changes.split) all[heir.before].insert(heir.now);
+  for (const Successor& successor : changes.merged) all[successor.before].insert(successor.now);
+  for (const Successor& successor : changes.split) all[successor.before].insert(successor.now);
   return all;
 }
 
@@ -160,7 +160,7 @@ TEST(Changes, WhoFollowsThemHasWhatTheSnapshotHas) {
       std::set<SurfaceId> ids;
       for (const SurfacePtr& s : before.surfaces) ids.insert(s->id);
       for (const SurfaceId id : changes.gone) EXPECT_EQ(ids.erase(id), 1U) << id;
-      for (const Heir& heir : changes.merged) ids.erase(heir.before);
+      for (const Successor& successor : changes.merged) ids.erase(successor.before);
       for (const SurfaceId id : changes.changed) EXPECT_TRUE(ids.contains(id));
       for (const SurfaceId id : changes.appeared) EXPECT_TRUE(ids.insert(id).second) << id;
       std::set<SurfaceId> expected;
@@ -181,16 +181,16 @@ TEST(Changes, WhoFollowsThemHasWhatTheSnapshotHas) {
 TEST(Changes, LineageOverManyScansIsThatOverEachOfThem) {
   const auto& snapshots = moving_table();
   for (std::size_t i = 0; i + 1 < snapshots.size(); i += 3) {
-    Heirs step_by_step;
+    Successors step_by_step;
     for (const SurfacePtr& s : snapshots[i]->surfaces) step_by_step[s->id] = {s->id};
     for (std::size_t j = i + 1; j < snapshots.size(); ++j) {
-      const Heirs step = heirs(*snapshots[j - 1], *snapshots[j]);
+      const Successors step = successors(*snapshots[j - 1], *snapshots[j]);
       for (auto& [id, now] : step_by_step) {
         std::set<SurfaceId> next;
         for (const SurfaceId holder : now) next.insert(step.at(holder).begin(), step.at(holder).end());
         now = next;
       }
-      ASSERT_EQ(heirs(*snapshots[i], *snapshots[j]), step_by_step) << "from " << i << " to " << j;
+      ASSERT_EQ(successors(*snapshots[i], *snapshots[j]), step_by_step) << "from " << i << " to " << j;
     }
   }
 }

@@ -107,7 +107,7 @@ TEST(Stairs, APartOfAStairGrowsAndKeepsItsId) {
 TEST(Stairs, AMergedTreadKeepsTheStairsId) {
   Place place;
   place.add_flight(4, 0.17, 0.29);
-  place.snapshot.departures = DepartureLog().with({{Departure::Of::surface, 2, 9, 1, 5, {}}});
+  place.snapshot.removals = RemovalLog().with({{Removal::Of::surface, 2, 9, 1, 5, {}}});
   Surface merged = *place.snapshot.surfaces[1];
   merged.id = 9;
   merged.parents = {2};
@@ -271,7 +271,7 @@ TEST(Stairs, ChangesFollowTreadsThroughMergers) {
   Surface merged = *place.snapshot.surfaces[3];
   merged.id = 9;
   merged.born = 11;
-  place.snapshot.departures = DepartureLog().with({{Departure::Of::surface, 4, 9, 1, 11, {}}});
+  place.snapshot.removals = RemovalLog().with({{Removal::Of::surface, 4, 9, 1, 11, {}}});
   place.snapshot.surfaces.erase(place.snapshot.surfaces.begin() + 3);
   place.snapshot.surfaces.push_back(std::make_shared<const Surface>(merged));
   place.snapshot.revision = 11;
@@ -279,7 +279,7 @@ TEST(Stairs, ChangesFollowTreadsThroughMergers) {
   ASSERT_EQ(now.size(), 1U);
   EXPECT_EQ(now[0].id, 1U);
   changes = stair_changes(before, 10, place.snapshot, now);
-  EXPECT_THAT(changes.renamed, ElementsAre(MapChanges::Heir{3, 1}));
+  EXPECT_THAT(changes.renamed, ElementsAre(MapChanges::Successor{3, 1}));
   EXPECT_THAT(changes.changed, ElementsAre(1U));
   EXPECT_THAT(changes.appeared, IsEmpty());
   EXPECT_THAT(changes.gone, IsEmpty());

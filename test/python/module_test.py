@@ -161,13 +161,13 @@ class Errors(unittest.TestCase):
             call(*arguments, **keywords)
         self.assertEqual(raised.exception.kind, kind)
         self.assertIn(raised.exception.where, str(raised.exception))
-        self.assertTrue(str(raised.exception).endswith(raised.exception.mend))
+        self.assertTrue(str(raised.exception).endswith(raised.exception.hint))
         return raised.exception
 
-    def test_have_kind_place_and_mend(self):
+    def test_have_kind_place_and_hint(self):
         missing = self.refused("data", octosurf.load, "/nowhere/map")
         self.assertIn("/nowhere/map", missing.where)
-        self.assertTrue(missing.mend)
+        self.assertTrue(missing.hint)
         self.refused("usage", octosurf.Mapper, threads=0)
         self.refused("usage", octosurf.Parameters.from_dict, {"resolutoin": 1})
         self.refused("usage", octosurf.Scan, floor(), np.eye(4), sensor="lidr")
@@ -197,15 +197,15 @@ class Errors(unittest.TestCase):
         snapshot, file = mapped_floor().snapshot(), world.FOLDER / "a --force.json"  # whose name stays
         octosurf.export_surfaces(snapshot, file)
         exists = self.refused("usage", octosurf.export_surfaces, snapshot, file)
-        self.assertEqual((exists.where, exists.mend), (str(file), "force=True overwrites it"))
+        self.assertEqual((exists.where, exists.hint), (str(file), "force=True overwrites it"))
         bare = world.FOLDER / "bare"
         shutil.copytree(world.recording(), bare, ignore=shutil.ignore_patterns("*pose*"))
-        self.assertEqual(self.refused("data", octosurf.open_scans, bare).mend, "give poses=FILE")
+        self.assertEqual(self.refused("data", octosurf.open_scans, bare).hint, "give poses=FILE")
         saved = self.refused("data", octosurf.open_scans, world.SOURCE / "maps/office.surfaces")
-        self.assertEqual(saved.mend, "go on with it by octosurf.load()")
+        self.assertEqual(saved.hint, "resume it by octosurf.load()")
         square = octosurf.Quadruped(foot=octosurf.ContactShape.rectangle(0.1, 0.1))
-        self.assertIn("ContactShape.disc()", self.refused("usage", square.validate).mend)
-        self.assertEqual(self.refused("usage", octosurf.Parameters().set, "no", "1").mend, "Parameters.names() has them")
+        self.assertIn("ContactShape.disc()", self.refused("usage", square.validate).hint)
+        self.assertEqual(self.refused("usage", octosurf.Parameters().set, "no", "1").hint, "Parameters.names() has them")
 
 
 class Settings(unittest.TestCase):

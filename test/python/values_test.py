@@ -67,7 +67,7 @@ def results():
         made(octosurf.Figure, "width", 0.1, "m", None), made(octosurf.DoubleLayer, 1, 2, 0.5, 0.03, 0.1),
         step, length, stair, made(octosurf.Stairs, [stair], [step]), made(octosurf.StairChanges, [1], [2], [3], [(4, 1)]),
         made(octosurf.Gap, "unseen", True, 0.1, surface.polygons[0]),
-        made(octosurf.Departure, "surface", 3, 0, 1, 5, [2]),
+        made(octosurf.Removal, "surface", 3, 0, 1, 5, [2]),
         made(octosurf.Cylinder, 4, [0, 0, 1], [0, 0, 1], 0.1, 2.0, [1, 0, 0], 3.1, 99, 0.002, 3, 7),
     ]
 

@@ -310,10 +310,10 @@ double shared_by_surfaces(double offset, int surfaces, std::mt19937_64& rng) {
   for (int scan = 0; scan < 100; ++scan) {
     std::vector<NoiseModel::Residual> residuals;
     for (int surface = 0; surface < surfaces; ++surface) {
-      const double of_surface = off(rng), facing = 0.6;
+      const double of_surface = off(rng), cos_incidence = 0.6;
       for (int i = 0; i < 100; ++i)
-        residuals.push_back(
-            {8, static_cast<std::uint32_t>(surface), (of_surface + noise(rng)) / facing, 0, facing});
+        residuals.push_back({8, static_cast<std::uint32_t>(surface),
+                             (of_surface + noise(rng)) / cos_incidence, 0, cos_incidence});
     }
     model.observe(NoiseModel::shared_variances(residuals));
   }

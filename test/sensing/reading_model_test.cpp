@@ -20,11 +20,11 @@ NoiseModel told_noise() {
 
 /// The density of a reading of the plane over that of clutter, in depth and in direction, times the odds of
 /// the two.
-double slow_ratio(double distance, double sigma, double facing) {
+double slow_ratio(double distance, double sigma, double cos_incidence) {
   const double density =
       std::exp(-distance * distance / (2 * sigma * sigma)) / (sigma * std::sqrt(2 * std::numbers::pi));
   const double odds = (1 - ReadingModel::outlier_share) / ReadingModel::outlier_share;
-  const double cosine_law = std::max(facing, ReadingModel::view_error) / std::numbers::pi;
+  const double cosine_law = std::max(cos_incidence, ReadingModel::view_error) / std::numbers::pi;
   const double half_space = 1 / (2 * std::numbers::pi);
   return odds * density / (1 / ReadingModel::clutter_depth) * cosine_law / half_space;
 }
@@ -63,11 +63,11 @@ TEST(ReadingModel, RatioIsThatOfTheDensities) {
   const NoiseModel noise = told_noise();
   const ReadingModel model(noise, 0.02);
   for (const unsigned c : {1U, 5U, 9U})
-    for (const double facing : {-0.05, 0.0, 0.3, 1.0})
+    for (const double cos_incidence : {-0.05, 0.0, 0.3, 1.0})
       for (const double distance : {-0.02, 0.0, 0.001, 0.05}) {
-        const double sigma = std::sqrt(model.variance(c, facing));
-        const double slow = std::log(slow_ratio(distance, sigma, facing));
-        EXPECT_NEAR(model.log_ratio(distance, c, facing), slow, 1e-9 * (1 + std::fabs(slow)));
+        const double sigma = std::sqrt(model.variance(c, cos_incidence));
+        const double slow = std::log(slow_ratio(distance, sigma, cos_incidence));
+        EXPECT_NEAR(model.log_ratio(distance, c, cos_incidence), slow, 1e-9 * (1 + std::fabs(slow)));
       }
 }
 
@@ -128,9 +128,10 @@ TEST(ReadingModel, NoClassIsSurerThanWhatIsStatedNearTheSensor) {
 TEST(ReadingModel, GainIsThePositivePartOfTheRatio) {
   const ReadingModel model(told_noise(), 0.02);
   for (unsigned c = 0; c < NoiseModel::classes; ++c)
-    for (const double facing : {-0.5, -0.05, 0.0, 0.05, 0.3, 0.7, 1.0})
+    for (const double cos_incidence : {-0.5, -0.05, 0.0, 0.05, 0.3, 0.7, 1.0})
       for (double distance = -0.1; distance <= 0.1; distance += 0.0007)
-        EXPECT_EQ(model.gain(distance, c, facing), std::max(0.0, model.log_ratio(distance, c, facing)));
+        EXPECT_EQ(model.gain(distance, c, cos_incidence),
+                  std::max(0.0, model.log_ratio(distance, c, cos_incidence)));
 }
 
 }  // namespace

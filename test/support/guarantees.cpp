@@ -13,10 +13,10 @@ namespace octosurf::test {
 
 namespace {
 
-/// What polygons have beside the alpha shape of inliers and rim points are triangles to points on the planes
-/// of other surfaces, which may have moved since by less than a voxel. These may lie across long triangles of
-/// the shape, and have sides longer than h themselves: so it may lack a little there.
-void expect_meetings_beyond(const Map& map, const Surface& surface, const std::vector<Polygon>& bare) {
+/// What polygons have beside the alpha shape of inliers and boundary points are triangles to points on the
+/// planes of other surfaces, which may have moved since by less than a voxel. These may lie across long
+/// triangles of the shape, and have sides longer than h themselves: so it may lack a little there.
+void expect_intersections_beyond(const Map& map, const Surface& surface, const std::vector<Polygon>& bare) {
   const double lacking = area(bare) - intersection(bare, surface.polygons).area;
   EXPECT_LE(lacking, 0.01 * surface.area_m2) << "surface " << surface.id;
   const std::shared_ptr<const Snapshot> all = map.snapshot();
@@ -53,18 +53,19 @@ void expect_guarantees(const Map& map) {
     for (std::size_t a = 0; a < surface->polygons.size(); ++a)
       for (std::size_t b = 0; b < a; ++b) EXPECT_FALSE(overlap(surface->polygons[a], surface->polygons[b]));
 
-    // The polygons are the alpha shape of the inliers, rim points and meetings: so each of the former lies
-    // inside or spans no triangle. Of what was loaded since it was derived the noise of then and where it met
-    // others then are not known any more.
+    // The polygons are the alpha shape of the inliers, boundary points and intersections: so each of the
+    // former lies inside or spans no triangle. Of what was loaded since it was derived the noise of then and
+    // where it met others then are not known any more.
     const surfaces::SurfaceModel& model = *state.surfaces.find(surface->id);
-    surfaces::SurfaceModel::Overreach now;
-    for (unsigned c = 0; c < now.size(); ++c) now[c] = std::min(model.resolution(), state.noise.overreach(c));
+    surfaces::SurfaceModel::EdgeBleed now;
+    for (unsigned c = 0; c < now.size(); ++c)
+      now[c] = std::min(model.resolution(), state.noise.edge_bleed(c));
     const std::vector<Polygon> then = slow_polygons(model, h), with_noise = slow_polygons(model, h, now);
     const double off =
         std::min(difference(surface->polygons, then), difference(surface->polygons, with_noise));
     if (off > 1e-9 * (1 + total)) {
       EXPECT_EQ(model.outline_sites(), 0U) << "surface " << surface->id << " is off by " << off << " m²";
-      expect_meetings_beyond(map, *surface, with_noise);
+      expect_intersections_beyond(map, *surface, with_noise);
     }
     double squares = 0;
     model.for_each_inlier([&](const surfaces::Inlier& inlier) {

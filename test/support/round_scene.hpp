@@ -6,7 +6,7 @@
 
 namespace octosurf::test {
 
-/// A round bar: the mantle of a cylinder from `from` to `to`; visible from outside.
+/// A round bar: the lateral surface of a cylinder from `from` to `to`; visible from outside.
 struct Bar {
   Eigen::Vector3d from, to;
   double radius;

@@ -4,9 +4,9 @@ namespace octosurf::test {
 
 std::optional<double> Rectangle::meet(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const {
   const Eigen::Vector3d n = edge_u.cross(edge_v);
-  const double facing = n.dot(direction);
-  if (std::fabs(facing) < 1e-12) return {};
-  const double range = n.dot(corner - from) / facing;
+  const double cos_incidence = n.dot(direction);
+  if (std::fabs(cos_incidence) < 1e-12) return {};
+  const double range = n.dot(corner - from) / cos_incidence;
   if (range <= 0) return {};
   const Eigen::Vector3d at = from + range * direction - corner;
   const double a = at.dot(edge_u) / edge_u.squaredNorm(), b = at.dot(edge_v) / edge_v.squaredNorm();

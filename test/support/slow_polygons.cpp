@@ -5,12 +5,12 @@
 namespace octosurf::test {
 
 std::vector<Polygon> slow_polygons(const surfaces::SurfaceModel& model, double h,
-                                   const surfaces::SurfaceModel::Overreach& overreach) {
-  std::vector<Eigen::Vector2d> points = model.meeting_sites();
+                                   const surfaces::SurfaceModel::EdgeBleed& edge_bleed) {
+  std::vector<Eigen::Vector2d> points = model.intersection_sites();
   for (const surfaces::Inlier& inlier : model.sorted_inliers()) {
     points.push_back(model.outline_point(inlier.position));
-    if (const auto rim = model.rim_point(inlier, overreach[inlier.range_class]))
-      points.push_back(model.outline_point(*rim));
+    if (const auto boundary = model.boundary_point(inlier, edge_bleed[inlier.range_class]))
+      points.push_back(model.outline_point(*boundary));
   }
   std::vector<Polygon> polygons = alpha_shape(points, model.outline_alpha(h));
   const Eigen::Affine2d T = model.T_surface_outline();
@@ -23,7 +23,7 @@ std::vector<Polygon> slow_polygons(const surfaces::SurfaceModel& model, double h
 }
 
 std::vector<Polygon> slow_polygons(const surfaces::SurfaceModel& model, double h) {
-  return slow_polygons(model, h, model.overreach());
+  return slow_polygons(model, h, model.edge_bleed());
 }
 
 }  // namespace octosurf::test

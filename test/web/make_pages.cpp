@@ -97,8 +97,8 @@ PagePlan no_plan() {
 PageMap room(const std::string& name) {
   Snapshot snapshot = make_room();
   // 2 is the floor. 1 and 4 are its parents' names in make_room().
-  snapshot.departures = snapshot.departures.with(
-      {{Departure::Of::surface, 1, 2, 3, 40, {}}, {Departure::Of::surface, 4, 0, 3, 50, {}}});
+  snapshot.removals = snapshot.removals.with(
+      {{Removal::Of::surface, 1, 2, 3, 40, {}}, {Removal::Of::surface, 4, 0, 3, 50, {}}});
   const auto edges = edges_of(snapshot);
   std::vector<Stair> stairs = find_stairs(snapshot).stairs;
   return {name,

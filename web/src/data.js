@@ -108,7 +108,7 @@ function originOf(surfaces) {
 
 /** A map of which nothing is known yet. @param {number[]?} origin of another map in the page */
 export function newMap(origin) {
-  const map = { origin, surfaces: [], cylinders: [], departedSurfaces: [], departedCylinders: [], voxels: null,
+  const map = { origin, surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [], voxels: null,
     slices: null };
   map.toMap = (place) => place.map((x, k) => x + map.origin[k]);
   map.surface = (id) => map.byId.get(id);
@@ -122,14 +122,14 @@ function merged(known, gone, now) {
   return [...known.filter(({ id }) => !replaced.has(id)), ...now].sort((a, b) => a.id - b.id);
 }
 
-const departures = (list) => list.map(([id, into, born, revision]) => ({ id, into, born, revision }));
+const removals = (list) => list.map(([id, into, born, revision]) => ({ id, into, born, revision }));
 
 /** Takes a message of kind `surfaces` over into a map: everything, or what has changed since a revision. */
 export function takeSurfaces(map, { json }) {
   const { surfaces, cylinders, stairs = [], resolution, revision } = json.map;
   map.origin ??= originOf(surfaces);
   if (json.since === null) {
-    Object.assign(map, { surfaces: [], cylinders: [], departedSurfaces: [], departedCylinders: [],
+    Object.assign(map, { surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [],
       suggestedUp: json.suggested_up ?? null, changes: json.changes, feet: json.feet, feetLeftOut: json.feet_left_out,
       plans: json.plans.map((plan) => planFrom(map, plan)) });
   }
@@ -140,8 +140,8 @@ export function takeSurfaces(map, { json }) {
     surfaces: merged(map.surfaces, gone, surfaces.map((one, i) => surfaceOf(map, one, json.born[i]))),
     cylinders: merged(map.cylinders, json.cylinders_gone ?? [],
       cylinders.map((one, i) => cylinderOf(map, one, json.cylinders_born[i]))),
-    departedSurfaces: [...map.departedSurfaces, ...departures(json.departed_surfaces)],
-    departedCylinders: [...map.departedCylinders, ...departures(json.departed_cylinders)],
+    removedSurfaces: [...map.removedSurfaces, ...removals(json.removed_surfaces)],
+    removedCylinders: [...map.removedCylinders, ...removals(json.removed_cylinders)],
     stairs: stairs.map((stair) => ({ ...stair, steps: stair.steps.map((step) => ({ ...step, edge: step.edge.map(here) })) })),
     sensor: json.sensor && { kind: json.sensor.kind, track: json.sensor.track.map(here), ...frameOf(json.sensor.pose, map) },
   });

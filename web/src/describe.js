@@ -46,7 +46,7 @@ const idRow = (name, others) => (others.length === 0 ? [] : [{ name, ids: others
 
 const relativeRows = (map, { id, parents }) => [
   ...idRow('out of', parents.map((parent) => ({ id: parent }))),
-  ...idRow('took in', map.departedSurfaces.filter(({ into }) => into === id)),
+  ...idRow('took in', map.removedSurfaces.filter(({ into }) => into === id)),
   ...idRow('part went to', map.surfaces.filter((one) => one.parents.includes(id)).map((one) => ({ id: one.id })))];
 
 /** How much of it the foot may stand on whose regions are chosen, or why not. */
@@ -112,7 +112,7 @@ function voxelRows(map, i) {
 /**
  * What became of a surface or cylinder that somebody knows by its id.
  * @param {string} text "12", "c3"
- * @returns {{hit?: object, answer: string, heir?: string}}
+ * @returns {{hit?: object, answer: string, successor?: string}}
  */
 export function find(map, text) {
   const [, letter, digits] = text.trim().match(/^#?\s*(c?)\s*(\d+)$/i) ?? [];
@@ -120,10 +120,10 @@ export function find(map, text) {
   const id = Number(digits), isCylinder = letter !== '';
   const what = isCylinder ? map.cylinder(id) : map.surface(id);
   if (what) return { hit: { kind: isCylinder ? 'cylinder' : 'surface', what }, answer: '' };
-  const departed = (isCylinder ? map.departedCylinders : map.departedSurfaces).find((one) => one.id === id);
+  const removed = (isCylinder ? map.removedCylinders : map.removedSurfaces).find((one) => one.id === id);
   const name = isCylinder ? `cylinder c${id}` : `surface ${id}`;
-  if (!departed) return { answer: `There is no ${name}, and none went.` };
-  if (departed.into === 0) return { answer: `${name} went at revision ${departed.revision}.` };
-  const heir = `${isCylinder ? 'c' : ''}${departed.into}`;
-  return { answer: `${name} went into ${heir} at revision ${departed.revision}.`, heir };
+  if (!removed) return { answer: `There is no ${name}, and none went.` };
+  if (removed.into === 0) return { answer: `${name} went at revision ${removed.revision}.` };
+  const successor = `${isCylinder ? 'c' : ''}${removed.into}`;
+  return { answer: `${name} went into ${successor} at revision ${removed.revision}.`, successor };
 }

@@ -180,9 +180,9 @@ class Page {
 
   /** Selects what has that id and looks at it; says what became of it if it is gone. @param {number[]?} place on it */
   search(text, place) {
-    const { hit, answer, heir } = find(this.map, text);
+    const { hit, answer, successor } = find(this.map, text);
     byId('search-answer').textContent = answer;
-    const found = hit ?? (heir ? find(this.map, heir).hit : undefined);
+    const found = hit ?? (successor ? find(this.map, successor).hit : undefined);
     if (!found) return false;
     this.lookAt(found);
     this.show({ ...found, place: place ?? (found.kind === 'surface' ? middleOf(found.what) : found.what.axis_point) });

@@ -10,7 +10,7 @@ export const runToFollow = () => document.querySelector('meta[name="octosurf-run
 async function ask(path, parameters) {
   const reply = await fetch(`${path}?${new URLSearchParams(parameters)}`);  // a list with commas
   const answer = await reply.json();
-  if (!reply.ok) throw new Error(`${answer.where}: ${answer.error}; ${answer.mend}`);
+  if (!reply.ok) throw new Error(`${answer.where}: ${answer.error}; ${answer.hint}`);
   return answer;
 }
 

@@ -147,7 +147,7 @@ def class_lines(cls):
 
 def main():
     blocks = [[*with_docstring("class Error(Exception):", octosurf.Error.__doc__), "    kind: str", "    where: str",
-               "    mend: str"]]
+               "    hint: str"]]
     names = [name for name in octosurf.__all__ if name != "Error"]
     for name in sorted(names, key=lambda one: (not inspect.isclass(getattr(_octosurf, one)), one)):
         member = getattr(_octosurf, name)

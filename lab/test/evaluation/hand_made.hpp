@@ -2,14 +2,18 @@
 
 #include "evaluation/evaluate.hpp"
 #include "evaluation/truth.hpp"
+#include "support/polygons.hpp"
 
 #include <cmath>
 #include <cstdint>
+#include <gtest/gtest.h>
 #include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -50,7 +54,7 @@ inline Eigen::Isometry3d random_motion(std::mt19937_64& random, double reach) {
   return frame(reach * Eigen::Vector3d(unit(random), unit(random), unit(random)), angle, axis);
 }
 
-// The slow, obvious twins of PlanarRegion.
+// The slow, obvious twins of PlanarRegion; test::distance_to_rings() is another.
 
 inline std::vector<Ring2> rings_of(const std::vector<Polygon>& polygons) {
   std::vector<Ring2> rings;
@@ -73,18 +77,6 @@ inline bool is_inside(const std::vector<Polygon>& polygons, const Eigen::Vector2
     enclosing += std::abs(angle) > pi;
   }
   return enclosing % 2 == 1;
-}
-
-inline double distance_to_rings(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
-  double best = std::numeric_limits<double>::infinity();
-  for (const Ring2& ring : rings_of(polygons)) {
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Eigen::Vector2d a = ring[i], edge = ring[(i + 1) % ring.size()] - a;
-      const double t = std::min(1.0, std::max(0.0, (p - a).dot(edge) / edge.squaredNorm()));
-      best = std::min(best, (a + t * edge - p).norm());
-    }
-  }
-  return best;
 }
 
 /// All cells whose centre lies inside `seen`.
@@ -161,6 +153,31 @@ struct World {
 
 inline evaluation::Evaluation scores_of(const World& world) {
   return evaluation::evaluate(world.snapshot, world.truth);
+}
+
+using Json = nlohmann::json;
+
+inline Json json_of(const World& world) { return Json::parse(to_json(scores_of(world))); }
+
+inline const Json& at(const Json& scores, const std::string& path) {
+  return scores.at(Json::json_pointer("/" + path));
+}
+
+inline void expect_in(const Json& /*scores*/) {}
+
+/// Paths of scores and what each is to be, by turns.
+template <class Value, class... Others>
+void expect_in(const Json& scores, const std::string& path, const Value& value, const Others&... others) {
+  if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>)
+    EXPECT_NEAR(at(scores, path).get<double>(), static_cast<double>(value), 1e-11) << path;
+  else
+    EXPECT_EQ(at(scores, path), value) << path;
+  expect_in(scores, others...);
+}
+
+template <class... Expected>
+void expect_scores(const World& world, const Expected&... expected) {
+  expect_in(json_of(world), expected...);
 }
 
 }  // namespace octosurf::hand_made

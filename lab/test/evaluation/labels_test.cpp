@@ -1,12 +1,10 @@
 #include "evaluation/labels.hpp"
 
 #include "hand_made.hpp"
+#include "simulation/fixture.hpp"
 #include "support/paths.hpp"
 
-#include <fstream>
 #include <gmock/gmock.h>
-#include <map>
-#include <nlohmann/json.hpp>
 
 #include <octosurf/error.hpp>
 
@@ -39,6 +37,7 @@ struct Squares {
   }
   void add_surface(const Eigen::Isometry3d& T) { world.add_surface(T, {polygon(box(0, 0, 1, 1))}); }
   LabelEvaluation scores() const { return evaluate_labels(cloud, points, found, world.snapshot); }
+  Json json() const { return Json::parse(to_json(scores())); }
 };
 
 TEST(Labels, OneSurfacePerLabelIsCorrectWithItsErrors) {
@@ -47,16 +46,10 @@ TEST(Labels, OneSurfacePerLabelIsCorrectWithItsErrors) {
   const Eigen::Vector3d centroid(0.145, 0.145, 0);
   squares.add_surface(frame(centroid + Eigen::Vector3d(0, 0, 0.005), radians(0.5)));
   squares.assign(0, 0, 810, 1);
-  const LabelEvaluation scores = squares.scores();
-  EXPECT_EQ(scores.labels, 1u);
-  EXPECT_EQ(scores.correct, 1u);
-  EXPECT_NEAR(scores.coverage, 0.9, 1e-12);
-  EXPECT_NEAR(scores.mean_iou, 0.9, 1e-12);
-  EXPECT_NEAR(scores.normal_rad.mean, radians(0.5), 1e-9);
-  EXPECT_NEAR(scores.offset_m.mean, 0.005 * std::cos(radians(0.5)), 1e-9);
-  EXPECT_LT(scores.label_scores.at(0).offset_m, 0);
-  EXPECT_EQ(scores.noise, 0u);
-  EXPECT_FALSE(scores.support_iou);
+  const double offset = 0.005 * std::cos(radians(0.5));
+  expect_in(squares.json(), "labels", 1, "correct", 1, "coverage", 0.9, "mean_iou", 0.9, "normal_deg/mean",
+            0.5, "offset_m/mean", offset, "label_scores/0/offset_m", -offset, "noise", 0, "support_iou",
+            Json());
 }
 
 TEST(Labels, VerdictsFollowThePointSets) {
@@ -68,15 +61,9 @@ TEST(Labels, VerdictsFollowThePointSets) {
   squares.assign(2, 0, 900, 3);
   squares.assign(3, 0, 400, 4);  // label 4: less than half
   squares.assign(4, 0, 900, 5);  // unlabelled: left out
-  const LabelEvaluation scores = squares.scores();
-  EXPECT_EQ(scores.label_scores.at(0).verdict, TruthVerdict::over_segmented);
-  EXPECT_EQ(scores.label_scores.at(1).verdict, TruthVerdict::under_segmented);
-  EXPECT_EQ(scores.label_scores.at(2).verdict, TruthVerdict::under_segmented);
-  EXPECT_EQ(scores.label_scores.at(3).verdict, TruthVerdict::missed);
-  EXPECT_EQ(scores.noise, 1u);
-  EXPECT_EQ(scores.surfaces, 4u);
-  EXPECT_EQ(scores.points, 3600u);
-  EXPECT_NEAR(scores.label_scores.at(1).iou, 0.5, 1e-12);
+  expect_in(squares.json(), "label_scores/0/verdict", "over-segmented", "label_scores/1/verdict",
+            "under-segmented", "label_scores/2/verdict", "under-segmented", "label_scores/3/verdict",
+            "missed", "noise", 1, "surfaces", 4, "points", 3600, "label_scores/1/iou", 0.5);
 }
 
 TEST(Labels, OnlyTheSupportIsJudgedInSupportClouds) {
@@ -87,15 +74,8 @@ TEST(Labels, OnlyTheSupportIsJudgedInSupportClouds) {
   squares.assign(0, 0, 800, 1);
   squares.assign(1, 0, 100, 1);
   squares.assign(1, 100, 800, 2);
-  const LabelEvaluation scores = squares.scores();
-  EXPECT_EQ(scores.labels, 1u);
-  EXPECT_EQ(scores.correct, 1u);
-  EXPECT_EQ(scores.noise, 0u);
-  ASSERT_TRUE(scores.support_iou);
-  EXPECT_NEAR(*scores.support_iou, 800.0 / 1000.0, 1e-12);
-  const auto json = nlohmann::json::parse(to_json(scores));
-  EXPECT_NEAR(json.at("support_iou").get<double>(), 0.8, 1e-12);
-  EXPECT_EQ(json.at("label_scores").at(1).at("verdict"), "not judged");
+  expect_in(squares.json(), "labels", 1, "correct", 1, "noise", 0, "support_iou", 0.8,
+            "label_scores/1/verdict", "not judged");
 }
 
 TEST(Labels, NonsenseIsRefused) {
@@ -108,118 +88,97 @@ TEST(Labels, NonsenseIsRefused) {
   EXPECT_EQ(squares.scores().missed, 1u);
   squares.points.back().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(squares.scores(), Error);
-  Squares unlabelled({0});
-  EXPECT_THROW(unlabelled.scores(), Error);
-  EXPECT_THROW((LabelOptions{2, 0.02, 0.8}.validate()), Error);
-  EXPECT_THROW((LabelOptions{300, -1, 0.8}.validate()), Error);
-  EXPECT_THROW((LabelOptions{300, 0.02, 0.5}.validate()), Error);
+  EXPECT_THROW(Squares({0}).scores(), Error) << "no label";
+  for (const LabelOptions& options : {LabelOptions{2, 0.02, 0.8}, {300, -1, 0.8}, {300, 0.02, 0.5}})
+    EXPECT_THROW(options.validate(), Error);
 }
 
-TEST(LabelledCloud, WhatIsNoneIsRefusedByName) {
-  const fs::path folder = fs::path(testing::TempDir()) / "octosurf_labelled_cloud";
-  fs::create_directories(folder);
-  const auto refused = [](const fs::path& path) {
-    try {
-      load_labelled_cloud(path);
-    } catch (const Error& error) {
-      return error.kind() == Error::Kind::data &&
-             std::string(error.what()).find(path.filename().string()) != std::string::npos;
-    }
-    return false;
-  };
-  const auto write = [&folder](const char* name, const std::string& text) {
-    std::ofstream(folder / name) << text;
-    return folder / name;
-  };
-  const std::string head = "# .PCD v0.7\nVERSION 0.7\n";
-  const std::string two = "WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n";
-  EXPECT_TRUE(refused(folder / "missing.pcd"));
-  EXPECT_TRUE(refused(folder));
-  EXPECT_TRUE(refused(write("empty.pcd", "")));
-  EXPECT_TRUE(refused(write("foreign.pcd", "this is no cloud\n")));
-  EXPECT_TRUE(refused(write(
-      "plain.pcd", head + "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n" + two + "0 0 0\n1 0 0\n")));
-  EXPECT_TRUE(
-      refused(write("huge.pcd", head + "FIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n"
-                                       "WIDTH 2000000000\nHEIGHT 1\nPOINTS 2000000000\nDATA ascii\n")));
-  EXPECT_TRUE(
-      refused(write("short.pcd", head + "FIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n" +
-                                     two + "0 0 1 7\n")));
-  fs::remove_all(folder);
+class LabelledClouds : public simulation::FolderTest {
+ protected:
+  const std::string version_ = "VERSION 0.7\n", points_ = "POINTS 2\nDATA ascii\n";
+  const std::string plain_ = version_ + "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
+  const std::string labelled_ = version_ + "FIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n";
+  const std::string coloured_ =
+      version_ + "FIELDS x y z label rgba\nSIZE 4 4 4 4 4\nTYPE F F F U U\nCOUNT 1 1 1 1 1\n";
+  const std::string two_ = "WIDTH 2\nHEIGHT 1\n";
+};
+
+TEST_F(LabelledClouds, WhatIsNoneIsRefusedByName) {
+  for (const fs::path& path :
+       {dir_ / "missing.pcd", dir_, write("empty.pcd", ""), write("foreign.pcd", "this is no cloud\n"),
+        write("plain.pcd", plain_ + two_ + points_ + "0 0 0\n1 0 0\n"),
+        write("huge.pcd", labelled_ + "WIDTH 2000000000\nHEIGHT 1\nPOINTS 2000000000\nDATA ascii\n"),
+        write("short.pcd", labelled_ + two_ + points_ + "0 0 1 7\n")}) {
+    const Error error = simulation::refusal(Error::Kind::data, [&path] { load_labelled_cloud(path); });
+    EXPECT_THAT(error.what(), testing::HasSubstr(path.filename().string()));
+  }
 }
 
-TEST(LabelledCloud, ColouredLabelsAreATableAndPlainOnesPlanesAtTheirViewpoint) {
-  const fs::path folder = fs::path(testing::TempDir()) / "octosurf_labelled_kinds";
-  fs::create_directories(folder);
-  const std::string size = "WIDTH 2\nHEIGHT 1\n", points = "POINTS 2\nDATA ascii\n";
+TEST_F(LabelledClouds, ColouredLabelsAreATableAndPlainOnesPlanesAtTheirViewpoint) {
   // Turned by 90° about z, then shifted: (1, 0, 1) goes to (0, 1, 1) + (10, 20, 30).
   const std::string pose = "VIEWPOINT 10 20 30 0.70710678 0 0 0.70710678\n";
-  std::ofstream(folder / "plain.pcd") << "VERSION 0.7\nFIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\n"
-                                      << "COUNT 1 1 1 1\n"
-                                      << size << pose << points << "1 0 1 7\nnan nan nan 0\n";
-  std::ofstream(folder / "coloured.pcd")
-      << "VERSION 0.7\nFIELDS x y z label rgba\nSIZE 4 4 4 4 4\nTYPE F F F U U\nCOUNT 1 1 1 1 1\n"
-      << size << points << "1 0 1 7 0\n1 0 2 21 0\n";
-  const LabelledCloud plain = load_labelled_cloud(folder / "plain.pcd");
+  const LabelledCloud plain =
+      load_labelled_cloud(write("plain.pcd", labelled_ + two_ + pose + points_ + "1 0 1 7\nnan nan nan 0\n"));
   EXPECT_EQ(plain.kind, LabelledCloud::Kind::planes);
   EXPECT_THAT(plain.labels, testing::ElementsAre(7u));
   EXPECT_NEAR((plain.points.at(0) - Eigen::Vector3f(10, 21, 31)).norm(), 0, 1e-5);
-  const LabelledCloud coloured = load_labelled_cloud(folder / "coloured.pcd");
+  const LabelledCloud coloured =
+      load_labelled_cloud(write("coloured.pcd", coloured_ + two_ + points_ + "1 0 1 7 0\n1 0 2 21 0\n"));
   EXPECT_EQ(coloured.kind, LabelledCloud::Kind::support);
   EXPECT_THAT(coloured.labels, testing::ElementsAre(1u, 21u));
-  fs::remove_all(folder);
 }
 
-/// Scores of a detector that returns the labels themselves, with planes that do not matter here.
+/// Scores of a detector that returns the labels themselves, with planes that do not matter here. All are to
+/// be correct. What else is expected of real clouds is what the data's README files say was checked by other
+/// means.
 LabelEvaluation scores_of_the_labels(const LabelledCloud& cloud) {
   World world;
   std::vector<Eigen::Vector3d> points;
   for (const Eigen::Vector3f& point : cloud.points) points.push_back(point.cast<double>());
   const std::uint32_t last = *std::max_element(cloud.labels.begin(), cloud.labels.end());
   for (std::uint32_t i = 1; i <= last; ++i) world.add_surface(frame({0, 0, 0}), {});
-  return evaluate_labels(cloud, points, cloud.labels, world.snapshot);
+  const LabelEvaluation scores = evaluate_labels(cloud, points, cloud.labels, world.snapshot);
+  EXPECT_EQ(scores.correct, scores.labels);
+  EXPECT_EQ(scores.noise, 0u);
+  return scores;
 }
 
-// What the data's README files say was checked by other means.
+const fs::path shared_data = test::paths::data();
+
 TEST(LabelledCloud, EvopsFrameReadsAsSeventeenPlanes) {
-  const fs::path folder = fs::path(test::paths::data()) / "labelled_evops_icl";
-  if (!fs::exists(folder)) GTEST_SKIP() << folder << " is missing";
-  const LabelledCloud cloud = load_labelled_cloud(folder);
+  if (!fs::exists(shared_data / "labelled_evops_icl")) GTEST_SKIP() << "no ../shared/data/labelled_evops_icl";
+  const LabelledCloud cloud = load_labelled_cloud(shared_data / "labelled_evops_icl");
   EXPECT_EQ(cloud.kind, LabelledCloud::Kind::planes);
   const LabelEvaluation scores = scores_of_the_labels(cloud);
   EXPECT_EQ(scores.label_scores.size(), 17u);
   EXPECT_NEAR(static_cast<double>(scores.points), 273e3, 1e3);
-  for (const LabelScore& label : scores.label_scores) {
+  for (const LabelScore& label : scores.label_scores)
     EXPECT_TRUE(label.points < 300 || label.rms_m < 0.0027) << label.label << ": " << label.rms_m;
-  }
-  EXPECT_EQ(scores.correct, scores.labels);
-  EXPECT_EQ(scores.noise, 0u);
 }
 
 TEST(LabelledCloud, SynpebScanReadsAsThirtyEightPlanes) {
-  const fs::path file = fs::path(test::paths::data()) / "labelled_synpeb_sample" / "test_500.pcd";
-  if (!fs::exists(file)) GTEST_SKIP() << file << " is missing";
-  const LabelEvaluation scores = scores_of_the_labels(load_labelled_cloud(file));
+  if (!fs::exists(shared_data / "labelled_synpeb_sample"))
+    GTEST_SKIP() << "no ../shared/data/labelled_synpeb_sample";
+  const LabelEvaluation scores =
+      scores_of_the_labels(load_labelled_cloud(shared_data / "labelled_synpeb_sample" / "test_500.pcd"));
   EXPECT_EQ(scores.label_scores.size(), 39u);
   EXPECT_EQ(scores.points, 250000u);
-  for (const LabelScore& label : scores.label_scores) {
+  for (const LabelScore& label : scores.label_scores)
     EXPECT_EQ(label.rms_m < 0.005, label.label != 3) << label.label << ": " << label.rms_m;
-  }
-  EXPECT_EQ(scores.correct, scores.labels);
 }
 
 TEST(LabelledCloud, MosdFramesReadAsOneTableEach) {
-  const fs::path folder = fs::path(test::paths::data()) / "labelled_mosd";
-  if (!fs::exists(folder)) GTEST_SKIP() << folder << " is missing";
+  if (!fs::exists(shared_data / "labelled_mosd")) GTEST_SKIP() << "no ../shared/data/labelled_mosd";
   for (const char* name : {"setup_A/learn17.pcd", "setup_B/learn3.pcd"}) {
-    const LabelledCloud cloud = load_labelled_cloud(folder / name);
+    SCOPED_TRACE(name);
+    const LabelledCloud cloud = load_labelled_cloud(shared_data / "labelled_mosd" / name);
     EXPECT_EQ(cloud.kind, LabelledCloud::Kind::support);
-    EXPECT_THAT(cloud.labels, testing::Each(testing::AnyOf(1u, testing::Ge(20u)))) << name;
+    EXPECT_THAT(cloud.labels, testing::Each(testing::AnyOf(1u, testing::Ge(20u))));
     const LabelEvaluation scores = scores_of_the_labels(cloud);
     EXPECT_EQ(scores.labels, 1u);
     EXPECT_EQ(scores.support_iou, 1.0);
-    EXPECT_GT(scores.label_scores.at(0).rms_m, 0.0015) << name;
-    EXPECT_LT(scores.label_scores.at(0).rms_m, 0.0020) << name;
+    EXPECT_GT(scores.label_scores.at(0).rms_m, 0.0015);
+    EXPECT_LT(scores.label_scores.at(0).rms_m, 0.0020);
   }
 }
 

@@ -1,6 +1,5 @@
 #include "evaluation/one_plane.hpp"
 
-#include "evaluation/evaluate.hpp"
 #include "evaluation/hand_made.hpp"
 #include "support/seed.hpp"
 
@@ -27,12 +26,9 @@ const OnePlane rule{radians(0.5), 0.005, 0.08};
 
 std::size_t faces_of(const World& world) { return join_faces(world.truth, rule).faces.size(); }
 
-TEST(OnePlane, BlocksSideBySideAreOneFace) {
+TEST(OnePlane, BlocksSideBySideAreOneFaceAcrossNoWiderGapStepOrLean) {
   for (const double gap : {0.0, 0.03, 0.079}) EXPECT_EQ(faces_of(blocks(gap, 0, 0)), 1U) << gap;
   EXPECT_EQ(faces_of(blocks(0.081, 0, 0)), 2U) << "farther than h";
-}
-
-TEST(OnePlane, AStepOrALeanKeepsFacesApart) {
   EXPECT_EQ(faces_of(blocks(0.01, 0.0049, 0)), 1U);
   EXPECT_EQ(faces_of(blocks(0.01, 0.0051, 0)), 2U);
   EXPECT_EQ(faces_of(blocks(0.01, 0, radians(0.49))), 1U);
@@ -40,16 +36,13 @@ TEST(OnePlane, AStepOrALeanKeepsFacesApart) {
   EXPECT_EQ(faces_of(blocks(0.01, -0.002, radians(-0.49))), 2U) << "its far side is 5.4 mm down";
 }
 
-TEST(OnePlane, AChainOfSmallStepsIsNoPlane) {
-  World world;
-  for (int i = 0; i < 5; ++i) world.add_face(frame({0.41 * i, 0, 0.004 * i}), block);
-  EXPECT_EQ(faces_of(world), 3U) << "two by two, each within 5 mm of the one it begins with";
-}
-
-TEST(OnePlane, WhatIsGoneIsJoinedToNothing) {
-  World world = blocks(0.01, 0, 0);
-  world.truth.faces[1].gone = true;
-  EXPECT_EQ(faces_of(world), 2U);
+TEST(OnePlane, AChainOfSmallStepsIsNoPlaneAndWhatIsGoneIsJoinedToNothing) {
+  World chain;
+  for (int i = 0; i < 5; ++i) chain.add_face(frame({0.41 * i, 0, 0.004 * i}), block);
+  EXPECT_EQ(faces_of(chain), 3U) << "two by two, each within 5 mm of the one it begins with";
+  World gone = blocks(0.01, 0, 0);
+  gone.truth.faces[1].gone = true;
+  EXPECT_EQ(faces_of(gone), 2U);
 }
 
 TEST(OnePlane, AJoinedFaceHasAllCellsHoweverItsPartsAreTurned) {
@@ -79,12 +72,10 @@ TEST(OnePlane, AJoinedFaceHasAllCellsHoweverItsPartsAreTurned) {
 TEST(OnePlane, ASurfaceOverBlocksIsRightAndItsOutlineIsTheOuterOne) {
   World world = blocks(0.03, 0, 0);
   world.add_surface(frame({0, 0, 0}), {polygon(box(0, 0, 0.83, 0.3))});
-  const Evaluation scores = evaluate(world.snapshot, world.truth);
-  EXPECT_EQ(scores.faces, 1U);
-  EXPECT_EQ(scores.correct, 1U);
-  ASSERT_EQ(scores.face_scores.size(), 1U);
-  EXPECT_EQ(scores.face_scores[0].joined.size(), 1U);
-  EXPECT_LT(scores.boundary_m.max, 1e-6) << "sides that face each other are no outline";
+  const Json scores = json_of(world);
+  expect_in(scores, "faces", 1, "correct", 1, "face_scores/0/joined", Json{2});
+  EXPECT_EQ(at(scores, "face_scores").size(), 1U);
+  EXPECT_LT(at(scores, "boundary_m/max"), 1e-6) << "sides that face each other are no outline";
 }
 
 TEST(OnePlane, SliversSideBySideAreNotJudged) {
@@ -93,23 +84,21 @@ TEST(OnePlane, SliversSideBySideAreNotJudged) {
   for (int i = 0; i < 3; ++i) world.add_face(frame({0, 0.15 * i, 0}), sliver);
   world.add_face(frame({2, 0, 0}), block);
   world.add_surface(frame({2, 0, 0}), block);
-  const Evaluation scores = evaluate(world.snapshot, world.truth);
-  EXPECT_EQ(scores.face_scores.size(), 2U);
-  EXPECT_EQ(scores.faces, 1U);
+  const Json scores = json_of(world);
+  expect_in(scores, "faces", 1);
+  EXPECT_EQ(at(scores, "face_scores").size(), 2U);
 }
 
 TEST(OnePlane, AnUnderSegmentedFaceNamesTheOthersAndHowTheyDiffer) {
   World world = blocks(0.01, 0.003, radians(2));
   world.add_surface(frame({0, 0, 0}), {polygon(box(0, 0, 0.81, 0.3))});
-  const Evaluation scores = evaluate(world.snapshot, world.truth);
-  EXPECT_EQ(scores.under_segmented, 2U);
-  ASSERT_EQ(scores.face_scores.size(), 2U);
+  const Json scores = json_of(world);
+  expect_in(scores, "under_segmented", 2);
+  ASSERT_EQ(at(scores, "face_scores").size(), 2U);
   for (std::size_t f = 0; f < 2; ++f) {
-    ASSERT_EQ(scores.face_scores[f].fused_with.size(), 1U);
-    const FusedWith& other = scores.face_scores[f].fused_with[0];
-    EXPECT_EQ(other.id, scores.face_scores[1 - f].id);
-    EXPECT_NEAR(other.fold.angle_rad, radians(2), 1e-9);
-    EXPECT_NEAR(other.fold.offset_m, 0.003 + 0.4 * std::sin(radians(2)), 1e-9);
+    const Json& others = at(scores, "face_scores/" + std::to_string(f) + "/fused_with");
+    ASSERT_EQ(others.size(), 1U);
+    expect_in(others[0], "face", 2 - f, "angle_deg", 2, "offset_m", 0.003 + 0.4 * std::sin(radians(2)));
   }
 }
 

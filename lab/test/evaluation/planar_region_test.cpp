@@ -40,7 +40,7 @@ TEST(PlanarRegion, AgreesWithBruteForceOnRandomPolygonsWithHolesAndIslands) {
         v(centre.y() - 2, centre.y() + 2);
     for (int i = 0; i < 500; ++i) {
       const Eigen::Vector2d p(u(random), v(random));
-      const double distance = distance_to_rings(polygons, p);
+      const double distance = test::distance_to_rings(p, polygons);
       EXPECT_EQ(region.contains(p), is_inside(polygons, p)) << p.transpose();
       EXPECT_NEAR(region.ring_distance(p), distance, 1e-12) << p.transpose();
       EXPECT_EQ(region.within(p, 0.1), is_inside(polygons, p) || distance <= 0.1) << p.transpose();

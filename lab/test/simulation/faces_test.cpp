@@ -5,21 +5,24 @@
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <numbers>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::simulation {
 namespace {
 
 using terrain::area;
-using terrain::signed_area;
 
-std::vector<evaluation::TrueFace> named(const Faces& faces, const std::string& name) {
+/// The faces of that name, numbered or not, which are to have these areas.
+std::vector<evaluation::TrueFace> expect_faces(const Faces& faces, const std::string& name,
+                                               const std::vector<double>& areas) {
   std::vector<evaluation::TrueFace> found;
   for (const auto& face : faces.all())
     if (face.name == name || face.name.starts_with(name + "#")) found.push_back(face);
+  EXPECT_EQ(found.size(), areas.size()) << name;
+  for (std::size_t i = 0; i < std::min(found.size(), areas.size()); ++i)
+    EXPECT_NEAR(area(found[i]), areas[i], 1e-6) << found[i].name;
   return found;
 }
 
@@ -33,25 +36,19 @@ TEST(Faces, WhatStandsOnTheFloorIsCutOut) {
   Scene scene = floor_scene();
   add_box(scene, add_object(scene, "box"), {1, 1, 0}, {1.5, 1.4, 0.3});
   const Faces faces(scene, {});
-  const auto floor = named(faces, "floor/top");
-  ASSERT_EQ(floor.size(), 1u);
-  EXPECT_NEAR(area(floor[0]), 12 - 0.5 * 0.4, 1e-6);
-  ASSERT_EQ(floor[0].polygons[0].holes.size(), 1u);
-  EXPECT_TRUE(named(faces, "box/bottom").empty()) << "lies on the floor, is open nowhere";
-  EXPECT_NEAR(area(named(faces, "box/top").at(0)), 0.2, 1e-6);
-  EXPECT_TRUE(named(faces, "box/top")[0].plane.normal.isApprox(Eigen::Vector3d::UnitZ()));
-  EXPECT_NEAR(named(faces, "box/top")[0].plane.offset, 0.3, 1e-12);
+  EXPECT_EQ(expect_faces(faces, "floor/top", {12 - 0.5 * 0.4}).at(0).polygons[0].holes.size(), 1u);
+  expect_faces(faces, "box/bottom", {});  // lies on the floor, is open nowhere
+  const Plane top = expect_faces(faces, "box/top", {0.2}).at(0).plane;
+  EXPECT_TRUE(top.normal.isApprox(Eigen::Vector3d::UnitZ()));
+  EXPECT_NEAR(top.offset, 0.3, 1e-12);
 }
 
 TEST(Faces, WallWithDoorIsOneFaceWithANotch) {
   Scene scene = floor_scene();
   add_wall(scene, add_object(scene, "wall"), {0, 2.85, 0}, {4, 3, 2.5}, {{1, 1.9, 2.05}});
   const Faces faces(scene, {});
-  const auto front = named(faces, "wall/front");
-  ASSERT_EQ(front.size(), 1u);
-  EXPECT_NEAR(area(front[0]), 4 * 2.5 - 0.9 * 2.05, 1e-6);
-  EXPECT_TRUE(front[0].polygons[0].holes.empty());
-  EXPECT_EQ(named(faces, "floor/top").size(), 1u) << "goes on through the door";
+  EXPECT_TRUE(expect_faces(faces, "wall/front", {4 * 2.5 - 0.9 * 2.05}).at(0).polygons[0].holes.empty());
+  expect_faces(faces, "floor/top", {12 - (4 - 0.9) * 0.15});  // goes on through the door
 }
 
 TEST(Faces, SideOfAStairIsOneFaceAndEachStepOneOfItsOwn) {
@@ -60,15 +57,9 @@ TEST(Faces, SideOfAStairIsOneFaceAndEachStepOneOfItsOwn) {
   for (int k = 0; k < 4; ++k)
     add_box(scene, stair, {0, 1 + 0.29 * k, 0}, {1, 1 + 0.29 * (k + 1), 0.17 * (k + 1)});
   const Faces faces(scene, {});
-  const auto side = named(faces, "stair/right");
-  ASSERT_EQ(side.size(), 1u);
-  EXPECT_NEAR(area(side[0]), 0.29 * 0.17 * (1 + 2 + 3 + 4), 1e-6);
-  for (const std::string name : {"stair/top", "stair/front"}) {
-    const auto steps = named(faces, name);
-    ASSERT_EQ(steps.size(), 4u) << name;
-    for (const auto& step : steps)
-      EXPECT_NEAR(area(step), name == "stair/top" ? 0.29 : 0.17, 1e-6) << step.name;
-  }
+  expect_faces(faces, "stair/right", {0.29 * 0.17 * (1 + 2 + 3 + 4)});
+  expect_faces(faces, "stair/top", {0.29, 0.29, 0.29, 0.29});
+  expect_faces(faces, "stair/front", {0.17, 0.17, 0.17, 0.17});
 }
 
 TEST(Faces, CoplanarFacetsThatDoNotAdjoinAreFacesOfTheirOwn) {
@@ -77,14 +68,14 @@ TEST(Faces, CoplanarFacetsThatDoNotAdjoinAreFacesOfTheirOwn) {
   add_box(scene, posts, {1, 1, 0}, {1.2, 1.2, 1});
   add_box(scene, posts, {2, 1, 0}, {2.2, 1.2, 1});
   const Faces faces(scene, {});
-  ASSERT_EQ(named(faces, "posts/front").size(), 2u);
-  std::size_t facet = 6;  // the first post's first facet is its front
-  const auto left = faces.label(facet, {1.1, 1, 0.5});
-  facet += 6;
-  const auto right = faces.label(facet, {2.1, 1, 0.5});
-  EXPECT_NE(left, right);
-  EXPECT_TRUE(faces.all()[left - 1].name.starts_with("posts/front"));
-  EXPECT_TRUE(faces.all()[right - 1].name.starts_with("posts/front"));
+  expect_faces(faces, "posts/front", {0.2, 0.2});
+  std::size_t facet = 0;
+  for (const double x : {1.1, 2.1}) {
+    const Eigen::Vector3d p(x, 1, 0.5);
+    const auto& face = faces.all().at(faces.label(facet += 6, p) - 1);  // a solid's first facet is its front
+    EXPECT_TRUE(face.name.starts_with("posts/front"));
+    EXPECT_TRUE(contains(face.polygons[0], (face.T_map_face.inverse() * p).head<2>()));
+  }
 }
 
 TEST(Faces, CurvedThingsHaveNoFacesButCutHoles) {
@@ -92,30 +83,10 @@ TEST(Faces, CurvedThingsHaveNoFacesButCutHoles) {
   add_cylinder(scene, add_object(scene, "pillar"), {2, 1.5, 0}, 0.2, 2);
   const Faces faces(scene, {});
   EXPECT_EQ(faces.all().size(), 6u + 1u) << "the floor slab's and the pillar's top";
-  EXPECT_NEAR(area(named(faces, "floor/top").at(0)), 12 - std::numbers::pi * 0.04, 1e-3);
+  const auto floor = std::ranges::find(faces.all(), "floor/top", &evaluation::TrueFace::name);
+  ASSERT_NE(floor, faces.all().end());
+  EXPECT_NEAR(area(*floor), 12 - std::numbers::pi * 0.04, 1e-3);
   EXPECT_EQ(faces.label(6, {2.2, 1.5, 1}), 0);
-}
-
-TEST(Faces, FollowTheWorldsTurnShiftAndScale) {
-  Scene scene = floor_scene();
-  add_box(scene, add_object(scene, "box"), {1, 1, 0}, {1.5, 1.4, 0.3});
-  Similarity T;
-  T.scale = 1.1;
-  T.R = (Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ()))
-            .toRotationMatrix();
-  T.t = {3, -2, 0.5};
-  const Faces here(scene, {});
-  const Faces there(scene, T);
-  ASSERT_EQ(here.all().size(), there.all().size());
-  for (std::size_t i = 0; i < here.all().size(); ++i) {
-    EXPECT_NEAR(area(there.all()[i]), 1.21 * area(here.all()[i]), 1e-9);
-    const auto& p = here.all()[i].polygons[0].outer[0];
-    const auto& q = there.all()[i].polygons[0].outer[0];
-    const Eigen::Vector3d moved = T * (here.all()[i].T_map_face * Eigen::Vector3d(p.x(), p.y(), 0));
-    const Eigen::Vector3d found = there.all()[i].T_map_face * Eigen::Vector3d(q.x(), q.y(), 0);
-    EXPECT_LT((moved - found).norm(), 1e-9);
-    EXPECT_NEAR(there.all()[i].plane.signed_distance(moved), 0, 1e-9);
-  }
 }
 
 class EveryScene : public testing::TestWithParam<std::string> {};
@@ -128,9 +99,6 @@ TEST_P(EveryScene, PolygonsAreValid) {
     for (const auto& face : faces.all()) {
       EXPECT_EQ(face.id, ++id);
       ASSERT_EQ(face.polygons.size(), 1u);
-      const auto& polygon = face.polygons[0];
-      EXPECT_GT(signed_area(polygon.outer), 0) << face.name << " seed " << seed;
-      for (const auto& hole : polygon.holes) EXPECT_LT(signed_area(hole), 0) << face.name << " seed " << seed;
       EXPECT_EQ(test::invalid(face.polygons), "") << face.name << " seed " << seed;
     }
   }
@@ -157,35 +125,39 @@ bool is_open(const Scene& scene, const std::string& object, int phase, const Eig
   return below;
 }
 
-TEST_P(EveryScene, PolygonsAgreeWithPointwiseTwin) {
+TEST_P(EveryScene, PolygonsAgreeWithPointwiseTwinInATurnedShiftedAndScaledWorld) {
+  Similarity T;
+  T.scale = 1.1;
+  T.R = (Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ()))
+            .toRotationMatrix();
+  T.t = {3, -2, 0.5};
   for (const std::uint64_t seed : test::seeds(3)) {
     const Scene scene = make_scene(GetParam(), Random(seed, 1), 8);
-    const Faces faces(scene, {});
+    const Faces faces(scene, T);
     Random random(seed, 77);
     std::size_t compared = 0;
     for (const auto& face : faces.all()) {
       Eigen::AlignedBox2d box;
       for (const auto& p : face.polygons[0].outer) box.extend(p);
       const std::string object = face.name.substr(0, face.name.find('/'));
-      const Eigen::Vector3d n = face.plane.normal;
+      const Eigen::Vector3d n = T.R.transpose() * face.plane.normal;
       for (int k = 0; k < 20; ++k) {
         const Eigen::Vector2d p(random.uniform(box.min().x(), box.max().x()),
                                 random.uniform(box.min().y(), box.max().y()));
         // Near an edge either answer will do.
-        bool all = true, any = false;
+        int open = 0;
         for (const Eigen::Vector2d& off : {Eigen::Vector2d(1e-3, 0), Eigen::Vector2d(-1e-3, 0),
                                            Eigen::Vector2d(0, 1e-3), Eigen::Vector2d(0, -1e-3)}) {
           const Eigen::Vector3d q = face.T_map_face * Eigen::Vector3d(p.x() + off.x(), p.y() + off.y(), 0);
-          const bool open = is_open(scene, object, face.gone ? 0 : 1, q, n);
-          all = all && open;
-          any = any || open;
+          ASSERT_NEAR(face.plane.signed_distance(q), 0, 1e-9);
+          open += is_open(scene, object, face.gone ? 0 : 1, T.R.transpose() * (q - T.t) / T.scale, n);
         }
-        if (all != any) continue;
+        if (open != 0 && open != 4) continue;
         // A plane's other faces hold what this one does not.
-        bool held = false;
-        for (const auto& other : faces.all())
-          if (other.T_map_face.isApprox(face.T_map_face, 0)) held = held || contains(other.polygons[0], p);
-        EXPECT_EQ(held, all) << face.name << " seed " << seed << " at " << p.transpose();
+        const bool held = std::ranges::any_of(faces.all(), [&](const auto& other) {
+          return other.T_map_face.isApprox(face.T_map_face, 0) && contains(other.polygons[0], p);
+        });
+        EXPECT_EQ(held, open == 4) << face.name << " seed " << seed << " at " << p.transpose();
         ++compared;
       }
     }
@@ -194,16 +166,6 @@ TEST_P(EveryScene, PolygonsAgreeWithPointwiseTwin) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(scene_names()));
-
-TEST(Scenes, UnknownNameIsRefusedWithThoseKnown) {
-  try {
-    make_scene("moon", Random(1, 1), 20);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), Error::Kind::usage);
-    EXPECT_NE(std::string(e.what()).find("office"), std::string::npos);
-  }
-}
 
 }  // namespace
 }  // namespace octosurf::simulation

@@ -12,8 +12,6 @@
 #include <pcl/point_types.h>
 #include <spng.h>
 
-#include <octosurf/error.hpp>
-
 namespace octosurf::simulation {
 namespace {
 
@@ -43,13 +41,17 @@ std::vector<std::uint16_t> read_png(const fs::path& file) {
 
 class Folder : public FolderTest {
  protected:
+  static SimulationOptions forced(const std::string& sensor) {
+    SimulationOptions options = options_of("office", sensor, 3);
+    options.force = true;
+    return options;
+  }
   const fs::path recorded_ = dir_ / "recorded";
 };
 
 class DepthFolder : public Folder, public testing::WithParamInterface<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Cameras, DepthFolder, testing::Values("depth", "depth-real"), [](const auto& test) {
-  return test.param == "depth" ? std::string("Perfect") : std::string("Real");
-});
+INSTANTIATE_TEST_SUITE_P(Cameras, DepthFolder, testing::Values("depth", "depth-real"),
+                         [](const auto& test) { return test.param == "depth" ? "Perfect" : "Real"; });
 
 TEST_P(DepthFolder, IsASevenScenesFolder) {
   const SimulationOptions options = options_of("office", GetParam(), 3);
@@ -83,8 +85,7 @@ TEST_P(DepthFolder, IsASevenScenesFolder) {
 
 TEST_F(Folder, LidarsArePcdFilesWithPoses) {
   for (const std::string sensor : {"tilting", "spinning"}) {
-    SimulationOptions options = options_of("office", sensor, 3);
-    options.force = true;
+    const SimulationOptions options = forced(sensor);
     simulate(options, recorded_);
     const Recording recording(options);
     std::ifstream poses(recorded_ / "poses.txt");
@@ -113,8 +114,7 @@ TEST_F(Folder, LidarsArePcdFilesWithPoses) {
 
 TEST_F(Folder, SameOptionsSameBytes) {
   for (const std::string sensor : {"depth", "depth-real", "tilting", "spinning"}) {
-    SimulationOptions options = options_of("office", sensor, 3);
-    options.force = true;
+    SimulationOptions options = forced(sensor);
     options.frames = 2;
     simulate(options, recorded_);
     const auto first = contents(recorded_);
@@ -144,13 +144,8 @@ TEST_F(Folder, NothingIsWrittenOverSilently) {
   fs::create_directories(recorded_);
   std::ofstream(recorded_ / "notes.txt") << "mine";
   std::ofstream(recorded_ / "frame-000007.depth.png") << "old";
-  try {
-    simulate(options, recorded_);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), Error::Kind::usage);
-    EXPECT_NE(e.mend().find("--force"), std::string::npos);
-  }
+  const Error error = refusal(Error::Kind::usage, [&] { simulate(options, recorded_); });
+  EXPECT_NE(error.hint().find("--force"), std::string::npos);
   EXPECT_EQ(contents(recorded_).size(), 2u);
   options.force = true;
   simulate(options, recorded_);
@@ -162,13 +157,8 @@ TEST_F(Folder, NothingIsWrittenOverSilently) {
 TEST_F(Folder, UnwritablePlaceIsAnError) {
   std::ofstream(recorded_.string()) << "a file";
   for (const fs::path& place : {recorded_, recorded_ / "below", fs::path("/proc/octosurf")}) {
-    try {
-      simulate(options_of("office", "tilting", 3), place);
-      FAIL() << place;
-    } catch (const Error& e) {
-      EXPECT_EQ(e.kind(), Error::Kind::output);
-      EXPECT_EQ(e.where(), place.string());
-    }
+    const auto write_there = [&place] { simulate(options_of("office", "tilting", 3), place); };
+    EXPECT_EQ(refusal(Error::Kind::output, write_there).where(), place.string());
   }
 }
 

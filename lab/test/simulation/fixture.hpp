@@ -9,6 +9,8 @@
 #include <sstream>
 #include <string>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf::simulation {
 
 inline SimulationOptions options_of(const std::string& scene, const std::string& sensor, std::size_t frames,
@@ -27,6 +29,20 @@ inline std::string bytes_of(const std::filesystem::path& file) {
   std::stringstream bytes;
   bytes << in.rdbuf();
   return bytes.str();
+}
+
+/// What `call` is refused with; of this kind, and in one line.
+template <class Call>
+Error refusal(Error::Kind kind, const Call& call) {
+  try {
+    call();
+    ADD_FAILURE() << "was not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), kind) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error;
+  }
+  return {kind, "", ""};
 }
 
 /// A folder of its own for the running test.

@@ -36,8 +36,34 @@ Readings wall(double z, double incidence_rad = 0) {
   return readings;
 }
 
+/// Bars 40 pixels wide, 1 m and 2 m away by turns.
+Readings bars(bool upright) {
+  Readings readings;
+  for (std::size_t k = 0; k < pixels; ++k) {
+    const bool far = (upright ? k % depth_width : k / depth_width) / 40 % 2 == 1;
+    readings.t.push_back(far ? 2.0f : 1.0f);
+    readings.labels.push_back(far ? 2 : 1);
+  }
+  readings.incidence_rad.assign(pixels, 0);
+  return readings;
+}
+
 double column(std::size_t k) { return static_cast<double>(k % depth_width); }
 double row(std::size_t k) { return static_cast<double>(k / depth_width); }
+
+double disparity(float depth) { return focal_baseline / depth; }
+
+/// The running test's camera.
+class RealCameraTest : public testing::Test {
+ protected:
+  Readings measured(const Readings& ideal, std::uint64_t stream) const {
+    return camera_.measured(ideal, Random(seed_, stream));
+  }
+  double bias(std::size_t k) const { return camera_.bias(column(k), row(k)); }
+
+  const std::uint64_t seed_ = test::seed();
+  const RealCamera camera_ = camera_of(seed_);
+};
 
 TEST(CorrelatedNoise, HasUnitVarianceAndTheWindowsCorrelation) {
   constexpr int fields = 8;
@@ -68,10 +94,7 @@ TEST(CorrelatedNoise, HasUnitVarianceAndTheWindowsCorrelation) {
   }
 }
 
-TEST(RealCamera, DepthsDeviateAsPublished) {
-  constexpr int scans = 1;
-  const std::uint64_t seed = test::seed();
-  const RealCamera camera = camera_of(seed);
+TEST_F(RealCameraTest, DepthsDeviateAsPublished) {
   struct Case {
     double z, incidence_deg, sigma;
   };
@@ -79,67 +102,42 @@ TEST(RealCamera, DepthsDeviateAsPublished) {
   for (const auto& [z, incidence_deg, sigma] :
        {Case{0.8, 0, 0.001504}, Case{1.5, 45, 0.003499}, Case{2, 0, 0.006064}, Case{3, 0, 0.014044},
         Case{4, 0, 0.025824}, Case{2, 75, 0.006064 + 0.0001 * 25 / std::numbers::sqrt2}}) {
-    const Readings ideal = wall(z, incidence_deg * degree);
+    const Readings ideal = wall(z, incidence_deg * degree), readings = measured(ideal, 100);
     double squares = 0, expected = 0;
-    for (int scan = 0; scan < scans; ++scan) {
-      const Readings readings = camera.measured(ideal, Random(seed, 100 + static_cast<unsigned>(scan)));
-      for (std::size_t k = 0; k < pixels; ++k) {
-        const double depth = ideal.t[k];
-        const double error =
-            focal_baseline / readings.t[k] - focal_baseline / depth - camera.bias(column(k), row(k));
-        const double metres = error * depth * depth / focal_baseline;
-        squares += metres * metres;
-        // The model of the depth in the middle, carried to this pixel's.
-        const double own = sigma + 0.0019 * (std::pow(depth - 0.4, 2) - std::pow(z - 0.4, 2));
-        expected += own * own;
-      }
+    for (std::size_t k = 0; k < pixels; ++k) {
+      const double depth = ideal.t[k];
+      const double error = disparity(readings.t[k]) - disparity(ideal.t[k]) - bias(k);
+      squares += std::pow(error * depth * depth / focal_baseline, 2);
+      // The model of the depth in the middle, carried to this pixel's.
+      expected += std::pow(sigma + 0.0019 * (std::pow(depth - 0.4, 2) - std::pow(z - 0.4, 2)), 2);
     }
-    const double uncertainty = std::sqrt(pixels_a_square / (2.0 * scans * pixels));
-    EXPECT_NEAR(std::sqrt(squares / expected), 1, sigmas * uncertainty)
+    EXPECT_NEAR(std::sqrt(squares / expected), 1, sigmas * std::sqrt(pixels_a_square / (2.0 * pixels)))
         << z << " m, " << incidence_deg << "°";
   }
 }
 
-TEST(RealCamera, DisparityComesInEighthsOfAPixel) {
-  const std::uint64_t seed = test::seed();
-  const Readings readings = camera_of(seed).measured(wall(2), Random(seed, 7));
+TEST_F(RealCameraTest, DisparityComesInEighthsOfAPixel) {
   std::set<long> steps;
-  for (const float t : readings.t) {
-    const double eighths = 8 * focal_baseline / t;
+  for (const float t : measured(wall(2), 7).t) {
+    const double eighths = 8 * disparity(t);
     ASSERT_NEAR(eighths, std::round(eighths), 1e-3);
     steps.insert(std::lround(eighths));
   }
   // 1.94 to 2.06 m are 162.4 to 152.9 eighths; noise of half an eighth reaches a little further.
   EXPECT_GE(steps.size(), 10u);
   EXPECT_LE(steps.size(), 20u);
-  const double step_m = focal_baseline / (157 / 8.0) - focal_baseline / (158 / 8.0);
-  EXPECT_NEAR(step_m, 0.0127, 0.0001) << "at 2 m";
 }
 
-/// Bars 40 pixels wide, 1 m and 2 m away by turns.
-Readings bars(bool upright) {
-  Readings readings;
-  for (std::size_t k = 0; k < pixels; ++k) {
-    const bool far = (upright ? k % depth_width : k / depth_width) / 40 % 2 == 1;
-    readings.t.push_back(far ? 2.0f : 1.0f);
-    readings.labels.push_back(far ? 2 : 1);
-  }
-  readings.incidence_rad.assign(pixels, 0);
-  return readings;
-}
-
-TEST(RealCamera, OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach) {
-  constexpr int scans = 6;
-  const std::uint64_t seed = test::seed();
-  const RealCamera camera = camera_of(seed);
+TEST_F(RealCameraTest, OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach) {
+  constexpr unsigned scans = 6;
   for (const bool upright : {true, false}) {
     const Readings ideal = bars(upright);
     const std::size_t length = upright ? depth_height : depth_width;
     const std::size_t edges = (upright ? depth_width : depth_height) / 40 - 1;
     double mixed = 0, between = 0;
     std::vector<double> strayed(3);
-    for (int scan = 0; scan < scans; ++scan) {
-      const Readings readings = camera.measured(ideal, Random(seed, 200 + static_cast<unsigned>(scan)));
+    for (unsigned scan = 0; scan < scans; ++scan) {
+      const Readings readings = measured(ideal, 200 + scan);
       for (std::size_t k = 0; k < pixels; ++k) {
         mixed += readings.labels[k] == 0;
         between += readings.t[k] > 1.1f && readings.t[k] < 1.8f;
@@ -163,22 +161,11 @@ TEST(RealCamera, OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach) {
   }
 }
 
-TEST(RealCamera, WithinAFaceNoPixelFlies) {
-  const std::uint64_t seed = test::seed();
-  const Readings readings = camera_of(seed).measured(wall(1.5), Random(seed, 3));
-  EXPECT_EQ(readings.labels, wall(1.5).labels);
+TEST_F(RealCameraTest, WithinAFaceNoPixelFlies) {
+  EXPECT_EQ(measured(wall(1.5), 3).labels, wall(1.5).labels);
 }
 
-TEST(RealCamera, OutlinesStrayMoreAtASlant) {
-  EXPECT_DOUBLE_EQ(RealCamera::lateral_sigma(0), 0.8);
-  EXPECT_NEAR(RealCamera::lateral_sigma(45 * degree), 0.835, 1e-9);
-  EXPECT_NEAR(RealCamera::lateral_sigma(75 * degree), 0.8 + 0.035 * 5, 1e-9);
-}
-
-TEST(RealCamera, DropsAsOftenAsItSays) {
-  constexpr int scans = 1;
-  const std::uint64_t seed = test::seed();
-  const RealCamera camera = camera_of(seed);
+TEST_F(RealCameraTest, DropsAsOftenAsItSays) {
   struct Case {
     double z, incidence_deg, albedo;
   };
@@ -186,24 +173,24 @@ TEST(RealCamera, DropsAsOftenAsItSays) {
        {Case{1, 0, 0.6}, Case{1, 74, 0.6}, Case{1, 78, 0.6}, Case{1, 82, 0.6}, Case{1, 87, 0.6},
         Case{2, 0, 0.04}, Case{3, 0, 0.04}, Case{4, 68, 0.6}}) {
     double dropped = 0, expected = 0;
-    for (int scan = 0; scan < scans; ++scan) {
-      Readings readings = wall(z, incidence_deg * degree);
-      for (const float t : readings.t) expected += RealCamera::drop_out(t, incidence_deg * degree, albedo);
-      camera.drop(std::vector<double>(pixels, albedo), Random(seed, 300 + static_cast<unsigned>(scan)),
-                  readings);
-      for (std::size_t k = 0; k < pixels; ++k) {
-        dropped += readings.t[k] == 0;
-        ASSERT_EQ(readings.labels[k], readings.t[k] == 0 ? 0 : 1);
-      }
+    Readings readings = wall(z, incidence_deg * degree);
+    for (const float t : readings.t) expected += RealCamera::drop_out(t, incidence_deg * degree, albedo);
+    camera_.drop(std::vector<double>(pixels, albedo), Random(seed_, 300), readings);
+    for (std::size_t k = 0; k < pixels; ++k) {
+      dropped += readings.t[k] == 0;
+      ASSERT_EQ(readings.labels[k], readings.t[k] == 0 ? 0 : 1);
     }
-    const double share = expected / (scans * pixels);
-    const double uncertainty = std::sqrt(share * (1 - share) * pixels_a_mean / (scans * pixels));
-    EXPECT_NEAR(dropped / (scans * pixels), share, sigmas * uncertainty + 1e-6)
+    const double share = expected / pixels;
+    EXPECT_NEAR(dropped / pixels, share,
+                sigmas * std::sqrt(share * (1 - share) * pixels_a_mean / pixels) + 1e-6)
         << z << " m, " << incidence_deg << "°, albedo " << albedo;
   }
 }
 
-TEST(RealCamera, DropsAtGrazingIncidenceAndOfDarkThings) {
+TEST_F(RealCameraTest, StraysMoreAtASlantAndDropsAtGrazingIncidenceAndOfDarkThings) {
+  EXPECT_DOUBLE_EQ(RealCamera::lateral_sigma(0), 0.8);
+  EXPECT_NEAR(RealCamera::lateral_sigma(45 * degree), 0.835, 1e-9);
+  EXPECT_NEAR(RealCamera::lateral_sigma(75 * degree), 0.8 + 0.035 * 5, 1e-9);
   EXPECT_LT(RealCamera::drop_out(1, 0, 0.6), 1e-6);
   EXPECT_LT(RealCamera::drop_out(1, 70 * degree, 0.9), 1e-4);
   EXPECT_NEAR(RealCamera::drop_out(0.5, 78 * degree, 0.9), 0.5, 1e-3);
@@ -213,67 +200,55 @@ TEST(RealCamera, DropsAtGrazingIncidenceAndOfDarkThings) {
   EXPECT_LT(RealCamera::drop_out(1, 0, 0.04), 0.01);
 }
 
-TEST(RealCamera, BiasIsSlowItsOwnAndAsLargeAsStated) {
-  const std::uint64_t seed = test::seed();
-  const RealCamera camera = camera_of(seed), same = camera_of(seed), other = camera_of(seed + 1);
+TEST_F(RealCameraTest, BiasIsSlowItsOwnAndAsLargeAsStated) {
+  const RealCamera same = camera_of(seed_), other = camera_of(seed_ + 1);
   double sum = 0, squares = 0, steepest = 0, apart = 0;
   for (std::size_t k = 0; k < pixels; ++k) {
-    const double bias = camera.bias(column(k), row(k));
-    ASSERT_EQ(bias, same.bias(column(k), row(k)));
-    sum += bias;
-    squares += bias * bias;
-    steepest = std::max(steepest, std::abs(camera.bias(column(k) + 1, row(k)) - bias));
-    apart = std::max(apart, std::abs(other.bias(column(k), row(k)) - bias));
+    ASSERT_EQ(bias(k), same.bias(column(k), row(k)));
+    sum += bias(k);
+    squares += bias(k) * bias(k);
+    steepest = std::max(steepest, std::abs(camera_.bias(column(k) + 1, row(k)) - bias(k)));
+    apart = std::max(apart, std::abs(other.bias(column(k), row(k)) - bias(k)));
   }
   EXPECT_NEAR(sum / pixels, 0, 1e-5);
-  EXPECT_NEAR(std::sqrt(squares / pixels), 0.03, 1e-5);
+  EXPECT_NEAR(std::sqrt(squares / pixels), 0.03, 1e-5) << "3 mm at 2 m";
   EXPECT_LT(steepest, 0.001) << "px of disparity a pixel";
   EXPECT_GT(apart, 0.01);
-  EXPECT_NEAR(0.03 * 2 * 2 / focal_baseline, 0.003, 1e-4) << "m at 2 m";
 }
 
-TEST(RealCamera, WhatRemainsOfManyScansIsTheBias) {
-  constexpr int scans = 15;
+TEST_F(RealCameraTest, WhatRemainsOfManyScansIsTheBias) {
+  constexpr unsigned scans = 15;
   constexpr std::size_t block = 32;
-  const std::uint64_t seed = test::seed();
-  const RealCamera camera = camera_of(seed);
   const Readings ideal = wall(2);
-  std::vector<double> errors(pixels / (block * block)), biases(errors.size());
-  const auto block_of = [](std::size_t k) {
-    return k / depth_width / block * (depth_width / block) + k % depth_width / block;
-  };
-  for (int scan = 0; scan < scans; ++scan) {
-    const Readings readings = camera.measured(ideal, Random(seed, 400 + static_cast<unsigned>(scan)));
-    for (std::size_t k = 0; k < pixels; ++k) {
-      errors[block_of(k)] += focal_baseline / readings.t[k] - focal_baseline / ideal.t[k];
-      biases[block_of(k)] += camera.bias(column(k), row(k));
-    }
+  std::vector<double> beyond(pixels / (block * block));  // errors less the bias, by block
+  for (unsigned scan = 0; scan < scans; ++scan) {
+    const Readings readings = measured(ideal, 400 + scan);
+    for (std::size_t k = 0; k < pixels; ++k)
+      beyond[k / depth_width / block * (depth_width / block) + k % depth_width / block] +=
+          disparity(readings.t[k]) - disparity(ideal.t[k]) - bias(k);
   }
   // σ of one disparity at 2 m: 6 mm are 0.06 px.
   const double samples = scans * block * block;
-  const double uncertainty = 0.065 * std::sqrt(pixels_a_mean / samples);
-  for (std::size_t b = 0; b < errors.size(); ++b)
-    EXPECT_NEAR(errors[b] / samples, biases[b] / samples, sigmas * uncertainty) << "block " << b;
+  for (std::size_t b = 0; b < beyond.size(); ++b)
+    EXPECT_NEAR(beyond[b] / samples, 0, sigmas * 0.065 * std::sqrt(pixels_a_mean / samples)) << "block " << b;
 }
 
-TEST(RealCamera, WithoutNoiseStepsRemain) {
-  const std::uint64_t seed = test::seed();
-  const Readings ideal = bars(true), readings = camera_of(seed, 0).measured(ideal, Random(seed, 1));
+TEST_F(RealCameraTest, WithoutNoiseStepsRemain) {
+  const Readings ideal = bars(true), readings = camera_of(seed_, 0).measured(ideal, Random(seed_, 1));
   EXPECT_EQ(readings.labels, ideal.labels);
   for (std::size_t k = 0; k < pixels; ++k)
-    ASSERT_LE(std::abs(focal_baseline / readings.t[k] - focal_baseline / ideal.t[k]), 1.0 / 16 + 1e-5);
+    ASSERT_LE(std::abs(disparity(readings.t[k]) - disparity(ideal.t[k])), 1.0 / 16 + 1e-5);
 }
 
-TEST(RealCamera, FacesHaveAlbedosAndAFewDarkPatches) {
-  const RealCamera camera = camera_of(test::seed());
+TEST_F(RealCameraTest, FacesHaveAlbedosAndAFewDarkPatches) {
   constexpr int side = 100, faces = 20;
   double dark = 0, sum = 0;
   for (std::uint16_t face = 1; face <= faces; ++face) {
     std::set<double> albedos;
     for (int i = 0; i < side * side; ++i) {
       const Eigen::Vector2d middle(0.2 * (i % side - 50) + 0.1, 0.2 * (i / side - 50) + 0.1);
-      const double albedo = camera.albedo(face, middle);
-      EXPECT_EQ(camera.albedo(face, middle + Eigen::Vector2d(0.09, -0.09)), albedo) << "one patch";
+      const double albedo = camera_.albedo(face, middle);
+      EXPECT_EQ(camera_.albedo(face, middle + Eigen::Vector2d(0.09, -0.09)), albedo) << "one patch";
       albedos.insert(albedo);
       dark += albedo == 0.04;
     }

@@ -3,6 +3,7 @@
 #include "evaluation/truth.hpp"
 #include "simulation/fixture.hpp"
 #include "simulation/mesh.hpp"
+#include "support/polygons.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
@@ -12,21 +13,7 @@
 
 namespace octosurf::simulation::terrain {
 
-inline double signed_area(const Ring2& ring) {
-  double twice = 0;
-  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
-    twice += ring[j].x() * ring[i].y() - ring[i].x() * ring[j].y();
-  return twice / 2;
-}
-
-inline double area(const evaluation::TrueFace& face) {
-  double sum = signed_area(face.polygons.at(0).outer);
-  for (const auto& hole : face.polygons[0].holes) {
-    EXPECT_LT(signed_area(hole), 0) << "holes run clockwise";
-    sum += signed_area(hole);
-  }
-  return sum;
-}
+inline double area(const evaluation::TrueFace& face) { return test::area(face.polygons); }
 
 using Triangle3 = std::array<Eigen::Vector3d, 3>;
 using Triangles = std::vector<Triangle3>;
@@ -62,17 +49,20 @@ inline Triangles stair(int steps) {
   return triangles;
 }
 
-inline std::string stl(const Triangles& triangles) {
+/// Corners a line each, after `before`; nine digits hold a float.
+inline std::string corners(const Triangles& triangles, const char* before = "") {
   std::ostringstream out;
   out.precision(9);
-  out << "solid terrain\n";
-  for (const auto& t : triangles) {
-    out << "facet normal 0 0 0\nouter loop\n";
-    for (const auto& v : t) out << "vertex " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-    out << "endloop\nendfacet\n";
-  }
-  out << "endsolid terrain\n";
+  for (const auto& t : triangles)
+    for (const auto& v : t) out << before << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
   return out.str();
+}
+
+inline std::string stl(const Triangles& triangles) {
+  std::string text = "solid terrain\n";
+  for (const auto& t : triangles)
+    text += "facet normal 0 0 0\nouter loop\n" + corners({t}, "vertex ") + "endloop\nendfacet\n";
+  return text + "endsolid terrain\n";
 }
 
 inline std::string binary_stl(const Triangles& triangles) {
@@ -90,53 +80,43 @@ inline std::string binary_stl(const Triangles& triangles) {
 }
 
 inline std::string obj(const Triangles& triangles) {
-  std::ostringstream out;
-  out.precision(9);
-  for (const auto& t : triangles)
-    for (const auto& v : t) out << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    out << "f " << 3 * i + 1 << ' ' << 3 * i + 2 << ' ' << 3 * i + 3 << '\n';
-  return out.str();
+  std::string text = corners(triangles, "v ");
+  for (std::size_t i = 1; i <= 3 * triangles.size(); i += 3)
+    text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
+  return text;
 }
 
 inline std::string ply(const Triangles& triangles) {
-  std::ostringstream out;
-  out.precision(9);
-  out << "ply\nformat ascii 1.0\nelement vertex " << 3 * triangles.size()
-      << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << triangles.size()
-      << "\nproperty list uchar int vertex_indices\nend_header\n";
-  for (const auto& t : triangles)
-    for (const auto& v : t) out << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    out << "3 " << 3 * i << ' ' << 3 * i + 1 << ' ' << 3 * i + 2 << '\n';
-  return out.str();
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(3 * triangles.size()) +
+                     "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+                     std::to_string(triangles.size()) +
+                     "\nproperty list uchar int vertex_indices\nend_header\n" + corners(triangles);
+  for (std::size_t i = 0; i < 3 * triangles.size(); i += 3)
+    text += "3 " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
+  return text;
 }
 
 /// `up` as COLLADA writes it (Y_UP, Z_UP), `unit` in metres.
 inline std::string dae(const Triangles& triangles, const std::string& up, double unit) {
-  std::ostringstream points, indices;
-  points.precision(9);
-  for (std::size_t i = 0; i < 3 * triangles.size(); ++i) {
-    const Eigen::Vector3d& v = triangles[i / 3][i % 3];
-    points << v.x() << ' ' << v.y() << ' ' << v.z() << ' ';
-    indices << i << ' ';
-  }
   std::ostringstream out;
-  out << "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" "
-         "version=\"1.4.1\">"
-      << "<asset><unit meter=\"" << unit << "\" name=\"unit\"/><up_axis>" << up << "</up_axis></asset>"
-      << "<library_geometries><geometry id=\"g\"><mesh><source id=\"p\"><float_array id=\"a\" count=\""
-      << 9 * triangles.size() << "\">" << points.str()
-      << "</float_array><technique_common><accessor source=\"#a\""
-      << " count=\"" << 3 * triangles.size() << "\" stride=\"3\"><param name=\"X\" type=\"float\"/>"
-      << "<param name=\"Y\" type=\"float\"/><param name=\"Z\" "
-         "type=\"float\"/></accessor></technique_common></source>"
-      << "<vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices><triangles count=\""
-      << triangles.size() << "\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><p>" << indices.str()
-      << "</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene "
-         "id=\"s\"><node>"
-      << "<instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes><scene>"
-      << "<instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
+  out << R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter=")"
+      << unit << R"(" name="unit"/><up_axis>)" << up << R"(</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count=")"
+      << 9 * triangles.size() << "\">" << corners(triangles) << R"(</float_array>
+<technique_common><accessor source="#a" count=")"
+      << 3 * triangles.size() << R"(" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count=")"
+      << triangles.size() << R"("><input semantic="VERTEX" source="#v" offset="0"/><p>)";
+  for (std::size_t i = 0; i < 3 * triangles.size(); ++i) out << i << ' ';
+  out << R"(</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>
+)";
   return out.str();
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace octosurf::simulation {
 namespace {
@@ -22,14 +23,11 @@ TEST(VisibleCells, LieInPolygonsInOrderAndSumUp) {
     std::size_t seen = 0;
     for (const auto& face : truth.faces) {
       std::size_t cells = 0;
-      const evaluation::CellRun* last = nullptr;
+      auto last = std::pair(std::numeric_limits<int>::min(), 0);  // row, and the column behind it
       for (const auto& run : face.visible) {
         ASSERT_GT(run.count, 0);
-        if (last) {
-          ASSERT_GE(run.row, last->row);
-          ASSERT_TRUE(run.row > last->row || run.column > last->column + last->count);
-        }
-        last = &run;
+        ASSERT_GT(std::pair(run.row, run.column), last);
+        last = {run.row, run.column + run.count};
         cells += run.count;
         for (int c = run.column; c < run.column + run.count; ++c)
           ASSERT_TRUE(contains(face.polygons[0], truth.cell * Eigen::Vector2d(c + 0.5, run.row + 0.5)))

@@ -49,14 +49,14 @@ struct AlignmentState {
   std::vector<Hypothesis> hypotheses;     ///< empty before the first scan; the first is that of no drift
   std::size_t believed = 0;               ///< index of the accepted hypothesis
   std::optional<Eigen::Isometry3d> last;  ///< given pose of the last scan
-  double way_m = 0;                       ///< travel so far; a rotation by 1 rad counts as a metre
+  double travelled_m = 0;                 ///< travel so far; a rotation by 1 rad counts as a metre
   double view_m = 0;                      ///< travel at the last update of the hypotheses
   /// Recent means, 0 before any: share of a scan's readings near known surfaces, and of these the explained
   /// share.
   double usual_known = 0, usual_share = 0;
   /// The last failed search for a scan's place: its shares, and the travel at that time.
   struct Search {
-    double known = 0, share = 0, way_m = 0;
+    double known = 0, share = 0, travelled_m = 0;
   };
   std::optional<Search> failed_search;
   double patch_m = 0;                     ///< scatter of revisited patches beyond their readings' noise

@@ -72,7 +72,7 @@ void DriftFilter::advance(const Eigen::Isometry3d& T_given) {
   if (state_.last) {
     const Twist motion = twist_between(*state_.last, T_given);
     const double way = way_of(motion);
-    state_.way_m += way;
+    state_.travelled_m += way;
     for (Hypothesis& h : state_.hypotheses) {
       if (h.rate_m == 0) continue;
       // The same motion about the sensor's next position: t' = t + ω × (next − last).
@@ -90,15 +90,14 @@ void DriftFilter::advance(const Eigen::Isometry3d& T_given) {
 }
 
 bool DriftFilter::is_new_view() const {
-  return state_.way_m == 0 || state_.way_m - state_.view_m >= revisit_span_m / views_a_span;
+  return state_.travelled_m == 0 || state_.travelled_m - state_.view_m >= revisit_span_m / views_a_span;
 }
 
-/// First the sensor's error from the part that no motion explains, then both from the part that a motion
-/// could.
+/// First the sensor's error from what no motion explains, then both from what a motion could.
 void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Revisit& revisit) const {
   constexpr int errors = sensor_error_size;
   // Common errors of views decorrelate over a span, so this many views count as one (autoregressive error).
-  const double way = std::max(state_.way_m - state_.view_m, revisit_span_m / views_a_span);
+  const double way = std::max(state_.travelled_m - state_.view_m, revisit_span_m / views_a_span);
   const double alike = 1 / std::tanh(way / (2 * revisit_span_m));
   const SensorErrorCovariance information = revisit.error_information / alike;
   const SensorErrors right = revisit.error_vector / alike;

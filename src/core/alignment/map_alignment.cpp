@@ -67,9 +67,9 @@ std::vector<Reading> readings_near(const surfaces::MapState& other, const Eigen:
 
 /// As in PoseFitter: a surface seen at a grazing angle is not used.
 bool faces(const Reading& reading, const Eigen::Vector3d& place) {
-  constexpr double least_facing = 0.15;
+  constexpr double least_cos_incidence = 0.15;
   const Eigen::Vector3d sight = place - reading.point;
-  return reading.normal.dot(sight) > least_facing * sight.norm();
+  return reading.normal.dot(sight) > least_cos_incidence * sight.norm();
 }
 
 /// The sensor position that most readings face.
@@ -80,11 +80,11 @@ Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   std::size_t most = 0;
   for (std::size_t i = 0; i < readings.size(); i += step) {
-    std::size_t facing = 0;
+    std::size_t cos_incidence = 0;
     for (std::size_t k = 0; k < readings.size(); k += stride)
-      facing += faces(readings[k], readings[i].sensor);
-    if (facing <= most) continue;
-    most = facing;
+      cos_incidence += faces(readings[k], readings[i].sensor);
+    if (cos_incidence <= most) continue;
+    most = cos_incidence;
     best = readings[i].sensor;
   }
   return best;

@@ -54,17 +54,17 @@ Eigen::AlignedBox2d in_plane(const Eigen::AlignedBox3d& box, const Eigen::Isomet
 
 /// Mean error of the outermost row of a surface's voxels, as a share of the voxel's edge: mixed readings at
 /// an edge average both its sides.
-constexpr double rim_bias = 1.0 / 6;
+constexpr double boundary_bias = 1.0 / 6;
 
-/// Effect of a bias of rim_bias · d in a strip d wide along one side of a surface on its plane. With s² the
-/// variance of its area along an axis (w²/3 of a rectangle that is 2 w wide, of which the strip is d / 2 w):
-/// the slope is off by about rim_bias · d² / s², the offset in the middle by rim_bias · d² / s.
-Eigen::Matrix3d rim_covariance(const Surface& surface) {
+/// Effect of a bias of boundary_bias · d in a strip d wide along one side of a surface on its plane. With s²
+/// the variance of its area along an axis (w²/3 of a rectangle that is 2 w wide, of which the strip is d / 2
+/// w): the slope is off by about boundary_bias · d² / s², the offset in the middle by boundary_bias · d² / s.
+Eigen::Matrix3d boundary_covariance(const Surface& surface) {
   const double d = surface.resolution;
   const AreaMoments m = area_moments(surface.polygons);
   const Eigen::Matrix2d scatter = m.scatter + d * d * Eigen::Matrix2d::Identity();  // at least a voxel wide
   const Eigen::Matrix2d inverse = scatter.inverse();
-  const double bias = rim_bias * d * d;
+  const double bias = boundary_bias * d * d;
   Eigen::Matrix3d at_centre = Eigen::Matrix3d::Zero();
   at_centre.topLeftCorner<2, 2>() = bias * bias * inverse * inverse;
   at_centre(2, 2) = bias * bias * inverse.trace();
@@ -79,8 +79,8 @@ Eigen::Matrix3d rim_covariance(const Surface& surface) {
 AlignedSurface::AlignedSurface(const Surface& surface, double edge, const Eigen::AlignedBox2d& window)
     : plane(surface.plane),
       T_surface_map(surface.T_map_surface.inverse()),
-      by_rim(rim_covariance(surface)),
-      covariance(surface.covariance + by_rim),
+      by_boundary(boundary_covariance(surface)),
+      covariance(surface.covariance + by_boundary),
       raster(surface.polygons, edge, window) {}
 
 void NearSurfaces::follow(const Snapshot& snapshot) {
@@ -119,7 +119,7 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, co
     // Recomputed for every scan, because the noise estimate changes, too.
     if (model != nullptr)
       entry.aligned->covariance =
-          surfaces::covariance_of_readings(*model, growing->noise) + entry.aligned->by_rim;
+          surfaces::covariance_of_readings(*model, growing->noise) + entry.aligned->by_boundary;
     near.push_back(entry.aligned.get());
   }
   return near;

@@ -25,10 +25,10 @@ struct AlignedSurface {
 
   Plane plane;
   Eigen::Isometry3d T_surface_map;
-  /// Error of the plane by mixed readings at its rim: covariance of slope along u, slope along v and offset
-  /// at the surface's origin.
-  Eigen::Matrix3d by_rim;
-  Eigen::Matrix3d covariance;  ///< total: from its readings' noise, and by_rim
+  /// Error of the plane by mixed readings at its boundary: covariance of slope along u, slope along v and
+  /// offset at the surface's origin.
+  Eigen::Matrix3d by_boundary;
+  Eigen::Matrix3d covariance;  ///< total: from its readings' noise, and by_boundary
   PlaneRaster raster;
 };
 

@@ -10,7 +10,7 @@
 namespace octosurf::alignment {
 
 /// The inside of a surface's polygons as bits: cells of its plane that lie in them with the centres of their
-/// eight neighbours. The rim is excluded, because readings near an edge mix both its sides.
+/// eight neighbours. The boundary is excluded, because readings near an edge mix both its sides.
 class PlaneRaster {
  public:
   /// Covers `window`; beyond it nothing is set. O(cells in the window / 64 + vertices + length of the rings

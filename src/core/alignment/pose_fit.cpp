@@ -17,9 +17,9 @@ using Block = Eigen::Matrix<double, 9, 9>;
 
 /// Minimum cosine between a surface's normal and the line of sight: at grazing angles a reading may belong to
 /// objects in front or behind.
-constexpr double least_facing = 0.15;
+constexpr double least_cos_incidence = 0.15;
 /// Minimum cosine for measuring range errors: below it, the plane's own error would count more than twice.
-constexpr double facing_to_tell_errors = 0.5;
+constexpr double least_cos_for_errors = 0.5;
 constexpr double significant = 3;      // standard deviations within which a reading is explained
 constexpr double enough_samples = 20;  // of a surface, to estimate its mean
 /// To the power of n a bound on the probability that most of n samples on a surface belong to a face beside
@@ -28,7 +28,7 @@ constexpr double most_mismatched = 0.8;
 constexpr int most_rounds = 8, coarse_rounds = 2;
 
 /// A reading and the intersection of its line of sight with a surface's plane. The intersection is free of
-/// the noise along the line of sight, which would carry readings across the rim on both sides.
+/// the noise along the line of sight, which would carry readings across the boundary on both sides.
 struct Sighting {
   /// `arm`: from the sensor to the reading; not parallel to the plane.
   Sighting(const AlignedSurface& surface, const Eigen::Vector3d& sensor, const Eigen::Vector3d& arm) {
@@ -113,9 +113,9 @@ std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose,
   for (std::uint32_t i = 0; i < samples_.size(); i += static_cast<std::uint32_t>(every)) {
     const Eigen::Vector3f relative = (pose.linear() * samples_[i].point).cast<float>();
     along.noalias() = planes.leftCols<3>() * relative;
-    const float facing = static_cast<float>(least_facing * samples_[i].range);
+    const float cos_incidence = static_cast<float>(least_cos_incidence * samples_[i].range);
     for (Eigen::Index s = 0; s < count; ++s)
-      if (along[s] < -facing && std::fabs(along[s] + planes(s, 3)) < static_cast<float>(reach))
+      if (along[s] < -cos_incidence && std::fabs(along[s] + planes(s, 3)) < static_cast<float>(reach))
         pairings.push_back({i, static_cast<std::uint32_t>(s)});
   }
   return pairings;
@@ -180,8 +180,9 @@ std::optional<PoseFitter::Match> PoseFitter::match(const Eigen::Isometry3d& pose
   row.head<3>() = arm.cross(n);
   row.segment<3>(3) = n;
   row.tail<3>() << -best->in_surface.x(), -best->in_surface.y(), -1;
-  const double facing = std::max(sensing::NoiseModel::least_facing, std::fabs(n.dot(arm)) / sample.range);
-  const double spread = errors_.noise_factor * sample.spread, along_normal = spread * facing;
+  const double cosine =
+      std::max(sensing::NoiseModel::least_cos_incidence, std::fabs(n.dot(arm)) / sample.range);
+  const double spread = errors_.noise_factor * sample.spread, along_normal = spread * cosine;
   const double reading = along_normal * along_normal;
   const Eigen::Vector3d by_surface = row.tail<3>();
   const double certain = reading + by_surface.dot(surface.covariance * by_surface) +
@@ -302,12 +303,12 @@ std::vector<sensing::NoiseModel::Residual> PoseFitter::residuals(const Eigen::Is
     if (!matched) return;
     const Sample& sample = samples_[candidates.front().sample];
     const Eigen::Vector3d& normal = surfaces_[matched->surface]->plane.normal;
-    const double facing = -normal.dot(pose.linear() * sample.point) / sample.range;
-    if (facing < facing_to_tell_errors) return;
+    const double cos_incidence = -normal.dot(pose.linear() * sample.point) / sample.range;
+    if (cos_incidence < least_cos_for_errors) return;
     const auto range_class =
         static_cast<std::uint8_t>(sensing::range_class_of(static_cast<float>(sample.range)));
-    residuals.push_back(
-        {range_class, matched->surface, matched->distance / facing, sample.spread * sample.spread, facing});
+    residuals.push_back({range_class, matched->surface, matched->distance / cos_incidence,
+                         sample.spread * sample.spread, cos_incidence});
   });
   return residuals;
 }

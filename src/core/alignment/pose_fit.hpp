@@ -14,8 +14,7 @@
 
 namespace octosurf::alignment {
 
-/// The small motion about the sensor that takes pose `from` to pose `to`, and its inverse: `to` = moved(from,
-/// twist).
+/// The small motion about the sensor from pose `from` to `to`, and its inverse: `to` = moved(from, twist).
 Twist twist_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
 Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist);
 
@@ -74,8 +73,8 @@ class PoseFitter {
   PoseFitter(std::span<const Sample> samples, std::span<const AlignedSurface* const> surfaces,
              const FitErrors& errors);
 
-  /// From `start`, with prior covariance `prior`. O(samples × surfaces) once, then O(samples) a round, nine
-  /// at most.
+  /// From `start`, with prior covariance `prior`. O(samples × surfaces), then O(samples) in nine rounds at
+  /// most.
   PoseFit fit(const Eigen::Isometry3d& start, const TwistCovariance& prior) const;
 
   struct Pairing {  ///< a reading and a candidate surface

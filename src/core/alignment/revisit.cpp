@@ -63,9 +63,9 @@ struct Sums {
 
 }  // namespace
 
-std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                                std::span<const MatchedReading> readings, const SeenPatches& patches,
-                                SensorKind sensor, double resolution) {
+std::vector<PatchObservation> observe(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                                      std::span<const MatchedReading> readings, const SeenPatches& patches,
+                                      SensorKind sensor, double resolution) {
   const PatchKey key_of(resolution);
   std::vector<std::pair<SeenPatches::Key, const MatchedReading*>> by_key;
   by_key.reserve(readings.size());
@@ -73,50 +73,50 @@ std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map
     by_key.emplace_back(key_of(T_map_sensor * laid.point, laid.surface->plane), &laid);
   std::stable_sort(by_key.begin(), by_key.end(),
                    [](const auto& one, const auto& other) { return one.first < other.first; });
-  std::vector<PatchLook> looks;
+  std::vector<PatchObservation> observations;
   const Eigen::Matrix3d R_sensor_map = T_map_sensor.linear().transpose();
   for (std::size_t i = 0; i < by_key.size();) {
-    PatchLook look;
-    look.key = by_key[i].first;
-    if (const SeenPatch* known = patches.find(look.key)) {
-      look.patch = *known;
+    PatchObservation observation;
+    observation.key = by_key[i].first;
+    if (const SeenPatch* known = patches.find(observation.key)) {
+      observation.patch = *known;
     } else {
-      look.patch.normal = by_key[i].second->surface->plane.normal.cast<float>();
-      look.patch.offset = by_key[i].second->surface->plane.offset;
+      observation.patch.normal = by_key[i].second->surface->plane.normal.cast<float>();
+      observation.patch.offset = by_key[i].second->surface->plane.offset;
     }
-    const Eigen::Vector3d normal = look.patch.normal.cast<double>();
-    for (; i < by_key.size() && by_key[i].first == look.key; ++i) {
+    const Eigen::Vector3d normal = observation.patch.normal.cast<double>();
+    for (; i < by_key.size() && by_key[i].first == observation.key; ++i) {
       const MatchedReading& laid = *by_key[i].second;
       if (laid.surface->plane.normal.dot(normal) < same_side) continue;
       const Eigen::Vector3d arm = T_map_sensor.linear() * laid.point;
       Twist by_pose;
       by_pose << arm.cross(normal), normal;
       const double weight = 1 / laid.variance;
-      look.weight += weight;
-      const double share = weight / look.weight;
-      const double distance = normal.dot(T_map_sensor.translation() + arm) - look.patch.offset;
-      look.distance += share * (distance - look.distance);
-      look.by_pose += share * (by_pose - look.by_pose);
+      observation.weight += weight;
+      const double share = weight / observation.weight;
+      const double distance = normal.dot(T_map_sensor.translation() + arm) - observation.patch.offset;
+      observation.distance += share * (distance - observation.distance);
+      observation.by_pose += share * (by_pose - observation.by_pose);
       if (scan.sensor == sensor)
-        look.by_error +=
-            share * (distance_by_error(sensor, laid.point, R_sensor_map * normal) - look.by_error);
+        observation.by_error +=
+            share * (distance_by_error(sensor, laid.point, R_sensor_map * normal) - observation.by_error);
     }
-    if (look.weight > 0) looks.push_back(look);
+    if (observation.weight > 0) observations.push_back(observation);
   }
-  return looks;
+  return observations;
 }
 
-Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErrors& errors, double patch_m,
-                double resolution) {
+Revisit measure(std::span<const PatchObservation> observations, double travelled_m,
+                const SensorErrors& errors, double patch_m, double resolution) {
   Revisit revisit;
   std::vector<PatchRow> rows;
   double squares = 0;
-  for (const PatchLook& look : looks) {
-    const Look before = look.patch.before(way_m, revisit_span_m);
+  for (const PatchObservation& now : observations) {
+    const Observation before = now.patch.before(travelled_m, revisit_span_m);
     if (!(before.weight > 0)) continue;
-    squares += look.by_pose.head<3>().squaredNorm();
-    rows.push_back({look.distance - before.distance, 0, 1 / look.weight + 1 / double{before.weight},
-                    look.by_pose, look.by_error - before.by_error.cast<double>()});
+    squares += now.by_pose.head<3>().squaredNorm();
+    rows.push_back({now.distance - before.distance, 0, 1 / now.weight + 1 / double{before.weight},
+                    now.by_pose, now.by_error - before.by_error.cast<double>()});
   }
   revisit.patches = rows.size();
   if (rows.size() < fewest_patches) return revisit;

@@ -16,12 +16,11 @@ namespace octosurf::alignment {
 /// distance of the surroundings. At 1 % of drift, it accumulates a centimetre, half a usual voxel.
 inline constexpr double revisit_span_m = 1;
 
-/// Voxels: intrinsic error of a patch, because its plane is slightly tilted and scans read different parts of
-/// it.
+/// Voxels: intrinsic error of a patch, as its plane is slightly tilted and scans read different parts of it.
 inline constexpr double map_error_voxels = 0.1;
 
 /// A scan's readings of one patch.
-struct PatchLook {
+struct PatchObservation {
   SeenPatches::Key key = 0;
   SeenPatch patch;      ///< before the scan
   double weight = 0;    ///< 1/m², from the readings' noise
@@ -33,9 +32,9 @@ struct PatchLook {
 /// The scan's readings on surfaces, grouped by patch, ascending keys. A patch is the part of one surface in a
 /// column 16 voxels wide. Systematic errors are those of `sensor`: scans of another one do not measure them.
 /// O(readings).
-std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                                std::span<const MatchedReading> readings, const SeenPatches& patches,
-                                SensorKind sensor, double resolution);
+std::vector<PatchObservation> observe(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                                      std::span<const MatchedReading> readings, const SeenPatches& patches,
+                                      SensorKind sensor, double resolution);
 
 /// Measurement of a scan's pose from patches seen long ago: motion + by_error · (sensor's error) =
 /// measurement, in independent directions.
@@ -53,8 +52,8 @@ struct Revisit {
 };
 
 /// `errors`: current estimate of the sensor's, for the patches' weights. `patch_m`: usual scatter of patches.
-Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErrors& errors, double patch_m,
-                double resolution);
+Revisit measure(std::span<const PatchObservation> observations, double travelled_m,
+                const SensorErrors& errors, double patch_m, double resolution);
 
 /// Fills in Alignment: the disagreement with the matched pose, without the sensor's errors.
 void describe(const Revisit& revisit, const SensorErrors& errors, Alignment& alignment);

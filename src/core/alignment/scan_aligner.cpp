@@ -79,26 +79,26 @@ void ScanAlignment::learn() {
 void ScanAlignment::follow(const Layout& layout) {
   Alignment& alignment = result_.alignment;
   if (drift_.is_new_view()) {
-    std::vector<PatchLook> looks =
-        looks_at(scan_, expected_, layout.readings, patches_, state_.sensor, resolution_);
-    const Revisit revisit = measure(looks, state_.way_m, drift_.sensor_errors(), state_.patch_m, resolution_);
-    describe(revisit, drift_.sensor_errors(), result_.alignment);
+    auto observed = observe(scan_, expected_, layout.readings, patches_, state_.sensor, resolution_);
+    const SensorErrors errors = drift_.sensor_errors();
+    const Revisit revisit = measure(observed, state_.travelled_m, errors, state_.patch_m, resolution_);
+    describe(revisit, errors, result_.alignment);
     if (revisit.patches > 0) {
       alignment.disagreement += twist_between(given_, expected_);
       if (revisit.scatter_m > 0)  // too few patches have none
         state_.patch_m += (revisit.scatter_m - state_.patch_m) / scatter_memory;
       drift_.learn(expected_, revisit);
     }
-    state_.view_m = state_.way_m;
+    state_.view_m = state_.travelled_m;
     const Twist moved_on = twist_between(expected_, drift_.pose());
-    for (PatchLook& look : looks) {
-      Look now;
-      now.weight = static_cast<float>(1 / (1 / look.weight + state_.patch_m * state_.patch_m));
-      now.distance = static_cast<float>(look.distance + look.by_pose.dot(moved_on));
-      now.by_error = look.by_error.cast<float>();
-      if (!(look.patch.recent.weight > 0 || look.patch.past.weight > 0)) look.patch.since = state_.way_m;
-      look.patch.add(now, state_.way_m, revisit_span_m);
-      result_.patches.emplace_back(look.key, look.patch);
+    for (auto& [key, patch, weight, distance, by_pose, by_error] : observed) {
+      Observation now;
+      now.weight = static_cast<float>(1 / (1 / weight + state_.patch_m * state_.patch_m));
+      now.distance = static_cast<float>(distance + by_pose.dot(moved_on));
+      now.by_error = by_error.cast<float>();
+      if (!(patch.recent.weight > 0 || patch.past.weight > 0)) patch.since = state_.travelled_m;
+      patch.add(now, state_.travelled_m, revisit_span_m);
+      result_.patches.emplace_back(key, patch);
     }
   }
   alignment.T_map_sensor = drift_.pose();
@@ -113,7 +113,7 @@ void ScanAlignment::note_jump(const PoseFit& fit, const Determined& determined) 
   const bool again =
       state_.jump && length(determined, twist_between(*state_.jump * given_, fit.T_map_sensor)) < same_jump_m;
   alignment.T_map_sensor = there;
-  alignment.outcome = again ? AlignmentOutcome::recovered : AlignmentOutcome::set_aside;
+  alignment.outcome = again ? AlignmentOutcome::recovered : AlignmentOutcome::rejected;
   if (again) {
     drift_.jump(correction);
     state_.jump.reset();
@@ -136,7 +136,7 @@ bool ScanAlignment::found_elsewhere(const PoseSearch& search, const PoseFit& fit
 /// with unexplained poses would be searched for, at twenty times the cost.
 bool ScanAlignment::is_worth_a_search(double known_share) const {
   const auto& failed_search = state_.failed_search;
-  return !failed_search || state_.way_m - failed_search->way_m >= revisit_span_m ||
+  return !failed_search || state_.travelled_m - failed_search->travelled_m >= revisit_span_m ||
          known_share < half_known * failed_search->known ||
          result_.alignment.explained_share() < much_less * failed_search->share;
 }
@@ -156,7 +156,7 @@ ScanAligner::Result ScanAlignment::align(const PoseSearch& search) {
   const bool doubtful = (known && !fits) || strange;
   if (!doubtful) state_.failed_search.reset();
   if (doubtful && is_worth_a_search(known_share)) {
-    const AlignmentState::Search here{known_share, alignment.explained_share(), state_.way_m};
+    const AlignmentState::Search here{known_share, alignment.explained_share(), state_.travelled_m};
     const PoseFit near = search.fine(expected_, drift_.covariance());
     const bool drifted = near.known >= least_known_samples && is_explained(near.explained_share()) &&
                          length(determined_by(near, resolution_),
@@ -195,7 +195,7 @@ ScanAligner::Result ScanAligner::operator()(AlignmentState& state, const SeenPat
   ScanAlignment alignment(state, patches, scan, map.resolution, up);
   const PoseSearch poses = search(alignment.expected(), map, growing, scan, limits);
   Result result = alignment.align(poses);
-  if (result.alignment.outcome != AlignmentOutcome::set_aside)
+  if (result.alignment.outcome != AlignmentOutcome::rejected)
     result.residuals = poses.residuals(result.alignment.T_map_sensor);
   return result;
 }

@@ -17,7 +17,7 @@ class ScanAligner {
  public:
   struct Result {
     Alignment alignment;
-    /// Distances of readings from the map's surfaces at the insertion pose; empty if the scan was set aside.
+    /// Distances of readings from the map's surfaces at the insertion pose; empty if the scan was rejected.
     std::vector<sensing::NoiseModel::Residual> residuals;
     std::vector<SeenPatches::Change> patches;  ///< updated patches of the scan
   };

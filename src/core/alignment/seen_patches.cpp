@@ -4,7 +4,7 @@
 
 namespace octosurf::alignment {
 
-void Look::add(const Look& other) {
+void Observation::add(const Observation& other) {
   if (!(other.weight > 0)) return;
   weight += other.weight;
   const float share = other.weight / weight;
@@ -12,21 +12,21 @@ void Look::add(const Look& other) {
   by_error += share * (other.by_error - by_error);
 }
 
-Look SeenPatch::before(double way, double span) const {
-  Look look = past;
-  if (way - since >= span) look.add(waiting);
-  if (way - until >= span) look.add(recent);
-  return look;
+Observation SeenPatch::before(double way, double span) const {
+  Observation observation = past;
+  if (way - since >= span) observation.add(waiting);
+  if (way - until >= span) observation.add(recent);
+  return observation;
 }
 
-void SeenPatch::add(const Look& look, double way, double span) {
+void SeenPatch::add(const Observation& observation, double way, double span) {
   if (way - since >= span) {
     past = before(way, span);
-    waiting = way - until >= span ? Look{} : recent;
+    waiting = way - until >= span ? Observation{} : recent;
     recent = {};
     since = way;
   }
-  recent.add(look);
+  recent.add(observation);
   until = way;
 }
 

@@ -14,13 +14,13 @@ namespace octosurf::alignment {
 inline constexpr int sensor_error_size = 10;
 
 /// Means over the readings that scans made of a patch.
-struct Look {
+struct Observation {
   float weight = 0;    ///< 1/m², of `distance`; 0: no readings
   float distance = 0;  ///< m, off the patch's plane
   /// Derivative of `distance` by the sensor's error.
   Eigen::Matrix<float, sensor_error_size, 1> by_error = decltype(by_error)::Zero();
 
-  void add(const Look& other);
+  void add(const Observation& other);
 };
 
 /// A piece of a surface with its readings, old ones separate from new ones: `recent` and `waiting` are of the
@@ -30,11 +30,11 @@ struct SeenPatch {
   double offset = 0;                                  ///< n·x = offset
   double since = 0;                                   ///< travel, m, at which `recent` began …
   double until = 0;                                   ///< … and of its last addition
-  Look past, waiting, recent;
+  Observation past, waiting, recent;
 
   /// All readings made at least `span` metres of travel before `way`.
-  Look before(double way, double span) const;
-  void add(const Look& look, double way, double span);
+  Observation before(double way, double span) const;
+  void add(const Observation& observation, double way, double span);
 };
 
 /// The patches seen in a recording, by PatchKey (alignment/revisit.hpp). O(1) each.

@@ -44,7 +44,7 @@ std::optional<CylinderExtraction::Guess> CylinderExtraction::guess(const Oriente
   return Guess{(a.position - radius * a.normal + b.position - radius * b.normal) / 2, axis, radius};
 }
 
-/// Points on the mantle whose normals face outward; stops once more than `to_beat` are impossible.
+/// Points on the lateral surface whose normals face outward; stops once more than `to_beat` are impossible.
 std::size_t CylinderExtraction::count(const Guess& guess, std::span<const Oriented> points,
                                       std::size_t to_beat) {
   std::size_t found = 0, left = points.size();

@@ -28,8 +28,8 @@ class CylinderRules {
 
   const LocalPlane& local_plane(PointId i) const { return normals_.at(i); }
 
-  /// Within its tolerance of the mantle and, if its normal is known, facing away from the axis; if not,
-  /// within half of it.
+  /// Within its tolerance of the lateral surface and, if its normal is known, facing away from the axis; if
+  /// not, within half of it.
   bool fits(const geometry::CylinderShape& shape, PointId i);
 
   geometry::CylinderSample sample(PointId i);

@@ -15,17 +15,17 @@ constexpr std::size_t refined_points = 2000;  // sample size of a fit as good as
 
 class CylinderUpdate {
  public:
-  CylinderUpdate(surfaces::Ledger& ledger, std::vector<PointId> points, Patches bent)
+  CylinderUpdate(surfaces::Ledger& ledger, std::vector<PointId> points, Patches curved)
       : map_(ledger),
         cylinders_(ledger.cylinder_store()),
         points_(std::move(points)),
-        bent_(std::move(bent)),
+        curved_(std::move(curved)),
         rules_(map_),
         extract_(map_, rules_) {}
 
   void operator()() {
     grow_known();
-    for (std::vector<PointId>& patch : bent_) {
+    for (std::vector<PointId>& patch : curved_) {
       map_.window.put_in_order(patch);
       look_for_new(patch);
     }
@@ -79,7 +79,7 @@ class CylinderUpdate {
     }
   }
 
-  /// Connected points, bent patches among them; in key order.
+  /// Connected points, curved patches among them; in key order.
   std::vector<std::vector<PointId>> connected_clusters() {
     // By cells of 4³ voxels: points of one, and of two that touch, are at most h apart.
     std::map<geometry::VoxelKey, std::vector<PointId>> cells;
@@ -177,7 +177,7 @@ class CylinderUpdate {
     return rules_.convincing(cylinder.shape, samples, true);
   }
 
-  /// Removes inliers 1.5 tolerances and more off the mantle.
+  /// Removes inliers 1.5 tolerances and more off the lateral surface.
   void drop_misfits(surfaces::CylinderModel& cylinder) {
     std::vector<geometry::VoxelKey> misfits;
     for (const auto& [key, point] : cylinder.inliers)
@@ -262,7 +262,7 @@ class CylinderUpdate {
   const surfaces::MapView& map_;
   surfaces::CylinderStore& cylinders_;
   std::vector<PointId> points_;
-  Patches bent_;
+  Patches curved_;
   CylinderRules rules_;
   CylinderExtraction extract_;
 };
@@ -284,10 +284,10 @@ void retract_cylinders(surfaces::Ledger& ledger, const occupancy::OccupancyDelta
   }
 }
 
-void update_cylinders(surfaces::Ledger& ledger, std::vector<PointId> points, Patches bent) {
+void update_cylinders(surfaces::Ledger& ledger, std::vector<PointId> points, Patches curved) {
   if (!ledger.parameters.detection.detect_cylinders) return;
-  if (points.empty() && bent.empty() && ledger.cylinder_store().touched().empty()) return;
-  CylinderUpdate{ledger, std::move(points), std::move(bent)}();
+  if (points.empty() && curved.empty() && ledger.cylinder_store().touched().empty()) return;
+  CylinderUpdate{ledger, std::move(points), std::move(curved)}();
 }
 
 }  // namespace octosurf::cylinders

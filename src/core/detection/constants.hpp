@@ -7,9 +7,9 @@ namespace octosurf::detection {
 /// Decision thresholds for planes, besides the readings' noise (sensing::ReadingModel) and the map's
 /// parameters; docs/detection.md has the formulas. Constants that only limit effort are beside their use.
 struct Constants {
-  /// Nats for each pair of neighbouring voxels separated by a rim between two planes: a Potts prior for
+  /// Nats for each pair of neighbouring voxels separated by a boundary between two planes: a Potts prior for
   /// connected surfaces. Tuned: half of it fragments noisy walls, twice as much changes nothing.
-  static constexpr double rim_cost = 0.5;
+  static constexpr double boundary_cost = 0.5;
   /// Range of scales of the difference between two planes, from the smallest detectable to 100 times that, ln
   /// 100: 1 mm to 10 cm, or 0.5° to a right angle.
   static constexpr double log_scales = 4.605170185988092;

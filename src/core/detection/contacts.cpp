@@ -16,10 +16,11 @@ using Index = Readings::Index;
 
 /// Effort: lines evaluated between two patches.
 constexpr int most_lines = 32;
-/// Effort: at a straight rim the mean of a reading's neighbours is 0.6 voxels off it, inside a plane 0.1.
-constexpr double rim_asymmetry = 0.25;
+/// Effort: at a straight boundary a reading's neighbours lie 0.6 voxels to one side of it, inside a plane
+/// 0.1.
+constexpr double boundary_asymmetry = 0.25;
 
-/// Searches for patches across gaps, from the readings at rims.
+/// Searches for patches across gaps, from the readings at boundaries.
 class Gaps {
  public:
   Gaps(const Readings& readings, const std::vector<Label>& labels, const Junctions& junctions, double reach,
@@ -27,9 +28,9 @@ class Gaps {
       : readings_(readings), labels_(labels), junctions_(junctions), reach_(reach), graph_(graph) {}
 
   void look() {
-    std::vector<bool> at_rim(readings_.size_with_context());
-    for (Index i = 0; i < at_rim.size(); ++i) at_rim[i] = is_at_rim(i);
-    const LabelBlocks blocks(readings_, labels_, at_rim);
+    std::vector<bool> at_boundary(readings_.size_with_context());
+    for (Index i = 0; i < at_boundary.size(); ++i) at_boundary[i] = is_at_boundary(i);
+    const LabelBlocks blocks(readings_, labels_, at_boundary);
     blocks.for_each_block(voxels(), [&](const Groups& groups, const std::vector<LabelBlocks::Near>& near) {
       for (const LabelBlocks::Group& group : groups) {
         if (group.context) continue;  // both are context: their contact was evaluated before
@@ -57,9 +58,9 @@ class Gaps {
   int voxels() const { return static_cast<int>(reach_ / readings_.resolution()); }
 
   /// Its neighbours on the same plane lie to one side of it.
-  bool is_at_rim(Index i) const {
+  bool is_at_boundary(Index i) const {
     if (labels_[i] == clutter) return false;
-    if (readings_.is_context(i)) return readings_[i].at_rim;
+    if (readings_.is_context(i)) return readings_[i].at_boundary;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int same = 0;
     for (const Index j : readings_.near(i)) {
@@ -68,7 +69,7 @@ class Gaps {
       ++same;
     }
     const Eigen::Vector3d& normal = graph_[labels_[i]].plane.normal;
-    return (sum - normal.dot(sum) * normal).norm() >= same * rim_asymmetry * readings_.resolution();
+    return (sum - normal.dot(sum) * normal).norm() >= same * boundary_asymmetry * readings_.resolution();
   }
 
   void look_from(const LabelBlocks::Group& group, const LabelBlocks::Near& block) {
@@ -106,7 +107,7 @@ class Gaps {
     const Reading& reading = readings_[i];
     const Plane& plane = graph_[labels_[i]].plane;
     const double above =
-        readings_.model().reach(reading.range_class, reading.facing(plane)) + readings_.resolution();
+        readings_.model().reach(reading.range_class, reading.cos_incidence(plane)) + readings_.resolution();
     return open(i, j, Eigen::Vector3d::Zero()) && open(i, j, above * plane.normal);
   }
 

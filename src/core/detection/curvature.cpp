@@ -1,7 +1,7 @@
 #include "detection/curvature.hpp"
 
 #include "detection/constants.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "geometry/plane_frame.hpp"
 #include "geometry/symmetric.hpp"
@@ -33,7 +33,7 @@ QuadraticSums sums_of(const Readings& readings, const Patch& patch, std::span<co
     const Eigen::Vector3d p = R * (r.position.cast<double>() - origin);
     Vector6 basis;
     basis << 1, p.x(), p.y(), 0.5 * p.x() * p.x(), p.x() * p.y(), 0.5 * p.y() * p.y();
-    const double w = 1 / readings.model().independent_variance(r.range_class, r.facing(patch.plane));
+    const double w = 1 / readings.model().independent_variance(r.range_class, r.cos_incidence(patch.plane));
     sums.normal += w * basis * basis.transpose();
     sums.right += w * p.z() * basis;
   }
@@ -120,7 +120,7 @@ struct BendAcross {
 
 bool is_curved_in_places(const Readings& readings, const Patch& patch,
                          std::span<const Readings::Index> indices) {
-  const VoxelBlocks blocks(planelet_edge(readings.resolution()));
+  const VoxelBlocks blocks(seed_patch_edge(readings.resolution()));
   std::vector<std::pair<VoxelBlocks::Place, Readings::Index>> by_block;
   by_block.reserve(indices.size());
   for (const Readings::Index i : indices) by_block.emplace_back(blocks.of(readings[i].key), i);

@@ -11,8 +11,8 @@ namespace octosurf::detection {
 /// O(readings).
 bool is_curved(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices);
 /// Whether the readings are of round bars side by side or crossing, such as a ladder's front, which is flat
-/// as a whole: in each block of planelet_edge() they curve away across the block's narrow direction, with one
-/// curvature for all blocks, at odds of more than nine to one. O(readings log readings).
+/// as a whole: in each block of seed_patch_edge() they curve away across the block's narrow direction, with
+/// one curvature for all blocks, at odds of more than nine to one. O(readings log readings).
 bool is_curved_in_places(const Readings& readings, const Patch& patch,
                          std::span<const Readings::Index> indices);
 

@@ -3,7 +3,7 @@
 #include "detection/constants.hpp"
 #include "detection/neighbour_labels.hpp"
 #include "detection/patch_graph.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/sure_plane.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "geometry/disjoint_sets.hpp"
@@ -113,7 +113,7 @@ class Flood {
     return all;
   }
 
-  /// The surface that explains a pending point best, of those with a rim at most h away along their plane.
+  /// The surface that explains a pending point best, of those that end at most h away along their plane.
   SurfaceId surface_across_gap(PointId i) {
     SurfaceId best = 0;
     double most = 0;
@@ -145,12 +145,12 @@ class Flood {
 
   /// No reading off the plane lies between the two or just above: it would be of an object on the plane, such
   /// as a board, or of a wall.
-  bool is_open(const surfaces::SurfaceModel& surface, PointId i, const Eigen::Vector3f& rim) const {
+  bool is_open(const surfaces::SurfaceModel& surface, PointId i, const Eigen::Vector3f& boundary) const {
     const Eigen::Vector3d& normal = surface.plane().normal;
     const auto on_plane = [&](const Eigen::Vector3f& p) {
       return Eigen::Vector3f(p - (surface.distance(p) * normal).cast<float>());
     };
-    const Eigen::Vector3f from = on_plane(map_.window[i].position), line = on_plane(rim) - from;
+    const Eigen::Vector3f from = on_plane(map_.window[i].position), line = on_plane(boundary) - from;
     const double above = planes_.model().reach(map_.window[i].range_class, 1) + map_.grid.resolution();
     const int steps = static_cast<int>(2 * line.norm() / map_.grid.resolution());
     for (int k = 1; k < steps; ++k)
@@ -281,10 +281,10 @@ class Flood {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const PointId i : points) {
       const occupancy::VoxelPoint& p = map_.window[i];
-      const double facing = surface.plane.normal.dot(p.view.cast<double>());
+      const double cos_incidence = surface.plane.normal.dot(p.view.cast<double>());
       gain.moments.add(p.position.cast<double>() - gain.origin,
-                       planes_.model().weight(p.range_class, facing));
-      gain.log_peaks += planes_.model().log_peak(p.range_class, facing);
+                       planes_.model().weight(p.range_class, cos_incidence));
+      gain.log_peaks += planes_.model().log_peak(p.range_class, cos_incidence);
       map_.window.for_each_near(p.key, 1, [&](PointId j) {
         if (map_.window[j].surface != id) return;
         ++pairs;

@@ -2,7 +2,7 @@
 
 #include "detection/constants.hpp"
 #include "detection/neighbour_labels.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "geometry/disjoint_sets.hpp"
 
 #include <algorithm>
@@ -24,7 +24,8 @@ Label best_label(const Readings& readings, const std::vector<Patch>& patches,
   const auto agreeing = static_cast<int>(other - around.begin());
   if (other == around.end()) {  // inside a surface: shortcut of the code below
     if (own == clutter) return clutter;
-    return readings.log_ratio(i, patches[own].plane) + Constants::rim_cost * agreeing > 0 ? own : clutter;
+    const double gain = readings.log_ratio(i, patches[own].plane) + Constants::boundary_cost * agreeing;
+    return gain > 0 ? own : clutter;
   }
   NeighbourLabels near;
   near.add(own, agreeing);  // it may keep a label that no neighbour has

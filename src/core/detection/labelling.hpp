@@ -7,8 +7,8 @@
 namespace octosurf::detection {
 
 /// Gives each reading the label among its neighbours' that explains it best: the highest log_ratio (0 for
-/// clutter) less rim_cost for each neighbour with another label (iterated conditional modes, Besag 1986).
-/// Labels at the border are fixed. O(readings), a few times.
+/// clutter) less boundary_cost for each neighbour with another label (iterated conditional modes, Besag
+/// 1986). Labels at the border are fixed. O(readings), a few times.
 void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels);
 
 /// Makes a refitted patch of each connected piece of a label; pieces with fewer readings than a plane needs

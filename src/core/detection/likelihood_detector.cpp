@@ -2,7 +2,7 @@
 
 #include "detection/expand.hpp"
 #include "detection/neighbourhood.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/segment.hpp"
 #include "detection/tiles.hpp"
 #include "detection/voxel_blocks.hpp"
@@ -20,7 +20,7 @@ using surfaces::MapView;
 
 /// Effort, readings: larger surfaces are segmented only where their tiles disagree, mostly a twentieth, and
 /// where they meet surfaces that may be one with them. Segmenting smaller ones entirely also decides readings
-/// at their rims and across gaps: by tiles alone ten of 350 faces are lost with lasers.
+/// at their boundaries and across gaps: by tiles alone ten of 350 faces are lost with lasers.
 constexpr std::size_t largest_looked_at_whole = 5000;
 
 /// The pending readings of planes rejected for their number alone.
@@ -39,8 +39,8 @@ Proposal proposal_of(const Readings& readings, const Segmentation& found) {
     proposal.points.push_back({readings[i].point, found.labels[i]});
   for (const Outside& part : found.outside)
     proposal.rest.push_back({part.surface, part.label, part.sums.readings});
-  for (const std::vector<Readings::Index>& patch : found.bent) {
-    std::vector<PointId>& points = proposal.bent.emplace_back();
+  for (const std::vector<Readings::Index>& patch : found.curved) {
+    std::vector<PointId>& points = proposal.curved.emplace_back();
     for (const Readings::Index i : patch) points.push_back(readings[i].point);
   }
   return proposal;
@@ -57,43 +57,43 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
 Proposal segmented(const MapView& map, const Readings& readings, Segmentation known) {
   const Segmentation found = segment(readings, limits_of(map.parameters), std::move(known));
   Proposal proposal = proposal_of(readings, found);
-  proposal.unseen = waiting_on(too_few(readings, found));
+  proposal.unprocessed = waiting_on(too_few(readings, found));
   return proposal;
 }
 
 using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
 
-/// The initial segmentation with planelets of `candidates`, those that are mostly of pending points: others
-/// are parts of the surfaces that expanded there. In the blocks of the planelets no candidate has a label
-/// besides theirs.
-Segmentation with_planelets_of(const MapView& map, const Readings& readings, const VoxelBlocks& blocks,
-                               std::span<const PointId> candidates) {
+/// The initial segmentation with seed patches of `candidates`, those that are mostly of pending points:
+/// others are parts of the surfaces that expanded there. In the blocks of the seed patches no candidate has a
+/// label besides theirs.
+Segmentation with_seed_patches_of(const MapView& map, const Readings& readings, const VoxelBlocks& blocks,
+                                  std::span<const PointId> candidates) {
   constexpr Label not_searched = 1;
-  Segmentation planelets;
-  planelets.labels.assign(readings.size_with_context(), not_searched);
-  planelets.patches.resize(2);
-  for (const PointId i : candidates) planelets.labels[readings.find(i)] = clutter;
-  planelets = with_planelets(readings, std::move(planelets));
-  std::vector<int> majority(planelets.patches.size(), 0);  // pending readings less others
+  Segmentation seed_patches;
+  seed_patches.labels.assign(readings.size_with_context(), not_searched);
+  seed_patches.patches.resize(2);
+  for (const PointId i : candidates) seed_patches.labels[readings.find(i)] = clutter;
+  seed_patches = with_seed_patches(readings, std::move(seed_patches));
+  std::vector<int> majority(seed_patches.patches.size(), 0);  // pending readings less others
   for (Readings::Index i = 0; i < readings.size(); ++i)
-    majority[planelets.labels[i]] += readings[i].surface == 0 ? 1 : -1;
+    majority[seed_patches.labels[i]] += readings[i].surface == 0 ? 1 : -1;
   const auto is_new = [&](Label label) { return label > not_searched && majority[label] > 0; };
   Places with_new;
   for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (is_new(planelets.labels[i])) with_new.insert(blocks.of(readings[i].key));
+    if (is_new(seed_patches.labels[i])) with_new.insert(blocks.of(readings[i].key));
   std::vector<PointId> unlabelled;
   for (const PointId i : candidates)
     if (map.window[i].surface != 0 && with_new.contains(blocks.of(map.window[i].key)))
       unlabelled.push_back(i);
   Segmentation known = known_about(readings, map.surfaces, {}, unlabelled);
-  std::vector<Label> into(planelets.patches.size(), clutter);
+  std::vector<Label> into(seed_patches.patches.size(), clutter);
   for (Label label = not_searched + 1; label < into.size(); ++label) {
     if (!is_new(label)) continue;
     into[label] = static_cast<Label>(known.patches.size());
-    known.patches.push_back(planelets.patches[label]);
+    known.patches.push_back(seed_patches.patches[label]);
   }
   for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (into[planelets.labels[i]] != clutter) known.labels[i] = into[planelets.labels[i]];
+    if (into[seed_patches.labels[i]] != clutter) known.labels[i] = into[seed_patches.labels[i]];
   return known;
 }
 
@@ -113,7 +113,7 @@ Detection LikelihoodDetector::detect(const MapView& map, const surfaces::Pending
                                      std::span<const Assignment> expanded) const {
   Due due = due_to_segment(map, queue, fresh, all);
   Detection result{.found = {}, .segmented = {}, .left = std::move(due.left), .waiting = due.waiting};
-  const VoxelBlocks blocks(planelet_edge(map.grid.resolution()));
+  const VoxelBlocks blocks(seed_patch_edge(map.grid.resolution()));
   Places with_due;
   for (const PointId i : due.points) with_due.insert(blocks.of(map.window[i].key));
   std::vector<PointId> candidates = due.points;
@@ -126,7 +126,7 @@ Detection LikelihoodDetector::detect(const MapView& map, const surfaces::Pending
   const Neighbourhood around = neighbourhood_of(map, candidates, touching(map, elsewhere));
   if (!around.points.empty()) {
     const Readings readings(map, around);
-    result.found = segmented(map, readings, with_planelets_of(map, readings, blocks, candidates));
+    result.found = segmented(map, readings, with_seed_patches_of(map, readings, blocks, candidates));
   }
   result.segmented = std::move(due.points);
   return result;
@@ -156,7 +156,7 @@ std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
   if (around.points.empty()) return {};
   const Readings readings(map, around);
   return segmented(map, readings,
-                   with_planelets(readings, known_about(readings, map.surfaces, anew, unlabelled)));
+                   with_seed_patches(readings, known_about(readings, map.surfaces, anew, unlabelled)));
 }
 
 Proposal LikelihoodDetector::detect_anew(const MapView& map) const {
@@ -170,7 +170,7 @@ std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView&
   std::vector<Refused> refused;
   const Segmentation found =
       segment(readings, limits_of(map.parameters),
-              with_planelets(readings, known_about(readings, map.surfaces, {})), &refused);
+              with_seed_patches(readings, known_about(readings, map.surfaces, {})), &refused);
   std::map<PointId, surfaces::Refusal> reasons;
   for (const Refused& plane : refused)
     for (const Readings::Index i : plane.readings) reasons[readings[i].point] = plane.why;

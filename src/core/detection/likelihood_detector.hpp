@@ -13,8 +13,8 @@ class LikelihoodDetector final : public Detector {
                                       std::span<const PointId> fresh) const override;
   std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left) const override;
   /// Segments the points due (waiting.hpp) and those of `expanded` that another surface also explains, or
-  /// that lie in a block of planelets with a planelet of points due: it may extend into them. Surrounding
-  /// surfaces take part as sums, and are merged across gaps up to h (neighbourhood.hpp).
+  /// that lie in a block of seed patches with a seed patch of points due: it may extend into them.
+  /// Surrounding surfaces take part as sums, and are merged across gaps up to h (neighbourhood.hpp).
   Detection detect(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
                    std::span<const PointId> fresh, bool all,
                    std::span<const Assignment> expanded) const override;

@@ -31,16 +31,16 @@ class NeighbourLabels {
     return 0;
   }
 
-  /// The label that explains the reading best: the highest log_ratio(label) (0 for clutter) less rim_cost for
-  /// each neighbour with another label.
+  /// The label that explains the reading best: the highest log_ratio(label) (0 for clutter) less
+  /// boundary_cost for each neighbour with another label.
   template <class LogRatio>
   Label best(LogRatio&& log_ratio) const {
-    // rim_cost of all neighbours is common to all candidates; agreeing ones add it back.
+    // boundary_cost of all neighbours is common to all candidates; agreeing ones add it back.
     Label best = clutter;
-    double most = Constants::rim_cost * of(clutter);
+    double most = Constants::boundary_cost * of(clutter);
     for (const auto& [label, agreeing] : counts_) {
       if (label == clutter) continue;
-      const double gain = log_ratio(label) + Constants::rim_cost * agreeing;
+      const double gain = log_ratio(label) + Constants::boundary_cost * agreeing;
       if (gain <= most) continue;
       most = gain;
       best = label;

@@ -2,7 +2,7 @@
 
 #include "detection/constants.hpp"
 #include "detection/labelling.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "occupancy/key_box.hpp"
 
@@ -21,7 +21,7 @@ using surfaces::SurfaceModel;
 /// Inliers of a surface in one range class that are among the readings.
 struct Seen {
   geometry::Moments moments;  // of those that are not context, about the surface's reference, unweighted
-  double count = 0, facing = 0;
+  double count = 0, cos_incidence = 0;
 };
 
 /// A surface's readings, and the sums of its other inliers.
@@ -32,15 +32,15 @@ class Surroundings {
 
   void add(Index i) {
     const Reading& reading = readings_[i];
-    const double facing = reading.facing(surface_.plane());
+    const double cos_incidence = reading.cos_incidence(surface_.plane());
     Seen& seen = classes_[reading.range_class];
     if (!readings_.is_context(i)) {
       seen.moments.add(reading.position.cast<double>() - surface_.reference());
       ++inside_;
     }
     ++seen.count;
-    seen.facing += facing;
-    facing_ += facing;
+    seen.cos_incidence += cos_incidence;
+    cos_incidence_ += cos_incidence;
     hits_ += reading.hits;
     ++count_;
   }
@@ -63,10 +63,11 @@ class Surroundings {
     geometry::Moments left = surface_.moments_of_class(c);
     left.add(seen.moments, -1);
     if (left.count < 0.5) return;
-    const double here = seen.count > 0 ? seen.facing / seen.count : facing_ / static_cast<double>(count_);
-    const double facing = std::max(here, readings_.model().facing_of(c, scatter_of(left)));
-    sums.moments.add(left, readings_.model().weight(c, facing));
-    sums.log_peaks += left.count * readings_.model().log_peak(c, facing);
+    const double own = seen.cos_incidence / seen.count, all = cos_incidence_ / static_cast<double>(count_);
+    const sensing::ReadingModel& model = readings_.model();
+    const double cosine = std::max(seen.count > 0 ? own : all, model.cos_incidence_of(c, scatter_of(left)));
+    sums.moments.add(left, model.weight(c, cosine));
+    sums.log_peaks += left.count * model.log_peak(c, cosine);
   }
 
   /// m², about the surface's plane. The readings here may be a corner seen at a grazing angle, with less
@@ -80,7 +81,7 @@ class Surroundings {
   const Readings& readings_;
   const SurfaceModel& surface_;
   std::array<Seen, sensing::NoiseModel::classes> classes_;
-  double facing_ = 0, hits_ = 0;
+  double cos_incidence_ = 0, hits_ = 0;
   std::size_t count_ = 0, inside_ = 0;
 };
 
@@ -89,7 +90,7 @@ class Collector {
  public:
   explicit Collector(const surfaces::MapView& map)
       : map_(map),
-        blocks_(planelet_edge(map.grid.resolution())),
+        blocks_(seed_patch_edge(map.grid.resolution())),
         gap_(static_cast<int>(std::ceil(map.parameters.max_hole_size() / map.grid.resolution() - 1e-9))),
         cubes_(std::max(1, gap_ / 4)) {}
 
@@ -119,7 +120,7 @@ class Collector {
     return blocks_.widened(std::move(places), 0);
   }
 
-  /// Adds pending points within h as candidates; rims and neighbours become context.
+  /// Adds pending points within h as candidates; boundaries and neighbours become context.
   Neighbourhood with_surroundings() && {
     const std::vector<PointId> inside = around_.points;
     for (const auto& [place, boxes] : boxes_within_gap(inside))
@@ -134,7 +135,7 @@ class Collector {
         const SurfaceModel& surface = *map_.surfaces.find(point.surface);
         if (!surface.surrounded(surface.cell_of(point.position)) && is_first_of_its_cube(point) &&
             taken_.insert(i))
-          around_.rims.push_back(i);
+          around_.boundary.push_back(i);
       });
     add_neighbours_of(inside);
     add_neighbours_of(std::vector(around_.may_join));
@@ -163,9 +164,9 @@ class Collector {
     return near;
   }
 
-  /// Effort: one rim reading in each cube of a quarter of h suffices to search across gaps.
+  /// Effort: one boundary reading in each cube of a quarter of h suffices to search across gaps.
   bool is_first_of_its_cube(const occupancy::VoxelPoint& point) {
-    const auto [at, fresh] = rims_.try_emplace(cubes_.of(point.key), point.surface);
+    const auto [at, fresh] = boundary_.try_emplace(cubes_.of(point.key), point.surface);
     if (!fresh && at->second == point.surface) return false;
     at.value() = point.surface;
     return true;
@@ -198,7 +199,7 @@ class Collector {
   VoxelBlocks cubes_;
   occupancy::PointSet taken_;
   tsl::robin_map<VoxelBlocks::Place, SurfaceId, geometry::PackedKeyHash>
-      rims_;  // surface of the last one taken, by cube
+      boundary_;  // surface of the last one taken, by cube
   Neighbourhood around_;
 };
 

@@ -21,9 +21,9 @@ double gain_of_merging(const Patch& a, const Patch& b, const Eigen::Vector3d& at
   const Patch &large = a.readings < b.readings ? b : a, &small = a.readings < b.readings ? a : b;
   if (small.readings <= Constants::largest_tail * large.readings && pairs > 0)
     evidence = std::max(evidence, log_tail(large, small));
-  const double gained = evidence + Constants::rim_cost * pairs;
+  const double gained = evidence + Constants::boundary_cost * pairs;
   if (!(gained > 0)) return gained;
-  // Whatever a rim between them would cost, a plane that the readings do not fit explains nothing.
+  // Whatever a boundary between them would cost, a plane that the readings do not fit explains nothing.
   Patch both = a;
   both.take(b);
   if (a.explained_by(both.plane) < 0 || b.explained_by(both.plane) < 0)

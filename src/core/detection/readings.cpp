@@ -19,17 +19,17 @@ std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1f
 }  // namespace
 
 Readings::Readings(const surfaces::MapView& map)
-    : Readings(map, {.points = all_of(map), .may_join = {}, .context = {}, .rims = {}}) {}
+    : Readings(map, {.points = all_of(map), .may_join = {}, .context = {}, .boundary = {}}) {}
 
 Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
     : window_(map.window), grid_(map.grid), model_(map.noise, map.grid.resolution()) {
   readings_.reserve(around.points.size() + around.may_join.size() + around.context.size() +
-                    around.rims.size());
+                    around.boundary.size());
   add(around.points, around.may_join, map.octree);
   for (const PointId i : around.may_join) readings_[find(i)].may_seed = false;
   size_ = readings_.size();
-  add(around.context, around.rims, map.octree);
-  for (const PointId i : around.rims) readings_[find(i)].at_rim = true;
+  add(around.context, around.boundary, map.octree);
+  for (const PointId i : around.boundary) readings_[find(i)].at_boundary = true;
   at_border_.resize(readings_.size());
   first_.reserve(readings_.size() + 1);
   for (Index i = 0; i < readings_.size(); ++i) find_neighbours(map.neighbours, i);
@@ -74,9 +74,9 @@ void Readings::find_neighbours(const occupancy::Neighbours& all, Index i) {
 
 void Readings::add_to(Patch& patch, Index i) const {
   const Reading& r = readings_[i];
-  const double facing = r.facing(patch.plane);
-  patch.moments.add(r.position.cast<double>() - patch.origin, model_.weight(r.range_class, facing));
-  patch.log_peaks += model_.log_peak(r.range_class, facing);
+  const double cos_incidence = r.cos_incidence(patch.plane);
+  patch.moments.add(r.position.cast<double>() - patch.origin, model_.weight(r.range_class, cos_incidence));
+  patch.log_peaks += model_.log_peak(r.range_class, cos_incidence);
   patch.readings += 1;
   patch.pose_variance = model_.pose_variance();
   patch.hits += r.hits;

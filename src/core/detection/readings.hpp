@@ -20,7 +20,7 @@ struct Neighbourhood {
   std::vector<PointId> points;    ///< are labelled, and seed planes
   std::vector<PointId> may_join;  ///< were in no plane before: are labelled, but seed no plane
   std::vector<PointId> context;   ///< keep their labels; others may merge with them
-  std::vector<PointId> rims;      ///< likewise, at the rim of their surface: merged across gaps
+  std::vector<PointId> boundary;  ///< likewise, at the boundary of their surface: merged across gaps
 };
 
 /// The octree's summary of the readings in one voxel.
@@ -29,13 +29,13 @@ struct Reading {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward the sensor
   std::uint8_t range_class = 0;
-  bool may_seed = true;   ///< planes may begin with it
-  bool at_rim = false;    ///< of context: its surface ends beside it
-  float hits = 1;         ///< scans that hit the voxel, from its log-odds (at most about four)
-  SurfaceId surface = 0;  ///< its current surface
+  bool may_seed = true;      ///< planes may begin with it
+  bool at_boundary = false;  ///< of context: its surface ends beside it
+  float hits = 1;            ///< scans that hit the voxel, from its log-odds (at most about four)
+  SurfaceId surface = 0;     ///< its current surface
   PointId point{};
 
-  double facing(const Plane& plane) const { return plane.normal.dot(view.cast<double>()); }
+  double cos_incidence(const Plane& plane) const { return plane.normal.dot(view.cast<double>()); }
   double distance(const Plane& plane) const { return plane.signed_distance(position.cast<double>()); }
 };
 
@@ -76,12 +76,12 @@ class Readings {
 
   double log_ratio(Index i, const Plane& plane) const {
     const Reading& r = readings_[i];
-    return model_.log_ratio(r.distance(plane), r.range_class, r.facing(plane));
+    return model_.log_ratio(r.distance(plane), r.range_class, r.cos_incidence(plane));
   }
   /// The same if it is positive, else 0.
   double gain(Index i, const Plane& plane) const {
     const Reading& r = readings_[i];
-    return model_.gain(r.distance(plane), r.range_class, r.facing(plane));
+    return model_.gain(r.distance(plane), r.range_class, r.cos_incidence(plane));
   }
   /// Adds a reading to a patch's sums, weighted as a reading of the patch's plane; fits nothing.
   void add_to(Patch& patch, Index i) const;

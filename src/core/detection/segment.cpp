@@ -7,7 +7,7 @@
 #include "detection/label_blocks.hpp"
 #include "detection/labelling.hpp"
 #include "detection/patch_graph.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "geometry/local_width.hpp"
 #include "geometry/plane_frame.hpp"
 
@@ -87,17 +87,17 @@ std::optional<Refusal> refusal_of_side(const Readings& readings, const Patch& pa
                                        const std::vector<Index>& indices) {
   constexpr double view_error = sensing::ReadingModel::view_error;
   double sum = 0;
-  for (const Index i : indices) sum += readings[i].facing(patch.plane);
-  const double facing = sum / static_cast<double>(indices.size());
-  if (facing > 2 * view_error / std::sqrt(3)) return {};
+  for (const Index i : indices) sum += readings[i].cos_incidence(patch.plane);
+  const double cos_incidence = sum / static_cast<double>(indices.size());
+  if (cos_incidence > 2 * view_error / std::sqrt(3)) return {};
   std::set<std::array<float, 3>> views;
   for (const Index i : indices) {
     const Eigen::Vector3f& view = readings[i].view;
     views.insert({view.x(), view.y(), view.z()});
   }
   const double least = 2 * view_error / std::sqrt(3 * static_cast<double>(views.size()));
-  if (facing > least) return {};
-  return Refusal{.reason = Reason::edge_on, .measured = facing, .limit = least};
+  if (cos_incidence > least) return {};
+  return Refusal{.reason = Reason::edge_on, .measured = cos_incidence, .limit = least};
 }
 
 /// None for a patch that is large enough, wide enough, not seen edge-on and not curved. The part outside is
@@ -125,7 +125,7 @@ std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentL
   if (!(outside.readings > 0) &&
       (is_curved(readings, patch, indices) ||
        is_curved_in_places(readings, patch, clear_of_other_planes(readings, labels, indices))))
-    return Refusal{Reason::bent};
+    return Refusal{Reason::curved};
   return {};
 }
 
@@ -274,7 +274,7 @@ void accept(const Readings& readings, const SegmentLimits& limits, Crossings& cr
                                                   segmentation.patches[label], indices, outside[label]);
                 if (why && why->reason == Reason::too_few_points)
                   segmentation.too_few.insert(segmentation.too_few.end(), indices.begin(), indices.end());
-                if (why && why->reason == Reason::bent) segmentation.bent.push_back(indices);
+                if (why && why->reason == Reason::curved) segmentation.curved.push_back(indices);
                 return why;
               });
   const std::vector<double> around = count_clutter_around(readings, segmentation);
@@ -299,7 +299,7 @@ void accept(const Readings& readings, const SegmentLimits& limits, Crossings& cr
 Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
   Segmentation nothing;
   nothing.labels.assign(readings.size_with_context(), clutter);
-  return segment(readings, limits, with_planelets(readings, std::move(nothing)));
+  return segment(readings, limits, with_seed_patches(readings, std::move(nothing)));
 }
 
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
@@ -307,7 +307,7 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segm
   Segmentation result = std::move(known);
   Junctions junctions(readings, result.labels, result.patches);
   for (int round = 0; round < rounds; ++round) {
-    // Planelets are no larger than a gap, so nearly every reading would be at a rim.
+    // Seed patches are no larger than a gap, so nearly every reading would be at a boundary.
     merge(readings, round == 0 ? 0 : limits.gap, junctions, result);
     relabel(readings, result.patches, result.labels);
     junctions = Junctions(readings, result.labels, result.patches);

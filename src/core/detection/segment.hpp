@@ -27,13 +27,13 @@ struct Refused {
   std::vector<Readings::Index> readings;
 };
 
-/// Segments readings into planes, from planelets: three rounds of merging, relabelling and splitting into
+/// Segments readings into planes, from seed patches: three rounds of merging, relabelling and splitting into
 /// connected pieces; then a patch becomes a surface if it is not curved, is large enough, and
 /// explains more than its description costs and than rays through it speak against it; the rest is clutter.
 /// Deterministic. O(readings), 5 to 8 µs for each.
 ///
-/// `known`: initial labels, of planelets and of patches fitted by refit_patches(); sums outside must have a
-/// label. Without it this is the batch form, with which tests compare the incremental one. `refused`: if
+/// `known`: initial labels, of seed patches and of patches fitted by refit_patches(); sums outside must have
+/// a label. Without it this is the batch form, with which tests compare the incremental one. `refused`: if
 /// given, receives rejected planes.
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
                      std::vector<Refused>* refused = nullptr);

@@ -16,9 +16,10 @@ Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingMode
   for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c) {
     const geometry::Moments& moments = surface.moments_of_class(c);
     if (moments.count < 0.5) continue;
-    const double facing = model.facing_of(c, moments.mean_squared_distance(patch.plane.normal, offset));
-    patch.moments.add(moments, model.weight(c, facing));
-    patch.log_peaks += moments.count * model.log_peak(c, facing);
+    const double variance = moments.mean_squared_distance(patch.plane.normal, offset);
+    const double cosine = model.cos_incidence_of(c, variance);
+    patch.moments.add(moments, model.weight(c, cosine));
+    patch.log_peaks += moments.count * model.log_peak(c, cosine);
   }
   patch.readings = patch.hits = static_cast<double>(surface.size());
   return patch;

@@ -32,8 +32,8 @@ class Tiles {
     whole_.pose_variance = model.pose_variance();
     const double variance = variance_in_tiles();
     for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c) {
-      weights_[c] = model.weight(c, model.facing_of(c, variance));
-      log_peaks_[c] = model.log_peak(c, model.facing_of(c, variance));
+      weights_[c] = model.weight(c, model.cos_incidence_of(c, variance));
+      log_peaks_[c] = model.log_peak(c, model.cos_incidence_of(c, variance));
     }
     for (const surfaces::Inlier& inlier : inliers_) add(inlier, whole_);
   }

@@ -1,7 +1,7 @@
 #include "detection/waiting.hpp"
 
 #include "detection/constants.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/voxel_blocks.hpp"
 
 #include <algorithm>
@@ -82,7 +82,7 @@ std::size_t budget_of(const Parameters& parameters, std::size_t waiting) {
   return least == 0 ? std::numeric_limits<std::size_t>::max() : std::max(least, waiting / 4);
 }
 
-/// Cuts to `most` points, in whole, adjacent blocks of planelets; if `some`, at least one of these.
+/// Cuts to `most` points, in whole, adjacent blocks of seed patches; if `some`, at least one of these.
 void cut_to(const surfaces::MapView& map, std::size_t most, bool some, int edge,
             std::vector<PointId>& points) {
   const auto nested = [&](PointId i) {
@@ -105,8 +105,8 @@ void cut_to(const surfaces::MapView& map, std::size_t most, bool some, int edge,
 
 Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& before,
                    std::span<const PointId> fresh, bool all) {
-  const int edge = planelet_edge(map.grid.resolution());
-  const VoxelBlocks largest(edge << (planelet_levels - 1));
+  const int edge = seed_patch_edge(map.grid.resolution());
+  const VoxelBlocks largest(edge << (seed_patch_levels - 1));
   const auto waits = [&](PointId i) { return i != PointId::none && map.window[i].surface == 0; };
   std::vector<VoxelKey> fresh_keys, order = before.blocks;
   for (const PointId i : fresh) {
@@ -128,7 +128,7 @@ Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& b
     std::vector<PointId> come, points;
     for (const VoxelKey key : queue.points_of(turn))
       if (const PointId i = map.window.find(key); waits(i)) come.push_back(i);
-    for (int level = 0; level < planelet_levels; ++level)
+    for (int level = 0; level < seed_patch_levels; ++level)
       add_due(map, VoxelBlocks(edge << level), come, fewest, in_due, points);
     const std::size_t left = budget - result.points.size();
     const bool over = points.size() > left;

@@ -16,7 +16,7 @@ struct Due {
 
 /// The pending points of blocks with enough new points since the last segmentation.
 ///
-/// 1. Due are all pending points in the blocks of planelets, of each size, in which at least a fifth of n,
+/// 1. Due are all pending points in the blocks of seed patches, of each size, in which at least a fifth of n,
 ///    the fewest points of a surface, and half of all waiting there are new: with fewer, another segmentation
 ///    would find no surface either, at any resolution.
 /// 2. The largest of those blocks form a queue, oldest first, from their first `fresh` point until they are

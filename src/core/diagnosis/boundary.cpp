@@ -158,7 +158,7 @@ class EdgeLabeller {
     const double tolerance = model_.reach(seen ? seen->range_class : 1, 1);
     const Eigen::Vector3d view = seen ? Eigen::Vector3d(seen->view.cast<double>()) : normal_;
     const auto give = [&](EdgeKind kind, int count) { votes[static_cast<std::size_t>(kind)] += count; };
-    for (int k = 0; k * d_ / 2 <= h_ + 1e-9; ++k) {  // a wall may be in the rim's own voxels
+    for (int k = 0; k * d_ / 2 <= h_ + 1e-9; ++k) {  // a wall may be in the boundary's own voxels
       const Eigen::Vector3d place = base + k * d_ / 2 * outward;
       if (obstacle_at(place, tolerance) || (k >= 2 && open_at(place, view, tolerance)))
         return give(EdgeKind::real, 2);

@@ -20,7 +20,7 @@ class Checker {
     for (const auto& [id, surface] : state_.surfaces) check_surface(id, surface);
     for (const auto& [id, cylinder] : state_.cylinders) check_cylinder(id, cylinder);
     check_snapshot();
-    check_departures();
+    check_removals();
     return std::move(violations_);
   }
 
@@ -85,7 +85,7 @@ class Checker {
       report("surface ", id, "'s frame does not stand on its plane");
   }
 
-  /// The voxels that support a cylinder are pending, supported by it only, and near its mantle.
+  /// The voxels that support a cylinder are pending, supported by it only, and near its lateral surface.
   void check_cylinder(CylinderId id, const surfaces::CylinderModel& cylinder) {
     const auto n = static_cast<std::size_t>(state_.parameters.min_surface_points());
     if (cylinder.inliers.size() < n)
@@ -103,7 +103,7 @@ class Checker {
         report("inlier ", key.packed(), " of cylinder ", id, " is held to be another's");
       if (std::fabs(cylinder.shape.distance(inlier.position.cast<double>())) >
           1.5 * state_.noise.largest_tolerance())
-        report("inlier ", key.packed(), " of cylinder ", id, " is off its mantle");
+        report("inlier ", key.packed(), " of cylinder ", id, " is off its lateral");
     }
   }
 
@@ -141,18 +141,17 @@ class Checker {
         report("cylinder ", cylinder->id, " of the snapshot is not in the map");
   }
 
-  void check_departures() {
+  void check_removals() {
     std::uint64_t last = 0;
     std::set<SurfaceId> gone;
-    state_.departures.for_each_since(0, [&](const Departure& departure) {
-      if (departure.revision < last || departure.revision > state_.revision ||
-          departure.born > departure.revision)
-        report("the departure of ", departure.id, " is out of order");
-      last = departure.revision;
-      if (departure.of != Departure::Of::surface) return;
-      if (state_.surfaces.find(departure.id) != nullptr || departure.id >= state_.surfaces.next_id())
-        report("surface ", departure.id, " has gone and is there, or never was");
-      if (!gone.insert(departure.id).second) report("surface ", departure.id, " has gone twice");
+    state_.removals.for_each_since(0, [&](const Removal& removal) {
+      if (removal.revision < last || removal.revision > state_.revision || removal.born > removal.revision)
+        report("the removal of ", removal.id, " is out of order");
+      last = removal.revision;
+      if (removal.of != Removal::Of::surface) return;
+      if (state_.surfaces.find(removal.id) != nullptr || removal.id >= state_.surfaces.next_id())
+        report("surface ", removal.id, " has gone and is there, or never was");
+      if (!gone.insert(removal.id).second) report("surface ", removal.id, " has gone twice");
     });
   }
 

@@ -1,7 +1,7 @@
 #include "diagnosis/pending_reasons.hpp"
 
 #include "detection/detector.hpp"
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 #include "detection/voxel_blocks.hpp"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelK
 /// Block by block from those around the place, while neighbours have pending points, too.
 void PendingReasons::collect_pending(geometry::VoxelKey place) {
   constexpr std::size_t most_points = 20000;  // effort: a tenth of a second
-  const int edge = detection::planelet_edge(state_.parameters.occupancy.resolution);
+  const int edge = detection::seed_patch_edge(state_.parameters.occupancy.resolution);
   const detection::VoxelBlocks blocks(edge);
   std::set<detection::VoxelBlocks::Place> known{blocks.of(place)};
   std::deque<detection::VoxelBlocks::Place> waiting(known.begin(), known.end());

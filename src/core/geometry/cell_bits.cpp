@@ -117,8 +117,8 @@ std::vector<CellBits::Cells> CellBits::take_changes(bool thin) {
     if (found == tiles_.end()) continue;
     Tile& tile = found.value();
     const std::uint64_t deep = thin ? eroded(PlaneCell::unpack(key)) : 0;
-    const std::uint64_t rim = near_flipped(PlaneCell::unpack(key)) & tile.occupied & ~deep;
-    const std::uint64_t cells = (tile.changed & ~(tile.deep & deep)) | (tile.deep ^ deep) | rim;
+    const std::uint64_t boundary = near_flipped(PlaneCell::unpack(key)) & tile.occupied & ~deep;
+    const std::uint64_t cells = (tile.changed & ~(tile.deep & deep)) | (tile.deep ^ deep) | boundary;
     if (cells != 0) changed.push_back({PlaneCell::unpack(key), cells});
     tile.deep = deep;
   }
@@ -133,12 +133,12 @@ std::vector<CellBits::Cells> CellBits::take_changes(bool thin) {
   return changed;
 }
 
-std::vector<CellBits::Cells> CellBits::rim() const {
-  std::vector<Cells> rim;
+std::vector<CellBits::Cells> CellBits::boundary() const {
+  std::vector<Cells> boundary;
   for (const auto& [key, tile] : tiles_)
     if (const std::uint64_t cells = tile.taken & ~tile.deep; cells != 0)
-      rim.push_back({PlaneCell::unpack(key), cells});
-  return rim;
+      boundary.push_back({PlaneCell::unpack(key), cells});
+  return boundary;
 }
 
 }  // namespace octosurf::geometry

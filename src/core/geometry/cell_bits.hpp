@@ -81,7 +81,7 @@ class CellBits {
   std::vector<Cells> take_changes(bool thin);
 
   /// Occupied cells not deep inside, as of the last take_changes(). O(tiles).
-  std::vector<Cells> rim() const;
+  std::vector<Cells> boundary() const;
 
  private:
   struct Tile {

@@ -17,7 +17,7 @@ struct CylinderShape {
     const Eigen::Vector3d v = p - point;
     return v - axis.dot(v) * axis;
   }
-  /// Signed distance from the mantle, positive outside.
+  /// Signed distance from the lateral surface, positive outside.
   double distance(const Eigen::Vector3d& p) const { return from_axis(p).norm() - radius; }
 };
 
@@ -50,10 +50,10 @@ struct CylinderEvidence {
   CylinderExtent extent;
   double scatter = 0;   ///< root mean square of distance / σ: 0.1 to 1.4 for cylinders
   double facets = 0;    ///< residual squares of planes along the axis per the cylinder's: ≤ 1 on edges
-  double bulge = 0;     ///< m: curvature of the mantle along the axis (spheres, vases)
+  double bulge = 0;     ///< m: curvature of the lateral surface along the axis (spheres, vases)
   double taper = 0;     ///< m: change of the radius from the middle to an end (cones)
   double lean = 0;      ///< largest part of the mean normal along the axis, over its length (spheres, cones)
-  double coverage = 0;  ///< share of the mantle within the extent that has points, in cells of `cell`
+  double coverage = 0;  ///< share of the side within the extent that has points, in cells of `cell`
 };
 
 /// O(samples).

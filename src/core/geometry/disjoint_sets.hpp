@@ -6,8 +6,7 @@
 
 namespace octosurf::geometry {
 
-/// Disjoint sets of the numbers 0 … size − 1 (union-find). Each set is identified by one of its members, its
-/// root.
+/// Disjoint sets of the numbers 0 … size − 1 (union-find). A set is identified by one member, its root.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t size = 0) : parents_(size) {

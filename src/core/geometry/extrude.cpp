@@ -41,12 +41,12 @@ void add_prism(const Triangles& triangles, const std::vector<Eigen::Vector2d>& p
   });
 
   geometry::DisjointSets sets(3 * triangles.size());
-  std::vector<std::size_t> rim;  // corners whose edge has no triangle on its other side
+  std::vector<std::size_t> boundary;  // corners whose edge has no triangle on its other side
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const bool paired =
         i + 1 < edges.size() && edges[i].low == edges[i + 1].low && edges[i].high == edges[i + 1].high;
     if (!paired) {
-      rim.push_back(edges[i].corner);
+      boundary.push_back(edges[i].corner);
       continue;
     }
     const std::size_t a = edges[i].corner, b = edges[i + 1].corner;
@@ -72,7 +72,7 @@ void add_prism(const Triangles& triangles, const std::vector<Eigen::Vector2d>& p
     mesh.triangles.push_back({top[corner], top[corner + 1], top[corner + 2]});
     mesh.triangles.push_back({top[corner + 2] + 1, top[corner + 1] + 1, top[corner] + 1});
   }
-  for (const std::size_t corner : rim) {
+  for (const std::size_t corner : boundary) {
     const std::uint32_t a = top[corner], b = top[next_corner(corner)];
     mesh.triangles.push_back({b, a, a + 1});
     mesh.triangles.push_back({b, a + 1, b + 1});

@@ -2,8 +2,8 @@
 
 #include "cylinders/cylinders.hpp"
 #include "mapper/stopwatch.hpp"
-#include "upkeep/derive.hpp"
-#include "upkeep/retract.hpp"
+#include "update/derive.hpp"
+#include "update/retract.hpp"
 
 #include <utility>
 
@@ -25,12 +25,12 @@ void MapChange::retract(const occupancy::OccupancyDelta& delta, const sensing::V
   if (ledger_) so_far = std::move(ledger_->changes);
   ledger_.emplace(state_, std::move(so_far));
   for (const occupancy::VoxelPoint& p : delta.appeared) appeared_.back().push_back(p.key);
-  ledger_->changes.unseen.insert(ledger_->changes.unseen.end(), appeared_.back().begin(),
-                                 appeared_.back().end());
+  ledger_->changes.unprocessed.insert(ledger_->changes.unprocessed.end(), appeared_.back().begin(),
+                                      appeared_.back().end());
   time(Stage::cylinders, [&] { cylinders::retract_cylinders(*ledger_, delta); });
   time(Stage::retract, [&] {
-    upkeep::retract(*ledger_, delta);
-    if (scan != nullptr) upkeep::observe_again(*ledger_, *scan, delta.confirmed);
+    update::retract(*ledger_, delta);
+    if (scan != nullptr) update::observe_again(*ledger_, *scan, delta.confirmed);
   });
   updated_ = false;
 }
@@ -60,7 +60,7 @@ std::vector<ScanReport> MapChange::commit() {
     report.merged.assign(changes.merged.begin(), changes.merged.end());
     report.gone.assign(changes.gone.begin(), changes.gone.end());
     snapshot = Stopwatch(report)(
-        Stage::derive, [&] { return upkeep::derive(state_, changes, detector_.as_in_paper(), threads_); });
+        Stage::derive, [&] { return update::derive(state_, changes, detector_.as_in_paper(), threads_); });
   }
   transaction_.commit(std::move(snapshot));
   alignment_.commit();

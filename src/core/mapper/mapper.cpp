@@ -104,11 +104,11 @@ struct Mapper::Impl {
     alignment::AlignmentState alignment;
     std::vector<alignment::SeenPatches::Change> patches;
     std::vector<sensing::SharedVariance> shared;  // of the readings' errors
-    Rays rays;                                    // null if the scan is set aside
+    Rays rays;                                    // null if the scan is rejected
   };
   /// Throws as insert() does. Changes nothing in the map. `rays`: prepared ones, or null.
   Checked check(surfaces::MapState& state, const Scan& scan, Rays rays);
-  /// False if the scan is set aside.
+  /// False if the scan is rejected.
   bool apply(surfaces::MapState& state, const Scan& scan, Checked checked, mapper::MapChange& change);
   /// `scans`: a span of Scan or PreparedScan.
   template <class Scans>
@@ -197,11 +197,11 @@ Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan&
     return posed.alignment;
   });
   pose_corrected = !as_stated(scan, report.alignment);
-  const bool set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
-  if (set_aside || report.alignment.outcome == AlignmentOutcome::unexplained)
+  const bool rejected = report.alignment.outcome == AlignmentOutcome::rejected;
+  if (rejected || report.alignment.outcome == AlignmentOutcome::unexplained)
     alignment.note_misfit(
-        {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), set_aside});
-  if (set_aside) return checked;
+        {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), rejected});
+  if (rejected) return checked;
   if (pose_corrected || !rays || !fit(*rays, scan))
     rays = trace(scan, report.alignment.T_map_sensor, threads);
   checked.rays = std::move(rays);
@@ -323,7 +323,7 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
                                  {theirs.surfaces, T_map_other, merged.surfaces});
         });
       });
-  report.surfaces = there.heirs_in(state);
+  report.surfaces = there.successors_in(state);
   return report;
 }
 

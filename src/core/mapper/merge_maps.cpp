@@ -10,12 +10,12 @@
 namespace octosurf::mapper {
 namespace {
 
-void require_same(const char* parameter, double ours, double theirs, const char* mend) {
+void require_same(const char* parameter, double ours, double theirs, const char* hint) {
   if (ours == theirs) return;
   throw Error(Error::Kind::data, "the other map",
               std::string("its ") + parameter + " is " + std::to_string(theirs) + ", here it is " +
                   std::to_string(ours),
-              mend);
+              hint);
 }
 
 }  // namespace
@@ -27,13 +27,13 @@ void require_mergeable(const surfaces::MapState& map, const surfaces::MapState& 
                 "give another one");
   require_rigid(T_map_other, "T_map_other");
   const OccupancyParameters &ours = map.parameters.occupancy, &theirs = other.parameters.occupancy;
-  constexpr const char* mend = "build one of them anew with the other's parameters";
-  require_same("resolution", ours.resolution, theirs.resolution, mend);
+  constexpr const char* hint = "build one of them anew with the other's parameters";
+  require_same("resolution", ours.resolution, theirs.resolution, hint);
   // The weights of hits and misses may differ, as they are already in the log-odds. These parameters define
   // what log-odds mean.
-  require_same("clamp_min", ours.clamp_min, theirs.clamp_min, mend);
-  require_same("clamp_max", ours.clamp_max, theirs.clamp_max, mend);
-  require_same("occupied", ours.occupied, theirs.occupied, mend);
+  require_same("clamp_min", ours.clamp_min, theirs.clamp_min, hint);
+  require_same("clamp_max", ours.clamp_max, theirs.clamp_max, hint);
+  require_same("occupied", ours.occupied, theirs.occupied, hint);
 }
 
 OtherMap::OtherMap(const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other,
@@ -54,7 +54,7 @@ void OtherMap::hand_over_records(surfaces::MapState& map) const {
   map.noise.add(other_.noise);
 }
 
-std::vector<MergedSurface> OtherMap::heirs_in(const surfaces::MapState& map) const {
+std::vector<MergedSurface> OtherMap::successors_in(const surfaces::MapState& map) const {
   std::vector<MergedSurface> all;
   for (const auto& [id, surface] : other_.surfaces) {
     surfaces::SharedReadings shared;

@@ -30,7 +30,7 @@ class OtherMap {
   void hand_over_records(surfaces::MapState& map) const;
 
   /// The surfaces that have its surfaces' points after the merge.
-  std::vector<MergedSurface> heirs_in(const surfaces::MapState& map) const;
+  std::vector<MergedSurface> successors_in(const surfaces::MapState& map) const;
 
  private:
   const surfaces::MapState& other_;

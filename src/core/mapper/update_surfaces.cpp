@@ -53,10 +53,10 @@ void expand_beside(Ledger& ledger, const Detector& detector, std::span<const Poi
 /// Segments surfaces again whose size has changed. Refits the planes of those that have grown since their
 /// last fit, and of those that lost points or were seen better, with an unchanged neighbourhood.
 /// `looked_at`: number of `gained` assignments that existed at detection.
-/// Returns points of surfaces that are bent.
+/// Returns points of surfaces that are curved.
 cylinders::Patches revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& gained,
                           std::size_t looked_at) {
-  cylinders::Patches bent;
+  cylinders::Patches curved;
   std::set<SurfaceId> changed = ledger.changes.touched();
   std::erase_if(changed, [&](SurfaceId id) { return !ledger.find(id)->size_has_changed(); });
   const std::optional<Proposal> found = detector.revise(ledger, changed);
@@ -65,7 +65,7 @@ cylinders::Patches revise(Ledger& ledger, const Detector& detector, std::vector<
     const std::vector<PointId> explained = newly_explained(ledger, *found);
     ledger.apply(*found);
     expand_beside(ledger, detector, explained, gained);
-    bent = found->bent;
+    curved = found->curved;
   }
   // Where expanded surfaces have since touched others that may be the same plane.
   std::vector<Assignment> since;
@@ -73,13 +73,13 @@ cylinders::Patches revise(Ledger& ledger, const Detector& detector, std::vector<
     if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
       since.push_back({assignment.point, now});
   if (const auto met = detector.detect(ledger, {}, {}, false, since).found) ledger.apply(*met);
-  if (detector.as_in_paper()) return bent;
+  if (detector.as_in_paper()) return curved;
   std::set<SurfaceId> grown, unfitted = ledger.changes.touched();
   for (const Assignment& assignment : gained) grown.insert(assignment.surface);
   std::erase_if(unfitted,
                 [&](SurfaceId id) { return ledger.changes.refitted.contains(id) && !grown.contains(id); });
   for (const SurfaceId id : unfitted) ledger.fit(*ledger.find(id));
-  return bent;
+  return curved;
 }
 
 /// Puts pending points into the queue. Their blocks wait once enough points are there.
@@ -91,13 +91,13 @@ void accumulate(Ledger& ledger, std::span<const PointId> points) {
 }
 
 /// Existing cylinders take new points and those just segmented; new cylinders begin in patches rejected as
-/// bent, and in segmented points that no plane explains.
+/// curved, and in segmented points that no plane explains.
 void update_cylinders(Ledger& ledger, std::span<const PointId> fresh, std::span<const PointId> segmented,
-                      cylinders::Patches bent) {
+                      cylinders::Patches curved) {
   std::vector<PointId> all(fresh.begin(), fresh.end());
   all.insert(all.end(), segmented.begin(), segmented.end());
   ledger.window.put_in_order(all);
-  cylinders::update_cylinders(ledger, ledger.pending(all), std::move(bent));
+  cylinders::update_cylinders(ledger, ledger.pending(all), std::move(curved));
 }
 
 void start_anew(Ledger& ledger, const Detector& detector, ScanReport& report) {
@@ -106,11 +106,11 @@ void start_anew(Ledger& ledger, const Detector& detector, ScanReport& report) {
     Proposal planes = detector.detect_anew(ledger);
     ledger.apply(planes, Ledger::Planes::all);
     ledger.queue() = {};
-    accumulate(ledger, planes.unseen);
-    ledger.changes.unseen.clear();
+    accumulate(ledger, planes.unprocessed);
+    ledger.changes.unprocessed.clear();
     return planes;
   });
-  time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}, found.bent); });
+  time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}, found.curved); });
 }
 
 }  // namespace
@@ -122,7 +122,7 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, Sc
   time(Stage::derive, [&] { update_outlines(ledger, detector); });
 
   // Algorithm 1, first loop: inliers of known surfaces.
-  const std::vector<PointId> fresh = ledger.take_unseen();
+  const std::vector<PointId> fresh = ledger.take_unprocessed();
   time(Stage::add_inliers, [&] {
     const std::vector<Assignment> inliers = detector.add_inliers(ledger, fresh);
     ledger.apply(inliers);
@@ -151,13 +151,13 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, Sc
     if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
       report.expanded += now < first_new;
 
-  cylinders::Patches bent = time(Stage::revise, [&] { return revise(ledger, detector, gained, looked_at); });
+  auto curved = time(Stage::revise, [&] { return revise(ledger, detector, gained, looked_at); });
   if (const std::optional<Proposal>& found = detection.found) {
-    accumulate(ledger, found->unseen);
-    bent.insert(bent.end(), found->bent.begin(), found->bent.end());
+    accumulate(ledger, found->unprocessed);
+    curved.insert(curved.end(), found->curved.begin(), found->curved.end());
   }
-  accumulate(ledger, ledger.take_unseen());
-  time(Stage::cylinders, [&] { update_cylinders(ledger, fresh, detection.segmented, std::move(bent)); });
+  accumulate(ledger, ledger.take_unprocessed());
+  time(Stage::cylinders, [&] { update_cylinders(ledger, fresh, detection.segmented, std::move(curved)); });
 }
 
 }  // namespace octosurf::mapper

@@ -11,8 +11,8 @@ namespace octosurf::mapper {
 enum class Effort { budget, all, anew };
 
 /// Steps 4 to 8 of a scan (docs/design.md §4), for every change of the octree: finds the surfaces of the
-/// ledger's unseen points. Counts and times are added to the report. Cost follows the unseen and waiting
-/// points.
+/// ledger's unprocessed points. Counts and times are added to the report. Cost follows the unprocessed and
+/// waiting points.
 void update_surfaces(surfaces::Ledger& ledger, const detection::Detector& detector, Effort effort,
                      ScanReport& report);
 

@@ -19,11 +19,11 @@ std::int64_t cube(std::int64_t edge) { return edge * edge * edge; }
 /// Calls visit(key) for the voxels on the surface of a cube.
 template <class Visit>
 void visit_skin(VoxelKey corner, int edge, const Visit& visit) {
-  const auto rim = [edge](int v) { return v == 0 || v == edge - 1; };
+  const auto boundary = [edge](int v) { return v == 0 || v == edge - 1; };
   for (int z = 0; z < edge; ++z)
     for (int y = 0; y < edge; ++y)
       // Inside a block only the two ends of a row are on its surface.
-      for (int x = 0; x < edge; x += rim(z) || rim(y) || edge == 1 ? 1 : edge - 1)
+      for (int x = 0; x < edge; x += boundary(z) || boundary(y) || edge == 1 ? 1 : edge - 1)
         visit(stepped(corner, {x, y, z}));
 }
 

@@ -107,7 +107,7 @@ class TreeReader {
  public:
   /// Says what an error is about: `where` it is, how its text begins, how it is mended.
   struct Subject {
-    std::string where, damage, mend;
+    std::string where, damage, hint;
   };
   using Key = geometry::VoxelKey;
 
@@ -175,7 +175,7 @@ class TreeReader {
     if (!at_end()) fail("bytes are left over");
   }
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Error::Kind::data, subject_.where, subject_.damage + what, subject_.mend);
+    throw Error(Error::Kind::data, subject_.where, subject_.damage + what, subject_.hint);
   }
 
  private:
@@ -223,7 +223,7 @@ class TreeReader {
   occupancy::VoxelTree::Brick* brick_ = nullptr;  // current brick
 };
 
-constexpr const char* octomap_mend = "expected an OctoMap .bt or .ot";
+constexpr const char* octomap_hint = "expected an OctoMap .bt or .ot";
 
 /// An open .bt or .ot, its header read: text lines up to "data", then bytes.
 class OctomapFile {
@@ -255,7 +255,7 @@ class OctomapFile {
       chunk.resize(static_cast<std::size_t>(in_.gcount()));
       return chunk;
     };
-    TreeReader reader(tree, source, {file_.string(), "is damaged: ", octomap_mend},
+    TreeReader reader(tree, source, {file_.string(), "is damaged: ", octomap_hint},
                       free_bytes + bytes_per_file_byte * bytes_);
     if (nodes_ == 0 && reader.at_end()) return;  // an empty map
     binary_ ? reader.read_bt() : reader.read_ot(dropped);
@@ -268,7 +268,7 @@ class OctomapFile {
   static constexpr std::size_t longest_header = std::size_t{1} << 16;
 
   [[noreturn]] void refuse(const std::string& what) const {
-    throw Error(Error::Kind::data, file_.string(), what, octomap_mend);
+    throw Error(Error::Kind::data, file_.string(), what, octomap_hint);
   }
 
   /// OctoMap's first .bt began with a 3, resolution and size in binary.

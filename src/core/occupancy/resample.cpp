@@ -79,7 +79,7 @@ class Resampling {
   KeyBox box_of(const Key3& corner, int level) const {
     const double edge = 1 << level;
     const Eigen::Vector3d centre = centre_in_from(corner, edge / 2) / grid_.resolution();
-    constexpr double rounding = 0.01;  // voxels: a float's, at the octree's rim, in key_of()
+    constexpr double rounding = 0.01;  // voxels: a float's, at the octree's edge, in key_of()
     const Eigen::Vector3d half =
         (T_from_to_.linear().cwiseAbs() * Eigen::Vector3d::Constant((edge - 1) / 2)).array() + rounding;
     KeyBox box;

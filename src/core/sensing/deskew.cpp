@@ -15,8 +15,8 @@ namespace {
 constexpr double step_s = 1e-3;
 constexpr double longest_s = 3600;
 
-[[noreturn]] void refuse(const Scan& scan, const std::string& what, const std::string& mend) {
-  throw Error(Error::Kind::data, scan.name, what, mend);
+[[noreturn]] void refuse(const Scan& scan, const std::string& what, const std::string& hint) {
+  throw Error(Error::Kind::data, scan.name, what, hint);
 }
 
 /// A motion at constant velocity from one pose to the next, in the sensor's frame at the scan's time.

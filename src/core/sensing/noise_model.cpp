@@ -151,7 +151,7 @@ void add_of_classes(std::span<const NoiseModel::Residual> residuals, std::vector
 void add_of_surfaces(std::span<const NoiseModel::Residual> residuals, std::vector<SharedVariance>& found) {
   std::map<std::uint32_t, std::vector<double>> off_plane;
   for (const NoiseModel::Residual& residual : residuals)
-    off_plane[residual.surface].push_back(residual.distance * residual.facing);
+    off_plane[residual.surface].push_back(residual.distance * residual.cos_incidence);
   std::vector<double> offsets;
   double unsure = 0;
   for (auto& [surface, distances] : off_plane) {

@@ -20,8 +20,8 @@ struct SharedVariance {
   double variance = 0;           ///< m², estimated, so that it may come out below 0
 };
 
-/// How much the points scatter, by the distance they were seen from, and how far off a cylinder's mantle they
-/// may therefore lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·(σ(z) − sensor_noise).
+/// How much the points scatter, by the distance they were seen from, and so how far off a cylinder they may
+/// lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·(σ(z) − sensor_noise).
 ///
 /// If `range_noise` is not given, it is estimated from the scans: on smooth surfaces the second difference of
 /// three consecutive ranges is pure noise, of variance 6σ². Its trimmed root mean square, by range class,
@@ -34,7 +34,7 @@ struct SharedVariance {
 class NoiseModel {
  public:
   static constexpr std::size_t classes = 16, bins = 160;
-  static constexpr double least_facing = 0.07;  ///< sine of a stored view's error, about 4°
+  static constexpr double least_cos_incidence = 0.07;  ///< sine of a stored view's error, about 4°
   using Histogram = std::array<std::array<std::uint32_t, bins>, classes>;
 
   explicit NoiseModel(const Parameters& parameters);
@@ -44,7 +44,7 @@ class NoiseModel {
   double measured_sigma(unsigned range_class) const { return measured_sigma_[range_class]; }
   /// Assumed extent of readings beyond an edge, m: two `measured_sigma`, rounded up to a millimetre, so that
   /// outlines rarely change while the noise is being estimated.
-  double overreach(unsigned range_class) const {
+  double edge_bleed(unsigned range_class) const {
     return std::ceil(2000 * measured_sigma_[range_class]) / 1000;
   }
   /// m², of one reading along the line of sight, relative to surfaces built from other scans.
@@ -53,7 +53,7 @@ class NoiseModel {
   }
   /// m², along a surface's normal, of the error common to a scan's readings of it.
   double surface_variance() const { return shared_errors_.of_surface.variance; }
-  /// m, off a cylinder's mantle; planes have ReadingModel.
+  /// m, off a cylinder's lateral surface; planes have ReadingModel.
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
   /// s, if given explicitly in the parameters.
   std::optional<double> stated_tolerance() const { return stated_tolerance_; }
@@ -69,7 +69,7 @@ class NoiseModel {
   struct Residual {
     std::uint8_t range_class = 0;
     std::uint32_t surface = 0;  ///< identifies the surface
-    double distance = 0, noise_variance = 0, facing = 1;
+    double distance = 0, noise_variance = 0, cos_incidence = 1;
   };
   /// Estimates shared variances from residuals of one scan. The median of each class with enough residuals,
   /// which is robust to clutter, gives the class's variance; the medians of the surfaces with enough of them

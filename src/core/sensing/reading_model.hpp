@@ -13,7 +13,7 @@ namespace octosurf::sensing {
 /// detection (src/core/detection). A reading of the plane n·x = offset, seen along the unit vector v (toward
 /// the sensor), has a normally distributed distance from it with
 ///
-///   variance = σ_c² · (facing² + ε² (1 − facing²)) + σ_q² + σ_pose²   [m²],   facing = n·v,
+///   variance = σ_c² · (c² + ε² (1 − c²)) + σ_q² + σ_pose²   [m²],   c = cosine = n·v of incidence,
 ///
 /// where σ_c is the error along the line of sight for its range class (measured noise plus the deviation of
 /// scans aligned with the map, NoiseModel::reading_variance), ε the error of the stored view, and σ_q the
@@ -22,19 +22,19 @@ namespace octosurf::sensing {
 /// ever at grazing angles, where mixed readings beside an edge lie. So, for a reading at `distance` off the
 /// plane,
 ///
-///   log_ratio = ln(odds · clutter_depth · 2 facing) − ½ ln(2π variance) − distance² / (2 variance)   [nats],
+///   log_ratio = ln(odds · clutter_depth · 2 c) − ½ ln(2π variance) − distance² / (2 variance)   [nats],
 ///
-/// with facing at least ε, and the reading belongs to the plane if that is positive: seen head-on within 3.5
-/// deviations for 2 mm of noise, 2.7 for 30 mm. If the parameters set s, the nearest class's variance is
-/// chosen to give it the reach s, and the other classes' scale with it.
+/// with c at least ε, and the reading belongs to the plane if that is positive: seen head-on
+/// within 3.5 deviations for 2 mm of noise, 2.7 for 30 mm. If the parameters set s, the nearest class's
+/// variance is chosen to give it the reach s, and the other classes' scale with it.
 class ReadingModel {
  public:
   /// Sine of the error of a stored view: it is coded to 3.9° (sensing/reading_code.hpp).
-  static constexpr double view_error = NoiseModel::least_facing;
+  static constexpr double view_error = NoiseModel::least_cos_incidence;
   /// m. Minimum common error of readings of one surface, which does not average out, once poses are aligned:
   /// a tenth of a millimetre within one scan, 1 mm in recordings without drift.
   static constexpr double pose_sigma = 0.001;
-  /// m. Depth of clutter near a plane: uniform within the edge of a planelet (8 cm) on either side, the
+  /// m. Depth of clutter near a plane: uniform within the edge of a seed patch (8 cm) on either side, the
   /// largest distance that is considered.
   static constexpr double clutter_depth = 0.16;
   /// Share of clutter among readings near a plane: a usual value in robust fitting; changing it by a factor
@@ -47,23 +47,23 @@ class ReadingModel {
   ReadingModel(const NoiseModel& noise, double resolution);
 
   /// m², along a plane's normal. Cost: some additions.
-  double variance(unsigned range_class, double facing) const {
-    return along_sight_[range_class] * share(facing) + common_;
+  double variance(unsigned range_class, double cosine) const {
+    return along_sight_[range_class] * share(cosine) + common_;
   }
   /// m², the part of a reading's variance that is independent of its neighbours: the noise alone.
-  double independent_variance(unsigned range_class, double facing) const {
-    return variance(range_class, facing) - pose_sigma * pose_sigma;
+  double independent_variance(unsigned range_class, double cosine) const {
+    return variance(range_class, cosine) - pose_sigma * pose_sigma;
   }
   /// m², common error of a surface's readings in this recording, which does not average out: pose_sigma² at
   /// least.
   double pose_variance() const { return pose_variance_; }
   /// 1/m², weight in sums over a plane's readings.
-  double weight(unsigned range_class, double facing) const { return 1 / variance(range_class, facing); }
+  double weight(unsigned range_class, double cosine) const { return 1 / variance(range_class, cosine); }
   /// Nats, positive if it belongs to the plane; minus infinity for a reading seen from behind, beyond the
   /// view's error. Cost: a logarithm, about 10 ns.
-  double log_ratio(double distance, unsigned range_class, double facing) const {
-    if (facing < -view_error) return -std::numeric_limits<double>::infinity();
-    return log_peak(range_class, facing) - 0.5 * distance * distance * weight(range_class, facing);
+  double log_ratio(double distance, unsigned range_class, double cosine) const {
+    if (cosine < -view_error) return -std::numeric_limits<double>::infinity();
+    return log_peak(range_class, cosine) - 0.5 * distance * distance * weight(range_class, cosine);
   }
   /// Whether a point with a range class and a view direction belongs to a plane.
   template <class Point>
@@ -72,29 +72,29 @@ class ReadingModel {
                      plane.normal.dot(p.view.template cast<double>())) > 0;
   }
   /// log_ratio for a reading on the plane.
-  double log_peak(unsigned range_class, double facing) const {
-    const double met = 2 * std::max(facing, view_error);
-    return log_scale_ - 0.5 * std::log(variance(range_class, facing) / (met * met));
+  double log_peak(unsigned range_class, double cosine) const {
+    const double met = 2 * std::max(cosine, view_error);
+    return log_scale_ - 0.5 * std::log(variance(range_class, cosine) / (met * met));
   }
   /// log_ratio if it is positive, else 0. Readings seen head-on have the largest reach, so most others need
   /// no logarithm.
-  double gain(double distance, unsigned range_class, double facing) const {
+  double gain(double distance, unsigned range_class, double cosine) const {
     if (distance * distance > farthest2_[range_class]) return 0;
-    return std::max(0.0, log_ratio(distance, range_class, facing));
+    return std::max(0.0, log_ratio(distance, range_class, cosine));
   }
   /// The cosine at which readings have this variance, m², clamped to [0, 1].
-  double facing_of(unsigned range_class, double variance) const {
+  double cos_incidence_of(unsigned range_class, double variance) const {
     const double seen = (variance - common_) / along_sight_[range_class], hidden = view_error * view_error;
     return std::sqrt(std::clamp((seen - hidden) / (1 - hidden), 0.0, 1.0));
   }
   /// m, distance from the plane at which a reading no longer belongs to it.
-  double reach(unsigned range_class, double facing) const {
-    return std::sqrt(std::max(0.0, 2 * variance(range_class, facing) * log_peak(range_class, facing)));
+  double reach(unsigned range_class, double cosine) const {
+    return std::sqrt(std::max(0.0, 2 * variance(range_class, cosine) * log_peak(range_class, cosine)));
   }
 
  private:
-  static double share(double facing) {
-    return facing * facing + view_error * view_error * (1 - facing * facing);
+  static double share(double cosine) {
+    return cosine * cosine + view_error * view_error * (1 - cosine * cosine);
   }
 
   /// Sets the reach of readings of the nearest class, seen head-on, m.

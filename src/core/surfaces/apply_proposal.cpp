@@ -50,11 +50,11 @@ class Ledger::Writer {
   /// Before points are reassigned: evidence moves with all but the model's share of outliers.
   void hand_on_evidence() {
     for (const auto& [id, shares] : shared_.before()) {
-      const Label heir = shares.most();
-      const bool most =
-          heir != 0 && shares.all - shares.shared(heir) <= sensing::ReadingModel::outlier_share * shares.all;
+      const Label successor = shares.most();
+      const bool most = successor != 0 && shares.all - shares.shared(successor) <=
+                                              sensing::ReadingModel::outlier_share * shares.all;
       if (kept_.contains(id) && !most) ledger_.find(id)->forget_evidence();
-      if (!kept_.contains(id) && most) surfaces_[heir]->take_evidence(*ledger_.find(id));
+      if (!kept_.contains(id) && most) surfaces_[successor]->take_evidence(*ledger_.find(id));
     }
   }
 
@@ -75,9 +75,9 @@ class Ledger::Writer {
   void remove_unclaimed() {
     for (const auto& [id, shares] : shared_.before()) {
       if (kept_.contains(id)) continue;
-      SurfaceModel* heir = surfaces_[shares.most()];
-      if (heir != nullptr) heir->parents().push_back(id);
-      ledger_.dissolve(*ledger_.find(id), heir == nullptr ? 0 : heir->id());
+      SurfaceModel* successor = surfaces_[shares.most()];
+      if (successor != nullptr) successor->parents().push_back(id);
+      ledger_.dissolve(*ledger_.find(id), successor == nullptr ? 0 : successor->id());
     }
   }
 

@@ -60,7 +60,7 @@ CylinderModel& CylinderStore::restore(CylinderModel model) {
 void CylinderStore::erase(CylinderId id, CylinderId into) {
   const auto found = models_.find(id);
   keep(found->second);
-  departures_.push_back({Departure::Of::cylinder, id, into, found->second.born, 0, {}});
+  removals_.push_back({Removal::Of::cylinder, id, into, found->second.born, 0, {}});
   for (const auto& [key, inlier] : found->second.inliers) owners_.erase(key.packed());
   models_.erase(found);
   touched_.erase(id);
@@ -159,7 +159,7 @@ void CylinderStore::roll_back() {
   owners_.swap(owners);
   touched_.swap(touched_before_);
   next_id_ = next_id_before_;
-  departures_.clear();
+  removals_.clear();
   commit();
 }
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include <octosurf/cylinder.hpp>
-#include <octosurf/departures.hpp>
+#include <octosurf/removals.hpp>
 
 namespace octosurf::surfaces {
 
@@ -41,8 +41,8 @@ class CylinderStore {
   CylinderModel& restore(CylinderModel model);
   /// Frees its voxels; `into` is the cylinder that absorbed it, if any.
   void erase(CylinderId id, CylinderId into = 0);
-  /// Departures since the last call, in order of erasure; their revision is not set yet.
-  std::vector<Departure> take_departures() { return std::exchange(departures_, {}); }
+  /// Removals since the last call, in order of erasure; their revision is not set yet.
+  std::vector<Removal> take_removals() { return std::exchange(removals_, {}); }
 
   CylinderModel* find(CylinderId id);
   const CylinderModel* find(CylinderId id) const;
@@ -82,7 +82,7 @@ class CylinderStore {
   CylinderId next_id_ = 1;
   tsl::robin_map<std::uint64_t, CylinderId, geometry::PackedKeyHash> owners_;
   std::set<CylinderId> touched_;
-  std::vector<Departure> departures_;
+  std::vector<Removal> removals_;
 
   bool open_ = false;                           // between begin_changes() and its end
   CylinderId next_id_before_ = 1;               // at begin_changes()

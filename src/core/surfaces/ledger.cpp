@@ -12,8 +12,8 @@ Ledger::Ledger(MapState& state, Changes so_far)
       points_(state.occupancy),
       neighbours_of_points_(points_, state.occupancy.grid().resolution()) {}
 
-std::vector<PointId> Ledger::take_unseen() {
-  std::vector<geometry::VoxelKey> keys = std::exchange(changes.unseen, {});
+std::vector<PointId> Ledger::take_unprocessed() {
+  std::vector<geometry::VoxelKey> keys = std::exchange(changes.unprocessed, {});
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   std::vector<PointId> points;

@@ -13,8 +13,8 @@ namespace octosurf::surfaces {
 /// Changes of surfaces by a scan so far; sets, so that results are in order of id.
 struct Changes {
   std::set<SurfaceId> born, grown, shrunk, merged, gone;
-  std::set<SurfaceId> refitted;            ///< plane changed, with or without points
-  std::vector<geometry::VoxelKey> unseen;  ///< points that appeared or became pending since take_unseen()
+  std::set<SurfaceId> refitted;                 ///< plane changed, with or without points
+  std::vector<geometry::VoxelKey> unprocessed;  ///< appeared or became pending since take_unprocessed()
 
   /// Every surface whose inliers or plane changed.
   std::set<SurfaceId> touched() const {
@@ -40,8 +40,8 @@ class Ledger : public MapView {
 
   Changes changes;
 
-  /// The unseen points that are pending, each once, in key order.
-  std::vector<PointId> take_unseen();
+  /// The unprocessed points that are pending, each once, in key order.
+  std::vector<PointId> take_unprocessed();
   /// Of these points, those that are pending.
   std::vector<PointId> pending(std::span<const PointId> points) const;
   PendingQueue& queue() { return state_.queue; }
@@ -50,8 +50,8 @@ class Ledger : public MapView {
   /// Assigns the points of a proposal to its planes. A surface keeps its id in the plane with most of its
   /// readings; of several in one plane the one with most readings there stays, and the others merge into it.
   /// Other planes get new ids, and the surface that had most of their readings as parent. Evidence of later
-  /// scans is kept where nine tenths of a surface's readings are. Points that lose their surface are unseen.
-  /// `all`: each plane becomes the proposal's; else only those of surfaces whose points have changed.
+  /// scans is kept where nine tenths of a surface's readings are. Points that lose their surface are
+  /// unprocessed. `all`: each plane becomes the proposal's; else only those of surfaces whose points changed.
   /// Surfaces entirely among the points are marked as checked. Cost: the proposal, and the reassigned points.
   enum class Planes { all, touched };
   void apply(const Proposal& proposal, Planes which = Planes::touched);
@@ -82,18 +82,18 @@ class Ledger : public MapView {
     SurfaceModel& surface = remove(i, before);
     add(i, surface);
   }
-  /// Removes a point from its surface: it becomes pending, and is unseen. `before`:
+  /// Removes a point from its surface: it becomes pending, and is unprocessed. `before`:
   /// its position in the surface, if different.
   void requeue(PointId i) { requeue(i, window[i].position); }
   void requeue(PointId i, const Eigen::Vector3f& before) {
     release(i, before);
-    changes.unseen.push_back(window[i].key);
+    changes.unprocessed.push_back(window[i].key);
   }
   /// Removes a point from its surface that is no longer in the octree.
   void drop(const occupancy::VoxelPoint& vanished);
 
-  /// Removes the surface; its points become pending, and are unseen. `into`: the surface that absorbed it, if
-  /// any.
+  /// Removes the surface; its points become pending, and are unprocessed. `into`: the surface that absorbed
+  /// it, if any.
   void dissolve(SurfaceModel& surface, SurfaceId into = 0);
 
   /// Whether fewer than n inliers are left.

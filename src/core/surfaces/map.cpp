@@ -1,7 +1,6 @@
 #include "sensing/fingerprint.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -43,9 +42,9 @@ std::vector<SurfacePtr> Snapshot::changed_since(std::uint64_t since) const {
 }
 
 double Surface::normal_std_rad() const {
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> slopes;
-  slopes.computeDirect(covariance.topLeftCorner<2, 2>(), Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, slopes.eigenvalues()[1]));
+  const Eigen::Matrix2d slopes = covariance.topLeftCorner<2, 2>();  // its larger eigenvalue:
+  return std::sqrt(
+      std::max(0.0, slopes.trace() / 2 + std::hypot((slopes(0, 0) - slopes(1, 1)) / 2, slopes(0, 1))));
 }
 
 void surfaces::MapState::restore() {

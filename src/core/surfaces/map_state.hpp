@@ -43,7 +43,7 @@ struct MapState {
   CylinderStore cylinders;
   sensing::NoiseModel noise;
   std::shared_ptr<alignment::AlignmentRecord> alignment;  ///< alignment::record_of()
-  DepartureLog departures;
+  RemovalLog removals;
   PendingQueue queue;
   std::size_t points = 0;  ///< voxels with a point
   std::uint64_t scans = 0;

@@ -39,8 +39,8 @@ struct Proposal {
   std::vector<FoundPlane> planes = std::vector<FoundPlane>(1);
   std::vector<Labelled> points;
   std::vector<Rest> rest;
-  std::vector<PointId> unseen;             ///< pending points that the next scan looks at again
-  std::vector<std::vector<PointId>> bent;  ///< points of patches rejected as bent: cylinders begin there
+  std::vector<PointId> unprocessed;          ///< pending points that the next scan looks at again
+  std::vector<std::vector<PointId>> curved;  ///< points of patches rejected as curved: cylinders begin there
   /// Planes are fitted to their surfaces' readings, and surfaces expand beside the points that were pending.
   bool refine = true;
 };

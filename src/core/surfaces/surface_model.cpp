@@ -57,7 +57,7 @@ SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector
   pose_.linear() = geometry::plane_axes(plane.normal);
   pose_.translation() = origin - plane.signed_distance(origin) * plane.normal;
   set_hash_frame(pose_);
-  overreach_.fill(resolution);
+  edge_bleed_.fill(resolution);
 }
 
 void SurfaceModel::set_hash_frame(const Eigen::Isometry3d& frame) {
@@ -186,7 +186,7 @@ void SurfaceModel::rehash_if_tilted() {
   inliers_.clear();
   bits_.clear();
   outline_.reset();
-  meetings_.clear();
+  intersections_.clear();
   size_ = 0;
   for (const Inlier& inlier : all) insert(inlier);
   polygons_stale_ = true;

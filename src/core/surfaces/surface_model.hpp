@@ -105,13 +105,13 @@ class SurfaceModel {
 
   bool polygons_stale() const { return polygons_stale_; }
   /// Updates the polygons to inliers and pose: the alpha shape of the inliers' outline points, with `noise`
-  /// also of their rim points, and with `others` also of the intersections with these (Meetings), projected
-  /// onto the plane along the hash frame's normal. Cost follows the inliers added and removed near the rim,
-  /// plus the length of the rings, and of the rim where others are near, and some 0.2 µs for each 64 occupied
-  /// cells. All sites are inserted anew after a load, a rehash, or a change of the noise by a millimetre.
+  /// also of their boundary points, and with `others` also of the Intersections with these, projected onto
+  /// the plane along the hash frame's normal. Cost follows the inliers added and removed near the boundary,
+  /// plus the length of the rings, and of the boundary where others are near, and some 0.2 µs for each 64
+  /// occupied cells. All sites are inserted anew after a load, a rehash, or a change of the noise by 1 mm.
   ///
   /// 1. The result does not depend on earlier calls.
-  /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection, its rim
+  /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection, its end
   ///    point or its intersection with another surface, and within half an Outline::quantum of a cell; sides
   ///    are at most `max_hole_size` long.
   void derive(double max_hole_size, const sensing::NoiseModel* noise = nullptr,
@@ -121,26 +121,26 @@ class SurfaceModel {
   /// run the second in parallel.
   void update_raster(double max_hole_size, const sensing::NoiseModel* noise);
   void derive_outline(double max_hole_size, const SurfaceStore* others);
-  /// The end of the readings in an inlier's voxel toward the rim of the surface at its cell: the inlier is
-  /// the mean of readings that begin at the voxel's inner side, so they extend as far beyond it. Reduced by
-  /// `overreach` m, because noise carries readings over an edge. Inside the voxel, map frame; empty if it
-  /// coincides with the inlier, its cell is not at a rim, or the point is a voxel's centre for lack of
+  /// The end of the readings in an inlier's voxel toward the boundary of the surface at its cell: the inlier
+  /// is the mean of readings that begin at the voxel's inner side, so they extend as far beyond it. Reduced
+  /// by `edge_bleed` m, because noise carries readings over an edge. Inside the voxel, map frame; empty if it
+  /// coincides with the inlier, its cell is not at a boundary, or the point is a voxel's centre for lack of
   /// readings.
-  std::optional<Eigen::Vector3f> rim_point(const Inlier& inlier, double overreach) const;
+  std::optional<Eigen::Vector3f> boundary_point(const Inlier& inlier, double edge_bleed) const;
   /// A point in the hash frame, in cells, as used by the outline.
   Eigen::Vector2d outline_point(const Eigen::Vector3f& p) const;
   /// α for outline points: `max_hole_size` in cells, less the stretch by tilting.
   double outline_alpha(double max_hole_size) const;
   /// Outline points at intersections with others, as of the last derive(); none after a load.
-  std::vector<Eigen::Vector2d> meeting_sites() const;
+  std::vector<Eigen::Vector2d> intersection_sites() const;
   /// Outline points to (u, v) in the surface's frame, along the hash frame's normal.
   Eigen::Affine2d T_surface_outline() const;
   /// Assumed extent of readings beyond an edge, m, by range class, as of the last derive(); d, beyond the
-  /// range of rim points, before and without noise.
-  using Overreach = std::array<double, sensing::NoiseModel::classes>;
-  const Overreach& overreach() const { return overreach_; }
+  /// range of boundary points, before and without noise.
+  using EdgeBleed = std::array<double, sensing::NoiseModel::classes>;
+  const EdgeBleed& edge_bleed() const { return edge_bleed_; }
   /// Number of sites of the outline: all inliers, except those deep inside (all cells within two of theirs
-  /// occupied), which are replaced by a lattice of cells' centres, rim points, and intersections.
+  /// occupied), which are replaced by a lattice of cells' centres, boundary points, and intersections.
   std::size_t outline_sites() const { return outline_ ? outline_->sites() : 0; }
   const std::vector<Polygon>& polygons() const { return polygons_; }
 
@@ -197,14 +197,15 @@ class SurfaceModel {
   void set_hash_frame(const Eigen::Isometry3d& frame);
   std::optional<Eigen::Vector3d> outward(geometry::PlaneCell cell) const;
   /// A site of the outline at an intersection with others, extended from an inlier of a cell.
-  struct MeetingSite {
+  struct IntersectionSite {
     std::uint8_t bit;  // of the cell in its tile
     Eigen::Vector2d at;
-    bool operator==(const MeetingSite&) const = default;
+    bool operator==(const IntersectionSite&) const = default;
   };
-  using MeetingSites = tsl::robin_map<std::uint64_t, std::vector<MeetingSite>, geometry::PackedKeyHash>;
-  MeetingSites find_meetings(const SurfaceStore& others, double gap) const;
-  static void add_cells_of(const MeetingSites& a, const MeetingSites& b,
+  using SitesOfTile = std::vector<IntersectionSite>;
+  using IntersectionSites = tsl::robin_map<std::uint64_t, SitesOfTile, geometry::PackedKeyHash>;
+  IntersectionSites find_intersections(const SurfaceStore& others, double gap) const;
+  static void add_cells_of(const IntersectionSites& a, const IntersectionSites& b,
                            std::vector<geometry::CellBits::Cells>& cells);
   void sites_of(geometry::PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
 
@@ -224,8 +225,8 @@ class SurfaceModel {
   geometry::CellBits bits_{file_};
   std::vector<geometry::CellBits::Cells> changed_;  // since the last derive_outline()
   std::optional<geometry::Outline> outline_;        // empty before the first derive()
-  MeetingSites meetings_;                           // by tile, as in the outline
-  Overreach overreach_;
+  IntersectionSites intersections_;                 // by tile, as in the outline
+  EdgeBleed edge_bleed_;
   std::size_t size_ = 0;
   std::vector<SurfaceId> parents_;
   bool polygons_stale_ = true;

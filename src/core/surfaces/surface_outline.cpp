@@ -1,6 +1,6 @@
 // The parts of SurfaceModel that make its polygons.
 #include "geometry/morton.hpp"
-#include "surfaces/meetings.hpp"
+#include "surfaces/intersections.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <algorithm>
@@ -14,9 +14,9 @@ namespace {
 
 /// Effort: of a cell, to which intersections are rounded, so that a site changes only when the planes have
 /// moved by that much. The rounding moves a site by at most a sixteenth of a voxel along each axis.
-constexpr double meeting_quantum = 1.0 / 8;
+constexpr double intersection_quantum = 1.0 / 8;
 Eigen::Vector2d rounded(const Eigen::Vector2d& outline_point) {
-  return (outline_point / meeting_quantum).array().round() * meeting_quantum;
+  return (outline_point / intersection_quantum).array().round() * intersection_quantum;
 }
 
 /// In order of the tiles, each once.
@@ -74,7 +74,7 @@ Eigen::Affine2d SurfaceModel::T_surface_outline() const {
 }
 
 /// Direction away from the occupied cells among the 5 × 5 around one, if significant: the sum of their
-/// offsets is 15 cells at a straight rim, 9 at the end of a bar three wide, and at most 3 at a pinhole.
+/// offsets is 15 cells at a straight boundary, 9 at the end of a bar three wide, and at most 3 at a pinhole.
 std::optional<Eigen::Vector3d> SurfaceModel::outward(geometry::PlaneCell cell) const {
   constexpr std::uint32_t next_to_it = 0b00000'01110'01010'01110'00000, row = 0b11111, column = 0x108421;
   constexpr int clear = 5;
@@ -88,7 +88,7 @@ std::optional<Eigen::Vector3d> SurfaceModel::outward(geometry::PlaneCell cell) c
   return -(hash_frame_.linear().leftCols<2>() * inward.cast<double>().normalized());
 }
 
-std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, double overreach) const {
+std::optional<Eigen::Vector3f> SurfaceModel::boundary_point(const Inlier& inlier, double edge_bleed) const {
   constexpr double worth_a_site = 0.1;  // d
   const auto direction = outward(cell_of(inlier.position));
   if (!direction) return {};
@@ -96,7 +96,7 @@ std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, dou
       (inlier.position - geometry::VoxelGrid(resolution_).centre_of(inlier.key)).cast<double>();
   if (at.norm() < resolution_ / 256) return {};  // adopted from an octree: no reading
   const double half = resolution_ / 2;
-  const double beyond = std::min(to_side(at, *direction, half), to_side(at, -*direction, half)) - overreach;
+  const double beyond = std::min(to_side(at, *direction, half), to_side(at, -*direction, half)) - edge_bleed;
   if (beyond < worth_a_site * resolution_) return {};
   return (inlier.position.cast<double>() + beyond * *direction).cast<float>();
 }
@@ -107,12 +107,12 @@ std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, dou
 /// Only triangles with a side over α > 3.99 cells are dropped. Their empty circles have radius ρ > α/2, those
 /// of the reduced sites are empty of inliers and vice versa, and so the rings are those of all inliers: (1) A
 /// circle centred outside the deep cells contains none of them. On the way from the centre to a deep cell,
-/// the point √2 before the first one would lie in an occupied cell of the rim that the circle contains. (2) A
-/// circle centred in a deep cell contains a site: the lattice's largest empty circle has radius ⅝·spacing,
-/// and where a lattice cell is not deep, an occupied cell of the rim lies on the way to it, within √2 of the
-/// point where that way leaves the deep cells. So ⅝·spacing + √2 ≤ α/2 suffices; for a spacing of 2, by
-/// enumeration of the positions in a cell, α > 3.99. Rim points and intersections are sites beside the
-/// inliers of cells that are not deep, with and without the lattice.
+/// the point √2 before the first one would lie in an occupied cell of the boundary that the circle contains.
+/// (2) A circle centred in a deep cell contains a site: the lattice's largest empty circle has radius
+/// ⅝·spacing, and where a lattice cell is not deep, an occupied cell of the boundary lies on the way to it,
+/// within √2 of the point where that way leaves the deep cells. So ⅝·spacing + √2 ≤ α/2 suffices; for a
+/// spacing of 2, by enumeration of the positions in a cell, α > 3.99. Boundary points and intersections are
+/// sites beside the inliers of cells that are not deep, with and without the lattice.
 void SurfaceModel::sites_of(geometry::PlaneCell cell, int spacing,
                             std::vector<Eigen::Vector2d>& sites) const {
   sites.clear();
@@ -124,65 +124,66 @@ void SurfaceModel::sites_of(geometry::PlaneCell cell, int spacing,
   }
   inliers_.for_each_in(cell, [&](const Inlier& inlier) {
     sites.push_back(outline_point(inlier.position));
-    const double overreach = overreach_[inlier.range_class];
-    if (overreach >= resolution_) return;
-    if (const auto p = rim_point(inlier, overreach)) sites.push_back(outline_point(*p));
+    const double edge_bleed = edge_bleed_[inlier.range_class];
+    if (edge_bleed >= resolution_) return;
+    if (const auto p = boundary_point(inlier, edge_bleed)) sites.push_back(outline_point(*p));
   });
-  const auto met = meetings_.find(geometry::CellBits::tile_of(cell).packed());
-  if (met == meetings_.end()) return;
-  for (const MeetingSite& site : met->second)
+  const auto met = intersections_.find(geometry::CellBits::tile_of(cell).packed());
+  if (met == intersections_.end()) return;
+  for (const IntersectionSite& site : met->second)
     if (site.bit == geometry::CellBits::bit_of(cell)) sites.push_back(site.at);
 }
 
-SurfaceModel::MeetingSites SurfaceModel::find_meetings(const SurfaceStore& others, double gap) const {
-  MeetingSites found;
-  Meetings meetings(*this, others, gap);
+SurfaceModel::IntersectionSites SurfaceModel::find_intersections(const SurfaceStore& others,
+                                                                 double gap) const {
+  IntersectionSites found;
+  Intersections intersections(*this, others, gap);
   std::vector<Eigen::Vector3d> points;
-  std::vector<MeetingSite> sites;
-  for (const geometry::CellBits::Cells& rim : bits_.rim()) {
-    if (!meetings.look_about(rim.tile)) continue;
+  std::vector<IntersectionSite> sites;
+  for (const geometry::CellBits::Cells& boundary : bits_.boundary()) {
+    if (!intersections.look_about(boundary.tile)) continue;
     sites.clear();
-    rim.for_each([&](geometry::PlaneCell cell) {
+    boundary.for_each([&](geometry::PlaneCell cell) {
       const auto bit = static_cast<std::uint8_t>(geometry::CellBits::bit_of(cell));
       inliers_.for_each_in(cell, [&](const Inlier& inlier) {
-        meetings.points_from(inlier, points);
+        intersections.points_from(inlier, points);
         for (const Eigen::Vector3d& p : points)
           sites.push_back({bit, rounded(outline_point(p.cast<float>()))});
       });
     });
-    if (!sites.empty()) found.emplace(rim.tile.packed(), sites);
+    if (!sites.empty()) found.emplace(boundary.tile.packed(), sites);
   }
   return found;
 }
 
-std::vector<Eigen::Vector2d> SurfaceModel::meeting_sites() const {
+std::vector<Eigen::Vector2d> SurfaceModel::intersection_sites() const {
   std::vector<Eigen::Vector2d> all;
-  for (const auto& [tile, sites] : meetings_)
-    for (const MeetingSite& site : sites) all.push_back(site.at);
+  for (const auto& [tile, sites] : intersections_)
+    for (const IntersectionSite& site : sites) all.push_back(site.at);
   return all;
 }
 
 /// For each tile where `a` and `b` differ, the cells with sites in `a` that `b` lacks.
-void SurfaceModel::add_cells_of(const MeetingSites& a, const MeetingSites& b,
+void SurfaceModel::add_cells_of(const IntersectionSites& a, const IntersectionSites& b,
                                 std::vector<geometry::CellBits::Cells>& cells) {
   for (const auto& [tile, sites] : a) {
     if (const auto same = b.find(tile); same != b.end() && same->second == sites) continue;
     geometry::CellBits::Cells with{geometry::PlaneCell::unpack(tile), 0};
-    for (const MeetingSite& site : sites) with.bits |= std::uint64_t{1} << site.bit;
+    for (const IntersectionSite& site : sites) with.bits |= std::uint64_t{1} << site.bit;
     cells.push_back(with);
   }
 }
 
 void SurfaceModel::update_raster(double max_hole_size, const sensing::NoiseModel* noise) {
   const double alpha = outline_alpha(max_hole_size);
-  Overreach overreach;
-  overreach.fill(resolution_);
+  EdgeBleed edge_bleed;
+  edge_bleed.fill(resolution_);
   for (unsigned c = 0; noise != nullptr && c < sensing::NoiseModel::classes; ++c)
-    overreach[c] = std::min(resolution_, noise->overreach(c));
+    edge_bleed[c] = std::min(resolution_, noise->edge_bleed(c));
   const bool other_alpha = !outline_ || outline_->alpha() != alpha;
   if (other_alpha) outline_.emplace(alpha, file_);
-  if (other_alpha || overreach != overreach_) bits_.change_all();
-  overreach_ = overreach;
+  if (other_alpha || edge_bleed != edge_bleed_) bits_.change_all();
+  edge_bleed_ = edge_bleed;
   const std::vector<geometry::CellBits::Cells> changes = bits_.take_changes(alpha > 3.99);
   changed_.insert(changed_.end(), changes.begin(), changes.end());
 }
@@ -193,11 +194,11 @@ void SurfaceModel::derive_outline(double max_hole_size, const SurfaceStore* othe
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
   std::vector<Eigen::Vector2d> sites;
   std::vector<geometry::CellBits::Cells> changed = std::exchange(changed_, {});
-  MeetingSites meetings;
-  if (others != nullptr) meetings = find_meetings(*others, max_hole_size);
-  add_cells_of(meetings, meetings_, changed);
-  add_cells_of(meetings_, meetings, changed);
-  meetings_ = std::move(meetings);
+  IntersectionSites intersections;
+  if (others != nullptr) intersections = find_intersections(*others, max_hole_size);
+  add_cells_of(intersections, intersections_, changed);
+  add_cells_of(intersections_, intersections, changed);
+  intersections_ = std::move(intersections);
   for (const geometry::CellBits::Cells& cells : united(std::move(changed)))
     cells.for_each([&](geometry::PlaneCell cell) {
       sites_of(cell, spacing, sites);

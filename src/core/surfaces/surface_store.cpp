@@ -26,7 +26,7 @@ SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
 void SurfaceStore::erase(SurfaceId id, SurfaceId into) {
   const auto found = models_.find(id);
   const SurfaceModel& model = kept(found->second);
-  departures_.push_back({Departure::Of::surface, id, into, model.born, 0, model.parents()});
+  removals_.push_back({Removal::Of::surface, id, into, model.born, 0, model.parents()});
   models_.erase(found);
 }
 
@@ -153,7 +153,7 @@ void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapsh
   models_.merge(models);
   std::swap(places_, places);
   next_id_ = next_id_before_;
-  departures_.clear();
+  removals_.clear();
   commit();
 }
 

@@ -22,8 +22,8 @@ class SurfaceStore : public occupancy::PlaneLookup {
   SurfaceModel& restore(const SurfaceModel::State& state);
   /// Its inliers must have been removed; `into` is the surface that absorbed it, if any.
   void erase(SurfaceId id, SurfaceId into = 0);
-  /// Departures since the last call, in order of erasure; their revision is not set yet.
-  std::vector<Departure> take_departures() { return std::exchange(departures_, {}); }
+  /// Removals since the last call, in order of erasure; their revision is not set yet.
+  std::vector<Removal> take_removals() { return std::exchange(removals_, {}); }
 
   SurfaceModel* find(SurfaceId id);              ///< for modification
   const SurfaceModel* find(SurfaceId id) const;  ///< for reading
@@ -87,7 +87,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   memory::PageFile* file_;
   double erosion_tolerance_ = 0;
   std::map<SurfaceId, SurfaceModel> models_;
-  std::vector<Departure> departures_;
+  std::vector<Removal> removals_;
   SurfaceId next_id_ = 1;
   Places places_;
 

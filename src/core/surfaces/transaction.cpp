@@ -7,7 +7,7 @@ namespace octosurf::surfaces {
 
 Transaction::Records::Records(const MapState& state)
     : noise(state.noise),
-      departures(state.departures),
+      removals(state.removals),
       queue(state.queue),
       points(state.points),
       held(state.held.size()),
@@ -16,12 +16,12 @@ Transaction::Records::Records(const MapState& state)
       sensors_up(state.sensors_up) {}
 
 // A std::deque among the members would take memory to be moved.
-static_assert(std::is_nothrow_swappable_v<DepartureLog> &&
+static_assert(std::is_nothrow_swappable_v<RemovalLog> &&
               std::is_nothrow_copy_assignable_v<sensing::NoiseModel>);
 
 void Transaction::Records::put_back(MapState& state) noexcept {
   state.noise = noise;
-  std::swap(state.departures, departures);
+  std::swap(state.removals, removals);
   std::swap(state.queue, queue);
   state.points = points;
   state.held.resize(held);  // shrinks

@@ -28,7 +28,7 @@ class Transaction {
     void put_back(MapState& state) noexcept;
 
     sensing::NoiseModel noise;
-    DepartureLog departures;
+    RemovalLog removals;
     PendingQueue queue;
     std::size_t points, held;
     std::uint64_t scans, revision;

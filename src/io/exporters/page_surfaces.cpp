@@ -36,9 +36,9 @@ Json births_json(const std::vector<std::shared_ptr<const Item>>& items) {
 }
 
 /// Removed objects, their successors (0: none), and the revisions of appearance and removal.
-Json departures_json(const DepartureLog& departures, std::uint64_t since, Departure::Of of) {
+Json removals_json(const RemovalLog& removals, std::uint64_t since, Removal::Of of) {
   Json list = Json::array();
-  departures.for_each_since(since, [&](const Departure& one) {
+  removals.for_each_since(since, [&](const Removal& one) {
     if (one.of == of) list.push_back(Json::array({one.id, one.into, one.born, one.revision}));
   });
   return list;
@@ -46,7 +46,7 @@ Json departures_json(const DepartureLog& departures, std::uint64_t since, Depart
 
 Json cylinders_gone(const MapChanges& changes) {
   Json ids = changes.cylinders_gone;
-  for (const auto& heir : changes.cylinders_merged) ids.push_back(heir.before);
+  for (const auto& successor : changes.cylinders_merged) ids.push_back(successor.before);
   return ids;
 }
 
@@ -132,8 +132,8 @@ std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
     block.json["cylinders_gone"] = cylinders_gone(*changes);
   block.json["born"] = births_json(sent->surfaces);
   block.json["cylinders_born"] = births_json(sent->cylinders);
-  block.json["departed_surfaces"] = departures_json(sent->departures, since, Departure::Of::surface);
-  block.json["departed_cylinders"] = departures_json(sent->departures, since, Departure::Of::cylinder);
+  block.json["removed_surfaces"] = removals_json(sent->removals, since, Removal::Of::surface);
+  block.json["removed_cylinders"] = removals_json(sent->removals, since, Removal::Of::cylinder);
   block.json["sensor"] = sensor_json(how.track);
   block.json["feet"] = how.feet ? feet_json(map) : Json::array();
   block.json["feet_left_out"] = !how.feet && !map.feet.empty();
@@ -146,10 +146,10 @@ Json changes_json(const MapChanges& changes) {
   Json json{{"since", changes.since},     {"revision", changes.revision}, {"appeared", changes.appeared},
             {"changed", changes.changed}, {"gone", changes.gone},         {"merged", Json::array()},
             {"split", Json::array()}};
-  for (const MapChanges::Heir& heir : changes.merged)
-    json["merged"].push_back({{"id", heir.before}, {"into", heir.now}});
-  for (const MapChanges::Heir& heir : changes.split)
-    json["split"].push_back({{"id", heir.before}, {"part", heir.now}});
+  for (const MapChanges::Successor& successor : changes.merged)
+    json["merged"].push_back({{"id", successor.before}, {"into", successor.now}});
+  for (const MapChanges::Successor& successor : changes.split)
+    json["split"].push_back({{"id", successor.before}, {"part", successor.now}});
   return json;
 }
 

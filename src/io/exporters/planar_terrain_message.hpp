@@ -30,7 +30,7 @@ TerrainRegions terrain_regions(const std::vector<PlannerSurface>& surfaces);
 void write_planar_terrain(MessageWriter& out, const std::vector<TerrainRegion>& regions,
                           const HeightGrid& grid, const std::string& frame);
 
-/// Gaps (NaN) get the lowest height on their rim.
+/// Gaps (NaN) get the lowest height on their boundary.
 Eigen::MatrixXf without_gaps(Eigen::MatrixXf heights);
 
 /// Means over squares of `cells` to an edge, less at the border.

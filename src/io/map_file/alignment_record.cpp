@@ -18,7 +18,7 @@ constexpr int most_hypotheses = 1000;
 constexpr double largest = 1e9;  // of any number: real poses and evidence stay far below
 constexpr NumberRule sensible{largest, "has a number that makes no sense"};
 constexpr NumberRule sensible_patch{largest, "has a patch that makes no sense"};
-/// The weights of looks add up for as long as a robot runs: by 10⁶ 1/m² with each.
+/// The weights of observations add up for as long as a robot runs: by 10⁶ 1/m² with each.
 constexpr NumberRule sensible_look{1e30, sensible_patch.otherwise};
 
 void visit(map_file::AlignmentHypothesis& record, AlignmentState::Hypothesis& h, const Damage* damage) {
@@ -53,27 +53,27 @@ void visit(map_file::Alignment& record, AlignmentState& state, const Damage* dam
   if (damage && record.failed_search_size() > 0) state.failed_search.emplace();
   if (state.failed_search)
     visit_numbers(record.mutable_failed_search(), damage, sensible, state.failed_search->known,
-                  state.failed_search->share, state.failed_search->way_m);
+                  state.failed_search->share, state.failed_search->travelled_m);
 }
 
 /// The numbers of all patches of a record.
 struct PatchNumbers {
   PatchNumbers(map_file::SeenPatches& record, const Damage* damage)
       : planes(*record.mutable_planes(), damage, sensible_patch),
-        looks(*record.mutable_looks(), damage, sensible_look) {}
+        observations(*record.mutable_looks(), damage, sensible_look) {}
 
   void operator()(alignment::SeenPatch& patch) {
     for (double* number : {&patch.offset, &patch.since, &patch.until}) planes(*number);
-    looks(patch.normal);
-    for (alignment::Look* look : {&patch.past, &patch.waiting, &patch.recent}) {
-      looks(look->weight);
-      looks(look->distance);
-      looks(look->by_error);
+    observations(patch.normal);
+    for (alignment::Observation* observation : {&patch.past, &patch.waiting, &patch.recent}) {
+      observations(observation->weight);
+      observations(observation->distance);
+      observations(observation->by_error);
     }
   }
 
   RecordNumbers<double> planes;
-  RecordNumbers<float> looks;
+  RecordNumbers<float> observations;
 };
 
 }  // namespace
@@ -84,7 +84,7 @@ void write_alignment(AlignmentState state, map_file::Alignment& record) {
   record.set_usual_share(state.usual_share);
   record.set_usual_known(state.usual_known);
   record.set_lidar(state.sensor == SensorKind::lidar);
-  record.set_way(state.way_m);
+  record.set_way(state.travelled_m);
   record.set_view(state.view_m);
   record.set_patch(state.patch_m);
   RecordNumbers<double> misfits(*record.mutable_misfits(), nullptr, sensible);
@@ -115,13 +115,13 @@ AlignmentState read_alignment(map_file::Alignment& record, const std::string& wh
   state.usual_share = record.usual_share();
   state.usual_known = record.usual_known();
   state.sensor = record.lidar() ? SensorKind::lidar : SensorKind::depth_camera;
-  state.way_m = record.way();
+  state.travelled_m = record.way();
   state.view_m = record.view();
   state.patch_m = record.patch();
   const AlignmentState::Search search = state.failed_search.value_or(AlignmentState::Search{});
   for (const double share : {state.usual_share, state.usual_known, search.known, search.share})
     require(share >= 0 && share <= 1, "has a share that makes no sense");
-  for (const double metres : {state.way_m, state.view_m, state.patch_m, search.way_m})
+  for (const double metres : {state.travelled_m, state.view_m, state.patch_m, search.travelled_m})
     require(metres >= 0 && metres <= largest, "has a way that makes no sense");
   return state;
 }
@@ -143,13 +143,13 @@ void read_patches(map_file::SeenPatches& record, const std::string& where, align
     damage.require(std::fabs(patch.normal.norm() - 1) < 1e-3F && patch.past.weight >= 0 &&
                        patch.waiting.weight >= 0 && patch.recent.weight >= 0,
                    sensible_patch.otherwise);
-    for (const alignment::Look* look : {&patch.past, &patch.waiting, &patch.recent})
-      damage.require(
-          std::fabs(double{look->distance}) <= largest && look->by_error.cwiseAbs().maxCoeff() <= largest,
-          sensible_patch.otherwise);
+    for (const alignment::Observation* observation : {&patch.past, &patch.waiting, &patch.recent})
+      damage.require(std::fabs(double{observation->distance}) <= largest &&
+                         observation->by_error.cwiseAbs().maxCoeff() <= largest,
+                     sensible_patch.otherwise);
     patches.set(key, patch);
   }
-  damage.require(numbers.planes.at_end() && numbers.looks.at_end(), "lacks numbers of patches");
+  damage.require(numbers.planes.at_end() && numbers.observations.at_end(), "lacks numbers of patches");
   patches.commit();
 }
 

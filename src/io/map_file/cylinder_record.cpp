@@ -46,7 +46,7 @@ surfaces::CylinderModel read_cylinder(map_file::Cylinder& record, const surfaces
     require(point && point->surface == 0 && state.cylinders.owner(*key) == 0,
             "has a voxel that is not pending, or another's");
     const double misfit = std::fabs(cylinder.shape.distance(point->position.cast<double>()));
-    require(misfit <= 1.5 * state.noise.largest_tolerance(), "has a voxel off its mantle");
+    require(misfit <= 1.5 * state.noise.largest_tolerance(), "has a voxel off its lateral");
     cylinder.inliers[*key] = {*key, point->range_class, point->position};
   }
   require(cylinder.inliers.size() >= static_cast<std::size_t>(state.parameters.min_surface_points()),

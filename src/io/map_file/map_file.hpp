@@ -21,7 +21,7 @@ namespace octosurf::io {
 //
 // A record is a protobuf message `Record` of map_file.proto with exactly one field. In order: one
 // Header; the octree in chunks; Accumulated; ScanPoses; Surfaces, then Cylinders, by ascending id;
-// Departures; SeenPatches; one Footer with the number of records before it and the CRC-32 (zlib's) of all
+// Removals; SeenPatches; one Footer with the number of records before it and the CRC-32 (zlib's) of all
 // decompressed bytes before its length.
 //
 // The octree chunks, put together, are the nodes in preorder, from the root over all 2¹⁶ voxels an

@@ -22,7 +22,7 @@ inline constexpr std::uint64_t pose_cost = 2 * sizeof(Eigen::Isometry3d);
 inline constexpr std::uint64_t held_cost = 2 * sizeof(std::uint64_t);
 inline constexpr std::uint64_t patch_cost = 2 * sizeof(alignment::SeenPatches::Change);
 inline constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
-inline constexpr std::uint64_t departure_cost = 300;  // of it, of its record, and of its index entry
-inline constexpr std::uint64_t check_cost = 200;      // of a vertex, while its surface is being read
+inline constexpr std::uint64_t removal_cost = 300;  // of it, of its record, and of its index entry
+inline constexpr std::uint64_t check_cost = 200;    // of a vertex, while its surface is being read
 
 }  // namespace octosurf::io

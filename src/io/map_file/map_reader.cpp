@@ -56,7 +56,7 @@ class MapReader : Damage {
     read_scan_poses();
     read_surfaces();
     read_cylinders();
-    read_departures();
+    read_removals();
     read_seen_patches();
     read_footer();
     publish();
@@ -300,20 +300,20 @@ class MapReader : Damage {
     }
   }
 
-  void read_departures() {
-    for (; record_.field == map_file::Record::kDepartures; advance()) {
-      const auto record = parse<map_file::Departures>(small_record_limit);
-      std::vector<Departure> departures;
-      for (const map_file::Departure& departure : record.departures()) {
-        charge(1, departure_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(departure.parents_size()));
-        departures.push_back(read_departure(departure));
+  void read_removals() {
+    for (; record_.field == map_file::Record::kRemovals; advance()) {
+      const auto record = parse<map_file::Removals>(small_record_limit);
+      std::vector<Removal> removals;
+      for (const map_file::Removal& removal : record.removals()) {
+        charge(1, removal_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(removal.parents_size()));
+        removals.push_back(read_removal(removal));
       }
-      file_.state->departures = file_.state->departures.with(departures);
+      file_.state->removals = file_.state->removals.with(removals);
     }
   }
 
   /// Checks that the id was assigned, has gone, and departs once and in order.
-  Departure read_departure(const map_file::Departure& record) {
+  Removal read_removal(const map_file::Removal& record) {
     const surfaces::MapState& state = *file_.state;
     const bool cylinder = record.cylinder();
     const std::uint32_t id = record.id(),
@@ -329,7 +329,7 @@ class MapReader : Damage {
     last_gone_ = record.revision();
     for (const SurfaceId parent : record.parents())
       damage.require(!cylinder && parent > 0 && parent < next_id, "has a parent that never was");
-    return {cylinder ? Departure::Of::cylinder : Departure::Of::surface,
+    return {cylinder ? Removal::Of::cylinder : Removal::Of::surface,
             id,
             record.into(),
             record.born(),
@@ -371,7 +371,7 @@ class MapReader : Damage {
     for (const auto& [id, surface] : state.surfaces)
       snapshot->surfaces.push_back(surface.publish(surface.revision));
     snapshot->cylinders = state.cylinders.publish(state.revision);
-    snapshot->departures = state.departures;
+    snapshot->removals = state.removals;
     state.snapshot.store(std::move(snapshot));
   }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t keys_in_record = 65536;  // or fingerprints
 constexpr std::size_t poses_in_record = 8192;
-constexpr std::size_t departures_bytes = 1U << 16;
+constexpr std::size_t removals_bytes = 1U << 16;
 constexpr std::size_t patches_in_record = 1000;
 
 void put_record(const map_file::Record& record, RecordWriter& records) {
@@ -72,24 +72,24 @@ void put_queue(const surfaces::PendingQueue& queue, RecordWriter& records) {
   });
 }
 
-void write_departure(const Departure& departure, map_file::Departure& record) {
-  if (departure.of == Departure::Of::cylinder) record.set_cylinder(true);
-  record.set_id(departure.id);
-  if (departure.into != 0) record.set_into(departure.into);
-  if (departure.born != 0) record.set_born(departure.born);
-  record.set_revision(departure.revision);
-  for (const SurfaceId parent : departure.parents) record.add_parents(parent);
+void write_removal(const Removal& removal, map_file::Removal& record) {
+  if (removal.of == Removal::Of::cylinder) record.set_cylinder(true);
+  record.set_id(removal.id);
+  if (removal.into != 0) record.set_into(removal.into);
+  if (removal.born != 0) record.set_born(removal.born);
+  record.set_revision(removal.revision);
+  for (const SurfaceId parent : removal.parents) record.add_parents(parent);
 }
 
-void put_departures(const DepartureLog& log, RecordWriter& records) {
+void put_removals(const RemovalLog& log, RecordWriter& records) {
   map_file::Record record;
-  log.for_each_since(0, [&](const Departure& departure) {
-    write_departure(departure, *record.mutable_departures()->add_departures());
-    if (record.ByteSizeLong() < departures_bytes) return;
+  log.for_each_since(0, [&](const Removal& removal) {
+    write_removal(removal, *record.mutable_removals()->add_removals());
+    if (record.ByteSizeLong() < removals_bytes) return;
     put_record(record, records);
     record.Clear();
   });
-  if (record.has_departures()) put_record(record, records);
+  if (record.has_removals()) put_record(record, records);
 }
 
 /// Memory for reading it, as the reader counts; a quarter more, because pools grow in steps.
@@ -111,9 +111,8 @@ std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans)
     checking = std::max(checking, check_cost * vertices);
   }
   for (const auto& [id, cylinder] : state.cylinders) bytes += inlier_cost * cylinder.inliers.size();
-  state.departures.for_each_since(0, [&](const Departure& departure) {
-    bytes += departure_cost + sizeof(SurfaceId) * departure.parents.size();
-  });
+  state.removals.for_each_since(
+      0, [&](const Removal& removal) { bytes += removal_cost + sizeof(SurfaceId) * removal.parents.size(); });
   return (bytes + checking) / 4 * 5;
 }
 
@@ -149,7 +148,7 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
     write_cylinder(cylinder, *record.mutable_cylinder());
     put_record(record, records);
   }
-  put_departures(state.departures, records);
+  put_removals(state.removals, records);
   put_in_records(alignment::record_of(state).patches.all(), patches_in_record, records,
                  [](const auto& patch, auto& record) { write_patch(patch, *record.mutable_seen_patches()); });
   map_file::Record footer;

@@ -298,9 +298,9 @@ void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) 
     session.appeared = changes.appeared;
     session.changed = changes.changed;
     session.gone = changes.gone;
-    for (const MapChanges::Heir& heir : changes.merged)
-      if (session.merged.empty() || session.merged.back() != heir.before)
-        session.merged.push_back(heir.before);
+    for (const MapChanges::Successor& successor : changes.merged)
+      if (session.merged.empty() || session.merged.back() != successor.before)
+        session.merged.push_back(successor.before);
   }
   bytes_ = session.undo.size();
   sessions_.push_back(std::move(session));

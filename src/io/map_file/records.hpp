@@ -24,8 +24,8 @@ void write_surface(surfaces::SurfaceModel::State surface, map_file::Surface& rec
 surfaces::SurfaceModel::State read_surface(map_file::Surface& record, std::vector<surfaces::Inlier> inliers,
                                            const surfaces::MapState& state, const std::string& where);
 
-/// Every voxel of a cylinder that is read holds a pending point near the mantle that supports no other
-/// cylinder; surfaces and earlier cylinders are complete by then.
+/// Every voxel of a cylinder that is read holds a pending point near the lateral surface that supports no
+/// other cylinder; surfaces and earlier cylinders are complete by then.
 void write_cylinder(surfaces::CylinderModel cylinder, map_file::Cylinder& record);
 surfaces::CylinderModel read_cylinder(map_file::Cylinder& record, const surfaces::MapState& state,
                                       const std::string& where);

@@ -46,7 +46,7 @@ class Indexer {
     } catch (const std::runtime_error& error) {
       const Error bad(Error::Kind::data, name_ + " " + topic.name,
                       "message " + std::to_string(contents.messages) + " " + error.what(),
-                      "record it again; --skip-bad goes on without");
+                      "record it again; --skip-bad skips it");
       if (!left_out_) throw bad;
       keep(sizeof(std::string) + std::string(bad.what()).size());
       left_out_->emplace_back(bad.what());

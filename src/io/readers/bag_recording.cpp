@@ -69,8 +69,8 @@ BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, cons
   if (posed_) note_left_out();
 }
 
-void BagRecording::refuse(const std::string& what, const std::string& mend) const {
-  throw Error(Error::Kind::data, files_.front().string(), what, mend);
+void BagRecording::refuse(const std::string& what, const std::string& hint) const {
+  throw Error(Error::Kind::data, files_.front().string(), what, hint);
 }
 
 const TopicContents& BagRecording::named(const std::string& topic, const char* option, const char* what,

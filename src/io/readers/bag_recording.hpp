@@ -59,7 +59,7 @@ class BagRecording {
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
   void note_left_out();
   void choose_fixed_frame(const std::string& frame, const std::string& why);
-  [[noreturn]] void refuse(const std::string& what, const std::string& mend) const;
+  [[noreturn]] void refuse(const std::string& what, const std::string& hint) const;
   const TopicContents& named(const std::string& topic, const char* option, const char* what,
                              bool (*fits)(const TopicContents&)) const;
   Eigen::Isometry3d pose(const std::string& frame, std::int64_t stamp_ns) const;

@@ -54,8 +54,8 @@ BoundedFile::BoundedFile(const std::filesystem::path& file) : path_(file), strea
   if (!stream_ || error) throw Error(Error::Kind::data, file.string(), "cannot be read");
 }
 
-void BoundedFile::refuse(const std::string& what, const std::string& mend) const {
-  throw Error(Error::Kind::data, path_.string(), what + " at byte " + std::to_string(position_), mend);
+void BoundedFile::refuse(const std::string& what, const std::string& hint) const {
+  throw Error(Error::Kind::data, path_.string(), what + " at byte " + std::to_string(position_), hint);
 }
 
 void BoundedFile::require(std::uint64_t bytes) const {

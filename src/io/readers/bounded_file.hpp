@@ -47,7 +47,7 @@ class BoundedFile {
   void skip(std::uint64_t bytes);
 
   /// Throws Error(data) naming the file and the current byte position.
-  [[noreturn]] void refuse(const std::string& what, const std::string& mend = {}) const;
+  [[noreturn]] void refuse(const std::string& what, const std::string& hint = {}) const;
 
  private:
   void require(std::uint64_t bytes) const;

@@ -30,7 +30,7 @@ class ChunkedBag : public Bag {
   }
 
  protected:
-  static constexpr const char* mend = "copy the bag again; --skip-bad maps what is whole";
+  static constexpr const char* hint = "copy the bag again; --skip-bad maps what is whole";
 
   /// `format` is named in errors.
   ChunkedBag(const std::filesystem::path& file, const char* format) : file_(file), format_(format) {}
@@ -55,7 +55,7 @@ class ChunkedBag : public Bag {
     return {
         Error::Kind::data, file_.path().string(),
         std::string("damaged ") + format_ + ": " + what + " (record at byte " + std::to_string(begin) + ")",
-        mend};
+        hint};
   }
 
   BoundedFile file_;

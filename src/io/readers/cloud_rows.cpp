@@ -190,8 +190,8 @@ float float_at(std::string_view bytes, std::size_t i) {
 }
 
 [[noreturn]] void refuse_velodyne(const std::filesystem::path& file, const std::string& what,
-                                  const std::string& mend) {
-  throw Error(Error::Kind::data, file.string(), what, mend);
+                                  const std::string& hint) {
+  throw Error(Error::Kind::data, file.string(), what, hint);
 }
 
 }  // namespace

@@ -29,8 +29,8 @@ constexpr std::size_t bytes_per_file_byte = 7;
 constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
 
 [[noreturn]] void refuse_image(const std::filesystem::path& file, const std::string& what,
-                               const std::string& mend = "depth images are 16-bit gray PNG or PGM") {
-  throw Error(Error::Kind::data, file.string(), what, mend);
+                               const std::string& hint = "depth images are 16-bit gray PNG or PGM") {
+  throw Error(Error::Kind::data, file.string(), what, hint);
 }
 
 void check_size(std::uint64_t width, std::uint64_t height, const std::filesystem::path& file) {
@@ -131,22 +131,22 @@ std::string size_text(std::uint64_t width, std::uint64_t height) {
 }
 
 Intrinsics read_intrinsics(const std::filesystem::path& file) {
-  constexpr const char* mend = "give a 3x3 K or 'fx fy cx cy' in pixels";
+  constexpr const char* hint = "give a 3x3 K or 'fx fy cx cy' in pixels";
   std::vector<double> v;
   for (const auto& line : read_text(file)) {
     const auto values = numbers(line, file);
     v.insert(v.end(), values.begin(), values.end());
   }
   if (v.size() != 4 && v.size() != 9)
-    refuse_image(file, std::to_string(v.size()) + " numbers are no camera intrinsics", mend);
+    refuse_image(file, std::to_string(v.size()) + " numbers are no camera intrinsics", hint);
   if (v.size() == 9) {
     if (v[1] != 0 || v[3] != 0 || v[6] != 0 || v[7] != 0 || v[8] != 1)
-      refuse_image(file, "not a matrix fx 0 cx / 0 fy cy / 0 0 1", mend);
+      refuse_image(file, "not a matrix fx 0 cx / 0 fy cy / 0 0 1", hint);
     v = {v[0], v[4], v[2], v[5]};
   }
   if (!std::all_of(v.begin(), v.end(), [](double value) { return std::isfinite(value); }) || v[0] == 0 ||
       v[1] == 0)
-    refuse_image(file, "a focal length is zero or not finite", mend);
+    refuse_image(file, "a focal length is zero or not finite", hint);
   return {v[0], v[1], v[2], v[3]};
 }
 
@@ -163,14 +163,14 @@ void require_same_size(const Intrinsics& camera, int width, int height, const st
       what.data(), what.size(),
       "the intrinsics' principal point %g %g is that of images of about %.0fx%.0f pixels, not of %dx%d",
       camera.cx, camera.cy, 2 * camera.cx + 1, 2 * camera.cy + 1, width, height);
-  std::string mend = "give --intrinsics of these images";
+  std::string hint = "give --intrinsics of these images";
   if (scaled) {
     std::array<char, 60> factor{};
     std::snprintf(factor.data(), factor.size(), ": fx fy cx cy times %.3g",
                   (width / (2 * camera.cx + 1) + height / (2 * camera.cy + 1)) / 2);
-    mend += factor.data();
+    hint += factor.data();
   }
-  throw Error(Error::Kind::data, where, what.data(), mend);
+  throw Error(Error::Kind::data, where, what.data(), hint);
 }
 
 DepthImage read_depth_image(const std::filesystem::path& file) {

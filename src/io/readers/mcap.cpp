@@ -51,7 +51,7 @@ class McapBag : public ChunkedBag {
   /// False at the end of the messages.
   bool read_record(const Visit& visit, std::vector<std::string>* left_out) {
     const std::uint64_t begin = file_.position();
-    if (file_.left() == 0) file_.refuse("truncated: the end of its messages is missing", mend);
+    if (file_.left() == 0) file_.refuse("truncated: the end of its messages is missing", hint);
     const std::string head = file_.take(record_head);
     RecordBytes fields(head);
     const auto op = static_cast<Op>(fields.u8());

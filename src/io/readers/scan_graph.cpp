@@ -15,7 +15,7 @@ constexpr std::uint64_t point_bytes = 4 + 3 * 8;
 constexpr std::uint64_t pose_bytes = (4 + 3 * 8) + (4 + 4 * 8);
 constexpr std::uint64_t edge_bytes = 4 + 4 + pose_bytes + 8;
 
-constexpr const char* graph_mend = "write it again, e.g. with OctoMap's log2graph";
+constexpr const char* graph_hint = "write it again, e.g. with OctoMap's log2graph";
 
 std::uint32_t take_count(BoundedFile& file) {
   return number_at<std::uint32_t>(file.take(count_bytes).data(), false);
@@ -32,16 +32,16 @@ Eigen::Matrix<double, N, 1> vector_at(const char* bytes) {
 ScanGraphFile::ScanGraphFile(std::filesystem::path file) : file_(std::move(file)) {
   BoundedFile reader(file_);
   const std::uint32_t scans = take_count(reader);
-  if (scans == 0) reader.refuse("a scan graph without scans", graph_mend);
+  if (scans == 0) reader.refuse("a scan graph without scans", graph_hint);
   if (scans > reader.left() / (count_bytes + pose_bytes + count_bytes))
-    reader.refuse("truncated scan graph", graph_mend);
+    reader.refuse("truncated scan graph", graph_hint);
   offsets_.reserve(scans);
   for (std::uint32_t i = 0; i < scans; ++i) {
     offsets_.push_back(reader.position());
     reader.skip(take_count(reader) * point_bytes + pose_bytes + count_bytes);
   }
   reader.skip(take_count(reader) * edge_bytes);
-  if (reader.left() != 0) reader.refuse("not a scan graph", graph_mend);
+  if (reader.left() != 0) reader.refuse("not a scan graph", graph_hint);
 }
 
 bool ScanGraphFile::matches(const std::filesystem::path& file) noexcept {

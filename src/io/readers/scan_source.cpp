@@ -418,7 +418,7 @@ InputKind classify(const fs::path& input) {
   if (kind == io::FileKind::occupancy_map) return InputKind::occupancy_map;
   if (kind != io::FileKind::unknown) return InputKind::scans;
   if (input.extension() == ".surfaces")
-    throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
+    throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "resume it by --resume");
   throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
               "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a bag (.bag, .db3, .mcap), a "
               ".graph, .bt or .ot");

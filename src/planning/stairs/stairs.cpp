@@ -154,10 +154,10 @@ std::map<SurfaceId, std::vector<SurfaceId>> parents_of(const Snapshot& snapshot)
     list.insert(list.end(), those.begin(), those.end());
   };
   for (const SurfacePtr& surface : snapshot.surfaces) add(surface->id, surface->parents);
-  snapshot.departures.for_each_since(0, [&](const Departure& departure) {
-    if (departure.of != Departure::Of::surface) return;
-    add(departure.id, departure.parents);
-    if (departure.into != 0) add(departure.into, {departure.id});
+  snapshot.removals.for_each_since(0, [&](const Removal& removal) {
+    if (removal.of != Removal::Of::surface) return;
+    add(removal.id, removal.parents);
+    if (removal.into != 0) add(removal.into, {removal.id});
   });
   return parents;
 }
@@ -311,9 +311,9 @@ StairChanges stair_changes(const std::vector<Stair>& before, std::uint64_t since
   std::map<SurfaceId, std::vector<std::size_t>> stairs_on;  // a tread may lie between two
   for (std::size_t i = 0; i < now.size(); ++i)
     for (const SurfaceId tread : now[i].treads) stairs_on[tread].push_back(i);
-  std::multimap<SurfaceId, SurfaceId> heirs;
-  for (const std::vector<MapChanges::Heir>& list : {surfaces.merged, surfaces.split})
-    for (const MapChanges::Heir& heir : list) heirs.emplace(heir.before, heir.now);
+  std::multimap<SurfaceId, SurfaceId> successors;
+  for (const std::vector<MapChanges::Successor>& list : {surfaces.merged, surfaces.split})
+    for (const MapChanges::Successor& successor : list) successors.emplace(successor.before, successor.now);
   StairChanges changes;
   std::set<std::size_t> known;
   for (const Stair& earlier : before) {
@@ -324,20 +324,20 @@ StairChanges stair_changes(const std::vector<Stair>& before, std::uint64_t since
     };
     for (const SurfaceId tread : earlier.treads) {
       count(tread);
-      for (auto [heir, end] = heirs.equal_range(tread); heir != end; ++heir) count(heir->second);
+      for (auto [one, end] = successors.equal_range(tread); one != end; ++one) count(one->second);
     }
     if (shared.empty()) {
       changes.gone.push_back(earlier.id);
       continue;
     }
     for (const auto& [i, treads] : shared) known.insert(i);
-    const Stair& heir = now[std::max_element(shared.begin(), shared.end(), [](const auto& a, const auto& b) {
-                              return a.second < b.second;
-                            })->first];
-    if (heir.id != earlier.id) changes.renamed.push_back({earlier.id, heir.id});
-    if (heir.id != earlier.id || heir.steps != earlier.steps || heir.treads != earlier.treads ||
-        heir.landing_below != earlier.landing_below || heir.landing_above != earlier.landing_above)
-      changes.changed.push_back(heir.id);
+    const Stair& later = now[std::max_element(shared.begin(), shared.end(), [](const auto& a, const auto& b) {
+                               return a.second < b.second;
+                             })->first];
+    if (later.id != earlier.id) changes.renamed.push_back({earlier.id, later.id});
+    if (later.id != earlier.id || later.steps != earlier.steps || later.treads != earlier.treads ||
+        later.landing_below != earlier.landing_below || later.landing_above != earlier.landing_above)
+      changes.changed.push_back(later.id);
   }
   for (std::size_t i = 0; i < now.size(); ++i)
     if (!known.contains(i)) changes.appeared.push_back(now[i].id);

@@ -1,9 +1,9 @@
 #include "planning/stairs/steps.hpp"
 
 #include "geometry/directions.hpp"
+#include "geometry/symmetric.hpp"
 #include "planning/polygon_index.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -146,7 +146,7 @@ struct EdgeLine {
       mean /= static_cast<double>(edge.size());
       Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
       for (const EdgeSample& s : edge) spread += (s.at - mean) * (s.at - mean).transpose();
-      along = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(1);
+      along = geometry::principal_axes(spread).vectors.col(1);
       if (along.dot(Eigen::Vector2d(-outward.y(), outward.x())) < 0) along = -along;
       const Eigen::Vector2d across(along.y(), -along.x());
       std::vector<double> off;

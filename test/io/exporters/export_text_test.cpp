@@ -16,7 +16,7 @@ Error::Kind kind_of(const std::function<void()>& action) {
     action();
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-    EXPECT_FALSE(error.mend().empty());
+    EXPECT_FALSE(error.hint().empty());
     return error.kind();
   }
   ADD_FAILURE() << "no error";

@@ -36,7 +36,7 @@ class DamagedMapFiles : public MapFiles {
         bytes_of(map_of(changing_room(9, std::mt19937_64(20)), few_voxels)));    // fixed: see above
     auto records = unpack(bytes_of(map_of(pillar(5, 0, std::mt19937_64(21)))));  // fixed: see above
     std::erase_if(records, [](const map_file::Record& record) {
-      return record.has_departures() || record.has_seen_patches();
+      return record.has_removals() || record.has_seen_patches();
     });
     with_cylinder = new std::string(pack(records));
   }
@@ -374,8 +374,8 @@ const std::vector<Spoiled>& spoiled_cylinders() {
       {"radius that makes no sense", [](Spoiler& s) { s.cylinder().set_shape(6, 0); }},
       {"radius that makes no sense", [](Spoiler& s) { s.cylinder().set_shape(6, 1e6); }},
       {"far outside", [](Spoiler& s) { s.cylinder().set_shape(2, 1e9); }},
-      {"off its mantle", [](Spoiler& s) { s.cylinder().set_shape(6, s.cylinder().shape(6) + 0.6); }},
-      {"off its mantle", [](Spoiler& s) { s.cylinder().set_shape(0, s.cylinder().shape(0) + 5); }},
+      {"off its lateral", [](Spoiler& s) { s.cylinder().set_shape(6, s.cylinder().shape(6) + 0.6); }},
+      {"off its lateral", [](Spoiler& s) { s.cylinder().set_shape(0, s.cylinder().shape(0) + 5); }},
       {"fewer than n", [](Spoiler& s) { s.cylinder().clear_steps(); }},
       {"out of order", [](Spoiler& s) { s.cylinder().set_steps(1, 0); }},
       {"outside the octree", [](Spoiler& s) { s.cylinder().add_steps(~std::uint64_t{0}); }},

@@ -238,7 +238,7 @@ TEST_F(MapFiles, TheScansThatAMapHoldsAreKnownByPoseAndReadings) {
 }
 
 /// Four scans of a room whose walls are known, and two of three single points each, as a commit of this
-/// format's version saved them, and a departure and poses that were made up.
+/// format's version saved them, and a removal and poses that were made up.
 TEST_F(MapFiles, AFileThatWasWrittenBeforeIsRead) {
   for (const char* ending : {".surfaces", ".bt"})
     fs::copy_file(fs::path(test::paths::source()) / "test/fuzz/corpus" /
@@ -252,10 +252,10 @@ TEST_F(MapFiles, AFileThatWasWrittenBeforeIsRead) {
   EXPECT_EQ(loaded.map.size().scans, 6U);
   ASSERT_THAT(loaded.scans.poses, SizeIs(6));
   EXPECT_EQ(loaded.scans.poses[5].translation(), Eigen::Vector3d(1, 2, 3));
-  const DepartureLog& departures = loaded.map.snapshot()->departures;
-  EXPECT_EQ(departures.size(), 1U);
-  departures.for_each_since(0, [&](const Departure& departure) {
-    EXPECT_EQ(departure, (Departure{Departure::Of::surface, departure.id, 1, 2, 3, {1, 2}}));
+  const RemovalLog& removals = loaded.map.snapshot()->removals;
+  EXPECT_EQ(removals.size(), 1U);
+  removals.for_each_since(0, [&](const Removal& removal) {
+    EXPECT_EQ(removal, (Removal{Removal::Of::surface, removal.id, 1, 2, 3, {1, 2}}));
   });
   EXPECT_GE(loaded.map.state().queue.fresh.size(), 6U);
   EXPECT_EQ(loaded.map.at({0.3, -0.2, 0.1}).occupancy, Map::Occupancy::free) << "the middle of the room";

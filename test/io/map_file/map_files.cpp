@@ -103,9 +103,9 @@ std::string cylinder_difference(const surfaces::CylinderStore& a, const surfaces
   return {};
 }
 
-std::vector<Departure> all_of(const DepartureLog& log) {
-  std::vector<Departure> all;
-  log.for_each_since(0, [&](const Departure& departure) { all.push_back(departure); });
+std::vector<Removal> all_of(const RemovalLog& log) {
+  std::vector<Removal> all;
+  log.for_each_since(0, [&](const Removal& removal) { all.push_back(removal); });
   return all;
 }
 
@@ -116,7 +116,7 @@ std::string snapshot_difference(const Snapshot& a, const Snapshot& b) {
     if (const std::string d = published_difference(*a.surfaces[i], *b.surfaces[i]); !d.empty())
       return "published surface's " + d;
   if (!all_same(a.cylinders, b.cylinders)) return "published cylinders";
-  if (all_of(a.departures) != all_of(b.departures)) return "published departures";
+  if (all_of(a.removals) != all_of(b.removals)) return "published removals";
   return {};
 }
 
@@ -137,7 +137,7 @@ std::string MapFiles::loading(const std::string& content) const {
     load_map(folder / "map");
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
-    EXPECT_NE(error.mend(), "") << error.what();
+    EXPECT_NE(error.hint(), "") << error.what();
     return error.what();
   }
   return "loaded";
@@ -223,7 +223,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
   if (octree_of(a) != octree_of(b)) return "octree";
   if (a.queue != b.queue) return "queue";
   if (a.held != b.held) return "scans that it holds";
-  if (all_of(a.departures) != all_of(b.departures)) return "departures";
+  if (all_of(a.removals) != all_of(b.removals)) return "removals";
   if (a.points != b.points || a.scans != b.scans || a.revision != b.revision) return "counts";
   if (a.sensors_up != b.sensors_up) return "sensors' up";
   if (a.noise.histogram() != b.noise.histogram() || a.noise.range_noise() != b.noise.range_noise())

@@ -1,4 +1,4 @@
-// Cylinders: the part of the mantle that was seen.
+// Cylinders: the part of the lateral surface that was seen.
 import { cross } from '../vectors.js';
 import { Triangles } from './mesh.js';
 

@@ -1,4 +1,4 @@
-#include "surfaces/meetings.hpp"
+#include "surfaces/intersections.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -29,7 +29,7 @@ double row_spacing(const SurfaceModel& surface, const Eigen::Vector3d& inlier, c
 }  // namespace
 
 /// As the store's. Adjacent tiles mostly need the same regions.
-const std::vector<SurfaceId>& Meetings::in_regions_near(geometry::VoxelKey key, int reach) {
+const std::vector<SurfaceId>& Intersections::in_regions_near(geometry::VoxelKey key, int reach) {
   std::uint64_t regions = 0;
   for (const int k :
        {key.x - reach, key.y - reach, key.z - reach, key.x + reach, key.y + reach, key.z + reach})
@@ -41,7 +41,7 @@ const std::vector<SurfaceId>& Meetings::in_regions_near(geometry::VoxelKey key, 
   return in_regions_.emplace(regions, std::vector<SurfaceId>(found.begin(), found.end())).first->second;
 }
 
-bool Meetings::look_about(geometry::PlaneCell tile) {
+bool Intersections::look_about(geometry::PlaneCell tile) {
   others_.clear();
   constexpr double half_diagonal = 5.66;  // cells, of a tile: 4 √2
   const Eigen::Vector3d centre = surface_.centre_of({tile.u * 8 + 4, tile.v * 8 + 4});
@@ -68,7 +68,7 @@ bool Meetings::look_about(geometry::PlaneCell tile) {
 }
 
 /// Whether the other surface's inliers start as near to a place on its plane as their mutual spacing.
-bool Meetings::begins_near(const Other& other, const Eigen::Vector3d& at) const {
+bool Intersections::begins_near(const Other& other, const Eigen::Vector3d& at) const {
   const SurfaceModel& surface = *other.surface;
   const double d = surface.resolution();
   const auto nearest = surface.nearest(surface.cell_of(at.cast<float>()), cells(gap_, d));
@@ -82,7 +82,7 @@ bool Meetings::begins_near(const Other& other, const Eigen::Vector3d& at) const 
   return outward.dot(way) <= row_spacing(surface, first, outward, gap_ - d) + d / other.sine + half_a_cell;
 }
 
-void Meetings::points_from(const Inlier& inlier, std::vector<Eigen::Vector3d>& points) const {
+void Intersections::points_from(const Inlier& inlier, std::vector<Eigen::Vector3d>& points) const {
   points.clear();
   struct Met {
     const SurfaceModel* surface;
@@ -97,7 +97,7 @@ void Meetings::points_from(const Inlier& inlier, std::vector<Eigen::Vector3d>& p
     const double along = -other.surface->plane().signed_distance(from) / other.sine, way = std::fabs(along);
     if (way > gap_) continue;
     const Eigen::Vector3d outward = std::copysign(1.0, along) * other.toward;
-    if (surface_.occupied(surface_.cell_of((from + d * outward).cast<float>()))) continue;  // not a rim there
+    if (surface_.occupied(surface_.cell_of((from + d * outward).cast<float>()))) continue;  // inside
     if (way > row_spacing(surface_, from, outward, gap_ - d) + d / other.sine) continue;
     const Eigen::Vector3d at = from + along * other.toward;
     if (!begins_near(other, at)) continue;

@@ -1,24 +1,24 @@
 #include <algorithm>
 
-#include <octosurf/departures.hpp>
+#include <octosurf/removals.hpp>
 
 namespace octosurf {
 
-void DepartureLog::for_each_since(std::uint64_t revision,
-                                  const std::function<void(const Departure&)>& visit) const {
+void RemovalLog::for_each_since(std::uint64_t revision,
+                                const std::function<void(const Removal&)>& visit) const {
   const auto first = std::partition_point(
       chunks_.begin(), chunks_.end(),
       [&](const std::shared_ptr<const Chunk>& chunk) { return chunk->back().revision <= revision; });
   for (auto chunk = first; chunk != chunks_.end(); ++chunk)
-    for (const Departure& departure : **chunk)
-      if (departure.revision > revision) visit(departure);
+    for (const Removal& removal : **chunk)
+      if (removal.revision > revision) visit(removal);
 }
 
-DepartureLog DepartureLog::with(const std::vector<Departure>& more) const {
+RemovalLog RemovalLog::with(const std::vector<Removal>& more) const {
   constexpr std::size_t chunk_size = 256;
-  DepartureLog log = *this;
+  RemovalLog log = *this;
   std::shared_ptr<Chunk> last;
-  for (const Departure& departure : more) {
+  for (const Removal& removal : more) {
     if (!last && !log.chunks_.empty() && log.chunks_.back()->size() < chunk_size) {
       last = std::make_shared<Chunk>(*log.chunks_.back());
       log.chunks_.back() = last;
@@ -26,7 +26,7 @@ DepartureLog DepartureLog::with(const std::vector<Departure>& more) const {
       last = std::make_shared<Chunk>();
       log.chunks_.push_back(last);
     }
-    last->push_back(departure);
+    last->push_back(removal);
   }
   log.size_ += more.size();
   return log;

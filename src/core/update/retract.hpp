@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace octosurf::upkeep {
+namespace octosurf::update {
 
 /// Removes vanished voxels from their surfaces, updates refined points (those that no longer fit become
 /// pending), and dissolves surfaces that fell below n. Cost follows the delta.
@@ -17,4 +17,4 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta);
 void observe_again(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
                    std::span<const occupancy::OccupancyDelta::Confirmed> confirmed);
 
-}  // namespace octosurf::upkeep
+}  // namespace octosurf::update

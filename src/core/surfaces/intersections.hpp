@@ -9,16 +9,16 @@
 
 namespace octosurf::surfaces {
 
-/// Extends a surface's rim to its intersection with other surfaces. At an edge of two faces, its voxels
+/// Extends a surface's boundary to its intersection with other surfaces. At an edge of two faces, its voxels
 /// belong to one or the other, and sparse readings leave a strip on both sides; but each face ends at the
 /// other's plane, and that line is as exact as the two planes.
 ///
-/// A rim is extended from an inlier to the line if the line is no farther than the next reading would be: the
+/// It is extended from an inlier to the line if the line is no farther than the next reading would be: the
 /// distance to the previous row of inliers, plus one voxel that may be the other's; if the other's inliers
 /// start as near to the same place; and if there is no gap wider than the outline would bridge (`gap`, m).
-class Meetings {
+class Intersections {
  public:
-  Meetings(const SurfaceModel& surface, const SurfaceStore& surfaces, double gap)
+  Intersections(const SurfaceModel& surface, const SurfaceStore& surfaces, double gap)
       : surface_(surface), surfaces_(surfaces), gap_(gap) {}
 
   /// Finds the surfaces that may be met from a tile of 8 × 8 cells of the surface's hash, for points_from().

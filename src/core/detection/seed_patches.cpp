@@ -1,4 +1,4 @@
-#include "detection/planelets.hpp"
+#include "detection/seed_patches.hpp"
 
 #include "detection/constants.hpp"
 
@@ -70,9 +70,9 @@ class Ransac {
 
   /// Orients the normal toward the majority of the readings' sensors.
   Plane facing_sensor(Plane plane, std::span<const Index> seen) const {
-    double facing = 0;
-    for (const Index i : seen) facing += readings_[i].facing(plane);
-    if (facing < 0) plane = {-plane.normal, -plane.offset};
+    double cos_incidence = 0;
+    for (const Index i : seen) cos_incidence += readings_[i].cos_incidence(plane);
+    if (cos_incidence < 0) plane = {-plane.normal, -plane.offset};
     return plane;
   }
 
@@ -126,14 +126,14 @@ std::map<std::uint64_t, std::vector<Index>> blocks_of(const Readings& readings,
 
 }  // namespace
 
-int planelet_edge(double resolution) {
+int seed_patch_edge(double resolution) {
   return std::max(4, static_cast<int>(std::lround(Constants::smallest_edge / resolution)));
 }
 
-Segmentation with_planelets(const Readings& readings, Segmentation segmentation) {
+Segmentation with_seed_patches(const Readings& readings, Segmentation segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
-  for (int level = 0; level < planelet_levels; ++level) {
-    const int edge = planelet_edge(readings.resolution()) << level;
+  for (int level = 0; level < seed_patch_levels; ++level) {
+    const int edge = seed_patch_edge(readings.resolution()) << level;
     for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
       Ransac ransac(readings, std::move(indices), place);
       while (const std::optional<Ransac::FittedPlane> found = ransac.next()) {

@@ -6,14 +6,14 @@ namespace octosurf::detection {
 
 /// Edge of the smallest blocks searched for planes, in voxels: 8 cm, the smallest edge that a foot needs, and
 /// at least four voxels, so that a block that a plane crosses has more readings than a plane has parameters.
-int planelet_edge(double resolution);
-inline constexpr int planelet_levels = 4;  ///< effort: block sizes, each with twice the edge
+int seed_patch_edge(double resolution);
+inline constexpr int seed_patch_levels = 4;  ///< effort: block sizes, each with twice the edge
 
 /// Finds small initial planes by RANSAC (paper, III-C) among unlabelled readings that may seed: in blocks of
-/// planelet_edge() the best of a least-squares plane and of planes through three readings each, by Σ
+/// seed_patch_edge() the best of a least-squares plane and of planes through three readings each, by Σ
 /// log_ratio over the readings that belong to it, repeated while one explains more than its description
 /// costs. The rest goes to blocks of twice the edge, three times, for sparse readings or noise larger than
 /// the block. New patches are appended. O(readings).
-Segmentation with_planelets(const Readings& readings, Segmentation known);
+Segmentation with_seed_patches(const Readings& readings, Segmentation known);
 
 }  // namespace octosurf::detection

@@ -2,12 +2,12 @@
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
-#include "upkeep/retract.hpp"
+#include "update/retract.hpp"
 
 #include <gtest/gtest.h>
 #include <random>
 
-namespace octosurf::upkeep {
+namespace octosurf::update {
 namespace {
 
 constexpr double d = 0.02;
@@ -222,10 +222,10 @@ TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
       geometry::fitted_plane(surface.moments(&state.noise), surface.reference(), surface.plane().normal));
   EXPECT_GT(readings, 20000U);
   EXPECT_LE(surface.evidence().readings, static_cast<double>(readings));
-  EXPECT_GE(surface.evidence().readings, 0.8 * static_cast<double>(readings)) << "all but the rim's";
+  EXPECT_GE(surface.evidence().readings, 0.8 * static_cast<double>(readings)) << "all but the boundary's";
   EXPECT_NEAR(surface.plane().signed_distance({0.5, 0.5, 0.012}), 0, 4e-4);
   EXPECT_GT(surface.plane().normal.z(), std::cos(0.001));
 }
 
 }  // namespace
-}  // namespace octosurf::upkeep
+}  // namespace octosurf::update

@@ -1,4 +1,4 @@
-#include "upkeep/retract.hpp"
+#include "update/retract.hpp"
 
 #include "sensing/reading_code.hpp"
 #include "sensing/reading_model.hpp"
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf::upkeep {
+namespace octosurf::update {
 
 void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
   const sensing::ReadingModel model(ledger.noise, ledger.grid.resolution());
@@ -16,7 +16,7 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
   }
   for (const occupancy::OccupancyDelta::Refined& r : delta.refined) {
     if (r.before.surface == 0) {
-      ledger.changes.unseen.push_back(r.after.key);  // seen better, it may fit a plane now
+      ledger.changes.unprocessed.push_back(r.after.key);  // seen better, it may fit a plane now
       continue;
     }
     surfaces::SurfaceModel* surface = ledger.find(r.before.surface);
@@ -35,7 +35,7 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
 void observe_again(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
                    std::span<const occupancy::OccupancyDelta::Confirmed> confirmed) {
   constexpr double independent = 8;  // readings in a voxel with independent errors
-  constexpr double least_facing = 0.1;
+  constexpr double least_cos_incidence = 0.1;
   constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading suffices for its plane
   const sensing::NoiseModel& noise = ledger.noise;
   const sensing::ReadingModel model(noise, ledger.grid.resolution());
@@ -47,14 +47,14 @@ void observe_again(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
     const sensing::EndVoxel& end = scan.ends[c.end];
     const Eigen::Vector3d sight = scan.start_of(end).cast<double>() - end.centroid.cast<double>();
     const double range = sight.norm();
-    const double facing = std::max(least_facing, surface->plane().normal.dot(sight) / range);
+    const double cos_incidence = std::max(least_cos_incidence, surface->plane().normal.dot(sight) / range);
     const unsigned range_class = sensing::range_class_of(static_cast<float>(range));
-    if (!(model.log_ratio(surface->distance(end.centroid), range_class, facing) > 0)) continue;
+    if (!(model.log_ratio(surface->distance(end.centroid), range_class, cos_incidence) > 0)) continue;
     if (!surface->surrounded(surface->cell_of(end.centroid))) continue;
     const double n = independent * end.count / (independent + end.count);
-    const double ratio = noise.sigma(1) / (noise.measured_sigma(range_class) * facing);
+    const double ratio = noise.sigma(1) / (noise.measured_sigma(range_class) * cos_incidence);
     surface->observe(end.centroid, n * ratio * ratio);
   }
 }
 
-}  // namespace octosurf::upkeep
+}  // namespace octosurf::update

@@ -10,9 +10,9 @@ namespace octosurf::test {
 namespace {
 
 using ::testing::HasSubstr;
-using Departures = MapFiles;
+using Removals = MapFiles;
 
-TEST_F(Departures, ComeBackWithWhoTookThemIn) {
+TEST_F(Removals, ComeBackWithWhoTookThemIn) {
   Map map = map_of(pillar(30, 20));  // it is taken away
   save_map(map, folder / "a");
   const LoadedMap loaded = load_map(folder / "a");
@@ -31,43 +31,43 @@ TEST_F(Departures, ComeBackWithWhoTookThemIn) {
   EXPECT_GT(told, 0U);
 }
 
-TEST_F(Departures, ManyComeBackInOrder) {
+TEST_F(Removals, ManyComeBackInOrder) {
   Map map = map_of(changing_room(5));
-  std::vector<Departure> many;
+  std::vector<Removal> many;
   const SurfaceId first = map.state().surfaces.next_id();
   for (SurfaceId i = 0; i < 20000; ++i)
-    many.push_back({Departure::Of::surface, first + i, i % 3 == 0 ? 1U : 0U, i / 9000, 1 + i / 8000, {1, 2}});
+    many.push_back({Removal::Of::surface, first + i, i % 3 == 0 ? 1U : 0U, i / 9000, 1 + i / 8000, {1, 2}});
   map.state().surfaces.set_next_id(first + 20000);
-  map.state().departures = DepartureLog().with(many);
+  map.state().removals = RemovalLog().with(many);
   save_map(map, folder / "a");
   const LoadedMap loaded = load_map(folder / "a");
-  std::vector<Departure> read;
-  loaded.map.snapshot()->departures.for_each_since(0, [&](const Departure& d) { read.push_back(d); });
+  std::vector<Removal> read;
+  loaded.map.snapshot()->removals.for_each_since(0, [&](const Removal& d) { read.push_back(d); });
   EXPECT_EQ(read, many);
 }
 
-TEST_F(Departures, ThatCannotBeAreRefused) {
+TEST_F(Removals, ThatCannotBeAreRefused) {
   std::vector<map_file::Record> good = unpack(bytes_of(map_of(changing_room(6))));
   std::erase_if(good, [](const map_file::Record& record) {
-    return record.has_departures() || record.has_seen_patches();
+    return record.has_removals() || record.has_seen_patches();
   });
   const std::uint32_t next = good.front().header().next_id();
   const std::uint64_t revision = good.front().header().revision();
-  const auto with = [&](const std::function<void(map_file::Departure&, map_file::Departure&)>& spoil) {
+  const auto with = [&](const std::function<void(map_file::Removal&, map_file::Removal&)>& spoil) {
     std::vector<map_file::Record> records = good;
     records.front().mutable_header()->set_next_id(next + 2);
-    map_file::Departures& departures = *records.emplace_back().mutable_departures();
+    map_file::Removals& removals = *records.emplace_back().mutable_removals();
     for (std::uint32_t i = 0; i < 2; ++i) {
-      map_file::Departure& departure = *departures.add_departures();
-      departure.set_id(next + i);
-      departure.set_born(1);
-      departure.set_revision(2 + i);
-      departure.add_parents(1);
+      map_file::Removal& removal = *removals.add_removals();
+      removal.set_id(next + i);
+      removal.set_born(1);
+      removal.set_revision(2 + i);
+      removal.add_parents(1);
     }
-    spoil(*departures.mutable_departures(0), *departures.mutable_departures(1));
+    spoil(*removals.mutable_removals(0), *removals.mutable_removals(1));
     return loading(pack(records));
   };
-  using D = map_file::Departure;
+  using D = map_file::Removal;
   EXPECT_EQ(with([](D&, D&) {}), "loaded");
   EXPECT_THAT(with([](D& a, D&) { a.clear_id(); }), HasSubstr("never there"));
   EXPECT_THAT(with([&](D&, D& b) { b.set_id(next + 2); }), HasSubstr("never there"));

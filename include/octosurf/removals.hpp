@@ -11,7 +11,7 @@
 namespace octosurf {
 
 /// A removed surface or cylinder. Its id is never reused.
-struct Departure {
+struct Removal {
   /// Kind of the removed object.
   enum class Of { surface, cylinder };
   Of of = Of::surface;             ///< kind
@@ -21,20 +21,20 @@ struct Departure {
   std::uint64_t revision = 0;      ///< map revision in which it was removed
   std::vector<SurfaceId> parents;  ///< Surface::parents at removal; empty for a cylinder
 
-  friend bool operator==(const Departure&, const Departure&) = default;
+  friend bool operator==(const Removal&, const Removal&) = default;
 };
 
-/// All departures of a map in chronological order. Immutable, cheap to copy and keep.
-class DepartureLog {
+/// All removals of a map in chronological order. Immutable, cheap to copy and keep.
+class RemovalLog {
  public:
-  std::size_t size() const { return size_; }  ///< number of departures
+  std::size_t size() const { return size_; }  ///< number of removals
   /// Those after `revision`, oldest first. O(log n) and O(1) each.
-  void for_each_since(std::uint64_t revision, const std::function<void(const Departure&)>& visit) const;
+  void for_each_since(std::uint64_t revision, const std::function<void(const Removal&)>& visit) const;
   /// A copy with `more` appended, whose revisions must not descend. O(more), and O(n) / 256.
-  DepartureLog with(const std::vector<Departure>& more) const;
+  RemovalLog with(const std::vector<Removal>& more) const;
 
  private:
-  using Chunk = std::vector<Departure>;
+  using Chunk = std::vector<Removal>;
   std::vector<std::shared_ptr<const Chunk>> chunks_;
   std::size_t size_ = 0;
 };

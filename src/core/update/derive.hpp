@@ -4,7 +4,7 @@
 
 #include <memory>
 
-namespace octosurf::upkeep {
+namespace octosurf::update {
 
 /// Recomputes the stale parts of the touched surfaces. Returns the next snapshot: the last one with the
 /// changes. Cost follows the change, except for the copy of pointers to all surfaces. `inliers_alone`:
@@ -13,4 +13,4 @@ namespace octosurf::upkeep {
 std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces::Changes& changes,
                                        bool inliers_alone, int threads);
 
-}  // namespace octosurf::upkeep
+}  // namespace octosurf::update

@@ -1,13 +1,13 @@
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
-#include "upkeep/derive.hpp"
-#include "upkeep/retract.hpp"
+#include "update/derive.hpp"
+#include "update/retract.hpp"
 
 #include <gtest/gtest.h>
 #include <random>
 
-namespace octosurf::upkeep {
+namespace octosurf::update {
 namespace {
 
 const Plane ground{Eigen::Vector3d::UnitZ(), 0.01};
@@ -87,7 +87,7 @@ TEST(Retract, DissolvesBelowTheFewestPoints) {
   retract(ledger, delta);
   EXPECT_EQ(floor.state.surfaces.find(1), nullptr);
   EXPECT_TRUE(ledger.changes.gone.contains(1));
-  EXPECT_EQ(ledger.changes.unseen.size(), left_over) << "its points return to pending";
+  EXPECT_EQ(ledger.changes.unprocessed.size(), left_over) << "its points return to pending";
   floor.state.occupancy.for_each_point([](const occupancy::VoxelPoint& p) { EXPECT_EQ(p.surface, 0U); });
   EXPECT_TRUE(floor.state.surfaces.near(floor.delta.appeared.front().key, 500).empty());
 }
@@ -136,4 +136,4 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
 }
 
 }  // namespace
-}  // namespace octosurf::upkeep
+}  // namespace octosurf::update

@@ -16,7 +16,7 @@ namespace {
 using test::d;
 using test::h;
 
-/// Sites of meetings are rounded to an eighth of a cell along each axis.
+/// Sites of intersections are rounded to an eighth of a cell along each axis.
 constexpr double rounding = d / 8;
 
 /// Rectangular faces in a store, of readings on a grid; a voxel is the first's that has readings in it, as
@@ -70,7 +70,7 @@ Eigen::Isometry3d turned(const Eigen::Isometry3d& pose, double angle) {
 
 /// However the edge lies, and sharp or blunt as it is: never beyond it, hardly ever before it. Three faces in
 /// 600 ended more than an eighth of a voxel before it on the mean, where voxels lie along it.
-TEST(Meetings, FacesEndAtTheirCommonEdge) {
+TEST(Intersections, FacesEndAtTheirCommonEdge) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> angle(0.4, std::numbers::pi - 0.4);  // 23° to 157°
@@ -97,7 +97,7 @@ TEST(Meetings, FacesEndAtTheirCommonEdge) {
 
 /// Where the voxels at a corner are two other faces', none of the third's may be near to both of them: its
 /// tip is cut then, by less than two voxels.
-TEST(Meetings, ThreeFacesEndInTheirCorner) {
+TEST(Intersections, ThreeFacesEndInTheirCorner) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   int exact = 0;
@@ -124,7 +124,7 @@ TEST(Meetings, ThreeFacesEndInTheirCorner) {
 }
 
 /// A lidar's rows lie farther apart than voxels, and the next one would have been on the other face.
-TEST(Meetings, SparseRowsLeaveNoStripAtAnEdge) {
+TEST(Intersections, SparseRowsLeaveNoStripAtAnEdge) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (int round = 0; round < 6 && !HasFailure(); ++round) {
@@ -142,7 +142,7 @@ TEST(Meetings, SparseRowsLeaveNoStripAtAnEdge) {
 }
 
 /// A board that ends three to four voxels before a wall was seen to: there would have been further rows.
-TEST(Meetings, WhatEndsBeforeAWallDoesNotReachIt) {
+TEST(Intersections, WhatEndsBeforeAWallDoesNotReachIt) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> before(3 * d, 4 * d);
@@ -162,7 +162,7 @@ TEST(Meetings, WhatEndsBeforeAWallDoesNotReachIt) {
 }
 
 /// A plane goes on for ever, a surface does not: where the other one has no inliers, nothing is met.
-TEST(Meetings, NothingIsMetWhereTheOtherSurfaceIsNot) {
+TEST(Intersections, NothingIsMetWhereTheOtherSurfaceIsNot) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (int round = 0; round < 6 && !HasFailure(); ++round) {
@@ -180,7 +180,7 @@ TEST(Meetings, NothingIsMetWhereTheOtherSurfaceIsNot) {
 }
 
 /// As SurfaceModel.PolygonsDoNotDependOnHistory, while both surfaces and their planes become others.
-TEST(Meetings, DoNotDependOnHistory) {
+TEST(Intersections, DoNotDependOnHistory) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::normal_distribution<double> move(0, 0.003);

@@ -63,7 +63,7 @@ double inset(const SurfaceModel& model, const Eigen::Isometry3d& pose, const Eig
 
 /// With sides along the voxels' the readings of a voxel fill a box, whose inner side is the voxel's, and so
 /// its end is known exactly: less the 2 mm that noise of 1 mm may reach.
-TEST(Rim, ReachesTheReadingsEndAlongTheVoxels) {
+TEST(Boundary, ReachesTheReadingsEndAlongTheVoxels) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(0.0085, d - 0.0085);
@@ -71,7 +71,7 @@ TEST(Rim, ReachesTheReadingsEndAlongTheVoxels) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() = geometry::plane_axes(Eigen::Vector3d::Unit(round % 3));
     // In the middle of a layer of voxels. A voxel that is filled by 8 mm and more has its mean 2 mm and more
-    // before where the rim point comes to stand, which is worth a site.
+    // before where the boundary point comes to stand, which is worth a site.
     pose.translation() = Eigen::Vector3d::Constant(d / 2);
     const Eigen::Vector2d start(uniform(rng), uniform(rng));
     pose.translation() += pose.linear().leftCols<2>() * (start - Eigen::Vector2d::Constant(d / 2));
@@ -85,7 +85,7 @@ TEST(Rim, ReachesTheReadingsEndAlongTheVoxels) {
 
 /// However the rectangle lies: centroids alone end inside of it. What is taken for a box may be a triangle,
 /// whose readings end a third of its height earlier or later: less than an eighth of a voxel on the whole.
-TEST(Rim, IsHardlyBiasedHoweverAFaceLies) {
+TEST(Boundary, IsHardlyBiasedHoweverAFaceLies) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Vector2d size(0.5, 0.4);
@@ -103,7 +103,7 @@ TEST(Rim, IsHardlyBiasedHoweverAFaceLies) {
   }
 }
 
-TEST(Rim, PointsStayInTheirVoxels) {
+TEST(Boundary, PointsStayInTheirVoxels) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (int round = 0; round < 8 && !HasFailure(); ++round) {
@@ -112,7 +112,7 @@ TEST(Rim, PointsStayInTheirVoxels) {
         model_of(test::voxels_of(test::random_blob(rng, 0.6, 0.1), pose, d, 0.6, 0.006, rng), pose);
     std::size_t points = 0;
     model.for_each_inlier([&](const Inlier& inlier) {
-      const auto p = model.rim_point(inlier, 0);
+      const auto p = model.boundary_point(inlier, 0);
       if (!p) return;
       ++points;
       const Eigen::Vector3f off = *p - geometry::VoxelGrid(d).centre_of(inlier.key);
@@ -124,7 +124,7 @@ TEST(Rim, PointsStayInTheirVoxels) {
 }
 
 /// What lies wholly within the reach of its noise says nothing about where it ends.
-TEST(Rim, NoiseOfHalfAVoxelLeavesTheCentroids) {
+TEST(Boundary, NoiseOfHalfAVoxelLeavesTheCentroids) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Isometry3d pose = test::random_pose(rng);
@@ -138,7 +138,7 @@ TEST(Rim, NoiseOfHalfAVoxelLeavesTheCentroids) {
 }
 
 /// As SurfaceModel.PolygonsDoNotDependOnHistory, while the noise becomes another, too.
-TEST(Rim, DoesNotDependOnHistory) {
+TEST(Boundary, DoesNotDependOnHistory) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const std::array noises{noise_of(0.001), noise_of(0.003), noise_of(0.02)};

@@ -1,4 +1,4 @@
-#include "upkeep/derive.hpp"
+#include "update/derive.hpp"
 
 #include "geometry/parallel.hpp"
 
@@ -7,23 +7,22 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf::upkeep {
+namespace octosurf::update {
 namespace {
 
 /// Surfaces created and removed within the scan are recorded, too: one may link a parent to its successors.
-void note_departures(surfaces::MapState& state, const Snapshot& before) {
-  std::vector<Departure> departures = state.surfaces.take_departures();
-  const std::size_t surfaces = departures.size();
-  for (const Departure& cylinder : state.cylinders.take_departures()) departures.push_back(cylinder);
-  if (departures.empty()) return;
-  for (std::size_t i = 0; i < departures.size(); ++i) {
-    Departure& departure = departures[i];
-    departure.revision = state.revision;
-    if (!(i < surfaces ? before.find(departure.id) != nullptr
-                       : before.find_cylinder(departure.id) != nullptr))
-      departure.born = state.revision;
+void note_removals(surfaces::MapState& state, const Snapshot& before) {
+  std::vector<Removal> removals = state.surfaces.take_removals();
+  const std::size_t surfaces = removals.size();
+  for (const Removal& cylinder : state.cylinders.take_removals()) removals.push_back(cylinder);
+  if (removals.empty()) return;
+  for (std::size_t i = 0; i < removals.size(); ++i) {
+    Removal& removal = removals[i];
+    removal.revision = state.revision;
+    if (!(i < surfaces ? before.find(removal.id) != nullptr : before.find_cylinder(removal.id) != nullptr))
+      removal.born = state.revision;
   }
-  state.departures = state.departures.with(departures);
+  state.removals = state.removals.with(removals);
 }
 
 /// Inserts or replaces, in order of id.
@@ -78,10 +77,10 @@ std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces
   for (SurfacePtr& surface : derived(state, std::move(touched), *before, inliers_alone, threads))
     put(next->surfaces, std::move(surface));
   next->cylinders = state.cylinders.publish(state.revision);
-  note_departures(state, *before);
-  next->departures = state.departures;
+  note_removals(state, *before);
+  next->removals = state.removals;
   if (state.octree_shared) next->octree = state.occupancy.share();
   return next;
 }
 
-}  // namespace octosurf::upkeep
+}  // namespace octosurf::update
