@@ -2,6 +2,7 @@
 // truth, for several margins, and beside them the convex hull's plain inset.
 
 #include "bench/bench.hpp"
+#include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
 
 #include <algorithm>

@@ -38,21 +38,16 @@ class MeshFacesTest : public terrain::TerrainTest {
     return Faces(find_mesh_faces(mesh_of(triangles)), {}).all();
   }
 
-  /// Areas of the faces whose normals are `normal` and that lie `offset` along it; descending.
-  static std::vector<double> areas(const std::vector<evaluation::TrueFace>& faces,
-                                   const Eigen::Vector3d& normal, double offset) {
+  /// The faces whose normals are `normal` and that lie `offset` along it have these areas; descending.
+  static void expect_areas(const std::vector<evaluation::TrueFace>& faces, const Eigen::Vector3d& normal,
+                           double offset, const std::vector<double>& areas) {
     std::vector<double> found;
     for (const auto& face : faces)
       if (face.plane.normal.dot(normal) > 1 - 1e-8 && std::abs(face.plane.offset - offset) < 1e-5)
         found.push_back(area(face));
     std::sort(found.rbegin(), found.rend());
-    return found;
-  }
-
-  static testing::Matcher<std::vector<double>> are(const std::vector<double>& expected) {
-    std::vector<testing::Matcher<double>> each;
-    for (const double a : expected) each.push_back(testing::DoubleNear(a, 1e-4));
-    return testing::ElementsAreArray(each);
+    EXPECT_THAT(found, testing::Pointwise(testing::DoubleNear(1e-4), areas))
+        << normal.transpose() << " at " << offset;
   }
 };
 
@@ -67,15 +62,15 @@ TEST_F(MeshFacesTest, StairHasItsTreadsRisersAndSidesHoweverItsTrianglesAreWound
       if (turned && random.uniform() < 0.5) std::swap(t[0], t[1]);
     const auto faces = faces_of(stair);
     for (int k = 0; k < 4; ++k) {
-      EXPECT_THAT(areas(faces, Z, 0.17 * (k + 1)), are({0.29}));
-      EXPECT_THAT(areas(faces, -X, -1 - 0.29 * k), are({0.17}));
+      expect_areas(faces, Z, 0.17 * (k + 1), {0.29});
+      expect_areas(faces, -X, -1 - 0.29 * k, {0.17});
     }
     const double side = 0.29 * 0.17 * (1 + 2 + 3 + 4);
-    EXPECT_THAT(areas(faces, -Y, -0.5), are({side})) << "four boxes' sides are one face";
-    EXPECT_THAT(areas(faces, Y, 1.5), are({side}));
-    EXPECT_THAT(areas(faces, X, 1 + 4 * 0.29), are({4 * 0.17}));
-    EXPECT_THAT(areas(faces, Z, 0), are({8 - 4 * 0.29})) << "the ground, without what the stair stands on";
-    EXPECT_THAT(areas(faces, -Z, 0), are({8.0})) << "the sheet's other side, free of steps";
+    expect_areas(faces, -Y, -0.5, {side});  // four boxes' sides are one face
+    expect_areas(faces, Y, 1.5, {side});
+    expect_areas(faces, X, 1 + 4 * 0.29, {4 * 0.17});
+    expect_areas(faces, Z, 0, {8 - 4 * 0.29});  // the ground, without what the stair stands on
+    expect_areas(faces, -Z, 0, {8.0});          // the sheet's other side, free of steps
     EXPECT_EQ(faces.size(), 4u + 4 + 2 + 1 + 2) << "nothing between the steps and nothing under them";
   }
 }
@@ -88,17 +83,17 @@ TEST_F(MeshFacesTest, TwoIntersectingBoxesHaveOnlyWhatSticksOut) {
   for (int turn = 0; turn < 5; ++turn) {
     const Eigen::Isometry3d T = turn == 0 ? Eigen::Isometry3d::Identity() : random_pose(random);
     const auto faces = faces_of(moved(triangles, T));
-    const auto of = [&](const Eigen::Vector3d& n, double offset) {
+    const auto expect = [&](const Eigen::Vector3d& n, double offset, const std::vector<double>& areas) {
       const Eigen::Vector3d normal = T.linear() * n;
-      return areas(faces, normal, offset + normal.dot(T.translation()));
+      expect_areas(faces, normal, offset + normal.dot(T.translation()), areas);
     };
-    EXPECT_THAT(of(Z, 0.4), are({2 - 0.15}));
-    EXPECT_THAT(of(-Z, 0), are({2 - 0.15}));
-    EXPECT_THAT(of(Z, 0.8), are({0.15}));
-    EXPECT_THAT(of(-Z, 0.2), are({0.15}));
-    EXPECT_THAT(of(X, 1), are({0.3 * 0.4, 0.3 * 0.2})) << "above and below the slab";
-    EXPECT_THAT(of(-Y, -0.3), are({0.5 * 0.4, 0.5 * 0.2}));
-    EXPECT_THAT(of(X, 2), are({0.4}));
+    expect(Z, 0.4, {2 - 0.15});
+    expect(-Z, 0, {2 - 0.15});
+    expect(Z, 0.8, {0.15});
+    expect(-Z, 0.2, {0.15});
+    expect(X, 1, {0.3 * 0.4, 0.3 * 0.2});  // above and below the slab
+    expect(-Y, -0.3, {0.5 * 0.4, 0.5 * 0.2});
+    expect(X, 2, {0.4});
     EXPECT_EQ(faces.size(), 2u + 4 + 2 + 8) << "turn " << turn;
     for (const auto& face : faces)
       EXPECT_EQ(face.polygons[0].holes.size(), area(face) > 1.5 ? 1u : 0u) << face.name;
@@ -115,8 +110,8 @@ TEST_F(MeshFacesTest, WhatTouchesAtATIsOneFace) {
   const Eigen::Isometry3d T = random_pose(random);
   const auto faces = faces_of(moved(triangles, T));
   const Eigen::Vector3d up = T.linear() * Z;
-  EXPECT_THAT(areas(faces, up, 0.3 + up.dot(T.translation())), are({3 + 1.1 + 0.7 * 1.3}));
-  EXPECT_THAT(areas(faces, -up, -up.dot(T.translation())), are({3 + 1.1 + 0.7 * 1.3}));
+  expect_areas(faces, up, 0.3 + up.dot(T.translation()), {3 + 1.1 + 0.7 * 1.3});
+  expect_areas(faces, -up, -up.dot(T.translation()), {3 + 1.1 + 0.7 * 1.3});
 }
 
 TEST_F(MeshFacesTest, PiecesThatDoNotTouchOrAreAStepApartAreFacesOfTheirOwn) {
@@ -129,7 +124,7 @@ TEST_F(MeshFacesTest, PiecesThatDoNotTouchOrAreAStepApartAreFacesOfTheirOwn) {
       if (face.plane.normal.z() > 0.99) found.push_back(area(face));
     return found;
   };
-  EXPECT_THAT(level_areas(0.005, 0), are({1, 0.995}));
+  EXPECT_THAT(level_areas(0.005, 0), testing::Pointwise(testing::DoubleNear(1e-4), {1.0, 0.995}));
   EXPECT_EQ(level_areas(0, 0.003).size(), 2u);
   EXPECT_EQ(level_areas(0, 0.0002).size(), 1u);
 }
@@ -147,11 +142,11 @@ TEST_F(MeshFacesTest, ABoxWithoutBottomHidesItsInsideOneWithoutASideShowsIt) {
   };
   const auto no_bottom = without(0);
   EXPECT_EQ(no_bottom.size(), 5u + 2);
-  EXPECT_THAT(areas(no_bottom, Z, 0), are({8}));
-  const auto no_side = without(3);  // +x
-  EXPECT_THAT(areas(no_side, Z, 0), are({9})) << "the ground goes on into the box";
-  EXPECT_THAT(areas(no_side, -Z, -0.5), are({1})) << "its ceiling";
-  EXPECT_THAT(areas(no_side, X, 0), are({0.5})) << "its back, from inside";
+  expect_areas(no_bottom, Z, 0, {8});
+  const auto no_side = without(3);       // +x
+  expect_areas(no_side, Z, 0, {9});      // the ground goes on into the box
+  expect_areas(no_side, -Z, -0.5, {1});  // its ceiling
+  expect_areas(no_side, X, 0, {0.5});    // its back, from inside
 }
 
 TEST_F(MeshFacesTest, ARaysSideTellsWhichFaceItHit) {
