@@ -1,25 +1,16 @@
 #pragma once
 
+#include "io/files.hpp"
 #include "room_snapshot.hpp"
-
-#include <filesystem>
-#include <fstream>
-#include <gtest/gtest.h>
-#include <string>
-#include <unistd.h>
 
 #include <octosurf/export.hpp>
 
 namespace octosurf::test {
 
-/// A room, a folder of its own, and parts to export that come from outside a snapshot.
-class ExportTest : public ::testing::Test {
+/// A room, and parts to export that come from outside a snapshot.
+class ExportTest : public FolderTest {
  protected:
   ExportTest() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              ("octosurf_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
     for (const SurfacePtr& surface : room_.surfaces) {
       extras_.points.push_back({surface->id, surface->to_map({0.1, 0.2})});
       extras_.points.push_back({surface->id, surface->to_map({0.2, 0.1})});
@@ -36,10 +27,6 @@ class ExportTest : public ::testing::Test {
     extras_.convex[table.id] = {piece};
     extras_.circles[table.id] = {{table.to_map({0.8, 0.5}), 0.5}, {table.to_map({0.3, 0.3}), 0.25}};
   }
-  ~ExportTest() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
-
   std::filesystem::path write(const std::string& name, std::vector<ExportPart> parts) const {
     const std::size_t before = count_files();
     ExportOptions options;
@@ -47,10 +34,6 @@ class ExportTest : public ::testing::Test {
     export_surfaces(room_, path(name), options, extras_);
     EXPECT_EQ(count_files(), before + (path(name).extension() == ".obj" ? 2 : 1));
     return path(name);
-  }
-
-  std::size_t count_files() const {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
   }
 
   double total_area() const {
@@ -61,7 +44,6 @@ class ExportTest : public ::testing::Test {
 
   Snapshot room_ = make_room();
   ExportExtras extras_;
-  std::filesystem::path folder_;
 };
 
 inline double area(const Mesh& mesh) {

@@ -11,16 +11,18 @@ namespace {
 
 using enum ExportPart;
 
-Error::Kind kind_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-    EXPECT_FALSE(error.hint().empty());
-    return error.kind();
-  }
-  ADD_FAILURE() << "no error";
-  return Error::Kind::usage;
+/// Fails the test unless `work` throws an Error of this kind, in one line, with a hint.
+template <class Work>
+void expect_refused(Error::Kind kind, const Work& work, const std::string& what = "") {
+  SCOPED_TRACE(what);
+  failure(kind, [&] {
+    try {
+      work();
+    } catch (const Error& error) {
+      EXPECT_FALSE(error.hint().empty());
+      throw;
+    }
+  });
 }
 
 TEST_F(ExportTest, FilesAreReadByPython) {
@@ -135,8 +137,7 @@ assert abs(six/6 - 0.02*whole) < 1e-4, six/6
 for s, t in zip(low + high, [-.02, -.02, -.02, 6.02, 4.02, 2.52]): assert abs(s - t) < 1e-5, (low, high)
 )";
   if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is missing";
-  EXPECT_EQ(std::system(("python3 '" + path("read.py").string() + "' '" + folder_.string() + "'").c_str()),
-            0);
+  EXPECT_EQ(std::system(("python3 '" + path("read.py").string() + "' '" + folder.string() + "'").c_str()), 0);
 }
 
 TEST_F(ExportTest, EdgeLabelsOfOtherPolygonsAreRefused) {
@@ -147,7 +148,7 @@ TEST_F(ExportTest, EdgeLabelsOfOtherPolygonsAreRefused) {
   const auto refused = [&](const std::vector<PolygonEdges>& wrong) {
     ExportExtras extras;
     extras.edges[floor.id] = wrong;
-    EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("wrong.json"), {}, extras); }), Error::Kind::data);
+    expect_refused(Error::Kind::data, [&] { export_surfaces(room_, path("wrong.json"), {}, extras); });
     EXPECT_EQ(count_files(), 0U);
   };
   refused({});
@@ -163,45 +164,39 @@ TEST_F(ExportTest, EdgeLabelsOfOtherPolygonsAreRefused) {
 }
 
 TEST_F(ExportTest, SameInputSameBytes) {
-  for (const char* ending : {".json", ".csv", ".ply", ".glb", ".stl"}) {
-    export_surfaces(room_, path(std::string("a") + ending));
-    export_surfaces(make_room(), path(std::string("b") + ending));
-    const auto bytes = [](const std::filesystem::path& file) {
-      std::ifstream stream(file, std::ios::binary);
-      return std::string(std::istreambuf_iterator<char>(stream), {});
-    };
-    EXPECT_EQ(bytes(path(std::string("a") + ending)), bytes(path(std::string("b") + ending))) << ending;
+  for (const std::string ending : {".json", ".csv", ".ply", ".glb", ".stl"}) {
+    export_surfaces(room_, path("a" + ending));
+    export_surfaces(make_room(), path("b" + ending));
+    EXPECT_EQ(read_file(path("a" + ending)), read_file(path("b" + ending))) << ending;
   }
 }
 
 TEST_F(ExportTest, ExistingFileIsKeptUnlessForced) {
   for (const char* name : {"kept.json", "kept.csv", "kept.ply", "kept.glb", "kept.obj", "kept.stl"}) {
     std::ofstream(path(name)) << "precious";
-    EXPECT_EQ(kind_of([&] { export_surfaces(room_, path(name)); }), Error::Kind::usage);
-    std::string word;
-    std::ifstream(path(name)) >> word;
-    EXPECT_EQ(word, "precious");
+    expect_refused(Error::Kind::usage, [&] { export_surfaces(room_, path(name)); });
+    EXPECT_EQ(read_file(path(name)), "precious");
     ExportOptions options;
     options.force = true;
     export_surfaces(room_, path(name), options);
     EXPECT_GT(std::filesystem::file_size(path(name)), 1000u);
   }
   std::ofstream(path("other.mtl")) << "precious";
-  EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("other.obj")); }), Error::Kind::usage);
+  expect_refused(Error::Kind::usage, [&] { export_surfaces(room_, path("other.obj")); });
   EXPECT_FALSE(std::filesystem::exists(path("other.obj")));
 }
 
 TEST_F(ExportTest, UnwritablePlaceIsNamed) {
   for (const char* name : {"no/folder.json", "no/folder.csv", "no/folder.ply", "no/folder.glb"}) {
-    EXPECT_EQ(kind_of([&] { export_surfaces(room_, path(name)); }), Error::Kind::output);
+    expect_refused(Error::Kind::output, [&] { export_surfaces(room_, path(name)); });
   }
   ExportOptions options;
   options.parts = {points};
-  EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("no/folder.ply"), options, extras_); }),
-            Error::Kind::output);
+  expect_refused(Error::Kind::output,
+                 [&] { export_surfaces(room_, path("no/folder.ply"), options, extras_); });
   options.force = true;
   std::filesystem::create_directory(path("folder.json"));
-  EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("folder.json"), options); }), Error::Kind::output);
+  expect_refused(Error::Kind::output, [&] { export_surfaces(room_, path("folder.json"), options); });
   std::filesystem::remove(path("folder.json"));
   EXPECT_EQ(count_files(), 0u);  // no temporary file is left
 }
@@ -210,29 +205,31 @@ TEST_F(ExportTest, FullDiskIsAnErrorAndLeavesNothing) {
   for (const char* name : {"room.json", "room.csv", "room.ply", "room.glb", "room.obj", "room.stl"}) {
     export_surfaces(room_, path(name));
     const std::uintmax_t size = std::filesystem::file_size(path(name));
-    for (const auto& entry : std::filesystem::directory_iterator(folder_)) std::filesystem::remove(entry);
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) std::filesystem::remove(entry);
     for (const std::uintmax_t room : {std::uintmax_t{0}, size / 2, size - 1}) {
       const FullDisk full(room);
-      EXPECT_EQ(kind_of([&] { export_surfaces(room_, path(name)); }), Error::Kind::output) << name;
+      expect_refused(
+          Error::Kind::output, [&] { export_surfaces(room_, path(name)); }, name);
       EXPECT_EQ(count_files(), 0u) << name << ", " << room << " of " << size;
     }
   }
 }
 
 TEST_F(ExportTest, WrongUseIsNamed) {
-  const auto with = [&](const char* name, std::vector<ExportPart> parts) {
-    return kind_of([&] {
-      ExportOptions options;
-      options.parts = std::move(parts);
-      export_surfaces(room_, path(name), options, extras_);
-    });
+  const auto expect_wrong = [&](const char* name, const std::vector<ExportPart>& parts) {
+    ExportOptions options;
+    options.parts = parts;
+    expect_refused(
+        Error::Kind::usage, [&] { export_surfaces(room_, path(name), options, extras_); }, name);
   };
-  EXPECT_EQ(with("room.xyz", {polygons}), Error::Kind::usage);
-  EXPECT_EQ(with("room", {polygons}), Error::Kind::usage);
-  EXPECT_EQ(with("room.obj", {points}), Error::Kind::usage);
-  EXPECT_EQ(with("room.csv", {meshes}), Error::Kind::usage);
-  EXPECT_EQ(with("room.ply", {polygons, meshes}), Error::Kind::usage);
-  EXPECT_EQ(with("room.ply", {}), Error::Kind::usage);
+  expect_wrong("room.xyz", {polygons});
+  expect_wrong("room", {polygons});
+  expect_wrong("room.obj", {points});
+  expect_wrong("room.csv", {meshes});
+  expect_wrong("room.ply", {polygons, meshes});
+  expect_wrong("room.ply", {});
+  expect_refused(Error::Kind::data,
+                 [&] { export_surfaces(Snapshot{}, path("empty.glb")); });  // nothing in it
   EXPECT_EQ(count_files(), 0u);
 }
 
@@ -243,18 +240,14 @@ TEST_F(ExportTest, NumbersThatAreNotFiniteAreRefused) {
   Snapshot snapshot;
   snapshot.surfaces.push_back(std::make_shared<const Surface>(bad));
   for (const char* name : {"bad.json", "bad.csv", "bad.ply", "bad.glb"}) {
-    EXPECT_EQ(kind_of([&] { export_surfaces(snapshot, path(name)); }), Error::Kind::data) << name;
+    expect_refused(
+        Error::Kind::data, [&] { export_surfaces(snapshot, path(name)); }, name);
   }
   Cylinder bent = *room_.cylinders[0];
   bent.axis.x() = std::numeric_limits<double>::quiet_NaN();
   Snapshot round;
   round.cylinders.push_back(std::make_shared<const Cylinder>(bent));
-  EXPECT_EQ(kind_of([&] { export_surfaces(round, path("bad.json")); }), Error::Kind::data);
-  EXPECT_EQ(count_files(), 0u);
-}
-
-TEST_F(ExportTest, NothingToPutIntoAMeshFileIsNamed) {
-  EXPECT_EQ(kind_of([&] { export_surfaces(Snapshot{}, path("empty.glb")); }), Error::Kind::data);
+  expect_refused(Error::Kind::data, [&] { export_surfaces(round, path("bad.json")); });
   EXPECT_EQ(count_files(), 0u);
 }
 

@@ -25,8 +25,7 @@ struct Picture {
 };
 
 Picture load(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+  const std::string bytes = read_file(file);
   const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> context(spng_ctx_new(0), &spng_ctx_free);
   Picture image;
   spng_ihdr header{};
@@ -49,6 +48,12 @@ bool has_color_of(const Eigen::Vector3d& rgb, const Surface& surface) {
 
 class PictureTest : public ExportTest {
  protected:
+  static PictureOptions square(int size, ViewFrom from = PictureOptions().from) {
+    PictureOptions options;
+    options.width = options.height = size;
+    options.from = from;
+    return options;
+  }
   Picture render(const Snapshot& snapshot, PictureOptions options, const std::string& name = "p.png") const {
     options.force = true;
     render_png(snapshot, path(name), options);
@@ -89,9 +94,7 @@ TEST_F(PictureTest, StraySurfaceDoesNotShrinkTheRest) {
   builder.add({0, 0, 0}, x, z, {{box_ring(0, 0, 4, 4), {}}}, 16);
   builder.add({500, 0, 0}, x, z, {{box_ring(0, 0, 0.1, 0.1), {}}}, 0.01);
   const Snapshot snapshot = builder.take();
-  PictureOptions options;
-  options.from = ViewFrom::top;
-  options.width = options.height = 200;
+  PictureOptions options = square(200, ViewFrom::top);
   const Picture image = render(snapshot, options);
   EXPECT_TRUE(has_color_of(image.at(0.1, 0.1), *snapshot.surfaces[0]));
   EXPECT_TRUE(has_color_of(image.at(0.9, 0.9), *snapshot.surfaces[0]));
@@ -130,9 +133,7 @@ TEST_F(PictureTest, TheScaleBarIsAsLongAsTheMapSays) {
   SnapshotBuilder builder;
   builder.add({7, -3, 2}, Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ(), {{box_ring(0, 0, 4, 4), {}}},
               16);
-  PictureOptions options;
-  options.from = ViewFrom::top;
-  options.width = options.height = 400;
+  PictureOptions options = square(400, ViewFrom::top);
   const Picture image = render(builder.take(), options);
   // A fifth of the picture is 0.9 m of it: the bar is 0.5 m.
   const double pixels_per_m = 400 * colored(image).sizes().x() / 4;
@@ -198,25 +199,21 @@ TEST_F(PictureTest, ATurnedMapWhoseUpIsGivenLooksTheSame) {
 }
 
 TEST_F(PictureTest, EyeAndTargetAreInTheMapsFrameWhateverIsUp) {
-  const Eigen::Vector3d up(0.2, -0.9, -0.4);
+  const Eigen::Vector3d up(0.2, -0.9, -0.4), eye(3, 2, 1.5), target(0, 2, 1.2);
   const Eigen::Matrix3d R = upright(up).toRotationMatrix().transpose();
-  PictureOptions options;
-  options.width = 320;
-  options.height = 240;
-  options.eye = Eigen::Vector3d(3, 2, 1.5);
-  options.target = Eigen::Vector3d(0, 2, 1.2);
+  PictureOptions options = square(300);
+  options.eye = eye;
+  options.target = target;
   const Picture straight = render(room_, options);
   EXPECT_TRUE(has_color_of(straight.at(0.5, 0.4), *room_.surfaces[4]));
-  options.eye = R * *options.eye;
-  options.target = R * *options.target;
+  options.eye = R * eye;
+  options.target = R * target;
   options.up = up;
   EXPECT_LT(difference(straight, render(turned(room_, R), options)), 0.002);
 }
 
 TEST_F(PictureTest, PointsAreDrawnUnlessHidden) {
-  PictureOptions options;
-  options.from = ViewFrom::top;
-  options.width = options.height = 201;
+  PictureOptions options = square(201, ViewFrom::top);
   Snapshot floor;
   floor.surfaces.push_back(room_.surfaces[0]);
   const Picture plain = render(floor, options);
@@ -231,9 +228,7 @@ TEST_F(PictureTest, EdgesAreDrawnInTheirKindsColours) {
   Snapshot only_floor;  // nothing hides its hole
   only_floor.surfaces.push_back(room_.surfaces[0]);
   const Surface& floor = *room_.surfaces[0];
-  PictureOptions options;
-  options.from = ViewFrom::top;
-  options.width = options.height = 401;
+  PictureOptions options = square(401, ViewFrom::top);
   const auto pixels_of = [&](EdgeKind kind, const Picture& image) {
     const std::array<float, 3>& wanted = edge_colors[static_cast<std::size_t>(kind)];
     int count = 0;
@@ -261,23 +256,16 @@ TEST_F(PictureTest, EdgesAreDrawnInTheirKindsColours) {
 }
 
 TEST_F(PictureTest, SamePictureTwiceAndOneOfNothing) {
-  PictureOptions options;
-  options.width = options.height = 128;
+  PictureOptions options = square(128);
   EXPECT_EQ(render(room_, options).rgb, render(make_room(), options).rgb);
   EXPECT_EQ(render(Snapshot{}, options).rgb.size(), 3u * 128 * 128);
 }
 
 TEST_F(PictureTest, NonsenseIsNamed) {
   const auto expect_refused = [&](Error::Kind kind, const auto& change, const char* name = "p.png") {
-    PictureOptions options;
-    options.width = options.height = 64;
+    PictureOptions options = square(64);
     change(options);
-    try {
-      render_png(room_, path(name), options);
-      ADD_FAILURE() << "no error";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), kind) << error.what();
-    }
+    failure(kind, [&] { render_png(room_, path(name), options); });
   };
   using O = PictureOptions;
   expect_refused(Error::Kind::usage, [](O& o) { o.width = 15; });

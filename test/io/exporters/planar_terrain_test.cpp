@@ -9,6 +9,8 @@
 namespace octosurf::test {
 namespace {
 
+using ros::Json;
+
 HeightGrid small_grid() {
   HeightGrid grid;
   grid.cell = 0.05;
@@ -22,43 +24,42 @@ HeightGrid small_grid() {
   return grid;
 }
 
-std::vector<octosurf::Polygon> polygon_of(const ros::PolygonWithHoles2d& from) {
-  const auto ring = [](const ros::Polygon2d& points) {
+std::vector<octosurf::Polygon> polygon_of(const Json& from) {
+  const auto ring = [](const Json& of) {
     Ring2 vertices;
-    for (const auto& [x, y] : points) vertices.emplace_back(x, y);
+    for (const Json& point : of.at("points"))
+      vertices.emplace_back(point.at("x").get<float>(), point.at("y").get<float>());
     return vertices;
   };
-  Polygon polygon{ring(from.outer_boundary), {}};
-  for (const ros::Polygon2d& hole : from.holes) polygon.holes.push_back(ring(hole));
+  Polygon polygon{ring(from.at("outer_boundary")), {}};
+  for (const Json& hole : from.at("holes")) polygon.holes.push_back(ring(hole));
   return {polygon};
 }
 
 class PlanarTerrainMessage : public PlannerFormats {
  protected:
-  ros::PlanarTerrain written(const std::vector<PlannerSurface>& surfaces) {
+  Json written(const std::vector<PlannerSurface>& surfaces) {
     count = export_planar_terrain(surfaces, small_grid(), "odom", path("terrain.cdr"), true);
-    ros::CdrReader in(ros::bytes_of(path("terrain.cdr")));
-    ros::PlanarTerrain terrain = read_terrain(in);
-    EXPECT_TRUE(in.at_end());
-    return terrain;
+    return ros::decode(read_file(path("terrain.cdr")), "PlanarTerrain");
   }
   PlanarTerrainCount count;
 };
 
 TEST_F(PlanarTerrainMessage, RegionsHavePoseBoxBoundaryAndInsetsInside) {
   const PlannerSurface table = table_with_hole(5);
-  const ros::PlanarTerrain terrain = written({table});
-  ASSERT_EQ(terrain.planar_regions.size(), 1u);
+  const Json regions = written({table}).at("planarRegions");
+  ASSERT_EQ(regions.size(), 1u);
   EXPECT_EQ(count.regions, 1u);
   EXPECT_EQ(count.without_inset, 1u);  // the island
   EXPECT_EQ(count.too_steep, 0u);
-  const ros::PlanarRegion& region = terrain.planar_regions[0];
-  EXPECT_EQ(region.plane_parameters, (ros::Pose{3, -2, 0.75, 0, 0, 0, 1}));
-  EXPECT_EQ(region.bbox2d, (std::array<float, 4>{0, 0, 2, 2}));
-  EXPECT_EQ(region.boundary.holes.size(), 1u);
-  ASSERT_EQ(region.insets.size(), 1u);
-  EXPECT_EQ(region.insets[0].holes.size(), 1u);
-  const auto boundary = polygon_of(region.boundary), inset = polygon_of(region.insets[0]);
+  const Json &region = regions[0], &insets = region.at("insets");
+  EXPECT_EQ(region.at("plane_parameters"), Json::parse(R"({"position": {"x": 3, "y": -2, "z": 0.75},
+                            "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}})"));
+  EXPECT_EQ(region.at("bbox2d"), Json::parse(R"({"min_x": 0, "min_y": 0, "max_x": 2, "max_y": 2})"));
+  EXPECT_EQ(region.at("boundary").at("holes").size(), 1u);
+  ASSERT_EQ(insets.size(), 1u);
+  EXPECT_EQ(insets[0].at("holes").size(), 1u);
+  const auto boundary = polygon_of(region.at("boundary")), inset = polygon_of(insets[0]);
   EXPECT_EQ(invalid(boundary), "");
   EXPECT_NEAR(area(boundary), 4 - 0.16, 1e-6);
   EXPECT_NEAR(area(inset), 1.8 * 1.8 - 0.36, 1e-6);
@@ -73,13 +74,15 @@ TEST_F(PlanarTerrainMessage, PosesTurnThePlaneIntoTheWorld) {
     surface.polygons = surface.insets = {shapes::random_polygon(random)};
     surfaces.push_back(surface);
   }
-  const ros::PlanarTerrain terrain = written(surfaces);
-  ASSERT_EQ(terrain.planar_regions.size(), surfaces.size());
+  const Json regions = written(surfaces).at("planarRegions");
+  ASSERT_EQ(regions.size(), surfaces.size());
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const ros::Pose& p = terrain.planar_regions[i].plane_parameters;
-    const Eigen::Quaterniond q(p[6], p[3], p[4], p[5]);
-    const auto& [x, y] = terrain.planar_regions[i].boundary.outer_boundary[0];
-    const Eigen::Vector3d world = q * Eigen::Vector3d(x, y, 0) + Eigen::Vector3d(p[0], p[1], p[2]);
+    const Json &pose = regions[i].at("plane_parameters"), &p = pose.at("position"),
+               &o = pose.at("orientation");
+    const Eigen::Quaterniond q(o.at("w"), o.at("x"), o.at("y"), o.at("z"));
+    const Eigen::Vector2d corner = polygon_of(regions[i].at("boundary"))[0].outer[0];
+    const Eigen::Vector3d world =
+        q * Eigen::Vector3d(corner.x(), corner.y(), 0) + Eigen::Vector3d(p.at("x"), p.at("y"), p.at("z"));
     const Eigen::Vector2d uv = surfaces[i].polygons[0].outer[0];
     EXPECT_LT((world - surfaces[i].T_world_surface * Eigen::Vector3d(uv.x(), uv.y(), 0)).norm(), 1e-6);
     // "Along gravity": they divide by the normal's z.
@@ -94,11 +97,11 @@ TEST_F(PlanarTerrainMessage, SteepAndCrampedRegionsAreLeftOutAndCounted) {
   wall.polygons = wall.insets = ceiling.polygons = ceiling.insets = {{shapes::box(0, 0, 1, 1), {}}};
   PlannerSurface cramped = table_with_hole(6);
   cramped.insets.clear();
-  const ros::PlanarTerrain terrain = written({wall, ceiling, cramped, table_with_hole(7)});
-  EXPECT_EQ(terrain.planar_regions.size(), 1u);
+  const Json regions = written({wall, ceiling, cramped, table_with_hole(7)}).at("planarRegions");
+  EXPECT_EQ(regions.size(), 1u);
   EXPECT_EQ(count.too_steep, 2u);
   EXPECT_EQ(count.without_inset, 3u);
-  for (const ros::PlanarRegion& region : terrain.planar_regions) EXPECT_FALSE(region.insets.empty());
+  for (const Json& region : regions) EXPECT_FALSE(region.at("insets").empty());
   EXPECT_THROW(export_planar_terrain({wall}, small_grid(), "map", path("none.cdr")), Error);
   EXPECT_FALSE(std::filesystem::exists(path("none.cdr")));
 }
@@ -109,12 +112,12 @@ TEST_F(PlanarTerrainMessage, WithoutARegionItIsATerrainWithoutFootholds) {
   const std::vector<PlannerSurface> surfaces{cramped};
   const io::TerrainRegions none = io::terrain_regions(surfaces);
   EXPECT_EQ(none.count.without_inset, 2u);
-  ros::CdrReader in(io::cdr_of(
-      [&](io::MessageWriter& out) { io::write_planar_terrain(out, none.regions, small_grid(), "odom"); }));
-  const ros::PlanarTerrain terrain = read_terrain(in);
-  EXPECT_TRUE(in.at_end());
-  EXPECT_TRUE(terrain.planar_regions.empty());
-  expect_same(terrain.gridmap, written({table_with_hole(5)}).gridmap);
+  const Json terrain = ros::decode(io::cdr_of([&](io::MessageWriter& out) {
+                                     io::write_planar_terrain(out, none.regions, small_grid(), "odom");
+                                   }),
+                                   "PlanarTerrain");
+  EXPECT_TRUE(terrain.at("planarRegions").empty());
+  EXPECT_EQ(terrain.at("gridmap"), written({table_with_hole(5)}).at("gridmap"));
 }
 
 TEST_F(PlanarTerrainMessage, EveryInsetGoesToThePolygonItLiesIn) {
@@ -124,23 +127,22 @@ TEST_F(PlanarTerrainMessage, EveryInsetGoesToThePolygonItLiesIn) {
   surface.insets = {{shapes::box(2.1, 0.1, 0.3, 0.8), {}},
                     {shapes::box(0, 0, 1, 1), {}},
                     {shapes::box(2.6, 0.1, 0.3, 0.8), {}}};
-  const ros::PlanarTerrain terrain = written({surface});
-  ASSERT_EQ(terrain.planar_regions.size(), 2u);
-  EXPECT_EQ(terrain.planar_regions[0].insets.size(), 1u);
-  EXPECT_EQ(terrain.planar_regions[1].insets.size(), 2u);
+  const Json regions = written({surface}).at("planarRegions");
+  ASSERT_EQ(regions.size(), 2u);
+  EXPECT_EQ(regions[0].at("insets").size(), 1u);
+  EXPECT_EQ(regions[1].at("insets").size(), 2u);
 }
 
 TEST_F(PlanarTerrainMessage, TheGridHasTheLayersThatReadersDereferenceWithoutGaps) {
-  const ros::GridMap map = written({table_with_hole(5)}).gridmap;
-  EXPECT_EQ(map.frame_id, "odom");
-  EXPECT_NO_THROW(map.layer("elevation"));
-  EXPECT_NO_THROW(map.layer("smooth_planar"));
-  for (const ros::Float32MultiArray& layer : map.data)
-    for (const float height : layer.data) EXPECT_TRUE(std::isfinite(height));
+  const Json map = written({table_with_hole(5)}).at("gridmap");
+  EXPECT_EQ(map.at("info").at("header").at("frame_id"), "odom");
+  for (const Json& layer : map.at("data"))
+    for (const Json& height : layer.at("data"))
+      EXPECT_TRUE(height.is_number() && std::isfinite(height.get<double>()));
   const HeightGrid grid = small_grid();
   const auto at = [&](Eigen::Index row, Eigen::Index column, const char* layer) {
     const Eigen::Vector2d center = grid.center_of(row, column);
-    return at_position(map, layer, center.x(), center.y());
+    return ros::at_position(map, layer, center.x(), center.y());
   };
   EXPECT_EQ(at(20, 20, "elevation"), 0.25F);
   EXPECT_EQ(at(20, 21, "elevation"), 0.25F);  // the lowest on its rim
@@ -150,21 +152,18 @@ TEST_F(PlanarTerrainMessage, TheGridHasTheLayersThatReadersDereferenceWithoutGap
 }
 
 TEST_F(PlanarTerrainMessage, JsonSaysTheSame) {
-  const ros::PlanarTerrain terrain = written({table_with_hole(5), table_with_hole(6)});
-  export_planar_terrain({table_with_hole(5), table_with_hole(6)}, small_grid(), "odom", path("terrain.json"));
-  const ros::Json json = ros::Json::parse(std::ifstream(path("terrain.json")));
-  ASSERT_EQ(json.at("planarRegions").size(), terrain.planar_regions.size());
-  for (std::size_t i = 0; i < terrain.planar_regions.size(); ++i)
-    EXPECT_EQ(ros::read_region(json["planarRegions"][i]), terrain.planar_regions[i]);
-  expect_same(ros::read_grid_map(json.at("gridmap")), terrain.gridmap);
+  const std::vector<PlannerSurface> tables{table_with_hole(5), table_with_hole(6)};
+  export_planar_terrain(tables, small_grid(), "odom", path("terrain.json"));
+  EXPECT_EQ(Json::parse(read_file(path("terrain.json"))), written(tables));
 }
 
 TEST_F(PlanarTerrainMessage, EndingsAndExistingFilesAreRefused) {
-  EXPECT_THROW(export_planar_terrain({table_with_hole(5)}, small_grid(), "map", path("a.bag")), Error);
-  written({table_with_hole(5)});
-  EXPECT_THROW(export_planar_terrain({table_with_hole(5)}, small_grid(), "map", path("terrain.cdr")), Error);
-  EXPECT_THROW(export_planar_terrain({table_with_hole(5)}, {}, "map", path("b.cdr")), Error);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+  const auto table = table_with_hole(5);
+  EXPECT_THROW(export_planar_terrain({table}, small_grid(), "map", path("a.bag")), Error);
+  written({table});
+  EXPECT_THROW(export_planar_terrain({table}, small_grid(), "map", path("terrain.cdr")), Error);
+  EXPECT_THROW(export_planar_terrain({table}, {}, "map", path("b.cdr")), Error);
+  EXPECT_EQ(count_files(), 1U);
 }
 
 /// Each gap by itself, over and over until nothing changes: slow and obvious.

@@ -1,34 +1,17 @@
 #pragma once
 
+#include "io/files.hpp"
 #include "planning/shapes.hpp"
 #include "support/seed.hpp"
 
-#include <filesystem>
-#include <gtest/gtest.h>
 #include <random>
-#include <string>
-#include <unistd.h>
 #include <vector>
 
 #include <octosurf/planner_formats.hpp>
 
 namespace octosurf::test {
 
-/// A folder of its own, and surfaces put together by hand.
-class PlannerFormats : public ::testing::Test {
- protected:
-  PlannerFormats() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              ("octosurf_planner_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  ~PlannerFormats() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
-
-  std::filesystem::path folder_;
-};
+using PlannerFormats = FolderTest;
 
 /// With its normal tilted by `tilt_rad` towards a random direction, some metres from the origin.
 inline PlannerSurface random_surface(std::mt19937_64& random, SurfaceId id, double tilt_rad) {

@@ -136,18 +136,19 @@ using Records = std::vector<map_file::Record>;
 struct Spoiler {
   explicit Spoiler(const std::string& file) : records(unpack(file)) {}
   std::size_t first(map_file::Record::ContentCase kind) const {
-    for (std::size_t i = 0; i < records.size(); ++i)
-      if (records[i].content_case() == kind) return i;
-    throw std::runtime_error("no such record");
+    const auto found =
+        std::ranges::find_if(records, [&](const auto& record) { return record.content_case() == kind; });
+    if (found == records.end()) throw std::runtime_error("no such record");
+    return static_cast<std::size_t>(found - records.begin());
   }
-  map_file::Header& header() { return *records.front().mutable_header(); }
-  std::string& octree() { return *records[1].mutable_octree(); }
   std::size_t last(map_file::Record::ContentCase kind) const {
     std::size_t found = first(kind);
     for (std::size_t i = found; i < records.size(); ++i)
       if (records[i].content_case() == kind) found = i;
     return found;
   }
+  map_file::Header& header() { return *records.front().mutable_header(); }
+  std::string& octree() { return *records[1].mutable_octree(); }
   /// The first that has everything a surface may have.
   map_file::Surface& surface() {
     for (map_file::Record& record : records)
@@ -174,9 +175,10 @@ void scale(google::protobuf::RepeatedField<double>* numbers, double by, int n = 
   for (int i = 0; i < std::min(n, numbers->size()); ++i) numbers->Set(i, by * numbers->Get(i));
 }
 
+using S = Spoiler;
 struct Spoiled {
   const char* message;  ///< part of what the Error says
-  std::function<void(Spoiler&)> spoil;
+  std::function<void(S&)> spoil;
 };
 
 /// Whole files with right checksums that say something impossible.
@@ -184,112 +186,101 @@ const std::vector<Spoiled>& spoiled_files() {
   using Record = map_file::Record;
   static const std::vector<Spoiled> table{
       // Header
-      {"begin with a header", [](Spoiler& s) { s.erase(0); }},
-      {"another number of points", [](Spoiler& s) { s.repeat(0); }},
+      {"begin with a header", [](S& s) { s.erase(0); }},
+      {"another number of points", [](S& s) { s.repeat(0); }},
       {"a parameter 'gravity' that this octosurf does not know",
-       [](Spoiler& s) {
-         auto& p = *s.header().add_parameters();
-         p.set_name("gravity");
-         p.set_value(9.81);
-       }},
-      {"a parameter 'a?b?' that", [](Spoiler& s) { s.header().add_parameters()->set_name("a\nb\xff"); }},
-      {"resolution: is -1", [](Spoiler& s) { s.header().mutable_parameters(0)->set_value(-1); }},
-      {"resolution: is not given", [](Spoiler& s) { s.header().mutable_parameters(0)->clear_value(); }},
-      {"a parameter makes no sense",
-       [](Spoiler& s) { s.header().mutable_parameters(0)->set_value(not_a_number); }},
-      {"a parameter makes no sense", [](Spoiler& s) { s.header().mutable_parameters(7)->set_value(1e300); }},
-      {"header is not complete", [](Spoiler& s) { s.header().clear_revision(); }},
-      {"header is not complete", [](Spoiler& s) { s.header().clear_bt_crc32(); }},
-      {"no such next surface id", [](Spoiler& s) { s.header().set_next_id(0); }},
-      {"no such next surface id", [](Spoiler& s) { s.header().set_next_id((1 << 24) + 1); }},
-      {"histogram", [](Spoiler& s) { s.header().add_noise_histogram(0); }},
-      {"noise makes no sense", [](Spoiler& s) { s.header().set_range_noise(-1e-9); }},
-      {"noise makes no sense", [](Spoiler& s) { s.header().set_range_noise(not_a_number); }},
-      {"another number of points", [](Spoiler& s) { s.header().set_points(s.header().points() + 1); }},
+       [](S& s) { s.header().add_parameters()->set_name("gravity"); }},
+      {"a parameter 'a?b?' that", [](S& s) { s.header().add_parameters()->set_name("a\nb\xff"); }},
+      {"resolution: is -1", [](S& s) { s.header().mutable_parameters(0)->set_value(-1); }},
+      {"resolution: is not given", [](S& s) { s.header().mutable_parameters(0)->clear_value(); }},
+      {"a parameter makes no sense", [](S& s) { s.header().mutable_parameters(0)->set_value(not_a_number); }},
+      {"a parameter makes no sense", [](S& s) { s.header().mutable_parameters(7)->set_value(1e300); }},
+      {"header is not complete", [](S& s) { s.header().clear_revision(); }},
+      {"header is not complete", [](S& s) { s.header().clear_bt_crc32(); }},
+      {"no such next surface id", [](S& s) { s.header().set_next_id(0); }},
+      {"no such next surface id", [](S& s) { s.header().set_next_id((1 << 24) + 1); }},
+      {"histogram", [](S& s) { s.header().add_noise_histogram(0); }},
+      {"noise makes no sense", [](S& s) { s.header().set_range_noise(-1e-9); }},
+      {"noise makes no sense", [](S& s) { s.header().set_range_noise(not_a_number); }},
+      {"another number of points", [](S& s) { s.header().set_points(s.header().points() + 1); }},
       // Octree
-      {"chunk is empty", [](Spoiler& s) { s.octree().clear(); }},
-      {"ends too early", [](Spoiler& s) { s.octree().pop_back(); }},
-      {"bytes are left over", [](Spoiler& s) { s.octree().push_back('\0'); }},
-      {"deeper than 16 levels", [](Spoiler& s) { s.octree().assign(20, '\1'); }},
-      {"log-odds is not finite", [](Spoiler& s) { s.octree().assign("\0\0\0\xc0\x7f\0", 6); }},
+      {"chunk is empty", [](S& s) { s.octree().clear(); }},
+      {"ends too early", [](S& s) { s.octree().pop_back(); }},
+      {"bytes are left over", [](S& s) { s.octree().push_back('\0'); }},
+      {"deeper than 16 levels", [](S& s) { s.octree().assign(20, '\1'); }},
+      {"log-odds is not finite", [](S& s) { s.octree().assign("\0\0\0\xc0\x7f\0", 6); }},
       {"has no distance class",
-       [](Spoiler& s) { s.octree().assign(std::string(5, '\0') + '\1' + std::string(8, '\0')); }},
+       [](S& s) { s.octree().assign(std::string(5, '\0') + '\1' + std::string(8, '\0')); }},
       {"cannot hold one",
-       [](Spoiler& s) { s.octree().assign(std::string(5, '\0') + '\1' + std::string(8, '\x11')); }},
+       [](S& s) { s.octree().assign(std::string(5, '\0') + '\1' + std::string(8, '\x11')); }},
       // Waiting points
-      {"out of order", [](Spoiler& s) { s.accumulated().add_steps(0); }},
-      {"outside the octree", [](Spoiler& s) { s.accumulated().add_steps(std::uint64_t{1} << 48); }},
-      {"outside the octree", [](Spoiler& s) { s.accumulated().add_steps(~std::uint64_t{0}); }},
-      {"outside the octree", [](Spoiler& s) { s.accumulated().add_blocks(std::uint64_t{1} << 48); }},
+      {"out of order", [](S& s) { s.accumulated().add_steps(0); }},
+      {"outside the octree", [](S& s) { s.accumulated().add_steps(1ULL << 48); }},
+      {"outside the octree", [](S& s) { s.accumulated().add_steps(~0ULL); }},
+      {"outside the octree", [](S& s) { s.accumulated().add_blocks(1ULL << 48); }},
       {"follow waiting blocks",
-       [](Spoiler& s) {
+       [](S& s) {
          s.accumulated().add_blocks(0);
-         s.records.insert(s.records.begin() + static_cast<std::ptrdiff_t>(s.first(Record::kAccumulated)) + 1,
-                          s.records[s.first(Record::kAccumulated)]);
+         s.repeat(s.first(Record::kAccumulated));
        }},
       // Surfaces
-      {"voxels belong to a surface that is not there",
-       [](Spoiler& s) { s.erase(s.first(Record::kSurface)); }},
-      {"id is out of order", [](Spoiler& s) { s.repeat(s.first(Record::kSurface)); }},
+      {"voxels belong to a surface that is not there", [](S& s) { s.erase(s.first(Record::kSurface)); }},
+      {"id is out of order", [](S& s) { s.repeat(s.first(Record::kSurface)); }},
       {"not given out yet",
-       [](Spoiler& s) {
-         s.records[s.last(Record::kSurface)].mutable_surface()->set_id(s.header().next_id());
-       }},
-      {"id is out of order", [](Spoiler& s) { s.surface().clear_id(); }},
-      {"other inliers than the octree", [](Spoiler& s) { s.surface().set_inliers(3); }},
+       [](S& s) { s.records[s.last(Record::kSurface)].mutable_surface()->set_id(s.header().next_id()); }},
+      {"id is out of order", [](S& s) { s.surface().clear_id(); }},
+      {"other inliers than the octree", [](S& s) { s.surface().set_inliers(3); }},
       {"other inliers than the octree",
-       [](Spoiler& s) {
+       [](S& s) {
          s.header().set_next_id(s.header().next_id() + 1);
          const std::size_t last = s.last(Record::kSurface);
          s.repeat(last);
          s.records[last + 1].mutable_surface()->set_id(s.header().next_id() - 1);
          s.records[last + 1].mutable_surface()->set_inliers(0);
        }},
-      {"not of length 1", [](Spoiler& s) { scale(s.surface().mutable_plane(), 1.001, 3); }},
-      {"not finite", [](Spoiler& s) { s.surface().set_plane(3, not_a_number); }},
-      {"lacks numbers", [](Spoiler& s) { s.surface().clear_plane(); }},
-      {"lacks numbers", [](Spoiler& s) { s.surface().add_moments(0); }},
-      {"not a rigid motion", [](Spoiler& s) { s.surface().set_pose(0, s.surface().pose(0) + 1e-3); }},
+      {"not of length 1", [](S& s) { scale(s.surface().mutable_plane(), 1.001, 3); }},
+      {"not finite", [](S& s) { s.surface().set_plane(3, not_a_number); }},
+      {"lacks numbers", [](S& s) { s.surface().clear_plane(); }},
+      {"lacks numbers", [](S& s) { s.surface().add_moments(0); }},
+      {"not a rigid motion", [](S& s) { s.surface().set_pose(0, s.surface().pose(0) + 1e-3); }},
       {"not a rigid motion",
-       [](Spoiler& s) {
+       [](S& s) {
          for (int i : {0, 4, 8}) s.surface().set_hash_frame(i, -s.surface().hash_frame(i));  // mirrored
        }},
-      {"not its plane's", [](Spoiler& s) { scale(s.surface().mutable_plane(), -1); }},
-      {"not its plane's", [](Spoiler& s) { s.surface().set_plane(3, s.surface().plane(3) + 0.1); }},
-      {"far outside", [](Spoiler& s) { s.surface().set_hash_frame(3, 1e30); }},
-      {"far outside", [](Spoiler& s) { s.surface().set_reference(0, -1e9); }},
-      {"moments that are not its inliers'", [](Spoiler& s) { scale(s.surface().mutable_moments(), 1.5); }},
+      {"not its plane's", [](S& s) { scale(s.surface().mutable_plane(), -1); }},
+      {"not its plane's", [](S& s) { s.surface().set_plane(3, s.surface().plane(3) + 0.1); }},
+      {"far outside", [](S& s) { s.surface().set_hash_frame(3, 1e30); }},
+      {"far outside", [](S& s) { s.surface().set_reference(0, -1e9); }},
+      {"moments that are not its inliers'", [](S& s) { scale(s.surface().mutable_moments(), 1.5); }},
       {"moments that are not its inliers'",
-       [](Spoiler& s) { s.surface().set_reference(0, s.surface().reference(0) + 1); }},
-      {"not finite", [](Spoiler& s) { s.surface().set_moments(50, HUGE_VAL); }},
+       [](S& s) { s.surface().set_reference(0, s.surface().reference(0) + 1); }},
+      {"not finite", [](S& s) { s.surface().set_moments(50, HUGE_VAL); }},
       // Its evidence: readings, weight, sum, sum of outer products
-      {"lacks numbers", [](Spoiler& s) { s.surface().mutable_evidence()->RemoveLast(); }},
-      {"lacks numbers", [](Spoiler& s) { s.surface().add_evidence(0); }},
-      {"not finite", [](Spoiler& s) { s.surface().set_evidence(0, not_a_number); }},
-      {"not finite", [](Spoiler& s) { s.surface().set_evidence(0, HUGE_VAL); }},
-      {"not finite", [](Spoiler& s) { s.surface().set_evidence(9, -HUGE_VAL); }},
-      {"counts that make no sense", [](Spoiler& s) { s.surface().set_checked_inliers(~std::uint64_t{0}); }},
-      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(0, -1); }},
-      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(1, -1e-9); }},
-      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(2, 1e30); }},
-      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(6, 1e30); }},
+      {"lacks numbers", [](S& s) { s.surface().mutable_evidence()->RemoveLast(); }},
+      {"lacks numbers", [](S& s) { s.surface().add_evidence(0); }},
+      {"not finite", [](S& s) { s.surface().set_evidence(0, not_a_number); }},
+      {"not finite", [](S& s) { s.surface().set_evidence(0, HUGE_VAL); }},
+      {"not finite", [](S& s) { s.surface().set_evidence(9, -HUGE_VAL); }},
+      {"counts that make no sense", [](S& s) { s.surface().set_checked_inliers(~0ULL); }},
+      {"evidence that no scan gives", [](S& s) { s.surface().set_evidence(0, -1); }},
+      {"evidence that no scan gives", [](S& s) { s.surface().set_evidence(1, -1e-9); }},
+      {"evidence that no scan gives", [](S& s) { s.surface().set_evidence(2, 1e30); }},
+      {"evidence that no scan gives", [](S& s) { s.surface().set_evidence(6, 1e30); }},
       {"evidence that no scan gives",
-       [](Spoiler& s) {
-         s.surface().set_evidence(6, s.surface().evidence(6) + 10 * s.surface().evidence(1));
-       }},
-      {"lacks numbers", [](Spoiler& s) { s.surface().add_covariance(0); }},
-      {"not finite", [](Spoiler& s) { s.surface().set_covariance(2, not_a_number); }},
+       [](S& s) { s.surface().set_evidence(6, s.surface().evidence(6) + 10 * s.surface().evidence(1)); }},
+      {"lacks numbers", [](S& s) { s.surface().add_covariance(0); }},
+      {"not finite", [](S& s) { s.surface().set_covariance(2, not_a_number); }},
       {"covariance that no fit gives",
-       [](Spoiler& s) { s.surface().set_covariance(5, -s.surface().covariance(5)); }},
-      {"covariance that no fit gives", [](Spoiler& s) { s.surface().set_covariance(1, 1); }},
-      {"covariance that no fit gives", [](Spoiler& s) { s.surface().set_covariance(0, 1e300); }},
-      {"covariance that no fit gives", [](Spoiler& s) { scale(s.surface().mutable_covariance(), 0); }},
-      {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->set_vertices(0, 1 << 30); }},
-      {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->add_rings(0xffffffff); }},
-      {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->add_uv(0); }},
-      {"without rings", [](Spoiler& s) { s.surface().mutable_polygons()->add_rings(0); }},
+       [](S& s) { s.surface().set_covariance(5, -s.surface().covariance(5)); }},
+      {"covariance that no fit gives", [](S& s) { s.surface().set_covariance(1, 1); }},
+      {"covariance that no fit gives", [](S& s) { s.surface().set_covariance(0, 1e300); }},
+      {"covariance that no fit gives", [](S& s) { scale(s.surface().mutable_covariance(), 0); }},
+      {"do not add up", [](S& s) { s.surface().mutable_polygons()->set_vertices(0, 1 << 30); }},
+      {"do not add up", [](S& s) { s.surface().mutable_polygons()->add_rings(0xffffffff); }},
+      {"do not add up", [](S& s) { s.surface().mutable_polygons()->add_uv(0); }},
+      {"without rings", [](S& s) { s.surface().mutable_polygons()->add_rings(0); }},
       {"fewer than three",
-       [](Spoiler& s) {
+       [](S& s) {
          auto& p = *s.surface().mutable_polygons();
          p.add_rings(1);
          p.add_vertices(2);
@@ -298,47 +289,47 @@ const std::vector<Spoiled>& spoiled_files() {
       // Rings that are none: with a right checksum these crashed convex_pieces(), or went round in it for
       // ever.
       {"a vertex twice",
-       [](Spoiler& s) {
+       [](S& s) {
          auto& p = *s.surface().mutable_polygons();
          for (int i = 0; i < 6; ++i) p.set_uv(i, p.uv(i % 2));
        }},
       {"a vertex twice",  // a spike: there and back
-       [](Spoiler& s) {
+       [](S& s) {
          auto& p = *s.surface().mutable_polygons();
          for (int i = 0; i < 2; ++i) p.set_uv(i + 4, p.uv(i));
        }},
       {"a ring",
-       [](Spoiler& s) {  // the other way round
+       [](S& s) {  // the other way round
          auto& p = *s.surface().mutable_polygons();
          for (int a = 0, b = static_cast<int>(p.vertices(0)) - 1; a < b; ++a, --b)
            for (int i = 0; i < 2; ++i) std::swap((*p.mutable_uv())[2 * a + i], (*p.mutable_uv())[2 * b + i]);
        }},
-      {"more than h apart", [](Spoiler& s) { scale(s.surface().mutable_polygons()->mutable_uv(), 5); }},
-      {"counts make no sense", [](Spoiler& s) { s.header().set_revision(~std::uint64_t{0}); }},
-      {"counts make no sense", [](Spoiler& s) { s.header().set_scans(std::uint64_t{1} << 48); }},
-      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(0, 1e30); }},
-      {"a polygon outside", [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(1, not_a_number); }},
-      {"a polygon outside", [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(0, 1e12); }},
-      {"parent that never was", [](Spoiler& s) { s.surface().add_parents(s.header().next_id()); }},
-      {"parent that never was", [](Spoiler& s) { s.surface().add_parents(0); }},
-      {"one that is to come", [](Spoiler& s) { s.surface().set_revision(s.header().revision() + 1); }},
+      {"more than h apart", [](S& s) { scale(s.surface().mutable_polygons()->mutable_uv(), 5); }},
+      {"counts make no sense", [](S& s) { s.header().set_revision(~0ULL); }},
+      {"counts make no sense", [](S& s) { s.header().set_scans(1ULL << 48); }},
+      {"evidence that no scan gives", [](S& s) { s.surface().set_evidence(0, 1e30); }},
+      {"a polygon outside", [](S& s) { s.surface().mutable_polygons()->set_uv(1, not_a_number); }},
+      {"a polygon outside", [](S& s) { s.surface().mutable_polygons()->set_uv(0, 1e12); }},
+      {"parent that never was", [](S& s) { s.surface().add_parents(s.header().next_id()); }},
+      {"parent that never was", [](S& s) { s.surface().add_parents(0); }},
+      {"one that is to come", [](S& s) { s.surface().set_revision(s.header().revision() + 1); }},
       // Patches that were seen
-      {"out of order", [](Spoiler& s) { s.patches().set_keys(1, s.patches().keys(0)); }},
-      {"lacks numbers", [](Spoiler& s) { s.patches().mutable_looks()->RemoveLast(); }},
-      {"lacks numbers", [](Spoiler& s) { s.patches().add_planes(0); }},
-      {"makes no sense", [](Spoiler& s) { s.patches().set_planes(0, not_a_number); }},
-      {"makes no sense", [](Spoiler& s) { s.patches().set_planes(1, 1e12); }},
-      {"makes no sense", [](Spoiler& s) { s.patches().set_looks(0, 2); }},   // a normal
-      {"makes no sense", [](Spoiler& s) { s.patches().set_looks(3, -1); }},  // a weight
+      {"out of order", [](S& s) { s.patches().set_keys(1, s.patches().keys(0)); }},
+      {"lacks numbers", [](S& s) { s.patches().mutable_looks()->RemoveLast(); }},
+      {"lacks numbers", [](S& s) { s.patches().add_planes(0); }},
+      {"makes no sense", [](S& s) { s.patches().set_planes(0, not_a_number); }},
+      {"makes no sense", [](S& s) { s.patches().set_planes(1, 1e12); }},
+      {"makes no sense", [](S& s) { s.patches().set_looks(0, 2); }},   // a normal
+      {"makes no sense", [](S& s) { s.patches().set_looks(3, -1); }},  // a weight
       // Order
       {"voxels belong to a surface that is not there",
-       [](Spoiler& s) {
+       [](S& s) {
          std::swap(s.records[s.first(Record::kAccumulated)], s.records[s.first(Record::kSurface)]);
        }},
-      {"records are missing", [](Spoiler& s) { s.records.emplace_back().mutable_footer(); }},
-      {"not one field", [](Spoiler& s) { s.records.emplace_back(); }},
+      {"records are missing", [](S& s) { s.records.emplace_back().mutable_footer(); }},
+      {"not one field", [](S& s) { s.records.emplace_back(); }},
       {"out of order",
-       [](Spoiler& s) { s.records.emplace_back().mutable_unknown_fields()->assign("\x3a\x00", 2); }},
+       [](S& s) { s.records.emplace_back().mutable_unknown_fields()->assign("\x3a\x00", 2); }},
   };
   return table;
 }
@@ -346,55 +337,55 @@ const std::vector<Spoiled>& spoiled_files() {
 const std::vector<Spoiled>& spoiled_cylinders() {
   using Record = map_file::Record;
   static const std::vector<Spoiled> table{
-      {"no such next cylinder id", [](Spoiler& s) { s.header().set_next_cylinder_id(0); }},
+      {"no such next cylinder id", [](S& s) { s.header().set_next_cylinder_id(0); }},
       {"not given out yet",
-       [](Spoiler& s) {
+       [](S& s) {
          s.header().clear_next_cylinder_id();
          s.cylinder().set_id(2);
        }},
-      {"not given out yet", [](Spoiler& s) { s.cylinder().set_id(s.header().next_cylinder_id()); }},
-      {"id is out of order", [](Spoiler& s) { s.cylinder().clear_id(); }},
-      {"id is out of order", [](Spoiler& s) { s.repeat(s.first(Record::kCylinder)); }},
+      {"not given out yet", [](S& s) { s.cylinder().set_id(s.header().next_cylinder_id()); }},
+      {"id is out of order", [](S& s) { s.cylinder().clear_id(); }},
+      {"id is out of order", [](S& s) { s.repeat(s.first(Record::kCylinder)); }},
       {"is not to have any",
-       [](Spoiler& s) {
+       [](S& s) {
          for (auto& p : *s.header().mutable_parameters())
            if (p.name() == "detect_cylinders") p.set_value(0);
        }},
-      {"lacks numbers", [](Spoiler& s) { s.cylinder().clear_shape(); }},
-      {"lacks numbers", [](Spoiler& s) { s.cylinder().add_shape(0); }},
-      {"lacks numbers", [](Spoiler& s) { s.cylinder().clear_unchecked(); }},
-      {"lacks numbers", [](Spoiler& s) { s.cylinder().set_unchecked(~std::uint64_t{0}); }},
-      {"not finite", [](Spoiler& s) { s.cylinder().set_shape(0, not_a_number); }},
-      {"not finite", [](Spoiler& s) { s.cylinder().set_shape(6, HUGE_VAL); }},
-      {"not of length 1", [](Spoiler& s) { s.cylinder().set_shape(5, 2); }},
+      {"lacks numbers", [](S& s) { s.cylinder().clear_shape(); }},
+      {"lacks numbers", [](S& s) { s.cylinder().add_shape(0); }},
+      {"lacks numbers", [](S& s) { s.cylinder().clear_unchecked(); }},
+      {"lacks numbers", [](S& s) { s.cylinder().set_unchecked(~0ULL); }},
+      {"not finite", [](S& s) { s.cylinder().set_shape(0, not_a_number); }},
+      {"not finite", [](S& s) { s.cylinder().set_shape(6, HUGE_VAL); }},
+      {"not of length 1", [](S& s) { s.cylinder().set_shape(5, 2); }},
       {"not of length 1",
-       [](Spoiler& s) {
+       [](S& s) {
          for (int i : {3, 4, 5}) s.cylinder().set_shape(i, 0);
        }},
-      {"radius that makes no sense", [](Spoiler& s) { s.cylinder().set_shape(6, 0); }},
-      {"radius that makes no sense", [](Spoiler& s) { s.cylinder().set_shape(6, 1e6); }},
-      {"far outside", [](Spoiler& s) { s.cylinder().set_shape(2, 1e9); }},
-      {"off its lateral", [](Spoiler& s) { s.cylinder().set_shape(6, s.cylinder().shape(6) + 0.6); }},
-      {"off its lateral", [](Spoiler& s) { s.cylinder().set_shape(0, s.cylinder().shape(0) + 5); }},
-      {"fewer than n", [](Spoiler& s) { s.cylinder().clear_steps(); }},
-      {"out of order", [](Spoiler& s) { s.cylinder().set_steps(1, 0); }},
-      {"outside the octree", [](Spoiler& s) { s.cylinder().add_steps(~std::uint64_t{0}); }},
+      {"radius that makes no sense", [](S& s) { s.cylinder().set_shape(6, 0); }},
+      {"radius that makes no sense", [](S& s) { s.cylinder().set_shape(6, 1e6); }},
+      {"far outside", [](S& s) { s.cylinder().set_shape(2, 1e9); }},
+      {"off its lateral", [](S& s) { s.cylinder().set_shape(6, s.cylinder().shape(6) + 0.6); }},
+      {"off its lateral", [](S& s) { s.cylinder().set_shape(0, s.cylinder().shape(0) + 5); }},
+      {"fewer than n", [](S& s) { s.cylinder().clear_steps(); }},
+      {"out of order", [](S& s) { s.cylinder().set_steps(1, 0); }},
+      {"outside the octree", [](S& s) { s.cylinder().add_steps(~0ULL); }},
       {"outside the octree",
-       [](Spoiler& s) {
-         s.cylinder().add_steps(std::uint64_t{1} << 47);
-         s.cylinder().add_steps(std::uint64_t{1} << 47);
+       [](S& s) {
+         s.cylinder().add_steps(1ULL << 47);
+         s.cylinder().add_steps(1ULL << 47);
        }},
-      {"not pending, or another's", [](Spoiler& s) { s.cylinder().set_steps(0, s.cylinder().steps(0) - 1); }},
+      {"not pending, or another's", [](S& s) { s.cylinder().set_steps(0, s.cylinder().steps(0) - 1); }},
       {"not pending, or another's",
-       [](Spoiler& s) {
+       [](S& s) {
          s.header().set_next_cylinder_id(s.header().next_cylinder_id() + 1);
          s.repeat(s.first(Record::kCylinder));
          s.records.back().mutable_cylinder()->set_id(s.header().next_cylinder_id() - 1);
        }},
-      {"one that is to come", [](Spoiler& s) { s.cylinder().set_revision(s.header().revision() + 1); }},
-      {"one that is to come", [](Spoiler& s) { s.cylinder().clear_revision(); }},
+      {"one that is to come", [](S& s) { s.cylinder().set_revision(s.header().revision() + 1); }},
+      {"one that is to come", [](S& s) { s.cylinder().clear_revision(); }},
       {"a surface that is not there",
-       [](Spoiler& s) { std::swap(s.records.back(), s.records[s.records.size() - 2]); }},
+       [](S& s) { std::swap(s.records.back(), s.records[s.records.size() - 2]); }},
   };
   return table;
 }

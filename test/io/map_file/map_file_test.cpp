@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <octomap/OcTree.h>
 #include <set>
+#include <sstream>
 
 namespace octosurf::test {
 namespace {
@@ -70,36 +71,16 @@ TEST_F(MapFiles, AnOriginComesBackExactlyAndANoneIsNotWritten) {
 }
 
 TEST_F(MapFiles, ParametersComeBackExactly) {
-  Parameters parameters;  // every one another than the default, thirds that no short text holds
-  for (const auto& [name, value] :
-       std::vector<std::pair<const char*, double>>{{"resolution", 0.1 / 3},
-                                                   {"surface_tolerance", 0.07 / 3},
-                                                   {"sensor_noise", 0.01 / 3},
-                                                   {"range_noise", 0.001 / 3},
-                                                   {"max_hole_size", 0.5 / 3},
-                                                   {"search_radius", 0.7 / 3},
-                                                   {"normal_radius", 0.4 / 3},
-                                                   {"min_surface_points", 41},
-                                                   {"min_surface_width", 0.2 / 3},
-                                                   {"smoothness_angle", 1 / 3.0},
-                                                   {"max_curvature", 0.1 / 3},
-                                                   {"ransac_iterations", 77},
-                                                   {"detection_budget", 770},
-                                                   {"mesh_thickness", 0.1 / 3},
-                                                   {"max_range", 20 / 3.0},
-                                                   {"min_range", 1 / 3.0},
-                                                   {"hit", 2 / 3.0},
-                                                   {"miss", 1 / 3.0},
-                                                   {"clamp_min", 0.1 / 3},
-                                                   {"clamp_max", 2.9 / 3},
-                                                   {"occupied", 1.6 / 3},
-                                                   {"preserve_surfaces", 0},
-                                                   {"detect_cylinders", 0},
-                                                   {"align", 0},
-                                                   {"up_x", 1 / 3.0},
-                                                   {"up_y", -2 / 3.0},
-                                                   {"up_z", 2 / 3.0}})
-    set_parameter_value(parameters, name, value);
+  // Every one another than the default: thirds of these, which no short text holds.
+  std::istringstream thirds(
+      "resolution 0.1 surface_tolerance 0.07 sensor_noise 0.01 range_noise 0.001 max_hole_size 0.5 "
+      "search_radius 0.7 normal_radius 0.4 min_surface_points 123 min_surface_width 0.2 smoothness_angle 1 "
+      "max_curvature 0.1 ransac_iterations 231 detection_budget 2310 mesh_thickness 0.1 max_range 20 "
+      "min_range 1 hit 2 miss 1 clamp_min 0.1 clamp_max 2.9 occupied 1.6 preserve_surfaces 0 "
+      "detect_cylinders 0 align 0 up_x 1 up_y -2 up_z 2");
+  Parameters parameters;
+  std::string name;
+  for (double three = 0; thirds >> name >> three;) set_parameter_value(parameters, name, three / 3);
   Map map = map_of(changing_room(4), parameters);
   // This program does not map with it.
   map.state().parameters.detection.detector = parameters.detection.detector = DetectorKind::paper;
@@ -240,11 +221,9 @@ TEST_F(MapFiles, TheScansThatAMapHoldsAreKnownByPoseAndReadings) {
 /// Four scans of a room whose walls are known, and two of three single points each, as a commit of this
 /// format's version saved them, and a removal and poses that were made up.
 TEST_F(MapFiles, AFileThatWasWrittenBeforeIsRead) {
-  for (const char* ending : {".surfaces", ".bt"})
-    fs::copy_file(fs::path(test::paths::source()) / "test/fuzz/corpus" /
-                      (std::string(ending) == ".bt" ? "octomap" : "surfaces") /
-                      ("room" + std::string(ending)),
-                  folder / ("room" + std::string(ending)));
+  const fs::path corpus = fs::path(test::paths::source()) / "test/fuzz/corpus";
+  fs::copy_file(corpus / "surfaces/room.surfaces", folder / "room.surfaces");
+  fs::copy_file(corpus / "octomap/room.bt", folder / "room.bt");
   LoadedMap loaded = load_map(folder / "room");
   EXPECT_EQ(loaded.warning, "");
   EXPECT_THAT(check_invariants(loaded.map), IsEmpty());

@@ -9,9 +9,7 @@
 #include "support/seed.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <gmock/gmock.h>
-#include <iterator>
 #include <random>
 #include <sstream>
 
@@ -122,15 +120,6 @@ std::string snapshot_difference(const Snapshot& a, const Snapshot& b) {
 
 }  // namespace
 
-MapFiles::MapFiles() {
-  const std::string pattern = (std::filesystem::temp_directory_path() / "octosurf_map_XXXXXX").string();
-  std::vector<char> name(pattern.c_str(), pattern.c_str() + pattern.size() + 1);
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  folder = name.data();
-}
-
-MapFiles::~MapFiles() { std::filesystem::remove_all(folder); }
-
 std::string MapFiles::loading(const std::string& content) const {
   write_file(folder / "map.surfaces", content);
   try {
@@ -141,15 +130,6 @@ std::string MapFiles::loading(const std::string& content) const {
     return error.what();
   }
   return "loaded";
-}
-
-std::string read_file(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void write_file(const std::filesystem::path& file, const std::string& content) {
-  std::ofstream(file, std::ios::binary) << content;
 }
 
 Parameters coarse() {
@@ -285,17 +265,6 @@ void expect_refused_when_damaged(const std::string& good, const std::string& kin
   newer[8] = 2;
   EXPECT_THAT(reading(newer), HasSubstr("has version 2"));
   EXPECT_THAT(reading("\x89PNG\r\n\x1a\n"), HasSubstr(kind));
-}
-
-std::string failure(Error::Kind kind, const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "no error";
-  return {};
 }
 
 }  // namespace octosurf::test

@@ -1,35 +1,24 @@
 #pragma once
 
+#include "io/files.hpp"
 #include "map_file.pb.h"
 #include "support/seed.hpp"
 
-#include <filesystem>
 #include <functional>
-#include <gtest/gtest.h>
 #include <string>
 #include <vector>
 
-#include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::test {
 
-/// A fresh folder for every test, removed afterwards.
-class MapFiles : public ::testing::Test {
+class MapFiles : public FolderTest {
  protected:
-  MapFiles();
-  ~MapFiles() override;
-
   /// Writes `content` as map.surfaces and loads it: the message of its Error(data), which says what mends
   /// it; "loaded" if there is none. Any other exception fails the test.
   std::string loading(const std::string& content) const;
-
-  std::filesystem::path folder;
 };
-
-std::string read_file(const std::filesystem::path& file);
-void write_file(const std::filesystem::path& file, const std::string& content);
 
 /// 5 cm voxels; everything else as by default.
 Parameters coarse();
@@ -63,8 +52,5 @@ map_file::Surface& last_surface(std::vector<map_file::Record>& records);
 void expect_refused_when_damaged(const std::string& good, const std::string& kind,
                                  const std::function<std::string(const std::string&)>& reading,
                                  const std::function<std::string()>& read_back);
-
-/// The message of the Error of this kind that `work` throws; fails the test if there is none.
-std::string failure(Error::Kind kind, const std::function<void()>& work);
 
 }  // namespace octosurf::test

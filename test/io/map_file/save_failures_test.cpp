@@ -31,12 +31,9 @@ class SaveFails : public MapFiles {
     save_map(after, folder / "new");
   }
 
-  std::size_t files() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
-  }
   bool nothing_changed() const {
     return read_file(stem.string() + ".surfaces") == surfaces && read_file(stem.string() + ".bt") == bt &&
-           files() == 4;
+           count_files() == 4;
   }
   std::uintmax_t new_size(const char* ending) const {
     return fs::file_size((folder / "new").string() + ending);
@@ -85,7 +82,7 @@ TEST_F(SaveFails, AtEverySystemCallAndWhatLoadsIsWhole) {
     EXPECT_TRUE(difference(loaded.map, before).empty() || difference(loaded.map, after).empty())
         << "call " << n;
     warned += !loaded.warning.empty();
-    EXPECT_EQ(files(), 4U) << "a temporary file is left; call " << n;
+    EXPECT_EQ(count_files(), 4U) << "a temporary file is left; call " << n;
   }
   EXPECT_GE(refused, 7U) << "two files written, synced and renamed, and their folder synced";
   EXPECT_LE(warned, 2U) << "only between the two renames a .bt is not the map's own";

@@ -24,6 +24,12 @@ std::string poses(int count) {
   return text.str();
 }
 
+/// Writes times and poses beside three scans.
+void write_track(const fs::path& recording) {
+  write_file(recording / "times.txt", "0\n0.03333333333333333\n0.06666666666666667\n");
+  write_file(recording / "poses.txt", poses(3));
+}
+
 std::string counted(const std::string& text) {
   return bytes_of(static_cast<std::uint32_t>(text.size())) + text;
 }
@@ -43,8 +49,7 @@ fs::path BagFiles::write_images(const std::string& name) const {
     write_png(name + "/frame-00000" + std::to_string(image) + ".depth.png", 6, 4, pixels);
   }
   write(name + "/camera-intrinsics.txt", "5.25 0 2.5\n0 5.3 1.5\n0 0 1\n");
-  write(name + "/times.txt", "0\n0.03333333333333333\n0.06666666666666667\n");
-  write(name + "/poses.txt", poses(3));
+  write_track(folder / name);
   return folder / name;
 }
 
@@ -60,8 +65,7 @@ fs::path BagFiles::write_clouds(const std::string& name) const {
           "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 40\nDATA binary\n" +
               points);
   }
-  write(name + "/times.txt", "0\n0.03333333333333333\n0.06666666666666667\n");
-  write(name + "/poses.txt", poses(3));
+  write_track(folder / name);
   return folder / name;
 }
 

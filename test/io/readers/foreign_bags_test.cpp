@@ -48,18 +48,13 @@ class ForeignBags : public ::testing::Test {
 
 TEST_F(ForeignBags, BothContainersHoldTheSame) {
   for (const std::string name : {"talker", "wbag_0", "cdr_test_0"}) {
-    const auto mcap = read(name + ".mcap");
-    const auto sqlite = read(name + ".db3");
-    EXPECT_GE(mcap.size(), 7U) << name;
-    EXPECT_EQ(mcap.size(), sqlite.size()) << name;
     std::map<std::string, std::size_t> of_mcap, of_sqlite;
+    const std::vector<Read> mcap = read(name + ".mcap");
+    EXPECT_GE(mcap.size(), 7U) << name;
     for (const Read& message : mcap) ++of_mcap[message.topic + " " + message.type];
-    for (const Read& message : sqlite) ++of_sqlite[message.topic + " " + message.type];
+    for (const Read& message : read(name + ".db3")) ++of_sqlite[message.topic + " " + message.type];
     EXPECT_EQ(of_mcap, of_sqlite) << name;
   }
-}
-
-TEST_F(ForeignBags, EveryContainerIsReadToItsEnd) {
   EXPECT_EQ(read("only_topics.mcap").size(), 7U);  // as its statistics say
   EXPECT_EQ(read("wbag_0.mcap").size(), 1246U);
 }

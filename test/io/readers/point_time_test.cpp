@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <gmock/gmock.h>
 
 namespace octosurf::test {
@@ -20,40 +19,33 @@ double stamp_of(int scan) { return first_stamp_s + 0.1 * scan; }
 double after_stamp(int point) { return 0.0099 * point; }
 double place_at(double time_s) { return 2 * (time_s - first_stamp_s); }
 
-/// A field of a cloud, and its bytes for a time.
+/// A field of a cloud with times.
 struct DriverField {
   std::string name;
-  std::uint8_t datatype;  // PointField's
-  std::string pcd;        // size and type
-  std::function<std::string(double stamp_s, double after_s)> bytes;
+  std::uint8_t datatype;    // PointField's
+  const char *size, *type;  // as PCD has them
   double unit_s;
   bool absolute;
+
+  std::string bytes(double stamp_s, double after_s) const {
+    const double value = ((absolute ? stamp_s : 0) + after_s) / unit_s;
+    switch (datatype) {
+      case 5:
+        return bytes_of(static_cast<std::int32_t>(std::round(value)));
+      case 6:
+        return bytes_of(static_cast<std::uint32_t>(std::round(value)));
+      case 7:
+        return bytes_of(static_cast<float>(value));
+      default:
+        return bytes_of(value);
+    }
+  }
 };
-
-template <class Number>
-DriverField time_field(const std::string& name, std::uint8_t datatype, const std::string& pcd, double unit_s,
-                       bool absolute) {
-  return {name,
-          datatype,
-          pcd,
-          [=](double stamp, double after_s) {
-            const double value = ((absolute ? stamp : 0) + after_s) / unit_s;
-            return bytes_of(static_cast<Number>(std::is_integral_v<Number> ? std::round(value) : value));
-          },
-          unit_s,
-          absolute};
-}
-
-std::vector<DriverField> time_fields() {
-  return {time_field<std::uint32_t>("t", 6, "4 U", 1e-9, false),
-          time_field<float>("time", 7, "4 F", 1, false),
-          time_field<double>("timestamp", 8, "8 F", 1, true),
-          time_field<double>("timestamp", 8, "8 F", 1e-9, true),
-          time_field<std::uint32_t>("offset_time", 6, "4 U", 1e-9, false),
-          time_field<std::uint32_t>("time_stamp", 6, "4 U", 1e-6, false),
-          time_field<float>("time", 7, "4 F", 1e-6, false),
-          time_field<std::int32_t>("t", 5, "4 I", 1e-6, false)};
-}
+const std::vector<DriverField> time_fields{
+    {"t", 6, "4", "U", 1e-9, false},           {"time", 7, "4", "F", 1, false},
+    {"timestamp", 8, "8", "F", 1, true},       {"timestamp", 8, "8", "F", 1e-9, true},
+    {"offset_time", 6, "4", "U", 1e-9, false}, {"time_stamp", 6, "4", "U", 1e-6, false},
+    {"time", 7, "4", "F", 1e-6, false},        {"t", 5, "4", "I", 1e-6, false}};
 
 class PointTime : public ScanFiles {
  protected:
@@ -91,7 +83,12 @@ class PointTime : public ScanFiles {
     return rows;
   }
 
-  std::string name_of(int scan) const { return std::to_string(stamp_of(scan)); }
+  static std::string name_of(int scan) { return std::to_string(stamp_of(scan)); }
+  void write_timed_pcd(const std::string& name, const DriverField& time, int scan) const {
+    write(name, "VERSION 0.7\nFIELDS x y z " + time.name + "\nSIZE 4 4 4 " + time.size + "\nTYPE F F F " +
+                    time.type + "\nCOUNT 1 1 1 1\nWIDTH 11\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 11\n" +
+                    "DATA binary\n" + rows_of(time, scan));
+  }
 
   ScanSourceOptions with_poses() const {
     std::string lines;
@@ -120,7 +117,7 @@ class PointTime : public ScanFiles {
 };
 
 TEST_F(PointTime, OfBagsUndoesTheMotion) {
-  for (const DriverField& time : time_fields()) {
+  for (const DriverField& time : time_fields) {
     SCOPED_TRACE(time.name + " " + std::to_string(time.unit_s));
     const auto source = open_scans({bag(time)});
     EXPECT_THAT(source->notes(), Contains(::testing::AllOf(
@@ -133,7 +130,7 @@ TEST_F(PointTime, OfBagsUndoesTheMotion) {
 TEST_F(PointTime, OfBagsIsGivenWhereTheMotionIsLeft) {
   ScanSourceOptions options;
   options.deskew = Deskew::off;
-  const auto read = read_all({bag(time_fields().front())}, options);
+  const auto read = read_all({bag(time_fields.front())}, options);
   ASSERT_EQ(read.size(), static_cast<std::size_t>(scan_count));
   EXPECT_TRUE(read[1].origins.empty());
   ASSERT_EQ(read[1].times_s.size(), static_cast<std::size_t>(points_each));
@@ -143,15 +140,11 @@ TEST_F(PointTime, OfBagsIsGivenWhereTheMotionIsLeft) {
 }
 
 TEST_F(PointTime, OfPcdsUndoesTheMotion) {
-  for (const DriverField& time : time_fields()) {
+  for (const DriverField& time : time_fields) {
     SCOPED_TRACE(time.name + " " + std::to_string(time.unit_s));
     const std::string folder_name = "pcd_" + time.name + std::to_string(std::lround(1e9 * time.unit_s));
     for (int scan = 0; scan < scan_count; ++scan)
-      write(folder_name + "/" + name_of(scan) + ".pcd",
-            "VERSION 0.7\nFIELDS x y z " + time.name + "\nSIZE 4 4 4 " + time.pcd.substr(0, 1) +
-                "\nTYPE F F F " + time.pcd.substr(2) +
-                "\nCOUNT 1 1 1 1\nWIDTH 11\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 11\n" +
-                "DATA binary\n" + rows_of(time, scan));
+      write_timed_pcd(folder_name + "/" + name_of(scan) + ".pcd", time, scan);
     expect_undone(read_all({folder / folder_name}, with_poses()));
   }
 }
@@ -170,20 +163,16 @@ TEST_F(PointTime, OfPlysUndoesTheMotion) {
     write("binary/" + name_of(scan) + ".ply",
           "ply\nformat binary_little_endian 1.0\nelement vertex 11\nproperty float x\nproperty float y\n"
           "property float z\nproperty double timestamp\nend_header\n" +
-              rows_of(time_field<double>("timestamp", 8, "8 F", 1, true), scan));
+              rows_of(time_fields[2], scan));
   }
   expect_undone(read_all({folder / "ply"}, with_poses()));
   expect_undone(read_all({folder / "binary"}, with_poses()));
 }
 
 TEST_F(PointTime, WithAPoseForEachScanIsEnough) {
-  const DriverField time = time_fields().front();
   std::string poses, times;
   for (int scan = 0; scan < scan_count; ++scan) {
-    write("clouds/" + std::to_string(scan) + ".pcd",
-          "VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 11\nHEIGHT 1\n"
-          "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 11\nDATA binary\n" +
-              rows_of(time, scan));
+    write_timed_pcd("clouds/" + std::to_string(scan) + ".pcd", time_fields.front(), scan);
     poses += std::to_string(place_at(stamp_of(scan))) + " 0 0 0 0 0 1\n";
     times += std::to_string(stamp_of(scan)) + "\n";
   }

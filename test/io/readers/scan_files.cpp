@@ -1,7 +1,6 @@
 #include "io/readers/scan_files.hpp"
 
 #include <spng.h>
-#include <stdlib.h>
 
 namespace octosurf::test {
 namespace {
@@ -29,17 +28,10 @@ std::string encode_png(int width, int height, int bits, int colour, const void* 
 
 }  // namespace
 
-ScanFiles::ScanFiles() {
-  std::string name = (fs::temp_directory_path() / "octosurf_scans_XXXXXX").string();
-  folder = mkdtemp(name.data());
-}
-
-ScanFiles::~ScanFiles() { fs::remove_all(folder); }
-
 fs::path ScanFiles::write(const std::string& name, std::string_view content) const {
   const fs::path file = folder / name;
   fs::create_directories(file.parent_path());
-  std::ofstream(file, std::ios::binary) << content;
+  write_file(file, content);
   return file;
 }
 
@@ -78,15 +70,7 @@ std::vector<Scan> read_all(const std::vector<fs::path>& inputs, const ScanSource
 }
 
 std::string failure(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {
-  try {
-    read_all(inputs, options);
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was refused";
-  return {};
+  return failure(Error::Kind::data, [&] { read_all(inputs, options); });
 }
 
 }  // namespace octosurf::test

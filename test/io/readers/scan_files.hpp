@@ -1,25 +1,17 @@
 #pragma once
 
+#include "io/files.hpp"
+
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <gtest/gtest.h>
-#include <iterator>
-#include <string>
-#include <string_view>
 #include <vector>
 
-#include <octosurf/error.hpp>
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::test {
 
-/// A fresh folder for every test, removed afterwards.
-class ScanFiles : public ::testing::Test {
+/// Writes scans into the test's folder.
+class ScanFiles : public FolderTest {
  protected:
-  ScanFiles();
-  ~ScanFiles() override;
-
   std::filesystem::path write(const std::string& name, std::string_view content) const;
   /// 16-bit gray PNG.
   std::filesystem::path write_png(const std::string& name, int width, int height,
@@ -31,8 +23,6 @@ class ScanFiles : public ::testing::Test {
   /// Three points (1, 2, 3), (4, 5, 6), (nan, nan, nan).
   std::filesystem::path write_pcd(const std::string& name,
                                   const std::string& viewpoint = "0 0 0 1 0 0 0") const;
-
-  std::filesystem::path folder;
 };
 
 std::vector<Scan> read_all(ScanSource& source);
@@ -48,12 +38,6 @@ std::string bytes_of(const T&... values) {
   std::string bytes;
   (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
   return bytes;
-}
-
-/// The bytes of a file.
-inline std::string content(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 inline const char* const identity_pose = "0 0 0 0 0 0 1\n";

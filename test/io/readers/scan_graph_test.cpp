@@ -2,7 +2,6 @@
 
 #include "io/readers/scan_files.hpp"
 
-#include <fstream>
 #include <gmock/gmock.h>
 #include <octomap/octomap.h>
 
@@ -25,11 +24,6 @@ class ScanGraphs : public ScanFiles {
     graph.connectPrevious();
     file = folder / "two.graph";
     graph.writeBinary(file.string());
-  }
-
-  std::string content() const {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
   }
 
   octomap::ScanGraph graph;
@@ -59,7 +53,7 @@ TEST_F(ScanGraphs, IsKnownByContentAndReadFromAFolder) {
 }
 
 TEST_F(ScanGraphs, TruncatedOrHostileFilesAreRefused) {
-  const std::string whole = content();
+  const std::string whole = read_file(file);
   for (std::size_t length = 0; length < whole.size(); ++length)
     EXPECT_THAT(failure({write("cut.graph", whole.substr(0, length))}), HasSubstr("cut.graph")) << length;
   for (const std::size_t count : {std::size_t{0}, std::size_t{4}}) {  // of scans, of points
@@ -72,7 +66,7 @@ TEST_F(ScanGraphs, TruncatedOrHostileFilesAreRefused) {
 }
 
 TEST_F(ScanGraphs, NotRigidIsRefusedAndPosesFromOutsideAreWrongUse) {
-  std::string bytes = content();
+  std::string bytes = read_file(file);
   const std::size_t quaternion = 4 + 4 + 2 * 28 + 28 + 4;
   bytes.replace(quaternion, 8, bytes_of(5.0));
   EXPECT_THAT(failure({write("bad.graph", bytes)}),

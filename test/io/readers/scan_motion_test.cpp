@@ -28,28 +28,21 @@ std::vector<io::TimedCloud> timed_clouds(double first_s, double last_s, const Va
 }
 
 TEST(PointClock, UnitsAreToldBySpan) {
-  for (const double unit_s : {1.0, 1e-3, 1e-6, 1e-9})
-    for (const double first_s : {0.0, -0.0999, -0.05}) {
-      const auto relative =
-          timed_clouds(first_s, first_s + 0.0999, [&](double, double s) { return s / unit_s; });
-      const auto clock = io::clock_of(relative, 0.1);
+  for (const double unit_s : {1.0, 1e-3, 1e-6, 1e-9}) {
+    const auto expect_clock = [&](Zero zero, double first_s, const auto& value) {
+      const auto clock = io::clock_of(timed_clouds(first_s, first_s + 0.0999, value), 0.1);
       ASSERT_TRUE(clock) << unit_s;
       EXPECT_EQ(clock->unit_s, unit_s);
-      EXPECT_EQ(clock->zero, Zero::stamp);
-      const auto absolute = timed_clouds(first_s, first_s + 0.0999,
-                                         [&](double stamp, double s) { return (stamp + s) / unit_s; });
-      const auto same_clock = io::clock_of(absolute, 0.1);
-      ASSERT_TRUE(same_clock) << unit_s;
-      EXPECT_EQ(same_clock->unit_s, unit_s);
-      EXPECT_EQ(same_clock->zero, Zero::epoch);
-      // Seconds since the sensor was switched on.
-      const auto booted = timed_clouds(
-          0, 0.0999, [&](double stamp, double s) { return (stamp - start_s + 777 + s) / unit_s; });
-      const auto other_clock = io::clock_of(booted, 0.1);
-      ASSERT_TRUE(other_clock) << unit_s;
-      EXPECT_EQ(other_clock->unit_s, unit_s);
-      EXPECT_EQ(other_clock->zero, Zero::other_clock);
+      EXPECT_EQ(clock->zero, zero);
+    };
+    for (const double first_s : {0.0, -0.0999, -0.05}) {
+      expect_clock(Zero::stamp, first_s, [&](double, double s) { return s / unit_s; });
+      expect_clock(Zero::epoch, first_s, [&](double stamp, double s) { return (stamp + s) / unit_s; });
     }
+    // Seconds since the sensor was switched on.
+    expect_clock(Zero::other_clock, 0,
+                 [&](double stamp, double s) { return (stamp - start_s + 777 + s) / unit_s; });
+  }
 }
 
 TEST(PointClock, AnyPeriodOfScans) {

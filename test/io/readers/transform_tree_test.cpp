@@ -25,45 +25,50 @@ std::string why_not(const io::TransformTree& tree, const std::string& to, const 
   } catch (const io::NoPose& none) {
     return none.what();
   }
-  ADD_FAILURE() << "there is a pose";
-  return {};
+  return "there is a pose";
+}
+
+io::PoseTrack track_of(std::initializer_list<io::PoseTrack::Sample> samples) {
+  io::PoseTrack track;
+  for (const io::PoseTrack::Sample& one : samples) track.add(one);
+  track.finish();
+  return track;
+}
+
+/// Edges of parent, child, whether it is fixed, and x m at a time in s.
+struct Edge {
+  const char *parent, *child;
+  bool fixed;
+  double stamp_s, x;
+};
+void add(io::TransformTree& tree, std::initializer_list<Edge> edges) {
+  for (const Edge& edge : edges)
+    tree.add({edge.parent, edge.child, edge.fixed}, sample(edge.stamp_s, edge.x));
+  tree.finish();
 }
 
 TEST(PoseTrack, IsExactAtItsSamplesAndSlerpsBetween) {
-  io::PoseTrack track;
-  track.add(sample(1.2, 4, 1.5));
-  track.add(sample(1, 2, 0.5));
-  track.finish();
+  const io::PoseTrack track = track_of({sample(1.2, 4, 1.5), sample(1, 2, 0.5)});
   EXPECT_EQ(track.at(second, 0).T_parent_child.translation().x(), 2);
   const auto middle = track.at(second * 11 / 10, second / 4).T_parent_child;
   EXPECT_NEAR(middle.translation().x(), 3, 1e-12);
   EXPECT_NEAR(std::atan2(middle(1, 0), middle(0, 0)), 1.0, 1e-9);
-}
-
-TEST(PoseTrack, OfTwoAtOneTimeTheLastOneHolds) {
-  io::PoseTrack track;
-  track.add(sample(1, 2));
-  track.add(sample(1, 5));
-  track.finish();
-  EXPECT_EQ(track.at(second, 0).T_parent_child.translation().x(), 5);
+  const io::PoseTrack twice = track_of({sample(1, 2), sample(1, 5)});
+  EXPECT_EQ(twice.at(second, 0).T_parent_child.translation().x(), 5) << "the last one holds";
 }
 
 TEST(TransformTree, IsSettledWhenNothingThatComesLaterCanChangeAnAnswer) {
   io::TransformTree tree;
   EXPECT_TRUE(tree.settled("map", "map", second));
   EXPECT_FALSE(tree.settled("map", "camera", second));
-  tree.add({"base", "camera", true}, sample(0, 1));
-  tree.add({"odom", "base", false}, sample(1, 1));
+  add(tree, {{"base", "camera", true, 0, 1}, {"odom", "base", false, 1, 1}});
   EXPECT_FALSE(tree.settled("map", "camera", second));  // does not hang together yet
-  tree.add({"map", "odom", false}, sample(0.9, 1));
-  tree.finish();
+  add(tree, {{"map", "odom", false, 0.9, 1}});
   EXPECT_FALSE(tree.settled("map", "camera", second));
   EXPECT_TRUE(tree.settled("map", "camera", second * 9 / 10));
   EXPECT_TRUE(tree.settled("odom", "camera", second));  // what moves above does not matter
   EXPECT_FALSE(tree.settled("odom", "camera", second + 1));
-  tree.add({"map", "odom", false}, sample(1.1, 1));
-  tree.add({"map", "other", false}, sample(0.5, 1));
-  tree.finish();
+  add(tree, {{"map", "odom", false, 1.1, 1}, {"map", "other", false, 0.5, 1}});
   EXPECT_TRUE(tree.settled("map", "camera", second));
   EXPECT_FALSE(tree.settled("other", "camera", second));  // up to the map, and down again
   EXPECT_TRUE(tree.settled("other", "camera", second / 2));
@@ -72,9 +77,7 @@ TEST(TransformTree, IsSettledWhenNothingThatComesLaterCanChangeAnAnswer) {
 TEST(TransformTree, ForgetsWhatIsOldOfEachMovingFrame) {
   io::TransformTree tree;
   for (const double t : {1.0, 2.0, 3.0}) tree.add({"map", "base", false}, sample(t, t));
-  tree.add({"map", "slow", false}, sample(1, 1));
-  tree.add({"base", "camera", true}, sample(0, 0));
-  tree.finish();
+  add(tree, {{"map", "slow", false, 1, 1}, {"base", "camera", true, 0, 0}});
   tree.keep_last(second);
   EXPECT_THAT(why_not(tree, "map", "camera", 1), HasSubstr("the first is 1.000 s later"));
   EXPECT_EQ(tree.lookup("map", "camera", 2 * second, 0).translation().x(), 2);
@@ -82,48 +85,31 @@ TEST(TransformTree, ForgetsWhatIsOldOfEachMovingFrame) {
 }
 
 TEST(PoseTrack, DoesNotGuessOverGaps) {
-  io::PoseTrack track;
-  track.add(sample(1, 2));
-  track.add(sample(1.3, 4));
-  track.finish();
+  const io::PoseTrack track = track_of({sample(1, 2), sample(1.3, 4)});
   EXPECT_THROW(track.at(second * 12 / 10, second / 4), io::NoPose);
   EXPECT_NO_THROW(track.at(second * 12 / 10, second / 2));
   EXPECT_EQ(track.at(second * 99 / 100, second / 4).T_parent_child.translation().x(), 2);  // 10 ms before
   EXPECT_THROW(track.at(second * 9 / 10, second / 4), io::NoPose);
   EXPECT_THROW(track.at(second * 2, second * 10), io::NoPose);
-}
-
-TEST(PoseTrack, TakesNoTimesForNear) {
-  io::PoseTrack track;
-  io::PoseTrack::Sample early = sample(0, 1), late = sample(0, 2);
+  io::PoseTrack::Sample early = sample(0, 1), late = sample(0, 2);  // their distance is no int64
   early.stamp_ns = std::numeric_limits<std::int64_t>::min();
   late.stamp_ns = std::numeric_limits<std::int64_t>::max();
-  track.add(early);
-  track.add(late);
-  track.finish();
-  EXPECT_THROW(track.at(0, second), io::NoPose);
+  EXPECT_THROW(track_of({early, late}).at(0, second), io::NoPose);
 }
 
 TEST(PoseTrack, LeavesOutWhatIsNoPose) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const double length : {1.014, 0.986, 0.0, nan}) {
-    io::PoseTrack track;
+  const double nan_m = std::numeric_limits<double>::quiet_NaN();
+  for (const double length : {1.014, 0.986, 0.0, nan_m}) {
     io::PoseTrack::Sample bad = sample(1.1, 70);
     bad.rotation.coeffs() *= length;
-    track.add(sample(1, 2));
-    track.add(bad);
-    track.add(sample(1.2, 4));
-    track.finish();
+    const io::PoseTrack track = track_of({sample(1, 2), bad, sample(1.2, 4)});
     EXPECT_EQ(track.left_out(), 1U) << length;
     EXPECT_NEAR(track.at(second * 11 / 10, second / 4).T_parent_child.translation().x(), 3, 1e-12) << length;
+    EXPECT_THROW(track_of({bad}).at(second * 11 / 10, 0), std::runtime_error) << length;
   }
-  io::PoseTrack track;
-  io::PoseTrack::Sample nowhere = sample(1.1, nan), rounded = sample(1.2, 5);
+  io::PoseTrack::Sample rounded = sample(1.2, 5);
   rounded.rotation.coeffs() *= 0.9996;
-  track.add(sample(1.1, 3));
-  track.add(nowhere);  // at the same time
-  track.add(rounded);
-  track.finish();
+  const io::PoseTrack track = track_of({sample(1.1, 3), sample(1.1, nan_m), rounded});  // two at one time
   EXPECT_EQ(track.left_out(), 1U);
   EXPECT_EQ(track.at(second * 11 / 10, second / 4).T_parent_child.translation().x(), 3);
   EXPECT_EQ(track.at(second * 12 / 10, second / 4).T_parent_child.translation().x(), 5);
@@ -131,28 +117,17 @@ TEST(PoseTrack, LeavesOutWhatIsNoPose) {
 
 TEST(TransformTree, ABadFixedTransformReplacesNoGoodOne) {
   io::TransformTree tree;
-  tree.add({"base", "lidar", true}, sample(1, 2));
-  tree.add({"base", "lidar", true}, sample(2, std::numeric_limits<double>::infinity()));
-  tree.finish();
+  add(tree,
+      {{"base", "lidar", true, 1, 2}, {"base", "lidar", true, 2, std::numeric_limits<double>::infinity()}});
   EXPECT_EQ(tree.lookup("base", "lidar", second, 0).translation().x(), 2);
-}
-
-TEST(PoseTrack, RefusesWhatIsNoRotation) {
-  io::PoseTrack track;
-  io::PoseTrack::Sample bad = sample(1, 0);
-  bad.rotation = {2, 0, 0, 0};
-  track.add(bad);
-  track.finish();
-  EXPECT_THROW(track.at(second, 0), std::runtime_error);
 }
 
 TEST(TransformTree, GoesUpAndAcross) {
   io::TransformTree tree;
-  tree.add({"map", "odom", false}, sample(1, 10));
-  tree.add({"odom", "base", false}, sample(1, 1));
-  tree.add({"base", "left", true}, sample(0, 0.1));
-  tree.add({"base", "right", true}, sample(0, -0.1));
-  tree.finish();
+  add(tree, {{"map", "odom", false, 1, 10},
+             {"odom", "base", false, 1, 1},
+             {"base", "left", true, 0, 0.1},
+             {"base", "right", true, 0, -0.1}});
   EXPECT_NEAR(tree.lookup("map", "left", second, 0).translation().x(), 11.1, 1e-12);
   EXPECT_NEAR(tree.lookup("right", "left", second, 0).translation().x(), 0.2, 1e-12);
   EXPECT_NEAR(tree.lookup("left", "map", second, 0).translation().x(), -11.1, 1e-12);
@@ -166,9 +141,7 @@ TEST(TransformTree, GoesUpAndAcross) {
 
 TEST(TransformTree, TellsWhatIsMissing) {
   io::TransformTree tree;
-  tree.add({"map", "base", false}, sample(1, 10));
-  tree.add({"world", "camera", true}, sample(0, 1));
-  tree.finish();
+  add(tree, {{"map", "base", false, 1, 10}, {"world", "camera", true, 0, 1}});
   EXPECT_THAT(why_not(tree, "map", "lidar", 1), HasSubstr("no frame 'lidar'"));
   EXPECT_THAT(why_not(tree, "earth", "base", 1), HasSubstr("no frame 'earth'"));
   EXPECT_THAT(why_not(tree, "map", "camera", 1), HasSubstr("does not connect camera with map"));
@@ -176,19 +149,18 @@ TEST(TransformTree, TellsWhatIsMissing) {
 
 TEST(TransformTree, ARobotIsWhatAloneMovesInItsMap) {
   io::TransformTree tree;
-  tree.add({"camera_init", "body", false}, sample(1, 0));
-  tree.add({"map", "odom", false}, sample(1, 0));
-  tree.add({"odom", "base", false}, sample(1, 0));
-  tree.add({"base", "lidar", true}, sample(1, 0));
-  tree.add({"base", "leg_1", false}, sample(1, 0));
-  tree.add({"base", "leg_2", false}, sample(1, 0));
-  tree.add({"world", "drone", false}, sample(1, 0));
-  tree.add({"world", "gate", true}, sample(1, 0));
-  tree.add({"drone", "mount", true}, sample(1, 0));
-  tree.add({"mount", "scanner", true}, sample(1, 0));
-  tree.add({"earth", "alice", false}, sample(1, 0));
-  tree.add({"earth", "bob", false}, sample(1, 0));
-  tree.finish();
+  add(tree, {{"camera_init", "body", false, 1, 0},
+             {"map", "odom", false, 1, 0},
+             {"odom", "base", false, 1, 0},
+             {"base", "lidar", true, 1, 0},
+             {"base", "leg_1", false, 1, 0},
+             {"base", "leg_2", false, 1, 0},
+             {"world", "drone", false, 1, 0},
+             {"world", "gate", true, 1, 0},
+             {"drone", "mount", true, 1, 0},
+             {"mount", "scanner", true, 1, 0},
+             {"earth", "alice", false, 1, 0},
+             {"earth", "bob", false, 1, 0}});
   EXPECT_EQ(tree.robot_below("camera_init"), "body");
   EXPECT_EQ(tree.robot_below("map"), "base");
   EXPECT_EQ(tree.robot_below("odom"), "base");
@@ -200,10 +172,7 @@ TEST(TransformTree, ARobotIsWhatAloneMovesInItsMap) {
 
 TEST(TransformTree, RingsEnd) {
   io::TransformTree tree;
-  tree.add({"a", "b", true}, sample(0, 1));
-  tree.add({"b", "a", true}, sample(0, 1));
-  tree.add({"c", "c", true}, sample(0, 1));
-  tree.finish();
+  add(tree, {{"a", "b", true, 0, 1}, {"b", "a", true, 0, 1}, {"c", "c", true, 0, 1}});
   EXPECT_THAT(why_not(tree, "c", "a", 1), HasSubstr("ring"));
   EXPECT_FALSE(tree.moves("a"));
   EXPECT_LE(tree.ancestors("a").size(), 4U);
@@ -211,10 +180,7 @@ TEST(TransformTree, RingsEnd) {
 
 TEST(TransformTree, AChangeOfParentIsAGap) {
   io::TransformTree tree;
-  tree.add({"map", "box", false}, sample(1, 1));
-  tree.add({"hand", "box", false}, sample(1.1, 0));
-  tree.add({"map", "hand", true}, sample(0, 5));
-  tree.finish();
+  add(tree, {{"map", "box", false, 1, 1}, {"hand", "box", false, 1.1, 0}, {"map", "hand", true, 0, 5}});
   EXPECT_EQ(tree.lookup("map", "box", second, second).translation().x(), 1);
   EXPECT_EQ(tree.lookup("map", "box", second * 11 / 10, second).translation().x(), 5);
   EXPECT_THAT(why_not(tree, "map", "box", 1.05), HasSubstr("parent changes"));

@@ -33,34 +33,23 @@ START_NS = 1_700_000_000_000_000_000
 def read_png(file):
     """16-bit gray, as rows of bytes, big-endian."""
     data = open(file, 'rb').read()
+    width, height = struct.unpack('>II', data[16:24])
+    assert data[24:26] == b'\x10\0'
     position, packed = 8, b''
     while position < len(data):
         size, kind = struct.unpack('>I4s', data[position:position + 8])
-        body = data[position + 8:position + 8 + size]
+        if kind == b'IDAT':
+            packed += data[position + 8:position + 8 + size]
         position += 12 + size
-        if kind == b'IHDR':
-            width, height, bits, colour = struct.unpack('>IIBB', body[:10])
-            assert (bits, colour) == (16, 0)
-        elif kind == b'IDAT':
-            packed += body
     plain, step = zlib.decompress(packed), 2 * width
-    rows, before = [], bytearray(step)
+    rows, before = [], bytes(step)
     for v in range(height):
         kind, row = plain[v * (step + 1)], bytearray(plain[v * (step + 1) + 1:(v + 1) * (step + 1)])
         for i in range(step):
-            left = row[i - 2] if i >= 2 else 0
-            above = before[i]
-            if kind == 1:
-                row[i] = (row[i] + left) & 255
-            elif kind == 2:
-                row[i] = (row[i] + above) & 255
-            elif kind == 3:
-                row[i] = (row[i] + (left + above) // 2) & 255
-            elif kind == 4:
-                corner = before[i - 2] if i >= 2 else 0
-                guess = left + above - corner
-                a, b, c = abs(guess - left), abs(guess - above), abs(guess - corner)
-                row[i] = (row[i] + (left if a <= b and a <= c else above if b <= c else corner)) & 255
+            left, corner, above = row[i - 2] if i >= 2 else 0, before[i - 2] if i >= 2 else 0, before[i]
+            guess = left + above - corner
+            nearest = min((left, above, corner), key=lambda c: abs(guess - c)) if kind == 4 else 0
+            row[i] = (row[i] + (0, left, above, (left + above) // 2, nearest)[kind]) & 255
         rows.append(bytes(row))
         before = row
     return width, height, rows
