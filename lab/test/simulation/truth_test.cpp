@@ -109,27 +109,23 @@ TEST_F(TruthFile, DamagedFieldsAreRefused) {
   truth.faces[0].visible = {{4, 5, 6}};
   truth.faces[0].plane.offset = 0.125;
   evaluation::save_truth(truth, file_);
-  const std::vector<std::pair<std::string, std::string>> damages{{"\"version\":1", "\"version\":2"},
-                                                                 {"\"cell\":0.01", "\"cell\":-1"},
-                                                                 {"\"cell\":0.01", "\"cell\":\"0.01\""},
-                                                                 {"\"id\":1,", "\"id\":0,"},
-                                                                 {"\"id\":1,", "\"id\":2,"},
-                                                                 {"\"id\":1,", "\"id\":1.5,"},
-                                                                 {"\"offset\":0.125", "\"offset\":1e999"},
-                                                                 {"\"offset\":0.125", "\"offset\":null"},
-                                                                 {"\"normal\":[", "\"normal\":[9,"},
-                                                                 {"\"T_map_face\":[", "\"T_map_face\":[1,"},
-                                                                 {"[4,5,6]", "[4,5,0]"},
-                                                                 {"[4,5,6]", "[4,5,99999999999]"},
-                                                                 {"[4,5,6]", "[4,5]"},
-                                                                 {"\"visible\":", "\"seen\":"},
-                                                                 {"\"outer\":[", "\"outer\":[[1]],\"x\":["},
-                                                                 {"\"gone\":false", "\"gone\":7"}};
   const std::string whole = text();
-  for (const auto& [from, to] : damages) {
-    write("truth.json", whole);
-    expect_refused(spoiled(from, to));
-  }
+  const auto refuse = [&](const std::string& field, std::initializer_list<const char*> damaged) {
+    for (const char* instead : damaged) {
+      write("truth.json", whole);
+      expect_refused(spoiled(field, instead));
+    }
+  };
+  refuse("\"version\":1", {"\"version\":2"});
+  refuse("\"cell\":0.01", {"\"cell\":-1", "\"cell\":\"0.01\""});
+  refuse("\"id\":1,", {"\"id\":0,", "\"id\":2,", "\"id\":1.5,"});
+  refuse("\"offset\":0.125", {"\"offset\":1e999", "\"offset\":null"});
+  refuse("\"normal\":[", {"\"normal\":[9,"});
+  refuse("\"T_map_face\":[", {"\"T_map_face\":[1,"});
+  refuse("[4,5,6]", {"[4,5,0]", "[4,5,99999999999]", "[4,5]"});
+  refuse("\"visible\":", {"\"seen\":"});
+  refuse("\"outer\":[", {"\"outer\":[[1]],\"x\":["});
+  refuse("\"gone\":false", {"\"gone\":7"});
 }
 
 TEST_F(TruthFile, UnwritablePlaceIsAnError) {
