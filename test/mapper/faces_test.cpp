@@ -1,5 +1,6 @@
 // One face, one surface: small steps, thin things and holes, seen by a depth camera from several sides.
 #include "support/checked_mapper.hpp"
+#include "support/degree.hpp"
 #include "support/guarantees.hpp"
 #include "support/polygons.hpp"
 #include "support/scene.hpp"
@@ -115,7 +116,7 @@ TEST_P(Faces, AThinWallHasTwoSides) {
 TEST_P(Faces, AThinBoardSeenFromAboveAndBelowHasTwoSides) {
   constexpr double thickness = 0.04;
   bool from_below_first = true;
-  for (const double lean : {0.0, 10 * std::numbers::pi / 180}) {
+  for (const double lean : {0.0, 10 * test::degree}) {
     from_below_first = !from_below_first;  // each height in the other order than level
     for (const double height : {0.701, 0.705, 0.71, 0.715}) {
       from_below_first = !from_below_first;
@@ -166,7 +167,7 @@ TEST_P(Faces, AHoleInATableStays) {
 
 /// Three degrees are near the least that is told apart: in 3 of 33 such pairs of tops the two became one.
 TEST(CoarserFaces, TopsThatLeanThreeDegreesAreTwoAsARule) {
-  const double lean = 3 * std::numbers::pi / 180, c = std::cos(lean), s = std::sin(lean);
+  const double lean = 3 * test::degree, c = std::cos(lean), s = std::sin(lean);
   struct Top {
     const char* how;
     Eigen::Vector3d along, across;
@@ -192,7 +193,7 @@ TEST(CoarserFaces, TopsThatLeanThreeDegreesAreTwoAsARule) {
       // Six standard deviations of what both say of themselves, and 0.2° for readings of the other top in the
       // voxels of the gap, of which they do not know.
       const double bound_rad =
-          0.2 * std::numbers::pi / 180 + 6 * std::hypot(level->normal_std_rad(), leaning->normal_std_rad());
+          0.2 * test::degree + 6 * std::hypot(level->normal_std_rad(), leaning->normal_std_rad());
       EXPECT_NEAR(std::acos(level->plane.normal.dot(leaning->plane.normal)), lean, bound_rad);
       EXPECT_NEAR(level->area_m2, 0.16, 0.02);
       EXPECT_NEAR(leaning->area_m2, 0.16, 0.02);

@@ -88,8 +88,7 @@ TEST(InsertAll, FindsTheSameFaces) {
   test::CheckedMapper one_by_one(as_given()), grouped(as_given());
   for (const Scan& scan : scans) one_by_one.insert(scan);
   insert_in_groups(grouped.mapper, scans, rng, 6);
-  const auto area_on = [](const test::CheckedMapper& mapper, const Eigen::Vector3d& normal,
-                          const Eigen::Vector3d& point) {
+  const auto area_on = [](const test::CheckedMapper& mapper, const auto& normal, const auto& point) {
     double area = 0;
     for (const SurfacePtr& surface : mapper.on_plane(normal, point)) area += surface->area_m2;
     return area;

@@ -119,27 +119,19 @@ TEST(Mapper, PiecesThatGrowTogetherMerge) {
 
 TEST(Mapper, HolesOverHStayAndSmallerOnesClose) {
   std::mt19937_64 rng = test::rng();
-  const auto frame = [](Scene& scene, double x, double half) {  // a plate 0.8 m × 1 m with a square hole
-    scene.rectangle({x, 0, 0.01}, {0.8, 0, 0}, {0, 0.5 - half, 0});
-    scene.rectangle({x, 0.5 + half, 0.01}, {0.8, 0, 0}, {0, 0.5 - half, 0});
-    scene.rectangle({x, 0.5 - half, 0.01}, {0.4 - half, 0, 0}, {0, 2 * half, 0});
-    scene.rectangle({x + 0.4 + half, 0.5 - half, 0.01}, {0.4 - half, 0, 0}, {0, 2 * half, 0});
-  };
   for (const double half : {0.15, 0.015}) {
-    Scene scene;
-    frame(scene, 0, half);
+    Scene scene;  // a plate 0.8 m × 1 m with a square hole
+    scene.rectangle({0, 0, 0.01}, {0.8, 0, 0}, {0, 0.5 - half, 0})
+        .rectangle({0, 0.5 + half, 0.01}, {0.8, 0, 0}, {0, 0.5 - half, 0})
+        .rectangle({0, 0.5 - half, 0.01}, {0.4 - half, 0, 0}, {0, 2 * half, 0})
+        .rectangle({0.4 + half, 0.5 - half, 0.01}, {0.4 - half, 0, 0}, {0, 2 * half, 0});
     CheckedMapper under_test;
     for (const double x : {0.3, 0.4, 0.5}) under_test.insert(from_above(scene, x, 0.5, rng));
     ASSERT_EQ(under_test.surfaces().size(), 1U);
     const Surface& plate = *under_test.surfaces()[0];
     ASSERT_EQ(plate.polygons.size(), 1U);
-    if (half > 0.1) {
-      ASSERT_EQ(plate.polygons[0].holes.size(), 1U);
-      EXPECT_NEAR(plate.area_m2, 0.8 - 0.09, 0.05);
-    } else {
-      EXPECT_TRUE(plate.polygons[0].holes.empty());
-      EXPECT_NEAR(plate.area_m2, 0.8, 0.05);
-    }
+    EXPECT_EQ(plate.polygons[0].holes.size(), half > 0.1 ? 1U : 0U);
+    EXPECT_NEAR(plate.area_m2, half > 0.1 ? 0.8 - 0.09 : 0.8, 0.05);
   }
 }
 
@@ -205,12 +197,13 @@ TEST(Mapper, StripsOfATiltingLaserMakeSurfaces) {
   test::expect_guarantees(under_test.mapper.map());
 }
 
-/// What is found in the occupancy alone that these scans leave, as a .bt has it.
-Mapper from_occupancy_of(const std::vector<Scan>& scans, std::mt19937_64& rng) {
+/// Of the occupancy alone that scans leave, as a .bt has it.
+TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
+  std::mt19937_64 rng = test::rng();
   Parameters parameters;
   parameters.detection.min_surface_points = 1000000;  // nothing is detected while scanning
   Mapper blind(parameters);
-  for (const Scan& scan : scans) blind.insert(scan);
+  for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) blind.insert(scan);
   auto state = std::make_unique<surfaces::MapState>(Parameters{});
   const auto file = std::filesystem::temp_directory_path() / ("octosurf_" + std::to_string(rng()) + ".bt");
   {
@@ -224,23 +217,12 @@ Mapper from_occupancy_of(const std::vector<Scan>& scans, std::mt19937_64& rng) {
   EXPECT_GT(report.appeared, 1000U);
   EXPECT_FALSE(report.born.empty());
   test::expect_guarantees(mapper.map());
-  return mapper;
-}
-
-TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
-  std::mt19937_64 rng = test::rng();
-  const Mapper mapper = from_occupancy_of(orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng), rng);
   double floor = 0;
   for (const SurfacePtr& s : mapper.snapshot()->surfaces)
     if (s->plane.normal.z() > 0.99 && std::fabs(s->plane.offset - 0.01) < 0.02)
       floor = std::max(floor, s->area_m2);
   EXPECT_GT(floor, 2);
-}
-
-// A surface level with the octree is off the centres of all its voxels by the same, anywhere within d/2.
-TEST(Mapper, CentresOfAnOctreesVoxelsErrInCommon) {
-  std::mt19937_64 rng = test::rng();
-  const Mapper mapper = from_occupancy_of(orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng), rng);
+  // A surface level with the octree is off the centres of all its voxels by the same, anywhere within d/2.
   const double d = mapper.map().parameters().occupancy.resolution;
   EXPECT_NEAR(mapper.map().state().noise.surface_variance(), d * d / 12, 1e-12);
 }

@@ -1,5 +1,6 @@
 // What is left of a map when memory runs out in the middle of a scan: what it was before, to the last bit.
 #include "geometry/parallel.hpp"
+#include "io/files.hpp"
 #include "mapper/failing_memory.hpp"
 #include "support/guarantees.hpp"
 #include "support/random_scans.hpp"
@@ -11,11 +12,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
-#include <iterator>
-#include <optional>
 #include <random>
 #include <span>
 #include <sys/mman.h>
@@ -50,10 +48,7 @@ std::vector<Scan> changing_room(std::size_t count) {
   return scans;
 }
 
-std::string bytes_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+using test::read_file;
 
 /// What a child process found out, in memory that it shares with its parent.
 struct Finding {
@@ -66,23 +61,16 @@ struct Finding {
   }
 };
 
-class OutOfMemory : public ::testing::Test {
+class OutOfMemory : public test::FolderTest {
  protected:
   OutOfMemory() {
-    std::string name = (fs::temp_directory_path() / "octosurf-memory-XXXXXX").string();
-    folder = mkdtemp(name.data());
     void* shared = mmap(nullptr, sizeof(Finding), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED) throw std::bad_alloc();
     finding = static_cast<Finding*>(shared);
   }
-  ~OutOfMemory() override {
-    munmap(finding, sizeof(Finding));
-    fs::remove_all(folder);
-  }
+  ~OutOfMemory() override { munmap(finding, sizeof(Finding)); }
 
-  /// `before` are mapped; then one more scan is inserted while the allocation after `n` more fails, then
-  /// three more, and what there is is saved. All of that in a child process, whose end is told in words if
-  /// it is a crash.
+  /// Does the work in a child process, whose end is told in words if it is a crash.
   std::string crash_of(const std::function<void()>& work) const {
     *finding = {};
     const pid_t child = fork();
@@ -101,7 +89,35 @@ class OutOfMemory : public ::testing::Test {
     return WEXITSTATUS(status) == 0 ? "" : "exit code " + std::to_string(WEXITSTATUS(status));
   }
 
-  fs::path folder;
+  /// `count` failures, spread over all the allocations of one change, each in a process of its own: in it
+  /// tell(n, i) lets the allocation after `n` more fail in round i. `look` judges what the process left.
+  void strike(
+      std::size_t count, const std::function<void(std::size_t n, std::size_t i)>& tell,
+      const std::function<void()>& look = [] {}) {
+    constexpr std::size_t none = 1U << 30;
+    ASSERT_EQ(crash_of([&] { tell(none, 0); }), "");
+    ASSERT_STREQ(finding->problem, "");
+    ASSERT_FALSE(finding->threw);
+    const std::size_t all = finding->allocations;
+    ASSERT_GT(all, count) << "too small a change for so many";
+    std::size_t struck = 0, threw = 0;
+    std::mt19937_64 rng(test::seed());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t n = std::uniform_int_distribution(all * i / count, all * (i + 1) / count - 1)(rng);
+      SCOPED_TRACE("allocation " + std::to_string(n) + " of " + std::to_string(all));
+      EXPECT_EQ(crash_of([&] { tell(n, i); }), "");
+      EXPECT_STREQ(finding->problem, "");
+      look();
+      struck += finding->failed > 0;
+      threw += finding->threw;
+      if (::testing::Test::HasFailure() && i > count / 10) return;
+    }
+    std::cout << struck << " of " << count << " failures struck, among " << all << " allocations; " << threw
+              << " times the change was taken back\n";
+    EXPECT_EQ(struck, count);
+    EXPECT_GT(threw, count / 2) << "few allocations can be done without";
+  }
+
   Finding* finding = nullptr;
 };
 
@@ -175,37 +191,18 @@ class Story {
 
 class FailedAllocations : public OutOfMemory {
  protected:
-  /// `count` failures, spread over all the allocations of one insert, each in a process of its own.
   void expect_taken_back(Story& story, std::size_t count, bool all_after) {
     save_map(story.mapper.map(), folder / "before");
-    const std::string before = bytes_of(folder / "before.surfaces"), bt = bytes_of(folder / "before.bt");
-    constexpr std::size_t none = 1U << 30;
-    ASSERT_EQ(crash_of([&] { story.tell(none, false, false, folder, *finding); }), "");
-    ASSERT_STREQ(finding->problem, "");
-    ASSERT_FALSE(finding->threw);
-    const std::size_t all = finding->allocations;
-    ASSERT_GT(all, count) << "too small a scan for so many";
-    std::size_t struck = 0, threw = 0;
-    std::mt19937_64 rng(test::seed());
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t first = all * i / count, last = all * (i + 1) / count - 1;
-      const std::size_t n = std::uniform_int_distribution(first, last)(rng);
-      const std::string crash = crash_of([&] { story.tell(n, all_after, i % 2 == 0, folder, *finding); });
-      EXPECT_EQ(crash, "") << "allocation " << n << " of " << all;
-      EXPECT_STREQ(finding->problem, "") << "allocation " << n << " of " << all;
+    const std::string before = read_file(folder / "before.surfaces"), bt = read_file(folder / "before.bt");
+    const auto look = [&] {
       if (finding->threw) {
-        EXPECT_TRUE(bytes_of(folder / "saved.surfaces") == before && bytes_of(folder / "saved.bt") == bt)
-            << "not saved byte for byte as before; allocation " << n << " of " << all;
+        EXPECT_TRUE(read_file(folder / "saved.surfaces") == before && read_file(folder / "saved.bt") == bt)
+            << "not saved byte for byte as before";
       }
-      struck += finding->failed > 0;
-      threw += finding->threw;
-      if (::testing::Test::HasFailure() && i > count / 10) break;
-    }
-    std::cout << struck << " of " << count << " failures struck, among " << all << " allocations; " << threw
-              << " times the scan was taken back\n";
-    if (::testing::Test::HasFailure()) return;
-    EXPECT_EQ(struck, count);
-    EXPECT_GT(threw, count / 2) << "few allocations can be done without";
+    };
+    strike(
+        count, [&](std::size_t n, std::size_t i) { story.tell(n, all_after, i % 2 == 0, folder, *finding); },
+        look);
   }
 };
 
@@ -220,9 +217,10 @@ TEST_F(FailedAllocations, MemoryThatStaysOutIsNoWorse) {
   expect_taken_back(story, 12, true);
 }
 
-TEST_F(FailedAllocations, InTheFirstScan) {
-  Story story(changing_room(4), 0, 1);
-  expect_taken_back(story, 12, false);
+TEST_F(FailedAllocations, InTheFirstScanAndWithTwoThreads) {
+  Story first(changing_room(4), 0, 1), parallel(changing_room(10), 6, 2);
+  expect_taken_back(first, 12, false);
+  expect_taken_back(parallel, 12, false);
 }
 
 /// Seen from one side after the other.
@@ -247,11 +245,6 @@ TEST_F(FailedAllocations, WithACylinder) {
   expect_taken_back(story, 12, false);
 }
 
-TEST_F(FailedAllocations, WithTwoThreads) {
-  Story story(changing_room(10), 6, 2);
-  expect_taken_back(story, 12, false);
-}
-
 /// Two mappers that have mapped the same scans.
 struct Twins {
   explicit Twins(std::span<const Scan> scans) {
@@ -265,14 +258,12 @@ struct Twins {
 
 class ChangesTogether : public OutOfMemory {
  protected:
-  /// `count` failures, spread over all the allocations of one change, each in a process of its own.
   void expect_all_or_nothing(Twins& twins, const std::function<void(Mapper&)>& change, std::size_t count) {
     Mapper& mapper = twins.struck;
     const std::string stood = test::digest(mapper.map());
     change(twins.whole);
     const std::string changed = test::digest(twins.whole.map());
-    // In the child; with the allocation after `n` more failing.
-    const auto tell = [&](std::size_t n) {
+    strike(count, [&](std::size_t n, std::size_t) {
       const auto snapshot = mapper.snapshot();
       const std::size_t asked = test::allocations();
       test::fail_allocation_after(n, false);
@@ -289,20 +280,7 @@ class ChangesTogether : public OutOfMemory {
         finding->complain("the snapshot is not the one of what was mapped");
       if (finding->threw) change(mapper);
       if (test::digest(mapper.map()) != changed) finding->complain("the second time brings another map");
-    };
-    constexpr std::size_t none = 1U << 30;
-    ASSERT_EQ(crash_of([&] { tell(none); }), "");
-    ASSERT_STREQ(finding->problem, "");
-    const std::size_t all = finding->allocations;
-    std::size_t threw = 0;
-    std::mt19937_64 rng(test::seed());
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t n = std::uniform_int_distribution(all * i / count, all * (i + 1) / count - 1)(rng);
-      EXPECT_EQ(crash_of([&] { tell(n); }), "") << "allocation " << n << " of " << all;
-      EXPECT_STREQ(finding->problem, "") << "allocation " << n << " of " << all;
-      threw += finding->threw;
-    }
-    EXPECT_GT(threw, count / 2);
+    });
   }
 };
 

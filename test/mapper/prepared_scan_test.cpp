@@ -1,13 +1,11 @@
 // Scans prepared before their insertion: in less time the same map, to the last byte.
 #include "support/guarantees.hpp"
-#include "support/scene.hpp"
+#include "support/room_tour.hpp"
 #include "support/seed.hpp"
 
 #include <future>
 #include <gtest/gtest.h>
 #include <optional>
-#include <random>
-#include <utility>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -19,8 +17,7 @@ namespace {
 /// A camera that walks past a box.
 std::vector<Scan> recording(int count) {
   std::mt19937_64 rng = test::rng();
-  const test::Scene scene =
-      test::Scene().box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({0.3, -0.4, 0.01}, {0.9, 0.3, 0.4});
+  const test::Scene scene = test::room_with_a_box();
   std::vector<Scan> scans;
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector3d eye(-1.2 + 0.05 * i, 0.9 - 0.06 * i, 1.3);

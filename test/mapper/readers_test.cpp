@@ -1,13 +1,12 @@
 // Snapshots while the map goes on: what mapper.hpp promises to readers in other threads.
 #include "support/polygons.hpp"
-#include "support/scene.hpp"
+#include "support/room_tour.hpp"
 #include "support/seed.hpp"
 
 #include <atomic>
 #include <gtest/gtest.h>
 #include <limits>
 #include <map>
-#include <random>
 #include <set>
 #include <string>
 #include <thread>
@@ -17,21 +16,6 @@
 
 namespace octosurf::mapper {
 namespace {
-
-std::vector<Scan> turning_round(std::uint64_t seed, int count) {
-  test::Scene room;
-  room.box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({0.3, -0.5, 0.01}, {0.8, 0.2, 0.4});
-  std::mt19937_64 rng(seed);
-  std::vector<Scan> scans;
-  for (int i = 0; i < count; ++i) {
-    const double a = 0.6 * i;
-    const Eigen::Vector3d eye(-0.6 + 0.02 * i, 0.3 * std::sin(a), 1.0);
-    const Eigen::Vector3d ahead(std::cos(a), std::sin(a), -0.45);
-    scans.push_back(test::camera_scan(room, test::look_at(eye, eye + ahead), rng));
-    scans.back().stamp_s = i / 30.0;
-  }
-  return scans;
-}
 
 /// What one thread finds wrong with the snapshots it gets. Says the first thing only.
 class Reader {
@@ -90,7 +74,7 @@ class Reader {
 };
 
 TEST(Readers, FourAtFullSpeedSeeWholeSnapshotsOnly) {
-  const std::vector<Scan> scans = turning_round(test::seed(), 16);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 16);
   Mapper mapper(Parameters{}, 2);
   mapper.share_octree();
   std::atomic<bool> done{false};
@@ -114,7 +98,7 @@ TEST(Readers, FourAtFullSpeedSeeWholeSnapshotsOnly) {
 }
 
 TEST(Readers, ASnapshotThatIsKeptStandsStill) {
-  const std::vector<Scan> scans = turning_round(test::seed(), 8);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
   Mapper mapper;
   mapper.share_octree();
   for (int i = 0; i < 4; ++i) mapper.insert(scans[static_cast<std::size_t>(i)]);

@@ -4,7 +4,6 @@
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
-#include <algorithm>
 #include <gmock/gmock.h>
 #include <random>
 
@@ -63,6 +62,14 @@ Identities identities_of(const Mapped& before, const Mapped& after) {
   return succession.settle();
 }
 
+/// What the ids in `after` become, which it has then.
+Identities renumbered(const Mapped& before, Mapped& after) {
+  Identities identities = identities_of(before, after);
+  renumber(after.map.state(), identities);
+  EXPECT_THAT(check_invariants(after.map), IsEmpty());
+  return identities;
+}
+
 std::vector<SurfaceId> ids_of(const Map& map) {
   std::vector<SurfaceId> ids;
   for (const SurfacePtr& surface : map.snapshot()->surfaces) ids.push_back(surface->id);
@@ -79,12 +86,10 @@ TEST(Succession, SurfacesThatAreTheSameKeepTheirIdsWhateverTheyAreCalledNow) {
   const Mapped before{map_of(scans, 100), scans};
   Mapped after{map_of(scans, 7), scans};
   ASSERT_EQ(ids_of(before.map).size(), 4U);
-  const Identities identities = identities_of(before, after);
-  renumber(after.map.state(), identities);
+  const Identities identities = renumbered(before, after);
   EXPECT_EQ(ids_of(after.map), ids_of(before.map));
   EXPECT_EQ(identities.kept, 4U);
   EXPECT_THAT(identities.gone, IsEmpty());
-  EXPECT_THAT(check_invariants(after.map), IsEmpty());
   EXPECT_EQ(after.map.size().revision, before.map.size().revision + 1);
   EXPECT_EQ(after.map.state().surfaces.next_id(), before.map.state().surfaces.next_id());
   EXPECT_EQ(after.map.snapshot()->changed_since(before.map.size().revision).size(), 4U);
@@ -103,9 +108,8 @@ TEST(Succession, ARigidMotionOfAllKeepsAllIds) {
   T.translation() = 2 * Eigen::Vector3d(any(random), any(random), any(random));
   const Mapped before{map_of(scans, 1), scans};
   Mapped after{map_of(moved(scans, T), 50), moved(scans, T)};
-  renumber(after.map.state(), identities_of(before, after));
+  renumbered(before, after);
   EXPECT_EQ(ids_of(after.map), ids_of(before.map));
-  EXPECT_THAT(check_invariants(after.map), IsEmpty());
   for (const SurfacePtr& surface : before.map.snapshot()->surfaces) {
     const Surface* there = after.map.snapshot()->find(surface->id);
     ASSERT_NE(there, nullptr);
@@ -127,24 +131,20 @@ TEST(Succession, WhatWasTwoAndIsOneKeepsTheLargersIdAndTheOtherAsParent) {
   const auto& two = before.map.snapshot()->surfaces;
   const bool first_is_larger = two[0]->inliers > two[1]->inliers;
   const SurfaceId larger = two[first_is_larger ? 0 : 1]->id, smaller = two[first_is_larger ? 1 : 0]->id;
-  const Identities merged = identities_of(before, after);
-  renumber(after.map.state(), merged);
+  const Identities merged = renumbered(before, after);
   EXPECT_THAT(ids_of(after.map), ElementsAre(larger));
   EXPECT_THAT(merged.gone, ElementsAre(smaller));
   EXPECT_THAT(after.map.snapshot()->surfaces[0]->parents, Contains(smaller));
-  EXPECT_THAT(check_invariants(after.map), IsEmpty());
 
   // And back again: the larger part keeps the id, the other gets a new one, split from it.
   Mapped again{map_of(apart, 1), apart};
   const SurfaceId unused = after.map.state().surfaces.next_id();
   EXPECT_GT(unused, smaller);
-  const Identities split = identities_of(after, again);
-  renumber(again.map.state(), split);
+  const Identities split = renumbered(after, again);
   EXPECT_THAT(ids_of(again.map), ElementsAre(larger, unused));
   EXPECT_THAT(again.map.snapshot()->find(unused)->parents, ElementsAre(larger));
   EXPECT_THAT(split.gone, IsEmpty());
   EXPECT_EQ(again.map.state().surfaces.next_id(), unused + 1);
-  EXPECT_THAT(check_invariants(again.map), IsEmpty());
 }
 
 TEST(Succession, AnotherMapsSurfacesShareNone) {
@@ -166,7 +166,7 @@ TEST(Succession, ARenumberedMapIsGoneOnWith) {
   const std::vector<Scan> scans = strips({0, 0.5, 1}, random);
   const Mapped before{map_of(scans, 100), scans};
   Mapped after{map_of(scans, 1), scans};
-  renumber(after.map.state(), identities_of(before, after));
+  renumbered(before, after);
   Mapper mapper(std::move(after.map));
   for (const Scan& scan : strips({0, 0.5, 1, 1.5}, random)) {
     mapper.insert(scan);

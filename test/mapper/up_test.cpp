@@ -1,8 +1,8 @@
 // Up, found from a map that was made from scans.
+#include "support/degree.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
-#include <filesystem>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
@@ -14,8 +14,6 @@ namespace octosurf::mapper {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double deg = std::numbers::pi / 180;
 
 double angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -59,10 +57,11 @@ TEST(UpOfAMap, IsFoundHoweverItsFrameIsTurned) {
     for (const Scan& scan : scans) mapper.insert(test::moved(scan, R));
     const Up up = up_of(mapper.map());
     EXPECT_EQ(up.source, Up::Source::surfaces);
-    EXPECT_LT(angle(up.direction, R.linear().col(2)), 0.5 * deg);
+    EXPECT_LT(angle(up.direction, R.linear().col(2)), 0.5 * test::degree);
     EXPECT_GT(up.level_m2, 0.7);
     const Up alone = estimate_up(*mapper.snapshot());
-    EXPECT_GT(angle(alone.direction, R.linear().col(2)), 80 * deg) << "without the camera it is a wall";
+    EXPECT_GT(angle(alone.direction, R.linear().col(2)), 80 * test::degree)
+        << "without the camera it is a wall";
   }
 }
 
@@ -77,7 +76,7 @@ TEST(UpOfAMap, LidarsStandOnTheirZ) {
       scan.points.push_back(Eigen::Vector3d(u, 1.5, 1.5 * v).cast<float>());  // a larger wall
     }
   mapper.insert(scan);
-  EXPECT_LT(angle(up_of(mapper.map()).direction, -Vector3d::UnitY()), 0.1 * deg);
+  EXPECT_LT(angle(up_of(mapper.map()).direction, -Vector3d::UnitY()), 0.1 * test::degree);
 }
 
 TEST(UpOfAMap, ChangesNothingElse) {
