@@ -34,12 +34,7 @@ std::set<std::uint64_t> free_voxels(const octomap::OcTree& tree) {
   std::set<std::uint64_t> free;
   for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
     if (tree.isNodeOccupied(*leaf)) continue;
-    const int edge = 1 << (tree.getTreeDepth() - leaf.getDepth());
-    const octomap::OcTreeKey corner = leaf.getIndexKey();
-    for (int i = 0; i < edge * edge * edge; ++i)
-      free.insert(
-          stepped(VoxelKey{corner[0], corner[1], corner[2]}, {i % edge, i / edge % edge, i / edge / edge})
-              .packed());
+    test::for_each_voxel(leaf, [&](VoxelKey key) { free.insert(key.packed()); });
   }
   return free;
 }
@@ -145,8 +140,7 @@ void check_adoption(octomap::OcTree& tree) {
 }
 
 TEST(AdoptOccupiedVoxels, TakesTheBorderOfAMappedRoom) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   octomap::OcTree tree(0.1);
   for (int i = 0; i < 3; ++i) test::insert_scan(tree, test::room_scan(rng, 6000, {1.3, 1, 0.8}), -1);
   check_adoption(tree);
@@ -230,11 +224,7 @@ TEST(AdoptOccupiedVoxels, AHostileBlockIsRefused) {
   OccupancyMap map = OccupancyMap::read_octomap(file, OccupancyParameters{});
   std::filesystem::remove(file);
   EXPECT_THROW(map.adopt_occupied_voxels(), Error);
-}
-
-TEST(AdoptOccupiedVoxels, NothingInAnEmptyMap) {
-  OccupancyMap map{OccupancyParameters{}};
-  EXPECT_TRUE(map.adopt_occupied_voxels().empty());
+  EXPECT_TRUE(OccupancyMap(OccupancyParameters{}).adopt_occupied_voxels().empty()) << "of an empty map";
 }
 
 }  // namespace

@@ -11,15 +11,12 @@ namespace octosurf::occupancy {
 namespace {
 
 TEST(OccupancyBorder, ScansEndAtTheLastVoxel) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> uniform(-1, 1);
-  OccupancyParameters parameters;
-  parameters.resolution = 0.05;
-  const double d = parameters.resolution, border = d * 32768;
+  constexpr double d = 0.05, border = d * 32768;
   for (const double max_range : {std::numeric_limits<double>::infinity(), 0.7})
     for (int corner = 0; corner < 8; ++corner) {
-      OccupancyMap map(parameters);
+      OccupancyMap map(test::with_resolution(d));
       sensing::Downsampler downsample(map.grid());
       Scan scan;
       for (int a = 0; a < 3; ++a)

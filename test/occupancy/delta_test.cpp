@@ -93,10 +93,7 @@ void check_delta(const OccupancyMap& map, const OccupancyDelta& delta, const std
     EXPECT_EQ(map.at(now.key).point->position, now.position);
   }
   // Every occupied voxel keeps one point.
-  Keys points;
-  map.for_each_point([&](const VoxelPoint& p) { points.push_back(p.key.packed()); });
-  std::sort(points.begin(), points.end());
-  EXPECT_EQ(points, Keys(after.begin(), after.end()));
+  EXPECT_EQ(keys_of(test::points_of(map)), Keys(after.begin(), after.end()));
 }
 
 Totals run(std::uint64_t seed, bool with_planes, OccupancyParameters parameters) {
@@ -125,11 +122,8 @@ Totals run(std::uint64_t seed, bool with_planes, OccupancyParameters parameters)
 }
 
 TEST(OccupancyDelta, IsTheDifferenceOfTheOccupiedVoxels) {
-  const std::uint64_t seed = test::seed();
-  OccupancyParameters parameters;
-  parameters.resolution = 0.05;
   for (const bool with_planes : {false, true}) {
-    const Totals totals = run(seed, with_planes, parameters);
+    const Totals totals = run(test::seed(), with_planes, test::with_resolution(0.05));
     EXPECT_GT(totals.appeared, 1000U);
     EXPECT_GT(totals.vanished, 50U) << "nothing vanished: the test tests nothing";
     EXPECT_GT(totals.refined, 10U);
@@ -137,20 +131,14 @@ TEST(OccupancyDelta, IsTheDifferenceOfTheOccupiedVoxels) {
 }
 
 TEST(OccupancyDelta, FollowsTheOccupancyThreshold) {
-  OccupancyParameters parameters;
-  parameters.resolution = 0.05;
-  parameters.occupied = 0.75;  // one hit is not enough
-  const Totals totals = run(test::seed(), false, parameters);
+  const Totals totals = run(test::seed(), false, test::with_resolution(0.05, 0.75));  // one hit is not enough
   EXPECT_GT(totals.appeared, 500U);
   EXPECT_GT(totals.vanished, 50U);
 }
 
 TEST(OccupancyDelta, DoesNotDependOnTheOrderOfPoints) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  OccupancyParameters parameters;
-  parameters.resolution = 0.05;
-  OccupancyMap a(parameters), b(parameters);
+  std::mt19937_64 rng = test::rng();
+  OccupancyMap a(test::with_resolution(0.05)), b(test::with_resolution(0.05));
   sensing::Downsampler downsample(a.grid());
   for (int i = 0; i < 4; ++i) {
     Scan scan = room_with_box(rng, {0.2, 0.1 * i, 0});

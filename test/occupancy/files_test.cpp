@@ -1,11 +1,12 @@
 // The octree to and from bytes, with OctoMap's own readers and writers as twins.
+#include "io/files.hpp"
+
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <gmock/gmock.h>
 #include <octomap/ColorOcTree.h>
 #include <random>
@@ -25,9 +26,7 @@ struct Both {
 /// The same scans in both; some points belong to surfaces.
 Both mapped(std::uint64_t seed, double resolution, int scans, std::size_t rays) {
   std::mt19937_64 rng(seed);
-  OccupancyParameters parameters;
-  parameters.resolution = resolution;
-  Both both{OccupancyMap(parameters), octomap::OcTree(resolution)};
+  Both both{OccupancyMap(test::with_resolution(resolution)), octomap::OcTree(resolution)};
   sensing::Downsampler downsample(both.ours.grid());
   for (int i = 0; i < scans; ++i) {
     const Scan scan = test::room_scan(rng, rays, {1.5, 1.2, 0.9}, {0.3, -2, 1});
@@ -38,17 +37,11 @@ Both mapped(std::uint64_t seed, double resolution, int scans, std::size_t rays) 
   return both;
 }
 
-std::string nodes_of(const OccupancyMap& map) {
-  std::string bytes;
-  map.write_nodes([&](const std::string& chunk) { bytes += chunk; });
-  return bytes;
-}
+using test::bytes_of;
 
 /// Reads in pieces of random size.
 OccupancyMap read_back(const std::string& bytes, double resolution, std::mt19937_64& rng, std::size_t piece) {
-  OccupancyParameters parameters;
-  parameters.resolution = resolution;
-  OccupancyMap map(parameters);
+  OccupancyMap map(test::with_resolution(resolution));
   std::size_t at = 0;
   map.read_nodes(
       [&] {
@@ -63,36 +56,38 @@ OccupancyMap read_back(const std::string& bytes, double resolution, std::mt19937
 std::string data_of(const std::string& file) { return file.substr(file.find("\ndata\n") + 6); }
 long size_in(const std::string& file) { return std::stol(file.substr(file.find("\nsize ") + 6)); }
 
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& name)
-      : path_(fs::temp_directory_path() /
-              ("octosurf_" + std::to_string(std::random_device{}()) + "_" + name)) {}
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() { fs::remove(path_); }
-  const fs::path& path() const { return path_; }
-  void write(const std::string& bytes) const {
-    std::ofstream(path_, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  }
-  std::string read() const {
-    std::ifstream in(path_, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
+/// A copy of `tree` in colour.
+octomap::ColorOcTree coloured(const octomap::OcTree& tree) {
+  octomap::ColorOcTree colour(tree.getResolution());
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
+    test::for_each_voxel(leaf, [&](geometry::VoxelKey k) {
+      const octomap::OcTreeKey key(k.x, k.y, k.z);
+      colour.setNodeValue(key, leaf->getLogOdds())->setColor(1, 2, 3);
+    });
+  return colour;
+}
 
- private:
-  fs::path path_;
+class OccupancyFiles : public test::FolderTest {
+ protected:
+  /// What OctoMap writes of a tree: as .ot, in colour, and as .bt, which leaves it at maximum likelihood.
+  std::vector<fs::path> written(octomap::OcTree& tree) const {
+    const std::vector<fs::path> files{path("full.ot"), path("colour.ot"), path("binary.bt")};
+    EXPECT_TRUE(tree.write(files[0].string()));
+    EXPECT_TRUE(coloured(tree).write(files[1].string()));
+    EXPECT_TRUE(tree.writeBinary(files[2].string()));
+    return files;
+  }
 };
 
-TEST(OccupancyFiles, NodesComeBackToTheBit) {
+TEST_F(OccupancyFiles, NodesComeBackToTheBit) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (const double resolution : {0.02, 0.1}) {
     const Both both = mapped(seed, resolution, 3, 4000);
-    const std::string bytes = nodes_of(both.ours);
+    const std::string bytes = bytes_of(both.ours);
     for (const std::size_t piece : {std::size_t{3}, bytes.size()}) {
       const OccupancyMap back = read_back(bytes, resolution, rng, piece);
-      EXPECT_TRUE(nodes_of(back) == bytes);
+      EXPECT_TRUE(bytes_of(back) == bytes);
       EXPECT_EQ(back.size().nodes, both.ours.size().nodes);
       test::expect_equal(back, both.theirs);
       std::size_t points = 0;
@@ -111,37 +106,29 @@ TEST(OccupancyFiles, NodesComeBackToTheBit) {
   }
 }
 
-TEST(OccupancyFiles, AMapReadBackGoesOnAsBefore) {
+TEST_F(OccupancyFiles, AMapReadBackGoesOnAsBefore) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   Both both = mapped(seed, 0.05, 2, 3000);
-  OccupancyMap back = read_back(nodes_of(both.ours), 0.05, rng, 1000);
+  OccupancyMap back = read_back(bytes_of(both.ours), 0.05, rng, 1000);
   sensing::Downsampler downsample(back.grid());
   const Scan scan = test::room_scan(rng, 4000, {1.5, 1.2, 0.9}, {0.3, -2, 1});
   const sensing::VoxelScan voxels = downsample(scan, 0, 1e9);
   back.insert(voxels, downsample, nullptr);
   both.ours.insert(voxels, downsample, nullptr);
-  EXPECT_TRUE(nodes_of(back) == nodes_of(both.ours));
+  EXPECT_TRUE(bytes_of(back) == bytes_of(both.ours));
 }
 
-TEST(OccupancyFiles, EmptyMapIsNoBytes) {
-  const OccupancyMap empty{OccupancyParameters{}};
-  EXPECT_TRUE(nodes_of(empty).empty());
-  std::mt19937_64 rng = test::rng();
-  EXPECT_EQ(read_back("", 0.02, rng, 1).size().nodes, 0U);
-  EXPECT_EQ(test::through_bt(empty).size(), 0U);
-}
-
-TEST(OccupancyFiles, DamagedNodesAreAnError) {
+TEST_F(OccupancyFiles, DamagedNodesAreAnError) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
-  const std::string bytes = nodes_of(mapped(seed, 0.3, 1, 60).ours);
+  const std::string bytes = bytes_of(mapped(seed, 0.3, 1, 60).ours);
   for (std::size_t n = 1; n < bytes.size(); ++n)
     EXPECT_THROW(read_back(bytes.substr(0, n), 0.3, rng, 50), Error) << "cut to " << n << " bytes";
   EXPECT_THROW(read_back(bytes + '\0', 0.3, rng, 50), Error);
 }
 
-TEST(OccupancyFiles, BtIsOctomapsOwn) {
+TEST_F(OccupancyFiles, BtIsOctomapsOwn) {
   const std::uint64_t seed = test::seed();
   for (const double resolution : {0.02, 0.05, 0.25}) {
     Both both = mapped(seed, resolution, 4, 5000);
@@ -158,76 +145,55 @@ TEST(OccupancyFiles, BtIsOctomapsOwn) {
   }
 }
 
-/// A copy of `tree` in colour.
-octomap::ColorOcTree coloured(const octomap::OcTree& tree) {
-  octomap::ColorOcTree colour(tree.getResolution());
-  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
-    test::for_each_voxel(leaf, [&](geometry::VoxelKey k) {
-      const octomap::OcTreeKey key(k.x, k.y, k.z);
-      colour.setNodeValue(key, leaf->getLogOdds())->setColor(1, 2, 3);
-    });
-  return colour;
-}
-
-TEST(OccupancyFiles, ReadsWhatOctomapWrites) {
-  const std::uint64_t seed = test::seed();
-  Both both = mapped(seed, 0.1, 3, 3000);
-  const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt");
-  ASSERT_TRUE(both.theirs.write(full.path().string()));
-  ASSERT_TRUE(coloured(both.theirs).write(colour.path().string()));
-  for (const TemporaryFile* file : {&full, &colour}) {
-    const OccupancyMap map = OccupancyMap::read_octomap(file->path(), {});
+TEST_F(OccupancyFiles, ReadsWhatOctomapWrites) {
+  Both both = mapped(test::seed(), 0.1, 3, 3000);
+  const octomap::OcTree before(both.theirs);
+  const std::vector<fs::path> files = written(both.theirs);
+  for (const fs::path& file : files) {
+    const OccupancyMap map = OccupancyMap::read_octomap(file, {});
     EXPECT_DOUBLE_EQ(map.grid().resolution(), 0.1);
-    test::expect_equal(map, both.theirs);
+    test::expect_equal(map, file == files.back() ? both.theirs : before);
   }
-  ASSERT_TRUE(both.theirs.writeBinary(binary.path().string()));
-  test::expect_equal(OccupancyMap::read_octomap(binary.path(), {}), both.theirs);
 }
 
-TEST(OccupancyFiles, WhatIsLeftOverIsAnError) {
+TEST_F(OccupancyFiles, WhatIsLeftOverIsAnError) {
+  using ::testing::HasSubstr;
   Both both = mapped(11, 0.6, 1, 12);
-  const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt"), other("other");
-  ASSERT_TRUE(both.theirs.write(full.path().string()));
-  ASSERT_TRUE(coloured(both.theirs).write(colour.path().string()));
-  ASSERT_TRUE(both.theirs.writeBinary(binary.path().string()));
-  for (const TemporaryFile* file : {&full, &colour, &binary}) {
-    const std::string bytes = file->read();
-    const auto message = [&](const std::string& content) {
-      other.write(content);
-      try {
-        OccupancyMap::read_octomap(other.path(), {});
-      } catch (const Error& error) {
-        return std::string(error.what());
-      }
-      return std::string("read");
-    };
-    using ::testing::HasSubstr;
-    ASSERT_EQ(message(bytes), "read");
-    EXPECT_THAT(message(bytes + '\n'), HasSubstr("bytes are left over"));
-    EXPECT_THAT(message(bytes + bytes), HasSubstr("bytes are left over"));
-    const std::size_t size = bytes.find("\nsize ") + 6;
-    EXPECT_THAT(message(std::string(bytes).insert(size, "1")), HasSubstr("where its header says 1"));
-    const std::size_t line = bytes.find("\nres ");
-    EXPECT_THAT(message(std::string(bytes).insert(line, "\r")), HasSubstr("copied as text"));
+  const auto refusal = [&](const std::string& content) {
+    test::write_file(path("other"), content);
+    return test::failure(Error::Kind::data, [&] { OccupancyMap::read_octomap(path("other"), {}); });
+  };
+  for (const fs::path& file : written(both.theirs)) {
+    const std::string bytes = test::read_file(file);
+    ASSERT_NO_THROW(OccupancyMap::read_octomap(file, {}));
+    EXPECT_THAT(refusal(bytes + '\n'), HasSubstr("bytes are left over"));
+    EXPECT_THAT(refusal(bytes + bytes), HasSubstr("bytes are left over"));
+    const std::size_t size = bytes.find("\nsize ") + 6, line = bytes.find("\nres ");
+    EXPECT_THAT(refusal(std::string(bytes).insert(size, "1")), HasSubstr("where its header says 1"));
+    EXPECT_THAT(refusal(std::string(bytes).insert(line, "\r")), HasSubstr("copied as text"));
   }
 }
 
-TEST(OccupancyFiles, AnEmptyMapsBtIsAnEmptyMap) {
+TEST_F(OccupancyFiles, AnEmptyMapIsNoBytesAndItsBtAnEmptyMap) {
   const OccupancyParameters parameters;
-  const TemporaryFile file("empty.bt");
+  const OccupancyMap empty(parameters);
+  EXPECT_TRUE(bytes_of(empty).empty());
+  std::mt19937_64 rng = test::rng();
+  EXPECT_EQ(read_back("", 0.02, rng, 1).size().nodes, 0U);
+  EXPECT_EQ(test::through_bt(empty).size(), 0U);
   std::ostringstream bt;
-  OccupancyMap(parameters).write_bt(bt);
+  empty.write_bt(bt);
   EXPECT_EQ(OccupancyMap(parameters).share().octomap_data(), "");
   EXPECT_EQ(OccupancyView().octomap_data(), "");
-  file.write(bt.str());
-  const OccupancyMap map = OccupancyMap::read_octomap(file.path(), parameters);
+  test::write_file(path("empty.bt"), bt.str());
+  const OccupancyMap map = OccupancyMap::read_octomap(path("empty.bt"), parameters);
   EXPECT_EQ(map.size().nodes, 0U);
   EXPECT_EQ(map.grid().resolution(), parameters.resolution);
 }
 
-TEST(OccupancyFiles, ForeignFilesAreAnError) {
-  const TemporaryFile file("foreign");
-  EXPECT_THROW(OccupancyMap::read_octomap(file.path(), {}), Error);  // not there
+TEST_F(OccupancyFiles, ForeignFilesAreAnError) {
+  const fs::path file = path("foreign");
+  EXPECT_THROW(OccupancyMap::read_octomap(file, {}), Error);  // not there
   const std::string head = "# Octomap OcTree binary file\n";
   for (const std::string& text :
        {std::string("hello\n"), std::string(100000, '#'), head + "id OcTree\nres 0\ndata\n\x01\x02",
@@ -239,8 +205,8 @@ TEST(OccupancyFiles, ForeignFilesAreAnError) {
           for (int i = 0; i < 40; ++i) bits += std::string("\x03\0", 2);
           return bits;
         }()}) {
-    file.write(text);
-    EXPECT_THROW(OccupancyMap::read_octomap(file.path(), {}), Error) << text.substr(0, 80);
+    test::write_file(file, text);
+    EXPECT_THROW(OccupancyMap::read_octomap(file, {}), Error) << text.substr(0, 80);
   }
 }
 

@@ -2,6 +2,7 @@
 #include "occupancy/grazing.hpp"
 
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/octree_bytes.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
@@ -67,8 +68,7 @@ Scan rays_around(std::mt19937_64& rng, const Eigen::Vector3d& origin, int count)
 }
 
 TEST(GrazingTest, EqualsBruteForceOverAllRays) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> uniform(-1, 1);
   const geometry::VoxelGrid grid(d);
   sensing::Downsampler downsample(grid);
@@ -97,13 +97,9 @@ TEST(GrazingTest, EqualsBruteForceOverAllRays) {
   }
   EXPECT_GT(yes, 500U);
   EXPECT_GT(no, 500U);
-}
-
-TEST(GrazingTest, NoRaysCrossNothing) {
-  const geometry::VoxelGrid grid(d);
-  sensing::VoxelScan scan;
-  GrazingTest grazing(scan, grid);
-  EXPECT_FALSE(grazing.crosses({32800, 32768, 32768}, {Eigen::Vector3d::UnitZ(), 0}, tolerance));
+  const sensing::VoxelScan no_rays;
+  EXPECT_FALSE(
+      GrazingTest(no_rays, grid).crosses({32800, 32768, 32768}, {Eigen::Vector3d::UnitZ(), 0}, tolerance));
 }
 
 struct Floor : PlaneLookup {
@@ -116,9 +112,7 @@ struct Floor : PlaneLookup {
 
 /// A floor 3 m × 2 m at z = 0, seen from above often enough to be sure, all of it surface 7.
 OccupancyMap seen_floor(sensing::Downsampler& downsample) {
-  OccupancyParameters parameters;
-  parameters.resolution = d;
-  OccupancyMap map(parameters);
+  OccupancyMap map(test::with_resolution(d));
   Scan scan;
   scan.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 1.5);
   for (double x = -1.5; x < 1.5; x += 0.02)
@@ -177,11 +171,8 @@ TEST(PreserveSurfaces, RaysThroughAFloorRemoveIt) {
 
 TEST(PreserveSurfaces, PlainVoxelsAreErodedAsBefore) {
   // No voxel belongs to a surface: with and without planes the trees are the same.
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  OccupancyParameters parameters;
-  parameters.resolution = d;
-  OccupancyMap with(parameters), without(parameters);
+  std::mt19937_64 rng = test::rng();
+  OccupancyMap with(test::with_resolution(d)), without(test::with_resolution(d));
   sensing::Downsampler downsample(with.grid());
   const Floor floor;
   for (int i = 0; i < 5; ++i) {
@@ -189,16 +180,12 @@ TEST(PreserveSurfaces, PlainVoxelsAreErodedAsBefore) {
     with.insert(voxels, downsample, &floor);
     without.insert(voxels, downsample, nullptr);
   }
-  std::string a, b;
-  with.write_nodes([&](const std::string& chunk) { a += chunk; });
-  without.write_nodes([&](const std::string& chunk) { b += chunk; });
-  EXPECT_TRUE(a == b);
+  EXPECT_TRUE(test::bytes_of(with) == test::bytes_of(without));
 }
 
 TEST(PreserveSurfaces, MissesCountExactlyWhereSomeRayCrosses) {
   // A floor that was seen often, then random rays: log-odds fall where and only where brute force says.
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   sensing::Downsampler downsample{geometry::VoxelGrid(d)};
   const Floor floor;
   std::size_t fell = 0, stayed = 0;

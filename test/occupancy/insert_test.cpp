@@ -17,21 +17,27 @@
 namespace octosurf::occupancy {
 namespace {
 
-/// Both maps of the same scans; `max_range` < 0: unlimited.
-void compare(const std::vector<Scan>& scans, double resolution, double max_range) {
+/// All maps of the same scans: the slow one, ours by one thread and by three; `max_range` < 0: unlimited.
+template <class InsertSlowly>
+void compare(const std::vector<Scan>& scans, double resolution, double max_range,
+             const InsertSlowly& insert_slowly) {
   SCOPED_TRACE("resolution " + std::to_string(resolution) + " max_range " + std::to_string(max_range));
-  OccupancyParameters parameters;
-  parameters.resolution = resolution;
-  OccupancyMap ours(parameters);
+  OccupancyMap ours(test::with_resolution(resolution)), by_threads(test::with_resolution(resolution));
   octomap::OcTree theirs(resolution);
   sensing::Downsampler downsample(ours.grid());
   for (const Scan& scan : scans) {
-    test::insert_scan(theirs, scan, max_range);
+    insert_slowly(theirs, scan, max_range);
     const sensing::VoxelScan voxels =
         downsample(scan, 0, max_range < 0 ? std::numeric_limits<double>::infinity() : max_range);
+    EXPECT_EQ(voxels.starts.size() > 5, !scan.origins.empty());
     ours.insert(voxels, downsample, nullptr);
+    by_threads.insert(voxels, downsample, nullptr, 3);
   }
   test::expect_equal(ours, theirs);
+  test::expect_equal(by_threads, theirs);
+}
+void compare(const std::vector<Scan>& scans, double resolution, double max_range) {
+  compare(scans, resolution, max_range, test::insert_scan);
 }
 
 std::vector<Scan> simulated(std::mt19937_64 rng, std::size_t rays, double shift) {
@@ -82,24 +88,9 @@ Scan moving_scan(std::mt19937_64& rng) {
 TEST(OccupancyInsert, ScansOfAMovingSensorEqualOctomapsStartByStart) {
   std::mt19937_64 rng = test::rng();
   for (const double resolution : {0.02, 0.05})
-    for (const double max_range : {-1.0, 1.5}) {
-      OccupancyParameters parameters;
-      parameters.resolution = resolution;
-      OccupancyMap ours(parameters), by_threads(parameters);
-      octomap::OcTree theirs(resolution);
-      sensing::Downsampler downsample(ours.grid());
-      for (int i = 0; i < 3; ++i) {
-        const Scan scan = moving_scan(rng);
-        test::insert_moving_scan(theirs, scan, max_range);
-        const sensing::VoxelScan voxels =
-            downsample(scan, 0, max_range < 0 ? std::numeric_limits<double>::infinity() : max_range);
-        EXPECT_GT(voxels.starts.size(), 5U);
-        ours.insert(voxels, downsample, nullptr);
-        by_threads.insert(voxels, downsample, nullptr, 3);
-      }
-      test::expect_equal(ours, theirs);
-      test::expect_equal(by_threads, theirs);
-    }
+    for (const double max_range : {-1.0, 1.5})
+      compare({moving_scan(rng), moving_scan(rng), moving_scan(rng)}, resolution, max_range,
+              test::insert_moving_scan);
 }
 
 TEST(OccupancyInsert, ScansWithAllStartsAtTheSensorAreAsWithout) {
@@ -119,26 +110,17 @@ TEST(OccupancyInsert, ScansWithAllStartsAtTheSensorAreAsWithout) {
 
 TEST(OccupancyInsert, FreeRaysMissWhatTheyPassAndHitNothing) {
   std::mt19937_64 rng = test::rng();
-  for (const double resolution : {0.02, 0.05}) {
-    OccupancyParameters parameters;
-    parameters.resolution = resolution;
-    OccupancyMap ours(parameters), by_threads(parameters);
-    octomap::OcTree theirs(resolution);
-    sensing::Downsampler downsample(ours.grid());
-    for (int i = 0; i < 3; ++i) {
-      Scan scan = test::room_scan(rng, 3000, {2.1, 1.7, 1.3});
-      for (const Eigen::Vector3f& p : test::room_scan(rng, 1000, {2.1, 1.7, 1.3}).points)
-        scan.free_rays.push_back(1.2F * p);  // through the walls
-      scan.free_rays.push_back(scan.points[0]);
-      scan.free_rays.push_back(Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
-      test::insert_with_free_rays(theirs, scan, 1.9F);
-      const sensing::VoxelScan voxels = downsample(scan, 0, 1.9F);
-      ours.insert(voxels, downsample, nullptr);
-      by_threads.insert(voxels, downsample, nullptr, 3);
-    }
-    test::expect_equal(ours, theirs);
-    test::expect_equal(by_threads, theirs);
-  }
+  const auto with_free_rays = [&] {
+    Scan scan = test::room_scan(rng, 3000, {2.1, 1.7, 1.3});
+    for (const Eigen::Vector3f& p : test::room_scan(rng, 1000, {2.1, 1.7, 1.3}).points)
+      scan.free_rays.push_back(1.2F * p);  // through the walls
+    scan.free_rays.push_back(scan.points[0]);
+    scan.free_rays.push_back(Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+    return scan;
+  };
+  for (const double resolution : {0.02, 0.05})
+    compare({with_free_rays(), with_free_rays(), with_free_rays()}, resolution, 1.9F,
+            test::insert_with_free_rays);
 }
 
 TEST(OccupancyInsert, EqualsOctomapOnRealDepthImages) {

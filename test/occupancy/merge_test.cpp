@@ -1,5 +1,6 @@
 // Two octrees into one, against maps of voxels.
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/octree_bytes.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
 
@@ -8,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <limits>
 #include <map>
 #include <random>
 #include <span>
@@ -22,29 +22,16 @@ namespace {
 using Values = std::map<std::uint64_t, float>;
 using Points = std::map<std::uint64_t, VoxelPoint>;
 
-OccupancyParameters coarse(double occupied = 0.5) {
-  OccupancyParameters parameters;
-  parameters.resolution = 0.05;
-  parameters.occupied = occupied;
-  return parameters;
-}
-
-void insert_room(OccupancyMap& map, std::mt19937_64& rng, const Eigen::Vector3d& half, int scans) {
-  sensing::Downsampler downsample(map.grid());
-  for (int i = 0; i < scans; ++i) {
-    const Scan scan = test::room_scan(rng, 1500, half, {0.3, -0.2, 0.1});
-    map.insert(downsample(scan, 0, std::numeric_limits<double>::infinity()), downsample, nullptr);
-  }
-}
+OccupancyParameters coarse(double occupied = 0.5) { return test::with_resolution(0.05, occupied); }
 
 /// Scans of a room whose walls stand somewhere; its points belong to surfaces at random.
 OccupancyMap random_map(std::mt19937_64& rng, const OccupancyParameters& parameters) {
   std::uniform_real_distribution<double> half(0.5, 0.9);
   OccupancyMap map(parameters);
-  insert_room(map, rng, {half(rng), half(rng), half(rng)}, 1 + static_cast<int>(rng() % 6));
-  std::vector<geometry::VoxelKey> keys;
-  map.for_each_point([&](const VoxelPoint& p) { keys.push_back(p.key); });
-  for (const geometry::VoxelKey key : keys) map.assign(key, static_cast<SurfaceId>(rng() % 9));
+  const Eigen::Vector3d size(half(rng), half(rng), half(rng));
+  for (auto scans = 1 + rng() % 6; scans > 0; --scans)
+    test::insert(map, test::room_scan(rng, 1500, size, {0.3, -0.2, 0.1}));
+  for (const VoxelPoint& p : test::points_of(map)) map.assign(p.key, static_cast<SurfaceId>(rng() % 9));
   return map;
 }
 
@@ -52,20 +39,15 @@ Values values_of(OccupancyMap& map) {
   Values values;
   map.share().for_each_leaf([&](std::span<const OccupancyView::Leaf> leaves) {
     for (const OccupancyView::Leaf& leaf : leaves)
-      for (int z = 0; z < 1 << leaf.level; ++z)
-        for (int y = 0; y < 1 << leaf.level; ++y)
-          for (int x = 0; x < 1 << leaf.level; ++x)
-            values[geometry::VoxelKey{static_cast<std::uint16_t>(leaf.corner[0] + x),
-                                      static_cast<std::uint16_t>(leaf.corner[1] + y),
-                                      static_cast<std::uint16_t>(leaf.corner[2] + z)}
-                       .packed()] = leaf.log_odds;
+      test::for_each_voxel_of(leaf.corner, leaf.level,
+                              [&](geometry::VoxelKey k) { values[k.packed()] = leaf.log_odds; });
   });
   return values;
 }
 
-Points points_of(const OccupancyMap& map) {
+Points points_by_key(const OccupancyMap& map) {
   Points points;
-  map.for_each_point([&](const VoxelPoint& p) { points[p.key.packed()] = p; });
+  for (const VoxelPoint& p : test::points_of(map)) points[p.key.packed()] = p;
   return points;
 }
 
@@ -97,12 +79,12 @@ TEST(MergedOctrees, AddUpVoxelByVoxel) {
     const OccupancyParameters parameters = coarse(occupied);
     OccupancyMap a = random_map(rng, parameters), b = random_map(rng, parameters);
     const Values sum = sum_of(values_of(a), values_of(b), parameters);
-    const Points points_a = points_of(a), points_b = points_of(b);
+    const Points points_a = points_by_key(a), points_b = points_by_key(b);
     const OccupancyMap::Merged merged = a.merge(b);
     EXPECT_EQ(values_of(a), sum);
 
     // Whose point stays, voxel by voxel.
-    const Points points = points_of(a);
+    const Points points = points_by_key(a);
     std::size_t appeared = 0, vanished = 0, refined = 0;
     for (const auto& [key, value] : sum) {
       const auto of_a = points_a.find(key), of_b = points_b.find(key), now = points.find(key);
@@ -148,7 +130,7 @@ TEST(MergedOctrees, AreNoOtherWithAnEmptyOne) {
   std::mt19937_64 rng = test::rng();
   OccupancyMap a = random_map(rng, coarse()), nothing(coarse());
   const Values values = values_of(a);
-  const Points points = points_of(a);
+  const Points points = points_by_key(a);
   EXPECT_TRUE(a.merge(nothing).delta.appeared.empty());
   EXPECT_EQ(values_of(a), values);
   const OccupancyMap::Merged merged = nothing.merge(a);
@@ -239,7 +221,7 @@ TEST(ResampledOctree, KnowsWhatTheOtherKnowsAtItsCentres) {
   });
   for (const auto& [key, log_odds] : of_points) expected[key] = log_odds;
   EXPECT_EQ(values_of(to), expected);
-  const Points found = points_of(to);
+  const Points found = points_by_key(to);
   ASSERT_EQ(found.size(), points.size());
   for (const auto& [key, point] : found) {
     const VoxelPoint& was = points.at(key);
@@ -259,7 +241,7 @@ TEST(ResampledOctree, CountsWhatIsOutside) {
   std::size_t lost = 0;
   const OccupancyMap to = OccupancyMap::resampled(from, T, coarse(), lost);
   EXPECT_GT(lost, 0u);
-  EXPECT_EQ(points_of(to).size() + lost, points_of(from).size());
+  EXPECT_EQ(points_by_key(to).size() + lost, points_by_key(from).size());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/octree_bytes.hpp"
 
 #include <array>
 #include <cstdint>
@@ -31,6 +32,12 @@ inline void insert_scan(octomap::OcTree& tree, const Scan& scan, double max_rang
   tree.insertPointCloud(cloud_in_map(scan), octomap::point3d(o.x(), o.y(), o.z()), max_range, false, true);
 }
 
+inline void update(octomap::OcTree& tree, const octomap::KeySet& free, const octomap::KeySet& occupied) {
+  for (const octomap::OcTreeKey& key : free)
+    if (occupied.find(key) == occupied.end()) tree.updateNode(key, false);
+  for (const octomap::OcTreeKey& key : occupied) tree.updateNode(key, true);
+}
+
 /// A scan whose rays start in several places the slow way: each end voxel's ray from where that of its first
 /// reading does, or from the first start in that place's voxel; what any ray hits is hit, what else any
 /// passes is missed.
@@ -58,13 +65,11 @@ inline void insert_moving_scan(octomap::OcTree& tree, const Scan& scan, double m
     free.insert(passed.begin(), passed.end());
     occupied.insert(hit.begin(), hit.end());
   }
-  for (const octomap::OcTreeKey& key : free)
-    if (occupied.find(key) == occupied.end()) tree.updateNode(key, false);
-  for (const octomap::OcTreeKey& key : occupied) tree.updateNode(key, true);
+  update(tree, free, occupied);
 }
 
 /// A scan with free rays the slow way: one to each of their voxels without a reading, up to it.
-inline void insert_with_free_rays(octomap::OcTree& tree, const Scan& scan, float max_range) {
+inline void insert_with_free_rays(octomap::OcTree& tree, const Scan& scan, double max_range) {
   const Eigen::Vector3f o = scan.T_map_sensor.translation().cast<float>();
   const octomap::point3d start(o.x(), o.y(), o.z());
   octomap::KeySet free, occupied, ends;
@@ -76,27 +81,19 @@ inline void insert_with_free_rays(octomap::OcTree& tree, const Scan& scan, float
   for (const octomap::point3d& ray : cloud_in_map(rays)) {
     octomap::point3d end = tree.keyToCoord(tree.coordToKey(ray));
     if (!ends.insert(tree.coordToKey(ray)).second) continue;
-    if ((end - start).norm() > max_range) end = start + (end - start).normalized() * max_range;
+    if ((end - start).norm() > max_range)
+      end = start + (end - start).normalized() * static_cast<float>(max_range);
     octomap::KeyRay passed;
     tree.computeRayKeys(start, end, passed);
     free.insert(passed.begin(), passed.end());
   }
-  for (const octomap::OcTreeKey& key : free)
-    if (occupied.find(key) == occupied.end()) tree.updateNode(key, false);
-  for (const octomap::OcTreeKey& key : occupied) tree.updateNode(key, true);
+  update(tree, free, occupied);
 }
 
 /// Every voxel of the lowest level below a leaf, as keys.
 template <class Leaf, class Visit>
 void for_each_voxel(const Leaf& leaf, const Visit& visit) {
-  const int edge = 1 << (16 - leaf.getDepth());
-  const octomap::OcTreeKey first = leaf.getIndexKey();
-  for (int z = 0; z < edge; ++z)
-    for (int y = 0; y < edge; ++y)
-      for (int x = 0; x < edge; ++x)
-        visit(geometry::VoxelKey{static_cast<std::uint16_t>(first[0] + x),
-                                 static_cast<std::uint16_t>(first[1] + y),
-                                 static_cast<std::uint16_t>(first[2] + z)});
+  for_each_voxel_of(leaf.getIndexKey(), 16 - static_cast<int>(leaf.getDepth()), visit);
 }
 
 /// Number of voxels of the lowest level that a tree knows.

@@ -11,8 +11,7 @@ namespace octosurf::occupancy {
 namespace {
 
 TEST(Payload, PointComesBackWithinHalfAStep) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> inside(0, 1), far(-200, 200);
   for (const double d : {0.005, 0.02, 0.11}) {
     const geometry::VoxelGrid grid(d);
@@ -52,8 +51,7 @@ TEST(Payload, PointOutsideItsVoxelIsDrawnToItsBorder) {
 }
 
 TEST(Payload, ViewIsExactToFourDegrees) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   std::normal_distribution<float> gauss;
   const auto check = [](const Eigen::Vector3f& v) {
     const Eigen::Vector3f back = sensing::decode_view(sensing::encode_view(v));

@@ -89,15 +89,8 @@ TEST(PoolRollBack, EqualsATwinThatCopiesEverything) {
   }
 }
 
-void insert(OccupancyMap& map, sensing::Downsampler& downsample, const Scan& scan) {
-  map.insert(downsample(scan, scan.T_map_sensor, 0, 10), downsample, nullptr);
-}
-
 TEST(OctreeRollBack, IsAsIfNothingHadBeen) {
-  OccupancyParameters parameters;
-  parameters.resolution = 0.05;
-  OccupancyMap map(parameters), without(parameters);
-  sensing::Downsampler downsample(map.grid());
+  OccupancyMap map(test::with_resolution(0.05)), without(test::with_resolution(0.05));
   auto rng = test::rng();
   std::uniform_real_distribution<double> uniform(-0.4, 0.4);
   for (int i = 0; i < 12; ++i) {
@@ -106,7 +99,7 @@ TEST(OctreeRollBack, IsAsIfNothingHadBeen) {
     const std::string before = test::bytes_of(map);
     const OccupancyMap::Size size = map.size();
     map.begin_changes();
-    insert(map, downsample, other);
+    test::insert(map, other);
     map.for_each_point([&](const VoxelPoint& p) { map.assign(p, p.key.x % 7); });
     ASSERT_NE(test::bytes_of(map), before);
     map.roll_back();
@@ -114,9 +107,9 @@ TEST(OctreeRollBack, IsAsIfNothingHadBeen) {
     EXPECT_EQ(map.size().nodes, size.nodes);
     EXPECT_EQ(map.bytes(), size.bytes);
     map.begin_changes();
-    insert(map, downsample, scan);
+    test::insert(map, scan);
     map.commit();
-    insert(without, downsample, scan);
+    test::insert(without, scan);
     ASSERT_EQ(test::bytes_of(map), test::bytes_of(without)) << "goes on as another one";
   }
 }

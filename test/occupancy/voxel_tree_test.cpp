@@ -208,8 +208,7 @@ TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
   std::vector<Scan> scans;
   for (int i = 0; i < 6; ++i) scans.push_back(test::room_scan(rng, 8000, {1.6, 1.2, 1.1}));
   for (const double resolution : {0.02, 0.05}) {
-    OccupancyParameters parameters;
-    parameters.resolution = resolution;
+    const OccupancyParameters parameters = test::with_resolution(resolution);
     const double theirs = heap_of([&] {
       auto tree = std::make_unique<octomap::OcTree>(resolution);
       for (const Scan& scan : scans) test::insert_scan(*tree, scan, -1);
@@ -220,8 +219,7 @@ TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
     sensing::Downsampler downsample(map.grid());
     for (const Scan& scan : scans)
       map.insert(downsample(scan, 0, std::numeric_limits<double>::infinity()), downsample, nullptr);
-    std::string nodes;
-    map.write_nodes([&](const std::string& chunk) { nodes += chunk; });
+    const std::string nodes = test::bytes_of(map);
     // Read back, it holds no scratch of scans.
     const double ours = heap_of([&] {
       auto read_back = std::make_unique<OccupancyMap>(parameters);

@@ -1,40 +1,33 @@
 // Neighbourhood queries against brute force over all voxels.
 #include "occupancy/occupancy_map.hpp"
-#include "occupancy/octomap_twin.hpp"
+#include "occupancy/octree_bytes.hpp"
 #include "occupancy/payload.hpp"
 #include "occupancy/point_window.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
-#include <set>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::occupancy {
 namespace {
 
-OccupancyMap random_map(std::mt19937_64& rng, double resolution, const Eigen::Vector3d& centre) {
-  OccupancyParameters parameters;
-  parameters.resolution = resolution;
-  OccupancyMap map(parameters);
-  sensing::Downsampler downsample(map.grid());
-  for (int i = 0; i < 2; ++i)
-    map.insert(downsample(test::room_scan(rng, 4000, {0.8, 0.6, 0.5}, centre, 0.05), 0, 1e9), downsample,
-               nullptr);
-  return map;
-}
+class Window : public ::testing::Test {
+ protected:
+  static OccupancyMap scanned_twice(std::mt19937_64& rng) {
+    OccupancyMap scanned(test::with_resolution(0.05));
+    for (int i = 0; i < 2; ++i)  // across the origin: keys on both sides of 2¹⁵
+      test::insert(scanned, test::room_scan(rng, 4000, {0.8, 0.6, 0.5}, {0.1, 0.2, -0.3}, 0.05));
+    return scanned;
+  }
 
-std::vector<VoxelPoint> all_points(const OccupancyMap& map) {
-  std::vector<VoxelPoint> points;
-  map.for_each_point([&](const VoxelPoint& p) { points.push_back(p); });
-  return points;
-}
+  std::mt19937_64 rng = test::rng();
+  OccupancyMap map = scanned_twice(rng);
+  const std::vector<VoxelPoint> points = test::points_of(map);
+  PointWindow window{map};
+};
 
 geometry::VoxelKey random_key_near(const std::vector<VoxelPoint>& points, std::mt19937_64& rng) {
   const geometry::VoxelKey k = points[rng() % points.size()].key;
@@ -42,14 +35,9 @@ geometry::VoxelKey random_key_near(const std::vector<VoxelPoint>& points, std::m
   return {jitter(k.x), jitter(k.y), jitter(k.z)};
 }
 
-TEST(PointWindow, FindsWhatBruteForceFinds) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});  // across the origin: keys on both sides of 2¹⁵
-  const std::vector<VoxelPoint> points = all_points(map);
+TEST_F(Window, FindsWhatBruteForceFinds) {
   std::map<std::uint64_t, VoxelPoint> by_key;
   for (const VoxelPoint& p : points) by_key[p.key.packed()] = p;
-  PointWindow window(map);
   for (int i = 0; i < 3000; ++i) {
     const geometry::VoxelKey key = random_key_near(points, rng);
     const PointId found = window.find(key);
@@ -62,12 +50,7 @@ TEST(PointWindow, FindsWhatBruteForceFinds) {
   }
 }
 
-TEST(PointWindow, VisitsWhatBruteForceVisitsOnceEach) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
-  const std::vector<VoxelPoint> points = all_points(map);
-  PointWindow window(map);
+TEST_F(Window, VisitsWhatBruteForceVisitsOnceEach) {
   for (int i = 0; i < 300; ++i) {
     const geometry::VoxelKey key = random_key_near(points, rng);
     const int reach = static_cast<int>(rng() % 12);
@@ -88,11 +71,7 @@ TEST(PointWindow, VisitsWhatBruteForceVisitsOnceEach) {
   }
 }
 
-TEST(PointWindow, RowsAndColumnsHoldTheSamePoints) {
-  std::mt19937_64 rng(test::seed());
-  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
-  const std::vector<VoxelPoint> points = all_points(map);
-  PointWindow window(map);
+TEST_F(Window, RowsAndColumnsHoldTheSamePoints) {
   for (int k = 0; k < 200; ++k) {
     if (PointId i = window.find(points[rng() % points.size()].key); k % 2 == 0)
       window.assign(i, static_cast<SurfaceId>(rng() % 4));
@@ -121,11 +100,7 @@ TEST(PointWindow, RowsAndColumnsHoldTheSamePoints) {
 }
 
 // Callers hold a point while they ask for its neighbours, and asking reads blocks.
-TEST(PointWindow, AReferenceStaysGoodWhileTheWindowGrows) {
-  std::mt19937_64 rng(test::seed());
-  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
-  const std::vector<VoxelPoint> points = all_points(map);
-  PointWindow window(map);
+TEST_F(Window, AReferenceStaysGoodWhileTheWindowGrows) {
   const PointId i = window.find(points.front().key);
   const VoxelPoint& held = window[i];
   const std::size_t before = window.size();
@@ -139,8 +114,7 @@ TEST(PointWindow, AReferenceStaysGoodWhileTheWindowGrows) {
 }
 
 TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
-  OccupancyParameters parameters;
-  OccupancyMap map(parameters);
+  OccupancyMap map{OccupancyParameters{}};
   const float border = 0.02F * 32768;
   Scan scan;
   scan.T_map_sensor.translation().setConstant(-border + 0.3);
@@ -151,18 +125,15 @@ TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
   PointWindow window(map);
   std::size_t visited = 0;
   window.for_each_near({0, 0, 0}, 40, [&](PointId) { ++visited; });
-  EXPECT_EQ(visited, all_points(map).size());
+  EXPECT_EQ(visited, test::points_of(map).size());
   EXPECT_GT(visited, 0U);
   visited = 0;
   window.for_each_near({65535, 65535, 65535}, 40, [&](PointId) { ++visited; });
   EXPECT_EQ(visited, 0U);
 }
 
-TEST(PointWindow, AssignmentReachesTheOctree) {
-  std::mt19937_64 rng = test::rng();
-  OccupancyMap map = random_map(rng, 0.05, {0, 0, 0});
-  PointWindow window(map);
-  const VoxelPoint p = all_points(map).front();
+TEST_F(Window, AssignmentReachesTheOctree) {
+  const VoxelPoint p = points.front();
   window.assign(window.find(p.key), 0xabcdef);
   EXPECT_EQ(window[window.find(p.key)].surface, 0xabcdefU);
   EXPECT_EQ(map.at(p.key).point->surface, 0xabcdefU);
@@ -171,10 +142,7 @@ TEST(PointWindow, AssignmentReachesTheOctree) {
   EXPECT_EQ(map.at(p.key).point->position, p.position);
 }
 
-TEST(PointWindow, BlocksAreWholeAndInMortonOrder) {
-  std::mt19937_64 rng = test::rng();
-  OccupancyMap map = random_map(rng, 0.05, {0, 0, 0});
-  const std::vector<VoxelPoint> points = all_points(map);
+TEST_F(Window, BlocksAreWholeAndInMortonOrder) {
   for (std::size_t i = 0; i < points.size(); i += 37) {
     std::vector<VoxelPoint> block;
     map.read_block(points[i].key, block);
