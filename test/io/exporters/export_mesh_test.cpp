@@ -5,7 +5,6 @@
 #include <assimp/scene.h>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <pcl/PolygonMesh.h>
 #include <pcl/conversions.h>
@@ -13,8 +12,6 @@
 #include <pcl/point_types.h>
 #include <span>
 #include <tiny_gltf.h>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::test {
 namespace {

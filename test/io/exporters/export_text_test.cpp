@@ -1,10 +1,7 @@
 #include "export_fixture.hpp"
 #include "support/full_disk.hpp"
 
-#include <gtest/gtest.h>
 #include <limits>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::test {
 namespace {

@@ -3,7 +3,6 @@
 #include "io/exporters/room_snapshot.hpp"
 #include "io/ros_messages.hpp"
 
-#include <octosurf/error.hpp>
 #include <octosurf/ros_messages.hpp>
 
 namespace octosurf::test {

@@ -9,8 +9,6 @@
 
 #include <gmock/gmock.h>
 
-#include <octosurf/error.hpp>
-
 namespace octosurf::test {
 namespace {
 

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <gtest/gtest.h>
-#include <limits>
 #include <memory>
 #include <spng.h>
 
-#include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf::test {

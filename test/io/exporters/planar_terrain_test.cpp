@@ -4,8 +4,6 @@
 #include "io/ros_messages.hpp"
 #include "support/polygons.hpp"
 
-#include <octosurf/error.hpp>
-
 namespace octosurf::test {
 namespace {
 

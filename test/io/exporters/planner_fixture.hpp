@@ -5,7 +5,6 @@
 #include "support/seed.hpp"
 
 #include <random>
-#include <vector>
 
 #include <octosurf/planner_formats.hpp>
 

@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <numbers>
-#include <string>
 #include <utility>
 #include <vector>
 

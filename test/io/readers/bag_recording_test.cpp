@@ -107,8 +107,7 @@ TEST_F(BagFiles, AFolderWithMetadataIsOneRecordingOfItsFiles) {
 }
 
 TEST_F(BagFiles, PosesAndIntrinsicsOfAFileWin) {
-  ScanSourceOptions options;
-  options.poses = write("line.txt", "0 0 1 0 0 0 1\n0 0 2 0 0 0 1\n0 0 3 0 0 0 1\n");
+  ScanSourceOptions options = with_poses(write("line.txt", "0 0 1 0 0 0 1\n0 0 2 0 0 0 1\n0 0 3 0 0 0 1\n"));
   options.intrinsics = write("k.txt", "10 10 0 0\n");
   const auto scans = read_all({write_bag(write_images(), "a.bag")}, options);
   ASSERT_EQ(scans.size(), 3U);

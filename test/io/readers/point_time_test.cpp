@@ -96,9 +96,7 @@ class PointTime : public ScanFiles {
       const double t = first_stamp_s + 0.01 * i;
       lines += std::to_string(t) + " " + std::to_string(place_at(t)) + " 0 0 0 0 0 1\n";
     }
-    ScanSourceOptions options;
-    options.poses = write("trajectory.txt", lines);
-    return options;
+    return test::with_poses(write("trajectory.txt", lines));
   }
 
   /// All points on the wall, and rays from where the sensor was.

@@ -9,7 +9,6 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
-#include <random>
 
 namespace octosurf::test {
 namespace {

@@ -40,6 +40,12 @@ std::string bytes_of(const T&... values) {
   return bytes;
 }
 
+inline ScanSourceOptions with_poses(const std::filesystem::path& poses) {
+  ScanSourceOptions options;
+  options.poses = poses;
+  return options;
+}
+
 inline const char* const identity_pose = "0 0 0 0 0 0 1\n";
 inline const char* const unit_camera = "1 1 0 0\n";
 

@@ -22,6 +22,11 @@ std::vector<double> stamps(const std::vector<Scan>& scans) {
   for (const auto& scan : scans) result.push_back(scan.stamp_s);
   return result;
 }
+const ScanSourceOptions skipping_bad = [] {
+  ScanSourceOptions options;
+  options.skip_bad = true;
+  return options;
+}();
 
 std::vector<std::string> names(const std::vector<Scan>& scans) {
   std::vector<std::string> result;
@@ -72,9 +77,7 @@ TEST_F(ScanFolders, SkippedScansAreNotDecodedAndLeaveTheOthersTimesAsTheyAre) {
     }
   }
   EXPECT_FALSE(open_scans(inputs)->skip(9));
-  ScanSourceOptions lenient;
-  lenient.skip_bad = true;
-  const auto source = open_scans(inputs, lenient);
+  const auto source = open_scans(inputs, skipping_bad);
   ASSERT_TRUE(source->skip(2));
   EXPECT_EQ(source->next().value().name, all[3].name) << "only good ones count";
 }
@@ -110,8 +113,7 @@ TEST_F(ScanFolders, Tum) {
 TEST_F(ScanFolders, IntrinsicsMayLieBesideThePosesOrAbove) {
   write_png("images/1.png", 1, 1, {1000});
   write("calibrated/poses.txt", "1 0 0 0 0 0 1\n");
-  ScanSourceOptions options;
-  options.poses = folder / "calibrated/poses.txt";
+  ScanSourceOptions options = with_poses(folder / "calibrated/poses.txt");
   EXPECT_THAT(failure({folder / "images"}, options), HasSubstr("--intrinsics"));
   write("calibrated/K.txt", unit_camera);
   const auto scans = read_all({folder / "images"}, options);
@@ -152,8 +154,7 @@ TEST_F(ScanFolders, APoseOfTheVeryTimeIsTakenToTheBit) {
 
 TEST_F(ScanFolders, AnyDepthImagesWithPosesIntrinsicsAndScale) {
   write_two_images();
-  ScanSourceOptions options;
-  options.poses = write("elsewhere/p", "0 0 0 0 0 0 1\n7 0 0 0 0 0 1\n");
+  ScanSourceOptions options = with_poses(write("elsewhere/p", "0 0 0 0 0 0 1\n7 0 0 0 0 0 1\n"));
   options.intrinsics = write("elsewhere/k", unit_camera);
   options.depth_scale = 500;
   options.rate_hz = 4;
@@ -187,8 +188,7 @@ TEST_F(ScanFolders, AFolderOfPosesHasAFileForEachScanCalledLikeIt) {
   expect_poses(read_all({folder / "depth"}));
   std::filesystem::rename(folder / "pose", folder / "elsewhere");
   EXPECT_THAT(failure({folder}), HasSubstr("without poses"));
-  ScanSourceOptions options;
-  options.poses = folder / "elsewhere";
+  ScanSourceOptions options = with_poses(folder / "elsewhere");
   expect_poses(read_all({folder}, options));
   options.poses = folder / "depth";
   EXPECT_THAT(failure({folder}, options), HasSubstr("has no 0.txt"));
@@ -215,9 +215,8 @@ TEST_F(ScanFolders, CloudsTakeViewpointOrPoses) {
   EXPECT_THAT(stamps(scans), ElementsAre(0, 0.1));
   EXPECT_FALSE(scans[0].points[2].allFinite());
 
-  ScanSourceOptions options;
-  options.poses =
-      write("poses.csv", "1,0,0,7\n0,1,0,8\n0,0,1,9\n0,0,0,100.5\n1,0,0,7\n0,1,0,8\n0,0,1,9\n0,0,0,101.5\n");
+  ScanSourceOptions options = with_poses(
+      write("poses.csv", "1,0,0,7\n0,1,0,8\n0,0,1,9\n0,0,0,100.5\n1,0,0,7\n0,1,0,8\n0,0,1,9\n0,0,0,101.5\n"));
   scans = read_all({folder}, options);
   EXPECT_EQ(scans[0].T_map_sensor.translation(), Eigen::Vector3d(7, 8, 9));
   EXPECT_THAT(stamps(scans), ElementsAre(100.5, 101.5));
@@ -265,8 +264,7 @@ TEST_F(ScanFolders, InputsFollowOneAnother) {
   EXPECT_THAT(stamps(scans), ElementsAre(testing::DoubleEq(0), testing::DoubleEq(0.1), testing::DoubleEq(0.2),
                                          testing::DoubleEq(0.3), testing::DoubleEq(0.4)));
   // One pose file serves all inputs.
-  ScanSourceOptions options;
-  options.poses = write("p", "1 0 0 0 0 0 1\n2 0 0 0 0 0 1\n3 0 0 0 0 0 1\n");
+  ScanSourceOptions options = with_poses(write("p", "1 0 0 0 0 0 1\n2 0 0 0 0 0 1\n3 0 0 0 0 0 1\n"));
   const auto posed = read_all({a, folder / "b"}, options);
   EXPECT_EQ(posed[2].T_map_sensor.translation().x(), 3);
 }
@@ -306,8 +304,8 @@ TEST_F(ScanFolders, WhatIsMissingOrDoesNotFitIsNamed) {
   EXPECT_THAT(read_all({folder / "1.png"}), SizeIs(1));  // a single image is in the map frame
   write("poses.txt", identity_pose);
   EXPECT_THAT(failure({folder}), HasSubstr("poses.txt: 1 pose for 2 scans"));
-  ScanSourceOptions options;
-  options.poses = write("elsewhere/p", std::string(identity_pose) + identity_pose + identity_pose);
+  ScanSourceOptions options =
+      with_poses(write("elsewhere/p", std::string(identity_pose) + identity_pose + identity_pose));
   EXPECT_THAT(failure({folder}, options), HasSubstr("3 poses for 2 scans"));
   options.poses = folder / "nowhere";
   EXPECT_THAT(failure({folder}, options), HasSubstr("nowhere: cannot be read"));
@@ -352,9 +350,7 @@ TEST_F(BadScans, StopTheRunWithTheirNames) {
 }
 
 TEST_F(BadScans, AreSkippedAndListedOnDemand) {
-  ScanSourceOptions options;
-  options.skip_bad = true;
-  const auto source = open_scans({folder}, options);
+  const auto source = open_scans({folder}, skipping_bad);
   EXPECT_EQ(source->size(), 5u);
   const auto scans = read_all(*source);
   EXPECT_THAT(names(scans), ElementsAre("1.png", "5.png"));
@@ -366,13 +362,11 @@ TEST_F(BadScans, AreSkippedAndListedOnDemand) {
 
 TEST_F(BadScans, SetUpProblemsAreNotSkippedAndNothingGoodAtAllIsAFailure) {
   write("bad/1.pcd", "x");
-  ScanSourceOptions options;
-  options.skip_bad = true;
-  EXPECT_THAT(failure({folder / "bad"}, options), HasSubstr("none of the 1 scans is good"));
+  EXPECT_THAT(failure({folder / "bad"}, skipping_bad), HasSubstr("none of the 1 scans is good"));
   write("poses.txt", identity_pose);
-  EXPECT_THAT(failure({folder}, options), HasSubstr("1 pose for 5 scans"));
+  EXPECT_THAT(failure({folder}, skipping_bad), HasSubstr("1 pose for 5 scans"));
   std::filesystem::remove(folder / "intrinsics.txt");
-  EXPECT_THAT(failure({folder}, options), HasSubstr("without camera intrinsics"));
+  EXPECT_THAT(failure({folder}, skipping_bad), HasSubstr("without camera intrinsics"));
 }
 
 TEST_F(BadScans, OwnPoseFileMissingOrDouble) {

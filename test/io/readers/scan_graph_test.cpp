@@ -71,8 +71,7 @@ TEST_F(ScanGraphs, NotRigidIsRefusedAndPosesFromOutsideAreWrongUse) {
   bytes.replace(quaternion, 8, bytes_of(5.0));
   EXPECT_THAT(failure({write("bad.graph", bytes)}),
               HasSubstr("bad.graph scan 0: pose is not a rigid motion"));
-  ScanSourceOptions options;
-  options.poses = write("p", identity_pose);
+  ScanSourceOptions options = with_poses(write("p", identity_pose));
   EXPECT_THROW(open_scans({file}, options), Error);
 }
 

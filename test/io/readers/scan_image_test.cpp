@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <gmock/gmock.h>
-#include <random>
 
 namespace octosurf::test {
 namespace {

@@ -199,8 +199,7 @@ TEST_F(TimedScans, AreGivenThePosesOfTheirTimeWhateverTheUnits) {
     std::filesystem::remove_all(folder / "scans");
     write_scans(divisor);
     for (const double per_s : {1.0, 1e3, 1e6, 1e9}) {
-      ScanSourceOptions options;
-      options.poses = write("trajectory.txt", poses(20, 50, per_s));
+      ScanSourceOptions options = with_poses(write("trajectory.txt", poses(20, 50, per_s)));
       const auto source = open_scans({folder / "scans"}, options);
       EXPECT_THAT(
           source->notes().back(),

@@ -2,7 +2,6 @@
 #include "support/paths.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <gmock/gmock.h>
 #include <octomap/octomap.h>
 
