@@ -13,9 +13,9 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <memory>
 #include <random>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -27,23 +27,14 @@ namespace {
 constexpr double resolution = 0.1;
 using State = OccupancyView::State;
 
-OccupancyParameters parameters() {
-  OccupancyParameters p;
-  p.resolution = resolution;
-  return p;
-}
+OccupancyParameters parameters(double occupied = 0.5) { return test::with_resolution(resolution, occupied); }
 
-void insert(OccupancyMap& map, const Scan& scan) {
-  sensing::Downsampler downsample(map.grid());
-  map.insert(downsample(scan, scan.T_map_sensor, 0, 30, 1), downsample, nullptr);
-}
+using test::insert;
 
 /// A room around the origin, seen by `scans` scans, surfaces' ids at random.
 void fill(OccupancyMap& map, std::mt19937_64& rng, int scans) {
   for (int i = 0; i < scans; ++i) insert(map, test::room_scan(rng, 400, {1.6, 1.2, 0.9}));
-  std::vector<VoxelPoint> points;
-  map.for_each_point([&](const VoxelPoint& p) { points.push_back(p); });
-  for (const VoxelPoint& p : points) map.assign(p, static_cast<SurfaceId>(rng() % 5));
+  for (const VoxelPoint& p : test::points_of(map)) map.assign(p, static_cast<SurfaceId>(rng() % 5));
 }
 
 /// All voxels of a box about the room, one by one, by the map itself.
@@ -83,9 +74,10 @@ Eigen::AlignedBox3d random_box(std::mt19937_64& rng) {
   return box;
 }
 
-class View : public testing::Test {
+/// By the threshold of occupied. 0.3 makes voxels occupied that rays only passed through: a miss leaves 0.4.
+class View : public testing::TestWithParam<double> {
  protected:
-  View() : map(parameters()) {
+  View() : map(parameters(GetParam())) {
     fill(map, rng, 6);
     view = map.share();
     voxels = list_of(map);
@@ -95,9 +87,11 @@ class View : public testing::Test {
   OccupancyView view;
   std::vector<Listed> voxels;
 };
+INSTANTIATE_TEST_SUITE_P(Thresholds, View, testing::Values(0.5, 0.3));
 
-TEST_F(View, TellsEveryVoxel) {
+TEST_P(View, TellsEveryVoxel) {
   std::map<State, int> seen;
+  int without_point = 0;
   for (const Listed& v : voxels) {
     const OccupancyView::Voxel found = view.at(v.centre);
     ASSERT_EQ(found.state, v.state);
@@ -105,17 +99,20 @@ TEST_F(View, TellsEveryVoxel) {
     ASSERT_EQ(found.surface, v.surface);
     ASSERT_LT((found.center - v.centre).norm(), 1e-9);
     ++seen[v.state];
+    without_point += v.state == State::occupied && v.log_odds < 0;
   }
+  EXPECT_EQ(without_point > 100, GetParam() < 0.5);
   EXPECT_GT(seen[State::free], 100);
   EXPECT_GT(seen[State::occupied], 100);
   EXPECT_GT(seen[State::unknown], 100);
 }
 
-TEST_F(View, CountsAndVisitsBoxes) {
+TEST_P(View, CountsAndVisitsBoxes) {
   for (int round = 0; round < 50; ++round) {
     const Eigen::AlignedBox3d box = random_box(rng);
     OccupancyView::Count expected;
     std::vector<Eigen::Vector3d> occupied;
+    const std::size_t most = round % 2 == 0 ? 7 : voxels.size();
     for (const Listed& v : voxels) {
       if (!box.contains(v.centre)) continue;
       ++(v.state == State::occupied ? expected.occupied
@@ -132,13 +129,13 @@ TEST_F(View, CountsAndVisitsBoxes) {
       EXPECT_EQ(v.state, State::occupied);
       EXPECT_TRUE(std::any_of(occupied.begin(), occupied.end(),
                               [&](const auto& centre) { return (centre - v.center).norm() < 1e-9; }));
-      return ++visited < 7;
+      return ++visited < most;
     });
-    EXPECT_EQ(visited, std::min<std::size_t>(7, occupied.size()));
+    EXPECT_EQ(visited, std::min(most, occupied.size()));
   }
 }
 
-TEST_F(View, FindsTheNearestOccupiedVoxel) {
+TEST_P(View, FindsTheNearestOccupiedVoxel) {
   int found_some = 0;
   for (int round = 0; round < 200; ++round) {
     const Eigen::Vector3d point = random_point(rng);
@@ -156,36 +153,6 @@ TEST_F(View, FindsTheNearestOccupiedVoxel) {
   EXPECT_GT(found_some, 50);
 }
 
-TEST(LowThreshold, WhatRaysOnlyPassedThroughIsFoundAsOccupied) {
-  std::mt19937_64 rng = test::rng();
-  OccupancyParameters low = parameters();
-  low.occupied = 0.3;  // a miss leaves 0.4
-  OccupancyMap map(low);
-  fill(map, rng, 2);
-  const OccupancyView view = map.share();
-  const std::vector<Listed> voxels = list_of(map);
-  for (int round = 0; round < 50; ++round) {
-    const Eigen::AlignedBox3d box = random_box(rng);
-    const Eigen::Vector3d point = random_point(rng);
-    std::size_t expected = 0, visited = 0, without_point = 0;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Listed& v : voxels) {
-      if (v.state != State::occupied) continue;
-      nearest = std::min(nearest, (v.centre - point).norm());
-      expected += box.contains(v.centre);
-      without_point += v.log_odds < 0;
-    }
-    ASSERT_GT(without_point, 100U);
-    view.for_each_occupied(box, [&](const OccupancyView::Voxel&) { return ++visited, true; });
-    EXPECT_EQ(visited, expected);
-    const auto found = view.nearest_occupied(point, 3);
-    ASSERT_EQ(found.has_value(), nearest <= 3);
-    if (found) {
-      EXPECT_NEAR(found->distance, nearest, 1e-12);
-    }
-  }
-}
-
 /// How much of the way from `a` to `b` is made when it enters a voxel; beyond 1 if it never does.
 double entry(const Listed& v, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   double t0 = 0, t1 = 1;
@@ -201,7 +168,7 @@ double entry(const Listed& v, const Eigen::Vector3d& a, const Eigen::Vector3d& b
   return t1 - t0 < 1e-9 ? 2 : t0;
 }
 
-TEST_F(View, StopsAWayAtTheFirstVoxelThatIsInIt) {
+TEST_P(View, StopsAWayAtTheFirstVoxelThatIsInIt) {
   int stopped = 0;
   for (int round = 0; round < 300; ++round) {
     const Eigen::Vector3d from = random_point(rng, 1.2);
@@ -224,7 +191,7 @@ TEST_F(View, StopsAWayAtTheFirstVoxelThatIsInIt) {
   EXPECT_GT(stopped, 100);
 }
 
-TEST_F(View, KnowsNothingOutsideTheOctree) {
+TEST_P(View, KnowsNothingOutsideTheOctree) {
   const Eigen::Vector3d far(5000, 0, 0);
   EXPECT_EQ(view.at(far).state, State::unknown);
   EXPECT_FALSE(view.first_on_way(far, far + Eigen::Vector3d(10, 0, 0)).has_value());
@@ -245,7 +212,7 @@ TEST_F(View, KnowsNothingOutsideTheOctree) {
   EXPECT_TRUE(nothing.first_on_way({0, 0, 0}, {1, 0, 0}, true).has_value());
 }
 
-TEST_F(View, RefusesWhatIsNoPlace) {
+TEST_P(View, RefusesWhatIsNoPlace) {
   const Eigen::Vector3d nan(std::nan(""), 0, 0);
   EXPECT_THROW(view.first_on_way(nan, {0, 0, 0}), Error);
   EXPECT_THROW(view.first_on_way({0, 0, 0}, nan), Error);
@@ -255,17 +222,17 @@ TEST_F(View, RefusesWhatIsNoPlace) {
   EXPECT_EQ(view.at(nan).state, State::unknown);
 }
 
-TEST(SharedView, StandsStillWhileTheMapGoesOn) {
+TEST(SharedView, StandsStillWhileTheMapGoesOnAndOutlivesIt) {
   std::mt19937_64 rng(test::seed());
-  OccupancyMap map(parameters()), alone(parameters());
+  auto ours = std::make_unique<OccupancyMap>(parameters());
+  OccupancyMap &map = *ours, alone(parameters());
   std::vector<OccupancyView> views;
   std::vector<std::vector<Listed>> expected;
   for (int scan = 0; scan < 8; ++scan) {
     const Scan next = test::room_scan(rng, 300, {1.6, 1.2, 0.9});
     insert(map, next);
     insert(alone, next);
-    std::vector<VoxelPoint> points;
-    map.for_each_point([&](const VoxelPoint& p) { points.push_back(p); });
+    const std::vector<VoxelPoint> points = test::points_of(map);
     views.push_back(map.share());
     expected.push_back(list_of(map));
     for (const VoxelPoint& p : points) {  // after it is shared
@@ -275,6 +242,7 @@ TEST(SharedView, StandsStillWhileTheMapGoesOn) {
     }
   }
   EXPECT_EQ(test::bytes_of(map), test::bytes_of(alone)) << "whoever shares has the same map";
+  ours.reset();
   for (std::size_t i = 0; i < views.size(); ++i)
     for (const Listed& v : expected[i]) {
       const OccupancyView::Voxel found = views[i].at(v.centre);
@@ -288,11 +256,9 @@ using Leaf = OccupancyView::Leaf;
 using Voxels = std::map<std::array<std::uint16_t, 3>, float>;
 
 void add(const Leaf& leaf, Voxels& voxels) {
-  const int edge = 1 << leaf.level;
-  for (int i = 0; i < edge * edge * edge; ++i)
-    voxels[{static_cast<std::uint16_t>(leaf.corner[0] + i % edge),
-            static_cast<std::uint16_t>(leaf.corner[1] + i / edge % edge),
-            static_cast<std::uint16_t>(leaf.corner[2] + i / edge / edge)}] = leaf.log_odds;
+  test::for_each_voxel_of(leaf.corner, leaf.level, [&](geometry::VoxelKey k) {
+    voxels[{k.x, k.y, k.z}] = leaf.log_odds;
+  });
 }
 
 Voxels voxels_of(const OccupancyView& view) {
@@ -339,19 +305,6 @@ TEST(SharedView, TellsWhatHasChangedSinceAnyOther) {
   views.emplace_back();
   for (const OccupancyView& before : views)
     for (const OccupancyView& now : views) EXPECT_EQ(followed(before, now), voxels_of(now));
-}
-
-TEST(SharedView, OutlivesItsMap) {
-  std::mt19937_64 rng(test::seed());
-  OccupancyView view;
-  std::vector<Listed> expected;
-  {
-    OccupancyMap map(parameters());
-    fill(map, rng, 2);
-    view = map.share();
-    expected = list_of(map);
-  }
-  for (const Listed& v : expected) ASSERT_EQ(view.at(v.centre).state, v.state);
 }
 
 }  // namespace
