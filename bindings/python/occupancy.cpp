@@ -99,7 +99,7 @@ Voxels are half-open cubes of edge `resolution`; what lies on a face belongs to 
 frame, metres. Boxes are closed and given by their corners `low` and `high`, (3,) each.)");
   using Voxel = View::Voxel;
   Value<Voxel>(view, "Voxel", nullptr, "OccupancyView.Voxel")
-      .fields(OCTOSURF_FIELDS(Voxel, state, log_odds, surface, center));
+      .fields(OCTOSURF_FIELDS(Voxel, state, log_odds, surface, center, point, view, range_m));
   Value<View::Count>(view, "Count", nullptr, "OccupancyView.Count")
       .fields(OCTOSURF_FIELDS(View::Count, unknown, free, occupied));
   view.def("__repr__", &text_of)

@@ -41,6 +41,9 @@ class OccupancyView {
     float log_odds = 0;                                ///< ln(p / (1 − p)) of occupancy; 0 if unknown
     SurfaceId surface = 0;                             ///< of an occupied voxel; 0: pending, or not occupied
     Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< map frame
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< stands for its readings, map frame; else the centre
+    Eigen::Vector3d view = Eigen::Vector3d::Zero();   ///< unit, from `point` to the sensor, to 4°; else zero
+    float range_m = 0;                                ///< from there, to 20 %; else zero
   };
 
   /// An empty view: everything is unknown.

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -21,6 +23,18 @@ class CellRaster {
 
   std::size_t cells() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
   Eigen::Vector2d middle(std::size_t cell) const;
+  /// Calls `visit(cell)` for those whose middle is at most `radius` m from a point.
+  template <class Visit>
+  void for_each_within(const Eigen::Vector2d& point, double radius, const Visit& visit) const {
+    const Eigen::Array2d at = point.array() / edge_ - 0.5 - Eigen::Array2d(x0_, y0_);
+    const double reach = radius / edge_;
+    const double top = std::min(height_ - 1.0, at.y() + reach),
+                 right = std::min(width_ - 1.0, at.x() + reach);
+    for (double y = std::max(0.0, std::ceil(at.y() - reach)); y <= top; ++y)
+      for (double x = std::max(0.0, std::ceil(at.x() - reach)); x <= right; ++x)
+        if (Eigen::Array2d(x - at.x(), y - at.y()).matrix().squaredNorm() <= reach * reach)
+          visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x));
+  }
 
   Mask inside(const std::vector<Polygon>& polygons) const;  ///< cells whose middle is inside
   void add_inside(const std::vector<Polygon>& polygons, Mask& mask) const;

@@ -4,6 +4,7 @@
 #include "planning/cell_raster.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/rings.hpp"
+#include "planning/voids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,6 +57,11 @@ class Column {
     return seen;
   }
 
+  /// Free on the plane and behind it, whatever lies beside.
+  bool open_through(const Eigen::Vector2d& uv) const {
+    return voxel(uv, 0).state == State::free && is_open(uv);
+  }
+
  private:
   OccupancyView::Voxel voxel(const Eigen::Vector2d& uv, double height) const {
     return octree_.at(surface_.T_map_surface * Eigen::Vector3d(uv.x(), uv.y(), height));
@@ -87,6 +93,7 @@ class GapFinder {
  public:
   GapFinder(const Surface& surface, const OccupancyView& octree, double widest_bridged_m)
       : surface_(surface),
+        octree_(octree),
         d_(octree.resolution()),
         column_(surface, octree),
         widest_radius_(std::min(widest_gap_m, widest_bridged_m) / 2 / d_),
@@ -97,6 +104,7 @@ class GapFinder {
     if (raster_.cells() == 0) return result;
     look();
     settle_open();
+    cut_voids();
     bridge();
     add_gaps(result.gaps);
     reshape(result);
@@ -135,6 +143,20 @@ class GapFinder {
         if (before[i] == 0 && free_[i] != 0 && about_[i] != 0) open_[i] = raster_.any_beside(before, i);
     }
     open_ = raster_.two_wide(open_);
+  }
+
+  /// Adds voids that the outline spans to those, and cuts all.
+  void cut_voids() {
+    const CellRaster fine(surface_.polygons, d_ / 2, 2);
+    Mask spanned(fine.cells(), 0);
+    planning::mark_voids(
+        surface_, octree_, [this](const Eigen::Vector2d& uv) { return column_.open_through(uv); }, fine,
+        spanned);
+    const std::vector<std::size_t> cells = fine.marked(spanned);
+    cut_ = raster_.rows(raster_.marked(open_));
+    for (Ring2& row : fine.rows(cells)) cut_.push_back(std::move(row));
+    for (const std::size_t i : cells)
+      raster_.for_each_within(fine.middle(i), d_ / 2, [&](std::size_t cell) { open_[cell] = 1; });
   }
 
   /// Decides for each unseen cell by the widest disc that holds it within its gap.
@@ -225,33 +247,15 @@ class GapFinder {
 
   void reshape(GroundedSurface& result) const {
     const auto any = [](const Mask& mask) { return std::find(mask.begin(), mask.end(), 1) != mask.end(); };
-    if (!any(bridged_) && !any(open_)) return;
-    auto surface = std::make_shared<Surface>(surface_);
+    if (!any(bridged_) && cut_.empty()) return;
     // A cell more, so that nothing is left of a gap beside a slanting side.
-    surface->polygons = planning::reshaped(surface_.polygons, raster_.rows(raster_.marked(bridged_), 1),
-                                           raster_.rows(raster_.marked(open_)));
-    std::erase_if(surface->polygons, [&](Polygon& polygon) {
+    std::vector<Polygon> polygons =
+        planning::reshaped(surface_.polygons, raster_.rows(raster_.marked(bridged_), 1), cut_);
+    std::erase_if(polygons, [&](Polygon& polygon) {
       std::erase_if(polygon.holes, [&](const Ring2& hole) { return -geometry::signed_area(hole) < d_ * d_; });
       return geometry::signed_area(polygon.outer) < d_ * d_;
     });
-    double longest_edge = 0;
-    for (const Polygon& polygon : surface_.polygons)
-      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-        longest_edge = std::max(longest_edge, (b - a).norm());
-      });
-    for (Polygon& polygon : surface->polygons) {
-      divide(polygon.outer, longest_edge);
-      for (Ring2& hole : polygon.holes) divide(hole, longest_edge);
-    }
-    surface->boundary.clear();
-    surface->area_m2 = 0;
-    for (const Polygon& polygon : surface->polygons) {
-      surface->area_m2 += geometry::area_of(polygon);
-      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
-        surface->boundary.push_back(surface->to_map(p));
-      });
-    }
-    result.surface = std::move(surface);
+    result.surface = planning::with_outline(surface_, std::move(polygons));
   }
 
   static constexpr double widening = 1.25;  // from disc to disc: widths are told apart by a quarter
@@ -261,25 +265,16 @@ class GapFinder {
   // Of a gap's voxels before the plane, which rays that pass in steps of d may miss here and there.
   static constexpr double most = 0.75;
 
-  /// Readers rely on neighbours in a ring being no more than h apart: see Surface.
-  static void divide(Ring2& ring, double longest_edge) {
-    Ring2 divided;
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Eigen::Vector2d a = ring[i], along = ring[(i + 1) % ring.size()] - a;
-      const int steps = std::max(1, static_cast<int>(std::ceil(along.norm() / longest_edge - 1e-9)));
-      for (int k = 0; k < steps; ++k) divided.push_back(a + along * k / steps);
-    }
-    ring = std::move(divided);
-  }
-
   // Rays of 30° and more to the plane are told apart from those along it.
   static constexpr double steepest_ray = 1.0471975511965976;
 
   const Surface& surface_;
+  const OccupancyView& octree_;
   double d_;
   Column column_;
   double widest_radius_;  // cells, of a bridged gap
   CellRaster raster_;
+  std::vector<Ring2> cut_;  // rectangles of voids
   Mask inside_, about_, reading_, free_, open_, blocked_, passed_, bridged_, void_;
   std::vector<float> half_;
 };

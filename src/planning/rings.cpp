@@ -1,8 +1,11 @@
 #include "planning/rings.hpp"
 
 #include "geometry/even_odd.hpp"
+#include "geometry/rings.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace octosurf::planning {
 
@@ -12,6 +15,16 @@ void add_crossings(const Polygon& polygon, double v, std::vector<double>& all) {
   for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     if (geometry::crosses(a, b, v)) all.push_back(geometry::crossing(a, b, v));
   });
+}
+
+void divide(Ring2& ring, double longest_edge) {
+  Ring2 divided;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Eigen::Vector2d a = ring[i], along = ring[(i + 1) % ring.size()] - a;
+    const int steps = std::max(1, static_cast<int>(std::ceil(along.norm() / longest_edge - 1e-9)));
+    for (int k = 0; k < steps; ++k) divided.push_back(a + along * k / steps);
+  }
+  ring = std::move(divided);
 }
 
 }  // namespace
@@ -41,6 +54,27 @@ Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vec
   const double length2 = along.squaredNorm();
   if (length2 <= 0) return from;
   return from + std::clamp(along.dot(point - from) / length2, 0.0, 1.0) * along;
+}
+
+SurfacePtr with_outline(const Surface& surface, std::vector<Polygon> polygons) {
+  double longest_edge = 0;
+  for (const Polygon& polygon : surface.polygons)
+    for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+      longest_edge = std::max(longest_edge, (b - a).norm());
+    });
+  auto result = std::make_shared<Surface>(surface);
+  result->polygons = std::move(polygons);
+  result->boundary.clear();
+  result->area_m2 = 0;
+  for (Polygon& polygon : result->polygons) {
+    divide(polygon.outer, longest_edge);
+    for (Ring2& hole : polygon.holes) divide(hole, longest_edge);
+    result->area_m2 += geometry::area_of(polygon);
+    for_each_edge(polygon, [&](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
+      result->boundary.push_back(result->to_map(p));
+    });
+  }
+  return result;
 }
 
 }  // namespace octosurf::planning

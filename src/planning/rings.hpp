@@ -36,4 +36,8 @@ bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
 Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                    const Eigen::Vector2d& point);
 
+/// The surface with other polygons, and `boundary` and `area_m2` that go with them. Edges are divided where
+/// they are longer than the surface's longest: readers rely on neighbours in a ring being at most h apart.
+SurfacePtr with_outline(const Surface& surface, std::vector<Polygon> polygons);
+
 }  // namespace octosurf::planning

@@ -44,6 +44,7 @@ struct Listed {
   State state = State::unknown;
   float log_odds = 0;
   SurfaceId surface = 0;
+  Eigen::Vector3d point = centre, view = Eigen::Vector3d::Zero();
 };
 std::vector<Listed> list_of(const OccupancyMap& map) {
   std::vector<Listed> all;
@@ -58,7 +59,11 @@ std::vector<Listed> list_of(const OccupancyMap& map) {
                   : found.state == OccupancyMap::State::free   ? State::free
                                                                : State::unknown;
         v.log_odds = found.log_odds;
-        if (found.point) v.surface = found.point->surface;
+        if (found.point) {
+          v.surface = found.point->surface;
+          v.point = found.point->position.cast<double>();
+          v.view = found.point->view.cast<double>();
+        }
         all.push_back(v);
       }
   return all;
@@ -98,6 +103,8 @@ TEST_P(View, TellsEveryVoxel) {
     ASSERT_EQ(found.log_odds, v.log_odds);
     ASSERT_EQ(found.surface, v.surface);
     ASSERT_LT((found.center - v.centre).norm(), 1e-9);
+    ASSERT_LT((found.point - v.point).norm(), 1e-6);
+    ASSERT_LT((found.view - v.view).norm(), 1e-6);
     ++seen[v.state];
     without_point += v.state == State::occupied && v.log_odds < 0;
   }

@@ -2,6 +2,7 @@
 
 #include "geometry/voxel_grid.hpp"
 #include "occupancy/voxel_tree.hpp"
+#include "sensing/reading_code.hpp"
 
 #include <octosurf/occupancy.hpp>
 
@@ -20,6 +21,8 @@ class PaintedOctree {
     occupancy::VoxelPayload& payload = tree_.make_payload(key);
     payload.surface = surface & 0xFFFFFFU;
     payload.range_class = 1;
+    payload.offset_x = payload.offset_y = payload.offset_z = 128;
+    payload.view = sensing::encode_view(Eigen::Vector3f::UnitZ()) & 0xfff;
   }
   void free(int x, int y, int z) { tree_.set_leaf(key_of(x, y, z), 0, -1); }
 

@@ -157,6 +157,17 @@ bool cut_to_octree(Eigen::Vector3d& from, Eigen::Vector3d& to, double resolution
   return true;
 }
 
+/// Sets what the payload of an occupied voxel says, if it has one.
+void set_readings(Voxel& voxel, const Key3& key, const occupancy::VoxelPayload* payload, double resolution) {
+  voxel.point = voxel.center;
+  if (payload == nullptr) return;
+  voxel.surface = payload->surface;
+  if (!payload->has_point()) return;
+  voxel.point = occupancy::load_point(*payload, geometry::VoxelGrid(resolution), key_of(key)).cast<double>();
+  voxel.view = sensing::decode_view(payload->view).cast<double>();
+  voxel.range_m = sensing::range_of_class(payload->range_class);
+}
+
 void require_finite(const Eigen::Vector3d& point, const char* where) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
 }
@@ -184,11 +195,11 @@ Voxel OccupancyView::at(const Eigen::Vector3d& point) const {
 Voxel OccupancyView::voxel(const geometry::VoxelKey& key) const {
   const occupancy::VoxelTree::Lookup found = tree_->find(key);
   Voxel voxel;
-  voxel.center = centre_of(ints(key), resolution_);
+  voxel.center = voxel.point = centre_of(ints(key), resolution_);
   if (!found.known) return voxel;
   voxel.state = tree_->occupied(found.log_odds) ? State::occupied : State::free;
   voxel.log_odds = found.log_odds;
-  if (found.payload != nullptr) voxel.surface = found.payload->surface;
+  set_readings(voxel, ints(key), found.payload, resolution_);
   return voxel;
 }
 
@@ -217,8 +228,9 @@ void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
   const auto in_part = [&](const KeyBox& part, float log_odds, const occupancy::VoxelPayload* payload) {
     if (!tree_->occupied(log_odds)) return true;
     const auto one = [&](const Key3& key) {
-      return visit({State::occupied, log_odds, payload != nullptr ? SurfaceId{payload->surface} : 0,
-                    centre_of(key, resolution_)});
+      Voxel voxel{State::occupied, log_odds, 0, centre_of(key, resolution_)};
+      set_readings(voxel, key, payload, resolution_);
+      return visit(voxel);
     };
     return part.voxels() == 1 ? one(part.low)
                               : each_key(part, {0, 0, 0}, occupancy::VoxelTree::top_level, one);

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <octosurf/boundary.hpp>
+#include <octosurf/contact.hpp>
+#include <octosurf/footsteps.hpp>
+#include <octosurf/gaps.hpp>
+#include <octosurf/occupancy.hpp>
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// What ground must be like, and for whom.
+struct GroundRules {
+  ContactShape foot = ContactShape::rectangle(0.22, 0.11);  ///< stands on it
+  ContactLimits limits = Biped::limits();                   ///< of a contact; gap_depth_m is not used
+  std::optional<double>
+      widest_unseen_m{};   ///< gap that a foot may span; empty: a quarter of its narrower side
+  bool as_mapped = false;  ///< outlines of readings alone, which are not ground: voids stay closed
+
+  /// The foot and limits of a robot on a map of resolution d. Edge and obstacle margins are d at least: an
+  /// outline extends beyond the true edge by up to d (contact.hpp).
+  static GroundRules of(const Robot& robot, double resolution);
+};
+
+/// The ground of a snapshot, as planners may use it: without voids and wide unseen gaps, away from edges, and
+/// clear of obstacles. (Outlines in a snapshot are as mapped, and are not ground.) Readable from any thread;
+/// what belongs to a surface is computed when it is first read. Copies share it.
+class GroundView {
+ public:
+  /// `octree`: of the same scan as `snapshot`. Throws Error(usage) for an empty one.
+  GroundView(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const GroundRules& rules);
+  /// By a biped's rules.
+  GroundView(std::shared_ptr<const Snapshot> snapshot, const OccupancyView& octree)
+      : GroundView(std::move(snapshot), octree, GroundRules::of(Biped{}, octree.resolution())) {}
+  /// The same ground by other rules; shares what does not depend on them.
+  GroundView by(const GroundRules& rules) const;
+
+  const GroundRules& rules() const { return rules_; }
+  const Snapshot& mapped() const { return *snapshot_; }
+
+  /// find_gaps() of a surface by these rules. Throws Error(data) if there is none of this id.
+  const GroundedSurface& solid(SurfaceId id) const;
+  /// Where a point contact may be: the solid surface less all margins and what is blocked; of a surface that
+  /// slopes too much, less the edge margin alone. Without polygons if nothing is left.
+  SurfacePtr supported(SurfaceId id) const;
+  /// All of them, everything else unchanged.
+  std::shared_ptr<const Snapshot> solid() const;
+  std::shared_ptr<const Snapshot> supported() const;
+
+  /// contact_region() and foothold() of the rules' foot on the solid surface. `edges`: label_edges() of it,
+  /// for a frontier margin.
+  ContactRegion region(SurfaceId id, std::optional<double> yaw_rad,
+                       const std::vector<PolygonEdges>* edges = nullptr) const;
+  Foothold foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad,
+                    const std::vector<PolygonEdges>* edges = nullptr) const;
+
+ private:
+  struct Solids;
+  struct Outlines;
+
+  std::shared_ptr<const Snapshot> snapshot_;
+  OccupancyView octree_;
+  GroundRules rules_;
+  std::shared_ptr<Solids> solids_;
+  std::shared_ptr<Outlines> supported_;
+};
+
+}  // namespace octosurf

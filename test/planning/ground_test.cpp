@@ -1,0 +1,151 @@
+// Ground as planners get it, on hand-made scenes: nothing that a foot must not trust, whatever else is lost.
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+
+#include <octosurf/error.hpp>
+#include <octosurf/ground.hpp>
+#include <octosurf/mapper.hpp>
+#include <octosurf/planning.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr double edge = 0.02;  // m, of a voxel
+const SlopeLimit walkable{Eigen::Vector3d::UnitZ(), 0.5};
+
+Mapper new_mapper() {
+  Parameters parameters;
+  parameters.occupancy.resolution = edge;
+  parameters.alignment.enabled = false;
+  return Mapper(parameters);
+}
+
+// Two floors with a slot between them, too narrow for a hole of the outline, that runs in any direction: most
+// of it lies in voxels that the floors or its own walls occupy.
+TEST(GroundView, SlotsAreNoGroundWhicheverWayTheyRun) {
+  std::mt19937_64 rng(test::seed());
+  const auto uniform = [&rng](double from, double to) {
+    return std::uniform_real_distribution(from, to)(rng);
+  };
+  for (int round = 0; round < 6; ++round) {
+    const double width = uniform(2, 4.5) * edge, depth = uniform(0.1, 1);
+    Eigen::Isometry3d T_map_slot(Eigen::AngleAxisd(uniform(0, std::numbers::pi), Eigen::Vector3d::UnitZ()));
+    T_map_slot.translation() = Eigen::Vector3d(uniform(0, edge), uniform(0, edge), uniform(0, edge));
+    SCOPED_TRACE(testing::Message() << "round " << round << ": " << width << " m wide, " << depth
+                                    << " m deep");
+    test::Scene scene;
+    const auto add = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+      scene.rectangle(T_map_slot * corner, T_map_slot.linear() * u, T_map_slot.linear() * v);
+    };
+    const double half = width / 2, length = 0.8;
+    add({-half, -length / 2, -depth}, {width, 0, 0}, {0, length, 0});
+    for (const double side : {-1.0, 1.0}) {
+      add({side * half, -length / 2, 0}, {side * 0.5, 0, 0}, {0, length, 0});
+      add({side * half, -length / 2, -depth}, {0, length, 0}, {0, 0, depth});
+    }
+    Mapper mapper = new_mapper();
+    for (int k = 0; k < 8; ++k) {
+      const double turn = k * std::numbers::pi / 4 + uniform(-0.3, 0.3);
+      const Eigen::Vector3d eye(std::cos(turn), std::sin(turn), uniform(0.8, 1.4));
+      mapper.insert(test::camera_scan(scene, test::look_at(eye, {0, 0, 0}), rng, {400, 300, 340}));
+    }
+    mapper.drain();
+    const auto ground = GroundView(mapper.snapshot(), mapper.map().octree()).supported();
+    const auto stands_at = [&](double x, double y) {
+      const std::optional<Nearest> met = below(*ground, T_map_slot * Eigen::Vector3d(x, y, 0.1), walkable);
+      return met && std::abs((T_map_slot.inverse() * met->point).z()) < 0.03;
+    };
+    int beside = 0, stood = 0;
+    for (double y = -0.3; y < 0.3; y += 0.01) {
+      for (double x = -half; x <= half; x += width / 8) EXPECT_FALSE(stands_at(x, y)) << x << ' ' << y;
+      for (double x = half + 2.5 * edge; x < 0.4; x += 0.03, beside += 2)
+        stood += stands_at(x, y) + stands_at(-x, y);
+    }
+    EXPECT_GT(stood, 0.99 * beside);
+  }
+}
+
+/// A floor of 2 × 2 m with a pole of 4 cm in the middle, a board of 30 × 60 cm over it, 25 cm high, and a
+/// wall.
+class Place : public testing::Test {
+ protected:
+  Place() {
+    test::Scene scene;
+    scene.rectangle({-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+    scene.rectangle({-1, 1, 0}, {2, 0, 0}, {0, 0, 2});
+    scene.box({-0.02, -0.02, 0}, {0.02, 0.02, 1});
+    scene.box({0.4, -0.3, 0.25}, {0.7, 0.3, 0.3});
+    std::mt19937_64 rng(test::seed());
+    Mapper mapper = new_mapper();
+    for (int k = 0; k < 8; ++k) {
+      const double turn = k * std::numbers::pi / 4;
+      mapper.insert(test::camera_scan(
+          scene, test::look_at({1.2 * std::cos(turn), 0.9 * std::sin(turn), 1.2}, {0, 0, 0.1}), rng,
+          {400, 300, 340}));
+    }
+    mapper.drain();
+    snapshot = mapper.snapshot();
+    octree = mapper.map().octree();
+  }
+  bool accepted(const GroundView& ground, const Eigen::Vector3d& at) const {
+    return ground.foothold(nearest(*snapshot, at)->id, at, 0.3).accepted;
+  }
+  bool stands(const Snapshot& on, double x, double y) const {
+    const auto met = below(on, {x, y, 0.1}, walkable);
+    return met && std::abs(met->point.z()) < 0.02;
+  }
+  std::shared_ptr<const Snapshot> snapshot;
+  OccupancyView octree;
+};
+
+TEST_F(Place, NoFootIsPutIntoAPoleUnderABoardOrOnAWall) {
+  const GroundView ground(snapshot, octree, GroundRules::of(Biped{}, edge));
+  EXPECT_TRUE(accepted(ground, {-0.5, -0.4, 0}));
+  EXPECT_FALSE(accepted(ground, {0, 0, 0}));
+  EXPECT_FALSE(accepted(ground, {0.1, 0, 0}));
+  EXPECT_FALSE(accepted(ground, {0.55, 0, 0}));
+  EXPECT_FALSE(accepted(ground, {0, 1, 1}));
+  const std::shared_ptr<const Snapshot> supported = ground.supported();
+  for (double x = -0.02; x <= 0.7; x += 0.01) {
+    const bool pole = std::abs(x)<0.021, board = x> 0.4;
+    EXPECT_FALSE((pole || board) && stands(*supported, x, 0.01)) << x;
+  }
+  EXPECT_TRUE(stands(*supported, -0.5, -0.4));
+  EXPECT_TRUE(stands(*supported, 0.2, 0.1));
+}
+
+TEST_F(Place, OutlinesAsMappedTakeAWord) {
+  GroundRules rules;
+  rules.as_mapped = true;
+  rules.limits = {};
+  const GroundView ground(snapshot, octree, rules);
+  EXPECT_TRUE(accepted(ground, {0, 0, 0}));
+  for (const SurfacePtr& surface : snapshot->surfaces) EXPECT_EQ(ground.solid(surface->id).surface, surface);
+}
+
+// A view by other rules answers as one made anew, and shares what does not depend on them.
+TEST_F(Place, ByOtherRules) {
+  const GroundView ground(snapshot, octree);
+  const SurfaceId id = nearest(*snapshot, {-0.5, -0.4, 0})->id;
+  GroundRules wide;
+  wide.limits.edge_margin_m = 0.1;
+  const GroundView other = ground.by(wide), anew(snapshot, octree, wide);
+  EXPECT_EQ(&other.solid(id), &ground.solid(id));
+  EXPECT_EQ(other.supported(id)->area_m2, anew.supported(id)->area_m2);
+  EXPECT_LT(other.supported(id)->area_m2, ground.supported(id)->area_m2);
+  wide.widest_unseen_m = 0;
+  EXPECT_NE(&ground.by(wide).solid(id), &ground.solid(id));
+}
+
+TEST_F(Place, WhatIsNotThereIsRefused) {
+  EXPECT_THROW(GroundView(snapshot, {}), Error);
+  EXPECT_THROW(GroundView(snapshot, octree).solid(99999), Error);
+}
+
+}  // namespace
+}  // namespace octosurf
