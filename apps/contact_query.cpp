@@ -4,12 +4,13 @@
 #include "answers.hpp"
 #include "bounds.hpp"
 #include "geometry/degrees.hpp"
+#include "plan_query.hpp"
 
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
+#include <utility>
 
 #include <octosurf/boundary.hpp>
 #include <octosurf/contact.hpp>
@@ -20,27 +21,10 @@
 namespace octosurf {
 namespace {
 
-ContactLimits limits_of(const ContactQuery& query, const AskedMap& map, double max_slope_rad) {
-  ContactLimits limits;
-  limits.up = map.up;
-  limits.max_slope_rad = max_slope_rad;
-  limits.edge_margin_m = query.edge_margin;
-  limits.frontier_margin_m = query.frontier_margin;
-  limits.obstacle_margin_m = query.obstacle_margin;
-  limits.clearance_m = query.clearance;
-  limits.gap_depth_m = query.gap_depth;
-  return limits;
-}
-
 /// Edge kinds take some ms, and are needed for a frontier margin only.
-std::vector<PolygonEdges> asked_edges_of(const AskedMap& map, const Surface& surface,
-                                         const ContactLimits& limits) {
-  return limits.frontier_margin_m > 0 ? map.edges_of(surface) : std::vector<PolygonEdges>{};
-}
-
-/// The surface as a foot meets it: without voids, and without unseen gaps that are too wide for it.
-SurfacePtr ground_for(const AskedMap& map, const Surface& surface, const ContactQuery& query) {
-  return find_gaps(surface, map.octree, widest_unseen_of(foot_of(query.foot), query.unseen_share)).surface;
+std::vector<PolygonEdges> asked_edges_of(const AskedMap& map, const GroundView& ground, SurfaceId id) {
+  return ground.rules().limits.frontier_margin_m > 0 ? map.edges_of(*ground.solid(id).surface)
+                                                     : std::vector<PolygonEdges>{};
 }
 
 void print(const FoundFoothold& answer) {
@@ -97,65 +81,91 @@ void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQue
   question.add_option(
       "--regions", query.regions,
       "ID: where on this surface the middle of a --foot may be for all of it to be supported");
-  verb.add_option("--foot", query.foot, "LENGTHxWIDTH of a sole, or the radius of a disc, m")
-      ->default_val("0.22x0.11");
+  verb.add_option("--robot", query.robot, "biped or quadruped: whose foot and limits hold")
+      ->check(CLI::IsMember({"biped", "quadruped"}))
+      ->capture_default_str();
+  verb.add_option("--foot", query.foot, "LENGTHxWIDTH of a sole, or the radius of a disc, m [the robot's]");
   verb.add_option("--yaw", query.yaw_deg, "heading for --regions, degrees [any heading]");
   verb.add_option("--pieces", query.pieces, "also print the region as at most N convex pieces");
-  const auto metres = [&verb](const char* name, double& value, const char* help) {
+  const auto metres = [&verb](const char* name, std::optional<double>& value, const char* help) {
     verb.add_option(name, value, help)->check(at_least(0));
   };
-  metres("--edge-margin", query.edge_margin, "m: from the foot to every edge");
+  metres("--edge-margin", query.edge_margin, "m: from the foot to every edge [the map's resolution]");
   metres("--frontier-margin", query.frontier_margin,
-         "m: from the foot to edges beyond which nothing was observed");
-  metres("--obstacle-margin", query.obstacle_margin, "m: from the foot to obstacles up to --clearance");
-  metres("--clearance", query.clearance, "m: height over the foot that must be clear; 0: not checked");
+         "m: from the foot to edges beyond which nothing was observed [0]");
+  metres("--obstacle-margin", query.obstacle_margin,
+         "m: from the foot to obstacles up to --clearance [the map's resolution]");
+  metres("--clearance", query.clearance,
+         "m: height over the foot that must be clear; 0: not checked [the robot's height]");
   verb.add_option("--unseen", query.unseen_share,
                   "widest unseen gap that a foot may span, as a share of its narrower side")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(between(0, 1))
       ->capture_default_str();
-  metres("--gap-depth", query.gap_depth,
-         "m: refuse places with this much free space behind the plane; 0: not checked");
+  verb.add_flag("--as-mapped", query.as_mapped,
+                "outlines of the readings, which are no ground: without margins, clearance and voids");
 }
 
-FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double max_slope_rad) {
-  const ContactLimits limits = limits_of(query, map, max_slope_rad);
-  const ContactShape foot = foot_of(query.foot);
-  const Surface* surface = map.snapshot->find(query.regions.value());
-  if (surface == nullptr)
-    throw Error(Error::Kind::data, map.name, "has no surface " + std::to_string(*query.regions),
+AskedMap::AskedMap(std::string of, std::shared_ptr<const Snapshot> map, OccupancyView view,
+                   const Eigen::Vector3d& upward,
+                   std::function<std::vector<PolygonEdges>(const Surface&)> label)
+    : name(std::move(of)),
+      snapshot(std::move(map)),
+      octree(std::move(view)),
+      up(upward),
+      edges_of(std::move(label)),
+      ground(snapshot, octree, rules_of({}, up, octree.resolution())) {}
+
+GroundRules rules_of(const ContactQuery& query, const Eigen::Vector3d& up, double resolution) {
+  PlanQuery plan;
+  plan.robot = query.robot;
+  plan.foot = query.foot;
+  GroundRules rules = GroundRules::of(robot_of(plan, up), resolution);
+  rules.widest_unseen_m = widest_unseen_of(rules.foot, query.unseen_share);
+  rules.as_mapped = query.as_mapped;
+  ContactLimits& limits = rules.limits;
+  if (query.as_mapped) limits = {.up = up, .max_slope_rad = limits.max_slope_rad};
+  limits.max_slope_rad = query.max_slope_deg ? *query.max_slope_deg * rad_per_deg : limits.max_slope_rad;
+  limits.edge_margin_m = query.edge_margin.value_or(limits.edge_margin_m);
+  limits.frontier_margin_m = query.frontier_margin.value_or(limits.frontier_margin_m);
+  limits.clearance_m = query.clearance.value_or(limits.clearance_m);
+  limits.obstacle_margin_m =
+      query.obstacle_margin.value_or(limits.clearance_m > 0 ? limits.obstacle_margin_m : 0);
+  return rules;
+}
+
+FoundRegion find_region(const AskedMap& map, const ContactQuery& query) {
+  const GroundView ground = map.ground.by(rules_of(query, map.up, map.octree.resolution()));
+  const SurfaceId id = query.regions.value();
+  if (map.snapshot->find(id) == nullptr)
+    throw Error(Error::Kind::data, map.name, "has no surface " + std::to_string(id),
                 "octosurf info lists them");
   std::optional<double> yaw;
   if (query.yaw_deg) yaw = *query.yaw_deg * rad_per_deg;
-  const SurfacePtr ground = ground_for(map, *surface, query);
-  const std::vector<PolygonEdges> edges = asked_edges_of(map, *ground, limits);
-  const ContactRegion region =
-      contact_region(*ground, foot, yaw, limits, &map.octree, &edges, map.snapshot.get());
-  return {ground, region, convex_pieces(*ground, region, query.pieces)};
+  const std::vector<PolygonEdges> edges = asked_edges_of(map, ground, id);
+  const SurfacePtr surface = ground.solid(id).surface;
+  const ContactRegion region = ground.region(id, yaw, &edges);
+  return {surface, region, convex_pieces(*surface, region, query.pieces)};
 }
 
-FoundFoothold find_foothold(const AskedMap& map, const ContactQuery& query, double max_slope_rad) {
-  const ContactLimits limits = limits_of(query, map, max_slope_rad);
-  const ContactShape foot = foot_of(query.foot);
+FoundFoothold find_foothold(const AskedMap& map, const ContactQuery& query) {
+  const GroundView ground = map.ground.by(rules_of(query, map.up, map.octree.resolution()));
   const std::vector<double>& v = query.foothold;
   const Eigen::Vector3d at(v[0], v[1], v[2]);
-  const auto found = nearest(*map.snapshot, at, {map.up, max_slope_rad});
-  if (!found)
-    throw Error(Error::Kind::data, map.name, "has no such surfaces",
-                "map more scans first, or allow a greater slope");
-  const SurfacePtr surface = ground_for(map, *map.snapshot->find(found->id), query);
-  const std::vector<PolygonEdges> edges = asked_edges_of(map, *surface, limits);
-  const Foothold stood =
-      foothold(*surface, foot, at, v[3] * rad_per_deg, limits, &map.octree, &edges, map.snapshot.get());
-  return {stood, ground_under(*surface, map.octree, foot, stood.T_map_contact)};
+  const auto found = nearest(*map.snapshot, at);
+  if (!found) throw Error(Error::Kind::data, map.name, "has no surfaces", "map more scans first");
+  const std::vector<PolygonEdges> edges = asked_edges_of(map, ground, found->id);
+  const Foothold stood = ground.foothold(found->id, at, v[3] * rad_per_deg, &edges);
+  return {stood, ground_under(*ground.solid(found->id).surface, map.octree, ground.rules().foot,
+                              stood.T_map_contact)};
 }
 
-void answer(const AskedMap& map, const ContactQuery& query, double max_slope_rad, bool json) {
+void answer(const AskedMap& map, const ContactQuery& query, bool json) {
   if (query.regions) {
-    const FoundRegion found = find_region(map, query, max_slope_rad);
+    const FoundRegion found = find_region(map, query);
     if (!json) return print(found);
     std::printf("%s\n", region_json(*found.surface, found.region, found.pieces).c_str());
   } else {
-    const FoundFoothold found = find_foothold(map, query, max_slope_rad);
+    const FoundFoothold found = find_foothold(map, query);
     if (!json) return print(found);
     std::printf("%s\n", foothold_json(found.foothold, found.ground).c_str());
   }

@@ -12,6 +12,7 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/gaps.hpp>
+#include <octosurf/ground.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 
@@ -22,14 +23,15 @@ class Option_group;
 
 namespace octosurf {
 
-/// Options of `query` for footholds and contact regions.
+/// Options of `query` for footholds and contact regions. What is not given is the robot's.
 struct ContactQuery {
-  std::vector<double> foothold;      ///< x y z, m, and the heading, degrees
-  std::optional<SurfaceId> regions;  ///< of this surface
-  std::string foot;                  ///< "LxW" of a sole, or the radius of a disc, m
-  std::optional<double> yaw_deg;
-  double edge_margin = 0, frontier_margin = 0, obstacle_margin = 0, clearance = 0, gap_depth = 0;  ///< m
+  std::vector<double> foothold;       ///< x y z, m, and the heading, degrees
+  std::optional<SurfaceId> regions;   ///< of this surface
+  std::string robot = "biped", foot;  ///< as `plan` takes them
+  std::optional<double> yaw_deg, max_slope_deg;
+  std::optional<double> edge_margin, frontier_margin, obstacle_margin, clearance;  ///< m
   double unseen_share = 0.25;  ///< of the foot's narrower side: the widest unseen gap that it may span
+  bool as_mapped = false;      ///< outlines of readings, without margins or clearance
   std::size_t pieces = 0;      ///< at most so many of a region
 
   bool asked() const { return !foothold.empty() || regions.has_value(); }
@@ -43,21 +45,29 @@ void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQue
 
 /// The map for contact queries.
 struct AskedMap {
+  AskedMap(std::string of, std::shared_ptr<const Snapshot> map, OccupancyView view,
+           const Eigen::Vector3d& upward, std::function<std::vector<PolygonEdges>(const Surface&)> label);
+
   std::string name;  ///< for errors
   std::shared_ptr<const Snapshot> snapshot;
   OccupancyView octree;
   Eigen::Vector3d up;
   std::function<std::vector<PolygonEdges>(const Surface&)> edges_of;  ///< label_edges()
+  GroundView ground;                                                  ///< by a biped's rules
 };
 
 struct FoundRegion {
-  SurfacePtr surface;  ///< as find_gaps() tells
+  SurfacePtr surface;  ///< solid, see GroundView
   ContactRegion region;
   std::vector<ConvexPiece> pieces;
 };
 
+/// The rules of a query: its robot's, with what it gives beside. Throws Error(usage) for an invalid foot or
+/// robot.
+GroundRules rules_of(const ContactQuery& query, const Eigen::Vector3d& up, double resolution);
+
 /// For `query.regions`. Throws Error(data) if there is no such surface, Error(usage) for invalid limits.
-FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
+FoundRegion find_region(const AskedMap& map, const ContactQuery& query);
 struct FoundFoothold {
   Foothold foothold;
   /// Shares of the foot's area over each Ground, [0, 1].
@@ -65,9 +75,9 @@ struct FoundFoothold {
 };
 
 /// For `query.foothold`, likewise.
-FoundFoothold find_foothold(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
+FoundFoothold find_foothold(const AskedMap& map, const ContactQuery& query);
 
 /// Prints the answer.
-void answer(const AskedMap& map, const ContactQuery& query, double max_slope_rad, bool json);
+void answer(const AskedMap& map, const ContactQuery& query, bool json);
 
 }  // namespace octosurf

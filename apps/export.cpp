@@ -1,5 +1,6 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
 #include "bounds.hpp"
+#include "contact_query.hpp"
 #include "io/exporters/foxglove_log.hpp"
 #include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
@@ -50,6 +51,7 @@ struct ExportArguments {
   double min_radius = 0.05;
   double thickness = 0;  // 0: the map's own
   double bridge = 0;
+  std::string robot = "biped";
   bool as_mapped = false;
   bool force = false;
   PlannerExport planner;
@@ -92,14 +94,32 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   options.mesh_thickness =
       arguments.thickness > 0 ? arguments.thickness : map.parameters().surfaces.mesh_thickness;
   std::map<SurfaceId, std::vector<Gap>> gaps;
-  const std::shared_ptr<const Snapshot> snapshot =
-      arguments.as_mapped ? map.snapshot()
-                          : with_gaps(*map.snapshot(), map.octree(), arguments.bridge, &gaps);
+  std::shared_ptr<const Snapshot> snapshot = map.snapshot();
+  Stairs stairs = find_stairs(*snapshot, up.direction);
+  std::size_t without_ground = 0;
+  if (!arguments.as_mapped) {
+    ContactQuery query;
+    query.robot = arguments.robot;
+    GroundRules rules = rules_of(query, up.direction, map.parameters().occupancy.resolution);
+    rules.widest_unseen_m = arguments.bridge;
+    const GroundView ground(snapshot, map.octree(), rules);
+    stairs = find_stairs(*ground.solid(), up.direction);
+    auto supported = std::make_shared<Snapshot>(*ground.supported());
+    without_ground =
+        std::erase_if(supported->surfaces, [](const SurfacePtr& s) { return s->polygons.empty(); });
+    for (const SurfacePtr& surface : supported->surfaces)
+      if (!ground.solid(surface->id).gaps.empty()) gaps[surface->id] = ground.solid(surface->id).gaps;
+    snapshot = std::move(supported);
+  }
   ExportExtras extras = make_extras(map, *snapshot, arguments, options.parts);
   extras.gaps = std::move(gaps);
-  extras.stairs = find_stairs(*snapshot, up.direction);
+  extras.stairs = std::move(stairs);
   export_surfaces(*snapshot, arguments.file, options, extras);
-  std::printf("%s: %zu surfaces\n", arguments.file.c_str(), snapshot->surfaces.size());
+  std::printf("%s: %zu surfaces%s\n", arguments.file.c_str(), snapshot->surfaces.size(),
+              arguments.as_mapped ? ", as mapped" : (", ground of a " + arguments.robot).c_str());
+  if (without_ground > 0)
+    std::printf("left out: %s without room (--as-mapped has them)\n",
+                io::count_of(without_ground, "surface").c_str());
 }
 
 void export_octree(const Map& map, const ExportArguments& arguments) {
@@ -192,13 +212,22 @@ void add_export(CLI::App& app) {
                    "a lidar's rings; with --format a quarter of the foot")
       ->check(between(0, widest_gap_m))
       ->capture_default_str();
+  verb->add_option(
+          "--robot", arguments->robot,
+          "biped or quadruped: whose ground, clear of what is too near or too low for it, and the map's "
+          "resolution inside of edges")
+      ->check(CLI::IsMember({"biped", "quadruped"}))
+      ->capture_default_str();
   verb->add_flag("--as-mapped", arguments->as_mapped,
-                 "outlines by the readings alone: close all gaps below max_hole_size, voids too")
+                 "outlines by the readings alone, which are no ground: with voids, obstacles and edges")
       ->excludes("--bridge");
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   add_planner_options(*verb, arguments->planner);
-  verb->callback([arguments] { run_export(*arguments); });
+  verb->callback([arguments] {
+    arguments->planner.as_mapped = arguments->as_mapped;
+    run_export(*arguments);
+  });
 }
 
 }  // namespace octosurf

@@ -12,8 +12,6 @@
 
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/footsteps.hpp>
-#include <octosurf/gaps.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
@@ -50,18 +48,19 @@ PageFoot make_foot(const AskedMap& map, const std::string& text, bool edges_only
   const std::optional<double> yaw_deg = yaw_deg_of(text, at);
   const std::optional<double> yaw_rad =
       yaw_deg ? std::optional(*yaw_deg * rad_per_deg) : std::optional<double>();
-  ContactLimits limits = shape.outline.empty() ? Quadruped::limits() : Biped::limits();
-  limits.up = map.up;
-  if (edges_only) limits.obstacle_margin_m = limits.clearance_m = limits.gap_depth_m = 0;
+  ContactQuery query;
+  query.robot = shape.outline.empty() ? "quadruped" : "biped";
+  query.foot = foot;
+  if (edges_only) query.clearance = query.obstacle_margin = 0;
+  const GroundView ground = map.ground.by(rules_of(query, map.up, map.octree.resolution()));
+  const ContactLimits& limits = ground.rules().limits;
   PageFoot result{name_of(foot, yaw_deg, limits), {}};
   for (const SurfacePtr& surface : map.snapshot->surfaces) {
     // For a wall other limits are not evaluated, to save time.
     if (slope_rad(*surface, map.up) > limits.max_slope_rad)
       result.regions.push_back({surface->id, surface->revision, yaw_rad, {}, 0, {ContactRefusal::slope}});
     else
-      result.regions.push_back(
-          contact_region(*find_gaps(*surface, map.octree, widest_unseen_of(shape)).surface, shape, yaw_rad,
-                         limits, &map.octree, nullptr, map.snapshot.get()));
+      result.regions.push_back(ground.region(surface->id, yaw_rad));
   }
   return result;
 }

@@ -7,7 +7,7 @@
 #include <variant>
 
 #include <octosurf/error.hpp>
-#include <octosurf/gaps.hpp>
+#include <octosurf/ground.hpp>
 
 namespace octosurf {
 namespace {
@@ -70,9 +70,9 @@ Standing standing_of(const std::vector<double>& v) { return {{v[0], v[1], v[2]},
 
 std::shared_ptr<const Snapshot> ground_for(const Snapshot& snapshot, const OccupancyView& octree,
                                            const Robot& robot) {
-  const ContactShape& foot =
-      std::visit([](const auto& kind) -> const ContactShape& { return kind.foot; }, robot);
-  return with_gaps(snapshot, octree, widest_unseen_of(foot));
+  return GroundView(std::make_shared<const Snapshot>(snapshot), octree,
+                    GroundRules::of(robot, octree.resolution()))
+      .solid();
 }
 
 bool needs_edge_kinds(const Robot& robot) {

@@ -14,7 +14,7 @@
 
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/gaps.hpp>
+#include <octosurf/ground.hpp>
 #include <octosurf/planner_formats.hpp>
 #include <octosurf/planning.hpp>
 
@@ -33,6 +33,18 @@ ContactShape chosen_foot(const PlannerExport& options) {
   return foot_of(options.foot);
 }
 
+GroundRules chosen_rules(const PlannerExport& options, const Eigen::Vector3d& up, double resolution) {
+  ContactQuery query;
+  query.robot = "quadruped";
+  query.max_slope_deg = options.max_slope_deg;
+  query.clearance = options.clearance;
+  query.as_mapped = options.as_mapped;
+  GroundRules rules = rules_of(query, up, resolution);
+  rules.foot = chosen_foot(options);
+  rules.widest_unseen_m = {};
+  return rules;
+}
+
 Eigen::Quaterniond turn_of(const Up& up) {
   const double from_z = std::atan2(up.direction.head<2>().norm(), up.direction.z());
   if (up.source != Up::Source::given && from_z <= level_rad) return Eigen::Quaterniond::Identity();
@@ -44,9 +56,9 @@ class PlannerExporter {
  public:
   PlannerExporter(const Map& map, const Up& up, const PlannerExport& options, std::string file, bool force)
       : octree_(map.octree()),
-        snapshot_(with_gaps(*map.snapshot(), octree_, widest_unseen_of(chosen_foot(options)))),
+        ground_(map.snapshot(), octree_, chosen_rules(options, up.direction, octree_.resolution())),
+        snapshot_(ground_.solid()),
         options_(options),
-        up_(up.direction),
         turn_(turn_of(up)),
         file_(std::move(file)),
         force_(force) {}
@@ -63,11 +75,8 @@ class PlannerExporter {
  private:
   std::vector<PlannerSurface> contact_surfaces() const {
     PlannerContact contact;
-    contact.shape = chosen_foot(options_);
-    contact.limits.up = up_;
-    contact.limits.max_slope_rad = options_.max_slope_deg * degree;
-    contact.limits.clearance_m = options_.clearance;
-    contact.limits.gap_depth_m = options_.gap_depth;
+    contact.shape = ground_.rules().foot;
+    contact.limits = ground_.rules().limits;
     if (options_.yaw_deg) contact.yaw_rad = *options_.yaw_deg * degree;
     contact.turn = turn_;
     return planner_surfaces(*snapshot_, contact, &octree_);
@@ -99,9 +108,9 @@ class PlannerExporter {
   }
 
   OccupancyView octree_;
-  std::shared_ptr<const Snapshot> snapshot_;  // as the foot meets it
+  GroundView ground_;
+  std::shared_ptr<const Snapshot> snapshot_;
   const PlannerExport& options_;
-  Eigen::Vector3d up_;
   Eigen::Quaterniond turn_;
   std::string file_;
   bool force_;
@@ -126,14 +135,8 @@ void add_planner_options(CLI::App& verb, PlannerExport& options) {
       ->capture_default_str()
       ->group(group);
   verb.add_option("--clearance", options.clearance,
-                  "m: height over the foot that must be clear; 0: not checked")
+                  "m: height over the foot that must be clear; 0: not checked [0.6]")
       ->check(at_least(0))
-      ->capture_default_str()
-      ->group(group);
-  verb.add_option("--gap-depth", options.gap_depth,
-                  "m: refuse gaps with this much free space behind them (contact.hpp); 0: not checked")
-      ->check(at_least(0))
-      ->capture_default_str()
       ->group(group);
   verb.add_option("--cell", options.cell, "m: of height grids; default: the map's resolution")
       ->check(more_than(0))

@@ -19,8 +19,8 @@ struct PlannerExport {
   std::optional<double> foot_radius;  ///< m
   std::optional<double> yaw_deg;      ///< of a foot that is no disc; empty: any heading
   double max_slope_deg = 30;
-  std::optional<double> cell, below;    ///< m
-  double clearance = 0, gap_depth = 0;  ///< m; 0: not checked
+  std::optional<double> cell, below, clearance;  ///< m
+  bool as_mapped = false;                        ///< outlines alone, see GroundRules
   std::string frame = "map";
 };
 

@@ -42,7 +42,7 @@ Examples:
 struct QueryArguments {
   std::string map, up;
   std::vector<double> nearest, below, stair;
-  double max_slope_deg = 180;
+  std::optional<double> max_slope_deg;
   PlaceQuery place;
   ContactQuery contact;
   bool json = false;
@@ -78,12 +78,12 @@ void run_query(const QueryArguments& arguments) {
   if (arguments.place.asked()) return answer(loaded.map, arguments.place, up, arguments.json);
   if (arguments.contact.asked()) {
     const auto edges_of = [&](const Surface& surface) { return label_edges(loaded.map, surface); };
-    answer({arguments.map, snapshot, loaded.map.octree(), up, edges_of}, arguments.contact,
-           arguments.max_slope_deg / deg_per_rad, arguments.json);
-    return;
+    ContactQuery query = arguments.contact;
+    query.max_slope_deg = arguments.max_slope_deg;
+    return answer({arguments.map, snapshot, loaded.map.octree(), up, edges_of}, query, arguments.json);
   }
   if (!arguments.stair.empty()) return answer_stair(*snapshot, arguments, up);
-  const SlopeLimit limit{up, arguments.max_slope_deg / deg_per_rad};
+  const SlopeLimit limit{up, arguments.max_slope_deg.value_or(180) / deg_per_rad};
   const bool lowered = !arguments.below.empty();
   const std::vector<double>& at = lowered ? arguments.below : arguments.nearest;
   const Eigen::Vector3d point(at[0], at[1], at[2]);
@@ -117,9 +117,8 @@ void add_query(CLI::App& app) {
   add_contact_options(*verb, *question, arguments->contact);
   question->require_option(1);
   verb->add_option("--max-slope", arguments->max_slope_deg,
-                   "degrees: leave out steeper surfaces; 90 leaves out ceilings")
-      ->check(between(0, 180))
-      ->capture_default_str();
+                   "degrees: leave out steeper surfaces; 90 leaves out ceilings [180; of a foot 30]")
+      ->check(between(0, 180));
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "print JSON");
   verb->callback([arguments] { run_query(*arguments); });

@@ -12,7 +12,7 @@ echo "== How good it is, against the simulation's truth"
 octosurf-lab evaluate "$out/office" --truth "$out/scans/truth.json" | sed "1,/^$/d"
 echo "== Files"
 octosurf export "$out/office" --to "$out/office.json" --force
-octosurf export "$out/office" --to "$out/office.glb" --what meshes --force
+octosurf export "$out/office" --to "$out/office.glb" --what meshes --as-mapped --force
 octosurf view "$out/office" --png "$out/office.png" --force
 octosurf view "$out/office" --html "$out/office.html" --force || echo "no page; the line above says why"
 cat <<END

@@ -36,12 +36,17 @@ std::string found_json(const ServedMap& map, const std::optional<Nearest>& found
 
 ContactQuery contact_query(const Values& values) {
   ContactQuery query;
-  query.foot = values.text("foot");
-  query.edge_margin = values.number("edge_margin_m");
-  query.frontier_margin = values.number("frontier_margin_m");
-  query.obstacle_margin = values.number("obstacle_margin_m");
-  query.clearance = values.number("clearance_m");
-  query.gap_depth = values.number("gap_depth_m");
+  const auto number = [&values](const char* name) {
+    return values.has(name) ? std::optional(values.number(name)) : std::nullopt;
+  };
+  query.robot = values.text("robot");
+  if (values.has("foot")) query.foot = values.text("foot");
+  query.max_slope_deg = number("max_slope_deg");
+  query.edge_margin = number("edge_margin_m");
+  query.frontier_margin = number("frontier_margin_m");
+  query.obstacle_margin = number("obstacle_margin_m");
+  query.clearance = number("clearance_m");
+  query.as_mapped = values.number("as_mapped") > 0;
   return query;
 }
 
@@ -49,7 +54,7 @@ std::string foothold_answer(const ServedMap& map, const Values& values) {
   ContactQuery query = contact_query(values);
   query.foothold = values.numbers("point");
   query.foothold.push_back(values.number("yaw_deg"));
-  const FoundFoothold found = find_foothold(map.asked, query, slope_limit(map, values).max_slope_rad);
+  const FoundFoothold found = find_foothold(map.asked, query);
   return foothold_json(found.foothold, found.ground);
 }
 
@@ -58,7 +63,7 @@ std::string region_answer(const ServedMap& map, const Values& values) {
   query.regions = static_cast<SurfaceId>(values.number("surface"));
   if (values.has("yaw_deg")) query.yaw_deg = values.number("yaw_deg");
   query.pieces = static_cast<std::size_t>(values.number("pieces"));
-  const FoundRegion found = find_region(map.asked, query, slope_limit(map, values).max_slope_rad);
+  const FoundRegion found = find_region(map.asked, query);
   return region_json(*found.surface, found.region, found.pieces);
 }
 
@@ -72,9 +77,9 @@ std::string all_regions_answer(const ServedMap& map, const Values& values) {
   for (const SurfacePtr& surface : map.asked.snapshot->surfaces) {
     if (std::chrono::steady_clock::now() > end)
       throw Error(Error::Kind::usage, "clearance_m", "takes too long on all surfaces of this map",
-                  "ask /api/regions surface by surface, or leave clearance_m and gap_depth_m away");
+                  "ask /api/regions surface by surface, or give clearance_m=0");
     query.regions = surface->id;
-    const FoundRegion found = find_region(map.asked, query, slope_limit(map, values).max_slope_rad);
+    const FoundRegion found = find_region(map.asked, query);
     answer.append(before).append(region_json(*found.surface, found.region, found.pieces));
     before = ",";
   }

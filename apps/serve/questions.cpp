@@ -62,16 +62,17 @@ constexpr const char* foot = "LENGTHxWIDTH of a sole, or the radius of a disc, m
 
 /// Of both footholds and contact regions.
 Json with_contact(Json parameters) {
-  parameters["foot"] = by_default("0.22x0.11", text(foot));
-  parameters = with_slope(std::move(parameters));
+  parameters["robot"] = by_default("biped", text("whose foot and limits hold", {"biped", "quadruped"}));
+  parameters["foot"] = text(foot);
+  parameters["max_slope_deg"] = number("of the surface; 30, if it is not given", 0, 180);
+  parameters["as_mapped"] = by_default("0", whole("1: outlines of readings, which are no ground", 0, 1));
   for (const auto& [name, description] : std::initializer_list<std::pair<const char*, const char*>>{
-           {"edge_margin_m", "of a foot to every edge"},
-           {"frontier_margin_m", "to edges that nobody has looked beyond"},
-           {"obstacle_margin_m", "to what stands there, up to clearance_m"},
-           {"clearance_m", "over the foot, in which nothing may stand or hang; 0: any"},
-           {"gap_depth_m",
-            "no foot where the space is free from the plane to so far behind it; 0: anywhere"}})
-    parameters[name] = by_default("0", number(description, 0, robot_size));
+           {"edge_margin_m", "of a foot to every edge; the map's resolution, if it is not given"},
+           {"frontier_margin_m", "to edges that nobody has looked beyond; 0, if it is not given"},
+           {"obstacle_margin_m", "to what stands there, up to clearance_m; likewise the resolution"},
+           {"clearance_m",
+            "over the foot, in which nothing may stand or hang; the robot's, if it is not given"}})
+    parameters[name] = number(description, 0, robot_size);
   return parameters;
 }
 

@@ -67,6 +67,7 @@ void bind_queries(Module& module);
 void bind_changes(Module& module);
 void bind_contact(Module& module);
 void bind_footsteps(Module& module);
+void bind_ground(Module& module);
 void bind_exports(Module& module);
 
 }  // namespace octosurf::python

@@ -5,6 +5,7 @@
 
 #include <octosurf/contact.hpp>
 #include <octosurf/gaps.hpp>
+#include <octosurf/ground.hpp>
 
 namespace octosurf::python {
 namespace {
@@ -79,6 +80,14 @@ void bind_gaps(Module& module) {
       "surface"_a, "octree"_a, "shape"_a, "T_map_contact"_a);
 }
 
+/// With the up of the map that its snapshots are of.
+struct MapGround {
+  GroundView view;
+  std::shared_ptr<const MapUp> up;
+
+  SnapshotPtr of(std::shared_ptr<const Snapshot> snapshot) const { return of_map(std::move(snapshot), up); }
+};
+
 }  // namespace
 
 void bind_contact(Module& module) {
@@ -127,6 +136,51 @@ need.)");
       },
       "surface"_a, "region"_a, "most"_a, "min_area_m2"_a = 0.0, Released());
   bind_gaps(module);
+}
+
+void bind_ground(Module& module) {
+  using R = GroundRules;
+  using G = MapGround;
+  Settings<R>(module, "GroundRules")
+      .fields(OCTOSURF_FIELDS(R, foot, limits, widest_unseen_m, as_mapped))
+      .def_static("of", &R::of, "robot"_a, "resolution"_a);
+  Class<G>(module, "GroundView", "What of a Snapshot a robot may stand on: octosurf/ground.hpp.")
+      .def(py::init([](const SnapshotPtr& snapshot, const OccupancyView& octree, std::optional<R> rules) {
+             if (!rules) {
+               rules = R::of(Biped{}, octree.resolution());
+               rules->limits.up = up_in(snapshot, {});
+             }
+             return G{GroundView(snapshot, octree, *rules), map_up(snapshot)};
+           }),
+           "snapshot"_a, "octree"_a, "rules"_a = py::none(),
+           "rules: None: a biped's, with up as the map has it.")
+      .def(
+          "by",
+          [](const G& ground, const R& rules) {
+            return G{ground.view.by(rules), ground.up};
+          },
+          "rules"_a, "The same by other GroundRules.")
+      .def(
+          "solid", [](const G& ground) { return ground.of(ground.view.solid()); }, Released(),
+          "Snapshot without voids and wide unseen gaps.")
+      .def(
+          "supported", [](const G& ground) { return ground.of(ground.view.supported()); }, Released(),
+          "Snapshot of where a point contact may be.")
+      .def(
+          "gaps", [](const G& ground, SurfaceId id) { return ground.view.solid(id).gaps; }, "id"_a,
+          Released(), "List of Gap of a surface.")
+      .def(
+          "region",
+          [](const G& ground, SurfaceId id, std::optional<double> yaw_rad) {
+            return ground.view.region(id, yaw_rad);
+          },
+          "id"_a, "yaw_rad"_a = py::none(), Released(), "ContactRegion of the rules' foot on a surface.")
+      .def(
+          "foothold",
+          [](const G& ground, SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) {
+            return ground.view.foothold(id, at, yaw_rad);
+          },
+          "id"_a, "at"_a, "yaw_rad"_a, Released(), "Foothold of the rules' foot on a surface.");
 }
 
 }  // namespace octosurf::python

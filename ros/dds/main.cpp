@@ -90,10 +90,6 @@ void add_options(CLI::App& app, NodeOptions& options, bool& force) {
                  "m over a foot of the planar terrain in which nothing may stand or hang; 0: any")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  app.add_option("--gap-depth", options.gap_depth_m,
-                 "m of free space behind a surface that make a gap for such a foot; 0: none do")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
   app.add_option("--domain", options.domain, "[ROS_DOMAIN_ID, else 0]");
   app.add_option("--threads", options.threads, "result does not depend on it")->capture_default_str();
   add_reading_options(app, options.readings);

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <mutex>
 
-#include <octosurf/gaps.hpp>
+#include <octosurf/ground.hpp>
 #include <octosurf/planner_formats.hpp>
 #include <octosurf/stairs.hpp>
 
@@ -17,13 +17,14 @@ namespace octosurf::dds {
 namespace {
 
 /// Of the planar terrain, which is of z up (REP 103).
-PlannerContact contact_of(const NodeOptions& options) {
-  PlannerContact contact;
-  contact.shape = ContactShape::disc(options.foot_radius_m);
-  contact.limits.max_slope_rad = options.max_slope_deg * rad_per_deg;
-  contact.limits.clearance_m = options.clearance_m;
-  contact.limits.gap_depth_m = options.gap_depth_m;
-  return contact;
+GroundRules rules_of(const NodeOptions& options, const Eigen::Vector3d& up, double resolution) {
+  GroundRules rules = GroundRules::of(Quadruped{}, resolution);
+  rules.foot = ContactShape::disc(options.foot_radius_m);
+  rules.limits.up = up;
+  rules.limits.max_slope_rad = options.max_slope_deg * rad_per_deg;
+  rules.limits.clearance_m = options.clearance_m;
+  if (options.clearance_m <= 0) rules.limits.obstacle_margin_m = 0;
+  return rules;
 }
 
 }  // namespace
@@ -92,11 +93,15 @@ bool Publications::publish_map(const MapMoment& moment) {
     all &= publish(octomap_, "octomap", [&](io::MessageWriter& out) {
       write_octomap(out, *octree_.follow(snapshot.octree), frame);
     });
-  const PlannerContact contact = contact_of(options_);
+  PlannerContact contact;
   std::shared_ptr<const Snapshot> ground;
   HeightGrid grid;
   try {
-    ground = with_gaps(snapshot, snapshot.octree, widest_unseen_of(contact.shape));
+    const GroundView view(moment.snapshot, snapshot.octree,
+                          rules_of(options_, mapping_.up(), snapshot.resolution));
+    contact.shape = view.rules().foot;
+    contact.limits = view.rules().limits;
+    ground = view.solid();
     HeightGridOptions wanted;
     wanted.max_slope_rad = options_.max_slope_deg * rad_per_deg;
     grid = height_grid(*ground, wanted);

@@ -7,6 +7,7 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/gaps.hpp>
+#include <octosurf/ground.hpp>
 
 namespace octosurf::services {
 namespace {
@@ -86,15 +87,17 @@ ContactShape foot_of(const RegionsQuestion& question) {
                  : ContactShape::disc(question.radius);
 }
 
-ContactLimits limits_of(const RegionsQuestion& question, const Eigen::Vector3d& up) {
-  ContactLimits limits;
-  limits.up = up;
+/// What is 0 is a biped's.
+GroundRules rules_of(const RegionsQuestion& question, const AskedMap& map) {
+  GroundRules rules = GroundRules::of(Biped{}, map.snapshot->resolution);
+  rules.foot = foot_of(question);
+  ContactLimits& limits = rules.limits;
+  limits.up = map.up;
   if (question.max_slope != 0) limits.max_slope_rad = question.max_slope;
-  limits.edge_margin_m = question.edge_margin;
-  limits.obstacle_margin_m = question.obstacle_margin;
-  limits.clearance_m = question.clearance;
-  limits.gap_depth_m = question.gap_depth;
-  return limits;
+  if (question.edge_margin != 0) limits.edge_margin_m = question.edge_margin;
+  if (question.obstacle_margin != 0) limits.obstacle_margin_m = question.obstacle_margin;
+  if (question.clearance != 0) limits.clearance_m = question.clearance;
+  return rules;
 }
 
 Robot robot_of(const std::string& name, const Eigen::Vector3d& up) {
@@ -139,17 +142,14 @@ PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question) {
 }
 
 std::vector<FoundRegion> answer(const AskedMap& map, const RegionsQuestion& question) {
-  const ContactShape foot = foot_of(question);
-  const ContactLimits limits = limits_of(question, map.up);
   std::optional<double> yaw;
   if (!question.any_heading) yaw = question.yaw;
-  const Snapshot& snapshot = *map.snapshot;
   if (question.surface != 0) surface_of(map, question.surface);
+  const GroundView ground(map.snapshot, map.snapshot->octree, rules_of(question, map));
   std::vector<FoundRegion> found;
-  for (const SurfacePtr& surface : snapshot.surfaces) {
+  for (const SurfacePtr& surface : map.snapshot->surfaces) {
     if (question.surface != 0 && surface->id != question.surface) continue;
-    const SurfacePtr ground = find_gaps(*surface, snapshot.octree, widest_unseen_of(foot)).surface;
-    ContactRegion region = contact_region(*ground, foot, yaw, limits, &snapshot.octree, nullptr, &snapshot);
+    ContactRegion region = ground.region(surface->id, yaw);
     std::vector<ConvexPiece> pieces;
     if (question.pieces > 0) pieces = convex_pieces(*surface, region, question.pieces);
     found.push_back({surface.get(), std::move(region), std::move(pieces)});
@@ -162,10 +162,9 @@ FootstepPlan answer(const AskedMap& map, const PlanQuestion& question) {
   if (question.expansions != 0) budget.expansions = question.expansions;
   budget.time_s = question.time_limit == 0 ? usual_plan_s : std::min(question.time_limit, longest_plan_s);
   const Robot robot = robot_of(question.robot, map.up);
-  const ContactShape& foot =
-      std::visit([](const auto& kind) -> const ContactShape& { return kind.foot; }, robot);
   const OccupancyView& octree = map.snapshot->octree;
-  FootstepPlanner planner(with_gaps(*map.snapshot, octree, widest_unseen_of(foot)), octree, robot);
+  const GroundView ground(map.snapshot, octree, GroundRules::of(robot, map.snapshot->resolution));
+  FootstepPlanner planner(ground.solid(), octree, robot);
   return planner.plan(question.start, question.goal, budget);
 }
 

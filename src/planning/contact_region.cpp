@@ -93,9 +93,15 @@ std::vector<Ring2> blocked_besides(const Ground& ground, std::size_t index, cons
     for (std::size_t h = 0; h < polygon.holes.size(); ++h)
       block_frontier(polygon.holes[h], kinds.holes[h], off_frontier, blocked);
   }
+  // The sum of a union with the contact is the union and the sum with its outline: that has far fewer edges
+  // than the voxels of furniture, which would overlap each other many times once enlarged.
   const auto block = [&](const std::vector<Ring2>& rings, double margin) {
     const Ring2 off = kept_off(ground.sole, margin);
-    for (const Ring2& ring : rings) blocked.push_back(planning::minkowski_sum(off, ring));
+    blocked.insert(blocked.end(), rings.begin(), rings.end());
+    for (const Polygon& polygon : planning::reshaped({}, rings, {}))
+      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+        blocked.push_back(planning::minkowski_sum(off, {a, b}));
+      });
   };
   if (limits.gap_depth_m > 0) block(ground.gaps, 0);
   if (limits.clearance_m > 0) block(ground.obstacles, limits.obstacle_margin_m);

@@ -53,6 +53,7 @@ struct GroundView::Outlines : MadeOnce<SurfacePtr> {};
 GroundRules GroundRules::of(const Robot& robot, double resolution) {
   GroundRules rules;
   std::visit([&rules](const auto& kind) { rules.foot = kind.foot, rules.limits = kind.contact; }, robot);
+  rules.limits.clearance_m = std::visit([](const auto& kind) { return kind.body.to_m; }, robot);
   rules.limits.edge_margin_m = std::max(rules.limits.edge_margin_m, resolution);
   rules.limits.obstacle_margin_m = std::max(rules.limits.obstacle_margin_m, resolution);
   return rules;

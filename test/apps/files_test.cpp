@@ -20,10 +20,14 @@ class Files : public CommandTest {};
 TEST_F(Files, ExportedSurfacesAreReadByPython) {
   simulate_room();
   run_well("map room -o m --first 4 --resolution 0.05");
-  run_well("export m --to m.json");
-  const std::string count = std::to_string(info("m").at("surfaces").get<int>());
   const std::string check = "python3 '" + test::paths::source() + "/test/apps/check_surfaces.py' '";
-  EXPECT_EQ(std::system((check + (folder / "m.json").string() + "' " + count).c_str()), 0);
+  const auto expect_surfaces = [&](const std::string& file, int count) {
+    EXPECT_EQ(std::system((check + (folder / file).string() + "' " + std::to_string(count)).c_str()), 0);
+  };
+  run_well("export m --to mapped.json --as-mapped");
+  expect_surfaces("mapped.json", info("m").at("surfaces").get<int>());
+  const std::string told = run_well("export m --to m.json").out;
+  expect_surfaces("m.json", std::stoi(told.substr(told.find(": ") + 2)));
 }
 
 TEST_F(Files, InfoOfAFolderSaysHowItsScansAreRead) {

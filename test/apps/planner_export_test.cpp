@@ -28,8 +28,8 @@ class PlannerExportVerb : public FloorTest {
   }
 };
 
-// Of the floor, 79/60 + 0.5 by 59/60 m, a foot leaves the inset.
-constexpr double length = 79.0 / 60 + 0.5, width = 59.0 / 60;
+// Of the floor, 79/60 + 0.5 by 59/60 m, a foot leaves the inset, a voxel from its edges.
+constexpr double length = 79.0 / 60 + 0.5 - 2 * 0.02, width = 59.0 / 60 - 2 * 0.02;
 
 TEST_F(PlannerExportVerb, RegionsAreInsetByTheFoot) {
   const std::string write = "export m --format planar_terrain --to ";

@@ -60,7 +60,7 @@ TEST_F(ContactQueries, FootholdsAreJudged) {
   EXPECT_EQ(out.at("refused"), "support");
   EXPECT_EQ(out.at("supported"), 0);
   EXPECT_EQ(ask("--foothold 0.2 0 0 0 --foot 0.05 --edge-margin 2").at("refused"), "margin");
-  EXPECT_EQ(ask("--foothold 0.2 0 0 0 --clearance 0.5 --gap-depth 0.03").at("accepted"), true);
+  EXPECT_EQ(ask("--foothold 0.2 0 0 0 --clearance 0.5").at("accepted"), true);
   EXPECT_EQ(ask("--foothold 0.2 0 0 0 --frontier-margin 2").at("refused"), "frontier");
   EXPECT_THAT(run_well("query m --foothold 0.2 5 0 0").out, HasSubstr("no: support"));
 }

@@ -130,7 +130,7 @@ const std::vector<Refused>& refused() {
       {"query m --foothold 0 0 0", {}},
       {foothold + " --foot 0.2y0.1", {"--foot"}},
       {foothold + " --foot 0x1", {"rectangle"}},
-      {foothold + " --obstacle-margin 0.1", {"clearance"}},
+      {foothold + " --clearance 0 --obstacle-margin 0.1", {"clearance"}},
       {foothold + " --clearance -1", {"-1"}},
       {"query m --regions 4711", {"4711"}, 1},
       {"query m --regions 1 --below 0 0 1", {}},

@@ -2,7 +2,6 @@
 // truth, for several margins, and beside them the convex hull's plain inset.
 
 #include "bench/bench.hpp"
-#include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <cmath>
 #include <random>
 
+#include <octosurf/ground.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf::bench {
@@ -23,17 +23,20 @@ constexpr double false_from = 0.05;  // m off every true outline: no rim any mor
 
 struct Foot {
   std::string name;
-  ContactShape shape;
-  ContactLimits limits{};
+  GroundRules rules;
 };
 
-/// Feet that ask the outlines alone, and the octree, too: for what stands there and for cracks.
-std::vector<Foot> all_feet() {
-  ContactLimits octree;
-  octree.clearance_m = 0.15;  // of a foot
-  octree.gap_depth_m = 0.03;
-  const ContactShape sole = ContactShape::rectangle(0.22, 0.11), disc = ContactShape::disc(0.02);
-  return {{"sole", sole}, {"sole, octree", sole, octree}, {"disc", disc}, {"disc, octree", disc, octree}};
+/// Feet on outlines as mapped, and on ground by default.
+std::vector<Foot> all_feet(double resolution) {
+  std::vector<Foot> feet;
+  for (const auto& [name, robot] : {std::pair("sole", Robot(Biped{})), {"ball", Robot(Quadruped{})}}) {
+    GroundRules ground = GroundRules::of(robot, resolution), mapped = ground;
+    mapped.as_mapped = true;
+    mapped.limits = {};
+    feet.push_back({name, mapped});
+    feet.push_back({name + std::string(", ground"), ground});
+  }
+  return feet;
 }
 
 /// The heading that brings a contact's x axis to `x` on this surface.
@@ -136,20 +139,19 @@ struct Tally {
 /// The queries to one map for one foot.
 struct Asked {
   const Mapper& mapper;
-  const Snapshot& snapshot;
   const std::vector<Walkable>& surfaces;
   const Ground& ground;
   const Foot& foot;
   double tolerance;
-  OccupancyView octree = mapper.map().octree();
-  Ring2 ring = ring_of(foot.shape);
+  GroundView view{mapper.snapshot(), mapper.map().octree(), foot.rules};
+  Ring2 ring = ring_of(foot.rules.foot);
   std::array<Tally, margins.size() + 1> tallies{};
   std::size_t good = 0;
   std::vector<double> us{};
 
   /// Random places on what the map says is there: how many are accepted, and which of them are not there.
   void ask_map(std::mt19937_64& rng, std::size_t count) {
-    const std::vector<Eigen::Vector2d> points = points_of(foot.shape, 0);
+    const std::vector<Eigen::Vector2d> points = points_of(foot.rules.foot, 0);
     std::uniform_real_distribution<double> uniform(0, 1);
     std::vector<double> areas;
     for (const Walkable& one : surfaces) areas.push_back(one.hull.area());
@@ -162,10 +164,8 @@ struct Asked {
       while (one.hull.depth(uv) < 0);
       Foothold found;
       const double yaw = 2 * std::numbers::pi * uniform(rng);
-      us.push_back(1000 * time_ms([&] {
-                     found = foothold(*one.surface, foot.shape, one.surface->to_map(uv), yaw, foot.limits,
-                                      &octree, nullptr, &snapshot);
-                   }));
+      us.push_back(1000 *
+                   time_ms([&] { found = view.foothold(one.surface->id, one.surface->to_map(uv), yaw); }));
       const bool hull = one.in_hull(ring, found.T_map_contact);
       if (!found.accepted && !hull) continue;
       double off = 0;
@@ -184,7 +184,7 @@ struct Asked {
 
   /// Places that are truly supported and were seen: how many are accepted, by any surface that is there.
   void ask_truth(std::mt19937_64& rng, std::size_t count) {
-    const std::vector<Eigen::Vector2d> points = points_of(foot.shape, inside_by);
+    const std::vector<Eigen::Vector2d> points = points_of(foot.rules.foot, inside_by);
     for (std::size_t i = 0; i < count; ++i) {
       const Ground::Place place = ground.place(rng, points);
       if (!place.supported || !place.seen) continue;
@@ -198,8 +198,7 @@ struct Asked {
             std::abs(surface.plane.signed_distance(at)) > tolerance)
           continue;
         const double yaw = yaw_of(surface, place.T_map_contact.linear().col(0));
-        const Foothold found =
-            foothold(surface, foot.shape, at, yaw, foot.limits, &octree, nullptr, &snapshot);
+        const Foothold found = view.foothold(surface.id, at, yaw);
         if (found.accepted) margin = std::max(margin, found.margin_m);
         hull = hull || one.in_hull(ring, found.T_map_contact);
       }
@@ -212,7 +211,7 @@ struct Asked {
 }  // namespace
 
 void footholds(const Options& options) {
-  const std::vector<Foot> feet = all_feet();
+  const std::vector<Foot> feet = all_feet(options.resolutions.front());
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
     Mapper mapper = mapped(recorded, parameters_at(options.resolutions.front(), options.set));
     mapper.drain();
@@ -224,7 +223,7 @@ void footholds(const Options& options) {
     if (surfaces.empty() || !ground.has_ground()) return;
     std::mt19937_64 rng(recording.at("seed").get<std::uint64_t>());
     for (const Foot& foot : feet) {
-      Asked asked{mapper, snapshot, surfaces, ground, foot, tolerance};
+      Asked asked{mapper, surfaces, ground, foot, tolerance};
       asked.ask_map(rng, options.count);
       asked.ask_truth(rng, options.count);
       for (std::size_t m = 0; m < asked.tallies.size(); ++m) {

@@ -100,7 +100,7 @@ class MappedRoom : public NodeTest {
     if (HasFatalFailure()) return;
     Player player(*vendor, folder / "walk.db3", Qos::reliable);
     node = start({"--depth", image_topic, "-o", "live", "--reliable", "--foot-radius", "0.05", "--max-slope",
-                  "20", "--clearance", "0.3", "--gap-depth", "0.03"});
+                  "20", "--clearance", "0.3"});
     status = std::make_unique<Status>(*vendor, "rt/octosurf/status", Qos::latched);
     EXPECT_TRUE(player.is_heard(*status)) << node->errors();
     player.play(0, player.scans());
