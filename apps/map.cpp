@@ -252,7 +252,8 @@ void add_map(CLI::App& app) {
           "--max-memory", options->max_memory,
           "aim at this much memory, such as 256M: parts of the map that are not in use go to a scratch "
           "file beside it; may be exceeded; same result [no limit]")
-      ->transform(CLI::AsSizeValue(false).description(""));
+      ->transform(CLI::AsSizeValue(false).description(""))
+      ->check(CLI::PositiveNumber.description(""));
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps; when mapping falls behind, waiting scans are mapped "
                  "together. Sets --detection-budget to 1000 if it is not given");

@@ -33,8 +33,7 @@ set(OCTOSURF_SLOW_io BagFiles.* Bags/CloudsInBag.* Bags/ImagesInBag.* DamagedMap
     Kinds/DamagedBags.*
     MapFiles.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
     PictureTest.IsoShowsFloorAndDefaultSize RealScans.RedKitchen RecordStream.DamageBehindTheFrameIsSeen
-    SaveFails.AtEveryByteOfItsFilesAndKeepsWhatWasThere ScanArchives.AMapFromTheArchiveIsTheMapToTheBit
-    ScanArchives.RoundingIsWithinItsBoundAndHasNoBias ScanArchives.RoundingMovesPlanesFarLessThanTheirNoise)
+    SaveFails.AtEveryByteOfItsFilesAndKeepsWhatWasThere)
 set(OCTOSURF_SLOW_detection Junctions.ABoardPartsWhatIsSeenToItsTwoSides Resegment.*
     Segment.ABoardOfThreeCentimetresPartsAWall LikelihoodDetector.*)
 set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndRailsAreOneEach

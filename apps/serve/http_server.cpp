@@ -8,17 +8,22 @@
 #include <cctype>
 #include <cerrno>
 #include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <deque>
 #include <exception>
 #include <functional>
 #include <httplib.h>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace octosurf {
 namespace {
@@ -152,6 +157,59 @@ class SignalsBlocked {
   sigset_t before_{};
 };
 
+/// Threads that answer, each made when it is needed: where there are no more to be had, those that there are.
+class Workers : public httplib::TaskQueue {
+ public:
+  explicit Workers(std::size_t most) : most_(most) {}
+
+  void enqueue(std::function<void()> answer) override {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(answer));
+    if (idle_ < waiting_.size() && threads_.size() < most_) add_thread();
+    ready_.notify_one();
+  }
+  void shutdown() override {
+    {
+      const std::lock_guard lock(mutex_);
+      ended_ = true;
+    }
+    ready_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+ private:
+  void add_thread() {
+    try {
+      const SignalsBlocked blocked;
+      threads_.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+      if (threads_.empty()) throw;
+    }
+  }
+  void work() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      ++idle_;
+      ready_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
+      --idle_;
+      if (waiting_.empty()) return;
+      const std::function<void()> answer = std::move(waiting_.front());
+      waiting_.pop_front();
+      lock.unlock();
+      answer();
+      lock.lock();
+    }
+  }
+
+  const std::size_t most_;
+  std::mutex mutex_;
+  std::condition_variable ready_;
+  std::deque<std::function<void()>> waiting_;
+  std::size_t idle_ = 0;
+  bool ended_ = false;
+  std::vector<std::thread> threads_;
+};
+
 }  // namespace
 
 bool is_loopback(const std::string& address) {
@@ -163,8 +221,9 @@ bool is_loopback(const std::string& address) {
 
 struct HttpServer::Impl {
   Impl(const HttpPlace& where, Api& api_) : place(where), api(api_) {
-    http.new_task_queue = [] { return new httplib::ThreadPool(most_threads); };
-    http.set_keep_alive_max_count(1);  // so that silent connections keep no thread
+    http.new_task_queue = [] { return new Workers(most_threads); };
+    http.set_keep_alive_max_count(1);
+    http.set_keep_alive_timeout(1);  // s that a silent connection keeps a thread
     http.set_tcp_nodelay(true);
     http.set_socket_options([](socket_t socket) {  // the library's own would share a port that is taken
       const int yes = 1;
@@ -193,13 +252,15 @@ struct HttpServer::Impl {
   ~Impl() {
     // The library forgets a stop that comes before it listens.
     while (!http.is_running() && !ended) std::this_thread::sleep_for(1ms);
+    stopping = true;
     http.stop();
     listening.join();
   }
 
   void listen() {
     try {
-      http.listen_after_bind();
+      if (!http.listen_after_bind() && !stopping)
+        std::fprintf(stderr, "warning: the map is served no longer: no connection can be taken\n");
     } catch (const std::exception& error) {  // no thread left, say: the map is worth more than its page
       std::fprintf(stderr, "warning: the map is served no longer: %s\n", error.what());
     }
@@ -257,7 +318,7 @@ struct HttpServer::Impl {
   httplib::Server http;
   int port = -1;
   std::atomic<int> followers = 0;
-  std::atomic<bool> ended = false;
+  std::atomic<bool> stopping = false, ended = false;
   std::thread listening;
 };
 

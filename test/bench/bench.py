@@ -137,7 +137,7 @@ BENCHES = {
     "floor": ((), None, {"length": 500.0}, "Scans at the end of a floor, by turns with scans 25 m from its beginning; of several laps: with the second."),
     "footholds": (("scene", "foot", "margin_m"), FOOTHOLDS, {"count": 10000},
                   "Accepted of random ones in the surfaces' hulls; off: a part lies over what is no true surface, by more than that "
-                  "(false: 5 cm). Good ones: on true faces, supported with 1 cm to spare and seen."),
+                  "(false: 5 cm). Good ones: on true faces, with 1 cm to spare and room over them, and seen."),
     "gaps": (("sensor", "scene"), GAPS, {"scenes": ["office", "room", "stairs", "stones"], "sensors": ["spinning", "tilting"]},
              "True level ground within 8 m of a scan, of it what a scan had in sight, and what is supported of that and of all."),
     "kitchen": ((), None, {}, "A real recording without truth: double layers must not be in its map."),

@@ -79,6 +79,16 @@ class Ground {
     return off_outlines(faces_, p, normal, tolerance_, false_from);
   }
 
+  /// Whether a face is over a place, lower than a contact's clearance.
+  bool covered(const Eigen::Vector3d& at, const ContactLimits& limits) const {
+    return std::any_of(faces_.begin(), faces_.end(), [&](const StandingFace& face) {
+      if (face.normal().z() < 0.1) return false;
+      const Eigen::Vector3d over = at - face.height(at) / face.normal().z() * Eigen::Vector3d::UnitZ();
+      return over.z() - at.z() > limits.obstacle_from_m && over.z() - at.z() < limits.clearance_m &&
+             face.region.contains(face.foot(over));
+    });
+  }
+
   Place place(std::mt19937_64& rng, const std::vector<Eigen::Vector2d>& points) const {
     std::uniform_real_distribution<double> uniform(0, 1);
     std::discrete_distribution<std::size_t> by_area(weights_.begin(), weights_.end());
@@ -188,6 +198,10 @@ struct Asked {
     for (std::size_t i = 0; i < count; ++i) {
       const Ground::Place place = ground.place(rng, points);
       if (!place.supported || !place.seen) continue;
+      if (std::any_of(points.begin(), points.end(), [&](const Eigen::Vector2d& p) {
+            return ground.covered(place.T_map_contact * Eigen::Vector3d(p.x(), p.y(), 0), foot.rules.limits);
+          }))
+        continue;
       ++good;
       double margin = -1;
       bool hull = false;
