@@ -52,7 +52,7 @@ constexpr std::string_view contact_refusal_name(ContactRefusal refusal) {
   return contact_refusal_names[static_cast<std::size_t>(refusal)];
 }
 
-/// Requirements of a contact. By default only slope and support are checked.
+/// Requirements of a contact. By default only slope and support are checked: ground.hpp has safe ones.
 struct ContactLimits {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, any length; see up_of(map)
   double max_slope_rad = std::numbers::pi / 6;    ///< of the surface; π: any, walls and ceilings too
@@ -72,10 +72,6 @@ struct ContactLimits {
   double obstacle_from_m = 0.05;  ///< m over the plane; lower voxels are no obstacles
   /// Height over the contact that must be free of such voxels; m along the normal. 0: not checked.
   double clearance_m = 0;
-  /// Outlines bridge gaps narrower than max_hole_size, such as cracks between stones. Free space in the
-  /// octree from the plane down to this depth under the contact is a gap, refused as support. 1.5 d requires
-  /// two voxels, so noise alone makes no gap. 0: not checked.
-  double gap_depth_m = 0;
 };
 
 /// Where on one surface the reference point of a contact may lie so that the whole contact is supported and
@@ -97,7 +93,7 @@ struct ContactRegion {
 Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::Vector3d& up);
 
 /// The contact region of `surface`, for one heading or (empty) for all: a disc of reach() about the reference
-/// point. `octree` is read for obstacles, clearance and gaps, and may be null if the limits need none;
+/// point. `octree` is read for obstacles and clearance, and may be null if the limits need none;
 /// likewise the edge kinds (label_edges(), for frontier_margin_m). `others`: the surfaces of the octree's
 /// voxels, of the same scan. Obstacles then extend to their planes, within three standard deviations; without
 /// (nullptr) each voxel counts as filled. The readings of a wall seen from afar scatter over several voxels,
@@ -108,9 +104,8 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
 /// 2. Complete except for those few µm, arcs of margins and discs, which are approximated by circumscribed
 ///    polygons (at most 0.5 % larger), and voxels of no surface, which count as filled.
 /// 3. A contact lies on one polygon: it does not span the single points where two touch.
-/// Some 0.2 µs for each of the surface's vertices; with a gap depth also O(area / d²) octree lookups. Throws
-/// Error(usage) for an invalid shape, invalid or incomplete limits, or a surface a kilometre from its frame's
-/// origin.
+/// Some 0.2 µs for each of the surface's vertices. Throws Error(usage) for an invalid shape, invalid or
+/// incomplete limits, or a surface a kilometre from its frame's origin.
 ContactRegion contact_region(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
                              const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,
                              const std::vector<PolygonEdges>* edges = nullptr,
@@ -130,7 +125,7 @@ struct Foothold {
 
 /// Evaluates a contact whose reference point is `at`, projected onto the plane along its normal. Accepted
 /// where its reference point lies in contact_region(), and, except for the rounding of a few µm, only there.
-/// O(vertices), some 15 ns each; with a clearance or gap depth O(voxels there), some tens of µs. Throws as
+/// O(vertices), some 15 ns each; with a clearance O(voxels there), some tens of µs. Throws as
 /// contact_region().
 Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen::Vector3d& at,
                   double yaw_rad, const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,

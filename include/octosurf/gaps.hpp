@@ -52,7 +52,8 @@ struct GroundedSurface {
 ///    ray that leans by 60° could reach them on its way to that depth. A void that ends earlier counts if
 ///    another surface bounds it, from two voxels on. Free space in front of a plane proves nothing.
 ///    Narrow voids, whose voxels are full of their own sides: a reading behind the plane was seen through it.
-///    Where its ray crossed the plane, a disc of 1.5 voxels or more without readings of the surface is a void.
+///    Where its ray crossed the plane, a disc of 1.5 voxels or more without readings of the surface is a
+///    void.
 /// 2. Bridged: an unseen gap is part of the surface if the spacing of the readings explains it. Either
 ///    - discs as wide as the gap fit on less than half of the surface between gaps, within three of their
 ///      radii: so the floor between a lidar's rings is whole, but the shadow of a box on a densely seen floor

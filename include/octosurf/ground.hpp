@@ -18,7 +18,7 @@ namespace octosurf {
 /// What ground must be like, and for whom.
 struct GroundRules {
   ContactShape foot = ContactShape::rectangle(0.22, 0.11);  ///< stands on it
-  ContactLimits limits = Biped::limits();                   ///< of a contact; gap_depth_m is not used
+  ContactLimits limits = Biped::limits();                   ///< of a contact
   std::optional<double>
       widest_unseen_m{};   ///< gap that a foot may span; empty: a quarter of its narrower side
   bool as_mapped = false;  ///< outlines of readings alone, which are not ground: voids stay closed

@@ -54,7 +54,7 @@ struct RegionsQuestion {
   SurfaceId surface = 0;
   double length = 0, width = 0, radius = 0;
   bool any_heading = false;
-  double yaw = 0, max_slope = 0, edge_margin = 0, obstacle_margin = 0, clearance = 0, gap_depth = 0;
+  double yaw = 0, max_slope = 0, edge_margin = 0, obstacle_margin = 0, clearance = 0;
   std::uint32_t pieces = 0;
 };
 struct FoundRegion {

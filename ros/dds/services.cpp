@@ -146,8 +146,9 @@ void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
   for (double* value : {&question.length, &question.width, &question.radius}) *value = in.f64();
   question.any_heading = in.u8() != 0;
   for (double* value : {&question.yaw, &question.max_slope, &question.edge_margin, &question.obstacle_margin,
-                        &question.clearance, &question.gap_depth})
+                        &question.clearance})
     *value = in.f64();
+  in.f64();  // gap_depth
   question.pieces = in.u32();
   const services::AskedMap& map = asked();
   std::vector<services::FoundRegion> regions;

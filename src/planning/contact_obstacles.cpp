@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -60,17 +59,6 @@ void join_along(std::size_t axis, std::vector<VoxelBox>& boxes) {
       joined.push_back(box);
   }
   boxes = std::move(joined);
-}
-
-/// Whether free space extends from the plane to `depth` behind it.
-bool open_through(const Surface& surface, const Eigen::Vector2d& uv, double depth,
-                  const OccupancyView& octree) {
-  // From below, where it is mostly unknown. Steps of d can miss voxels cut at a corner.
-  for (double down = depth; down > -octree.resolution(); down -= octree.resolution()) {
-    const Eigen::Vector3d at(uv.x(), uv.y(), -std::max(down, 0.0));
-    if (octree.at(surface.T_map_surface * at).state != OccupancyView::State::free) return false;
-  }
-  return true;
 }
 
 Ring2 project(const Surface& surface, const VoxelBox& box, double d) {
@@ -177,39 +165,6 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter
     first = next;
   }
   return covered;
-}
-
-std::vector<Ring2> gaps_in(const Surface& surface, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
-                           const ContactLimits& limits, const OccupancyView& octree) {
-  std::vector<Ring2> gaps;
-  const double cell = octree.resolution() / 2;
-  if (cell <= 0) return gaps;
-  for (double row = std::floor(low.y() / cell); row * cell < high.y(); ++row) {
-    const double v = (row + 0.5) * cell;
-    std::optional<std::vector<double>> edges;  // crossing the row; computed on demand
-    double begin = 0, end = 0;                 // of a run of free cells
-    const auto close = [&] {
-      if (end > begin)
-        gaps.push_back({{begin * cell, row * cell},
-                        {end * cell, row * cell},
-                        {end * cell, (row + 1) * cell},
-                        {begin * cell, (row + 1) * cell}});
-      begin = end = 0;
-    };
-    for (double column = std::floor(low.x() / cell); column * cell < high.x(); ++column) {
-      const double u = (column + 0.5) * cell;
-      if (!open_through(surface, {u, v}, limits.gap_depth_m, octree)) continue;
-      if (!edges) edges = crossings(surface.polygons, v);
-      if ((std::lower_bound(edges->begin(), edges->end(), u) - edges->begin()) % 2 == 0) continue;
-      if (column != end || end == begin) {
-        close();
-        begin = column;
-      }
-      end = column + 1;
-    }
-    close();
-  }
-  return gaps;
 }
 
 }  // namespace octosurf::planning

@@ -28,9 +28,4 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vect
 /// The same for flat voxels: those of one surface in one row together.
 std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter> flat);
 
-/// Free space of `octree` `gap_depth_m` behind the plane, in the box of the surface's frame and on its
-/// polygons: rectangles (counter-clockwise) of cells of d/2 around the sampled places.
-std::vector<Ring2> gaps_in(const Surface& surface, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
-                           const ContactLimits& limits, const OccupancyView& octree);
-
 }  // namespace octosurf::planning

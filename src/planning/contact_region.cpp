@@ -27,7 +27,7 @@ struct Ground {
   planning::Sole sole;
   std::vector<Polygon> polygons;
   const std::vector<PolygonEdges>* edges = nullptr;
-  std::vector<Ring2> obstacles, gaps;  ///< convex
+  std::vector<Ring2> obstacles;  ///< convex
 };
 
 // m: half of the range of blocked_polygon.hpp's grid, to include a contact's reach.
@@ -45,7 +45,7 @@ void require_near(const Surface& surface) {
 Ground ground_of(const Surface& surface, planning::Sole sole, const ContactLimits& limits,
                  const OccupancyView* octree, const std::vector<PolygonEdges>* edges,
                  const Snapshot* others) {
-  Ground ground{std::move(sole), {}, edges, {}, {}};
+  Ground ground{std::move(sole), {}, edges, {}};
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : surface.polygons) {
     for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
@@ -53,18 +53,13 @@ Ground ground_of(const Surface& surface, planning::Sole sole, const ContactLimit
         moved(polygon, [&](const Eigen::Vector2d& uv) { return ground.sole.to_turned(uv); }));
   }
   if (box.isEmpty()) return ground;
-  const auto turn = [&ground](std::vector<Ring2>& rings) {
-    for (Ring2& ring : rings)
-      for (Eigen::Vector2d& p : ring) p = ground.sole.to_turned(p);
-  };
-  if (limits.gap_depth_m > 0) ground.gaps = planning::gaps_in(surface, box.min(), box.max(), limits, *octree);
-  turn(ground.gaps);
   if (limits.clearance_m <= 0) return ground;
   // The contact is on the surface, so only obstacles within the margin matter.
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(limits.obstacle_margin_m * 1.005);
   ground.obstacles =
       planning::obstacles_over(surface, box.min() - margin, box.max() + margin, limits, *octree, others);
-  turn(ground.obstacles);
+  for (Ring2& ring : ground.obstacles)
+    for (Eigen::Vector2d& p : ring) p = ground.sole.to_turned(p);
   return ground;
 }
 
@@ -93,18 +88,15 @@ std::vector<Ring2> blocked_besides(const Ground& ground, std::size_t index, cons
     for (std::size_t h = 0; h < polygon.holes.size(); ++h)
       block_frontier(polygon.holes[h], kinds.holes[h], off_frontier, blocked);
   }
+  if (limits.clearance_m <= 0) return blocked;
   // The sum of a union with the contact is the union and the sum with its outline: that has far fewer edges
   // than the voxels of furniture, which would overlap each other many times once enlarged.
-  const auto block = [&](const std::vector<Ring2>& rings, double margin) {
-    const Ring2 off = kept_off(ground.sole, margin);
-    blocked.insert(blocked.end(), rings.begin(), rings.end());
-    for (const Polygon& polygon : planning::reshaped({}, rings, {}))
-      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-        blocked.push_back(planning::minkowski_sum(off, {a, b}));
-      });
-  };
-  if (limits.gap_depth_m > 0) block(ground.gaps, 0);
-  if (limits.clearance_m > 0) block(ground.obstacles, limits.obstacle_margin_m);
+  const Ring2 off = kept_off(ground.sole, limits.obstacle_margin_m);
+  blocked.insert(blocked.end(), ground.obstacles.begin(), ground.obstacles.end());
+  for (const Polygon& polygon : planning::reshaped({}, ground.obstacles, {}))
+    planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+      blocked.push_back(planning::minkowski_sum(off, {a, b}));
+    });
   return blocked;
 }
 
@@ -134,7 +126,6 @@ std::vector<Polygon> free_part(const Ground& ground, const ContactLimits& limits
 std::vector<ContactRefusal> refusals_of(const Ground& ground, const ContactLimits& limits) {
   ContactLimits none;
   none.obstacle_from_m = limits.obstacle_from_m;
-  none.gap_depth_m = limits.gap_depth_m;
   if (free_part(ground, none).empty()) return {ContactRefusal::support};
   std::vector<std::pair<ContactRefusal, ContactLimits>> each;
   const auto ask = [&](ContactRefusal refusal, double ContactLimits::*field) {

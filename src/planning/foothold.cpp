@@ -114,12 +114,6 @@ bool reaches(const planning::Sole& sole, const Stand& stand, double margin, std:
   });
 }
 
-bool over_a_gap(const Surface& surface, const planning::Sole& sole, const Stand& stand,
-                const ContactLimits& limits, const OccupancyView& octree) {
-  const Eigen::AlignedBox2d box = box_of(sole, stand, 0);
-  return reaches(sole, stand, 0, planning::gaps_in(surface, box.min(), box.max(), limits, octree));
-}
-
 bool beside_an_obstacle(const Surface& surface, const planning::Sole& sole, const Stand& stand, double margin,
                         const ContactLimits& limits, const OccupancyView& octree, const Snapshot* others) {
   const Eigen::AlignedBox2d box = box_of(sole, stand, margin);
@@ -134,8 +128,6 @@ std::optional<ContactRefusal> refusal_of(const Surface& surface, const planning:
   const std::vector<ContactRefusal> of_surface = planning::refusals_of(surface, limits);
   if (!of_surface.empty()) return of_surface.front();
   if (!around.supported()) return ContactRefusal::support;
-  if (limits.gap_depth_m > 0 && over_a_gap(surface, sole, stand, limits, *octree))
-    return ContactRefusal::support;
   if (!around.margin) return ContactRefusal::margin;
   if (!around.frontier) return ContactRefusal::frontier;
   // With a margin first: obstacles over the contact itself are within it, too.

@@ -68,7 +68,6 @@ GroundView::GroundView(std::shared_ptr<const Snapshot> snapshot, OccupancyView o
       supported_(std::make_shared<Outlines>()) {
   if (octree_.resolution() <= 0)
     throw Error(Error::Kind::usage, "ground", "cannot be known without an octree", "give the map's");
-  rules_.limits.gap_depth_m = 0;  // find_gaps() opens these, and more
 }
 
 GroundView GroundView::by(const GroundRules& rules) const {

@@ -244,7 +244,7 @@ TEST_F(LiveMap, IsPublishedAsTheOfflineMap) {
 
   room->run_well(
       "export offline --format planar_terrain --to terrain.cdr --foot-radius 0.05 --max-slope 20 "
-      "--clearance 0.3 --gap-depth 0.03");
+      "--clearance 0.3");
   room->run_well("export offline --format grid_map --to grid.cdr --max-slope 20");
   using convex_plane_decomposition_msgs::msg::dds_::PlanarTerrain_PubSubType;
   using grid_map_msgs::msg::dds_::GridMap_PubSubType;

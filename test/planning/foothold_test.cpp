@@ -100,8 +100,6 @@ TEST(Foothold, AgreesWithTheRegionBesideFrontiersAndObstacles) {
     asked.limits.obstacle_margin_m = i % 2 == 0 ? 0 : 0.05;
     asked.limits.edge_margin_m = 0.01;
     asked.limits.frontier_margin_m = 0.06;
-    asked.limits.gap_depth_m =
-        i % 3 == 0 ? 0.1 : 0;  // of points 0.5 m above most of it, so that much is open
     std::vector<PolygonEdges> edges(1);
     const auto label = [&random](const Ring2& ring) {
       std::vector<EdgeKind> kinds;

@@ -39,7 +39,7 @@ double edge_direction(const std::vector<FootholdField::Ground>& surfaces, double
 }
 
 ContactLimits without_obstacles(ContactLimits limits) {
-  limits.clearance_m = limits.obstacle_margin_m = limits.gap_depth_m = 0;
+  limits.clearance_m = limits.obstacle_margin_m = 0;
   return limits;
 }
 

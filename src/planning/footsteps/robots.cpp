@@ -58,7 +58,6 @@ ContactLimits usual_limits(double room_m) {
   limits.edge_margin_m = half_voxel;
   limits.obstacle_margin_m = half_voxel;
   limits.clearance_m = room_m;
-  limits.gap_depth_m = 0.03;  // 1.5 voxels of 2 cm, as contact.hpp recommends
   return limits;
 }
 
