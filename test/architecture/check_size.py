@@ -9,17 +9,17 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_662),
-    "core": (["src/core"], 20_568),
+    "include": (["include"], 3_737),
+    "core": (["src/core"], 20_580),
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
-    "io": (["src/io"], 13_330),
-    "planning": (["src/planning"], 8_642),
-    "apps": (["apps"], 8_787),
-    "ros": (["ros"], 2_287),
-    "bindings": (["bindings"], 3_050),
-    "web": (["web"], 2_849),
+    "io": (["src/io"], 13_329),
+    "planning": (["src/planning"], 8_958),
+    "apps": (["apps"], 8_905),
+    "ros": (["ros"], 2_288),
+    "bindings": (["bindings"], 3_105),
+    "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 6_947),
-    "tests": (["test", "lab/test"], 47_757),
+    "tests": (["test", "lab/test"], 47_005),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
