@@ -104,12 +104,10 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
     rules.widest_unseen_m = arguments.bridge;
     const GroundView ground(snapshot, map.octree(), rules);
     stairs = find_stairs(*ground.solid(), up.direction);
-    auto supported = std::make_shared<Snapshot>(*ground.supported());
-    without_ground =
-        std::erase_if(supported->surfaces, [](const SurfacePtr& s) { return s->polygons.empty(); });
-    for (const SurfacePtr& surface : supported->surfaces)
-      if (!ground.solid(surface->id).gaps.empty()) gaps[surface->id] = ground.solid(surface->id).gaps;
-    snapshot = std::move(supported);
+    GroundToExport exported = ground_to_export(ground);
+    without_ground = exported.left_out;
+    gaps = std::move(exported.gaps);
+    snapshot = std::move(exported.surfaces);
   }
   ExportExtras extras = make_extras(map, *snapshot, arguments, options.parts);
   extras.gaps = std::move(gaps);

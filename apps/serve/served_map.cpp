@@ -105,10 +105,15 @@ ServedMap::Text ServedMap::make_info() const {
 
 ServedMap::Text ServedMap::make_surfaces() const {
   ExportExtras extras;
-  extras.edges = all_edges.get();
-  extras.gaps = shown.get().gaps;
   extras.stairs = stairs.get();
-  return shared(export_text(*shown.get().snapshot, extras));
+  if (!map_) return shared(export_text(*shown.get().snapshot, extras));
+  GroundRules rules = asked.ground.rules();
+  rules.widest_unseen_m = 0;
+  const GroundToExport ground = ground_to_export(asked.ground.by(rules));
+  extras.gaps = ground.gaps;
+  for (const SurfacePtr& surface : ground.surfaces->surfaces)
+    extras.edges[surface->id] = label_edges(map_->map, *surface);
+  return shared(export_text(*ground.surfaces, extras));
 }
 
 ServedMap::Text ServedMap::make_voxels(bool with_slices) const {

@@ -154,6 +154,10 @@ void bind_ground(Module& module) {
            }),
            "snapshot"_a, "octree"_a, "rules"_a = py::none(),
            "rules: None: a biped's, with up as the map has it.")
+      .def("__repr__",
+           [](const G& ground) {
+             return "<GroundView of " + std::to_string(ground.view.mapped().surfaces.size()) + " surfaces>";
+           })
       .def(
           "by",
           [](const G& ground, const R& rules) {

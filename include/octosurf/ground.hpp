@@ -42,22 +42,22 @@ class GroundView {
   /// The same ground by other rules; shares what does not depend on them.
   GroundView by(const GroundRules& rules) const;
 
-  const GroundRules& rules() const { return rules_; }
-  const Snapshot& mapped() const { return *snapshot_; }
+  const GroundRules& rules() const { return rules_; }    ///< these
+  const Snapshot& mapped() const { return *snapshot_; }  ///< outlines as mapped
 
   /// find_gaps() of a surface by these rules. Throws Error(data) if there is none of this id.
   const GroundedSurface& solid(SurfaceId id) const;
   /// Where a point contact may be: the solid surface less all margins and what is blocked; of a surface that
   /// slopes too much, less the edge margin alone. Without polygons if nothing is left.
   SurfacePtr supported(SurfaceId id) const;
-  /// All of them, everything else unchanged.
-  std::shared_ptr<const Snapshot> solid() const;
-  std::shared_ptr<const Snapshot> supported() const;
+  std::shared_ptr<const Snapshot> solid() const;      ///< all of them, everything else unchanged
+  std::shared_ptr<const Snapshot> supported() const;  ///< likewise
 
-  /// contact_region() and foothold() of the rules' foot on the solid surface. `edges`: label_edges() of it,
+  /// contact_region() of the rules' foot on the solid surface. `edges`: label_edges() of it,
   /// for a frontier margin.
   ContactRegion region(SurfaceId id, std::optional<double> yaw_rad,
                        const std::vector<PolygonEdges>* edges = nullptr) const;
+  /// foothold() of it, likewise.
   Foothold foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad,
                     const std::vector<PolygonEdges>* edges = nullptr) const;
 

@@ -97,7 +97,7 @@ class Answers(Served):
 
     def test_plans(self):
         for more in ({"max_up_m": 0.05}, {"robot": "quadruped", "budget": 50}):
-            plans = [self.answer("/api/plan", **PLAN, **more),
+            plans = [self.answer("/api/plan", **PLAN, **more, time_s=30),
                      json.loads(command("plan", MAP, "--json", *in_words({**PLAN, **more}), code=None))]
             for plan in plans:
                 del plan["prepare_ms"], plan["search_ms"]
