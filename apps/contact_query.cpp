@@ -133,18 +133,6 @@ GroundRules rules_of(const ContactQuery& query, const Eigen::Vector3d& up, doubl
   return rules;
 }
 
-GroundToExport ground_to_export(const GroundView& ground) {
-  auto supported = std::make_shared<Snapshot>(*ground.supported());
-  GroundToExport result;
-  result.left_out =
-      std::erase_if(supported->surfaces, [](const SurfacePtr& one) { return one->polygons.empty(); });
-  for (const SurfacePtr& surface : supported->surfaces)
-    if (const std::vector<Gap>& gaps = ground.solid(surface->id).gaps; !gaps.empty())
-      result.gaps[surface->id] = gaps;
-  result.surfaces = std::move(supported);
-  return result;
-}
-
 FoundRegion find_region(const AskedMap& map, const ContactQuery& query) {
   const GroundView ground = map.ground.by(rules_of(query, map.up, map.octree.resolution()));
   const SurfaceId id = query.regions.value();

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -69,14 +68,6 @@ GroundRules rules_of(const ContactQuery& query, const Eigen::Vector3d& up, doubl
 
 /// For `query.regions`. Throws Error(data) if there is no such surface, Error(usage) for invalid limits.
 FoundRegion find_region(const AskedMap& map, const ContactQuery& query);
-/// Supported surfaces of a view, but for those where nothing is left, and the gaps in them.
-struct GroundToExport {
-  std::shared_ptr<const Snapshot> surfaces;
-  std::map<SurfaceId, std::vector<Gap>> gaps;
-  std::size_t left_out = 0;
-};
-GroundToExport ground_to_export(const GroundView& ground);
-
 struct FoundFoothold {
   Foothold foothold;
   /// Shares of the foot's area over each Ground, [0, 1].

@@ -104,10 +104,11 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
     rules.widest_unseen_m = arguments.bridge;
     const GroundView ground(snapshot, map.octree(), rules);
     stairs = find_stairs(*ground.solid(), up.direction);
-    GroundToExport exported = ground_to_export(ground);
-    without_ground = exported.left_out;
-    gaps = std::move(exported.gaps);
-    snapshot = std::move(exported.surfaces);
+    gaps = ground.gaps();
+    snapshot = ground.supported();
+    without_ground = static_cast<std::size_t>(
+        std::count_if(snapshot->surfaces.begin(), snapshot->surfaces.end(),
+                      [](const SurfacePtr& surface) { return surface->polygons.empty(); }));
   }
   ExportExtras extras = make_extras(map, *snapshot, arguments, options.parts);
   extras.gaps = std::move(gaps);
@@ -116,8 +117,7 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   std::printf("%s: %zu surfaces%s\n", arguments.file.c_str(), snapshot->surfaces.size(),
               arguments.as_mapped ? ", as mapped" : (", ground of a " + arguments.robot).c_str());
   if (without_ground > 0)
-    std::printf("left out: %s without room (--as-mapped has them)\n",
-                io::count_of(without_ground, "surface").c_str());
+    std::printf("no room on %zu of them: these have no polygons (--as-mapped has all)\n", without_ground);
 }
 
 void export_octree(const Map& map, const ExportArguments& arguments) {

@@ -109,11 +109,12 @@ ServedMap::Text ServedMap::make_surfaces() const {
   if (!map_) return shared(export_text(*shown.get().snapshot, extras));
   GroundRules rules = asked.ground.rules();
   rules.widest_unseen_m = 0;
-  const GroundToExport ground = ground_to_export(asked.ground.by(rules));
-  extras.gaps = ground.gaps;
-  for (const SurfacePtr& surface : ground.surfaces->surfaces)
+  const GroundView ground = asked.ground.by(rules);
+  const std::shared_ptr<const Snapshot> supported = ground.supported();
+  extras.gaps = ground.gaps();
+  for (const SurfacePtr& surface : supported->surfaces)
     extras.edges[surface->id] = label_edges(map_->map, *surface);
-  return shared(export_text(*ground.surfaces, extras));
+  return shared(export_text(*supported, extras));
 }
 
 ServedMap::Text ServedMap::make_voxels(bool with_slices) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -52,6 +53,9 @@ class GroundView {
   SurfacePtr supported(SurfaceId id) const;
   std::shared_ptr<const Snapshot> solid() const;      ///< all of them, everything else unchanged
   std::shared_ptr<const Snapshot> supported() const;  ///< likewise
+
+  /// Of all solid surfaces that have some, by id.
+  std::map<SurfaceId, std::vector<Gap>> gaps() const;
 
   /// contact_region() of the rules' foot on the solid surface. `edges`: label_edges() of it,
   /// for a frontier margin.

@@ -116,6 +116,13 @@ std::shared_ptr<const Snapshot> GroundView::supported() const {
   return all;
 }
 
+std::map<SurfaceId, std::vector<Gap>> GroundView::gaps() const {
+  std::map<SurfaceId, std::vector<Gap>> all;
+  for (const SurfacePtr& surface : snapshot_->surfaces)
+    if (const std::vector<Gap>& gaps = solid(surface->id).gaps; !gaps.empty()) all[surface->id] = gaps;
+  return all;
+}
+
 ContactRegion GroundView::region(SurfaceId id, std::optional<double> yaw_rad,
                                  const std::vector<PolygonEdges>* edges) const {
   return contact_region(*solid(id).surface, rules_.foot, yaw_rad, rules_.limits, &octree_, edges,

@@ -14,7 +14,7 @@ def is_point(point, size=3):
 
 
 for surface in data["surfaces"]:
-    assert surface["id"] > 0 and surface["inliers"] > 0 and surface["area_m2"] > 0
+    assert surface["id"] > 0 and surface["inliers"] > 0 and surface["area_m2"] >= 0
     assert surface["rms_m"] >= 0 and 0 < surface["revision"] <= data["revision"]
     assert is_point(surface["color"]) and all(0 <= c <= 1 for c in surface["color"])
     normal, offset = surface["plane"]["normal"], surface["plane"]["offset"]
@@ -25,7 +25,7 @@ for surface in data["surfaces"]:
     assert abs(surface["offset_std_m"] ** 2 - covariance[8]) < 1e-12 and 0 < surface["normal_std_deg"] < 90
     assert isinstance(surface["parents"], list)
     rings = [ring for p in surface["polygons"] for ring in [p["outer"], *p["holes"]]]
-    assert rings and all(len(ring) >= 3 for ring in rings)
+    assert bool(rings) == (surface["area_m2"] > 0) and all(len(ring) >= 3 for ring in rings)
     for point in [p for ring in rings for p in ring] + surface["boundary"]:
         assert is_point(point)
         assert abs(sum(n * x for n, x in zip(normal, point)) - offset) < 1e-6

@@ -26,8 +26,8 @@ TEST_F(Files, ExportedSurfacesAreReadByPython) {
   };
   run_well("export m --to mapped.json --as-mapped");
   expect_surfaces("mapped.json", info("m").at("surfaces").get<int>());
-  const std::string told = run_well("export m --to m.json").out;
-  expect_surfaces("m.json", std::stoi(told.substr(told.find(": ") + 2)));
+  run_well("export m --to m.json");
+  expect_surfaces("m.json", info("m").at("surfaces").get<int>());
 }
 
 TEST_F(Files, InfoOfAFolderSaysHowItsScansAreRead) {

@@ -9,14 +9,14 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_737),
+    "include": (["include"], 3_741),
     "core": (["src/core"], 20_580),
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
     "io": (["src/io"], 13_329),
-    "planning": (["src/planning"], 8_958),
-    "apps": (["apps"], 8_905),
+    "planning": (["src/planning"], 8_965),
+    "apps": (["apps"], 8_909),
     "ros": (["ros"], 2_288),
-    "bindings": (["bindings"], 3_105),
+    "bindings": (["bindings"], 3_109),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 6_947),
     "tests": (["test", "lab/test"], 47_005),
