@@ -10,7 +10,7 @@ import sys
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
     "include": (["include"], 3_741),
-    "core": (["src/core"], 20_580),
+    "core": (["src/core"], 20_594),
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
     "io": (["src/io"], 13_329),
     "planning": (["src/planning"], 8_965),

@@ -7,6 +7,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polyline_simplification_2/Squared_distance_cost.h>
 #include <CGAL/Polyline_simplification_2/simplify.h>
+#include <cmath>
 
 namespace octosurf {
 namespace {
@@ -19,6 +20,20 @@ using Structure = CGAL::Triangulation_data_structure_2<SimplifiedVertex, Simplif
 using Triangulation = CGAL::Constrained_triangulation_plus_2<
     CGAL::Constrained_Delaunay_triangulation_2<Kernel, Structure, CGAL::No_constraint_intersection_tag>>;
 using Constraint = Triangulation::Constraint_id;
+
+/// As CGAL's, but without ties, which it breaks by addresses: on a raster's outlines many corners cost the
+/// same.
+struct Cost {
+  template <class Base>
+  auto operator()(
+      const CGAL::Constrained_triangulation_plus_2<Base>& triangulation,
+      typename CGAL::Constrained_triangulation_plus_2<Base>::Vertices_in_constraint_iterator at) const {
+    auto cost = ps::Squared_distance_cost()(triangulation, at);
+    constexpr double least = 1e-16;  // m²
+    if (cost) *cost += least * std::fabs(std::sin(1e5 * (*at)->point().x() + 1.7e5 * (*at)->point().y()));
+    return cost;
+  }
+};
 
 Constraint insert_ring(Triangulation& triangulation, const Ring2& ring) {
   std::vector<Kernel::Point_2> points;
@@ -46,8 +61,7 @@ std::vector<Polygon> geometry::simplify(const std::vector<Polygon>& polygons, do
     ids.push_back(insert_ring(triangulation, polygon.outer));
     for (const Ring2& hole : polygon.holes) ids.push_back(insert_ring(triangulation, hole));
   }
-  ps::simplify(triangulation, ps::Squared_distance_cost(),
-               ps::Stop_above_cost_threshold(tolerance * tolerance));
+  ps::simplify(triangulation, Cost(), ps::Stop_above_cost_threshold(tolerance * tolerance));
   std::vector<Polygon> result;
   for (const auto& ids : rings) {
     Polygon& polygon = result.emplace_back();
