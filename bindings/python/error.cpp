@@ -8,7 +8,7 @@ namespace octosurf::python {
 namespace {
 
 constexpr const char* error_doc =
-    R"(What failed, where, and how to hint it; str() is one line "where: what; hint".
+    R"(What failed, where, and how to fix it; str() is one line "where: what; hint".
 
 kind: "usage" (the caller asked for something that makes no sense), "data" (a file, an image, a cloud or a pose is
 missing, damaged or foreign), "output" (a result could not be written) or "incomplete" (a scan that failed is

@@ -25,8 +25,8 @@ struct GroundRules {
   bool as_mapped = false;  ///< outlines of readings alone, which are not ground: voids stay closed
 
   /// The foot and limits of a robot on a map of resolution d. Edge and obstacle margins are d at least: an
-  /// outline extends beyond the true edge by up to d (contact.hpp). The clearance is the height of its body,
-  /// which a plan, where it is known where the body is, asks beside the feet only.
+  /// outline extends beyond the true edge by up to d (contact.hpp). The clearance is the height of its body;
+  /// a planner, which knows where the body is, needs less over the feet.
   static GroundRules of(const Robot& robot, double resolution);
 };
 

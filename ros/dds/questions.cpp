@@ -87,7 +87,7 @@ ContactShape foot_of(const RegionsQuestion& question) {
                  : ContactShape::disc(question.radius);
 }
 
-/// What is 0 is a biped's.
+/// Fields of 0 stand for a biped's.
 GroundRules rules_of(const RegionsQuestion& question, const AskedMap& map) {
   GroundRules rules = GroundRules::of(Biped{}, map.snapshot->resolution);
   rules.foot = foot_of(question);

@@ -78,12 +78,12 @@ GroundView GroundView::by(const GroundRules& rules) const {
 }
 
 const GroundedSurface& GroundView::solid(SurfaceId id) const {
+  const auto surface =
+      std::lower_bound(snapshot_->surfaces.begin(), snapshot_->surfaces.end(), id,
+                       [](const SurfacePtr& one, SurfaceId wanted) { return one->id < wanted; });
+  if (surface == snapshot_->surfaces.end() || (*surface)->id != id)
+    throw Error(Error::Kind::data, "surface " + std::to_string(id), "is not in the map");
   return solids_->get(id, [&] {
-    const auto surface = std::find_if(snapshot_->surfaces.begin(), snapshot_->surfaces.end(),
-                                      [id](const SurfacePtr& one) { return one->id == id; });
-    if (surface == snapshot_->surfaces.end())
-      throw Error(Error::Kind::data, "surface " + std::to_string(id), "is not in the map",
-                  "octosurf info lists them");
     return rules_.as_mapped ? GroundedSurface{*surface, {}}
                             : find_gaps(**surface, octree_, widest_unseen(rules_));
   });
@@ -93,7 +93,7 @@ SurfacePtr GroundView::supported(SurfaceId id) const {
   return supported_->get(id, [&] {
     const Surface& surface = *solid(id).surface;
     ContactLimits limits = rules_.limits;
-    limits.frontier_margin_m = 0;  // kinds of edges are the map's to tell
+    limits.frontier_margin_m = 0;  // needs label_edges(), which needs the map
     if (slope_rad(surface, limits.up) > limits.max_slope_rad)
       limits.clearance_m = limits.obstacle_margin_m = 0;
     limits.max_slope_rad = std::numbers::pi;

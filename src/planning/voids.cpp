@@ -63,7 +63,7 @@ class Voids {
  private:
   /// The surface's readings, and where rays to readings behind it crossed the plane.
   void collect() {
-    const double tolerance = std::max(d_, 3 * surface_.rms_m + d_ / 2);
+    const double tolerance = std::max(d_, 3 * surface_.rms_m + d_ / 2);  // nearer: may be this face
     // Deeper crossings are too uncertain, even straight on.
     const double deepest = farthest_off * d_ / view_error;
     const Eigen::Isometry3d T_surface_map = surface_.T_map_surface.inverse();

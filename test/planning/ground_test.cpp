@@ -112,8 +112,8 @@ TEST_F(Place, NoFootIsPutIntoAPoleUnderABoardOrOnAWall) {
   EXPECT_FALSE(accepted(ground, {0, 1, 1}));
   const std::shared_ptr<const Snapshot> supported = ground.supported();
   for (double x = -0.02; x <= 0.7; x += 0.01) {
-    const bool pole = std::abs(x)<0.021, board = x> 0.4;
-    EXPECT_FALSE((pole || board) && stands(*supported, x, 0.01)) << x;
+    const bool covered = std::abs(x) < 0.021 || x > 0.4;  // by pole or board
+    EXPECT_FALSE(covered && stands(*supported, x, 0.01)) << x;
   }
   EXPECT_TRUE(stands(*supported, -0.5, -0.4));
   EXPECT_TRUE(stands(*supported, 0.2, 0.1));

@@ -121,7 +121,7 @@ class SqliteBag : public Bag {
   [[noreturn]] void refuse_damaged() { refuse(std::string("SQLite says ") + sqlite3_errmsg(base_.get())); }
   [[noreturn]] void refuse(const std::string& what) const {
     throw Error(Error::Kind::data, file_.string(), "a damaged bag: " + what,
-                "copy the bag again, or hint it by sqlite3's .recover; --skip-bad maps what is whole");
+                "copy the bag again, or repair it by sqlite3's .recover; --skip-bad maps what is whole");
   }
 
   std::filesystem::path file_;
