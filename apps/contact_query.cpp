@@ -23,7 +23,7 @@ namespace {
 
 /// Edge kinds take some ms, and are needed for a frontier margin only.
 std::vector<PolygonEdges> asked_edges_of(const AskedMap& map, const GroundView& ground, SurfaceId id) {
-  return ground.rules().limits.frontier_margin_m > 0 ? map.edges_of(*ground.solid(id).surface)
+  return ground.rules().limits.frontier_margin_m > 0 ? map.edges_of(*ground.solid(id))
                                                      : std::vector<PolygonEdges>{};
 }
 
@@ -142,7 +142,7 @@ FoundRegion find_region(const AskedMap& map, const ContactQuery& query) {
   std::optional<double> yaw;
   if (query.yaw_deg) yaw = *query.yaw_deg * rad_per_deg;
   const std::vector<PolygonEdges> edges = asked_edges_of(map, ground, id);
-  const SurfacePtr surface = ground.solid(id).surface;
+  const SurfacePtr surface = ground.solid(id);
   const ContactRegion region = ground.region(id, yaw, &edges);
   return {surface, region, convex_pieces(*surface, region, query.pieces)};
 }
@@ -155,8 +155,8 @@ FoundFoothold find_foothold(const AskedMap& map, const ContactQuery& query) {
   if (!found) throw Error(Error::Kind::data, map.name, "has no surfaces", "map more scans first");
   const std::vector<PolygonEdges> edges = asked_edges_of(map, ground, found->id);
   const Foothold stood = ground.foothold(found->id, at, v[3] * rad_per_deg, &edges);
-  return {stood, ground_under(*ground.solid(found->id).surface, map.octree, ground.rules().foot,
-                              stood.T_map_contact)};
+  return {stood,
+          ground_under(*ground.solid(found->id), map.octree, ground.rules().foot, stood.T_map_contact)};
 }
 
 void answer(const AskedMap& map, const ContactQuery& query, bool json) {

@@ -171,8 +171,8 @@ void bind_ground(Module& module) {
           "supported", [](const G& ground) { return ground.of(ground.view.supported()); }, Released(),
           "Snapshot of where a point contact may be.")
       .def(
-          "gaps", [](const G& ground, SurfaceId id) { return ground.view.solid(id).gaps; }, "id"_a,
-          Released(), "List of Gap of a surface.")
+          "gaps", [](const G& ground, SurfaceId id) { return ground.view.gaps(id); }, "id"_a, Released(),
+          "List of Gap of a surface.")
       .def(
           "region",
           [](const G& ground, SurfaceId id, std::optional<double> yaw_rad) {

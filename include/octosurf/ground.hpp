@@ -14,6 +14,10 @@
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 
+namespace octosurf::planning {
+class GroundTiles;
+}  // namespace octosurf::planning
+
 namespace octosurf {
 
 /// What ground must be like, and for whom.
@@ -42,20 +46,26 @@ class GroundView {
       : GroundView(std::move(snapshot), octree, GroundRules::of(Biped{}, octree.resolution())) {}
   /// The same ground by other rules; shares what does not depend on them.
   GroundView by(const GroundRules& rules) const;
+  /// The ground of a later snapshot of the same map, by these rules, equal to one made from nothing. It keeps
+  /// what nothing changed near: the cost is that of finding the changes, some 0.3 ms a scan, and of reading
+  /// anew where there are some.
+  GroundView next(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree) const;
 
   const GroundRules& rules() const { return rules_; }    ///< these
   const Snapshot& mapped() const { return *snapshot_; }  ///< outlines as mapped
 
-  /// find_gaps() of a surface by these rules. Throws Error(data) if there is none of this id.
-  const GroundedSurface& solid(SurfaceId id) const;
+  /// A surface without its voids and wide unseen gaps: find_gaps() by these rules. Throws Error(data) if
+  /// there is none of this id.
+  SurfacePtr solid(SurfaceId id) const;
   /// Where a point contact may be: the solid surface less all margins and what is blocked; of a surface that
   /// slopes too much, less the edge margin alone. Without polygons if nothing is left.
   SurfacePtr supported(SurfaceId id) const;
   std::shared_ptr<const Snapshot> solid() const;      ///< all of them, everything else unchanged
   std::shared_ptr<const Snapshot> supported() const;  ///< likewise
 
-  /// Of all solid surfaces that have some, by id.
-  std::map<SurfaceId, std::vector<Gap>> gaps() const;
+  /// The gaps of a surface; the same error.
+  const std::vector<Gap>& gaps(SurfaceId id) const;
+  std::map<SurfaceId, std::vector<Gap>> gaps() const;  ///< of all that have some
 
   /// contact_region() of the rules' foot on the solid surface. `edges`: label_edges() of it,
   /// for a frontier margin.
@@ -68,6 +78,7 @@ class GroundView {
  private:
   struct Solids;
   struct Outlines;
+  std::shared_ptr<const planning::GroundTiles> tiles_of(SurfaceId id) const;
 
   std::shared_ptr<const Snapshot> snapshot_;
   OccupancyView octree_;

@@ -1,8 +1,5 @@
 #include "planning/cell_raster.hpp"
 
-#include "geometry/even_odd.hpp"
-#include "planning/rings.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -46,57 +43,21 @@ void transform(std::vector<float>& f, std::vector<float>& out, std::vector<int>&
 
 }  // namespace
 
-CellRaster::CellRaster(const std::vector<Polygon>& polygons, double edge, int margin) : edge_(edge) {
-  constexpr double most_cells = 1 << 28;
-  Eigen::AlignedBox2d box;
-  for (const Polygon& polygon : polygons)
-    for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
-  if (box.isEmpty()) return;
-  const Eigen::Array2d low = (box.min() / edge).array().floor() - margin,
-                       high = (box.max() / edge).array().ceil() + margin, size = high - low;
-  if (!(size.prod() <= most_cells))
+CellRaster::CellRaster(const Eigen::Vector2i& low, const Eigen::Vector2i& high, double edge)
+    : edge_(edge), x0_(low.x()), y0_(low.y()), width_(high.x() - low.x()), height_(high.y() - low.y()) {
+  constexpr std::size_t most_cells = 1 << 28;
+  if (cells() > most_cells)
     throw Error(Error::Kind::usage, "gaps", "a surface has more than 2^28 cells of a voxel's edge");
-  x0_ = static_cast<std::int64_t>(low.x());
-  y0_ = static_cast<std::int64_t>(low.y());
-  width_ = static_cast<int>(size.x());
-  height_ = static_cast<int>(size.y());
+}
+
+Eigen::AlignedBox2d CellRaster::box() const {
+  return {edge_ * Eigen::Vector2d(x0_, y0_), edge_ * Eigen::Vector2d(x0_ + width_, y0_ + height_)};
 }
 
 Eigen::Vector2d CellRaster::middle(std::size_t cell) const {
   const auto width = static_cast<std::size_t>(width_);
-  return edge_ * Eigen::Vector2d(static_cast<double>(x0_) + static_cast<double>(cell % width) + 0.5,
-                                 static_cast<double>(y0_) + static_cast<double>(cell / width) + 0.5);
-}
-
-Mask CellRaster::inside(const std::vector<Polygon>& polygons) const {
-  Mask mask(cells(), 0);
-  add_inside(polygons, mask);
-  return mask;
-}
-
-void CellRaster::add_inside(const std::vector<Polygon>& polygons, Mask& mask) const {
-  std::vector<std::vector<double>> crossed(static_cast<std::size_t>(height_));
-  const auto row_of = [this](double v) { return v / edge_ - 0.5 - static_cast<double>(y0_); };
-  for (const Polygon& polygon : polygons)
-    for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-      const double low = std::max(0.0, std::floor(row_of(std::min(a.y(), b.y())))),
-                   high = std::min(height_ - 1.0, std::ceil(row_of(std::max(a.y(), b.y()))));
-      for (int row = static_cast<int>(low); row <= static_cast<int>(high); ++row) {
-        const double v = (static_cast<double>(y0_ + row) + 0.5) * edge_;
-        if (geometry::crosses(a, b, v))
-          crossed[static_cast<std::size_t>(row)].push_back(geometry::crossing(a, b, v));
-      }
-    });
-  for (std::size_t row = 0; row < crossed.size(); ++row) {
-    std::vector<double>& at = crossed[row];
-    std::sort(at.begin(), at.end());
-    for (std::size_t i = 0; i + 1 < at.size(); i += 2) {
-      const auto cell = [this](double u) { return std::ceil(u / edge_ - 0.5 - static_cast<double>(x0_)); };
-      const int end = static_cast<int>(std::min<double>(width_, cell(at[i + 1])));
-      for (int x = static_cast<int>(std::max(0.0, cell(at[i]))); x < end; ++x)
-        mask[row * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)] = 1;
-    }
-  }
+  return edge_ * Eigen::Vector2d(x0_ + static_cast<double>(cell % width) + 0.5,
+                                 y0_ + static_cast<double>(cell / width) + 0.5);
 }
 
 std::vector<float> CellRaster::distance_to(const Mask& mask) const {

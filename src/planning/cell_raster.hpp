@@ -18,11 +18,22 @@ using Mask = std::vector<std::uint8_t>;
 /// is O(cells) whatever the radius.
 class CellRaster {
  public:
-  /// `margin`: cells about the polygons' box. Throws Error(usage) for more than 2²⁸ cells.
-  CellRaster(const std::vector<Polygon>& polygons, double edge, int margin);
+  /// Cells low … high - 1, counted from the plane's origin. Throws Error(usage) for more than 2²⁸ cells.
+  CellRaster(const Eigen::Vector2i& low, const Eigen::Vector2i& high, double edge);
 
+  Eigen::Vector2i low() const { return {x0_, y0_}; }
+  int width() const { return width_; }
+  int height() const { return height_; }
   std::size_t cells() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
   Eigen::Vector2d middle(std::size_t cell) const;
+  /// The cell that holds a point of box().
+  std::size_t cell_at(const Eigen::Vector2d& point) const {
+    const auto index = [this](double x, int first, int count) {
+      return static_cast<std::size_t>(
+          std::clamp(static_cast<int>(std::floor(x / edge_)) - first, 0, count - 1));
+    };
+    return index(point.y(), y0_, height_) * static_cast<std::size_t>(width_) + index(point.x(), x0_, width_);
+  }
   /// Calls `visit(cell)` for those whose middle is at most `radius` m from a point.
   template <class Visit>
   void for_each_within(const Eigen::Vector2d& point, double radius, const Visit& visit) const {
@@ -35,9 +46,6 @@ class CellRaster {
         if (Eigen::Array2d(x - at.x(), y - at.y()).matrix().squaredNorm() <= reach * reach)
           visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x));
   }
-
-  Mask inside(const std::vector<Polygon>& polygons) const;  ///< cells whose middle is inside
-  void add_inside(const std::vector<Polygon>& polygons, Mask& mask) const;
 
   /// Euclidean distance between middles; large where there is none.
   std::vector<float> distance_to(const Mask& mask) const;
@@ -71,6 +79,7 @@ class CellRaster {
   /// Of the square of 2 `around` + 1 cells about one.
   std::int32_t sum(const std::vector<std::int32_t>& sums, std::size_t cell, int around) const;
 
+  Eigen::AlignedBox2d box() const;                          ///< m, of all cells
   std::vector<std::size_t> marked(const Mask& mask) const;  ///< ascending
   /// Rectangles that cover these cells (ascending), one for each run in a row, enlarged by `more` cells.
   std::vector<Ring2> rows(const std::vector<std::size_t>& cells, int more = 0) const;
@@ -88,8 +97,7 @@ class CellRaster {
   Mask within(const std::vector<float>& distances, double radius, bool inclusive) const;
 
   double edge_;
-  std::int64_t x0_ = 0, y0_ = 0;
-  int width_ = 0, height_ = 0;
+  int x0_, y0_, width_, height_;
 };
 
 }  // namespace octosurf::planning

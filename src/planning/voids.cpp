@@ -1,9 +1,14 @@
 #include "planning/voids.hpp"
 
+#include "geometry/morton.hpp"
+#include "geometry/voxel_grid.hpp"
+#include "occupancy/payload.hpp"
 #include "planning/cell_grid.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -33,87 +38,126 @@ struct Place {
 
 class Voids {
  public:
-  Voids(const Surface& surface, const OccupancyView& octree)
-      : surface_(surface), octree_(octree), d_(octree.resolution()) {}
+  Voids(const GroundPlane& plane, const OccupancyView& octree, const CellRaster& cells, const Mask& inside)
+      : plane_(plane),
+        T_plane_map_(plane.T_map_plane.inverse()),
+        octree_(octree),
+        cells_(cells),
+        inside_(inside),
+        d_(plane.d) {
+    for (unsigned i = 0; i < middles_.size(); ++i)
+      middles_[i] = d_ * (T_plane_map_.linear() * (in_cube(i).cast<double>().array() + 0.5).matrix());
+  }
 
-  void mark(const IsOpen& is_open, const CellRaster& cells, Mask& voids) {
-    collect();
+  void mark(const Columns& columns, Mask& voids) {
+    collect_passed();
+    std::vector<std::size_t> open;
+    for (std::size_t i = 0; i < inside_.size(); ++i)
+      if (inside_[i] != 0 && columns.open_through(cells_.middle(i))) open.push_back(i);
+    Eigen::AlignedBox2d evidence;
+    for (const Place& place : passed_) evidence.extend(place.at);
+    for (const std::size_t cell : open) evidence.extend(cells_.middle(cell));
+    if (evidence.isEmpty()) return;
+    // The middles of discs, and what bounds these.
+    const Eigen::AlignedBox2d middles = box_about(evidence, largest_radius * d_);
+    collect_readings(box_about(middles, largest_radius * d_));
     drop_uncertain_readings();
-    Mask empty = cells.inside(surface_.polygons);
+    Mask empty(inside_.size(), 0);
+    for (std::size_t i = 0; i < inside_.size(); ++i)
+      empty[i] = inside_[i] != 0 && middles.contains(cells_.middle(i));
     for (const Place& reading : readings_)
-      cells.for_each_within(reading.at, least_radius * d_, [&](std::size_t cell) { empty[cell] = 0; });
-    for (const std::size_t cell : cells.marked(empty))
-      if (is_open(cells.middle(cell))) passed_.push_back({cells.middle(cell), 0, d_ / 2});
-    if (passed_.empty()) return;
-    const CellGrid grid = binned(readings_);
-    std::vector<float> radius(cells.cells(), -1), void_radius(cells.cells(), 0);
-    for (const Place& passed : passed_)
-      cells.for_each_within(passed.at, largest_radius * d_, [&](std::size_t cell) {
-        if (empty[cell] == 0) return;
-        if (radius[cell] < 0) radius[cell] = static_cast<float>(radius_about(cells.middle(cell), grid));
-        if ((cells.middle(cell) - passed.at).norm() + passed.error <= radius[cell])
-          void_radius[cell] = radius[cell];
-      });
-    for (std::size_t i = 0; i < void_radius.size(); ++i)
-      if (void_radius[i] > 0)
-        cells.for_each_within(cells.middle(i), void_radius[i] + d_ / 4,
-                              [&](std::size_t cell) { voids[cell] = 1; });
+      cells_.for_each_within(reading.at, least_radius * d_, [&](std::size_t cell) { empty[cell] = 0; });
+    for (const std::size_t cell : open)
+      if (empty[cell] != 0) passed_.push_back({cells_.middle(cell), 0, d_ / 2});
+    const CellGrid readings = binned(readings_), passed = binned(passed_);
+    for (const std::size_t cell : cells_.marked(empty)) {
+      const Eigen::Vector2d at = cells_.middle(cell);
+      if (!any_within(largest_radius * d_, at, passed)) continue;
+      const double radius = radius_about(at, readings);
+      if (any_within(radius, at, passed))
+        cells_.for_each_within(at, radius + d_ / 4, [&](std::size_t other) { voids[other] = 1; });
+    }
   }
 
  private:
-  /// The surface's readings, and where rays to readings behind it crossed the plane.
-  void collect() {
-    const double tolerance = std::max(d_, 3 * surface_.rms_m + d_ / 2);  // nearer: may be this face
+  /// Where rays to readings behind the plane crossed it, inside the outline.
+  void collect_passed() {
+    const double tolerance = std::max(d_, 3 * plane_.rms_m + d_ / 2);  // nearer: may be this face
     // Deeper crossings are too uncertain, even straight on.
     const double deepest = farthest_off * d_ / view_error;
-    const Eigen::Isometry3d T_surface_map = surface_.T_map_surface.inverse();
-    const auto add = [&](const OccupancyView::Voxel& voxel, const Eigen::AlignedBox2d& tile) {
-      const Eigen::Vector3d p = T_surface_map * voxel.point;
-      if ((p.head<2>().array() < tile.min().array()).any() ||
-          (p.head<2>().array() >= tile.max().array()).any())
-        return;  // another tile's
-      if (voxel.surface == surface_.id) {
-        readings_.push_back({p.head<2>(), voxel.range_m});
-        return;
-      }
-      const Eigen::Vector3d view = T_surface_map.linear() * voxel.view;
-      if (-p.z() < tolerance || !(view.z() > 0)) return;
-      const double error = view_error * -p.z() / (view.z() * view.z());
-      if (error > farthest_off * d_) return;
-      passed_.push_back({(p - p.z() / view.z() * view).head<2>(), voxel.range_m, error});
-    };
-    for (const Eigen::AlignedBox2d& tile : tiles(deepest)) {
-      Eigen::AlignedBox3d box;
-      for (const double u : {tile.min().x() - d_, tile.max().x() + d_})
-        for (const double v : {tile.min().y() - d_, tile.max().y() + d_})
-          for (const double z : {-deepest - d_, tolerance + d_})
-            box.extend(surface_.T_map_surface * Eigen::Vector3d(u, v, z));
-      octree_.for_each_occupied(box,
-                                [&](const OccupancyView::Voxel& voxel) { return add(voxel, tile), true; });
-    }
+    const Eigen::Vector3f normal = plane_.T_map_plane.linear().col(2).cast<float>();
+    for_each_reading(
+        box_about(cells_.box(), slanted_reach * d_), -deepest, -tolerance, false,
+        [&](const occupancy::VoxelPayload& payload, const Eigen::Vector3d& middle, const auto& place) {
+          const Eigen::Vector3f& view_of_map = sensing::views[payload.view];
+          const double toward = normal.dot(view_of_map), certain = farthest_off * d_ * toward * toward;
+          if (!(toward > 0) || view_error * (-middle.z() - d_) > certain) return;
+          const Eigen::Vector3d p = place();
+          const double error = view_error * -p.z() / (toward * toward);
+          if (-p.z() < tolerance || error > farthest_off * d_) return;
+          const Eigen::Vector3d view = T_plane_map_.linear() * view_of_map.cast<double>();
+          const Eigen::Vector2d at = (p - p.z() / view.z() * view).head<2>();
+          if (cells_.box().contains(at) && inside_[cells_.cell_at(at)] != 0)
+            passed_.push_back({at, sensing::range_of_class(payload.range_class), error});
+        });
   }
 
-  /// Squares that hold the polygons and `margin` about them: so small that boxes about them hold little else,
-  /// whatever the slope.
-  std::vector<Eigen::AlignedBox2d> tiles(double margin) const {
-    const double edge = 32 * d_;
-    const auto index = [edge](double x) { return static_cast<std::int64_t>(std::floor(x / edge)); };
-    std::vector<std::pair<std::int64_t, std::int64_t>> keys;
-    for (const Polygon& polygon : surface_.polygons) {
-      Eigen::AlignedBox2d box;
-      for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
-      for (std::int64_t y = index(box.min().y() - margin); y <= index(box.max().y() + margin); ++y)
-        for (std::int64_t x = index(box.min().x() - margin); x <= index(box.max().x() + margin); ++x)
-          keys.emplace_back(y, x);
-    }
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-    std::vector<Eigen::AlignedBox2d> boxes;
-    for (const auto& [y, x] : keys) {
-      const Eigen::Vector2d low(edge * static_cast<double>(x), edge * static_cast<double>(y));
-      boxes.emplace_back(low, low + Eigen::Vector2d::Constant(edge));
-    }
-    return boxes;
+  void collect_readings(const Eigen::AlignedBox2d& part) {
+    const double thick = std::max(plane_.depth(), 3 * plane_.rms_m + d_);
+    for_each_reading(
+        part.intersection(cells_.box()), -thick, thick, true,
+        [&](const occupancy::VoxelPayload& payload, const Eigen::Vector3d&, const auto& place) {
+          readings_.push_back({place().template head<2>(), sensing::range_of_class(payload.range_class)});
+        });
+  }
+
+  /// Calls `visit(payload, middle of its voxel, place())` for the surface's own readings, or for all others,
+  /// in voxels over a part of the plane and between two heights, with a margin of some voxels; places in the
+  /// plane's frame.
+  template <class Visit>
+  void for_each_reading(const Eigen::AlignedBox2d& part, double below, double above, bool own,
+                        const Visit& visit) const {
+    const geometry::VoxelGrid grid(d_);
+    const double half_cube = 3.5 * d_;
+    const Eigen::AlignedBox2d wide = box_about(part, half_cube);
+    const auto in_cube = [&](const OccupancyView::Cube& cube) {
+      const Eigen::Vector3d corner = T_plane_map_ * corner_of(cube),
+                            middle = corner + middles_.back() + middles_.front();
+      if (middle.z() < below - half_cube || middle.z() > above + half_cube ||
+          !wide.contains(middle.head<2>()))
+        return true;
+      const occupancy::VoxelPayload* payload = cube.payloads;
+      for (std::uint64_t m = cube.points; m != 0; m &= m - 1, ++payload) {
+        if ((payload->surface == plane_.id) != own) continue;
+        const auto i = static_cast<unsigned>(std::countr_zero(m));
+        visit(*payload, corner + middles_[i], [&]() -> Eigen::Vector3d {
+          return T_plane_map_ *
+                 occupancy::load_point(*payload, grid, key_of(cube, i)).template cast<double>();
+        });
+      }
+      return true;
+    };
+    Eigen::AlignedBox3d box;
+    for (const double u : {part.min().x(), part.max().x()})
+      for (const double v : {part.min().y(), part.max().y()})
+        for (const double z : {below, above}) box.extend(plane_.T_map_plane * Eigen::Vector3d(u, v, z));
+    octree_.for_each_cube(box_about(box, half_cube), in_cube, true);
+  }
+
+  static Eigen::Vector3i in_cube(unsigned i) {
+    return {static_cast<int>(geometry::compact_bits(i)), static_cast<int>(geometry::compact_bits(i >> 1)),
+            static_cast<int>(geometry::compact_bits(i >> 2))};
+  }
+  static geometry::VoxelKey key_of(const OccupancyView::Cube& cube, unsigned i) {
+    const Eigen::Vector3i in = in_cube(i);
+    const auto key = [&](int axis) {
+      return static_cast<std::uint16_t>(cube.corner[static_cast<std::size_t>(axis)] + in[axis]);
+    };
+    return {key(0), key(1), key(2)};
+  }
+  Eigen::Vector3d corner_of(const OccupancyView::Cube& cube) const {
+    return (Eigen::Array3d(cube.corner[0], cube.corner[1], cube.corner[2]) - geometry::VoxelGrid::origin) *
+           d_;
   }
 
   /// Far readings scatter beyond edges, into slots, where no nearer one replaces them: one does not count
@@ -142,7 +186,11 @@ class Voids {
     return grid;
   }
   static Eigen::AlignedBox2d box_about(const Eigen::Vector2d& at, double reach) {
-    return {at - Eigen::Vector2d::Constant(reach), at + Eigen::Vector2d::Constant(reach)};
+    return box_about(Eigen::AlignedBox2d(at), reach);
+  }
+  template <class Box>
+  static Box box_about(const Box& box, double reach) {
+    return {(box.min().array() - reach).matrix(), (box.max().array() + reach).matrix()};
   }
 
   /// m: of the largest disc about a place without readings, up to the largest that counts.
@@ -156,17 +204,30 @@ class Voids {
     }
   }
 
-  const Surface& surface_;
+  /// Whether rays passed a disc, however far off they may have been.
+  bool any_within(double radius, const Eigen::Vector2d& at, const CellGrid& passed) const {
+    bool any = false;
+    passed.visit(box_about(at, radius), [&](std::uint32_t i) {
+      any = any || (passed_[i].at - at).norm() + passed_[i].error <= radius;
+    });
+    return any;
+  }
+
+  const GroundPlane& plane_;
+  Eigen::Isometry3d T_plane_map_;
   const OccupancyView& octree_;
+  const CellRaster& cells_;
+  const Mask& inside_;
   double d_;
+  std::array<Eigen::Vector3d, 64> middles_;  // of a cube's voxels, from its corner, plane's frame
   std::vector<Place> readings_, passed_;
 };
 
 }  // namespace
 
-void mark_voids(const Surface& surface, const OccupancyView& octree, const IsOpen& is_open,
-                const CellRaster& cells, Mask& voids) {
-  Voids(surface, octree).mark(is_open, cells, voids);
+void mark_voids(const GroundPlane& plane, const OccupancyView& octree, const Columns& columns,
+                const CellRaster& cells, const Mask& inside, Mask& voids) {
+  Voids(plane, octree, cells, inside).mark(columns, voids);
 }
 
 }  // namespace octosurf::planning

@@ -2,12 +2,14 @@
 // is seen in them.
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
+#include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <iterator>
@@ -15,7 +17,9 @@
 #include <map>
 #include <memory>
 #include <random>
+#include <set>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -312,6 +316,89 @@ TEST(SharedView, TellsWhatHasChangedSinceAnyOther) {
   views.emplace_back();
   for (const OccupancyView& before : views)
     for (const OccupancyView& now : views) EXPECT_EQ(followed(before, now), voxels_of(now));
+}
+
+using Brick = std::array<int, 3>;
+using Reading = std::tuple<bool, SurfaceId, std::array<double, 3>>;
+
+/// State, surface and point of all known voxels, by cube of 4³.
+std::map<Brick, std::map<std::array<std::uint16_t, 3>, Reading>> readings_of(const OccupancyView& view) {
+  std::map<Brick, std::map<std::array<std::uint16_t, 3>, Reading>> all;
+  for (const auto& [key, log_odds] : voxels_of(view)) {
+    Eigen::Vector3d centre;
+    for (Eigen::Index i = 0; i < 3; ++i)
+      centre[i] = (key[static_cast<std::size_t>(i)] - 32768 + 0.5) * view.resolution();
+    const OccupancyView::Voxel voxel = view.at(centre);
+    all[{key[0] >> 2, key[1] >> 2, key[2] >> 2}][key] = {voxel.state == OccupancyView::State::occupied,
+                                                         voxel.surface,
+                                                         {voxel.point.x(), voxel.point.y(), voxel.point.z()}};
+  }
+  return all;
+}
+
+TEST(SharedView, NamesCubesWhoseReadingsOrSurfacesChanged) {
+  std::mt19937_64 rng(test::seed());
+  OccupancyMap map(parameters()), other(parameters());
+  std::vector<OccupancyView> views{map.share()};
+  for (int scan = 0; scan < 12; ++scan) {
+    const double half = scan % 4 == 3 ? 0.3 : 0.8;
+    insert(map, test::room_scan(rng, 1200, {half, half, half}));
+    views.push_back(map.share());
+    for (const VoxelPoint& p : test::points_of(map))  // without a scan
+      if (rng() % 50 == 0) map.assign(p.key, static_cast<SurfaceId>(rng() % 5));
+    if (scan % 2 == 0) views.push_back(map.share());
+  }
+  insert(other, test::room_scan(rng, 300, {0.6, 0.7, 0.5}));
+  views.push_back(other.share());
+  views.emplace_back();
+  std::vector<decltype(readings_of(map.share()))> readings;
+  for (const OccupancyView& view : views) readings.push_back(readings_of(view));
+  for (std::size_t a = 0; a < views.size(); ++a)
+    for (std::size_t b = 0; b < views.size(); ++b) {
+      std::set<Brick> changed, named;
+      for (const std::size_t one : {a, b})
+        for (const auto& [brick, voxels] : readings[one]) {
+          const auto other_one = readings[a + b - one].find(brick);
+          if (other_one == readings[a + b - one].end() || other_one->second != voxels) changed.insert(brick);
+        }
+      views[b].for_each_changed_cube(views[a], [&](const std::array<std::uint16_t, 3>& corner, int level) {
+        ASSERT_GE(level, 2);
+        for (int x = 0; x < 1 << (level - 2); ++x)
+          for (int y = 0; y < 1 << (level - 2); ++y)
+            for (int z = 0; z < 1 << (level - 2); ++z)
+              EXPECT_TRUE(
+                  named.insert({(corner[0] >> 2) + x, (corner[1] >> 2) + y, (corner[2] >> 2) + z}).second);
+      });
+      EXPECT_EQ(named, changed) << a << " to " << b;
+    }
+}
+
+TEST(OccupancyView, ReadsCubesAsVoxelByVoxel) {
+  std::mt19937_64 rng(test::seed());
+  OccupancyMap map(parameters());
+  for (int scan = 0; scan < 6; ++scan) insert(map, test::room_scan(rng, 1200, {0.8, 0.7, 0.6}));
+  for (const VoxelPoint& p : test::points_of(map)) map.assign(p.key, static_cast<SurfaceId>(rng() % 5));
+  const OccupancyView view = map.share();
+  std::map<std::array<std::uint16_t, 3>, std::pair<bool, SurfaceId>> read, expected;
+  const Eigen::AlignedBox3d everything(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
+  view.for_each_cube(everything, [&](const OccupancyView::Cube& cube) {
+    test::for_each_voxel_of(cube.corner, cube.level, [&](geometry::VoxelKey k) {
+      const auto i = geometry::morton_of(k.x & 3U, k.y & 3U, k.z & 3U);
+      const bool occupied = (cube.occupied >> i & 1) != 0;
+      if ((cube.points >> i & 1) != 0) {
+        const VoxelPayload& payload =
+            cube.payloads[std::popcount(cube.points & ((std::uint64_t{1} << i) - 1))];
+        const geometry::VoxelGrid grid(view.resolution());
+        const Eigen::Vector3d point = load_point(payload, grid, k).cast<double>();
+        EXPECT_TRUE(point.isApprox(view.at(grid.centre_of(k).cast<double>()).point, 1e-6));
+      }
+      if ((cube.known >> i & 1) != 0) read[{k.x, k.y, k.z}] = {occupied, occupied ? cube.surface[i] : 0};
+    });
+    return true;
+  });
+  for (const auto& [brick, voxels] : readings_of(view))
+    for (const auto& [key, reading] : voxels) expected[key] = {std::get<0>(reading), std::get<1>(reading)};
+  EXPECT_EQ(read, expected);
 }
 
 }  // namespace

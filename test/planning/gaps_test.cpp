@@ -2,6 +2,7 @@
 #include "geometry/ring_check.hpp"
 #include "geometry/rings.hpp"
 #include "planning/cell_raster.hpp"
+#include "planning/cell_runs.hpp"
 #include "planning/rings.hpp"
 #include "support/painted_octree.hpp"
 #include "support/scene.hpp"
@@ -9,8 +10,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <gmock/gmock.h>
+#include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include <octosurf/footsteps.hpp>
 #include <octosurf/gaps.hpp>
@@ -315,10 +320,56 @@ TEST(Gaps, SlotsBetweenBoardsAreHolesAsRaysPassThem) {
   for (double y = 0.8; y < 1.25; y += 0.05) EXPECT_FALSE(covered(*told, 0.8, y)) << y;
 }
 
+// Polygons with holes, islands in them and touching parts, and how two versions differ.
+TEST(Gaps, RunsAreTheCellsInsideOfPolygons) {
+  std::mt19937_64 rng(test::seed());
+  const auto ring = [&rng](const Eigen::Vector2d& middle, double radius, bool clockwise) {
+    Ring2 corners;
+    for (int k = 0; k < 9; ++k) {
+      const double turn = 2 * std::numbers::pi * k / 9,
+                   r = radius * std::uniform_real_distribution(0.7, 1.0)(rng);
+      corners.push_back(middle + r * Eigen::Vector2d(std::cos(turn), std::sin(turn)));
+    }
+    if (clockwise) std::reverse(corners.begin(), corners.end());
+    return corners;
+  };
+  const CellRaster raster({-30, -30}, {80, 30}, 0.05);
+  std::vector<std::pair<std::vector<Polygon>, Mask>> all;
+  for (int round = 0; round < 4; ++round) {
+    const std::vector<Polygon> polygons{{ring({0, 0}, 1, false), {ring({0.1, 0}, 0.5, true)}},
+                                        {ring({0.1, 0}, 0.3, false), {}},
+                                        {ring({2, 0.2}, 0.6, false), {}}};
+    Mask with_holes(raster.cells(), 0), filled = with_holes;
+    CellRuns(polygons, 0.05).mark(raster, false, with_holes);
+    CellRuns(polygons, 0.05).mark(raster, true, filled);
+    for (std::size_t i = 0; i < raster.cells(); ++i) {
+      const auto in = [&](const Polygon& polygon) { return contains(polygon, raster.middle(i)); };
+      const auto in_outer = [&](const Polygon& polygon) { return in({polygon.outer, {}}); };
+      EXPECT_EQ(with_holes[i] != 0, std::any_of(polygons.begin(), polygons.end(), in)) << i;
+      EXPECT_EQ(filled[i] != 0, std::any_of(polygons.begin(), polygons.end(), in_outer)) << i;
+    }
+    for (std::size_t i = 0; i < filled.size(); ++i)
+      with_holes[i] = static_cast<std::uint8_t>(with_holes[i] | 2 * filled[i]);
+    all.emplace_back(polygons, with_holes);
+  }
+  all.emplace_back(std::vector<Polygon>{}, Mask(raster.cells(), 0));
+  for (const auto& [before, mask_before] : all)
+    for (const auto& [now, mask] : all) {
+      Mask differs(raster.cells(), 0), expected = differs;
+      for (std::size_t i = 0; i < mask.size(); ++i) expected[i] = mask[i] != mask_before[i];
+      CellRuns(now, 0.05).for_each_difference(
+          CellRuns(before, 0.05), [&](std::int64_t row, std::int64_t from, std::int64_t to) {
+            for (std::int64_t x = from; x < to; ++x)
+              differs[static_cast<std::size_t>((row + 30) * raster.width() + x + 30)] = 1;
+          });
+      EXPECT_EQ(differs, expected);
+    }
+}
+
 // The morphology against its definitions, cell by cell.
 TEST(Gaps, RasterOperationsAreWhatTheyAreDefinedAs) {
   std::mt19937_64 rng(test::seed());
-  const CellRaster raster({{{{0, 0}, {1, 0}, {1, 0.7}, {0, 0.7}}, {}}}, 0.05, 2);
+  const CellRaster raster({-2, -2}, {22, 16}, 0.05);
   Mask mask(raster.cells());
   for (std::uint8_t& cell : mask) cell = rng() % 8 == 0;
   const std::vector<float> distance = raster.distance_to(mask);

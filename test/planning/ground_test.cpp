@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include <octosurf/error.hpp>
@@ -125,7 +126,7 @@ TEST_F(Place, OutlinesAsMappedTakeAWord) {
   rules.limits = {};
   const GroundView ground(snapshot, octree, rules);
   EXPECT_TRUE(accepted(ground, {0, 0, 0}));
-  for (const SurfacePtr& surface : snapshot->surfaces) EXPECT_EQ(ground.solid(surface->id).surface, surface);
+  for (const SurfacePtr& surface : snapshot->surfaces) EXPECT_EQ(ground.solid(surface->id), surface);
 }
 
 // A view by other rules answers as one made anew, and shares what does not depend on them.
@@ -135,11 +136,63 @@ TEST_F(Place, ByOtherRules) {
   GroundRules wide;
   wide.limits.edge_margin_m = 0.1;
   const GroundView other = ground.by(wide), anew(snapshot, octree, wide);
-  EXPECT_EQ(&other.solid(id), &ground.solid(id));
+  EXPECT_EQ(other.solid(id), ground.solid(id));
   EXPECT_EQ(other.supported(id)->area_m2, anew.supported(id)->area_m2);
   EXPECT_LT(other.supported(id)->area_m2, ground.supported(id)->area_m2);
   wide.widest_unseen_m = 0;
-  EXPECT_NE(&ground.by(wide).solid(id), &ground.solid(id));
+  EXPECT_NE(&ground.by(wide).gaps(id), &ground.gaps(id));
+}
+
+void expect_equal(const GroundView& kept, const GroundView& anew) {
+  ASSERT_EQ(kept.mapped().surfaces, anew.mapped().surfaces);
+  for (const SurfacePtr& mapped : anew.mapped().surfaces) {
+    const SurfacePtr is = kept.solid(mapped->id), expected = anew.solid(mapped->id);
+    ASSERT_EQ(is->polygons.size(), expected->polygons.size()) << mapped->id;
+    for (std::size_t i = 0; i < is->polygons.size(); ++i) {
+      EXPECT_EQ(is->polygons[i].outer, expected->polygons[i].outer) << mapped->id;
+      EXPECT_EQ(is->polygons[i].holes, expected->polygons[i].holes) << mapped->id;
+    }
+    const std::vector<Gap>&gaps = kept.gaps(mapped->id), &expected_gaps = anew.gaps(mapped->id);
+    ASSERT_EQ(gaps.size(), expected_gaps.size()) << mapped->id;
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      EXPECT_EQ(gaps[i].outline.outer, expected_gaps[i].outline.outer);
+      EXPECT_EQ(gaps[i].width_m, expected_gaps[i].width_m);
+      EXPECT_EQ(gaps[i].bridged, expected_gaps[i].bridged);
+    }
+  }
+}
+
+// A slotted floor, a ramp, and a crate that comes and goes; some of the ground is read between scans.
+TEST(GroundView, KeptUpEqualsOneMadeFromNothing) {
+  std::mt19937_64 rng(test::seed());
+  const auto uniform = [&rng](double from, double to) {
+    return std::uniform_real_distribution(from, to)(rng);
+  };
+  for (const double widest_unseen : {0.03, 0.2}) {  // by tiles, and all at once
+    test::Scene empty;
+    const double slot = uniform(0.05, 0.1);
+    empty.rectangle({-2, -2, 0}, {4, 0, 0}, {0, 2, 0});
+    empty.rectangle({-2, slot, 0}, {4, 0, 0}, {0, 2, 0});
+    empty.rectangle({-2, 0, -0.3}, {4, 0, 0}, {0, slot, 0});
+    empty.rectangle({0.8, -1.5, 0}, {1, 0, 0.3}, {0, 1, 0});
+    test::Scene crate = empty;
+    crate.box({-0.9, -0.8, 0}, {-0.5, -0.4, 0.3});
+    Mapper mapper = new_mapper();
+    mapper.share_octree();
+    GroundRules rules;
+    rules.widest_unseen_m = widest_unseen;
+    std::optional<GroundView> kept;
+    for (int k = 0; k < 12; ++k) {
+      const double turn = uniform(0, 6.3);
+      const Eigen::Vector3d eye(1.4 * std::cos(turn), 1.4 * std::sin(turn), uniform(0.8, 1.4));
+      mapper.insert(test::camera_scan(k % 6 < 3 ? crate : empty,
+                                      test::look_at(eye, {uniform(-1, 1), uniform(-1, 1), 0}), rng,
+                                      {200, 150, 170}));
+      const std::shared_ptr<const Snapshot> snapshot = mapper.snapshot();
+      kept = kept ? kept->next(snapshot, snapshot->octree) : GroundView(snapshot, snapshot->octree, rules);
+      if (k % 3 != 1) expect_equal(*kept, GroundView(snapshot, snapshot->octree, rules));
+    }
+  }
 }
 
 TEST_F(Place, WhatIsNotThereIsRefused) {

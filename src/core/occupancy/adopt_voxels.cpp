@@ -124,7 +124,7 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
     store_point(payload, grid_, k, position, position + side);
     adopted.push_back({k,
                        load_point(payload, grid_, k),
-                       sensing::decode_view(payload.view),
+                       sensing::views[payload.view],
                        static_cast<std::uint8_t>(payload.range_class),
                        0,
                        {}});

@@ -13,17 +13,10 @@
 namespace octosurf::occupancy {
 namespace {
 
-/// Table of all views: decoding one takes a square root and divisions.
-const std::array<Eigen::Vector3f, 4096> views = [] {
-  std::array<Eigen::Vector3f, 4096> all;
-  for (unsigned code = 0; code < all.size(); ++code) all[code] = sensing::decode_view(code);
-  return all;
-}();
-
 VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key) {
   return {key,
           load_point(payload, grid, key),
-          views[payload.view],
+          sensing::views[payload.view],
           static_cast<std::uint8_t>(payload.range_class),
           payload.surface,
           {}};
@@ -161,12 +154,12 @@ OccupancyView OccupancyMap::share() { return {tree_->share(), grid_.resolution()
 
 void OccupancyMap::assign(const VoxelPoint& point, SurfaceId surface) {
   if (point.place.run.size_class == 0) return assign(point.key, surface);
-  tree_->payload_at(point.place).surface = surface & 0xffffff;
+  tree_->assign(point.key, point.place, surface);
 }
 
 void OccupancyMap::assign(geometry::VoxelKey key, SurfaceId surface) {
   const VoxelTree::Lookup found = tree_->find(key);
-  if (found.payload != nullptr) tree_->payload_at(found.place).surface = surface & 0xffffff;
+  if (found.payload != nullptr) tree_->assign(key, found.place, surface);
 }
 
 void OccupancyMap::read_block(geometry::VoxelKey key, std::vector<VoxelPoint>& out) const {

@@ -164,7 +164,7 @@ void set_readings(Voxel& voxel, const Key3& key, const occupancy::VoxelPayload* 
   voxel.surface = payload->surface;
   if (!payload->has_point()) return;
   voxel.point = occupancy::load_point(*payload, geometry::VoxelGrid(resolution), key_of(key)).cast<double>();
-  voxel.view = sensing::decode_view(payload->view).cast<double>();
+  voxel.view = sensing::views[payload->view].cast<double>();
   voxel.range_m = sensing::range_of_class(payload->range_class);
 }
 

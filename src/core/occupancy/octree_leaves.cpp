@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -136,22 +137,36 @@ void visit_leaves(const occupancy::VoxelTree& tree, const KeyRange& range,
   collector.hand_on();
 }
 
+/// Where two trees were shared from one, unchanged nodes need no comparison.
+class History {
+ public:
+  History(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now)
+      : related_(now.same_history(before)),
+        forward_(now.shares() >= before.shares()),
+        shares_(std::min(before.shares(), now.shares())) {}
+
+  bool same(const Node& before, const Node& now) const {
+    return related_ && !(forward_ ? now : before).written_since(shares_);
+  }
+
+ private:
+  bool related_, forward_;  // forward: `now` is the later one
+  std::uint32_t shares_;    // before the earlier of the two
+};
+
 /// Traverses two trees in parallel.
 class Comparison {
  public:
   Comparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now,
              const std::function<void(const OccupancyView::Change&)>& visit)
-      : visit_(visit),
-        related_(now.same_history(before)),
-        forward_(now.shares() >= before.shares()),
-        shares_(std::min(before.shares(), now.shares())) {
+      : visit_(visit), history_(before, now) {
     compare(before.root(), now.root(), {});
   }
 
  private:
   /// `before` covers the same cube; if it is one leaf it may be larger.
   void compare(const Node& before, const Node& now, const Corner& corner) {
-    if (related_ && !(forward_ ? now : before).written_since(shares_)) return;
+    if (history_.same(before, now)) return;
     if (!now.has_children()) {
       if (before.has_children() || before.exists() != now.exists() ||
           (now.exists() && before.log_odds() != now.log_odds()))
@@ -195,10 +210,117 @@ class Comparison {
   }
 
   const std::function<void(const OccupancyView::Change&)>& visit_;
-  bool related_, forward_;  // shared from one tree; forward: `now` is the later one
-  std::uint32_t shares_;    // before the earlier of the two
+  History history_;
   std::vector<Leaf> leaves_;
 };
+
+using Brick = occupancy::VoxelTree::Brick;
+
+/// The occupied voxels of a brick, by Morton index.
+std::uint64_t occupied_in(const occupancy::VoxelTree& tree, const Brick& brick) {
+  if (!tree.occupied_without_points()) return brick.points;
+  std::uint64_t occupied = 0;
+  for (std::uint64_t m = brick.known; m != 0; m &= m - 1)
+    if (tree.occupied(brick.value[static_cast<std::size_t>(std::countr_zero(m))])) occupied |= m & ~(m - 1);
+  return occupied;
+}
+
+/// Reads the cubes of a range.
+class CubeReader {
+ public:
+  CubeReader(const occupancy::VoxelTree& tree, const KeyRange& range, bool occupied_only,
+             const std::function<bool(const OccupancyView::Cube&)>& visit)
+      : tree_(tree), range_(range), occupied_only_(occupied_only), visit_(visit) {}
+
+  bool below(const Node& node, const Corner& corner) {
+    if (occupied_only_ ? !node.may_be_occupied() : !node.exists()) return true;
+    if (!range_.meets(corner, node.level())) return true;
+    cube_.corner = corner;
+    cube_.level = static_cast<std::uint8_t>(node.level());
+    if (const Brick* brick = node.brick()) {
+      cube_.known = brick->known;
+      cube_.occupied = occupied_in(tree_, *brick);
+      const occupancy::VoxelPayload* payload = cube_.payloads = tree_.payloads_of(*brick);
+      cube_.points = brick->points;
+      for (std::uint64_t m = cube_.occupied; m != 0; m &= m - 1)
+        cube_.surface[static_cast<std::size_t>(std::countr_zero(m))] =
+            (brick->points & m & ~(m - 1)) != 0 ? (payload++)->surface : 0;
+      return visit_(cube_);
+    }
+    if (!node.has_children()) {
+      cube_.known = ~std::uint64_t{0};
+      cube_.occupied = tree_.occupied(node.log_odds()) ? cube_.known : 0;
+      if (cube_.occupied != 0) cube_.surface.fill(0);
+      cube_.points = 0;
+      return visit_(cube_);
+    }
+    for (unsigned c = 0; c < 8; ++c)
+      if (!below(node.child(c), child_corner(corner, c, node.level() - 1))) return false;
+    return true;
+  }
+
+ private:
+  const occupancy::VoxelTree& tree_;
+  KeyRange range_;
+  bool occupied_only_;
+  const std::function<bool(const OccupancyView::Cube&)>& visit_;
+  OccupancyView::Cube cube_;
+};
+
+/// Finds the cubes in which a voxel's state or payload changed.
+class StateComparison {
+ public:
+  using Visit = std::function<void(const Corner& corner, int level)>;
+
+  StateComparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now, const Visit& visit)
+      : before_(before), now_(now), history_(before, now), visit_(visit) {
+    compare(before.root(), now.root(), {}, occupancy::VoxelTree::top_level);
+  }
+
+ private:
+  struct Contents {
+    std::uint64_t known = 0, occupied = 0;
+    std::span<const occupancy::VoxelPayload> payloads{};
+  };
+  static Contents contents_of(const occupancy::VoxelTree& tree, const Node& node) {
+    if (const Brick* brick = node.has_children() ? node.brick() : nullptr)
+      return {brick->known,
+              occupied_in(tree, *brick),
+              {tree.payloads_of(*brick), static_cast<std::size_t>(std::popcount(brick->points))}};
+    if (!node.exists()) return {};
+    return {~std::uint64_t{0}, tree.occupied(node.log_odds()) ? ~std::uint64_t{0} : 0, {}};
+  }
+
+  /// Either covers this cube, or is a larger leaf.
+  void compare(const Node& before, const Node& now, const Corner& corner, int level) {
+    if (history_.same(before, now)) return;
+    const bool divided = before.has_children() || now.has_children();
+    if (divided && level > occupancy::VoxelTree::brick_level) {
+      for (unsigned c = 0; c < 8; ++c)
+        compare(before.has_children() ? before.child(c) : before, now.has_children() ? now.child(c) : now,
+                child_corner(corner, c, level - 1), level - 1);
+      return;
+    }
+    const Contents was = contents_of(before_, before), is = contents_of(now_, now);
+    if (was.known != is.known || was.occupied != is.occupied ||
+        !std::equal(was.payloads.begin(), was.payloads.end(), is.payloads.begin(), is.payloads.end()))
+      visit_(corner, level);
+  }
+
+  const occupancy::VoxelTree &before_, &now_;
+  History history_;
+  const Visit& visit_;
+};
+
+void require_same_resolution(const OccupancyView& a, const OccupancyView& b) {
+  if (a.resolution() > 0 && b.resolution() > 0 && a.resolution() != b.resolution())
+    throw Error(Error::Kind::usage, "before", "is a view of a map of another resolution");
+}
+
+const occupancy::VoxelTree& nothing() {
+  static const occupancy::VoxelTree tree{occupancy::OccupancyModel{}};
+  return tree;
+}
 
 }  // namespace
 
@@ -214,10 +336,25 @@ void OccupancyView::for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLea
 void OccupancyView::for_each_change(const OccupancyView& before,
                                     const std::function<void(const Change&)>& visit) const {
   if (tree_ == nullptr && before.tree_ == nullptr) return;
-  if (tree_ != nullptr && before.tree_ != nullptr && resolution_ != before.resolution_)
-    throw Error(Error::Kind::usage, "before", "is a view of a map of another resolution");
-  const occupancy::VoxelTree nothing{occupancy::OccupancyModel{}};
-  Comparison(before.tree_ != nullptr ? *before.tree_ : nothing, tree_ != nullptr ? *tree_ : nothing, visit);
+  require_same_resolution(*this, before);
+  Comparison(before.tree_ != nullptr ? *before.tree_ : nothing(), tree_ != nullptr ? *tree_ : nothing(),
+             visit);
+}
+
+void OccupancyView::for_each_cube(const Eigen::AlignedBox3d& box,
+                                  const std::function<bool(const Cube&)>& visit, bool occupied_only) const {
+  if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");
+  if (tree_ != nullptr && !box.isEmpty())
+    CubeReader(*tree_, keys_that_meet(box, resolution_), occupied_only, visit).below(tree_->root(), {});
+}
+
+void OccupancyView::for_each_changed_cube(
+    const OccupancyView& before,
+    const std::function<void(const std::array<std::uint16_t, 3>&, int)>& visit) const {
+  if (tree_ == before.tree_) return;
+  require_same_resolution(*this, before);
+  StateComparison(before.tree_ != nullptr ? *before.tree_ : nothing(), tree_ != nullptr ? *tree_ : nothing(),
+                  visit);
 }
 
 void occupancy::OccupancyMap::set_leaves(std::span<const Leaf> leaves) {

@@ -146,7 +146,21 @@ void VoxelTree::settle(Slot& slot, int level) {
   mark(slot, any);
 }
 
+// A brick's points may be assigned without a write to its voxels.
+void VoxelTree::mark_way_to(geometry::VoxelKey brick) {
+  Slot* slot = &root_;
+  for (int level = top_level; slot->link >= first_link; --level) {
+    if (std::bit_cast<std::uint32_t>(slot->value) >> 1 != shares_) mark(*slot, may_be_occupied(*slot));
+    if (level == brick_level) return;
+    slot = &writable_group(*slot)[child_of(brick, level - 1)];
+  }
+}
+
 std::shared_ptr<const VoxelTree> VoxelTree::share() {
+  std::sort(assigned_.begin(), assigned_.end());
+  assigned_.erase(std::unique(assigned_.begin(), assigned_.end()), assigned_.end());
+  for (const std::uint64_t brick : assigned_) mark_way_to(key_of(brick << (3 * brick_level)));
+  assigned_.clear();
   if (!settled_) {
     without_points_ = false;
     settle(root_, top_level);

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include <octosurf/adapters/detail/scan_rays.hpp>
 
@@ -79,7 +80,12 @@ class VoxelTree {
   /// (level ≥ 3) that holds `key`, in Morton order.
   template <class Visit>
   void visit_points(geometry::VoxelKey key, int level, Visit&& visit) const;
-  VoxelPayload& payload_at(PayloadPlace place) { return payloads_.writable(place.run)[place.rank]; }
+  /// Sets the surface of a point of voxel `key`, whose payload is here.
+  void assign(geometry::VoxelKey key, PayloadPlace place, std::uint32_t surface) {
+    payloads_.writable(place.run)[place.rank].surface = surface & 0xffffff;
+    const std::uint64_t brick = geometry::morton_of(key.x, key.y, key.z) >> (3 * brick_level);
+    if (shares_ > 0 && (assigned_.empty() || assigned_.back() != brick)) assigned_.push_back(brick);
+  }
 
   /// A read-only view of the current tree, for any thread.
   std::shared_ptr<const VoxelTree> share();
@@ -174,6 +180,7 @@ class VoxelTree {
   void close_brick(Slot& slot);
   void forget(Slot& slot, int level);
   void settle(Slot& slot, int level);
+  void mark_way_to(geometry::VoxelKey brick);
   VoxelPayload& payload(Brick& b, unsigned i);
 
   bool saturated(const Slot& slot) const { return slot.link == leaf && slot.value <= model_.clamp_min; }
@@ -209,6 +216,7 @@ class VoxelTree {
   std::uint32_t shares_ = 0;  // two billion: 2.3 years at 30 Hz
   bool without_points_ = false;
   bool settled_ = true;                     // no leaf was set since the marks were updated
+  std::vector<std::uint64_t> assigned_;     // bricks with a point assigned since the last share
   Slot root_, root_before_;                 // the latter: at begin_changes()
   std::shared_ptr<memory::PageFile> file_;  // of the pools, which it outlives
   Pool<Group, 10> groups_{file_.get()};

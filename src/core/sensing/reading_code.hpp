@@ -41,6 +41,13 @@ inline Eigen::Vector3f decode_view(unsigned code) {
   return v.normalized();
 }
 
+/// decode_view() of all codes: decoding one takes a square root and divisions.
+inline const std::array<Eigen::Vector3f, 4096> views = [] {
+  std::array<Eigen::Vector3f, 4096> all;
+  for (unsigned code = 0; code < all.size(); ++code) all[code] = decode_view(code);
+  return all;
+}();
+
 /// Position of a point in its voxel, in 256ths of the edge, rounded down; and the centre of that step.
 using PlaceInVoxel = std::array<std::uint8_t, 3>;
 inline PlaceInVoxel place_in_voxel(const geometry::VoxelGrid& grid, geometry::VoxelKey key,

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <octosurf/occupancy.hpp>
+#include <octosurf/surface.hpp>
+
+namespace octosurf::planning {
+
+/// A surface's plane, as far as its ground depends on it.
+struct GroundPlane {
+  SurfaceId id = 0;
+  double d = 0;  ///< of the map, m
+  double rms_m = 0;
+  Eigen::Isometry3d T_map_plane = Eigen::Isometry3d::Identity();  ///< z along the normal
+
+  /// m: to which depth a void must be free. Three voxels, because with poses off by a voxel, rays along a
+  /// plane free two.
+  double depth() const { return std::max(2.5 * d, 3 * rms_m + d / 2); }
+  bool operator==(const GroundPlane& other) const {
+    return id == other.id && d == other.d && rms_m == other.rms_m &&
+           T_map_plane.matrix() == other.T_map_plane.matrix();
+  }
+};
+
+/// The voxels straight before and behind places of a plane, copied from the octree so that reading one takes
+/// some ns.
+class Columns {
+ public:
+  /// `part`: in the plane's frame. Places outside read as unknown.
+  Columns(const OccupancyView& octree, const GroundPlane& plane, const Eigen::AlignedBox2d& part);
+
+  /// What is known of a place. Without a reading of the surface at most two voxels aside of its plane:
+  struct Seen {
+    bool reading = false;
+    bool free = false;     ///< on the plane
+    bool open = false;     ///< and behind it, to the depth or to another surface
+    bool blocked = false;  ///< something else stands there
+    bool passed = false;   ///< rays went by close before the plane: nothing hid it from them
+  };
+  Seen at(const Eigen::Vector2d& uv) const;
+  /// Free on the plane and behind it, whatever lies beside.
+  bool open_through(const Eigen::Vector2d& uv) const {
+    const Eigen::Vector3d place = place_of(uv);
+    return content(place) == Content::free && is_open(place);
+  }
+
+ private:
+  enum class Content : std::uint8_t { unknown, free, own, other, pending };
+
+  void copy(const OccupancyView::Cube& cube);
+  bool is_open(const Eigen::Vector3d& place) const;
+  /// In voxels, from the lowest one held.
+  Eigen::Vector3d place_of(const Eigen::Vector2d& uv) const {
+    return origin_ + uv.x() * along_u_ + uv.y() * along_v_;
+  }
+  Content content(const Eigen::Vector3d& place, double height = 0) const;
+
+  GroundPlane plane_;
+  Eigen::Vector3d origin_, along_u_, along_v_, along_normal_;
+  Eigen::Array3i low_ = Eigen::Array3i::Zero();     // key of the lowest voxel, a multiple of 4
+  Eigen::Array3i bricks_ = Eigen::Array3i::Zero();  // of 4³ voxels
+  double thickness_ = 0;                            // voxels: of what is copied, to either side
+  std::vector<Content> contents_;                   // brick by brick, in each in Morton order
+};
+
+}  // namespace octosurf::planning

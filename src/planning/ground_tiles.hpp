@@ -1,0 +1,74 @@
+#pragma once
+
+#include "planning/cell_raster.hpp"
+#include "planning/cell_runs.hpp"
+#include "planning/column.hpp"
+#include "planning/made_once.hpp"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <octosurf/gaps.hpp>
+#include <octosurf/occupancy.hpp>
+#include <octosurf/surface.hpp>
+
+namespace octosurf::planning {
+
+/// The ground of one surface (gaps.hpp), tile by tile of its plane: squares of 64 voxels, or all in one if
+/// gaps so wide are bridged that most of a tile would depend on its neighbours. A tile is computed when it is
+/// read, and depends on what is near it: on the outline there, on the octree, and on the plane, rounded so
+/// that a refit seldom changes it. So a later snapshot's tiles are these, but for those where something
+/// changed. Readable from any thread.
+class GroundTiles {
+ public:
+  /// `d`: of the octree.
+  GroundTiles(SurfacePtr surface, double d, double widest_bridged_m);
+  /// The same surface later, or another version of it. `changed`: the cubes of the octree that changed since.
+  GroundTiles(const GroundTiles& before, SurfacePtr surface, std::span<const Eigen::AlignedBox3d> changed);
+
+  const Surface& surface() const { return *surface_; }
+  /// Map frame: what happens outside of it does not matter.
+  const Eigen::AlignedBox3d& reach() const { return reach_; }
+  /// Whether the earlier version's ground is this one's, too.
+  bool same_as_before() const { return same_; }
+
+  /// The surface with the outline of its ground. `octree`: of this version.
+  SurfacePtr solid(const OccupancyView& octree) const;
+  const std::vector<Gap>& gaps(const OccupancyView& octree) const;
+
+ private:
+  using Key = std::array<int, 2>;
+  struct Tile {
+    CellRaster cells;            ///< of edge d, the tile's own
+    Mask of;                     ///< each: see ground_tiles.cpp; empty if nothing of the outline is near
+    std::vector<Ring2> bridged;  ///< rectangles that cover the bridged cells, and a cell more
+    std::vector<Ring2> voids;    ///< rectangles
+  };
+  class Finder;
+
+  bool whole() const;        // all in one tile
+  int widest_cells() const;  // radius of the widest disc that is bridged
+  GroundPlane plane_at(const Key& key) const;
+  CellRaster cells_of(const Key& key) const;
+  CellRaster cells_about(const CellRaster& cells, int more, int margin) const;
+  Key key_at(const Eigen::Vector2d& uv) const;
+  std::vector<Key> keys() const;  // of the outline's box, row by row
+  const Tile& tile(const Key& key, const OccupancyView& octree) const;
+  std::vector<Gap> find_gaps(const OccupancyView& octree) const;
+  SurfacePtr reshape(const OccupancyView& octree) const;
+
+  SurfacePtr surface_;
+  double d_, widest_bridged_m_;
+  int halo_ = 0;                             // cells about a tile on which it depends
+  std::shared_ptr<const CellRuns> outline_;  // in cells of d/2
+  Eigen::AlignedBox3d reach_;
+  bool same_ = false;
+  mutable MadeOnce<Key, Tile> tiles_;
+  mutable MadeOnce<int, SurfacePtr> solid_;
+  mutable MadeOnce<int, std::vector<Gap>> gaps_;
+};
+
+}  // namespace octosurf::planning
