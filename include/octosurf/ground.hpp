@@ -71,20 +71,29 @@ class GroundView {
   /// for a frontier margin.
   ContactRegion region(SurfaceId id, std::optional<double> yaw_rad,
                        const std::vector<PolygonEdges>* edges = nullptr) const;
-  /// foothold() of it, likewise.
+  /// Of that what lies within `reach_m` of `about` along u and v, at a cost that does not depend on the
+  /// surface's size: some ms for 2 m. No frontier margin.
+  ContactRegion region_about(SurfaceId id, const Eigen::Vector3d& about, double reach_m,
+                             std::optional<double> yaw_rad) const;
+  /// foothold() on the solid surface, its margin_m at most farthest_margin_m. Some tens of µs, and some
+  /// ms for the first one in a tile of 64 voxels. With `edges`, for a frontier margin, as region().
   Foothold foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad,
                     const std::vector<PolygonEdges>* edges = nullptr) const;
+  static constexpr double farthest_margin_m = 0.25;  ///< farther edges are not looked for
 
  private:
   struct Solids;
   struct Outlines;
+  struct Places;
   std::shared_ptr<const planning::GroundTiles> tiles_of(SurfaceId id) const;
+  Surface part_of(SurfaceId id, const Eigen::AlignedBox2d& box) const;
 
   std::shared_ptr<const Snapshot> snapshot_;
   OccupancyView octree_;
   GroundRules rules_;
   std::shared_ptr<Solids> solids_;
   std::shared_ptr<Outlines> supported_;
+  std::shared_ptr<Places> places_;
 };
 
 }  // namespace octosurf

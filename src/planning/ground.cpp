@@ -1,3 +1,6 @@
+#include "planning/blocked_polygon.hpp"
+#include "planning/contact_shape.hpp"
+#include "planning/convex_sides.hpp"
 #include "planning/ground_tiles.hpp"
 #include "planning/made_once.hpp"
 #include "planning/rings.hpp"
@@ -8,6 +11,7 @@
 #include <map>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 
@@ -33,6 +37,7 @@ double widest_unseen(const GroundRules& rules) {
 }  // namespace
 
 struct GroundView::Solids : planning::MadeOnce<SurfaceId, std::shared_ptr<const planning::GroundTiles>> {};
+struct GroundView::Places : planning::MadeOnce<std::tuple<SurfaceId, double, double>, Surface> {};
 struct GroundView::Outlines : planning::MadeOnce<SurfaceId, SurfacePtr> {};
 
 GroundRules GroundRules::of(const Robot& robot, double resolution) {
@@ -50,7 +55,8 @@ GroundView::GroundView(std::shared_ptr<const Snapshot> snapshot, OccupancyView o
       octree_(std::move(octree)),
       rules_(rules),
       solids_(std::make_shared<Solids>()),
-      supported_(std::make_shared<Outlines>()) {
+      supported_(std::make_shared<Outlines>()),
+      places_(std::make_shared<Places>()) {
   if (octree_.resolution() <= 0)
     throw Error(Error::Kind::usage, "ground", "cannot be known without an octree", "give the map's");
 }
@@ -140,10 +146,61 @@ ContactRegion GroundView::region(SurfaceId id, std::optional<double> yaw_rad,
   return contact_region(*solid(id), rules_.foot, yaw_rad, rules_.limits, &octree_, edges, snapshot_.get());
 }
 
+/// With the outline of its ground in a box.
+Surface GroundView::part_of(SurfaceId id, const Eigen::AlignedBox2d& box) const {
+  const std::shared_ptr<const planning::GroundTiles> tiles = tiles_of(id);
+  const Surface& mapped = tiles->surface();
+  Surface part;  // the rest of it may be large
+  part.id = id;
+  part.resolution = mapped.resolution;
+  part.plane = mapped.plane;
+  part.T_map_surface = mapped.T_map_surface;
+  part.area_m2 = mapped.area_m2;
+  part.inliers = mapped.inliers;
+  part.rms_m = mapped.rms_m;
+  part.covariance = mapped.covariance;
+  part.revision = mapped.revision;
+  part.polygons = tiles->solid_within(box, octree_, rules_.as_mapped);
+  return part;
+}
+
+ContactRegion GroundView::region_about(SurfaceId id, const Eigen::Vector3d& about, double reach_m,
+                                       std::optional<double> yaw_rad) const {
+  if (!about.allFinite() || !(reach_m > 0))
+    throw Error(Error::Kind::usage, "region_about", "the place or its reach is not a number or not positive");
+  const Surface& mapped = tiles_of(id)->surface();
+  ContactLimits limits = rules_.limits;
+  limits.frontier_margin_m = 0;
+  const Eigen::Vector2d at = (mapped.T_map_surface.inverse() * about).head<2>(),
+                        reach = Eigen::Vector2d::Constant(reach_m);
+  const Eigen::AlignedBox2d window(at - reach, at + reach);
+  const Eigen::Vector2d beside =
+      Eigen::Vector2d::Constant(1.01 * (rules_.foot.reach() + limits.edge_margin_m));
+  ContactRegion region = contact_region(part_of(id, {window.min() - beside, window.max() + beside}),
+                                        rules_.foot, yaw_rad, limits, &octree_, nullptr, snapshot_.get());
+  region.polygons = planning::reshaped(planning::clipped(region.polygons, window), {}, {});
+  region.area_m2 = planning::area_of(region.polygons);
+  return region;
+}
+
 Foothold GroundView::foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad,
                               const std::vector<PolygonEdges>* edges) const {
-  return octosurf::foothold(*solid(id), rules_.foot, at, yaw_rad, rules_.limits, &octree_, edges,
-                            snapshot_.get());
+  if (edges != nullptr || rules_.limits.frontier_margin_m > 0 || !at.allFinite())
+    return octosurf::foothold(*solid(id), rules_.foot, at, yaw_rad, rules_.limits, &octree_, edges,
+                              snapshot_.get());
+  // The ground about squares as large as a foot's surroundings.
+  const double around = rules_.foot.reach() + std::max(rules_.limits.edge_margin_m, farthest_margin_m);
+  const double edge = std::max(around, 32 * octree_.resolution());
+  const Eigen::Vector2d uv = (tiles_of(id)->surface().T_map_surface.inverse() * at).head<2>(),
+                        square = (uv / edge).array().floor();
+  const Surface& part = places_->get({id, square.x(), square.y()}, [&] {
+    const Eigen::Vector2d low = edge * square, beside = Eigen::Vector2d::Constant(1.01 * around);
+    return part_of(id, {low - beside, low + Eigen::Vector2d::Constant(edge) + beside});
+  });
+  Foothold result =
+      octosurf::foothold(part, rules_.foot, at, yaw_rad, rules_.limits, &octree_, nullptr, snapshot_.get());
+  result.margin_m = std::min(result.margin_m, farthest_margin_m);
+  return result;
 }
 
 }  // namespace octosurf

@@ -250,7 +250,7 @@ GroundTiles::GroundTiles(const GroundTiles& before, SurfacePtr surface,
             std::none_of(changed.begin(), changed.end(),
                          [&](const auto& cube) { return reach_.intersects(cube); });
   } else {
-    const std::vector<Key> keys = this->keys();
+    const std::vector<Key> keys = keys_in(outline_->box());
     const Key low = keys.empty() ? Key{0, 0} : keys.front(), high = keys.empty() ? Key{-1, -1} : keys.back();
     Mask stale(keys.size(), 0);
     const auto index = [&](const Key& key) {
@@ -349,10 +349,10 @@ GroundTiles::Key GroundTiles::key_at(const Eigen::Vector2d& uv) const {
   return {cell.x() >> tile_bits, cell.y() >> tile_bits};
 }
 
-std::vector<GroundTiles::Key> GroundTiles::keys() const {
+std::vector<GroundTiles::Key> GroundTiles::keys_in(const Eigen::AlignedBox2d& box) const {
   std::vector<Key> all;
-  if (outline_->box().isEmpty()) return all;
-  const Key low = key_at(outline_->box().min()), high = key_at(outline_->box().max());
+  if (box.isEmpty()) return all;
+  const Key low = key_at(box.min()), high = key_at(box.max());
   for (int y = low[1]; y <= high[1]; ++y)
     for (int x = low[0]; x <= high[0]; ++x) all.push_back({x, y});
   return all;
@@ -363,32 +363,58 @@ const GroundTiles::Tile& GroundTiles::tile(const Key& key, const OccupancyView& 
 }
 
 SurfacePtr GroundTiles::solid(const OccupancyView& octree) const {
-  return solid_.get(0, [&] { return reshape(octree); });
+  return solid_.get(0, [&]() -> SurfacePtr {
+    if (outline_->box().isEmpty()) return surface_;
+    const Eigen::Vector2d more = Eigen::Vector2d::Constant(2 * d_);  // of what is bridged beside it
+    const Cuts cuts = cuts_in({outline_->box().min() - more, outline_->box().max() + more}, octree);
+    if (cuts.bridged.empty() && cuts.voids.empty()) return surface_;
+    return with_outline(*surface_, reshape(surface_->polygons, cuts));
+  });
+}
+
+std::vector<Polygon> GroundTiles::solid_within(const Eigen::AlignedBox2d& box, const OccupancyView& octree,
+                                               bool as_mapped) const {
+  const Eigen::AlignedBox2d common = box.intersection(outline_->box());
+  if (common.isEmpty()) return {};
+  return reshape(clipped(surface_->polygons, box), as_mapped ? Cuts{} : cuts_in(common, octree));
 }
 
 const std::vector<Gap>& GroundTiles::gaps(const OccupancyView& octree) const {
   return gaps_.get(0, [&] { return find_gaps(octree); });
 }
 
-SurfacePtr GroundTiles::reshape(const OccupancyView& octree) const {
-  std::vector<Ring2> bridged, voids;
-  for (const Key& key : keys()) {
+GroundTiles::Cuts GroundTiles::cuts_in(const Eigen::AlignedBox2d& box, const OccupancyView& octree) const {
+  Cuts cuts;
+  const auto add = [&](const std::vector<Ring2>& rectangles, std::vector<Ring2>& to) {
+    for (const Ring2& ring : rectangles) {
+      const Eigen::AlignedBox2d part = box.intersection(Eigen::AlignedBox2d(ring[0], ring[2]));
+      if (part.isEmpty()) continue;
+      const Eigen::Vector2d &low = part.min(), &high = part.max();
+      to.push_back({low, {high.x(), low.y()}, high, {low.x(), high.y()}});
+    }
+  };
+  // Bridged cells are covered with a cell more.
+  const Eigen::Vector2d more = Eigen::Vector2d::Constant(d_);
+  for (const Key& key : keys_in({box.min() - more, box.max() + more})) {
     const Tile& one = tile(key, octree);
-    bridged.insert(bridged.end(), one.bridged.begin(), one.bridged.end());
-    voids.insert(voids.end(), one.voids.begin(), one.voids.end());
+    add(one.bridged, cuts.bridged);
+    add(one.voids, cuts.voids);
   }
-  if (bridged.empty() && voids.empty()) return surface_;
-  std::vector<Polygon> polygons = reshaped(surface_->polygons, bridged, voids);
-  std::erase_if(polygons, [&](Polygon& polygon) {
+  return cuts;
+}
+
+std::vector<Polygon> GroundTiles::reshape(const std::vector<Polygon>& polygons, const Cuts& cuts) const {
+  std::vector<Polygon> result = reshaped(polygons, cuts.bridged, cuts.voids);
+  std::erase_if(result, [&](Polygon& polygon) {
     std::erase_if(polygon.holes, [&](const Ring2& hole) { return -geometry::signed_area(hole) < d_ * d_; });
     return geometry::signed_area(polygon.outer) < d_ * d_;
   });
-  return with_outline(*surface_, std::move(polygons));
+  return result;
 }
 
 std::vector<Gap> GroundTiles::find_gaps(const OccupancyView& octree) const {
   std::vector<Gap> gaps;
-  const std::vector<Key> keys = this->keys();
+  const std::vector<Key> keys = keys_in(outline_->box());
   if (keys.empty()) return gaps;
   const CellRaster first = cells_of(keys.front()), last = cells_of(keys.back());
   const CellRaster raster(first.low(), last.low() + Eigen::Vector2i(last.width(), last.height()), d_);

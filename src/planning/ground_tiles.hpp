@@ -38,6 +38,10 @@ class GroundTiles {
   /// The surface with the outline of its ground. `octree`: of this version.
   SurfacePtr solid(const OccupancyView& octree) const;
   const std::vector<Gap>& gaps(const OccupancyView& octree) const;
+  /// The outline of the ground in a box, as far as it is one: the box's sides are edges, too. O(vertices of
+  /// the surface), some ns each, and what the tiles there cost.
+  std::vector<Polygon> solid_within(const Eigen::AlignedBox2d& box, const OccupancyView& octree,
+                                    bool as_mapped) const;
 
  private:
   using Key = std::array<int, 2>;
@@ -47,6 +51,9 @@ class GroundTiles {
     std::vector<Ring2> bridged;  ///< rectangles that cover the bridged cells, and a cell more
     std::vector<Ring2> voids;    ///< rectangles
   };
+  struct Cuts {
+    std::vector<Ring2> bridged, voids;  // of some tiles
+  };
   class Finder;
 
   bool whole() const;        // all in one tile
@@ -55,10 +62,11 @@ class GroundTiles {
   CellRaster cells_of(const Key& key) const;
   CellRaster cells_about(const CellRaster& cells, int more, int margin) const;
   Key key_at(const Eigen::Vector2d& uv) const;
-  std::vector<Key> keys() const;  // of the outline's box, row by row
+  std::vector<Key> keys_in(const Eigen::AlignedBox2d& box) const;  // row by row
+  Cuts cuts_in(const Eigen::AlignedBox2d& box, const OccupancyView& octree) const;
   const Tile& tile(const Key& key, const OccupancyView& octree) const;
   std::vector<Gap> find_gaps(const OccupancyView& octree) const;
-  SurfacePtr reshape(const OccupancyView& octree) const;
+  std::vector<Polygon> reshape(const std::vector<Polygon>& polygons, const Cuts& cuts) const;
 
   SurfacePtr surface_;
   double d_, widest_bridged_m_;

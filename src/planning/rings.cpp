@@ -56,6 +56,37 @@ Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vec
   return from + std::clamp(along.dot(point - from) / length2, 0.0, 1.0) * along;
 }
 
+Ring2 clipped(const Ring2& ring, const Eigen::AlignedBox2d& box) {
+  Ring2 inside = ring, next;
+  for (const Eigen::Index axis : {0, 1})
+    for (const double sign : {1.0, -1.0}) {
+      const double limit = sign > 0 ? box.max()[axis] : -box.min()[axis];
+      const auto beyond = [&](const Eigen::Vector2d& p) { return sign * p[axis] - limit; };
+      next.clear();
+      for (std::size_t i = 0; i < inside.size(); ++i) {
+        const Eigen::Vector2d &a = inside[i], &b = inside[(i + 1) % inside.size()];
+        const double of_a = beyond(a), of_b = beyond(b);
+        if (of_a <= 0) next.push_back(a);
+        if ((of_a < 0 && of_b > 0) || (of_a > 0 && of_b < 0))
+          next.push_back(a + of_a / (of_a - of_b) * (b - a));
+      }
+      inside.swap(next);
+    }
+  return inside;
+}
+
+std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::AlignedBox2d& box) {
+  std::vector<Polygon> parts;
+  for (const Polygon& polygon : polygons) {
+    Polygon part{clipped(polygon.outer, box), {}};
+    if (part.outer.size() < 3) continue;
+    for (const Ring2& hole : polygon.holes)
+      if (Ring2 ring = clipped(hole, box); ring.size() > 2) part.holes.push_back(std::move(ring));
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
 SurfacePtr with_outline(const Surface& surface, std::vector<Polygon> polygons) {
   double longest_edge = 0;
   for (const Polygon& polygon : surface.polygons)

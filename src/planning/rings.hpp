@@ -36,6 +36,11 @@ bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
 Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                    const Eigen::Vector2d& point);
 
+/// The part of a ring in a box (Sutherland and Hodgman 1974). Where the ring leaves the box and comes back,
+/// its parts are joined along the box's sides, so that winding numbers inside are the ring's. O(n).
+Ring2 clipped(const Ring2& ring, const Eigen::AlignedBox2d& box);
+std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::AlignedBox2d& box);
+
 /// The surface with other polygons, and `boundary` and `area_m2` that go with them. Edges are divided where
 /// they are longer than the surface's longest: readers rely on neighbours in a ring being at most h apart.
 SurfacePtr with_outline(const Surface& surface, std::vector<Polygon> polygons);

@@ -230,9 +230,10 @@ int main(int argc, char** argv) {
   using namespace octosurf::bench;
   const std::map<std::string, void (*)(const Options&)> benchmarks{
       {"accuracy", accuracy},   {"dynamics", dynamics}, {"floor", octosurf::bench::floor},
-      {"footholds", footholds}, {"gaps", gaps},         {"kitchen", kitchen},
-      {"labelled", labelled},   {"plans", plans},       {"queries", queries},
-      {"speed", speed},         {"stairs", stairs},     {"table1", table1}};
+      {"footholds", footholds}, {"gaps", gaps},         {"ground", ground},
+      {"kitchen", kitchen},     {"labelled", labelled}, {"plans", plans},
+      {"queries", queries},     {"speed", speed},       {"stairs", stairs},
+      {"table1", table1}};
   try {
     benchmarks.at(argc == 3 ? argv[1] : "")(nlohmann::json::parse(argv[2]).get<Options>());
     return 0;

@@ -56,6 +56,7 @@ void dynamics(const Options& options);
 void floor(const Options& options);
 void footholds(const Options& options);
 void gaps(const Options& options);
+void ground(const Options& options);
 void kitchen(const Options& options);
 void labelled(const Options& options);
 void plans(const Options& options);

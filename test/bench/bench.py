@@ -140,6 +140,9 @@ BENCHES = {
                   "(false: 5 cm). Good ones: on true faces, with 1 cm to spare and room over them, and seen."),
     "gaps": (("sensor", "scene"), GAPS, {"scenes": ["office", "room", "stairs", "stones"], "sensors": ["spinning", "tilting"]},
              "True level ground within 8 m of a scan, of it what a scan had in sight, and what is supported of that and of all."),
+    "ground": ((), None, {"scenes": ["office", "hall"], "every": 3, "frames": 120},
+               "Medians over scans: ground kept up (next), a foothold in a new snapshot and once more, a region within 2 m of the sensor, "
+               "all ground read, all made from nothing."),
     "kitchen": ((), None, {}, "A real recording without truth: double layers must not be in its map."),
     "labelled": (("cloud", "resolution", "method"), LABELLED, {"resolutions": [0.02, 0.01]},
                  "CGAL has the best of several settings, octosurf its defaults."),

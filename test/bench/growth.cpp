@@ -2,13 +2,60 @@
 
 #include "bench/bench.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
+#include <octosurf/ground.hpp>
+#include <octosurf/planning.hpp>
 #include <octosurf/queries.hpp>
 
 namespace octosurf::bench {
 namespace {
+
+/// What the ground of a map costs at each scan, kept up from the one before.
+class GroundTimes {
+ public:
+  /// Reads what a planner needs near `from`, and, with `all`, everything, also from nothing.
+  void measure(const std::shared_ptr<const Snapshot>& snapshot, const Eigen::Vector3d& from, bool all) {
+    std::optional<GroundView> now;
+    const auto keep_up = [&] {
+      now = kept_ ? kept_->next(snapshot, snapshot->octree) : GroundView(snapshot, snapshot->octree);
+    };
+    times_["next_ms"].push_back(time_ms(keep_up));
+    kept_ = now;
+    const auto floor = below(*snapshot, from, {Eigen::Vector3d::UnitZ(), max_slope});
+    if (floor) {
+      constexpr int feet = 50;
+      double area = 0;
+      const auto put_feet = [&] {
+        for (int k = 0; k < feet; ++k) {
+          const double turn = k * 2.4, off = 0.02 * k;  // a spiral to 1 m
+          const Eigen::Vector3d at = floor->point + off * Eigen::Vector3d(std::cos(turn), std::sin(turn), 0);
+          area += now->foothold(floor->id, at, turn).supported;
+        }
+      };
+      times_["first_feet_ms"].push_back(time_ms(put_feet) / feet);
+      times_["foothold_ms"].push_back(time_ms(put_feet) / feet);
+      times_["region_2m_ms"].push_back(
+          time_ms([&] { area += now->region_about(floor->id, floor->point, 2, {}).area_m2; }));
+    }
+    if (!all) return;
+    times_["all_ms"].push_back(time_ms([&] { now->solid(); }));
+    if (times_["all_ms"].size() % 10 == 0)
+      times_["anew_ms"].push_back(time_ms([&] { GroundView(snapshot, snapshot->octree).solid(); }));
+  }
+  Json medians() const {
+    Json row;
+    for (const auto& [name, ms] : times_) row[name] = percentile(ms, 0.5);
+    return row;
+  }
+
+ private:
+  std::optional<GroundView> kept_;
+  std::map<std::string, std::vector<double>> times_;
+};
 
 /// A mapper that inserts scan 0, 1, … of a run.
 struct Walk {
@@ -17,6 +64,7 @@ struct Walk {
   std::size_t next = 0;
   double heap_bytes = 0;
   std::vector<ScanReport> reports{};  ///< of what is measured
+  GroundTimes ground{};
 
   Walk(const Parameters& parameters, std::function<Scan(std::size_t)> scans, std::size_t until)
       : mapper(parameters), scan(std::move(scans)) {
@@ -24,7 +72,12 @@ struct Walk {
     while (next < until) mapper.insert(scan(next++));
     heap_bytes = heap_in_use() - before;
   }
-  void measure() { reports.push_back(mapper.insert(scan(next++))); }
+  void measure() {
+    const Scan look = scan(next++);
+    mapper.share_octree();
+    reports.push_back(mapper.insert(look));
+    ground.measure(mapper.snapshot(), look.T_map_sensor.translation() + Eigen::Vector3d(1.5, 0, 0), false);
+  }
 };
 
 /// The median of each stage and of whole scans, and what the map takes.
@@ -34,6 +87,7 @@ Json count(const Walk& walk, const std::string& name) {
   Json row{{"p50_ms", percentile(whole, 0.5)}, {"p99_ms", percentile(whole, 0.99)}};
   row["stage_p50_ms"] =
       stages_of(walk.reports, [](const std::vector<double>& ms) { return percentile(ms, 0.5); });
+  row["ground"] = walk.ground.medians();
   const std::string stem = scratch(name);
   save_map(walk.mapper.map(), stem);
   row.update(Json{{"heap_bytes", walk.heap_bytes},
@@ -115,6 +169,29 @@ void floor(const Options& options) {
   for (const auto& [name, walk] : {std::pair{"early", &early}, {"late", &late}}) {
     write({{"when", name}}, count(*walk, name));
   }
+}
+
+/// Ground kept up while recordings are mapped: the kitchen, and simulated ones.
+void ground(const Options& options) {
+  const auto run = [&](const Json& row,
+                       const std::function<void(const std::function<void(const Scan&)>&)>& scans) {
+    Mapper mapper(parameters_at(options.resolutions.front(), options.set));
+    mapper.share_octree();
+    GroundTimes times;
+    std::vector<double> insert_ms;
+    scans([&](const Scan& scan) {
+      insert_ms.push_back(time_ms([&] { mapper.insert(scan); }));
+      times.measure(mapper.snapshot(), scan.T_map_sensor.translation(), true);
+    });
+    Json more{{"insert_ms", percentile(insert_ms, 0.5)}};
+    more.update(times.medians());
+    write(row, more);
+  };
+  run({{"scene", "kitchen"}},
+      [&](const auto& visit) { for_each_scan(kitchen_of(options), options.every, options.frames, visit); });
+  for_each_recording(options, [&](const Recorded& recorded, const Json& row) {
+    run(row, [&](const auto& visit) { std::for_each(recorded.scans.begin(), recorded.scans.end(), visit); });
+  });
 }
 
 void queries(const Options& options) {

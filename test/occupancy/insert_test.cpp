@@ -70,6 +70,11 @@ TEST(OccupancyInsert, EqualsOctomapOnSimulatedScans) {
       compare(simulated(test::rng(), resolution < 0.02 ? 500 : 2000, 0), resolution, max_range);
 }
 
+TEST(OccupancyModel, ClampsWhatIsHitAgainAndAgainAsOctomapDoes) {
+  std::mt19937_64 rng(test::seed());
+  compare(std::vector<Scan>(8, test::room_scan(rng, 100, {0.5, 0.4, 0.3})), 0.1, -1);
+}
+
 TEST(OccupancyInsert, EqualsOctomapFarFromTheOrigin) {
   compare(simulated(test::rng(), 1500, 97.31), 0.02, -1);
   compare(simulated(test::rng(), 3000, -611.7), 0.05, 1.5);

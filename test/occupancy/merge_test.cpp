@@ -24,13 +24,14 @@ using Points = std::map<std::uint64_t, VoxelPoint>;
 
 OccupancyParameters coarse(double occupied = 0.5) { return test::with_resolution(0.05, occupied); }
 
-/// Scans of a room whose walls stand somewhere; its points belong to surfaces at random.
+/// Scans of a room, or of another like it; its points belong to surfaces at random.
 OccupancyMap random_map(std::mt19937_64& rng, const OccupancyParameters& parameters) {
-  std::uniform_real_distribution<double> half(0.5, 0.9);
   OccupancyMap map(parameters);
-  const Eigen::Vector3d size(half(rng), half(rng), half(rng));
+  const Eigen::Vector3d size =
+      rng() % 2 == 0 ? Eigen::Vector3d(0.8, 0.6, 0.7) : Eigen::Vector3d(0.8, 0.7, 0.5);
+  std::uniform_real_distribution<double> from(-0.3, 0.3);  // so that one map's voxels are seen from nearer
   for (auto scans = 1 + rng() % 6; scans > 0; --scans)
-    test::insert(map, test::room_scan(rng, 1500, size, {0.3, -0.2, 0.1}));
+    test::insert(map, test::room_scan(rng, 1500, size, {from(rng), from(rng), from(rng)}));
   for (const VoxelPoint& p : test::points_of(map)) map.assign(p.key, static_cast<SurfaceId>(rng() % 9));
   return map;
 }
@@ -104,6 +105,7 @@ TEST(MergedOctrees, AddUpVoxelByVoxel) {
     EXPECT_EQ(merged.delta.vanished.size(), vanished);
     EXPECT_EQ(merged.delta.refined.size(), refined);
     EXPECT_GT(appeared, 0u);
+    EXPECT_GT(refined, 0u);
     ASSERT_EQ(merged.surfaces.size(), appeared);
     for (std::size_t i = 0; i < appeared; ++i)
       EXPECT_EQ(merged.surfaces[i], points_b.at(merged.delta.appeared[i].key.packed()).surface);

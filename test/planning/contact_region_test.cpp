@@ -283,6 +283,17 @@ TEST(ContactLimits, ObstaclesAndWhatHangsOverAreKeptClearOf) {
   EXPECT_THROW(contact_region(on, sole, 0.0, limits), Error);
 }
 
+TEST(ContactLimits, ObstaclesBesideTheSurfaceKeepItsContactsOff) {
+  const Surface on = surface(3, {{box(0, 0, 1, 1), {}}});
+  occupancy::OccupancyMap map = octree_of({{1.05, 0.51, 0.31}}, 0.02);
+  const OccupancyView octree = map.share();
+  ContactLimits limits;
+  limits.clearance_m = 0.4;
+  limits.obstacle_margin_m = 0.1;
+  const ContactRegion apart = contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.0, limits, &octree);
+  EXPECT_LT(apart.area_m2, 0.8 * 0.9 - 0.05 * 0.2);
+}
+
 TEST(ContactLimits, WhatLeavesNothingIsNamed) {
   const Surface on = surface(3, {{box(0, 0, 0.4, 0.4), {}}});
   occupancy::OccupancyMap map = octree_of({{0.21, 0.21, 0.31}}, 0.02);

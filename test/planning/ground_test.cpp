@@ -1,7 +1,9 @@
 // Ground as planners get it, on hand-made scenes: nothing that a foot must not trust, whatever else is lost.
+#include "planning/rings.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -127,6 +129,51 @@ TEST_F(Place, OutlinesAsMappedTakeAWord) {
   const GroundView ground(snapshot, octree, rules);
   EXPECT_TRUE(accepted(ground, {0, 0, 0}));
   for (const SurfacePtr& surface : snapshot->surfaces) EXPECT_EQ(ground.solid(surface->id), surface);
+}
+
+// What is read about a place is what is read of all, but for the grid of 1 µm.
+TEST_F(Place, AboutAPlaceAsOfAll) {
+  std::mt19937_64 rng(test::seed());
+  const auto uniform = [&rng](double from, double to) {
+    return std::uniform_real_distribution(from, to)(rng);
+  };
+  const GroundView ground(snapshot, octree);
+  const Surface* floor = snapshot->find(nearest(*snapshot, {-0.5, -0.4, 0})->id);
+  const SurfacePtr solid = ground.solid(floor->id);
+  int accepted = 0;
+  for (int k = 0; k < 300; ++k) {
+    const Eigen::Vector3d at(uniform(-1.1, 1.1), uniform(-1.1, 1.1), 0);
+    const double yaw = uniform(-3, 3);
+    const Foothold is = ground.foothold(floor->id, at, yaw),
+                   expected = foothold(*solid, ground.rules().foot, at, yaw, ground.rules().limits, &octree,
+                                       nullptr, snapshot.get());
+    EXPECT_EQ(is.accepted, expected.accepted) << at.transpose();
+    EXPECT_EQ(is.refused, expected.refused) << at.transpose();
+    EXPECT_NEAR(is.supported, expected.supported, 1e-3);
+    EXPECT_NEAR(is.margin_m, std::min(expected.margin_m, GroundView::farthest_margin_m), 1e-5);
+    accepted += is.accepted;
+  }
+  EXPECT_GT(accepted, 50);
+  EXPECT_LT(accepted, 250);
+
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::Vector3d about(uniform(-1, 1), uniform(-1, 1), 0);
+    const double reach = uniform(0.2, 0.6);
+    const std::optional<double> yaw = k % 2 == 0 ? std::optional(uniform(-3, 3)) : std::nullopt;
+    const ContactRegion part = ground.region_about(floor->id, about, reach, yaw),
+                        all = ground.region(floor->id, yaw);
+    const Eigen::Vector2d middle = (floor->T_map_surface.inverse() * about).head<2>();
+    const auto holds = [](const ContactRegion& region, const Eigen::Vector2d& uv) {
+      return std::any_of(region.polygons.begin(), region.polygons.end(),
+                         [&](const Polygon& polygon) { return planning::contains(polygon, uv); });
+    };
+    for (double u = -reach + 1e-4; u < reach; u += 0.011)
+      for (double v = -reach + 1e-4; v < reach; v += 0.011) {
+        const Eigen::Vector2d uv = middle + Eigen::Vector2d(u, v);
+        EXPECT_EQ(holds(part, uv), holds(all, uv)) << uv.transpose();
+      }
+    EXPECT_FALSE(holds(part, middle + Eigen::Vector2d(reach + 1e-4, 0)));
+  }
 }
 
 // A view by other rules answers as one made anew, and shares what does not depend on them.
