@@ -3,7 +3,7 @@
 
 #include "bench/bench.hpp"
 #include "evaluation/evaluate.hpp"
-#include "planning/footsteps/swing.hpp"
+#include "footsteps/swing.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

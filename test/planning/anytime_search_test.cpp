@@ -1,5 +1,5 @@
 // The search over random graphs: begun, looked at and gone on with it is the search in one go.
-#include "planning/footsteps/anytime_search.hpp"
+#include "footsteps/anytime_search.hpp"
 
 #include "support/seed.hpp"
 

@@ -1,9 +1,9 @@
 // What occupied voxels hold, and what is kept clear of it: footholds, regions, and the boxes of planned
 // steps.
+#include "footsteps/obstacle_columns.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "planning/contact_obstacles.hpp"
 #include "planning/contact_shape.hpp"
-#include "planning/footsteps/obstacle_columns.hpp"
 #include "shapes.hpp"
 #include "support/seed.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "planning/footsteps/obstacle_columns.hpp"
+#include "footsteps/obstacle_columns.hpp"
 
 #include <Eigen/Core>
 

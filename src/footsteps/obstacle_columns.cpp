@@ -1,4 +1,4 @@
-#include "planning/footsteps/obstacle_columns.hpp"
+#include "footsteps/obstacle_columns.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "planning/footsteps/guide_map.hpp"
+#include "footsteps/guide_map.hpp"
 
 #include <algorithm>
 #include <array>
@@ -26,49 +26,38 @@ double gap(int columns, double cell) { return std::max(0, std::abs(columns) - 1)
 
 }  // namespace
 
-GuideMap::GuideMap(const FootholdField& field, double disc_radius, const ContactLimits& limits,
-                   const std::map<SurfaceId, std::vector<PolygonEdges>>& edges, const Reach& reach,
-                   const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns) {
+GuideMap::GuideMap(FootholdField& field, const Gait& gait) {
   const auto start = std::chrono::steady_clock::now();
-  const double loaded = columns.load_ms();
-  const std::vector<FootholdField::Ground>& surfaces = field.surfaces();
-  grids_.resize(surfaces.size());
-  const double radius = std::max(0.001, disc_radius - slack_m);
-  for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    const auto labels = edges.find(surfaces[s].surface->id);
-    const ContactRegion region =
-        contact_region(*surfaces[s].surface, ContactShape::disc(radius), std::nullopt,
-                       without_obstacles(limits), nullptr, labels == edges.end() ? nullptr : &labels->second);
-    const RegionRaster raster(region.polygons, surfaces[s].T_walk_surface, cell / pixels_per_cell, 0);
-    if (!raster.empty()) add_cells(raster, s, surfaces[s].T_walk_surface, trunk, trunk_reach_m, columns);
+  const double prepared = field.prepare_ms();
+  const ContactShape disc = ContactShape::disc(std::max(0.001, gait.disc_radius_m - slack_m));
+  for (std::size_t s = 0; s < field.surfaces().size(); ++s) {
+    const FootholdField::Ground& ground = field.surfaces()[s];
+    add_cells(
+        {field.region(ground, disc, std::nullopt).polygons, ground.T_walk_surface, cell / pixels_per_cell, 0},
+        s, field, gait);
   }
-  link(reach, trunk, trunk_reach_m, columns);
+  link(field.columns(), gait);
   build_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() -
-              (columns.load_ms() - loaded);
+              (field.prepare_ms() - prepared);
 }
 
-void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, const Eigen::Isometry3d& T,
-                         const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns) {
-  Grid& grid = grids_[surface];
-  grid.x = cell_of_pixel(raster.x0());
-  grid.y = cell_of_pixel(raster.y0());
-  grid.width = cell_of_pixel(raster.x0() + raster.width() - 1) - grid.x + 1;
-  grid.height = cell_of_pixel(raster.y0() + raster.height() - 1) - grid.y + 1;
-  grid.cell_at.assign(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height), -1);
-  const Eigen::Vector3d normal = T.linear().col(2);
-  const double offset = normal.dot(T.translation());
-  for (int cy = grid.y; cy < grid.y + grid.height; ++cy) {
-    for (int cx = grid.x; cx < grid.x + grid.width; ++cx) {
+void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, FootholdField& field,
+                         const Gait& gait) {
+  CellNumbers& grid = grids_.emplace_back(raster, -1);
+  const FootholdField::Ground& ground = field.surfaces()[surface];
+  const double wide = gait.trunk_reach_m;
+  for (int cy = grid.first.y(); cy < grid.first.y() + grid.size.y(); ++cy) {
+    for (int cx = grid.first.x(); cx < grid.first.x() + grid.size.x(); ++cx) {
       Cell made{cx, cy, static_cast<std::uint16_t>(surface), {0, 0}, HUGE_VAL, -HUGE_VAL};
       int count = 0;
       for (int pixel = 0; pixel < pixels_per_cell * pixels_per_cell; ++pixel) {
         const int px = cx * pixels_per_cell + pixel % pixels_per_cell,
                   py = cy * pixels_per_cell + pixel / pixels_per_cell;
-        if (!raster.inside(px, py)) continue;
-        const Eigen::Vector2d at((px + 0.5) * raster.pixel(), (py + 0.5) * raster.pixel());
-        const double z = (offset - normal.head<2>().dot(at)) / normal.z();
-        if (trunk_reach_m > 0 &&
-            columns.blocked({at, 0, trunk_reach_m, trunk_reach_m, z + trunk.from_m, z + trunk.to_m}))
+        if (raster.depth(px, py) == 0) continue;
+        const Eigen::Vector2d at = raster.point(px, py);
+        const double z = ground.height(at);
+        if (wide > 0 &&
+            field.columns().blocked({at, 0, wide, wide, z + gait.body.from_m, z + gait.body.to_m}))
           continue;
         made.middle += at;
         made.low = std::min(made.low, z);
@@ -78,27 +67,26 @@ void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, const 
       if (count == 0) continue;
       made.middle /= count;
       // Points between grid points may be lower or higher.
-      const double slack = raster.pixel() * normal.head<2>().norm() / normal.z();
+      const double slack = raster.pixel() * ground.normal().head<2>().norm() / ground.normal().z();
       made.low -= slack;
       made.high += slack;
-      grid.cell_at[static_cast<std::size_t>(cy - grid.y) * static_cast<std::size_t>(grid.width) +
-                   static_cast<std::size_t>(cx - grid.x)] = static_cast<std::int32_t>(cells_.size());
+      grid.at(cx, cy) = static_cast<std::int32_t>(cells_.size());
       cells_.push_back(made);
     }
   }
 }
 
-void GuideMap::link(const Reach& reach, const BodyBox& trunk, double trunk_reach_m,
-                    ObstacleColumns& columns) {
+void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at;
   for (std::uint32_t i = 0; i < cells_.size(); ++i) at[key_of(cells_[i].x, cells_[i].y)].push_back(i);
-  const int around = static_cast<int>(std::ceil((reach.step_m + 2 * slack_m) / cell)) + 1;
+  const double farthest = gait.reach_m + 2 * slack_m;
+  const int around = static_cast<int>(std::ceil(farthest / cell)) + 1;
   std::map<std::array<int, 3>, bool> known;  // column, row, height: whether the trunk collides
   const auto is_blocked = [&](int x, int y, double ground) {
     const auto [found, made] = known.try_emplace({x, y, static_cast<int>(std::floor(ground / cell))});
     if (made)
       found->second = columns.blocked({Eigen::Vector2d((x + 0.5) * cell, (y + 0.5) * cell), 0, cell / 2,
-                                       cell / 2, ground + trunk.from_m, ground + trunk.to_m});
+                                       cell / 2, ground + gait.body.from_m, ground + gait.body.to_m});
     return found->second;
   };
   // A step may cross a thin wall, or lead under a bridge; the trunk cannot.
@@ -115,15 +103,15 @@ void GuideMap::link(const Reach& reach, const BodyBox& trunk, double trunk_reach
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
     for (int dy = -around; dy <= around; ++dy) {
       for (int dx = -around; dx <= around; ++dx) {
-        if (std::hypot(gap(dx, cell), gap(dy, cell)) > reach.step_m + 2 * slack_m) continue;
+        if (std::hypot(gap(dx, cell), gap(dy, cell)) > farthest) continue;
         const auto found = at.find(key_of(to.x + dx, to.y + dy));
         if (found == at.end()) continue;
         for (const std::uint32_t i : found->second) {
           const Cell& from = cells_[i];
-          if (to.low - from.high > reach.up_m || from.low - to.high > reach.down_m) continue;
+          if (to.low - from.high > gait.max_up_m || from.low - to.high > gait.max_down_m) continue;
           const double metres = (from.middle - to.middle).norm();
           links_.push_back(
-              {i, static_cast<float>(trunk_reach_m > 0 && is_cut(from, to) ? metres + cut_m : metres)});
+              {i, static_cast<float>(gait.trunk_reach_m > 0 && is_cut(from, to) ? metres + cut_m : metres)});
         }
       }
     }
@@ -182,13 +170,10 @@ Eigen::Vector2d GuideMap::ahead(const Place& place) const {
 }
 
 std::int32_t GuideMap::find(const Eigen::Vector3d& at, std::size_t surface) const {
-  const Grid& grid = grids_[surface];
+  const CellNumbers& grid = grids_[surface];
   const auto cell_at = [&](double x, double y) {
-    const int column = static_cast<int>(std::floor(x / cell)) - grid.x;
-    const int row = static_cast<int>(std::floor(y / cell)) - grid.y;
-    if (column < 0 || row < 0 || column >= grid.width || row >= grid.height) return -1;
-    return grid.cell_at[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width) +
-                        static_cast<std::size_t>(column)];
+    const int column = static_cast<int>(std::floor(x / cell)), row = static_cast<int>(std::floor(y / cell));
+    return grid.holds(column, row) ? grid.at(column, row) : -1;
   };
   if (const std::int32_t here = cell_at(at.x(), at.y()); here >= 0) return here;
   for (const double dx : {-slack_m, 0.0, slack_m})  // the nearest grid point may be this far off

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "planning/footsteps/foothold_field.hpp"
-#include "planning/footsteps/obstacle_columns.hpp"
+#include "footsteps/foothold_field.hpp"
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -17,15 +16,7 @@ namespace octosurf::footsteps {
 /// the trunk.
 class GuideMap {
  public:
-  struct Reach {
-    double step_m = 0;  ///< level distance between two footholds, one step apart
-    double up_m = 0, down_m = 0;
-  };
-
-  /// `trunk`: all of it within `trunk_reach_m` of straight above a foothold must be free; 0: not checked.
-  GuideMap(const FootholdField& field, double disc_radius, const ContactLimits& limits,
-           const std::map<SurfaceId, std::vector<PolygonEdges>>& edges, const Reach& reach,
-           const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns);
+  GuideMap(FootholdField& field, const Gait& gait);
 
   /// Distances to all cells with one of these points (walking frame, surface).
   struct Target {
@@ -57,19 +48,14 @@ class GuideMap {
     std::uint32_t from;  ///< cells with a step to this one
     float metres;
   };
-  struct Grid {  ///< of one surface
-    int x = 0, y = 0, width = 0, height = 0;
-    std::vector<std::int32_t> cell_at;
-  };
 
-  void add_cells(const RegionRaster& raster, std::size_t surface, const Eigen::Isometry3d& T,
-                 const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns);
-  void link(const Reach& reach, const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns);
+  void add_cells(const RegionRaster& raster, std::size_t surface, FootholdField& field, const Gait& gait);
+  void link(ObstacleColumns& columns, const Gait& gait);
   std::int32_t find(const Eigen::Vector3d& at, std::size_t surface) const;
   double value(const std::vector<float>& values, const Place& place) const;
 
   std::vector<Cell> cells_;
-  std::vector<Grid> grids_;
+  std::vector<CellNumbers> grids_;         ///< by surface: index into cells_, or -1
   std::vector<std::uint32_t> first_link_;  ///< cells + 1
   std::vector<Link> links_;
   std::vector<float> steps_, metres_;

@@ -1,4 +1,4 @@
-#include "planning/footsteps/swing.hpp"
+#include "footsteps/swing.hpp"
 
 #include <algorithm>
 #include <cmath>

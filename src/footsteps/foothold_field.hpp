@@ -1,8 +1,8 @@
 #pragma once
 
-#include "planning/footsteps/obstacle_columns.hpp"
-#include "planning/footsteps/region_raster.hpp"
-#include "planning/footsteps/swing.hpp"
+#include "footsteps/gait.hpp"
+#include "footsteps/obstacle_columns.hpp"
+#include "footsteps/region_raster.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -25,12 +27,12 @@ struct Place {
   float margin = 0;                              ///< m, up to the raster's cap
   float cost = 0;                                ///< by StepCosts
   std::uint16_t surface = 0;                     ///< index into FootholdField::surfaces()
-  std::uint16_t heading = 0;
+  std::uint16_t heading = 0;                     ///< 0 of round feet
 };
 using PlaceId = std::uint32_t;
 
-/// The footholds of all surfaces that are level enough, in cells of 5 cm and in 16 headings; computed on
-/// demand. Walking frame: the map turned upright.
+/// The map prepared for one robot: the footholds of all surfaces that are level enough, in cells of 5 cm and
+/// in 16 headings; computed on demand. Walking frame: the map turned upright.
 ///
 /// Edges are evaluated by contact_region() for a surface and heading at once, obstacles for a cell by the
 /// columns (a region with obstacles cut out takes seconds where a room's walls stand on its floor), and a
@@ -43,64 +45,68 @@ class FootholdField {
     SurfacePtr surface;
     Eigen::Isometry3d T_walk_surface;
     Eigen::AlignedBox3d box;  ///< walking frame
+    Eigen::Vector3d normal() const { return T_walk_surface.linear().col(2); }
+    double height(const Eigen::Vector2d& at) const {
+      return (normal().dot(T_walk_surface.translation()) - normal().head<2>().dot(at)) / normal().z();
+    }
   };
 
-  /// `headings` 1: for a shape without heading. Refers to `snapshot`, `octree`, `edges` and `columns`.
-  FootholdField(const Snapshot& snapshot, const ContactShape& shape, const ContactLimits& limits,
-                const OccupancyView& octree, const std::map<SurfaceId, std::vector<PolygonEdges>>& edges,
-                ObstacleColumns& columns, const StepCosts& costs, int headings);
+  FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree,
+                std::map<SurfaceId, std::vector<PolygonEdges>> edges, const Gait& gait);
 
-  int headings() const { return headings_; }
+  static constexpr int headings() { return 16; }  ///< 22.5° each: one a step, with the usual limit of 25°
+  static constexpr double step_yaw() { return 2 * std::numbers::pi / headings(); }
   /// Yaw of a heading, walking frame.
-  double yaw(int heading) const { return first_yaw_ + heading * step_yaw_; }
-  double step_yaw() const { return step_yaw_; }
+  double yaw(int heading) const { return first_yaw_ + heading * step_yaw(); }
   int nearest_heading(double yaw_rad) const;
 
+  const Snapshot& snapshot() const { return *snapshot_; }
   const std::vector<Ground>& surfaces() const { return surfaces_; }
   const Place& place(PlaceId id) const { return places_[id]; }
-  const Surface& surface_of(const Place& place) const { return *surfaces_[place.surface].surface; }
+  ObstacleColumns& columns() { return columns_; }
+  /// Where a shape may stand on a surface, but for obstacles.
+  ContactRegion region(const Ground& ground, const ContactShape& shape, std::optional<double> yaw_rad) const;
+  /// foothold() of the robot; `at` in the map frame.
+  Foothold hold(const Surface& surface, const Eigen::Vector3d& at, double yaw_rad) const;
   /// Whether foothold() accepts it.
   bool stands(PlaceId id);
-  const Eigen::Isometry3d& T_walk_surface(const Place& place) const {
-    return surfaces_[place.surface].T_walk_surface;
-  }
+  Footstep footstep(FootName foot, const Place& place, double yaw_rad) const;
+  Standing to_map(const Standing& at) const { return {R_walk_map_.inverse() * at.at, at.yaw_rad}; }
+  Standing to_walk(const Standing& at) const { return {R_walk_map_ * at.at, at.yaw_rad}; }
 
   /// Calls visit(id) for every place of a heading whose cell meets the box; by surface, row, column.
   template <class Visit>
   void for_each_place(int heading, const Eigen::AlignedBox2d& box, Visit&& visit) {
+    if (gait_.round_feet) heading = 0;
     for (std::size_t s = 0; s < surfaces_.size(); ++s) {
       const Eigen::AlignedBox3d& around = surfaces_[s].box;
       if (around.min().x() > box.max().x() || around.max().x() < box.min().x() ||
           around.min().y() > box.max().y() || around.max().y() < box.min().y())
         continue;
       PlaceGrid& patch = patch_of(s, heading);
-      const int x0 = std::max(patch.x, cell_of(box.min().x())),
-                x1 = std::min(patch.x + patch.width - 1, cell_of(box.max().x()));
-      const int y0 = std::max(patch.y, cell_of(box.min().y())),
-                y1 = std::min(patch.y + patch.height - 1, cell_of(box.max().y()));
-      for (int y = y0; y <= y1; ++y)
-        for (int x = x0; x <= x1; ++x) {
-          std::int32_t& id =
-              patch.place_at[static_cast<std::size_t>(y - patch.y) * patch.width + x - patch.x];
+      const Eigen::Array2i low = patch.cells.first.max((box.min().array() / cell).floor().cast<int>()),
+                           high = (patch.cells.first + patch.cells.size - 1)
+                                      .min((box.max().array() / cell).floor().cast<int>());
+      for (int y = low.y(); y <= high.y(); ++y)
+        for (int x = low.x(); x <= high.x(); ++x) {
+          std::int32_t& id = patch.cells.at(x, y);
           if (id == not_computed) id = best_of_cell(patch, s, heading, x, y);
           if (id >= 0) visit(static_cast<PlaceId>(id));
         }
     }
   }
 
-  double build_ms() const { return build_ms_; }  ///< spent on regions so far
+  double prepare_ms() const { return build_ms_ + columns_.load_ms(); }  ///< spent so far
 
  private:
   static constexpr std::int32_t none = -1, not_computed = -2;
   struct PlaceGrid {
-    std::optional<RegionRaster> raster;       ///< empty: not made yet
-    int x = 0, y = 0, width = 0, height = 0;  ///< cells
-    std::vector<std::int32_t> place_at;       ///< by row
+    std::optional<RegionRaster> raster;  ///< empty: not made yet
+    CellNumbers cells;                   ///< places
   };
-  static int cell_of(double v) { return static_cast<int>(std::floor(v / cell)); }
   PlaceGrid& patch_of(std::size_t surface, int heading) {
     PlaceGrid& patch =
-        patches_[surface * static_cast<std::size_t>(headings_) + static_cast<std::size_t>(heading)];
+        patches_[surface * static_cast<std::size_t>(headings()) + static_cast<std::size_t>(heading)];
     if (!patch.raster) make(surface, heading, patch);
     return patch;
   }
@@ -108,29 +114,21 @@ class FootholdField {
   std::int32_t best_of_cell(const PlaceGrid& patch, std::size_t surface, int heading, int x, int y);
   bool obstructed(const Place& place);
   float cost_of(const Place& place) const;
+  const std::vector<PolygonEdges>* edges_of(const Surface& surface) const;
 
-  const Snapshot& snapshot_;
-  ContactShape shape_;
-  ContactLimits limits_;
-  const OccupancyView& octree_;
-  const std::map<SurfaceId, std::vector<PolygonEdges>>& edges_;
-  ObstacleColumns& columns_;
+  std::shared_ptr<const Snapshot> snapshot_;
+  OccupancyView octree_;
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges_;
+  const Gait gait_;
+  Eigen::Quaterniond R_walk_map_;
   LegBox leg_;
-  StepCosts costs_;
-  int headings_;
-  double first_yaw_ = 0, step_yaw_;
   std::vector<Ground> surfaces_;
+  double first_yaw_;
+  ObstacleColumns columns_;
   std::vector<PlaceGrid> patches_;
   std::vector<Place> places_;
   std::vector<std::optional<bool>> stands_;  ///< by place; empty: not evaluated
   double build_ms_ = 0;
 };
-
-/// `limits` without those that need the octree.
-ContactLimits without_obstacles(ContactLimits limits);
-
-/// The main direction, in [0, `period`), of the surfaces' edges, weighted by length: buildings have few
-/// directions, and a sole aligned with a tread needs less of it. Walking frame.
-double edge_direction(const std::vector<FootholdField::Ground>& surfaces, double period);
 
 }  // namespace octosurf::footsteps

@@ -1,0 +1,190 @@
+#include "footsteps/foothold_field.hpp"
+
+#include "planning/rings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/container/static_vector.hpp>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+#include <octosurf/up.hpp>
+
+namespace octosurf::footsteps {
+namespace {
+
+constexpr double largest_margin = 0.06;  // m; beyond it the cell's middle is as good as any point
+
+double wrapped(double angle, double period) { return angle - period * std::floor(angle / period); }
+
+constexpr double below_ground = 0.5;  // m of the octree used below the lowest surface
+
+/// The main direction, in [0, `period`), of the surfaces' edges, weighted by length: buildings have few
+/// directions, and a sole aligned with a tread needs less of it. Walking frame.
+double edge_direction(const std::vector<FootholdField::Ground>& surfaces, double period) {
+  // Directions modulo `period` mapped to a circle, so that 0 and `period` coincide.
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const FootholdField::Ground& ground : surfaces) {
+    for (const Polygon& polygon : simplified(*ground.surface)) {
+      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+        const Eigen::Vector2d along = (ground.T_walk_surface.linear().topLeftCorner<2, 2>() * (to - from));
+        const double turn = 2 * std::numbers::pi * std::atan2(along.y(), along.x()) / period;
+        // Squared, to favour the long edges of straight outlines over the many short ones of round outlines.
+        sum += along.squaredNorm() * Eigen::Vector2d(std::cos(turn), std::sin(turn));
+      });
+    }
+  }
+  if (sum.norm() == 0) return 0;
+  return wrapped(std::atan2(sum.y(), sum.x()) * period / (2 * std::numbers::pi), period);
+}
+
+// Surfaces that are level enough, and their place in the walking frame.
+std::vector<FootholdField::Ground> level_surfaces(const Snapshot& snapshot, const ContactLimits& limits) {
+  const Eigen::Quaterniond R_walk_map = upright(limits.up);
+  std::vector<FootholdField::Ground> found;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    if (slope_rad(*surface, limits.up) > limits.max_slope_rad) continue;
+    FootholdField::Ground ground{surface, R_walk_map * surface->T_map_surface, {}};
+    for (const Polygon& polygon : surface->polygons)
+      for (const Eigen::Vector2d& uv : polygon.outer)
+        ground.box.extend(ground.T_walk_surface * Eigen::Vector3d(uv.x(), uv.y(), 0));
+    if (!ground.box.isEmpty()) found.push_back(std::move(ground));
+  }
+  return found;
+}
+
+Eigen::AlignedBox3d box_of(const std::vector<FootholdField::Ground>& surfaces) {
+  Eigen::AlignedBox3d box(Eigen::Vector3d::Zero());
+  if (!surfaces.empty()) box = surfaces[0].box;
+  for (const FootholdField::Ground& ground : surfaces) box.extend(ground.box);
+  return box;
+}
+
+}  // namespace
+
+FootholdField::FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree,
+                             std::map<SurfaceId, std::vector<PolygonEdges>> edges, const Gait& gait)
+    : snapshot_(std::move(snapshot)),
+      octree_(std::move(octree)),
+      edges_(std::move(edges)),
+      gait_(gait),
+      R_walk_map_(upright(gait.contact.up)),
+      leg_(LegBox::of(gait.sole)),
+      surfaces_(level_surfaces(*snapshot_, gait.contact)),
+      first_yaw_(edge_direction(surfaces_, step_yaw())),
+      columns_(octree_, snapshot_, R_walk_map_.toRotationMatrix(), box_of(surfaces_).min().z() - below_ground,
+               box_of(surfaces_).max().z() + gait.body.to_m + gait.max_up_m),
+      patches_(surfaces_.size() * static_cast<std::size_t>(headings())) {}
+
+const std::vector<PolygonEdges>* FootholdField::edges_of(const Surface& surface) const {
+  const auto found = edges_.find(surface.id);
+  return found == edges_.end() ? nullptr : &found->second;
+}
+
+ContactRegion FootholdField::region(const Ground& ground, const ContactShape& shape,
+                                    std::optional<double> yaw_rad) const {
+  ContactLimits limits = gait_.contact;
+  limits.clearance_m = limits.obstacle_margin_m = 0;
+  return contact_region(*ground.surface, shape, yaw_rad, limits, nullptr, edges_of(*ground.surface));
+}
+
+Foothold FootholdField::hold(const Surface& surface, const Eigen::Vector3d& at, double yaw_rad) const {
+  return foothold(surface, gait_.sole, at, yaw_rad, gait_.contact, &octree_, edges_of(surface),
+                  snapshot_.get());
+}
+
+bool FootholdField::stands(PlaceId id) {
+  if (stands_.size() < places_.size()) stands_.resize(places_.size());
+  if (!stands_[id]) {
+    const Place& place = places_[id];
+    stands_[id] =
+        hold(*surfaces_[place.surface].surface, R_walk_map_.inverse() * place.at, yaw(place.heading))
+            .accepted;
+  }
+  return *stands_[id];
+}
+
+Footstep FootholdField::footstep(FootName foot, const Place& place, double yaw_rad) const {
+  const Surface& surface = *surfaces_[place.surface].surface;
+  const Foothold found = hold(surface, R_walk_map_.inverse() * place.at, yaw_rad);
+  return {foot, surface.id, found.T_map_contact, yaw_rad, found.margin_m};
+}
+
+int FootholdField::nearest_heading(double yaw_rad) const {
+  const double steps = std::round((yaw_rad - first_yaw_) / step_yaw());
+  return static_cast<int>(wrapped(steps, headings()) + 0.5) % headings();
+}
+
+void FootholdField::make(std::size_t surface, int heading, PlaceGrid& patch) {
+  const auto start = std::chrono::steady_clock::now();
+  const Ground& ground = surfaces_[surface];
+  const auto yaw_rad = gait_.round_feet ? std::nullopt : std::optional(yaw(heading));
+  patch.raster.emplace(region(ground, gait_.sole, yaw_rad).polygons, ground.T_walk_surface,
+                       cell / pixels_per_cell, largest_margin);
+  patch.cells = CellNumbers(*patch.raster, not_computed);
+  build_ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::int32_t FootholdField::best_of_cell(const PlaceGrid& patch, std::size_t surface, int heading, int cell_x,
+                                         int cell_y) {
+  struct Point {
+    float depth;
+    int off_middle;  ///< distance from the cell's middle
+    int x, y;
+  };
+  constexpr std::array<int, pixels_per_cell> off_middle{2, 1, 1, 2};
+  boost::container::static_vector<Point, pixels_per_cell * pixels_per_cell> points;
+  for (int j = 0; j < pixels_per_cell; ++j)
+    for (int i = 0; i < pixels_per_cell; ++i) {
+      const int x = cell_x * pixels_per_cell + i, y = cell_y * pixels_per_cell + j;
+      const float depth = patch.raster->depth(x, y);
+      if (depth > 0)
+        points.push_back(
+            {depth, off_middle[static_cast<std::size_t>(i)] + off_middle[static_cast<std::size_t>(j)], x, y});
+    }
+  std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
+    return std::tuple(-a.depth, a.off_middle, a.y, a.x) < std::tuple(-b.depth, b.off_middle, b.y, b.x);
+  });
+  for (const Point& point : points) {
+    const Eigen::Vector2d at = patch.raster->point(point.x, point.y);
+    Place place{{at.x(), at.y(), surfaces_[surface].height(at)},
+                point.depth,
+                0,
+                static_cast<std::uint16_t>(surface),
+                static_cast<std::uint16_t>(heading)};
+    if (obstructed(place)) continue;
+    place.cost = cost_of(place);
+    places_.push_back(place);
+    return static_cast<std::int32_t>(places_.size()) - 1;
+  }
+  return none;
+}
+
+bool FootholdField::obstructed(const Place& place) {
+  if (gait_.contact.clearance_m <= 0) return false;
+  const Eigen::Vector3d normal = surfaces_[place.surface].normal();
+  const double yaw_rad = yaw(place.heading), margin = gait_.contact.obstacle_margin_m;
+  const Eigen::Vector2d middle = place.at.head<2>() + Eigen::Rotation2Dd(yaw_rad) * leg_.middle;
+  const Eigen::Vector2d rise = -normal.head<2>() / normal.z();
+  const double ground = place.at.z() + rise.dot(middle - place.at.head<2>());
+  return columns_.blocked({middle, yaw_rad, leg_.half_length + margin, leg_.half_width + margin,
+                           ground + gait_.contact.obstacle_from_m, ground + gait_.contact.clearance_m, rise},
+                          surfaces_[place.surface].surface->id);
+}
+
+float FootholdField::cost_of(const Place& place) const {
+  const Surface& surface = *surfaces_[place.surface].surface;
+  const Eigen::Isometry3d& T = surfaces_[place.surface].T_walk_surface;
+  const Eigen::Vector3d uv1 =
+      (T.inverse() * place.at).cwiseProduct(Eigen::Vector3d(1, 1, 0)) + Eigen::Vector3d::UnitZ();
+  const double deviation = std::sqrt(std::max(0.0, uv1.dot(surface.covariance * uv1)));
+  const double slope = std::acos(std::clamp(T.linear()(2, 2), -1.0, 1.0));
+  double cost = gait_.costs.margin * std::max(0.0, 1 - place.margin / gait_.costs.good_margin_m) +
+                gait_.costs.uncertainty * std::min(1.0, deviation / gait_.costs.uncertain_m);
+  if (gait_.contact.max_slope_rad > 0) cost += gait_.costs.slope * slope / gait_.contact.max_slope_rad;
+  return static_cast<float>(cost);
+}
+
+}  // namespace octosurf::footsteps
