@@ -4,7 +4,6 @@
 #include "answers.hpp"
 #include "bounds.hpp"
 #include "geometry/degrees.hpp"
-#include "plan_query.hpp"
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -21,13 +20,7 @@
 namespace octosurf {
 namespace {
 
-/// Edge kinds take some ms, and are needed for a frontier margin only.
-std::vector<PolygonEdges> asked_edges_of(const AskedMap& map, const GroundView& ground, SurfaceId id) {
-  return ground.rules().limits.frontier_margin_m > 0 ? map.edges_of(*ground.solid(id))
-                                                     : std::vector<PolygonEdges>{};
-}
-
-void print(const FoundFoothold& answer) {
+void print(const planning::FoundFoothold& answer) {
   const Foothold& found = answer.foothold;
   const Eigen::Vector3d at = found.T_map_contact.translation(), normal = found.T_map_contact.linear().col(2);
   const std::string refused = found.refused ? std::string(contact_refusal_name(*found.refused)) : "";
@@ -45,7 +38,7 @@ void print(const FoundFoothold& answer) {
   std::printf("normal     %.4f %.4f %.4f\n", normal.x(), normal.y(), normal.z());
 }
 
-void print(const FoundRegion& found) {
+void print(const planning::FoundRegion& found) {
   const auto& [surface, region, pieces] = found;
   std::size_t holes = 0;
   for (const Polygon& polygon : region.polygons) holes += polygon.holes.size();
@@ -59,19 +52,6 @@ void print(const FoundRegion& found) {
 
 }  // namespace
 
-ContactShape foot_of(const std::string& text) {
-  const char *begin = text.data(), *end = begin + text.size();
-  double length = 0, width = 0;
-  const auto [times, bad_length] = std::from_chars(begin, end, length);
-  if (bad_length == std::errc() && times == end) return ContactShape::disc(length);
-  if (bad_length == std::errc() && *times == 'x') {
-    const auto [rest, bad_width] = std::from_chars(times + 1, end, width);
-    if (bad_width == std::errc() && rest == end) return ContactShape::rectangle(length, width);
-  }
-  throw Error(Error::Kind::usage, "--foot " + text, "is no foot",
-              "write LENGTHxWIDTH of a sole, such as 0.22x0.11, or the radius of a disc, in metres");
-}
-
 void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQuery& query) {
   question
       .add_option("--foothold", query.foothold,
@@ -84,18 +64,23 @@ void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQue
   verb.add_option("--robot", query.robot, "biped or quadruped: whose foot and limits hold")
       ->check(CLI::IsMember({"biped", "quadruped"}))
       ->capture_default_str();
-  verb.add_option("--foot", query.foot, "LENGTHxWIDTH of a sole, or the radius of a disc, m [the robot's]");
+  verb.add_option("--foot", query.foot_text,
+                  "LENGTHxWIDTH of a sole, or the radius of a disc, m [the robot's]");
   verb.add_option("--yaw", query.yaw_deg, "heading for --regions, degrees [any heading]");
   verb.add_option("--pieces", query.pieces, "also print the region as at most N convex pieces");
+  verb.add_option("--about", query.about, "X Y Z: of the region only what is near this place")->expected(3);
+  verb.add_option("--reach", query.reach_m, "m: of the region --about a place, along the surface's axes")
+      ->check(more_than(0))
+      ->capture_default_str();
   const auto metres = [&verb](const char* name, std::optional<double>& value, const char* help) {
     verb.add_option(name, value, help)->check(at_least(0));
   };
-  metres("--edge-margin", query.edge_margin, "m: from the foot to every edge [the map's resolution]");
-  metres("--frontier-margin", query.frontier_margin,
+  metres("--edge-margin", query.edge_margin_m, "m: from the foot to every edge [the map's resolution]");
+  metres("--frontier-margin", query.frontier_margin_m,
          "m: from the foot to edges beyond which nothing was observed [0]");
-  metres("--obstacle-margin", query.obstacle_margin,
+  metres("--obstacle-margin", query.obstacle_margin_m,
          "m: from the foot to obstacles up to --clearance [the map's resolution]");
-  metres("--clearance", query.clearance,
+  metres("--clearance", query.clearance_m,
          "m: height over the foot that must be clear; 0: not checked [the robot's height]");
   verb.add_option("--unseen", query.unseen_share,
                   "widest unseen gap that a foot may span, as a share of its narrower side")
@@ -105,67 +90,19 @@ void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQue
                 "outlines of the readings, which are no ground: without margins, clearance and voids");
 }
 
-AskedMap::AskedMap(std::string of, std::shared_ptr<const Snapshot> map, OccupancyView view,
-                   const Eigen::Vector3d& upward,
-                   std::function<std::vector<PolygonEdges>(const Surface&)> label)
-    : name(std::move(of)),
-      snapshot(std::move(map)),
-      octree(std::move(view)),
-      up(upward),
-      edges_of(std::move(label)),
-      ground(snapshot, octree, rules_of({}, up, octree.resolution())) {}
-
-GroundRules rules_of(const ContactQuery& query, const Eigen::Vector3d& up, double resolution) {
-  PlanQuery plan;
-  plan.robot = query.robot;
-  plan.foot = query.foot;
-  GroundRules rules = GroundRules::of(robot_of(plan, up), resolution);
-  rules.widest_unseen_m = widest_unseen_of(rules.foot, query.unseen_share);
-  rules.as_mapped = query.as_mapped;
-  ContactLimits& limits = rules.limits;
-  if (query.as_mapped) limits = {.up = up, .max_slope_rad = limits.max_slope_rad};
-  limits.max_slope_rad = query.max_slope_deg ? *query.max_slope_deg * rad_per_deg : limits.max_slope_rad;
-  limits.edge_margin_m = query.edge_margin.value_or(limits.edge_margin_m);
-  limits.frontier_margin_m = query.frontier_margin.value_or(limits.frontier_margin_m);
-  limits.clearance_m = query.clearance.value_or(limits.clearance_m);
-  limits.obstacle_margin_m =
-      query.obstacle_margin.value_or(limits.clearance_m > 0 ? limits.obstacle_margin_m : 0);
-  return rules;
-}
-
-FoundRegion find_region(const AskedMap& map, const ContactQuery& query) {
-  const GroundView ground = map.ground.by(rules_of(query, map.up, map.octree.resolution()));
-  const SurfaceId id = query.regions.value();
-  if (map.snapshot->find(id) == nullptr)
-    throw Error(Error::Kind::data, map.name, "has no surface " + std::to_string(id),
-                "octosurf info lists them");
-  std::optional<double> yaw;
-  if (query.yaw_deg) yaw = *query.yaw_deg * rad_per_deg;
-  const std::vector<PolygonEdges> edges = asked_edges_of(map, ground, id);
-  const SurfacePtr surface = ground.solid(id);
-  const ContactRegion region = ground.region(id, yaw, &edges);
-  return {surface, region, convex_pieces(*surface, region, query.pieces)};
-}
-
-FoundFoothold find_foothold(const AskedMap& map, const ContactQuery& query) {
-  const GroundView ground = map.ground.by(rules_of(query, map.up, map.octree.resolution()));
-  const std::vector<double>& v = query.foothold;
-  const Eigen::Vector3d at(v[0], v[1], v[2]);
-  const auto found = nearest(*map.snapshot, at);
-  if (!found) throw Error(Error::Kind::data, map.name, "has no surfaces", "map more scans first");
-  const std::vector<PolygonEdges> edges = asked_edges_of(map, ground, found->id);
-  const Foothold stood = ground.foothold(found->id, at, v[3] * rad_per_deg, &edges);
-  return {stood,
-          ground_under(*ground.solid(found->id), map.octree, ground.rules().foot, stood.T_map_contact)};
-}
-
-void answer(const AskedMap& map, const ContactQuery& query, bool json) {
+void answer(const planning::AskedMap& map, ContactQuery query, bool json) {
+  if (!query.foot_text.empty()) query.foot = planning::foot_of(query.foot_text);
+  if (query.yaw_deg) query.yaw_rad = *query.yaw_deg * rad_per_deg;
   if (query.regions) {
-    const FoundRegion found = find_region(map, query);
+    query.surface = *query.regions;
+    if (!query.about.empty()) query.at = Eigen::Vector3d(query.about.data());
+    const planning::FoundRegion found = planning::find_region(map, query);
     if (!json) return print(found);
     std::printf("%s\n", region_json(*found.surface, found.region, found.pieces).c_str());
   } else {
-    const FoundFoothold found = find_foothold(map, query);
+    query.at = Eigen::Vector3d(query.foothold.data());
+    query.yaw_rad = query.foothold[3] * rad_per_deg;
+    const planning::FoundFoothold found = planning::find_foothold(map, query);
     if (!json) return print(found);
     std::printf("%s\n", foothold_json(found.foothold, found.ground).c_str());
   }

@@ -1,6 +1,5 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
 #include "bounds.hpp"
-#include "contact_query.hpp"
 #include "io/exporters/foxglove_log.hpp"
 #include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
@@ -8,6 +7,7 @@
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "planner_export.hpp"
+#include "planning/questions.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -98,9 +98,9 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   Stairs stairs = find_stairs(*snapshot, up.direction);
   std::size_t without_ground = 0;
   if (!arguments.as_mapped) {
-    ContactQuery query;
+    planning::ContactQuestion query;
     query.robot = arguments.robot;
-    GroundRules rules = rules_of(query, up.direction, map.parameters().occupancy.resolution);
+    GroundRules rules = planning::rules_of(query, up.direction, map.parameters().occupancy.resolution);
     rules.widest_unseen_m = arguments.bridge;
     const GroundView ground(snapshot, map.octree(), rules);
     stairs = find_stairs(*ground.solid(), up.direction);

@@ -41,18 +41,18 @@ std::string name_of(const std::string& foot, std::optional<double> yaw_deg, cons
   return name + "; what stands there is not asked";
 }
 
-PageFoot make_foot(const AskedMap& map, const std::string& text, bool edges_only) {
+PageFoot make_foot(const planning::AskedMap& map, const std::string& text, bool edges_only) {
   const std::size_t at = text.find('@');
   const std::string foot = text.substr(0, at);
-  const ContactShape shape = foot_of(foot);
+  const ContactShape shape = planning::foot_of(foot);
   const std::optional<double> yaw_deg = yaw_deg_of(text, at);
   const std::optional<double> yaw_rad =
       yaw_deg ? std::optional(*yaw_deg * rad_per_deg) : std::optional<double>();
-  ContactQuery query;
-  query.robot = shape.outline.empty() ? "quadruped" : "biped";
-  query.foot = foot;
-  if (edges_only) query.clearance = query.obstacle_margin = 0;
-  const GroundView ground = map.ground.by(rules_of(query, map.up, map.octree.resolution()));
+  planning::ContactQuestion question;
+  question.robot = shape.outline.empty() ? "quadruped" : "biped";
+  question.foot = shape;
+  if (edges_only) question.clearance_m = question.obstacle_margin_m = 0;
+  const GroundView ground = map.ground(planning::rules_of(question, map.up, map.octree.resolution()));
   const ContactLimits& limits = ground.rules().limits;
   PageFoot result{name_of(foot, yaw_deg, limits), {}};
   for (const SurfacePtr& surface : map.snapshot->surfaces) {
@@ -67,9 +67,11 @@ PageFoot make_foot(const AskedMap& map, const std::string& text, bool edges_only
 
 }  // namespace
 
-PageFoot page_foot(const AskedMap& map, const std::string& text) { return make_foot(map, text, false); }
+PageFoot page_foot(const planning::AskedMap& map, const std::string& text) {
+  return make_foot(map, text, false);
+}
 
-std::vector<PageFoot> usual_page_feet(const AskedMap& map) {
+std::vector<PageFoot> usual_page_feet(const planning::AskedMap& map) {
   // In another thread, if available.
   std::future<PageFoot> ball = std::async([&map] { return make_foot(map, "0.03", true); });
   PageFoot sole = make_foot(map, "0.22x0.11", true);

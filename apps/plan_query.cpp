@@ -1,7 +1,7 @@
 #include "plan_query.hpp"
 
-#include "contact_query.hpp"
 #include "geometry/degrees.hpp"
+#include "planning/questions.hpp"
 
 #include <numbers>
 #include <variant>
@@ -52,7 +52,7 @@ Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up) {
   std::visit(
       [&](auto& kind) {
         kind.contact.up = up;
-        if (!query.foot.empty()) kind.foot = foot_of(query.foot);
+        if (!query.foot.empty()) kind.foot = planning::foot_of(query.foot);
       },
       robot);
   for (const auto& [name, value] : query.limits)

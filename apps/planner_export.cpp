@@ -2,7 +2,7 @@
 #include "planner_export.hpp"
 
 #include "bounds.hpp"
-#include "contact_query.hpp"
+#include "planning/questions.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -30,16 +30,16 @@ ContactShape chosen_foot(const PlannerExport& options) {
     return options.foot_radius ? ContactShape::disc(*options.foot_radius) : PlannerContact().shape;
   if (options.foot_radius)
     throw Error(Error::Kind::usage, "--foot", "and --foot-radius are two feet", "give one of them");
-  return foot_of(options.foot);
+  return planning::foot_of(options.foot);
 }
 
 GroundRules chosen_rules(const PlannerExport& options, const Eigen::Vector3d& up, double resolution) {
-  ContactQuery query;
+  planning::ContactQuestion query;
   query.robot = "quadruped";
-  query.max_slope_deg = options.max_slope_deg;
-  query.clearance = options.clearance;
+  query.max_slope_rad = options.max_slope_deg * degree;
+  query.clearance_m = options.clearance;
   query.as_mapped = options.as_mapped;
-  GroundRules rules = rules_of(query, up, resolution);
+  GroundRules rules = planning::rules_of(query, up, resolution);
   rules.foot = chosen_foot(options);
   rules.widest_unseen_m = {};
   return rules;

@@ -37,6 +37,7 @@ Examples:
   octosurf query maps/office --foothold 1.2 0.4 0.0 90 --foot 0.22x0.11 --clearance 0.15 --edge-margin 0.02
   octosurf query maps/office --stair 1.2 0.4 0.0 --json             the stair nearest to that place
   octosurf query maps/office --regions 7 --foot 0.03 --pieces 12 --json   where a ball foot may be on surface 7
+  octosurf query maps/office --regions 7 --foot 0.03 --about 1.2 0.4 0.0 --reach 1   likewise, within a metre of a place
 )";
 
 struct QueryArguments {
@@ -79,7 +80,7 @@ void run_query(const QueryArguments& arguments) {
   if (arguments.contact.asked()) {
     const auto edges_of = [&](const Surface& surface) { return label_edges(loaded.map, surface); };
     ContactQuery query = arguments.contact;
-    query.max_slope_deg = arguments.max_slope_deg;
+    if (arguments.max_slope_deg) query.max_slope_rad = *arguments.max_slope_deg * rad_per_deg;
     return answer({arguments.map, snapshot, loaded.map.octree(), up, edges_of}, query, arguments.json);
   }
   if (!arguments.stair.empty()) return answer_stair(*snapshot, arguments, up);

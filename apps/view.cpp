@@ -83,7 +83,7 @@ void note_changes(PageMap& page, const PageMap& before) {
         compare_maps(with_octree(*before.snapshot, before.octree), with_octree(*page.snapshot, page.octree));
 }
 
-std::vector<PageFoot> feet_of(const ViewArguments& arguments, const AskedMap& asked) {
+std::vector<PageFoot> feet_of(const ViewArguments& arguments, const planning::AskedMap& asked) {
   if (arguments.feet == std::vector<std::string>{"none"}) return {};
   if (arguments.feet.empty()) return usual_page_feet(asked);
   std::vector<std::future<PageFoot>> asking;

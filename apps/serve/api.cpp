@@ -34,42 +34,42 @@ std::string found_json(const ServedMap& map, const std::optional<Nearest>& found
   return nearest_json(*found, *map.asked.snapshot->find(found->id), map.asked.up);
 }
 
-ContactQuery contact_query(const Values& values) {
-  ContactQuery query;
-  const auto number = [&values](const char* name) {
-    return values.has(name) ? std::optional(values.number(name)) : std::nullopt;
+planning::ContactQuestion contact_question(const Values& values) {
+  planning::ContactQuestion question;
+  const auto number = [&values](const char* name, double unit = 1) {
+    return values.has(name) ? std::optional(values.number(name) * unit) : std::nullopt;
   };
-  query.robot = values.text("robot");
-  if (values.has("foot")) query.foot = values.text("foot");
-  query.max_slope_deg = number("max_slope_deg");
-  query.edge_margin = number("edge_margin_m");
-  query.frontier_margin = number("frontier_margin_m");
-  query.obstacle_margin = number("obstacle_margin_m");
-  query.clearance = number("clearance_m");
-  query.as_mapped = values.number("as_mapped") > 0;
-  return query;
+  question.robot = values.text("robot");
+  if (values.has("foot")) question.foot = planning::foot_of(values.text("foot"));
+  question.yaw_rad = number("yaw_deg", rad_per_deg);
+  question.max_slope_rad = number("max_slope_deg", rad_per_deg);
+  question.edge_margin_m = number("edge_margin_m");
+  question.frontier_margin_m = number("frontier_margin_m");
+  question.obstacle_margin_m = number("obstacle_margin_m");
+  question.clearance_m = number("clearance_m");
+  question.as_mapped = values.number("as_mapped") > 0;
+  return question;
 }
 
 std::string foothold_answer(const ServedMap& map, const Values& values) {
-  ContactQuery query = contact_query(values);
-  query.foothold = values.numbers("point");
-  query.foothold.push_back(values.number("yaw_deg"));
-  const FoundFoothold found = find_foothold(map.asked, query);
+  planning::ContactQuestion question = contact_question(values);
+  question.at = point_of(values, "point");
+  const planning::FoundFoothold found = planning::find_foothold(map.asked, question);
   return foothold_json(found.foothold, found.ground);
 }
 
 std::string region_answer(const ServedMap& map, const Values& values) {
-  ContactQuery query = contact_query(values);
-  query.regions = static_cast<SurfaceId>(values.number("surface"));
-  if (values.has("yaw_deg")) query.yaw_deg = values.number("yaw_deg");
-  query.pieces = static_cast<std::size_t>(values.number("pieces"));
-  const FoundRegion found = find_region(map.asked, query);
+  planning::ContactQuestion question = contact_question(values);
+  question.surface = static_cast<SurfaceId>(values.number("surface"));
+  question.pieces = static_cast<std::size_t>(values.number("pieces"));
+  if (values.has("about")) question.at = point_of(values, "about");
+  question.reach_m = values.number("reach_m");
+  const planning::FoundRegion found = planning::find_region(map.asked, question);
   return region_json(*found.surface, found.region, found.pieces);
 }
 
 std::string all_regions_answer(const ServedMap& map, const Values& values) {
-  ContactQuery query = contact_query(values);
-  if (values.has("yaw_deg")) query.yaw_deg = values.number("yaw_deg");
+  planning::ContactQuestion question = contact_question(values);
   std::string answer = "{\"revision\":" + std::to_string(map.asked.snapshot->revision);
   answer += ",\"regions\":[";
   const char* before = "";
@@ -78,8 +78,8 @@ std::string all_regions_answer(const ServedMap& map, const Values& values) {
     if (std::chrono::steady_clock::now() > end)
       throw Error(Error::Kind::usage, "clearance_m", "takes too long on all surfaces of this map",
                   "ask /api/regions surface by surface, or give clearance_m=0");
-    query.regions = surface->id;
-    const FoundRegion found = find_region(map.asked, query);
+    question.surface = surface->id;
+    const planning::FoundRegion found = planning::find_region(map.asked, question);
     answer.append(before).append(region_json(*found.surface, found.region, found.pieces));
     before = ",";
   }
@@ -87,7 +87,7 @@ std::string all_regions_answer(const ServedMap& map, const Values& values) {
 }
 
 std::string answer_to(const ServedMap& map, const std::string& path, const Values& values) {
-  const SurfaceIndex& index = map.index.get();
+  const SurfaceIndex& index = map.asked.index;
   if (path == "/api/query/box") {
     const Eigen::Vector3d a = point_of(values, "min"), b = point_of(values, "max");
     return surfaces_json(index.in(ConvexSpace::box({a.cwiseMin(b), a.cwiseMax(b)})));
@@ -143,10 +143,10 @@ Follower Api::follower(const QueryParameters& given) const {
 ServedMap::Text Api::next_event(Follower& follower) {
   const std::shared_ptr<const ServedMap> map = map_();
   const std::uint64_t revision = map->asked.snapshot->revision;
-  if (follower.run != map->run || follower.known > revision) follower.known.reset();
+  if (follower.run != map->run.name || follower.known > revision) follower.known.reset();
   if (follower.known == revision) return nullptr;
   ServedMap::Text event = map->changes_event(follower.known);
-  follower = {revision, map->run};
+  follower = {revision, map->run.name};
   return event;
 }
 
@@ -168,7 +168,8 @@ std::string Api::plan(const ServedMap& map, const Values& values) {
   const std::string key = Json{map.asked.snapshot->revision, query.robot, query.foot, query.limits}.dump();
   const std::lock_guard lock(planning_);
   if (planned_for_ != key) {
-    const std::shared_ptr<const Snapshot> ground = ground_for(*map.asked.snapshot, map.asked.octree, robot);
+    const GroundRules rules = GroundRules::of(robot, map.asked.octree.resolution());
+    const std::shared_ptr<const Snapshot> ground = map.asked.ground(rules).solid();
     std::map<SurfaceId, std::vector<PolygonEdges>> edges;
     if (needs_edge_kinds(robot))
       for (const SurfacePtr& surface : ground->surfaces) edges[surface->id] = map.asked.edges_of(*surface);

@@ -31,7 +31,11 @@ std::string new_run() {
 LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
     : mapper_(mapper),
       name_(std::move(name)),
-      run_(new_run()),
+      run_{new_run(),
+           [this] {
+             const std::lock_guard lock(tracking_);
+             return track_;
+           }},
       up_(mapper.map().parameters().up),
       api_([this] { return latest(); }) {
   mapper.share_octree();
@@ -48,11 +52,9 @@ std::shared_ptr<const ServedMap> LiveServer::latest() {
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   const std::lock_guard lock(making_);
   if (!latest_ || latest_->asked.snapshot != snapshot)
-    latest_ = std::make_shared<const ServedMap>(
-        snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, PageOptions{}.max_mb, run_, [this] {
-          const std::lock_guard tracking(tracking_);
-          return track_;
-        });
+    latest_ =
+        std::make_shared<const ServedMap>(snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction,
+                                          PageOptions{}.max_mb, run_, latest_.get());
   return latest_;
 }
 

@@ -28,7 +28,8 @@ class LiveServer {
   std::shared_ptr<const ServedMap> latest();
 
   const Mapper& mapper_;
-  const std::string name_, run_;
+  const std::string name_;
+  const ServedMap::Run run_;
   const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
   std::mutex making_;                        ///< of the latest
   std::shared_ptr<const ServedMap> latest_;

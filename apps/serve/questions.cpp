@@ -120,6 +120,9 @@ Json make_questions() {
   add("/api/regions", "where on a surface the middle of a foot may be, so that all of it is supported",
       with_contact({{"surface", required(whole("its id", 1, last_id))},
                     {"yaw_deg", heading},
+                    {"about", number("only what is near this place, m", -far, far, 3)},
+                    {"reach_m", by_default("1", number("of a region about a place, along the surface's axes",
+                                                       0.001, robot_size))},
                     {"pieces", by_default("0", whole("at most so many convex pieces of it, too", 0, 200))}}));
   add("/api/regions/all", "likewise on every surface", with_contact({{"yaw_deg", heading}}));
   add("/api/changes",

@@ -6,6 +6,7 @@
 #include "surface_table.hpp"
 #include "up_option.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string_view>
@@ -41,9 +42,40 @@ std::string served(std::string html, const std::string& run) {
   return html;
 }
 
+bool same_outline(const Surface& a, const Surface& b) {
+  const auto same = [](const Polygon& one, const Polygon& other) {
+    return one.outer == other.outer && one.holes == other.holes;
+  };
+  return &a == &b ||
+         (a.T_map_surface.matrix() == b.T_map_surface.matrix() &&
+          std::equal(a.polygons.begin(), a.polygons.end(), b.polygons.begin(), b.polygons.end(), same));
+}
+
 ServedMap::Text shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
 
 }  // namespace
+
+std::shared_ptr<const Snapshot> ShownSurfaces::of(const GroundView& ground) {
+  const auto shown = std::make_shared<Snapshot>(*ground.solid());
+  const std::lock_guard lock(mutex_);
+  const bool latest = shown->revision >= latest_;
+  if (latest) {
+    latest_ = shown->revision;
+    std::erase_if(outlines_, [&](const auto& one) { return shown->find(one.first) == nullptr; });
+  }
+  for (SurfacePtr& surface : shown->surfaces) {
+    Outline found{surface};
+    if (const auto known = outlines_.find(surface->id); known != outlines_.end())
+      found.revision =
+          same_outline(*known->second.surface, *surface) ? known->second.revision : shown->revision;
+    if (latest) outlines_[surface->id] = found;
+    if (surface->revision >= found.revision) continue;
+    auto changed = std::make_shared<Surface>(*surface);
+    changed->revision = std::min(found.revision, shown->revision);
+    surface = std::move(changed);
+  }
+  return shown;
+}
 
 ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb)
     : asked{std::move(name), map.map.snapshot(), map.map.octree(), up_in_force(map.map, up).direction,
@@ -54,29 +86,30 @@ ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, dou
       map_(std::move(map)) {}
 
 ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-                     double max_page_mb, std::string run_, std::function<io::SensorTrack()> track)
-    : asked{std::move(name), snapshot, snapshot->octree, up,
+                     double max_page_mb, Run of, const ServedMap* previous)
+    : asked{std::move(name),
+            snapshot,
+            snapshot->octree,
+            up,
             [](const Surface&) -> std::vector<PolygonEdges> {
               throw Error(Error::Kind::usage, "frontier_margin_m", "is not known while the map grows",
                           "leave it away until it is saved");
-            }},
-      run(std::move(run_)),
-      max_page_mb_(max_page_mb),
-      track_(std::move(track)) {}
+            },
+            previous != nullptr ? &previous->asked : nullptr},
+      run(std::move(of)),
+      max_page_mb_(max_page_mb) {}
 
 std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   if (!map_) return edges;
-  for (const SurfacePtr& surface : shown.get().snapshot->surfaces)
+  for (const SurfacePtr& surface : shown.get()->surfaces)
     edges[surface->id] = label_edges(map_->map, *surface);
   return edges;
 }
 
-ServedMap::Shown ServedMap::make_shown() const {
-  if (!map_) return {asked.snapshot};
-  Shown grounded;
-  grounded.snapshot = with_gaps(*asked.snapshot, asked.octree, 0, &grounded.gaps);
-  return grounded;
+std::shared_ptr<const Snapshot> ServedMap::make_shown() const {
+  const GroundView ground = asked.bare_ground();
+  return map_ ? ground.solid() : run.shown->of(ground);
 }
 
 ServedMap::Text ServedMap::make_page_text() const {
@@ -84,11 +117,11 @@ ServedMap::Text ServedMap::make_page_text() const {
   options.up = asked.up;
   if (suggested_up_) options.suggested_up = suggested_up_->direction;
   options.max_mb = max_page_mb_;
-  PageMap map{asked.name, shown.get().snapshot, asked.octree, all_edges.get(), {}};
+  PageMap map{asked.name, shown.get(), asked.octree, all_edges.get(), {}};
   map.stairs = stairs.get().stairs;
   // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
   if (map_) map.feet = usual_page_feet(asked);
-  return shared(served(make_page({map}, "the page of " + asked.name, options).html, run));
+  return shared(served(make_page({map}, "the page of " + asked.name, options).html, run.name));
 }
 
 ServedMap::Text ServedMap::make_info() const {
@@ -106,10 +139,9 @@ ServedMap::Text ServedMap::make_info() const {
 ServedMap::Text ServedMap::make_surfaces() const {
   ExportExtras extras;
   extras.stairs = stairs.get();
-  if (!map_) return shared(export_text(*shown.get().snapshot, extras));
-  GroundRules rules = asked.ground.rules();
-  rules.widest_unseen_m = 0;
-  const GroundView ground = asked.ground.by(rules);
+  // What is clear of obstacles takes seconds, and a growing map has changed by then.
+  if (!map_) return shared(export_text(*shown.get(), extras));
+  const GroundView ground = asked.bare_ground();
   const std::shared_ptr<const Snapshot> supported = ground.supported();
   extras.gaps = ground.gaps();
   for (const SurfacePtr& surface : supported->surfaces)
@@ -132,22 +164,22 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
   const std::lock_guard lock(making_);
   Text& event = events_[since];
   if (!event) {
-    PageMap map{asked.name, shown.get().snapshot, asked.octree};
+    PageMap map{asked.name, shown.get(), asked.octree};
     map.stairs = stairs.get().stairs;
-    if (since) map.changes = changes_since(*asked.snapshot, *since);
+    if (since) map.changes = changes_since(*shown.get(), *since);
     io::SurfacesMessage how;
     how.up = asked.up;
     how.since = since;
-    how.run = run;
-    if (track_) how.track = track_();
+    how.run = run.name;
+    if (run.track) how.track = run.track();
     event = shared("event: changes\ndata: " + io::base64(io::surfaces_message(map, how)) + "\n\n");
   }
   return event;
 }
 
 std::string ServedMap::changes_json(std::uint64_t since) const {
-  const Snapshot now = io::changed_part(*shown.get().snapshot, since);
-  std::string text = io::changes_json(changes_since(*asked.snapshot, since)).dump();
+  const Snapshot now = io::changed_part(*shown.get(), since);
+  std::string text = io::changes_json(changes_since(*shown.get(), since)).dump();
   text.back() = ',';
   std::string exported = export_text(now, {});
   exported.pop_back();  // the end of its last line

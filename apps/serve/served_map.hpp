@@ -1,7 +1,7 @@
 #pragma once
 
-#include "contact_query.hpp"
 #include "io/exporters/page_messages.hpp"
+#include "planning/questions.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -36,30 +36,49 @@ class Lazy {
   mutable std::optional<Value> value_;
 };
 
+/// Surfaces as they are shown, without voids, of a map that goes on growing. A later ray may change such an
+/// outline though nothing changed of the surface: each then has the revision at which that was found, so that
+/// who knows an earlier one is told.
+class ShownSurfaces {
+ public:
+  /// Of the revision that is `solid`'s; outlines found anew count from it on.
+  std::shared_ptr<const Snapshot> of(const GroundView& ground);
+
+ private:
+  struct Outline {
+    SurfacePtr surface;
+    std::uint64_t revision = 0;  ///< 0: as the surface's
+  };
+  std::mutex mutex_;
+  std::uint64_t latest_ = 0;
+  std::map<SurfaceId, Outline> outlines_;
+};
+
 /// A map to be queried from any thread; never changes. Derived data are made once, for all clients.
 class ServedMap {
  public:
   /// `name` for its readers and errors; `up`: of --up.
   ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb);
-  /// A map that goes on growing, which has no kinds of edges yet. The snapshot has its octree.
-  /// `run`: the name of the run that it grows in; `track`: the sensor's until now.
+  /// What a map that goes on growing has beside it: of its run, for all its moments.
+  struct Run {
+    std::string name;
+    std::function<io::SensorTrack()> track;  ///< the sensor's until now
+    std::shared_ptr<ShownSurfaces> shown = std::make_shared<ShownSurfaces>();
+  };
+  /// A map that goes on growing, which has no kinds of edges yet. The snapshot has its octree. `previous`:
+  /// the same earlier, null: none.
   ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-            double max_page_mb, std::string run, std::function<io::SensorTrack()> track);
+            double max_page_mb, Run run, const ServedMap* previous);
 
   using Text = std::shared_ptr<const std::string>;
 
-  const AskedMap asked;
-  const std::string run;  ///< empty: of a finished map
-  const Lazy<SurfaceIndex> index{[this] { return SurfaceIndex(asked.snapshot); }};
-  /// Surfaces as find_gaps() tells, with the gaps; of a map that goes on growing as they were mapped.
-  struct Shown {
-    std::shared_ptr<const Snapshot> snapshot;
-    std::map<SurfaceId, std::vector<Gap>> gaps{};
-  };
-  const Lazy<Shown> shown{[this] { return make_shown(); }};
+  const planning::AskedMap asked;
+  const Run run;  ///< without a name: of a finished map
+  /// Surfaces without their voids.
+  const Lazy<std::shared_ptr<const Snapshot>> shown{[this] { return make_shown(); }};
   /// label_edges() of all shown surfaces; none of a map that goes on growing.
   const Lazy<std::map<SurfaceId, std::vector<PolygonEdges>>> all_edges{[this] { return make_edges(); }};
-  const Lazy<Stairs> stairs{[this] { return find_stairs(*shown.get().snapshot, asked.up); }};
+  const Lazy<Stairs> stairs{[this] { return find_stairs(*shown.get(), asked.up); }};
   const Lazy<Text> page{[this] { return make_page_text(); }};     ///< HTML
   const Lazy<Text> info{[this] { return make_info(); }};          ///< JSON
   const Lazy<Text> surfaces{[this] { return make_surfaces(); }};  ///< the export as JSON
@@ -73,7 +92,7 @@ class ServedMap {
 
  private:
   std::map<SurfaceId, std::vector<PolygonEdges>> make_edges() const;
-  Shown make_shown() const;
+  std::shared_ptr<const Snapshot> make_shown() const;
   Text make_page_text() const;
   Text make_info() const;
   Text make_surfaces() const;
@@ -83,7 +102,6 @@ class ServedMap {
   const std::string up_;
   const std::optional<Up> suggested_up_;  ///< in the place of the map's own
   const std::optional<LoadedMap> map_;
-  const std::function<io::SensorTrack()> track_;
   mutable std::mutex making_;  ///< of the events
   mutable std::map<std::optional<std::uint64_t>, Text> events_;
 };

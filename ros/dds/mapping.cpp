@@ -1,7 +1,5 @@
 #include "mapping.hpp"
 
-#include "questions.hpp"
-
 #include <cstdio>
 #include <utility>
 
@@ -11,6 +9,12 @@
 
 namespace octosurf::dds {
 namespace {
+
+/// "maps/office: 12 surfaces of revision 34 saved".
+std::string kept_line(const std::string& stem, const Snapshot& snapshot, const std::string& what) {
+  return stem + ": " + std::to_string(snapshot.surfaces.size()) + " surfaces of revision " +
+         std::to_string(snapshot.revision) + " " + what;
+}
 
 constexpr std::int64_t pause_ns = 1'000'000'000;  // without a scan, by time stamps, as `octosurf map`
 
@@ -114,8 +118,8 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
 
 void Mapping::publish_snapshot(std::optional<std::int64_t> stamp_ns) {
   const std::lock_guard lock(mutex_);
-  moment_ = {mapper_->snapshot(), stamp_ns.value_or(moment_.stamp_ns)};
-  up_ = mapper_->map().parameters().up.value_or(Eigen::Vector3d::UnitZ());
+  moment_ = {mapper_->snapshot(), stamp_ns.value_or(moment_.stamp_ns),
+             mapper_->map().parameters().up.value_or(Eigen::Vector3d::UnitZ())};
 }
 
 void Mapping::save_checkpoint() {
@@ -150,7 +154,7 @@ std::string Mapping::save(const std::string& stem) {
     const std::string& to = stem.empty() ? own_ : stem;
     save_map(mapper_->map(), to);
     if (to == own_) changed_ = false;
-    done = services::kept_line(to, *mapper_->snapshot(), "saved");
+    done = kept_line(to, *mapper_->snapshot(), "saved");
   });
   return done;
 }
@@ -166,7 +170,7 @@ std::string Mapping::load(const std::string& stem) {
     own_ = from;
     changed_ = false;
     publish_snapshot();
-    done = services::kept_line(from, *mapper_->snapshot(), "loaded");
+    done = kept_line(from, *mapper_->snapshot(), "loaded");
   });
   return done;
 }
@@ -176,9 +180,12 @@ MapMoment Mapping::moment() const {
   return moment_;
 }
 
-Eigen::Vector3d Mapping::up() const {
-  const std::lock_guard lock(mutex_);
-  return up_;
+std::shared_ptr<const planning::AskedMap> Mapping::asked(const MapMoment& moment) const {
+  const std::lock_guard lock(asking_);
+  if (!asked_ || asked_->snapshot != moment.snapshot)
+    asked_ = std::make_shared<const planning::AskedMap>("the map", moment.snapshot, moment.snapshot->octree,
+                                                        moment.up, nullptr, asked_.get());
+  return asked_;
 }
 
 MappingCounts Mapping::counts() const {

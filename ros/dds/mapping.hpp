@@ -1,6 +1,7 @@
 #pragma once
 
 #include "options.hpp"
+#include "planning/questions.hpp"
 #include "scan_queue.hpp"
 #include "sensors.hpp"
 
@@ -38,6 +39,7 @@ struct MappingCounts {
 struct MapMoment {
   std::shared_ptr<const Snapshot> snapshot;
   std::int64_t stamp_ns = 0;  ///< of the last scan mapped, since the node was started
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
 };
 
 /// The map and its thread: requests are served between two scans, or from snapshots in parallel.
@@ -57,7 +59,9 @@ class Mapping {
   std::string load(const std::string& stem);
 
   MapMoment moment() const;
-  Eigen::Vector3d up() const;  ///< as the map's parameters have it, else z (REP 103)
+  /// The map at that moment to be asked, kept up from the one before; its up is as the map's parameters have
+  /// it, else z (REP 103).
+  std::shared_ptr<const planning::AskedMap> asked(const MapMoment& moment) const;
   MappingCounts counts() const;
   bool failed() const;  ///< the map is incomplete; finish() reports the reason
 
@@ -89,8 +93,9 @@ class Mapping {
   MappingCounts counts_;
   Sensors::Clock::time_point told_{};  // of a refusal
   MapMoment moment_;
-  Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();
   std::exception_ptr failure_;
+  mutable std::mutex asking_;                                // of the next
+  mutable std::shared_ptr<const planning::AskedMap> asked_;  // last
 
   std::jthread thread_;
 };

@@ -110,7 +110,7 @@ void write_stairs(io::MessageWriter& out, const Stairs& stairs, const Snapshot& 
               io::each(stairs.single_steps, write_step));
 }
 
-void write_region(io::MessageWriter& out, const services::FoundRegion& found) {
+void write_region(io::MessageWriter& out, const planning::FoundRegion& found) {
   const ContactRegion& region = found.region;
   const auto write_piece = [](io::MessageWriter& to, const ConvexPiece& piece) {
     to.message("points", piece.vertices);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "io/exporters/message_writer.hpp"
-#include "questions.hpp"
+#include "planning/questions.hpp"
 
 #include <cstdint>
 #include <octomap/OcTree.h>
@@ -26,7 +26,7 @@ void write_stairs(io::MessageWriter& out, const Stairs& stairs, const Snapshot& 
                   const std::string& frame, std::int64_t stamp_ns);
 
 /// octosurf_msgs/ContactRegion.
-void write_region(io::MessageWriter& out, const services::FoundRegion& found);
+void write_region(io::MessageWriter& out, const planning::FoundRegion& found);
 
 /// octosurf_msgs/Footstep.
 void write_footstep(io::MessageWriter& out, const Footstep& step);

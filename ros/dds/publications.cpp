@@ -86,7 +86,7 @@ bool Publications::publish_map(const MapMoment& moment) {
   bool all = publish(surfaces_, "surfaces",
                      [&](io::MessageWriter& out) { write_surfaces(out, snapshot, frame, moment.stamp_ns); });
   all &= publish(stairs_, "stairs", [&](io::MessageWriter& out) {
-    write_stairs(out, find_stairs(snapshot, mapping_.up()), snapshot, frame, moment.stamp_ns);
+    write_stairs(out, find_stairs(snapshot, moment.up), snapshot, frame, moment.stamp_ns);
   });
   all &= publish(markers_, "markers", [&](io::MessageWriter& out) { write_markers(out, snapshot, frame); });
   if (snapshot.octree.resolution() > 0)
@@ -97,8 +97,8 @@ bool Publications::publish_map(const MapMoment& moment) {
   std::shared_ptr<const Snapshot> ground;
   HeightGrid grid;
   try {
-    const GroundView view(moment.snapshot, snapshot.octree,
-                          rules_of(options_, mapping_.up(), snapshot.resolution));
+    const GroundView view =
+        mapping_.asked(moment)->ground(rules_of(options_, moment.up, snapshot.resolution));
     contact.shape = view.rules().foot;
     contact.limits = view.rules().limits;
     ground = view.solid();

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
+#include <variant>
 
 #include <octosurf/error.hpp>
 
@@ -113,68 +114,94 @@ void Services::load(io::MessageReader& in, io::MessageWriter& out) {
   write_outcome(out, [&] { return mapping_.load(stem_of(file)); });
 }
 
-const services::AskedMap& Services::asked() {
-  std::shared_ptr<const Snapshot> snapshot = mapping_.moment().snapshot;
-  if (!asked_ || asked_->snapshot != snapshot)
-    asked_ = std::make_unique<services::AskedMap>(std::move(snapshot), asked_.get(), mapping_.up());
-  return *asked_;
-}
-
 void Services::query(io::MessageReader& in, io::MessageWriter& out) {
-  services::PlaceQuestion question;
+  planning::PlaceQuestion question;
   question.kind = in.u8();
   question.point = read_point(in);
   question.corner = read_point(in);
   question.direction = read_point(in);
-  question.distance = in.f64();
-  question.max_slope = in.f64();
+  const double distance = in.f64(), max_slope = in.f64();
   question.surface = in.u32();
-  const services::AskedMap& map = asked();
-  services::PlaceAnswer found;
+  using Kind = planning::PlaceQuestion;
+  if (distance != 0 || question.kind == Kind::sphere) question.distance_m = distance;
+  if (max_slope != 0) question.max_slope_rad = max_slope;
+  planning::PlaceAnswer found;
+  const MapMoment moment = mapping_.moment();
   write_outcome(out, [&] {
-    found = services::answer(map, question);
+    found = planning::answer(*mapping_.asked(moment), question);
     return std::string();
   });
-  out.fields("revision", map.snapshot->revision, "found", found.found, "surfaces", found.surfaces, "point",
-             found.point, "distance", found.distance, "normal", found.normal, "front", found.front, "state",
-             found.state, "log_odds", found.log_odds, "ground", found.ground);
+  out.fields("revision", moment.snapshot->revision, "found", found.found, "surfaces", found.surfaces, "point",
+             found.point, "distance", found.distance_m, "normal", found.normal, "front", found.front, "state",
+             static_cast<std::uint8_t>(found.voxel.state), "log_odds",
+             static_cast<double>(found.voxel.log_odds), "ground",
+             question.kind == Kind::ground && found.found ? ground_name(found.ground) : "");
 }
 
 void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
-  services::RegionsQuestion question;
+  planning::ContactQuestion question;
+  const auto given = [&in]() -> std::optional<double> {
+    const double value = in.f64();
+    return value == 0 ? std::optional<double>() : value;
+  };
   question.surface = in.u32();
-  for (double* value : {&question.length, &question.width, &question.radius}) *value = in.f64();
-  question.any_heading = in.u8() != 0;
-  for (double* value : {&question.yaw, &question.max_slope, &question.edge_margin, &question.obstacle_margin,
-                        &question.clearance})
-    *value = in.f64();
-  in.f64();  // gap_depth
+  const double length = in.f64(), width = in.f64(), radius = in.f64();
+  const bool any_heading = in.u8() != 0, is_sole = length != 0 || width != 0;
+  const double yaw = in.f64();
+  if (!any_heading) question.yaw_rad = yaw;
+  question.max_slope_rad = given();
+  question.edge_margin_m = given();
+  question.obstacle_margin_m = given();
+  question.clearance_m = given();
+  question.as_mapped = in.u8() != 0;
+  const Eigen::Vector3d about = read_point(in);
+  if (const auto reach = given()) question.at = about, question.reach_m = *reach;
   question.pieces = in.u32();
-  const services::AskedMap& map = asked();
-  std::vector<services::FoundRegion> regions;
+  std::vector<planning::FoundRegion> regions;
+  const MapMoment moment = mapping_.moment();
   write_outcome(out, [&] {
-    regions = services::answer(map, question);
+    if (is_sole == (radius != 0))
+      throw Error(Error::Kind::usage, "length, width, radius", "say no foot, or two",
+                  "give length and width, or a radius");
+    question.foot = is_sole ? ContactShape::rectangle(length, width) : ContactShape::disc(radius);
+    const auto asked = mapping_.asked(moment);
+    if (question.surface != 0) {
+      regions.push_back(planning::find_region(*asked, question));
+    } else {
+      for (const SurfacePtr& surface : moment.snapshot->surfaces) {
+        question.surface = surface->id;
+        regions.push_back(planning::find_region(*asked, question));
+      }
+    }
     return std::string();
   });
-  out.fields("revision", map.snapshot->revision, "regions", io::each(regions, write_region));
+  out.fields("revision", moment.snapshot->revision, "regions", io::each(regions, write_region));
 }
 
 void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
-  services::PlanQuestion question;
-  question.robot = in.text();
-  question.start = read_standing(in);
-  question.goal = read_standing(in);
-  question.expansions = in.u32();
-  question.time_limit = in.f64();
-  const services::AskedMap& map = asked();
+  // The client waits for the answer, and no search may occupy the node indefinitely.
+  constexpr double usual_plan_s = 30, longest_plan_s = 600;
+  const std::string name = in.text();
+  const Standing start = read_standing(in), goal = read_standing(in);
+  PlanBudget budget;
+  if (const std::uint32_t expansions = in.u32()) budget.expansions = expansions;
+  const double time_limit = in.f64();
+  budget.time_s = time_limit == 0 ? usual_plan_s : std::min(time_limit, longest_plan_s);
   FootstepPlan plan;
   bool found = false;
+  const MapMoment moment = mapping_.moment();
   write_outcome(out, [&] {
-    plan = services::answer(map, question);
+    if (!name.empty() && name != "biped" && name != "quadruped")
+      throw Error(Error::Kind::usage, "robot", "is neither biped nor quadruped: " + name.substr(0, 40));
+    Robot robot = name == "quadruped" ? Robot(Quadruped{}) : Robot(Biped{});
+    std::visit([&](auto& kind) { kind.contact.up = moment.up; }, robot);
+    const auto asked = mapping_.asked(moment);
+    const GroundView ground = asked->ground(GroundRules::of(robot, moment.snapshot->resolution));
+    plan = FootstepPlanner(ground.solid(), asked->octree, robot).plan(start, goal, budget);
     found = plan.found();
     return plan.refusal ? plan.refusal->sentence : std::string();
   });
-  out.fields("revision", map.snapshot->revision, "found", found, "start",
+  out.fields("revision", moment.snapshot->revision, "found", found, "start",
              io::each(plan.start, write_footstep), "steps", io::each(plan.steps, write_footstep), "cost",
              plan.cost, "lower_bound", plan.lower_bound, "expansions",
              static_cast<std::uint32_t>(plan.expansions));

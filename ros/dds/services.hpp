@@ -5,10 +5,8 @@
 #include "io/readers/message_reader.hpp"
 #include "mapping.hpp"
 #include "options.hpp"
-#include "questions.hpp"
 
 #include <functional>
-#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -41,13 +39,10 @@ class Services {
   void query(io::MessageReader& in, io::MessageWriter& out);
   void contact_regions(io::MessageReader& in, io::MessageWriter& out);
   void plan(io::MessageReader& in, io::MessageWriter& out);
-  /// The current map.
-  const services::AskedMap& asked();
   std::string stem_of(const std::string& name) const;
 
   Mapping& mapping_;
   const NodeOptions& options_;
-  std::unique_ptr<const services::AskedMap> asked_;  // last
   std::vector<Service> services_;
   std::optional<Waiting> requests_;
   std::jthread thread_;

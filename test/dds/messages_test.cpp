@@ -155,7 +155,7 @@ TEST(DdsMessages, StairsHaveAllTheirFields) {
 
 TEST(DdsMessages, RegionsAndFootstepsHaveAllTheirFields) {
   const SurfacePtr on = surface();
-  services::FoundRegion found{on.get(), {}, std::vector<ConvexPiece>(1)};
+  planning::FoundRegion found{on, {}, std::vector<ConvexPiece>(1)};
   found.pieces[0].vertices = {{1, 2, 3}, {4, 5, 6}, {7, 8, 10}};
   found.region.surface = 7;
   found.region.revision = 22;

@@ -1,0 +1,215 @@
+#include "planning/questions.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <variant>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::planning {
+namespace {
+
+constexpr std::size_t most_kinds = 8;  // of ground that are kept
+
+void put(const AskedMap& map, SurfaceId id, const Eigen::Vector3d& point, double distance,
+         PlaceAnswer& answer) {
+  answer.found = true;
+  answer.surfaces = {id};
+  answer.point = point;
+  answer.distance_m = distance;
+  answer.normal = map.surface(id).plane.normal;
+}
+
+/// The ground about a place as a surface, as far as it is within `reach_m`.
+Surface ground_about(const GroundView& ground, const Surface& mapped, const Eigen::Vector3d& about,
+                     double reach_m) {
+  GroundRules rules = ground.rules();
+  rules.widest_unseen_m = rules.widest_unseen_m.value_or(widest_unseen_of(rules.foot));
+  rules.foot = ContactShape::disc(1e-6);
+  rules.limits = {.max_slope_rad = std::numbers::pi};
+  Surface part;
+  part.id = mapped.id;
+  part.resolution = mapped.resolution;
+  part.plane = mapped.plane;
+  part.T_map_surface = mapped.T_map_surface;
+  part.rms_m = mapped.rms_m;
+  part.polygons = ground.by(rules).region_about(mapped.id, about, reach_m, {}).polygons;
+  return part;
+}
+
+void ask_ground(const AskedMap& map, const PlaceQuestion& question, PlaceAnswer& answer) {
+  SurfaceId id = question.surface;
+  if (id == 0) {
+    const auto nearest = map.index.nearest(question.point);
+    if (!nearest) return;
+    id = nearest->id;
+  }
+  const Surface& surface = map.surface(id);
+  const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * question.point).head<2>();
+  const Eigen::Vector3d at = surface.to_map(uv);
+  put(map, id, at, (question.point - at).norm(), answer);
+  answer.ground =
+      ground_at(ground_about(map.bare_ground(), surface, at, 2 * surface.resolution), map.octree, uv);
+}
+
+/// Takes some ms, and is needed for a frontier margin only.
+std::optional<std::vector<PolygonEdges>> asked_edges(const AskedMap& map, const GroundView& ground,
+                                                     SurfaceId id) {
+  if (ground.rules().limits.frontier_margin_m <= 0) return {};
+  return map.edges_of(*ground.solid(id));
+}
+
+}  // namespace
+
+AskedMap::AskedMap(std::string of, std::shared_ptr<const Snapshot> now, OccupancyView view,
+                   const Eigen::Vector3d& upward, EdgeKinds label, const AskedMap* previous)
+    : name(std::move(of)),
+      snapshot(std::move(now)),
+      octree(std::move(view)),
+      up(upward),
+      edges_of(std::move(label)),
+      index(snapshot, previous != nullptr ? &previous->index : nullptr) {
+  if (previous == nullptr || octree.resolution() <= 0) return;
+  const std::lock_guard lock(previous->mutex_);
+  for (const auto& [kind, ground] : previous->grounds_) grounds_.emplace(kind, ground.next(snapshot, octree));
+}
+
+GroundView AskedMap::ground(GroundRules rules) const {
+  // Gaps narrower than a disc of two voxels are never bridged (gaps.hpp).
+  const double widest = rules.widest_unseen_m.value_or(widest_unseen_of(rules.foot));
+  rules.widest_unseen_m = widest < 2 * octree.resolution() ? 0 : widest;
+  const std::lock_guard lock(mutex_);
+  const Kind kind{rules.as_mapped, *rules.widest_unseen_m};
+  if (!grounds_.contains(kind) && grounds_.size() >= most_kinds) grounds_.clear();
+  auto ground = grounds_.find(kind);
+  if (ground == grounds_.end()) ground = grounds_.emplace(kind, GroundView(snapshot, octree, rules)).first;
+  return ground->second.by(rules);
+}
+
+GroundView AskedMap::bare_ground() const {
+  GroundRules rules = GroundRules::of(Biped{}, octree.resolution());
+  rules.limits.up = up;
+  rules.widest_unseen_m = 0;
+  return ground(rules);
+}
+
+const Surface& AskedMap::surface(SurfaceId id) const {
+  if (const Surface* found = snapshot->find(id)) return *found;
+  throw Error(Error::Kind::data, name, "has no surface " + std::to_string(id), "octosurf info lists them");
+}
+
+PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question) {
+  PlaceAnswer answer;
+  const SlopeLimit limit{map.up, question.max_slope_rad};
+  switch (question.kind) {
+    case PlaceQuestion::nearest:
+    case PlaceQuestion::below: {
+      const auto place = question.kind == PlaceQuestion::below
+                             ? map.index.below(question.point, limit)
+                             : map.index.nearest(question.point, limit, question.distance_m);
+      if (place) put(map, place->id, place->point, place->distance, answer);
+      break;
+    }
+    case PlaceQuestion::ray:
+      if (const auto hit = map.index.first_on_ray(question.point, question.direction, question.distance_m)) {
+        put(map, hit->id, hit->point, hit->distance, answer);
+        answer.front = hit->front;
+      }
+      break;
+    case PlaceQuestion::sphere:
+      answer.surfaces = map.index.in_sphere(question.point, question.distance_m);
+      break;
+    case PlaceQuestion::box: {
+      Eigen::AlignedBox3d box(question.point);
+      box.extend(question.corner);
+      answer.surfaces = map.index.in(ConvexSpace::box(box));
+      break;
+    }
+    case PlaceQuestion::voxel:
+    case PlaceQuestion::ground:
+      if (!question.point.allFinite()) throw Error(Error::Kind::usage, "point", "is not finite");
+      if (question.kind == PlaceQuestion::ground) {
+        ask_ground(map, question, answer);
+        break;
+      }
+      answer.voxel = map.octree.at(question.point);
+      if (answer.voxel.surface != 0) answer.surfaces = {answer.voxel.surface};
+      break;
+    default:
+      throw Error(Error::Kind::usage, "kind", "is none of octosurf_msgs/Query");
+  }
+  return answer;
+}
+
+ContactShape foot_of(const std::string& text) {
+  const char *begin = text.data(), *end = begin + text.size();
+  double length = 0, width = 0;
+  const auto [times, bad_length] = std::from_chars(begin, end, length);
+  if (bad_length == std::errc() && times == end) return ContactShape::disc(length);
+  if (bad_length == std::errc() && *times == 'x') {
+    const auto [rest, bad_width] = std::from_chars(times + 1, end, width);
+    if (bad_width == std::errc() && rest == end) return ContactShape::rectangle(length, width);
+  }
+  throw Error(Error::Kind::usage, "--foot " + text, "is no foot",
+              "write LENGTHxWIDTH of a sole, such as 0.22x0.11, or the radius of a disc, in metres");
+}
+
+GroundRules rules_of(const ContactQuestion& question, const Eigen::Vector3d& up, double resolution) {
+  const Robot robot = question.robot == "quadruped" ? Robot(Quadruped{}) : Robot(Biped{});
+  GroundRules rules = GroundRules::of(robot, resolution);
+  if (question.foot) rules.foot = *question.foot;
+  rules.widest_unseen_m = widest_unseen_of(rules.foot, question.unseen_share);
+  rules.as_mapped = question.as_mapped;
+  ContactLimits& limits = rules.limits;
+  if (question.as_mapped) limits = {.max_slope_rad = limits.max_slope_rad};
+  limits.up = up;
+  limits.max_slope_rad = question.max_slope_rad.value_or(limits.max_slope_rad);
+  limits.edge_margin_m = question.edge_margin_m.value_or(limits.edge_margin_m);
+  limits.frontier_margin_m = question.frontier_margin_m.value_or(limits.frontier_margin_m);
+  limits.clearance_m = question.clearance_m.value_or(limits.clearance_m);
+  limits.obstacle_margin_m =
+      question.obstacle_margin_m.value_or(limits.clearance_m > 0 ? limits.obstacle_margin_m : 0);
+  return rules;
+}
+
+FoundRegion find_region(const AskedMap& map, const ContactQuestion& question) {
+  const GroundView ground = map.ground(rules_of(question, map.up, map.octree.resolution()));
+  const SurfaceId id = map.surface(question.surface).id;
+  FoundRegion found;
+  if (question.at) {
+    if (ground.rules().limits.frontier_margin_m > 0)
+      throw Error(Error::Kind::usage, "--frontier-margin", "is not known about a place",
+                  "ask for the whole surface");
+    // Not its outline, but the same frame.
+    found.surface = std::shared_ptr<const Surface>(map.snapshot, &map.surface(id));
+    found.region = ground.region_about(id, *question.at, question.reach_m, question.yaw_rad);
+  } else {
+    const auto edges = asked_edges(map, ground, id);
+    found.surface = ground.solid(id);
+    found.region = ground.region(id, question.yaw_rad, edges ? &*edges : nullptr);
+  }
+  if (question.pieces > 0) found.pieces = convex_pieces(*found.surface, found.region, question.pieces);
+  return found;
+}
+
+FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question) {
+  const GroundView ground = map.ground(rules_of(question, map.up, map.octree.resolution()));
+  const Eigen::Vector3d& at = question.at.value();
+  const auto nearest = map.index.nearest(at);
+  if (!nearest) throw Error(Error::Kind::data, map.name, "has no surfaces", "map more scans first");
+  const auto edges = asked_edges(map, ground, nearest->id);
+  FoundFoothold found;
+  found.foothold = ground.foothold(nearest->id, at, question.yaw_rad.value_or(0), edges ? &*edges : nullptr);
+  if (found.foothold.accepted) {
+    found.ground[static_cast<std::size_t>(Ground::supported)] = 1;
+    return found;
+  }
+  const ContactShape& foot = ground.rules().foot;
+  const Eigen::Isometry3d& T_map_contact = found.foothold.T_map_contact;
+  found.ground = ground_under(ground_about(ground, map.surface(nearest->id), T_map_contact.translation(),
+                                           1.1 * foot.reach() + 2 * map.octree.resolution()),
+                              map.octree, foot, T_map_contact);
+  return found;
+}
+
+}  // namespace octosurf::planning

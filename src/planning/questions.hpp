@@ -1,0 +1,112 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/boundary.hpp>
+#include <octosurf/contact.hpp>
+#include <octosurf/footsteps.hpp>
+#include <octosurf/gaps.hpp>
+#include <octosurf/ground.hpp>
+#include <octosurf/queries.hpp>
+
+// A planner's questions about a map, and their answers: the command line, HTTP and DDS read the ones and
+// print the others. Map frame, m and rad. All throw Error(usage) for a question that makes no sense,
+// Error(data) where the map has no answer.
+
+namespace octosurf::planning {
+
+/// A map at one moment, to be asked from any thread.
+class AskedMap {
+ public:
+  using EdgeKinds = std::function<std::vector<PolygonEdges>(const Surface&)>;  ///< label_edges()
+
+  /// `name`: for errors. `octree`: of the same scan as the snapshot; may be empty where nobody asks for
+  /// ground. `previous`: the same map earlier, of which what did not change since is kept.
+  AskedMap(std::string name, std::shared_ptr<const Snapshot> snapshot, OccupancyView octree,
+           const Eigen::Vector3d& up, EdgeKinds edges_of = {}, const AskedMap* previous = nullptr);
+
+  const std::string name;
+  const std::shared_ptr<const Snapshot> snapshot;
+  const OccupancyView octree;
+  const Eigen::Vector3d up;
+  const EdgeKinds edges_of;
+  const SurfaceIndex index;
+
+  /// Ground by these rules. What does not depend on margins and limits is made once for all questions.
+  GroundView ground(GroundRules rules) const;
+  /// Outlines without voids; no unseen gaps are bridged.
+  GroundView bare_ground() const;
+  /// Throws Error(data) if there is none of this id.
+  const Surface& surface(SurfaceId id) const;
+
+ private:
+  using Kind = std::pair<bool, double>;  // as mapped, and the widest unseen gap, m
+  mutable std::mutex mutex_;
+  mutable std::map<Kind, GroundView> grounds_;
+};
+
+struct PlaceQuestion {
+  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel, ground };
+  std::uint8_t kind = nearest;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero(), corner = point, direction = point;
+  double distance_m =
+      std::numeric_limits<double>::infinity();  ///< of what is nearest or on the ray; a radius
+  double max_slope_rad = std::numbers::pi;      ///< of what is nearest or below
+  SurfaceId surface = 0;                        ///< whose ground; 0: the nearest one's
+};
+
+struct PlaceAnswer {
+  bool found = false;               ///< of nearest, below, ray and ground: there is such a place
+  std::vector<SurfaceId> surfaces;  ///< in the sphere or box; else whose place or voxel it is, if anyone's
+  Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = point;
+  double distance_m = 0;
+  bool front = false;  ///< the ray meets the side that the surface was seen from
+  OccupancyView::Voxel voxel{};
+  Ground ground = Ground::unseen;
+};
+
+PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question);
+
+/// Of footholds and contact regions. What is not given is the robot's.
+struct ContactQuestion {
+  std::string robot = "biped";  ///< or quadruped
+  std::optional<ContactShape> foot;
+  std::optional<double> yaw_rad, max_slope_rad;  ///< no heading: any
+  std::optional<double> edge_margin_m, frontier_margin_m, obstacle_margin_m, clearance_m;
+  double unseen_share = 0.25;         ///< of the foot's narrower side: the widest unseen gap that it may span
+  bool as_mapped = false;             ///< outlines of readings, without margins or clearance
+  SurfaceId surface = 0;              ///< of the region
+  std::optional<Eigen::Vector3d> at;  ///< of the foothold; about which the region is read
+  double reach_m = 1;                 ///< along u and v, of a region about a place
+  std::size_t pieces = 0;             ///< of the region, at most
+};
+
+struct FoundRegion {
+  SurfacePtr surface;  ///< whose frame it has
+  ContactRegion region;
+  std::vector<ConvexPiece> pieces;
+};
+
+struct FoundFoothold {
+  Foothold foothold;
+  std::array<double, ground_names.size()> ground{};  ///< shares of the foot's area over each, [0, 1]
+};
+
+/// LENGTHxWIDTH of a sole or the radius of a disc, m.
+ContactShape foot_of(const std::string& text);
+GroundRules rules_of(const ContactQuestion& question, const Eigen::Vector3d& up, double resolution);
+FoundRegion find_region(const AskedMap& map, const ContactQuestion& question);
+FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question);
+
+}  // namespace octosurf::planning
