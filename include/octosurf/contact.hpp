@@ -104,7 +104,7 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
 /// 2. Complete except for those few µm, arcs of margins and discs, which are approximated by circumscribed
 ///    polygons (at most 0.5 % larger), and voxels of no surface, which count as filled.
 /// 3. A contact lies on one polygon: it does not span the single points where two touch.
-/// Some 0.2 µs for each of the surface's vertices. Throws Error(usage) for an invalid shape, invalid or
+/// Some 8 µs for each of the surface's vertices. Throws Error(usage) for an invalid shape, invalid or
 /// incomplete limits, or a surface a kilometre from its frame's origin.
 ContactRegion contact_region(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
                              const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,

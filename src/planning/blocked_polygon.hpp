@@ -16,7 +16,23 @@ inline constexpr double grid_slack = 4e-6;
 /// Error(usage) for coordinates beyond 2 km.
 std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked);
 
-/// Likewise the union of `polygons` and `added`, without the interiors of `removed`.
+/// What keeps a contact's middle off: wherever the obstacles meet its shape mirrored about it, `kernel`
+/// (convex, counter-clockwise).
+struct KeptOff {
+  Ring2 kernel;
+  std::span<const Polygon> obstacles;
+};
+
+/// The places in `polygon` from which `kernel` (convex, counter-clockwise) does not meet its edges, without
+/// the interiors of `blocked` (convex, counter-clockwise) and what `off` keeps off. On a grid of 1 µm, for
+/// any coincidences. By convolution of the outlines with the kernels (Guibas, Ramshaw and Stolfi 1983): a
+/// place is free where the curve of the edges, which turns about it once for the polygon and back once for
+/// each part of its outside within the kernel, still turns about it. O(n log n), some 5 µs for each edge.
+/// Throws Error(usage) for coordinates beyond 2 km.
+std::vector<Polygon> inset(const Polygon& polygon, const Ring2& kernel, std::span<const Ring2> blocked = {},
+                           const KeptOff& off = {});
+
+/// The union of `polygons` and `added`, without the interiors of `removed`.
 std::vector<Polygon> reshaped(std::span<const Polygon> polygons, std::span<const Ring2> added,
                               std::span<const Ring2> removed);
 

@@ -2,7 +2,6 @@
 #include "planning/contact_obstacles.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
-#include "planning/inset.hpp"
 #include "planning/rings.hpp"
 
 #include <algorithm>
@@ -23,11 +22,11 @@ Polygon moved(Polygon polygon, const To& to) {
 }
 
 /// A surface in the plane rotated with the contact, and the obstacles on it.
-struct Ground {
+struct TurnedGround {
   planning::Sole sole;
   std::vector<Polygon> polygons;
   const std::vector<PolygonEdges>* edges = nullptr;
-  std::vector<Ring2> obstacles;  ///< convex
+  std::vector<Polygon> obstacles;
 };
 
 // m: half of the range of blocked_polygon.hpp's grid, to include a contact's reach.
@@ -42,10 +41,10 @@ void require_near(const Surface& surface) {
     });
 }
 
-Ground ground_of(const Surface& surface, planning::Sole sole, const ContactLimits& limits,
+TurnedGround ground_of(const Surface& surface, planning::Sole sole, const ContactLimits& limits,
                  const OccupancyView* octree, const std::vector<PolygonEdges>* edges,
                  const Snapshot* others) {
-  Ground ground{std::move(sole), {}, edges, {}};
+  TurnedGround ground{std::move(sole), {}, edges, {}};
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : surface.polygons) {
     for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
@@ -56,10 +55,12 @@ Ground ground_of(const Surface& surface, planning::Sole sole, const ContactLimit
   if (limits.clearance_m <= 0) return ground;
   // The contact is on the surface, so only obstacles within the margin matter.
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(limits.obstacle_margin_m * 1.005);
-  ground.obstacles =
+  std::vector<Ring2> obstacles =
       planning::obstacles_over(surface, box.min() - margin, box.max() + margin, limits, *octree, others);
-  for (Ring2& ring : ground.obstacles)
+  for (Ring2& ring : obstacles)
     for (Eigen::Vector2d& p : ring) p = ground.sole.to_turned(p);
+  // Of their union, as one of furniture has far fewer edges than its voxels.
+  ground.obstacles = planning::reshaped({}, obstacles, {});
   return ground;
 }
 
@@ -77,45 +78,30 @@ void block_frontier(const Ring2& ring, const std::vector<EdgeKind>& kinds, const
       blocked.push_back(planning::minkowski_sum(kernel, {ring[i], ring[(i + 1) % ring.size()]}));
 }
 
-/// Areas blocked for the contact's middle other than by edges.
-std::vector<Ring2> blocked_besides(const Ground& ground, std::size_t index, const ContactLimits& limits) {
+/// Areas about frontiers that are blocked for the contact's middle.
+std::vector<Ring2> blocked_by_frontiers(const TurnedGround& ground, std::size_t index,
+                                        const ContactLimits& limits) {
   std::vector<Ring2> blocked;
-  if (limits.frontier_margin_m > limits.edge_margin_m) {
-    const Polygon& polygon = ground.polygons[index];
-    const Ring2 off_frontier = kept_off(ground.sole, limits.frontier_margin_m);
-    const PolygonEdges& kinds = (*ground.edges)[index];
-    block_frontier(polygon.outer, kinds.outer, off_frontier, blocked);
-    for (std::size_t h = 0; h < polygon.holes.size(); ++h)
-      block_frontier(polygon.holes[h], kinds.holes[h], off_frontier, blocked);
-  }
-  if (limits.clearance_m <= 0) return blocked;
-  // The sum of a union with the contact is the union and the sum with its outline: that has far fewer edges
-  // than the voxels of furniture, which would overlap each other many times once enlarged.
-  const Ring2 off = kept_off(ground.sole, limits.obstacle_margin_m);
-  blocked.insert(blocked.end(), ground.obstacles.begin(), ground.obstacles.end());
-  for (const Polygon& polygon : planning::reshaped({}, ground.obstacles, {}))
-    planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-      blocked.push_back(planning::minkowski_sum(off, {a, b}));
-    });
+  if (limits.frontier_margin_m <= limits.edge_margin_m) return blocked;
+  const Polygon& polygon = ground.polygons[index];
+  const Ring2 off_frontier = kept_off(ground.sole, limits.frontier_margin_m);
+  const PolygonEdges& kinds = (*ground.edges)[index];
+  block_frontier(polygon.outer, kinds.outer, off_frontier, blocked);
+  for (std::size_t h = 0; h < polygon.holes.size(); ++h)
+    block_frontier(polygon.holes[h], kinds.holes[h], off_frontier, blocked);
   return blocked;
 }
 
 /// The positions of the contact's middle on one polygon that meet all geometric limits.
-std::vector<Polygon> free_part(const Ground& ground, std::size_t index, const ContactLimits& limits) {
-  const Polygon& polygon = ground.polygons[index];
-  const Ring2 off_edges = kept_off(ground.sole, limits.edge_margin_m);
-  std::vector<Ring2> blocked = blocked_besides(ground, index, limits);
-  // A hall's 9810 boundary points take inset() 1.4 to 2.6 ms, and remaining(), with all that the edges block,
-  // 290 ms.
-  if (std::optional<std::vector<Polygon>> parts = planning::inset(polygon, off_edges, blocked))
-    return std::move(*parts);
-  planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    blocked.push_back(planning::minkowski_sum(off_edges, {a, b}));
-  });
-  return planning::remaining(polygon, blocked);
+std::vector<Polygon> free_part(const TurnedGround& ground, std::size_t index, const ContactLimits& limits) {
+  const bool clear = limits.clearance_m > 0;
+  return planning::inset(ground.polygons[index], kept_off(ground.sole, limits.edge_margin_m),
+                         blocked_by_frontiers(ground, index, limits),
+                         {kept_off(ground.sole, limits.obstacle_margin_m),
+                          clear ? std::span<const Polygon>(ground.obstacles) : std::span<const Polygon>()});
 }
 
-std::vector<Polygon> free_part(const Ground& ground, const ContactLimits& limits) {
+std::vector<Polygon> free_part(const TurnedGround& ground, const ContactLimits& limits) {
   std::vector<Polygon> all;
   for (std::size_t i = 0; i < ground.polygons.size(); ++i)
     for (Polygon& part : free_part(ground, i, limits)) all.push_back(std::move(part));
@@ -123,7 +109,7 @@ std::vector<Polygon> free_part(const Ground& ground, const ContactLimits& limits
 }
 
 /// The limits that alone leave nothing of `ground`; if only their combination does, all of them.
-std::vector<ContactRefusal> refusals_of(const Ground& ground, const ContactLimits& limits) {
+std::vector<ContactRefusal> refusals_of(const TurnedGround& ground, const ContactLimits& limits) {
   ContactLimits none;
   none.obstacle_from_m = limits.obstacle_from_m;
   if (free_part(ground, none).empty()) return {ContactRefusal::support};
@@ -160,7 +146,7 @@ ContactRegion contact_region(const Surface& surface, const ContactShape& shape, 
   region.yaw_rad = yaw_rad;
   region.refused = planning::refusals_of(surface, limits);
   if (!region.refused.empty()) return region;
-  const Ground ground = ground_of(surface, planning::sole_of(shape, surface, yaw_rad, limits.up), limits,
+  const TurnedGround ground = ground_of(surface, planning::sole_of(shape, surface, yaw_rad, limits.up), limits,
                                   octree, edges, others);
   std::vector<Polygon> parts = free_part(ground, limits);
   region.area_m2 = planning::area_of(parts);
