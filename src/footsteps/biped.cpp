@@ -1,5 +1,6 @@
 #include "footsteps/step_graph.hpp"
 #include "planning/contact_shape.hpp"
+#include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
 
 #include <algorithm>
@@ -161,14 +162,9 @@ bool BipedGraph::soles_apart(NodeId a, NodeId b) const {
     for (Eigen::Vector2d& p : ring) p = Eigen::Rotation2Dd(sole(node).yaw_rad) * p;
     return ring;
   };
-  // They meet where b lies within the sum of a's sole and b's mirrored one, whose edges are those of both.
-  bool apart = false;
-  planning::for_each_edge({planning::minkowski_sum(outline(a), planning::mirrored(outline(b))), {}},
-                          [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-                            apart = apart || planning::cross(d - from, to - from) >=
-                                                 between_soles * (to - from).norm();
-                          });
-  return apart;
+  // They meet where b lies within the sum of a's sole and b's mirrored one, whose sides are those of both.
+  return planning::ConvexSides(planning::minkowski_sum(outline(a), planning::mirrored(outline(b))))
+             .depth(d) <= -between_soles;
 }
 
 StepGraph::Stance BipedGraph::stance(const Standing& at) {

@@ -3,6 +3,7 @@
 #include "footsteps/swing.hpp"
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include <octosurf/footsteps.hpp>
@@ -16,26 +17,24 @@ struct Gait {
     FootName name;
     Eigen::Vector2d at;  ///< in stance, from the body's middle: forward, left
   };
-  std::vector<Foot> feet{};
-  ContactShape sole{};
-  ContactLimits contact{};
-  StepCosts costs{};
-  BodyBox body{};
-  Lift lift{};
-  double max_up_m = 0, max_down_m = 0, max_turn_rad = 0;
+  std::vector<Foot> feet;
+  ContactShape sole;
+  ContactLimits contact;
+  StepCosts costs;
+  BodyBox body;
+  Lift lift;
+  double max_up_m, max_down_m, max_turn_rad;
   bool round_feet = false;   ///< one foothold for all headings
   double disc_radius_m = 0;  ///< inside a sole, about its reference point
   double reach_m = 0;        ///< level, between footholds one step apart, for the guide
-  double trunk_reach_m =
-      0;  ///< all of the body so far off straight above a foothold must be free; 0: not checked
-  double longest_m = 0;    ///< move of the body
-  double sidling_m = 0;    ///< likewise sideways or backward, usually
-  double body_step_m = 0;  ///< the farthest that one step moves the body's middle
-  double off_guide_m = 0;  ///< by which the guide's path may be longer than the body's
-  int steps = 1;           ///< in a usual move
-  int least_steps = 1;     ///< in any move
+  double trunk_reach_m = 0;  ///< from above a foothold, part of the body wherever it is; 0: none
+  double longest_m = 0;      ///< move of the body
+  double sidling_m = 0;      ///< likewise sideways or backward, usually
+  double body_step_m = 0;    ///< the farthest that one step moves the body's middle
+  double off_guide_m = 0;    ///< by which the guide's path may be longer than the body's
+  int steps = 1;             ///< in a usual move
+  int least_steps = 1;       ///< in any move
 
-  Gait() = default;
   template <class Kind>
   Gait(const Kind& robot, std::vector<Foot> all_feet)
       : feet(std::move(all_feet)),

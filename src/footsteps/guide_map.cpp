@@ -99,20 +99,21 @@ void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
       if (is_blocked(between(from.x, dx, i), between(from.y, dy, i), std::max(from.low, to.low))) return true;
     return false;
   };
+  std::vector<std::pair<int, int>> beside;  // columns and rows to cells whose nearest points are near enough
+  for (int dy = -around; dy <= around; ++dy)
+    for (int dx = -around; dx <= around; ++dx)
+      if (std::hypot(gap(dx, cell), gap(dy, cell)) <= farthest) beside.emplace_back(dx, dy);
   for (const Cell& to : cells_) {
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
-    for (int dy = -around; dy <= around; ++dy) {
-      for (int dx = -around; dx <= around; ++dx) {
-        if (std::hypot(gap(dx, cell), gap(dy, cell)) > farthest) continue;
-        const auto found = at.find(key_of(to.x + dx, to.y + dy));
-        if (found == at.end()) continue;
-        for (const std::uint32_t i : found->second) {
-          const Cell& from = cells_[i];
-          if (to.low - from.high > gait.max_up_m || from.low - to.high > gait.max_down_m) continue;
-          const double metres = (from.middle - to.middle).norm();
-          links_.push_back(
-              {i, static_cast<float>(gait.trunk_reach_m > 0 && is_cut(from, to) ? metres + cut_m : metres)});
-        }
+    for (const auto& [dx, dy] : beside) {
+      const auto found = at.find(key_of(to.x + dx, to.y + dy));
+      if (found == at.end()) continue;
+      for (const std::uint32_t i : found->second) {
+        const Cell& from = cells_[i];
+        if (to.low - from.high > gait.max_up_m || from.low - to.high > gait.max_down_m) continue;
+        const double metres = (from.middle - to.middle).norm();
+        links_.push_back(
+            {i, static_cast<float>(gait.trunk_reach_m > 0 && is_cut(from, to) ? metres + cut_m : metres)});
       }
     }
   }

@@ -82,11 +82,11 @@ bool ObstacleColumns::blocked_in_block(const Tile& tile, int x0, int y0, const S
       if (std::abs(sought.ahead.dot(off)) > sought.half_length) continue;
       if (std::abs(sought.left.dot(off)) > sought.half_width) continue;
       const auto lift = static_cast<float>(box.rise.dot(off));
-      const auto begin_z = tile.z.begin();
-      for (auto k = std::lower_bound(begin_z + begin, begin_z + end, sought.from_z + lift) - begin_z;
-           k < end && tile.z[k] <= sought.to_z + lift; ++k)
-        if ((sought.but == 0 || tile.surface[k] != sought.but) && reaches(tile.matter[k], sought))
-          return true;
+      const Voxel* voxel = tile.voxels.data() + begin;
+      const Voxel* const last = tile.voxels.data() + end;
+      while (voxel != last && voxel->z < sought.from_z + lift) ++voxel;  // columns are short
+      for (; voxel != last && voxel->z <= sought.to_z + lift; ++voxel)
+        if ((sought.but == 0 || voxel->surface != sought.but) && reaches(voxel->matter, sought)) return true;
     }
   }
   return false;
@@ -133,14 +133,7 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
   const double beside = surfaces_ != nullptr ? planning::MatterOfVoxels::farthest_move : 0;
   box.min().array() -= beside;
   box.max().array() += beside;
-  struct PlacedMatter {
-    std::uint32_t column;
-    float z;
-    SurfaceId surface;
-    std::uint32_t number;  // in `matter`
-  };
-  std::vector<PlacedMatter> found;
-  std::vector<planning::VoxelMatter> matter;
+  Tile result;
   planning::MatterOfVoxels matter_of(surfaces_.get(), pixel_);
   octree_.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
     planning::VoxelMatter one = matter_of(voxel);
@@ -148,25 +141,21 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
     const int x = static_cast<int>(std::floor(one.middle.x() / pixel_)) - tile_x * tile_pixels;
     const int y = static_cast<int>(std::floor(one.middle.y() / pixel_)) - tile_y * tile_pixels;
     if (x < 0 || y < 0 || x >= tile_pixels || y >= tile_pixels) return true;
-    found.push_back({static_cast<std::uint32_t>(y * tile_pixels + x), static_cast<float>(one.middle.z()),
-                     voxel.surface, static_cast<std::uint32_t>(matter.size())});
-    matter.push_back(one);
+    result.voxels.push_back({static_cast<std::uint32_t>(y * tile_pixels + x),
+                             static_cast<float>(one.middle.z()), voxel.surface, one});
     return true;
   });
-  std::sort(found.begin(), found.end(), [](const PlacedMatter& a, const PlacedMatter& b) {
-    return std::tuple(a.column, a.z, a.surface, a.number) < std::tuple(b.column, b.z, b.surface, b.number);
+  // Stable: in the octree's order where they are equal.
+  std::stable_sort(result.voxels.begin(), result.voxels.end(), [](const Voxel& a, const Voxel& b) {
+    return std::tuple(a.column, a.z, a.surface) < std::tuple(b.column, b.z, b.surface);
   });
-  Tile result;
   result.begin.assign(tile_pixels * tile_pixels + 1, 0);
   result.top.assign(tile_blocks * tile_blocks, -std::numeric_limits<float>::infinity());
-  for (const PlacedMatter& one : found) {
+  for (const Voxel& one : result.voxels) {
     float& top = result.top[one.column / tile_pixels / block_pixels * tile_blocks +
                             one.column % tile_pixels / block_pixels];
     top = std::max(top, one.z);
     ++result.begin[one.column + 1];
-    result.z.push_back(one.z);
-    result.surface.push_back(one.surface);
-    result.matter.push_back(matter[one.number]);
   }
   for (std::size_t i = 1; i < result.begin.size(); ++i) result.begin[i] += result.begin[i - 1];
   return result;

@@ -42,12 +42,16 @@ class ObstacleColumns {
 
  private:
   static constexpr int tile_pixels = 32, block_pixels = 4, tile_blocks = tile_pixels / block_pixels;
+  struct Voxel {
+    std::uint32_t column;
+    float z;  ///< of its matter's middle
+    SurfaceId surface;
+    planning::VoxelMatter matter;  ///< its middle in the walking frame
+  };
   struct Tile {
-    std::vector<std::uint32_t> begin;           ///< tile_pixels² + 1 positions in z
-    std::vector<float> z;                       ///< of the matter's middle, ascending in a column
-    std::vector<SurfaceId> surface;             ///< surface of the voxel, for each z
-    std::vector<planning::VoxelMatter> matter;  ///< for each z; its middle in the walking frame
-    std::vector<float> top;                     ///< the highest of each block of block_pixels² columns
+    std::vector<std::uint32_t> begin;  ///< tile_pixels² + 1 positions in voxels
+    std::vector<Voxel> voxels;         ///< by column, ascending in z
+    std::vector<float> top;            ///< the highest of each block of block_pixels² columns
   };
   /// An upright box in pixel coordinates, with precomputed values.
   struct Sought {

@@ -1,4 +1,5 @@
 #include "footsteps/step_graph.hpp"
+#include "geometry/even_odd.hpp"
 #include "planning/rings.hpp"
 
 #include <Eigen/Dense>
@@ -168,33 +169,29 @@ bool QuadrupedGraph::body_free(const SwingPose& from, const SwingPose& to, const
 
 std::optional<Eigen::Vector2d> QuadrupedGraph::over_triangle(const FourFeet& feet, std::size_t lifted,
                                                              const Eigen::Vector2d& wanted) const {
-  std::vector<Eigen::Vector2d> corners;
+  Ring2 corners;
   for (const std::size_t leg : {0, 2, 3, 1})  // counter-clockwise
     if (leg != lifted) corners.push_back(place(feet[leg]).at.head<2>());
-  // The three sides moved inward by the margin, n·p ≥ c, and their intersections.
-  std::array<Eigen::Vector2d, 3> n, inner;
-  std::array<double, 3> c{};
+  // Its sides moved inward, a triangle stays the same shape about the centre of its incircle.
+  double around = 0;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
-    const Eigen::Vector2d side = (corners[(i + 1) % 3] - corners[i]).normalized();
-    n[i] = {-side.y(), side.x()};
-    c[i] = n[i].dot(corners[i]) + robot_.support_margin_m + 1e-9;
+    const double opposite = (corners[(i + 1) % 3] - corners[(i + 2) % 3]).norm();
+    around += opposite;
+    centre += opposite * corners[i];
   }
+  centre /= around;
+  const double radius = planning::cross(corners[1] - corners[0], corners[2] - corners[0]) / around;
+  if (!(radius > robot_.support_margin_m + 1e-9)) return std::nullopt;
+  for (Eigen::Vector2d& corner : corners)
+    corner = centre + (1 - (robot_.support_margin_m + 1e-9) / radius) * (corner - centre);
+  if (geometry::inside(corners, wanted)) return wanted;
+  Eigen::Vector2d best = centre;
   for (std::size_t i = 0; i < 3; ++i) {
-    Eigen::Matrix2d M;
-    M << n[i].transpose(), n[(i + 2) % 3].transpose();
-    if (std::abs(M.determinant()) < 1e-6) return std::nullopt;
-    inner[i] = M.inverse() * Eigen::Vector2d(c[i], c[(i + 2) % 3]);
+    const Eigen::Vector2d on = planning::closest_on_segment(corners[i], corners[(i + 1) % 3], wanted);
+    if ((on - wanted).norm() < (best - wanted).norm()) best = on;
   }
-  Eigen::Vector2d best = wanted;
-  double least = HUGE_VAL;
-  bool inside = true;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (n[i].dot(inner[(i + 2) % 3]) < c[i]) return std::nullopt;  // the triangle is empty
-    inside = inside && n[i].dot(wanted) >= c[i];
-    const Eigen::Vector2d on = planning::closest_on_segment(inner[i], inner[(i + 1) % 3], wanted);
-    if ((on - wanted).norm() < least) least = (on - wanted).norm(), best = on;
-  }
-  return inside ? wanted : best;
+  return best;
 }
 
 StepGraph::Moves QuadrupedGraph::moves(NodeId from, NodeId to, StepRefusal& why) {

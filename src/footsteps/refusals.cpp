@@ -26,29 +26,17 @@ std::string text(Ending ending, std::size_t expansions) {
   return "no plan within " + std::to_string(expansions) + " expansions";
 }
 
-std::string text(ContactRefusal refusal) {
-  switch (refusal) {
-    case ContactRefusal::slope:
-      return "the ground is too steep there";
-    case ContactRefusal::size:
-      return "the surface is too small";
-    case ContactRefusal::roughness:
-      return "the surface is too rough";
-    case ContactRefusal::uncertainty:
-      return "the surface is not known well enough";
-    case ContactRefusal::support:
-      return "a part of the sole would have no ground under it";
-    case ContactRefusal::margin:
-      return "it is too near to an edge";
-    case ContactRefusal::frontier:
-      return "it is too near to an edge nobody has looked beyond";
-    case ContactRefusal::obstacle:
-      return "something stands too near to it";
-    case ContactRefusal::clearance:
-      return "something is over it";
-  }
-  return {};
-}
+/// By ContactRefusal.
+constexpr std::array<const char*, contact_refusal_names.size()> contact_reasons{
+    "the ground is too steep there",
+    "the surface is too small",
+    "the surface is too rough",
+    "the surface is not known well enough",
+    "a part of the sole would have no ground under it",
+    "it is too near to an edge",
+    "it is too near to an edge nobody has looked beyond",
+    "something stands too near to it",
+    "something is over it"};
 
 /// Why a foot has no foothold at `at` (map frame): the limit, and the end of a sentence. Empty: it has one.
 std::string why_not(const FootholdField& field, const Eigen::Vector3d& at, const Eigen::Vector3d& up,
@@ -64,7 +52,7 @@ std::string why_not(const FootholdField& field, const Eigen::Vector3d& at, const
   }
   if (!best) return "there is no surface under it";
   contact = best->refused;
-  return contact ? text(*contact) : std::string();
+  return contact ? contact_reasons[static_cast<std::size_t>(*contact)] : "";
 }
 
 // The foot without a foothold, and the reason.

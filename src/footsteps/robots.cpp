@@ -26,9 +26,13 @@ void require(const std::vector<Rule>& rules) {
 constexpr double longest = 2;  // m: no longer step is allowed
 constexpr double quarter = std::numbers::pi / 2;
 
-void require_common(const BodyBox& body, const StepCosts& costs, double lift_m, double high_lift_m,
-                    double up_m, double down_m) {
-  require({{"body.length_m", body.length_m, 0, 10},
+template <class Kind>
+void require_common(const Kind& robot) {
+  const BodyBox& body = robot.body;
+  const StepCosts& costs = robot.costs;
+  require({{"max_slope_rad", robot.contact.max_slope_rad, 0, quarter * 0.9},
+           {"max_turn_rad", robot.max_turn_rad, 0, quarter},
+           {"body.length_m", body.length_m, 0, 10},
            {"body.width_m", body.width_m, 0, 10},
            {"body.from_m", body.from_m, 0, 10},
            {"body.to_m", body.to_m, body.from_m, 10},
@@ -40,10 +44,10 @@ void require_common(const BodyBox& body, const StepCosts& costs, double lift_m, 
            {"costs.uncertainty", costs.uncertainty, 0, 1e6},
            {"costs.good_margin_m", costs.good_margin_m, 1e-3, longest},
            {"costs.uncertain_m", costs.uncertain_m, 1e-6, longest},
-           {"lift_m", lift_m, 0, body.from_m},
-           {"high_lift_m", high_lift_m, lift_m, longest},
-           {"max_up_m", up_m, 1e-3, longest},
-           {"max_down_m", down_m, 1e-3, longest}});
+           {"lift_m", robot.lift_m, 0, body.from_m},
+           {"high_lift_m", robot.high_lift_m, robot.lift_m, longest},
+           {"max_up_m", robot.max_up_m, 1e-3, longest},
+           {"max_down_m", robot.max_down_m, 1e-3, longest}});
 }
 
 // m, half a voxel of 2 cm: the accuracy of outlines and voxels. As an edge margin: outlines extend up to a
@@ -68,24 +72,20 @@ ContactLimits Biped::limits() { return usual_limits(0.45); }
 ContactLimits Quadruped::limits() { return usual_limits(0.20); }
 
 void Biped::validate() const {
-  require_common(body, costs, lift_m, high_lift_m, max_up_m, max_down_m);
-  require({{"max_slope_rad", contact.max_slope_rad, 0, quarter * 0.9},
-           {"max_forward_m", max_forward_m, 0.05, longest},
+  require_common(*this);
+  require({{"max_forward_m", max_forward_m, 0.05, longest},
            {"max_backward_m", max_backward_m, 0, longest},
            {"min_width_m", min_width_m, 0, longest},
            {"stance_width_m", stance_width_m, min_width_m, max_width_m},
-           {"max_width_m", max_width_m, min_width_m, longest},
-           {"max_turn_rad", max_turn_rad, 0, quarter}});
+           {"max_width_m", max_width_m, min_width_m, longest}});
 }
 
 void Quadruped::validate() const {
-  require_common(body, costs, lift_m, high_lift_m, max_up_m, max_down_m);
-  require({{"max_slope_rad", contact.max_slope_rad, 0, quarter * 0.9},
-           {"stance_length_m", stance_length_m, 0.05, longest},
+  require_common(*this);
+  require({{"stance_length_m", stance_length_m, 0.05, longest},
            {"stance_width_m", stance_width_m, 0.05, longest},
            {"max_step_m", max_step_m, 0.05, longest},
            {"max_sideward_m", max_sideward_m, 0, longest},
-           {"max_turn_rad", max_turn_rad, 0, quarter},
            {"reach_m", reach_m, 0.01, longest},
            {"snap_m", snap_m, 0.01, reach_m},
            {"max_sway_m", max_sway_m, 0, longest},

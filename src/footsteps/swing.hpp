@@ -15,30 +15,33 @@ struct SwingPose {
   double yaw_rad = 0;
 };
 
-/// The box around a sole, and the leg on it.
+/// A box that moves with a pose: around a sole and the leg on it, or the body's.
 struct LegBox {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();  ///< of the box, relative to the reference point
   double half_length = 0, half_width = 0;
   static LegBox of(const ContactShape& shape);
 };
 
-/// Whether the box `height` of a leg, moved straight and rotated evenly from one pose to the other between
-/// `from_z` and `to_z`, is free of collisions.
-bool sweep_free(ObstacleColumns& columns, const LegBox& leg, const SwingPose& from, const SwingPose& to,
-                double from_z, double to_z);
+/// Whether the box, moved straight and rotated evenly from one pose to the other, is free of collisions
+/// between `from_z` and `to_z`; these rise by `climb` on the way, and everywhere with the ground's `rise`.
+bool sweep_free(ObstacleColumns& columns, const LegBox& box, const SwingPose& from, const SwingPose& to,
+                double from_z, double to_z, double climb = 0,
+                const Eigen::Vector2d& rise = Eigen::Vector2d::Zero());
 
-/// sweep_free() at one of two heights over `ground`, up to the hip's.
+/// sweep_free() of a leg at one of two heights over `ground`, up to the hip's.
 struct Lift {
   double usual = 0, high = 0, hip = 0;
 };
 bool swing_free(ObstacleColumns& columns, const LegBox& leg, const SwingPose& from, const SwingPose& to,
                 double ground, const Lift& lift);
 
-/// Whether the body's box on its straight path between two poses over ground at these heights is free of
-/// collisions; tilted with the ground.
-bool body_sweep_free(ObstacleColumns& columns, const BodyBox& body, const SwingPose& from, double from_ground,
-                     const SwingPose& to, double to_ground,
-                     const Eigen::Vector2d& rise = Eigen::Vector2d::Zero());
+/// sweep_free() of the body between poses over ground at these heights; tilted with the ground.
+inline bool body_sweep_free(ObstacleColumns& columns, const BodyBox& body, const SwingPose& from,
+                            double from_ground, const SwingPose& to, double to_ground,
+                            const Eigen::Vector2d& rise = Eigen::Vector2d::Zero()) {
+  return sweep_free(columns, {{0, 0}, body.length_m / 2, body.width_m / 2}, from, to,
+                    from_ground + body.from_m, from_ground + body.to_m, to_ground - from_ground, rise);
+}
 
 /// The equivalent angle in [−π, π).
 double turn_between(double from_rad, double to_rad);

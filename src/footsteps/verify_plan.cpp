@@ -1,3 +1,6 @@
+#include "footsteps/gait.hpp"
+#include "geometry/even_odd.hpp"
+#include "planning/contact_shape.hpp"
 #include "planning/voxel_matter.hpp"
 
 #include <Eigen/Dense>
@@ -32,10 +35,7 @@ Eigen::Vector2d left_of(double yaw) { return {-std::sin(yaw), std::cos(yaw)}; }
 struct Judge {
   const Snapshot& snapshot;
   const OccupancyView& octree;
-  const ContactShape& foot;
-  const ContactLimits& contact;
-  const BodyBox& body;
-  double lift, high_lift;
+  const footsteps::Gait gait;
   const std::map<SurfaceId, std::vector<PolygonEdges>>& edges;
   Eigen::Matrix3d R_walk_map = Eigen::Matrix3d::Identity();
   std::vector<std::string> wrong{};
@@ -56,8 +56,9 @@ struct Judge {
     const Surface* surface = snapshot.find(step.surface);
     if (surface == nullptr) return say("its surface is not there");
     const auto labels = edges.find(step.surface);
-    const Foothold hold = foothold(*surface, foot, step.T_map_foot.translation(), step.yaw_rad, contact,
-                                   &octree, labels == edges.end() ? nullptr : &labels->second, &snapshot);
+    const Foothold hold =
+        foothold(*surface, gait.sole, step.T_map_foot.translation(), step.yaw_rad, gait.contact, &octree,
+                 labels == edges.end() ? nullptr : &labels->second, &snapshot);
     if (!hold.accepted) say("the foothold is refused: " + std::string(contact_refusal_name(*hold.refused)));
     if (!hold.T_map_contact.isApprox(step.T_map_foot, 1e-6)) say("the foot is not on its plane");
   }
@@ -97,6 +98,12 @@ struct Judge {
     return voxel.center - off * surface->plane.normal;
   }
 
+  bool body_occupied(const LevelPose& pose, const Eigen::Vector2d& rise = Eigen::Vector2d::Zero()) const {
+    const BodyBox& body = gait.body;
+    return occupied(pose, {0, 0}, body.length_m, body.width_m, pose.z + body.from_m, pose.z + body.to_m,
+                    rise);
+  }
+
   template <class Visit>
   void along(const LevelPose& from, const LevelPose& to, const Visit& visit) const {
     const double turn = std::remainder(to.yaw - from.yaw, 2 * std::numbers::pi);
@@ -110,27 +117,21 @@ struct Judge {
   }
 
   void leg_moves(const LevelPose& from, const LevelPose& to, double ground) {
-    Eigen::AlignedBox2d outline;
-    for (const Eigen::Vector2d& p : foot.outline) outline.extend(p);
-    if (foot.outline.empty())
-      outline = {Eigen::Vector2d::Constant(-foot.radius), Eigen::Vector2d::Constant(foot.radius)};
+    const footsteps::LegBox leg = footsteps::LegBox::of(gait.sole);
     const auto hits = [&](double height) {
       bool hit = false;
       along(from, to, [&](const LevelPose& pose) {
-        hit = hit || occupied(pose, outline.center(), outline.sizes().x(), outline.sizes().y(),
-                              ground + height, ground + std::max(height, body.from_m));
+        hit = hit || occupied(pose, leg.middle, 2 * leg.half_length, 2 * leg.half_width, ground + height,
+                              ground + std::max(height, gait.lift.hip));
       });
       return hit;
     };
-    if (hits(lift) && hits(high_lift)) say("the swinging leg touches something");
+    if (hits(gait.lift.usual) && hits(gait.lift.high)) say("the swinging leg touches something");
   }
 
   void body_moves(const LevelPose& from, const LevelPose& to) {
     bool hit = false;
-    along(from, to, [&](const LevelPose& pose) {
-      hit = hit ||
-            occupied(pose, {0, 0}, body.length_m, body.width_m, pose.z + body.from_m, pose.z + body.to_m);
-    });
+    along(from, to, [&](const LevelPose& pose) { hit = hit || body_occupied(pose); });
     if (hit) say("the body touches something");
   }
 
@@ -145,9 +146,7 @@ struct Judge {
     }
     const Eigen::Vector3d plane = A.colPivHouseholderQr().solve(z);
     if (std::abs(plane.z() - pose.z) > plan_rounding) say("the body's height is not that over its feet");
-    if (occupied(pose, {0, 0}, body.length_m, body.width_m, pose.z + body.from_m, pose.z + body.to_m,
-                 plane.head<2>()))
-      say("the body touches something");
+    if (body_occupied(pose, plane.head<2>())) say("the body touches something");
   }
 
   void within(const char* what, double value, double least, double most) {
@@ -167,27 +166,9 @@ Ring2 outline_at(const LevelPose& pose, const ContactShape& foot) {
   return ring;
 }
 
-// Neither contains a corner of the other, and no two sides cross.
+// Some point of one less some point of the other is 0.
 bool overlap(const Ring2& a, const Ring2& b) {
-  const auto left = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q, const Eigen::Vector2d& r) {
-    return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x());
-  };
-  const auto holds = [&](const Ring2& ring, const Eigen::Vector2d& p) {
-    for (std::size_t i = 0; i < ring.size(); ++i)
-      if (left(ring[i], ring[(i + 1) % ring.size()], p) < 0) return false;
-    return !ring.empty();
-  };
-  for (const Eigen::Vector2d& p : a)
-    if (holds(b, p)) return true;
-  for (const Eigen::Vector2d& p : b)
-    if (holds(a, p)) return true;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const Eigen::Vector2d &p = a[i], &q = a[(i + 1) % a.size()], &r = b[j], &s = b[(j + 1) % b.size()];
-      if ((left(p, q, r) > 0) != (left(p, q, s) > 0) && (left(r, s, p) > 0) != (left(r, s, q) > 0))
-        return true;
-    }
-  return false;
+  return !a.empty() && geometry::inside(planning::minkowski_sum(a, planning::mirrored(b)), {0, 0});
 }
 
 void judge(const FootstepPlan& plan, const Biped& robot, Judge& judge) {
@@ -270,8 +251,7 @@ std::vector<std::string> verify_plan(const FootstepPlan& plan, const Snapshot& s
                                      const std::map<SurfaceId, std::vector<PolygonEdges>>& edges) {
   return std::visit(
       [&](const auto& kind) {
-        Judge verdict{snapshot,  octree,      kind.foot,        kind.contact,
-                      kind.body, kind.lift_m, kind.high_lift_m, edges};
+        Judge verdict{snapshot, octree, footsteps::gait_of(kind), edges};
         verdict.R_walk_map = upright(kind.contact.up).toRotationMatrix();
         if (plan.found()) judge(plan, kind, verdict);
         return verdict.wrong;
