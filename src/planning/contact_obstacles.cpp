@@ -29,12 +29,12 @@ struct Strip {
   }
 };
 
-/// The direction of a plane's intersection with that of (u, v); for a parallel one the map's x or y axis,
-/// along which voxels are aligned.
+/// The direction of a plane's intersection with that of (u, v), across which a steep one's voxels are narrow;
+/// for a flatter one the map's x or y axis, along which voxels are aligned.
 Eigen::Vector2d intersection_line(const Eigen::Matrix<double, 3, 2>& uv, const Eigen::Vector3d& normal) {
-  constexpr double parallel = 1e-3;  // sine: they diverge by less than 1 mm in a metre
+  constexpr double flat = 0.5;  // sine: of 30°, where a voxel is narrower by an eighth
   const Eigen::Vector2d steepest = uv.transpose() * normal;
-  if (steepest.norm() > parallel) return Eigen::Vector2d(steepest.y(), -steepest.x()).normalized();
+  if (steepest.norm() > flat) return Eigen::Vector2d(steepest.y(), -steepest.x()).normalized();
   Eigen::Index axis = 0;
   uv.rowwise().norm().maxCoeff(&axis);
   return uv.row(axis).transpose().normalized();
@@ -59,6 +59,19 @@ void join_along(std::size_t axis, std::vector<VoxelBox>& boxes) {
       joined.push_back(box);
   }
   boxes = std::move(joined);
+}
+
+/// Extends boxes along the plane's steepest axis to whole layers, in which they move by an eighth of a voxel at
+/// most: those of one layer join into few, as they cover the same.
+void extend_along(std::size_t axis, double cosine, std::vector<VoxelBox>& boxes) {
+  constexpr double most = 0.125, thickest = 1024;  // voxels
+  const double slope = std::sqrt(std::max(0.0, 1 - cosine * cosine)) / cosine;
+  const auto layer = static_cast<std::int32_t>(std::clamp(most / std::max(slope, 1e-9), 1.0, thickest));
+  for (VoxelBox& box : boxes) {
+    const std::int32_t z = box.low[axis];
+    box.low[axis] = z - ((z % layer) + layer) % layer;
+    box.high[axis] = box.low[axis] + layer - 1;
+  }
 }
 
 Ring2 project(const Surface& surface, const VoxelBox& box, double d) {
@@ -121,7 +134,8 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vect
   }
   // Along the normal first: the voxels of a column cover one another.
   Eigen::Index steepest = 0;
-  surface.plane.normal.cwiseAbs().maxCoeff(&steepest);
+  const double cosine = surface.plane.normal.cwiseAbs().maxCoeff(&steepest);
+  extend_along(static_cast<std::size_t>(steepest), cosine, boxes);
   for (std::size_t step = 0; step < 3; ++step)
     join_along((static_cast<std::size_t>(steepest) + step) % 3, boxes);
   std::vector<Ring2> covered;
