@@ -25,6 +25,8 @@ set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras Boundary.ATableS
 set(OCTOSURF_SLOW_evaluation PlanarRegion.AgreesWithBruteForceOnRandomPolygonsWithHolesAndIslands)
 set(OCTOSURF_SLOW_example_body_path *)
 set(OCTOSURF_SLOW_example_contact_sequence *)
+set(OCTOSURF_SLOW_footsteps Crawl.AQuadrupedClimbsAStairAndCrossesASmallGap
+    Footsteps.AWallAcrossTheWayIsRefusedForItsClearance Footsteps.GoAroundWhatStandsInTheWayOrHangsOverIt)
 set(OCTOSURF_SLOW_fuzz Corpus/EveryByte.*
     Fuzz.BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles
     Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
@@ -56,9 +58,7 @@ set(OCTOSURF_SLOW_octomap Following.EqualsTheTreeMadeAnewAtEachScan
 set(OCTOSURF_SLOW_octomap_failures *)
 set(OCTOSURF_SLOW_pcl NormalsAgainstPcl.* PaperDetector.IsThePapersAlgorithmWhereNothingIsTakenBack)
 set(OCTOSURF_SLOW_planning Changes.LineageOverManyScansIsThatOverEachOfThem
-    Changes.WhoFollowsThemHasWhatTheSnapshotHas ContactRegion.OfRandomPolygonsIsExact
-    Crawl.AQuadrupedClimbsAStairAndCrossesASmallGap Footsteps.AWallAcrossTheWayIsRefusedForItsClearance
-    Footsteps.GoAroundWhatStandsInTheWayOrHangsOverIt Inset.OfRandomPolygons)
+    Changes.WhoFollowsThemHasWhatTheSnapshotHas ContactRegion.OfRandomPolygonsIsExact Inset.OfRandomPolygons)
 set(OCTOSURF_SLOW_property *)
 set(OCTOSURF_SLOW_simulation Cameras/DepthFolder.IsASevenScenesFolder* Folder.SameOptionsSameBytes
     MeshFacesTest.HeapsOfBoxesAgreeWithThePointwiseTwin MeshRecording.AStairIsMappedStepByStep

@@ -14,7 +14,7 @@ FENCE = {
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
     "io": (["src/io"], 13_329),
     "planning": (["src/planning"], 6_575),
-    "footsteps": (["src/footsteps"], 2_725),
+    "footsteps": (["src/footsteps"], 2_728),
     "apps": (["apps"], 8_909),
     "ros": (["ros"], 2_288),
     "bindings": (["bindings"], 3_109),

@@ -1,4 +1,4 @@
-#include "shapes.hpp"
+#include "planning/shapes.hpp"
 
 #include <gmock/gmock.h>
 #include <memory>
