@@ -63,6 +63,7 @@ void plans(const Options& options);
 void queries(const Options& options);
 void speed(const Options& options);
 void stairs(const Options& options);
+void steadiness(const Options& options);
 void table1(const Options& options);
 
 /// Writes a line, at once: both objects as one.

@@ -140,7 +140,7 @@ BENCHES = {
                   "(false: 5 cm). Good ones: on true faces, with 1 cm to spare and room over them, and seen."),
     "gaps": (("sensor", "scene"), GAPS, {"scenes": ["office", "room", "stairs", "stones"], "sensors": ["spinning", "tilting"]},
              "True level ground within 8 m of a scan, of it what a scan had in sight, and what is supported of that and of all."),
-    "ground": ((), None, {"scenes": ["office", "hall"], "every": 3, "frames": 120},
+    "ground": ((), None, {"scenes": ["office", "corridor"], "every": 3, "frames": 120},
                "Medians over scans: ground kept up (next), a foothold in a new snapshot and once more, a region within 2 m of the sensor, "
                "all ground read, all made from nothing."),
     "kitchen": ((), None, {}, "A real recording without truth: double layers must not be in its map."),
@@ -154,6 +154,9 @@ BENCHES = {
                {"scenes": ["flight", "landing", "spiral", "open"], "sensors": ["depth", "depth-real", "spinning", "tilting"],
                 "seeds": [1, 2, 3]},
                "Right count: found as one stair with as many steps; of these the course and the greatest errors."),
+    "steadiness": ((), None, {"scenes": ["office", "room", "change", "stairs", "stones"], "every": 4, "frames": 60},
+                   "Of the area of polygons about which the octree did not change from one scan to the next: what came or went, and "
+                   "what got another id."),
     "table1": (("environment", "resolution", "detector"), TABLE1,
                {"scenes": ["simple", "complex", "real"], "sensors": ["tilting"], "seeds": [1, 2, 3, 4, 5],
                 "resolutions": [0.02, 0.01], "only": ["likelihood"]},
