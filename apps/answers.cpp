@@ -4,49 +4,56 @@
 #include "io/exporters/page_messages.hpp"
 
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <string>
 
+#include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using planning::PlaceQuestion;
 
 }  // namespace
 
-std::string surfaces_json(const std::vector<SurfaceId>& ids) { return Json{{"surfaces", ids}}.dump(); }
+void require_found(const planning::AskedMap& map, const PlaceQuestion& question,
+                   const planning::PlaceAnswer& found) {
+  const bool below = question.kind == PlaceQuestion::below;
+  if (!found.found && (below || question.kind == PlaceQuestion::nearest))
+    throw Error(Error::Kind::data, map.name,
+                below ? "has no such surface below that place" : "has no such surfaces",
+                "map more scans first, or allow a greater slope (--max-slope, max_slope_deg)");
+}
 
-std::string hit_json(const std::optional<RayHit>& hit) {
-  if (!hit) return Json{{"surface", nullptr}}.dump();
-  const Json json{{"surface", hit->id},
-                  {"point", hit->point},
-                  {"distance_m", hit->distance},
-                  {"side", hit->front ? "front" : "back"}};
+std::string place_json(const planning::AskedMap& map, const PlaceQuestion& question,
+                       const planning::PlaceAnswer& found) {
+  if (question.kind == PlaceQuestion::sphere || question.kind == PlaceQuestion::box)
+    return Json{{"surfaces", found.surfaces}}.dump();
+  Json json{{"surface", nullptr}};
+  if (question.kind == PlaceQuestion::voxel) {
+    json = {{"state", state_name(found.voxel.state)}, {"log_odds", nullptr}, {"surface", nullptr}};
+    if (found.voxel.state != OccupancyView::State::unknown) json["log_odds"] = found.voxel.log_odds;
+  }
+  if (!found.surfaces.empty()) json["surface"] = found.surfaces[0];
+  if (!found.found) return json.dump();
+  json["point"] = found.point;
+  json["distance_m"] = found.distance_m;
+  if (question.kind == PlaceQuestion::ray) {
+    json["side"] = found.front ? "front" : "back";
+    return json.dump();
+  }
+  const Surface& surface = map.surface(found.surfaces[0]);
+  json["normal"] = surface.plane.normal;
+  json["slope_deg"] = slope_rad(surface, map.up) * deg_per_rad;
+  json["area_m2"] = surface.area_m2;
   return json.dump();
 }
 
-std::string voxel_json(const OccupancyView::Voxel& voxel) {
-  Json json{{"state", state_name(voxel.state)}, {"log_odds", nullptr}, {"surface", nullptr}};
-  if (voxel.state != OccupancyView::State::unknown) json["log_odds"] = voxel.log_odds;
-  if (voxel.surface != 0) json["surface"] = voxel.surface;
-  return json.dump();
-}
-
-std::string nearest_json(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up) {
-  const Json json{{"surface", found.id},
-                  {"point", found.point},
-                  {"distance_m", found.distance},
-                  {"normal", surface.plane.normal},
-                  {"slope_deg", slope_rad(surface, up) * deg_per_rad},
-                  {"area_m2", surface.area_m2}};
-  return json.dump();
-}
-
-std::string foothold_json(const Foothold& found, const std::array<double, ground_names.size()>& ground) {
+std::string foothold_json(const planning::FoundFoothold& answer) {
+  const Foothold& found = answer.foothold;
   Json shares;
-  for (std::size_t k = 0; k < ground.size(); ++k) shares[std::string(ground_names[k])] = ground[k];
+  for (std::size_t k = 0; k < answer.ground.size(); ++k)
+    shares[std::string(ground_names[k])] = answer.ground[k];
   const Json json{{"surface", found.surface},
                   {"accepted", found.accepted},
                   {"refused", found.refused ? Json(contact_refusal_name(*found.refused)) : Json()},
@@ -59,11 +66,10 @@ std::string foothold_json(const Foothold& found, const std::array<double, ground
   return json.dump();
 }
 
-std::string region_json(const Surface& surface, const ContactRegion& region,
-                        const std::vector<ConvexPiece>& pieces) {
-  Json json = io::region_json(surface, region);
+std::string region_json(const planning::FoundRegion& found) {
+  Json json = io::region_json(*found.surface, found.region);
   json["pieces"] = Json::array();
-  for (const ConvexPiece& piece : pieces) json["pieces"].push_back(piece.vertices);
+  for (const ConvexPiece& piece : found.pieces) json["pieces"].push_back(piece.vertices);
   return json.dump();
 }
 

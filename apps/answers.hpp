@@ -1,31 +1,23 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
-#include <optional>
-#include <string>
-#include <vector>
+#include "planning/questions.hpp"
 
-#include <octosurf/contact.hpp>
-#include <octosurf/gaps.hpp>
-#include <octosurf/occupancy.hpp>
-#include <octosurf/planning.hpp>
-#include <octosurf/queries.hpp>
+#include <string>
 
 // Answers as one line of JSON, as printed by `octosurf query --json` and returned by `octosurf serve`. Map
 // frame, m and degrees.
 
 namespace octosurf {
 
-std::string surfaces_json(const std::vector<SurfaceId>& ids);
-std::string hit_json(const std::optional<RayHit>& hit);
-std::string voxel_json(const OccupancyView::Voxel& voxel);
-std::string nearest_json(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up);
-/// `ground`: shares of the foot's area over each Ground.
-std::string foothold_json(const Foothold& found, const std::array<double, ground_names.size()>& ground);
-std::string region_json(const Surface& surface, const ContactRegion& region,
-                        const std::vector<ConvexPiece>& pieces);
+std::string place_json(const planning::AskedMap& map, const planning::PlaceQuestion& question,
+                       const planning::PlaceAnswer& found);
+std::string foothold_json(const planning::FoundFoothold& found);
+std::string region_json(const planning::FoundRegion& found);
 
 const char* state_name(OccupancyView::State state);
+
+/// Throws Error(data) if there is no such place as was asked for; a ray may meet nothing.
+void require_found(const planning::AskedMap& map, const planning::PlaceQuestion& question,
+                   const planning::PlaceAnswer& found);
 
 }  // namespace octosurf

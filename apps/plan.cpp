@@ -5,7 +5,7 @@
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "picture_eye.hpp"
-#include "plan_query.hpp"
+#include "query_fields.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -50,14 +50,6 @@ struct PlanArguments {
   std::vector<std::string> outputs;
   bool json = false, force = false;
 };
-
-std::map<SurfaceId, std::vector<PolygonEdges>> labels_of(const Map& map, const Snapshot& snapshot,
-                                                         const Robot& robot) {
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  if (!needs_edge_kinds(robot)) return edges;
-  for (const SurfacePtr& surface : snapshot.surfaces) edges[surface->id] = label_edges(map, *surface);
-  return edges;
-}
 
 void print(const FootstepPlan& plan) {
   std::set<SurfaceId> surfaces;
@@ -120,11 +112,11 @@ void run_plan(const PlanArguments& arguments) {
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
   const PlanQuery& query = arguments.query;
   const Robot robot = robot_of(query, up);
-  const OccupancyView octree = loaded.map.octree();
-  const std::shared_ptr<const Snapshot> snapshot = ground_for(*loaded.map.snapshot(), octree, robot);
-  FootstepPlanner planner(snapshot, octree, robot, labels_of(loaded.map, *snapshot, robot));
-  const FootstepPlan plan = planner.plan(standing_of(query.from), standing_of(query.to), query.budget);
-  write(arguments, *snapshot, plan, robot, up);
+  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+  const planning::AskedMap asked(arguments.map, snapshot, loaded.map.octree(), up,
+                                 [&](const Surface& surface) { return label_edges(loaded.map, surface); });
+  const FootstepPlan plan = planner_on(asked, robot).plan(query.from, query.to, query.budget);
+  write(arguments, *asked.ground(GroundRules::of(robot, asked.octree.resolution())).solid(), plan, robot, up);
   if (arguments.json) std::printf("%s\n", to_json(plan, robot).c_str());
   if (!plan.found()) throw Error(Error::Kind::data, arguments.map, plan.refusal->sentence);
   if (!arguments.json) print(plan);
@@ -137,18 +129,7 @@ void add_plan(CLI::App& app) {
   const auto arguments = std::make_shared<PlanArguments>();
   verb->add_option("map", arguments->map, "map to walk on: name without ending, as given to map -o")
       ->required();
-  verb->add_option("--from", arguments->query.from, "X Y Z YAW: start")->expected(4)->required();
-  verb->add_option("--to", arguments->query.to, "X Y Z YAW: goal")->expected(4)->required();
-  verb->add_option("--robot", arguments->query.robot, "biped or quadruped")
-      ->check(CLI::IsMember({"biped", "quadruped"}))
-      ->capture_default_str();
-  verb->add_option("--foot", arguments->query.foot, "LENGTHxWIDTH of a sole, or the radius of a ball, m");
-  for (const LimitOption& option : limit_options()) {
-    const std::string name = option.name;
-    verb->add_option_function<double>(
-        name, [arguments, name](double value) { arguments->query.limits.emplace_back(name, value); },
-        option.help);
-  }
+  add_options(*verb, plan_fields(arguments->query));
   add_up_option(*verb, arguments->up);
   verb->add_option("--budget", arguments->query.budget.expansions, "most expansions to find a plan")
       ->capture_default_str();

@@ -1,19 +1,19 @@
 // `octosurf query`: a planner's questions from the shell.
 #include "answers.hpp"
-#include "bounds.hpp"
-#include "contact_query.hpp"
 #include "geometry/degrees.hpp"
 #include "io/exporters/stairs_json.hpp"
 #include "open_map.hpp"
-#include "place_query.hpp"
+#include "query_fields.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <octosurf/boundary.hpp>
@@ -42,21 +42,78 @@ Examples:
 
 struct QueryArguments {
   std::string map, up;
-  std::vector<double> nearest, below, stair;
-  std::optional<double> max_slope_deg;
-  PlaceQuery place;
-  ContactQuery contact;
+  const MapQuestion* question = nullptr;
+  std::vector<double> numbers, stair;  ///< of the question
+  AskedOfMap asked;
   bool json = false;
 };
 
-void print(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up) {
-  const Eigen::Vector3d &p = found.point, &n = surface.plane.normal;
-  std::printf("surface   %u\n", found.id);
-  std::printf("point     %.4f %.4f %.4f\n", p.x(), p.y(), p.z());
-  std::printf("distance  %.4f m\n", found.distance);
-  std::printf("normal    %.4f %.4f %.4f\n", n.x(), n.y(), n.z());
-  std::printf("slope     %.2f°\n", slope_rad(surface, up) * deg_per_rad);
-  std::printf("area      %.3f m²\n", surface.area_m2);
+void print(const Eigen::Vector3d& v, const char* what) {
+  std::printf("%s %.4f %.4f %.4f\n", what, v.x(), v.y(), v.z());
+}
+
+void print(const planning::AskedMap& map, const planning::PlaceQuestion& question,
+           const planning::PlaceAnswer& found) {
+  using planning::PlaceQuestion;
+  const bool ray = question.kind == PlaceQuestion::ray;
+  if (question.kind == PlaceQuestion::sphere || question.kind == PlaceQuestion::box) {
+    std::vector<SurfacePtr> surfaces;
+    for (const SurfacePtr& surface : map.snapshot->surfaces)
+      if (std::binary_search(found.surfaces.begin(), found.surfaces.end(), surface->id))
+        surfaces.push_back(surface);
+    print_table(surfaces, map.up);
+  } else if (question.kind == PlaceQuestion::voxel) {
+    const OccupancyView::Voxel& voxel = found.voxel;
+    std::printf("state     %s\n", state_name(voxel.state));
+    if (voxel.state != OccupancyView::State::unknown) std::printf("log-odds  %.3f\n", voxel.log_odds);
+    if (voxel.surface != 0)
+      std::printf("surface   %u\n", voxel.surface);
+    else if (voxel.state == OccupancyView::State::occupied)
+      std::printf("surface   none yet\n");
+  } else if (!found.found) {
+    std::printf("nothing   the ray meets no surface\n");
+  } else {
+    const Surface& surface = map.surface(found.surfaces[0]);
+    std::printf("surface   %u%s\n", surface.id,
+                !ray          ? ""
+                : found.front ? ", from its front"
+                              : ", from its back");
+    print(found.point, "point    ");
+    std::printf("distance  %.4f m\n", found.distance_m);
+    if (ray) return;
+    print(surface.plane.normal, "normal   ");
+    std::printf("slope     %.2f°\n", slope_rad(surface, map.up) * deg_per_rad);
+    std::printf("area      %.3f m²\n", surface.area_m2);
+  }
+}
+
+void print(const planning::FoundFoothold& answer) {
+  const Foothold& found = answer.foothold;
+  const std::string refused = found.refused ? std::string(contact_refusal_name(*found.refused)) : "";
+  std::printf("surface    %u\n", found.surface);
+  std::printf("accepted   %s\n", found.accepted ? "yes" : ("no: " + refused).c_str());
+  std::printf("supported  %.1f %%\n", 100 * found.supported);
+  if (answer.ground[static_cast<std::size_t>(Ground::supported)] < 1) {
+    std::printf("ground    ");
+    for (std::size_t k = 0; k < ground_names.size(); ++k)
+      if (answer.ground[k] > 0) std::printf(" %.0f %% %s", 100 * answer.ground[k], ground_names[k].data());
+    std::printf("\n");
+  }
+  std::printf("margin     %.4f m\n", found.margin_m);
+  print(found.T_map_contact.translation(), "point     ");
+  print(found.T_map_contact.linear().col(2), "normal    ");
+}
+
+void print(const planning::FoundRegion& found) {
+  const auto& [surface, region, pieces] = found;
+  std::size_t holes = 0;
+  for (const Polygon& polygon : region.polygons) holes += polygon.holes.size();
+  std::printf("surface  %u, %.3f m²\n", surface->id, surface->area_m2);
+  std::printf("region   %.3f m² in %zu parts with %zu holes\n", region.area_m2, region.polygons.size(),
+              holes);
+  for (const ContactRefusal refusal : region.refused)
+    std::printf("refused  %s\n", contact_refusal_name(refusal).data());
+  for (const ConvexPiece& piece : pieces) std::printf("piece    of %zu corners\n", piece.vertices.size());
 }
 
 /// The stair nearest to a place.
@@ -76,28 +133,27 @@ void run_query(const QueryArguments& arguments) {
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   warn_of_up(loaded.map, arguments.up);
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
-  if (arguments.place.asked()) return answer(loaded.map, arguments.place, up, arguments.json);
-  if (arguments.contact.asked()) {
-    const auto edges_of = [&](const Surface& surface) { return label_edges(loaded.map, surface); };
-    ContactQuery query = arguments.contact;
-    if (arguments.max_slope_deg) query.max_slope_rad = *arguments.max_slope_deg * rad_per_deg;
-    return answer({arguments.map, snapshot, loaded.map.octree(), up, edges_of}, query, arguments.json);
-  }
   if (!arguments.stair.empty()) return answer_stair(*snapshot, arguments, up);
-  const SlopeLimit limit{up, arguments.max_slope_deg.value_or(180) / deg_per_rad};
-  const bool lowered = !arguments.below.empty();
-  const std::vector<double>& at = lowered ? arguments.below : arguments.nearest;
-  const Eigen::Vector3d point(at[0], at[1], at[2]);
-  const auto found = lowered ? below(*snapshot, point, limit) : nearest(*snapshot, point, limit);
-  if (!found)
-    throw Error(Error::Kind::data, arguments.map,
-                lowered ? "has no such surface below that place" : "has no such surfaces",
-                "map more scans first, or allow a greater --max-slope");
-  const Surface& surface = *snapshot->find(found->id);
-  if (arguments.json)
-    std::printf("%s\n", nearest_json(*found, surface, up).c_str());
-  else
-    print(*found, surface, up);
+  const planning::AskedMap map(arguments.map, snapshot, loaded.map.octree(), up,
+                               [&](const Surface& surface) { return label_edges(loaded.map, surface); });
+  const auto tell = [&](const auto& found, const auto& json) {
+    arguments.json ? static_cast<void>(std::printf("%s\n", json(found).c_str())) : print(found);
+  };
+  AskedOfMap asked = arguments.asked;
+  auto number = arguments.numbers.begin();
+  for (const QuestionField& field : arguments.question->fields(asked))
+    if (field.required) {
+      const auto first = std::exchange(number, number + static_cast<std::ptrdiff_t>(field.numbers));
+      field.put({first, number}, "--" + std::string(arguments.question->name));
+    }
+  const std::string name = arguments.question->name;
+  if (name == "foothold") return tell(planning::find_foothold(map, asked.contact), foothold_json);
+  if (name == "regions") return tell(planning::find_region(map, asked.contact), region_json);
+  asked.place.max_slope_rad = asked.contact.max_slope_rad.value_or(std::numbers::pi);
+  const planning::PlaceAnswer found = planning::answer(map, asked.place);
+  require_found(map, asked.place, found);
+  if (!arguments.json) return print(map, asked.place, found);
+  std::printf("%s\n", place_json(map, asked.place, found).c_str());
 }
 
 }  // namespace
@@ -107,19 +163,26 @@ void add_query(CLI::App& app) {
   const auto arguments = std::make_shared<QueryArguments>();
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
   CLI::Option_group* question = verb->add_option_group("question", "question; one of");
-  question->add_option("--nearest", arguments->nearest, "X Y Z: the nearest point on a surface")->expected(3);
-  question->add_option("--below", arguments->below, "X Y Z: the first surface straight below this point")
-      ->expected(3);
+  for (const MapQuestion& one : map_questions()) {
+    int numbers = 0;
+    for (const QuestionField& field : one.fields(arguments->asked))
+      if (field.required) numbers += static_cast<int>(field.numbers);
+    question
+        ->add_option_function<std::vector<double>>(
+            std::string("--") + one.name,
+            [arguments, &one](const std::vector<double>& v) {
+              arguments->question = &one;
+              arguments->numbers = v;
+            },
+            one.takes + std::string(": ") + one.summary)
+        ->expected(numbers);
+  }
   question
       ->add_option("--stair", arguments->stair,
                    "X Y Z: the stair nearest to this point: risers, treads, width, heading")
       ->expected(3);
-  add_place_options(*question, arguments->place);
-  add_contact_options(*verb, *question, arguments->contact);
   question->require_option(1);
-  verb->add_option("--max-slope", arguments->max_slope_deg,
-                   "degrees: leave out steeper surfaces; 90 leaves out ceilings [180; of a foot 30]")
-      ->check(between(0, 180));
+  add_options(*verb, region_fields(arguments->asked.contact));
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "print JSON");
   verb->callback([arguments] { run_query(*arguments); });

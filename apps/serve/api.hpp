@@ -39,7 +39,7 @@ class Api {
   ServedMap::Text next_event(Follower& follower);
 
  private:
-  std::string plan(const ServedMap& map, const Values& values);
+  std::string plan(const ServedMap& map, const PlanQuery& query);
 
   Source map_;
   std::mutex planning_;  ///< of what follows

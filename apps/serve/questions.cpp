@@ -1,216 +1,158 @@
 #include "serve/questions.hpp"
 
-#include "plan_query.hpp"
+#include "geometry/degrees.hpp"
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 
 #include <octosurf/error.hpp>
-#include <octosurf/footsteps.hpp>
 
 namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using Fields = QuestionFields;
+using std::literals::operator""sv;
 
-// Farther off than any octree reaches (65,536 voxels), and numbers still keep their micrometres there.
-constexpr double far = 1e6;
-// Larger than any robot; what stands within it of a foot is looked at voxel by voxel.
-constexpr double robot_size = 10;
-// Ids are 32 bits.
-constexpr double last_id = 4294967295.0;
 // Whole numbers beyond it are not told apart in JSON.
 constexpr double last_revision = 9007199254740991.0;
 constexpr std::size_t longest_text = 64;
 
-Json number(const std::string& description, double low, double high, int count = 1, bool whole = false) {
-  return {{"description", description},
-          {"numbers", count},
-          {"whole", whole},
-          {"limits", {low, high}},
-          {"required", false}};
+Fields path_fields(AskedByUrl& asked) {
+  Fields fields = plan_fields(asked.plan);
+  PlanBudget& budget = asked.plan.budget;
+  fields.push_back(number_field("budget", "expansions to find a plan", budget.expansions, 1, 100000)
+                       .by_default(std::to_string(budget.expansions)));
+  fields.push_back(
+      number_field("improving", "further expansions to find a better one", budget.improving, 0, 100000)
+          .by_default(std::to_string(budget.improving)));
+  fields.push_back(number_field("time_s", "of search at most", budget.time_s, 0, 30).by_default("10"));
+  return fields;
 }
 
-Json whole(const std::string& description, double low, double high) {
-  return number(description, low, high, 1, true);
+QuestionField since_field(AskedByUrl& asked, const char* description) {
+  QuestionField field{"since", description, 1, 0, last_revision, true};
+  field.take = [&asked](const std::vector<double>& v) { asked.since = static_cast<std::uint64_t>(v[0]); };
+  return field;
 }
 
-Json text(const char* description, const std::vector<const char*>& words = {}) {
-  return {{"description", description}, {"words", words}, {"required", false}};
-}
+const std::vector<UrlQuestion> own_questions = {
+    {"/api/regions/all", "likewise on every surface",
+     [](AskedByUrl& asked) { return region_fields(asked.contact); }},
+    {"/api/changes",
+     "what became of the surfaces since a revision, and those that appeared or changed as they are now",
+     [](AskedByUrl& asked) {
+       return Fields{since_field(asked, "a revision that /api/info or an earlier answer gave").needed()};
+     }},
+    {"/api/plan", "footsteps from one place to another, or why there are none", path_fields},
+    {"/api/voxels", "the octree's occupied voxels, packed as for the page",
+     [](AskedByUrl& asked) {
+       return Fields{
+           number_field("slices", "1: with slices of free space", asked.slices, 0, 1).by_default("0")};
+     }},
+    {live_path, "server-sent events: what changes on the map, as it changes", [](AskedByUrl& asked) {
+       return Fields{since_field(asked, "the revision that is known; everything, if it is not given"),
+                     text_field("run", "whose revision that is, as the events say", asked.run)};
+     }}};
 
-Json required(Json parameter) {
-  parameter["required"] = true;
-  return parameter;
-}
-
-Json by_default(const std::string& value, Json parameter) {
-  parameter["default"] = value;
-  return parameter;
-}
-
-Json place(const char* description, int count = 3) { return required(number(description, -far, far, count)); }
-
-Json with_slope(Json parameters) {
-  parameters["max_slope_deg"] =
-      by_default("180", number("only surfaces that slope so much at most; 90 leaves out ceilings", 0, 180));
-  return parameters;
-}
-
-constexpr const char* foot = "LENGTHxWIDTH of a sole, or the radius of a disc, m";
-
-/// Of both footholds and contact regions.
-Json with_contact(Json parameters) {
-  parameters["robot"] = by_default("biped", text("whose foot and limits hold", {"biped", "quadruped"}));
-  parameters["foot"] = text(foot);
-  parameters["max_slope_deg"] = number("of the surface; 30, if it is not given", 0, 180);
-  parameters["as_mapped"] = by_default("0", whole("1: outlines of readings, which are no ground", 0, 1));
-  for (const auto& [name, description] : std::initializer_list<std::pair<const char*, const char*>>{
-           {"edge_margin_m", "of a foot to every edge; the map's resolution, if it is not given"},
-           {"frontier_margin_m", "to edges that nobody has looked beyond; 0, if it is not given"},
-           {"obstacle_margin_m", "to what stands there, up to clearance_m; likewise the resolution"},
-           {"clearance_m",
-            "over the foot, in which nothing may stand or hang; the robot's, if it is not given"}})
-    parameters[name] = number(description, 0, robot_size);
-  return parameters;
-}
-
-Json plan_parameters() {
-  const PlanBudget budget;
-  Json parameters{{"from", place("x, y, z, m, on the ground between the feet, and the heading, degrees", 4)},
-                  {"to", place("likewise", 4)},
-                  {"robot", by_default("biped", text("biped or quadruped", {"biped", "quadruped"}))},
-                  {"foot", text(foot)},
-                  {"budget", by_default(std::to_string(budget.expansions),
-                                        whole("expansions to find a plan", 1, 100000))},
-                  {"improving", by_default(std::to_string(budget.improving),
-                                           whole("further expansions to find a better one", 0, 100000))},
-                  {"time_s", by_default("10", number("of search at most", 0, 30))}};
-  for (const LimitOption& option : limit_options()) {
-    std::string name = option.name + 2;  // without its dashes
-    std::replace(name.begin(), name.end(), '-', '_');
-    const bool angle = option.unit != 1;
-    parameters[name + (angle ? "_deg" : "_m")] = number(option.help, 0, angle ? 180 : robot_size);
-  }
-  return parameters;
-}
-
-Json make_questions() {
-  const Json heading = number("heading, degrees; any, if it is not given", -3600, 3600);
-  Json all = Json::array();
-  const auto add = [&](const char* path, const char* summary, Json parameters) {
-    all.push_back({{"path", path}, {"summary", summary}, {"parameters", std::move(parameters)}});
-  };
-  add("/api/query/box", "ids of the surfaces in a box between two corners",
-      {{"min", place("a corner, m")}, {"max", place("the opposite one, m")}});
-  add("/api/query/sphere", "ids of the surfaces within a distance of a point",
-      {{"center", place("m")}, {"radius_m", required(number("m", 0, far))}});
-  add("/api/query/ray", "the first surface along a ray",
-      {{"from", place("where it begins, m")}, {"direction", place("of any length")}});
-  add("/api/query/voxel", "the voxel that holds a point: its state, and whose it is",
-      {{"point", place("m")}});
-  add("/api/query/nearest", "the place on a surface that is nearest to a point",
-      with_slope({{"point", place("m")}}));
-  add("/api/query/below", "the place on a surface that is met first straight below a point",
-      with_slope({{"point", place("m")}}));
-  add("/api/query/foothold",
-      "what a foot would stand on, on the surface nearest to a point, or why it cannot",
-      with_contact({{"point", place("m")}, {"yaw_deg", required(number("heading, degrees", -3600, 3600))}}));
-  add("/api/regions", "where on a surface the middle of a foot may be, so that all of it is supported",
-      with_contact({{"surface", required(whole("its id", 1, last_id))},
-                    {"yaw_deg", heading},
-                    {"about", number("only what is near this place, m", -far, far, 3)},
-                    {"reach_m", by_default("1", number("of a region about a place, along the surface's axes",
-                                                       0.001, robot_size))},
-                    {"pieces", by_default("0", whole("at most so many convex pieces of it, too", 0, 200))}}));
-  add("/api/regions/all", "likewise on every surface", with_contact({{"yaw_deg", heading}}));
-  add("/api/changes",
-      "what became of the surfaces since a revision, and those that appeared or changed as they are now",
-      {{"since", required(whole("a revision that /api/info or an earlier answer gave", 0, last_revision))}});
-  add("/api/plan", "footsteps from one place to another, or why there are none", plan_parameters());
-  add("/api/voxels", "the octree's occupied voxels, packed as for the page",
-      {{"slices", by_default("0", whole("1: with slices of free space", 0, 1))}});
-  add(live_path, "server-sent events: what changes on the map, as it changes",
-      {{"since", whole("the revision that is known; everything, if it is not given", 0, last_revision)},
-       {"run", text("whose revision that is, as the events say")}});
+const std::vector<UrlQuestion>& all_questions() {
+  static const std::vector<UrlQuestion> all = [] {
+    std::vector<UrlQuestion> questions;
+    for (const MapQuestion& one : map_questions())
+      questions.push_back({(one.name == "regions"sv ? "/api/" : "/api/query/") + std::string(one.name),
+                           one.summary, one.fields});
+    questions.insert(questions.end(), own_questions.begin(), own_questions.end());
+    return questions;
+  }();
   return all;
+}
+
+Json described(const QuestionField& field) {
+  Json json{{"description", field.description}};
+  if (field.numbers == 0) {
+    json["words"] = field.words;
+  } else {
+    json["numbers"] = field.numbers;
+    json["whole"] = field.whole;
+    json["limits"] = {field.low, field.high};
+  }
+  json["required"] = field.required;
+  if (!field.usual.empty()) json["default"] = field.usual;
+  return json;
 }
 
 [[noreturn]] void refuse(const std::string& where, const std::string& what, const std::string& hint) {
   throw Error(Error::Kind::usage, where.substr(0, longest_text), what, hint);
 }
 
-double number_in(const std::string& name, const Json& parameter, std::string_view text) {
+double number_in(const QuestionField& field, std::string_view text) {
   double value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (failure != std::errc() || end != text.data() + text.size())
-    refuse(name, "is no number", "write it as 1.25 or 1e-3");
-  const Json &low = parameter["limits"][0], &high = parameter["limits"][1];
-  // Written so that NaN is refused, too.
-  if (!(value >= low.get<double>() && value <= high.get<double>()))
-    refuse(name, "is not within its limits", "give " + low.dump() + " to " + high.dump());
-  if (parameter["whole"] && value != std::floor(value)) refuse(name, "is no whole number", "give one");
+    refuse(field.name, "is no number", "write it as 1.25 or 1e-3");
   return value;
+}
+
+void take(const QuestionField& field, const std::string& text) {
+  if (field.numbers == 0) {
+    if (text.size() > longest_text) refuse(field.name, "is too long", "give fewer letters");
+    if (!field.words.empty() && std::find(field.words.begin(), field.words.end(), text) == field.words.end())
+      refuse(field.name, "is none of its words", field.description);
+    return field.take_text(text);
+  }
+  if (static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1 != field.numbers)
+    refuse(field.name, "is not " + std::to_string(field.numbers) + " numbers", field.description);
+  std::vector<double> numbers;
+  for (std::string_view rest = text; numbers.size() < field.numbers;) {
+    const std::size_t length = std::min(rest.find(','), rest.size());
+    numbers.push_back(number_in(field, rest.substr(0, length)));
+    rest.remove_prefix(std::min(length + 1, rest.size()));
+  }
+  field.put(numbers, field.name);
 }
 
 }  // namespace
 
-const Json& questions() {
-  static const Json all = make_questions();
+Json list_of_questions() {
+  Json all = Json::array();
+  for (const UrlQuestion& question : all_questions()) {
+    AskedByUrl asked;
+    Json parameters = Json::object();
+    for (const QuestionField& field : question.fields(asked)) parameters[field.name] = described(field);
+    all.push_back({{"path", question.path}, {"summary", question.summary}, {"parameters", parameters}});
+  }
   return all;
 }
 
-const Json* find_question(std::string_view path) {
-  for (const Json& question : questions())
-    if (question["path"] == path) return &question;
+const UrlQuestion* find_question(std::string_view path) {
+  for (const UrlQuestion& question : all_questions())
+    if (question.path == path) return &question;
   return nullptr;
 }
 
-Values::Values(const Json& question, const QueryParameters& given) {
-  const Json& parameters = question["parameters"];
+void read(const UrlQuestion& question, const QueryParameters& given, AskedByUrl& asked) {
+  const Fields fields = question.fields(asked);
   for (const auto& [name, text] : given) {
-    if (!parameters.contains(name)) {
+    const auto known = [&name = name](const QuestionField& field) { return field.name == name; };
+    if (std::none_of(fields.begin(), fields.end(), known)) {
       std::string names;
-      for (const auto& [known, one] : parameters.items()) names += (names.empty() ? "" : ", ") + known;
+      for (const QuestionField& field : fields) names += (names.empty() ? "" : ", ") + field.name;
       refuse(name, "is no parameter of this question", "it has " + names);
     }
     if (given.count(name) > 1) refuse(name, "is given twice", "give it once");
-    take(name, parameters[name], text);
   }
-  for (const auto& [name, parameter] : parameters.items()) {
-    if (has(name)) continue;
-    if (parameter["required"]) refuse(name, "is missing", parameter["description"]);
-    if (parameter.contains("default")) take(name, parameter, parameter["default"]);
-  }
-}
-
-void Values::take(const std::string& name, const Json& parameter, const std::string& text) {
-  if (parameter.contains("words")) {
-    if (text.size() > longest_text) refuse(name, "is too long", "give fewer letters");
-    const Json& words = parameter["words"];
-    if (!words.empty() && std::find(words.begin(), words.end(), text) == words.end())
-      refuse(name, "is none of its words", parameter["description"]);
-    texts_[name] = text;
-    return;
-  }
-  const std::size_t count = parameter["numbers"];
-  if (static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1 != count)
-    refuse(name, "is not " + std::to_string(count) + " numbers", parameter["description"]);
-  std::vector<double>& numbers = numbers_[name];
-  for (std::string_view rest = text; numbers.size() < count;) {
-    const std::size_t length = std::min(rest.find(','), rest.size());
-    numbers.push_back(number_in(name, parameter, rest.substr(0, length)));
-    rest.remove_prefix(std::min(length + 1, rest.size()));
+  for (const QuestionField& field : fields) {
+    const auto one = given.find(field.name);
+    if (one == given.end() && field.required) refuse(field.name, "is missing", field.description);
+    const std::string& text = one != given.end() ? one->second : field.usual;
+    if (one != given.end() || !text.empty()) take(field, text);
   }
 }
 
-std::string parameter_of(const Json& question, const std::string& option) {
-  if (!option.starts_with("--")) return option;
-  std::string base = option.substr(2, option.find(' ') - 2);
-  std::replace(base.begin(), base.end(), '-', '_');
-  for (const char* unit : {"", "_m", "_deg", "_s"})
-    if (question["parameters"].contains(base + unit)) return base + unit;
+std::string parameter_of(const UrlQuestion& question, const std::string& option) {
+  AskedByUrl asked;
+  for (const QuestionField& field : question.fields(asked))
+    if (field.option() == option.substr(0, option.find(' '))) return field.name;
   return option;
 }
 

@@ -27,6 +27,11 @@ GroundRules rules_of(const NodeOptions& options, const Eigen::Vector3d& up, doub
   return rules;
 }
 
+Writer latched(const Participant& participant, const NodeOptions& options, const char* topic,
+               const char* type) {
+  return {participant, topic_over_dds(options.name + "/" + topic), type_over_dds(type), Profile::latched};
+}
+
 }  // namespace
 
 Publications::Publications(const Participant& participant, const Mapping& mapping, const NodeOptions& options,
@@ -34,20 +39,14 @@ Publications::Publications(const Participant& participant, const Mapping& mappin
     : mapping_(mapping),
       options_(options),
       inputs_(std::move(inputs)),
-      surfaces_(participant, topic_over_dds(options.name + "/surfaces"),
-                type_over_dds("octosurf_msgs/Surfaces"), Profile::latched),
-      stairs_(participant, topic_over_dds(options.name + "/stairs"), type_over_dds("octosurf_msgs/Stairs"),
-              Profile::latched),
-      markers_(participant, topic_over_dds(options.name + "/markers"),
-               type_over_dds("visualization_msgs/MarkerArray"), Profile::latched),
-      terrain_(participant, topic_over_dds(options.name + "/planar_terrain"),
-               type_over_dds("convex_plane_decomposition_msgs/PlanarTerrain"), Profile::latched),
-      octomap_(participant, topic_over_dds(options.name + "/octomap_binary"),
-               type_over_dds("octomap_msgs/Octomap"), Profile::latched),
-      grid_map_(participant, topic_over_dds(options.name + "/grid_map"),
-                type_over_dds("grid_map_msgs/GridMap"), Profile::latched),
-      status_(participant, topic_over_dds(options.name + "/status"), type_over_dds("octosurf_msgs/Status"),
-              Profile::latched),
+      surfaces_(latched(participant, options, "surfaces", "octosurf_msgs/Surfaces")),
+      stairs_(latched(participant, options, "stairs", "octosurf_msgs/Stairs")),
+      markers_(latched(participant, options, "markers", "visualization_msgs/MarkerArray")),
+      terrain_(
+          latched(participant, options, "planar_terrain", "convex_plane_decomposition_msgs/PlanarTerrain")),
+      octomap_(latched(participant, options, "octomap_binary", "octomap_msgs/Octomap")),
+      grid_map_(latched(participant, options, "grid_map", "grid_map_msgs/GridMap")),
+      status_(latched(participant, options, "status", "octosurf_msgs/Status")),
       thread_([this](std::stop_token stop) { run(std::move(stop)); }) {}
 
 void Publications::run(std::stop_token stop) {

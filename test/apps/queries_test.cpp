@@ -11,63 +11,66 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-class PlaceQuery : public FloorTest {};
+class Queries : public FloorTest {
+ protected:
+  /// Each question, where in its answer, and what stands there; numbers within 5 mm.
+  struct Asked {
+    std::string question, place;
+    json expected;
+  };
+  void expect(const std::vector<Asked>& all) const {
+    for (const Asked& one : all) {
+      const json found = ask(one.question).at(json::json_pointer(one.place));
+      if (one.expected.is_number_float())
+        EXPECT_NEAR(found.get<double>(), one.expected.get<double>(), 0.005) << one.question << one.place;
+      else
+        EXPECT_EQ(found, one.expected) << one.question << one.place;
+    }
+  }
+};
 
-TEST_F(PlaceQuery, SurfacesInABoxAndInASphere) {
-  const json inside = ask("--box 0 0 0.1 0.2 0.2 -0.1").at("surfaces");
-  ASSERT_EQ(inside.size(), 1U);
-  EXPECT_TRUE(ask("--box 0 0 0.1 0.2 0.2 0.3").at("surfaces").empty());
-  EXPECT_EQ(ask("--sphere 0.1 0.1 0.5 0.6").at("surfaces"), inside);
-  EXPECT_TRUE(ask("--sphere 0.1 0.1 0.5 0.4").at("surfaces").empty());
+TEST_F(Queries, OfPlaces) {
+  const std::string at_floor = std::to_string(floor_height);
+  expect({{"--box 0 0 0.1 0.2 0.2 -0.1", "/surfaces", json({1})},
+          {"--box 0 0 0.1 0.2 0.2 0.3", "/surfaces", json::array()},
+          {"--sphere 0.1 0.1 0.5 0.6", "/surfaces", json({1})},
+          {"--sphere 0.1 0.1 0.5 0.4", "/surfaces", json::array()},
+          {"--ray 0.1 0.1 1 0 0 -2", "/distance_m", 1 - floor_height},
+          {"--ray 0.1 0.1 1 0 0 -2", "/point/2", floor_height},
+          {"--ray 0.1 0.1 1 0 0 -2", "/side", "front"},
+          {"--ray 0.1 0.1 -1 0 0 1", "/side", "back"},
+          {"--ray 0.1 0.1 1 0 0 1", "/surface", nullptr},
+          {"--voxel 0.1 0.1 " + at_floor, "/state", "occupied"},
+          {"--voxel 0.1 0.1 " + at_floor, "/surface", 1},
+          {"--voxel 0.1 0.1 0.5", "/state", "free"},
+          {"--voxel 0.1 0.1 -0.5", "/state", "unknown"},
+          {"--nearest 0.2 0 0.5", "/slope_deg", 0.0},
+          {"--below 0.2 0 0.5", "/distance_m", 0.5 - floor_height},
+          {"--below 0.2 0 -0.5 --up -z", "/distance_m", 0.5 + floor_height}});
+  EXPECT_LT(ask("--voxel 0.1 0.1 0.5").at("log_odds").get<double>(), 0);
   EXPECT_THAT(run_well("query m --box 0 0 0.1 0.2 0.2 -0.1").out, HasSubstr("area m²"));
 }
 
-TEST_F(PlaceQuery, TheFirstSurfaceOnARay) {
-  const json hit = ask("--ray 0.1 0.1 1 0 0 -2");
-  EXPECT_NEAR(hit.at("distance_m").get<double>(), 1 - floor_height, 0.005);
-  EXPECT_NEAR(hit.at("point").at(2).get<double>(), floor_height, 0.005);
-  EXPECT_EQ(hit.at("side"), "front");
-  EXPECT_EQ(ask("--ray 0.1 0.1 -1 0 0 1").at("side"), "back");
-  EXPECT_TRUE(ask("--ray 0.1 0.1 1 0 0 1").at("surface").is_null());
-}
-
-TEST_F(PlaceQuery, AVoxel) {
-  const json floor = ask("--voxel 0.1 0.1 " + std::to_string(floor_height));
-  EXPECT_EQ(floor.at("state"), "occupied");
-  EXPECT_EQ(floor.at("surface"), ask("--sphere 0.1 0.1 0 0.1").at("surfaces").at(0));
-  const json air = ask("--voxel 0.1 0.1 0.5");
-  EXPECT_EQ(air.at("state"), "free");
-  EXPECT_LT(air.at("log_odds").get<double>(), 0);
-  EXPECT_EQ(ask("--voxel 0.1 0.1 -0.5").at("state"), "unknown");
-}
-
-TEST_F(PlaceQuery, KnowsSlopesAndWhatIsBelow) {
-  EXPECT_NEAR(ask("--nearest 0.2 0 0.5").at("slope_deg"), 0, 0.01);
-  EXPECT_NEAR(ask("--below 0.2 0 0.5").at("distance_m"), 0.5 - floor_height, 0.003);
-  EXPECT_NEAR(ask("--below 0.2 0 -0.5 --up -z").at("distance_m"), 0.5 + floor_height, 0.003);
-}
-
-class ContactQueries : public FloorTest {};
-
-TEST_F(ContactQueries, FootholdsAreJudged) {
-  const json inside = ask("--foothold 0.2 0 0.3 30 --foot 0.22x0.11");
-  EXPECT_EQ(inside.at("accepted"), true);
-  EXPECT_TRUE(inside.at("refused").is_null());
-  EXPECT_EQ(inside.at("supported"), 1);
-  EXPECT_GT(inside.at("margin_m"), 0.1);
-  EXPECT_NEAR(inside.at("point").at(2), floor_height, 0.003);
-  const json out = ask("--foothold 0.2 5 0 0 --foot 0.22x0.11");
-  EXPECT_EQ(out.at("refused"), "support");
-  EXPECT_EQ(out.at("supported"), 0);
-  EXPECT_EQ(ask("--foothold 0.2 0 0 0 --foot 0.05 --edge-margin 2").at("refused"), "margin");
-  EXPECT_EQ(ask("--foothold 0.2 0 0 0 --clearance 0.5").at("accepted"), true);
-  EXPECT_EQ(ask("--foothold 0.2 0 0 0 --frontier-margin 2").at("refused"), "frontier");
+TEST_F(Queries, OfFootholds) {
+  const std::string inside = "--foothold 0.2 0 0.3 30 --foot 0.22x0.11",
+                    outside = "--foothold 0.2 5 0 0 --foot 0.22x0.11";
+  expect({{inside, "/accepted", true},
+          {inside, "/refused", nullptr},
+          {inside, "/supported", 1.0},
+          {inside, "/ground/supported", 1.0},
+          {inside, "/point/2", floor_height},
+          {outside, "/refused", "support"},
+          {outside, "/supported", 0.0},
+          {outside, "/ground/unseen", 1.0},
+          {"--foothold 0.2 0 0 0 --foot 0.05 --edge-margin 2", "/refused", "margin"},
+          {"--foothold 0.2 0 0 0 --clearance 0.5", "/accepted", true},
+          {"--foothold 0.2 0 0 0 --frontier-margin 2", "/refused", "frontier"}});
+  EXPECT_GT(ask(inside).at("margin_m"), 0.1);
   EXPECT_THAT(run_well("query m --foothold 0.2 5 0 0").out, HasSubstr("no: support"));
 }
 
-TEST_F(ContactQueries, RegionsAgreeWithFootholds) {
-  const std::string id = std::to_string(ask("--nearest 0.2 0 0").at("surface").get<int>());
-  const json region = ask("--regions " + id + " --foot 0.22x0.11 --yaw 90 --pieces 12");
+TEST_F(Queries, OfRegionsAgreeWithThoseOfFootholds) {
+  const json region = ask("--regions 1 --foot 0.22x0.11 --yaw 90 --pieces 12");
   EXPECT_TRUE(region.at("refused").empty());
   ASSERT_EQ(region.at("polygons").size(), 1u);
   ASSERT_FALSE(region.at("pieces").empty());
@@ -75,11 +78,12 @@ TEST_F(ContactQueries, RegionsAgreeWithFootholds) {
     const std::string at = p.at(0).dump() + " " + p.at(1).dump() + " " + p.at(2).dump();
     EXPECT_EQ(ask("--foothold " + at + " 90 --foot 0.22x0.11").at("accepted"), true) << at;
   }
-  const json any = ask("--regions " + id + " --foot 0.22x0.11");
+  const json any = ask("--regions 1 --foot 0.22x0.11");
   EXPECT_TRUE(any.at("yaw_deg").is_null());
   EXPECT_LT(any.at("area_m2"), region.at("area_m2"));
-  EXPECT_EQ(ask("--regions " + id + " --foot 9x9").at("refused"), json({"support"}));
-  EXPECT_THAT(run_well("query m --regions " + id + " --foot 9").out, HasSubstr("refused  support"));
+  expect({{"--regions 1 --foot 0.22x0.11 --yaw 90 --about 0.2 0 0 --reach 0.1", "/area_m2", 0.04},
+          {"--regions 1 --foot 9x9", "/refused", json({"support"})}});
+  EXPECT_THAT(run_well("query m --regions 1 --foot 9").out, HasSubstr("refused  support"));
 }
 
 class ExplainVerb : public FloorTest {};

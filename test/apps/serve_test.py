@@ -87,6 +87,10 @@ class Answers(Served):
         region = self.answer("/api/regions", surface=self.floor["id"], yaw_deg=30, pieces=5, **limits)
         self.assertEqual(region, query("--regions", self.floor["id"], "--yaw", 30, "--pieces", 5, *in_words(limits)))
         self.assertTrue(region["polygons"] and region["pieces"])
+        about = {"foot": "0.2x0.1", "unseen": 0.1, "reach_m": 0.5}
+        near = self.answer("/api/regions", surface=self.floor["id"], about=self.at, **about)
+        self.assertEqual(near, query("--regions", self.floor["id"], "--about", *self.at, *in_words(about)))
+        self.assertTrue(0 < near["area_m2"] <= 1 + 1e-9)
         inside = [sum(p[i] for p in region["pieces"][0]) / len(region["pieces"][0]) for i in range(3)]
         self.assertTrue(self.answer("/api/query/foothold", point=inside, yaw_deg=30, **limits)["accepted"])
         everywhere = self.answer("/api/regions/all", foot="0.03", max_slope_deg=20)
@@ -293,8 +297,9 @@ class WhileMapping(unittest.TestCase):
     def test_what_is_told_adds_up_and_the_map_is_the_same(self):
         with tempfile.TemporaryDirectory() as folder:
             command("simulate", "stairs", "-o", f"{folder}/scans", "--frames", "90", "--noise-scale", "0")
-            command("map", f"{folder}/scans", "-o", f"{folder}/alone")
-            with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime", "--together", "1",
+            coarse = ["--resolution", "0.04"]  # for the server to keep up
+            command("map", f"{folder}/scans", "-o", f"{folder}/alone", *coarse)
+            with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime", "--together", "1", *coarse,
                                 "--detection-budget", "0", verb="map", port="--serve") as server:
                 stuck = [server.half_open(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n") for _ in range(3)]
                 stuck.append(serving.Live(server))
@@ -333,7 +338,7 @@ class WhileMapping(unittest.TestCase):
                 self.assertEqual(told["map"].get("stairs", []), whole["stairs"])
                 self.counts["with stairs"] += "stairs" in told["map"]
             self.counts["messages"] += 1
-            if self.counts["messages"] % 5 == 0:  # comes back with what it knows
+            if self.counts["messages"] % 3 == 0:  # comes back with what it knows
                 self.counts["resyncs"] += 1
                 live.close()
                 live = serving.Live(server, f"?since={since}&run={told['run']}")

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <octomap/OcTree.h>
 #include <sstream>
+#include <utility>
 
 namespace octosurf::test {
 namespace {
@@ -277,44 +278,44 @@ TEST_F(LiveMap, HasAnOctomapThatOctomapReadsAndWritesAgain) {
 
 TEST_F(LiveMap, AnswersAboutPlacesAreThoseOfTheOfflineMap) {
   const Answer on_floor = floor();
-  ASSERT_TRUE(on_floor.found()) << on_floor.message();
-  EXPECT_TRUE(on_floor.success());
+  ASSERT_TRUE(on_floor.success() && on_floor.found()) << on_floor.message();
   EXPECT_EQ(on_floor.revision(), room->offline.at("revision"));
   const double x = on_floor.point().x(), y = on_floor.point().y(), z = on_floor.point().z();
-  const nlohmann::json expected = offline_answer("--below" + words({x, y, 2}));
-  ASSERT_EQ(on_floor.surfaces().size(), 1u);
-  EXPECT_EQ(expected.at("surface"), on_floor.surfaces()[0]);
-  EXPECT_NEAR(expected.at("distance_m").get<double>(), on_floor.distance(), 1e-6);
-  EXPECT_NEAR(expected.at("normal").at(2).get<double>(), on_floor.normal().z(), 1e-6);
-
-  Question down = question(ray, x, y, 2);
+  Question down = question(ray, x, y, 2), near = question(sphere, x, y, z), boxed = question(box, x, y, z);
   down.direction().z(-1);
-  const Answer met = room->query->call(down);
-  EXPECT_EQ(met.surfaces(), on_floor.surfaces());
-  EXPECT_NEAR(met.distance(), on_floor.distance(), 1e-9);
-  EXPECT_EQ(met.front(), offline_answer("--ray" + words({x, y, 2, 0, 0, -1})).at("side") == "front");
-
-  Question near = question(sphere, x, y, z);
   near.distance(1.5);
-  const auto ids = [](const nlohmann::json& of) {
-    return of.at("surfaces").get<std::vector<std::uint32_t>>();
-  };
-  EXPECT_EQ(room->query->call(near).surfaces(), ids(offline_answer("--sphere" + words({x, y, z, 1.5}))));
-  Question boxed = question(box, x, y, z);
   boxed.corner().x(x - 1);
   boxed.corner().y(y + 2);
   boxed.corner().z(z - 0.5);
-  EXPECT_EQ(room->query->call(boxed).surfaces(),
-            ids(offline_answer("--box" + words({x - 1, y, z - 0.5, x, y + 2, z}))));
+  const std::vector<std::pair<Question, std::string>> all{
+      {question(below, x, y, 2), "--below" + words({x, y, 2})},
+      {question(nearest, x, y, 2), "--nearest" + words({x, y, 2})},
+      {down, "--ray" + words({x, y, 2, 0, 0, -1})},
+      {near, "--sphere" + words({x, y, z, 1.5})},
+      {boxed, "--box" + words({x - 1, y, z - 0.5, x, y + 2, z})},
+      {question(voxel, x, y, z), "--voxel" + words({x, y, z})},
+      {question(voxel, x, y, z + 0.5), "--voxel" + words({x, y, z + 0.5})},
+      {question(voxel, x, y, 9), "--voxel" + words({x, y, 9})}};
   const std::vector<std::string> states{"unknown", "free", "occupied"};
-  for (const double height : {0.0, 0.5, 9.0}) {
-    const Answer there = room->query->call(question(voxel, x, y, z + height));
-    const nlohmann::json known = offline_answer("--voxel" + words({x, y, z + height}));
-    EXPECT_EQ(states.at(there.state()), known.at("state").get<std::string>());
-    if (there.state() != 0) {
-      EXPECT_NEAR(there.log_odds(), known.at("log_odds").get<double>(), 1e-5);
-    }
+  for (const auto& [asked, in_words] : all) {
+    SCOPED_TRACE(in_words);
+    const Answer there = room->query->call(asked);
+    const nlohmann::json known = offline_answer(in_words);
+    const auto number = [&](const char* place, double other) {
+      const nlohmann::json::json_pointer at(place);
+      return known.contains(at) && known.at(at).is_number() ? known.at(at).get<double>() : other;
+    };
+    nlohmann::json surfaces = known.value("surfaces", nlohmann::json::array());
+    if (const auto id = number("/surface", 0); id > 0) surfaces = {id};
+    EXPECT_EQ(there.surfaces(), surfaces.get<std::vector<std::uint32_t>>());
+    EXPECT_EQ(states.at(there.state()), known.value("state", "unknown"));
+    EXPECT_NEAR(there.log_odds(), number("/log_odds", 0), 1e-5);
+    EXPECT_EQ(there.found(), known.contains("distance_m"));
+    EXPECT_NEAR(there.distance(), number("/distance_m", 0), 1e-6);
+    EXPECT_NEAR(there.normal().z(), number("/normal/2", there.normal().z()), 1e-6);
+    EXPECT_EQ(there.front(), known.value("side", "back") == "front");
   }
+
   const Answer stands = room->query->call(question(ground, x, y, z + 0.1));
   EXPECT_TRUE(stands.success() && stands.found()) << stands.message();
   EXPECT_EQ(stands.surfaces(), on_floor.surfaces());
@@ -325,10 +326,8 @@ TEST_F(LiveMap, AnswersAboutPlacesAreThoseOfTheOfflineMap) {
   EXPECT_EQ(room->query->call(outside).ground(), "unseen");
   outside.surface(1'000'000);
   EXPECT_FALSE(room->query->call(outside).success());
-  Question nonsense = question(nearest, x, y, z);
-  nonsense.kind(77);
-  EXPECT_FALSE(room->query->call(nonsense).success());
-  EXPECT_THAT(room->query->call(nonsense).message(), HasSubstr("octosurf_msgs/Query"));
+  EXPECT_THAT(room->query->call(question(static_cast<Kind>(77), x, y, z)).message(),
+              HasSubstr("octosurf_msgs/Query"));
 }
 
 TEST_F(LiveMap, AnswersAboutContactsAndPlans) {
@@ -348,6 +347,14 @@ TEST_F(LiveMap, AnswersAboutContactsAndPlans) {
                                                  " --foot 0.22x0.11 --max-slope 180 --pieces 3");
   EXPECT_NEAR(found.regions()[0].area(), expected.at("area_m2").get<double>(), 1e-8);
   EXPECT_EQ(found.regions()[0].pieces().size(), expected.at("pieces").size());
+  contact.about() = on_floor.point();
+  contact.reach(0.5);
+  const auto about = room->regions->call(contact).regions().at(0);
+  EXPECT_GT(about.area(), 0);
+  EXPECT_LT(about.area(), std::min(found.regions()[0].area(), 1 + 1e-9));
+  contact.reach(0);
+  contact.as_mapped(true);
+  EXPECT_GT(room->regions->call(contact).regions().at(0).area(), found.regions()[0].area());
   contact.surface(0);
   EXPECT_EQ(room->regions->call(contact).regions().size(), room->offline.at("surfaces").get<std::size_t>());
   contact.length(-1);

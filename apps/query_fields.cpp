@@ -1,0 +1,210 @@
+#include "query_fields.hpp"
+
+#include "bounds.hpp"
+#include "geometry/degrees.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+using planning::PlaceQuestion;
+
+QuestionField foot_field(std::optional<ContactShape>& to) {
+  QuestionField field{"foot", "LENGTHxWIDTH of a sole, or the radius of a disc, m [the robot's]", 0};
+  field.take_text = [&to](const std::string& text) { to = planning::foot_of(text); };
+  return field;
+}
+
+QuestionField robot_field(std::string& to) {
+  return text_field("robot", "biped or quadruped: whose foot and limits hold", to, {"biped", "quadruped"})
+      .by_default("biped");
+}
+
+QuestionField standing_field(const char* name, const char* description, Standing& to) {
+  QuestionField field{name, description, 4, -farthest_m, farthest_m, false, true};
+  field.take = [&to](const std::vector<double>& v) { to = {{v[0], v[1], v[2]}, v[3] * rad_per_deg}; };
+  return field;
+}
+
+// Ids are 32 bits.
+constexpr double last_id = 4294967295.0;
+
+template <PlaceQuestion::Kind kind>
+QuestionFields place_fields(AskedOfMap& asked) {
+  PlaceQuestion& q = asked.place;
+  q.kind = kind;
+  if (kind == PlaceQuestion::box)
+    return {point_field("min", "a corner, m", q.point).needed(),
+            point_field("max", "the opposite one, m", q.corner).needed()};
+  if (kind == PlaceQuestion::sphere)
+    return {point_field("center", "m", q.point).needed(),
+            number_field("radius_m", "m", q.distance_m, 0, farthest_m).needed()};
+  if (kind == PlaceQuestion::ray)
+    return {point_field("from", "where it begins, m", q.point).needed(),
+            point_field("direction", "of any length", q.direction).needed()};
+  QuestionFields fields{point_field("point", "m", q.point).needed()};
+  if (kind != PlaceQuestion::voxel)
+    fields.push_back(number_field("max_slope_deg",
+                                  "only surfaces that slope so much at most; 90 leaves out ceilings",
+                                  q.max_slope_rad, 0, 180, rad_per_deg)
+                         .by_default("180"));
+  return fields;
+}
+
+QuestionFields foothold_fields(AskedOfMap& asked) {
+  QuestionFields fields = contact_fields(asked.contact);
+  fields.push_back(point_field("point", "m", asked.contact.at).needed());
+  fields.push_back(
+      number_field("yaw_deg", "heading, degrees", asked.contact.yaw_rad, -3600, 3600, rad_per_deg).needed());
+  return fields;
+}
+
+QuestionFields regions_fields(AskedOfMap& asked) {
+  QuestionFields fields = region_fields(asked.contact);
+  fields.push_back(number_field("surface", "its id", asked.contact.surface, 1, last_id).needed());
+  return fields;
+}
+
+}  // namespace
+
+const std::vector<MapQuestion>& map_questions() {
+  static const std::vector<MapQuestion> all{
+      {"nearest", "X Y Z", "the place on a surface that is nearest to a point",
+       place_fields<PlaceQuestion::nearest>},
+      {"below", "X Y Z", "the place on a surface that is met first straight below a point",
+       place_fields<PlaceQuestion::below>},
+      {"box", "X Y Z X Y Z", "the surfaces in a box between two corners", place_fields<PlaceQuestion::box>},
+      {"sphere", "X Y Z R", "the surfaces within R metres of a point", place_fields<PlaceQuestion::sphere>},
+      {"ray", "X Y Z DX DY DZ", "the first surface along a ray from a point, in a direction",
+       place_fields<PlaceQuestion::ray>},
+      {"voxel", "X Y Z", "the voxel that holds a point: its state, and whose it is",
+       place_fields<PlaceQuestion::voxel>},
+      {"foothold", "X Y Z YAW",
+       "what a foot at this heading (degrees) would stand on, on the surface nearest to a point, or why it "
+       "cannot",
+       foothold_fields},
+      {"regions", "ID", "where on a surface the middle of a foot may be, so that all of it is supported",
+       regions_fields}};
+  return all;
+}
+
+std::string QuestionField::option() const {
+  std::string text = "--" + name;
+  for (const char* unit : {"_m", "_deg", "_s"})
+    if (text.ends_with(unit)) text.erase(text.rfind('_'));
+  std::replace(text.begin(), text.end(), '_', '-');
+  return text;
+}
+
+void QuestionField::put(const std::vector<double>& given, const std::string& called) const {
+  for (const double value : given) {
+    // Written so that NaN is refused, too.
+    if (!(value >= low && value <= high)) {
+      char limits[80];
+      std::snprintf(limits, sizeof limits, "give %.16g to %.16g", low, high);
+      throw Error(Error::Kind::usage, called, "is not within its limits", limits);
+    }
+    if (whole && value != std::floor(value))
+      throw Error(Error::Kind::usage, called, "is no whole number", "give one");
+  }
+  take(given);
+}
+
+QuestionField text_field(const char* name, const char* description, std::string& to,
+                         std::vector<std::string> words) {
+  QuestionField field{name, description, 0};
+  field.words = std::move(words);
+  field.take_text = [&to](const std::string& text) { to = text; };
+  return field;
+}
+
+QuestionFields contact_fields(planning::ContactQuestion& q) {
+  const auto metres = [](const char* name, const char* description, std::optional<double>& to) {
+    return number_field(name, description, to, 0, largest_robot_m);
+  };
+  return {
+      robot_field(q.robot),
+      foot_field(q.foot),
+      number_field("max_slope_deg",
+                   "degrees: leave out steeper surfaces; 90 leaves out ceilings [180; of a foot 30]",
+                   q.max_slope_rad, 0, 180, rad_per_deg),
+      metres("edge_margin_m", "m: from the foot to every edge [the map's resolution]", q.edge_margin_m),
+      metres("frontier_margin_m", "m: from the foot to edges beyond which nothing was observed [0]",
+             q.frontier_margin_m),
+      metres("obstacle_margin_m", "m: from the foot to obstacles up to the clearance [the map's resolution]",
+             q.obstacle_margin_m),
+      metres("clearance_m", "m: height over the foot that must be clear; 0: not checked [the robot's height]",
+             q.clearance_m),
+      number_field("as_mapped",
+                   "outlines of the readings, which are no ground: without margins, clearance and voids",
+                   q.as_mapped, 0, 1)
+          .by_default("0"),
+      number_field("unseen", "widest unseen gap that a foot may span, as a share of its narrower side",
+                   q.unseen_share, 0, 1)
+          .by_default("0.25")};
+}
+
+QuestionFields region_fields(planning::ContactQuestion& q) {
+  QuestionFields fields = contact_fields(q);
+  fields.push_back(number_field("yaw_deg", "heading of the foot, degrees [any heading]", q.yaw_rad, -3600,
+                                3600, rad_per_deg));
+  fields.push_back(
+      number_field("pieces", "also the region as at most N convex pieces", q.pieces, 0, 200).by_default("0"));
+  fields.push_back(point_field("about", "X Y Z: of the region only what is near this place", q.at));
+  fields.push_back(
+      number_field("reach_m", "m: from a place, along the surface's axes", q.reach_m, 0.001, largest_robot_m)
+          .by_default("1"));
+  return fields;
+}
+
+QuestionFields plan_fields(PlanQuery& q) {
+  QuestionFields fields{
+      standing_field("from", "X Y Z YAW: start, on the ground between the feet, and the heading, degrees",
+                     q.from),
+      standing_field("to", "X Y Z YAW: goal", q.to), robot_field(q.robot), foot_field(q.foot)};
+  for (const RobotLimit& limit : robot_limits()) {
+    const bool angle = limit.unit != 1;
+    QuestionField field{limit.name + (angle ? std::string("_deg") : std::string("_m")), limit.help, 1, 0,
+                        angle ? 180 : largest_robot_m};
+    field.take = [&q, &limit](const std::vector<double>& v) {
+      q.limits.emplace_back(&limit, v[0] * limit.unit);
+    };
+    fields.push_back(std::move(field));
+  }
+  return fields;
+}
+
+void add_options(CLI::App& verb, const QuestionFields& fields) {
+  for (const QuestionField& field : fields) {
+    const std::string name = field.option();
+    CLI::Option* option = nullptr;
+    if (field.take_text) {
+      option = verb.add_option_function<std::string>(name, field.take_text, field.description);
+      if (!field.words.empty()) option->check(CLI::IsMember(field.words));
+    } else if (field.whole && field.high == 1) {
+      verb.add_flag_callback(
+          name, [take = field.take] { take({1}); }, field.description);
+      continue;
+    } else if (field.whole) {
+      option = verb.add_option_function<std::size_t>(
+          name, [take = field.take](std::size_t n) { take({static_cast<double>(n)}); }, field.description);
+    } else {
+      option = verb.add_option_function<std::vector<double>>(name, field.take, field.description)
+                   ->expected(static_cast<int>(field.numbers));
+      if (field.name.ends_with("_deg") || field.high == 1)
+        option->check(between(field.low, field.high));
+      else if (field.low >= 0)
+        option->check(at_least(field.low));
+    }
+    if (!field.usual.empty()) option->default_str(field.usual);
+    option->required(field.required);
+  }
+}
+
+}  // namespace octosurf
