@@ -165,6 +165,13 @@ void bind_ground(Module& module) {
           },
           "rules"_a, "The same by other GroundRules.")
       .def(
+          "next",
+          [](const G& ground, const SnapshotPtr& snapshot, const OccupancyView& octree) {
+            return G{ground.view.next(snapshot, octree), map_up(snapshot)};
+          },
+          "snapshot"_a, "octree"_a, Released(),
+          "The ground of a later Snapshot of the same map: keeps what nothing changed near.")
+      .def(
           "solid", [](const G& ground) { return ground.of(ground.view.solid()); }, Released(),
           "Snapshot without voids and wide unseen gaps.")
       .def(
@@ -179,6 +186,12 @@ void bind_ground(Module& module) {
             return ground.view.region(id, yaw_rad);
           },
           "id"_a, "yaw_rad"_a = py::none(), Released(), "ContactRegion of the rules' foot on a surface.")
+      .def(
+          "region_about",
+          [](const G& ground, SurfaceId id, const Eigen::Vector3d& about, double reach_m,
+             std::optional<double> yaw_rad) { return ground.view.region_about(id, about, reach_m, yaw_rad); },
+          "id"_a, "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(), Released(),
+          "Of region() what lies within reach_m of a place.")
       .def(
           "foothold",
           [](const G& ground, SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) {

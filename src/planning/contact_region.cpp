@@ -42,8 +42,8 @@ void require_near(const Surface& surface) {
 }
 
 TurnedGround ground_of(const Surface& surface, planning::Sole sole, const ContactLimits& limits,
-                 const OccupancyView* octree, const std::vector<PolygonEdges>* edges,
-                 const Snapshot* others) {
+                       const OccupancyView* octree, const std::vector<PolygonEdges>* edges,
+                       const Snapshot* others) {
   TurnedGround ground{std::move(sole), {}, edges, {}};
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : surface.polygons) {
@@ -146,8 +146,8 @@ ContactRegion contact_region(const Surface& surface, const ContactShape& shape, 
   region.yaw_rad = yaw_rad;
   region.refused = planning::refusals_of(surface, limits);
   if (!region.refused.empty()) return region;
-  const TurnedGround ground = ground_of(surface, planning::sole_of(shape, surface, yaw_rad, limits.up), limits,
-                                  octree, edges, others);
+  const TurnedGround ground = ground_of(surface, planning::sole_of(shape, surface, yaw_rad, limits.up),
+                                        limits, octree, edges, others);
   std::vector<Polygon> parts = free_part(ground, limits);
   region.area_m2 = planning::area_of(parts);
   for (Polygon& part : parts)

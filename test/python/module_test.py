@@ -351,6 +351,11 @@ class Questions(unittest.TestCase):
         shares = octosurf.ground_under(found, octree, sole, stood.T_map_contact)
         self.assertAlmostEqual(sum(shares.values()), 1)
         self.assertGreater(shares["void"], 0.4)
+        ground = octosurf.GroundView(snapshot, octree)
+        kept = ground.next(snapshot, octree)
+        self.assertEqual(kept.solid().find(surface.id).area_m2, ground.solid().find(surface.id).area_m2)
+        part = kept.region_about(surface.id, [-0.2, 0, 0], 0.05, yaw_rad=0)
+        self.assertAlmostEqual(part.area_m2, 0.01, delta=1e-5)
 
     def test_stairs(self):
         points = world.grid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.8, 1.8, 0.01),
