@@ -9,18 +9,18 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_741),
-    "core": (["src/core"], 20_594),
+    "include": (["include"], 3_783),
+    "core": (["src/core"], 20_753),
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
     "io": (["src/io"], 13_329),
-    "planning": (["src/planning"], 6_575),
+    "planning": (["src/planning"], 5_982),
     "footsteps": (["src/footsteps"], 2_728),
     "apps": (["apps"], 8_803),
     "ros": (["ros"], 2_064),
-    "bindings": (["bindings"], 3_109),
+    "bindings": (["bindings"], 3_122),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 6_947),
-    "tests": (["test", "lab/test"], 47_005),
+    "tests": (["test", "lab/test"], 47_462),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
