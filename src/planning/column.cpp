@@ -25,6 +25,9 @@ Columns::Columns(const OccupancyView& octree, const GroundPlane& plane, const Ei
     for (const double v : {part.min().y(), part.max().y()})
       for (const double height : {-reach, reach})
         box.extend(plane.T_map_plane * Eigen::Vector3d(u, v, height));
+  // On the border between two voxels rounding decides.
+  box.min().array() -= d / 2;
+  box.max().array() += d / 2;
   const Eigen::Array3d low = (box.min() / d).array().floor() + geometry::VoxelGrid::origin,
                        high = (box.max() / d).array().floor() + geometry::VoxelGrid::origin;
   low_ = (low.max(0).min(65532)).cast<int>() / 4 * 4;
