@@ -117,12 +117,7 @@ std::vector<Polygon> inset(const Polygon& polygon, const Ring2& kernel, std::spa
 }
 
 std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked) {
-  Set left, gone;
-  left.insert(polygon_of(polygon.outer));
-  for (const Ring2& hole : polygon.holes) gone.insert(polygon_of(hole));
-  for (const Ring2& ring : blocked) gone.insert(polygon_of(ring));
-  bp::operators::operator-=(left, gone);
-  return parts_of(left);
+  return reshaped({&polygon, 1}, {}, blocked);
 }
 
 std::vector<Polygon> reshaped(std::span<const Polygon> polygons, std::span<const Ring2> added,

@@ -1,3 +1,4 @@
+#include "geometry/voxel_grid.hpp"
 #include "planning/blocked_polygon.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
@@ -28,6 +29,13 @@ const SurfacePtr* surface_of(const Snapshot& snapshot, SurfaceId id) {
       std::lower_bound(snapshot.surfaces.begin(), snapshot.surfaces.end(), id,
                        [](const SurfacePtr& one, SurfaceId wanted) { return one->id < wanted; });
   return surface != snapshot.surfaces.end() && (*surface)->id == id ? &*surface : nullptr;
+}
+
+const SurfacePtr& mapped_surface(const Snapshot& snapshot, SurfaceId id) {
+  const SurfacePtr* surface = surface_of(snapshot, id);
+  if (surface == nullptr)
+    throw Error(Error::Kind::data, "surface " + std::to_string(id), "is not in the map");
+  return *surface;
 }
 
 double widest_unseen(const GroundRules& rules) {
@@ -74,8 +82,7 @@ GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyV
   std::vector<Eigen::AlignedBox3d> changed;
   const double d = octree_.resolution();
   other.octree_.for_each_changed_cube(octree_, [&](const std::array<std::uint16_t, 3>& corner, int level) {
-    constexpr double origin = 32768;  // key of the voxel that begins at 0 m
-    const Eigen::Vector3d low(d * (corner[0] - origin), d * (corner[1] - origin), d * (corner[2] - origin));
+    const Eigen::Vector3d low = geometry::VoxelGrid(d).corner_of({corner[0], corner[1], corner[2]});
     changed.emplace_back(low, low + Eigen::Vector3d::Constant(std::ldexp(d, level)));
   });
   solids_->for_each([&](SurfaceId id, const std::shared_ptr<const planning::GroundTiles>& before) {
@@ -87,23 +94,20 @@ GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyV
 }
 
 std::shared_ptr<const planning::GroundTiles> GroundView::tiles_of(SurfaceId id) const {
-  const SurfacePtr* surface = surface_of(*snapshot_, id);
-  if (surface == nullptr)
-    throw Error(Error::Kind::data, "surface " + std::to_string(id), "is not in the map");
+  const SurfacePtr& surface = mapped_surface(*snapshot_, id);
   return solids_->get(id, [&] {
-    return std::make_shared<planning::GroundTiles>(*surface, octree_.resolution(), widest_unseen(rules_));
+    return std::make_shared<planning::GroundTiles>(surface, octree_.resolution(), widest_unseen(rules_));
   });
 }
 
 SurfacePtr GroundView::solid(SurfaceId id) const {
-  const std::shared_ptr<const planning::GroundTiles> tiles = tiles_of(id);
-  return rules_.as_mapped ? *surface_of(*snapshot_, id) : tiles->solid(octree_);
+  return rules_.as_mapped ? mapped_surface(*snapshot_, id) : tiles_of(id)->solid(octree_);
 }
 
 const std::vector<Gap>& GroundView::gaps(SurfaceId id) const {
   static const std::vector<Gap> none;
-  const std::shared_ptr<const planning::GroundTiles> tiles = tiles_of(id);
-  return rules_.as_mapped ? none : tiles->gaps(octree_);
+  if (rules_.as_mapped) return mapped_surface(*snapshot_, id), none;
+  return tiles_of(id)->gaps(octree_);
 }
 
 SurfacePtr GroundView::supported(SurfaceId id) const {

@@ -21,7 +21,7 @@ constexpr int widest_halo = tile_edge / 2;
 constexpr double steps_per_voxel = 16, steps_per_radian = 512;
 
 // Rays of 30° and more to the plane are told apart from those along it.
-constexpr double steepest_ray = 1.0471975511965976;
+constexpr double steepest_ray = std::numbers::pi / 3;
 
 // Of each cell, besides its Ground.
 constexpr std::uint8_t ground_bits = 3, bridged_bit = 4, inside_bit = 8, beyond_bit = 16;
@@ -41,7 +41,7 @@ class GroundTiles::Finder {
         octree_(octree),
         d_(tiles.d_),
         own_(tiles.cells_about(tiles.cells_of(key), 0, 2)),
-        // A void's disc may reach beyond the outline.
+        // A void's disc of 8 voxels at most, with the readings that bound it, may reach beyond the outline.
         raster_(tiles.cells_about(own_, tiles.halo_, std::max(12, tiles.widest_cells() + 2))),
         fine_(2 * raster_.low(), 2 * (raster_.low() + Eigen::Vector2i(raster_.width(), raster_.height())),
               d_ / 2),

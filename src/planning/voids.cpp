@@ -25,6 +25,10 @@ constexpr double farthest_off = 0.75;
 constexpr double least_radius = 0.75;
 /// Voxels. Outlines close gaps up to h, five voxels by default.
 constexpr double largest_radius = 8;
+static_assert(deepest_evidence * view_error >= farthest_off &&
+                  2 * slanted_reach * view_error >= farthest_off &&
+                  void_reach >= 2 * largest_radius + 2 * farthest_off,
+              "what decides on a void lies within these reaches");
 /// Of ranges: noise grows with their square, so a reading from so much farther off is twice as uncertain.
 constexpr double much_farther = 1.3;  // classes of range are a factor of √2 apart
 
@@ -120,7 +124,7 @@ class Voids {
     const double half_cube = 3.5 * d_;
     const Eigen::AlignedBox2d wide = box_about(part, half_cube);
     const auto in_cube = [&](const OccupancyView::Cube& cube) {
-      const Eigen::Vector3d corner = T_plane_map_ * corner_of(cube),
+      const Eigen::Vector3d corner = T_plane_map_ * grid.corner_of(key_of(cube, 0)),
                             middle = corner + middles_.back() + middles_.front();
       if (middle.z() < below - half_cube || middle.z() > above + half_cube ||
           !wide.contains(middle.head<2>()))
@@ -154,11 +158,6 @@ class Voids {
     };
     return {key(0), key(1), key(2)};
   }
-  Eigen::Vector3d corner_of(const OccupancyView::Cube& cube) const {
-    return (Eigen::Array3d(cube.corner[0], cube.corner[1], cube.corner[2]) - geometry::VoxelGrid::origin) *
-           d_;
-  }
-
   /// Far readings scatter beyond edges, into slots, where no nearer one replaces them: one does not count
   /// where a ray from much nearer passed.
   void drop_uncertain_readings() {
