@@ -3,6 +3,7 @@
 #include "geometry/rings.hpp"
 #include "planning/cell_raster.hpp"
 #include "planning/cell_runs.hpp"
+#include "planning/ground_tiles.hpp"
 #include "planning/rings.hpp"
 #include "support/painted_octree.hpp"
 #include "support/scene.hpp"
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstdint>
 #include <gmock/gmock.h>
+#include <memory>
 #include <numbers>
 #include <random>
 #include <utility>
@@ -318,6 +320,32 @@ TEST(Gaps, SlotsBetweenBoardsAreHolesAsRaysPassThem) {
     EXPECT_TRUE(covered(*told, 2.1, y)) << y;
   }
   for (double y = 0.8; y < 1.25; y += 0.05) EXPECT_FALSE(covered(*told, 0.8, y)) << y;
+}
+
+// What lies within another outline, or on another plane, is computed anew even where the octree did not
+// change.
+TEST(Gaps, AreThoseOfTheLatestOutlineAndPlane) {
+  Floor floor;
+  floor.read(0, 0, 40, 50);
+  floor.open(40, 0, 46, 50);
+  floor.read(46, 0, 100, 50);
+  const OccupancyView octree = floor.octree.view();
+  floor.outline(0, 0, 0.8, 1);
+  const GroundTiles before(std::make_shared<const Surface>(floor.surface), edge, 0.03);
+  EXPECT_NEAR(before.solid(octree)->area_m2, 0.8, 1e-3);
+  floor.surface.polygons.clear();
+  floor.outline(0, 0, 2, 1);
+  const auto wider = std::make_shared<const Surface>(floor.surface);
+  const GroundTiles kept(before, wider, {}), anew(wider, edge, 0.03);
+  EXPECT_EQ(kept.solid(octree)->area_m2, anew.solid(octree)->area_m2);
+  EXPECT_LT(kept.solid(octree)->area_m2,
+            2 - 0.12 + 1e-3);  // to the readings: a voxel more on each side at most
+  EXPECT_GT(kept.solid(octree)->area_m2, 2 - 0.12 - 2 * edge - 1e-3);
+  floor.surface.T_map_surface.translation().z() += 6 * edge;  // off all readings
+  const auto higher = std::make_shared<const Surface>(floor.surface);
+  EXPECT_EQ(GroundTiles(kept, higher, {}).gaps(octree).size(),
+            GroundTiles(higher, edge, 0.03).gaps(octree).size());
+  EXPECT_EQ(GroundTiles(kept, higher, {}).solid(octree), higher);
 }
 
 // Polygons with holes, islands in them and touching parts, and how two versions differ.
