@@ -6,6 +6,7 @@
 #include "io/readers/scan_list.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
+#include "plan_query.hpp"
 #include "planner_export.hpp"
 #include "planning/questions.hpp"
 #include "up_option.hpp"
@@ -52,6 +53,7 @@ struct ExportArguments {
   double thickness = 0;  // 0: the map's own
   double bridge = 0;
   std::string robot = "biped";
+  std::string unknown = "blocked";
   bool as_mapped = false;
   bool force = false;
   PlannerExport planner;
@@ -99,7 +101,8 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   std::size_t without_ground = 0;
   if (!arguments.as_mapped) {
     planning::ContactQuestion query;
-    query.robot = arguments.robot;
+    query.robot = robot_in(arguments.robot);
+    query.unknown_is_free = arguments.unknown == "free";
     GroundRules rules = planning::rules_of(query, up.direction, map.parameters().occupancy.resolution);
     rules.widest_unseen_m = arguments.bridge;
     const GroundView ground(snapshot, map.octree(), rules);
@@ -210,11 +213,14 @@ void add_export(CLI::App& app) {
                    "a lidar's rings; with --format a quarter of the foot")
       ->check(between(0, widest_gap_m))
       ->capture_default_str();
-  verb->add_option(
-          "--robot", arguments->robot,
-          "biped or quadruped: whose ground, clear of what is too near or too low for it, and the map's "
-          "resolution inside of edges")
-      ->check(CLI::IsMember({"biped", "quadruped"}))
+  verb->add_option("--robot", arguments->robot,
+                   "biped, quadruped or a JSON file: whose ground, clear of what is too near or too low for "
+                   "it, and the "
+                   "map's resolution inside of edges")
+      ->capture_default_str();
+  verb->add_option("--unknown", arguments->unknown,
+                   "blocked or free: what space low over the ground is that nobody saw")
+      ->check(CLI::IsMember({"blocked", "free"}))
       ->capture_default_str();
   verb->add_flag("--as-mapped", arguments->as_mapped,
                  "outlines by the readings alone, which are no ground: with voids, obstacles and edges")
@@ -224,6 +230,7 @@ void add_export(CLI::App& app) {
   add_planner_options(*verb, arguments->planner);
   verb->callback([arguments] {
     arguments->planner.as_mapped = arguments->as_mapped;
+    arguments->planner.unknown_is_free = arguments->unknown == "free";
     run_export(*arguments);
   });
 }

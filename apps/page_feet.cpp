@@ -49,7 +49,7 @@ PageFoot make_foot(const planning::AskedMap& map, const std::string& text, bool 
   const std::optional<double> yaw_rad =
       yaw_deg ? std::optional(*yaw_deg * rad_per_deg) : std::optional<double>();
   planning::ContactQuestion question;
-  question.robot = shape.outline.empty() ? "quadruped" : "biped";
+  if (shape.outline.empty()) question.robot = Quadruped{};
   question.foot = shape;
   if (edges_only) question.clearance_m = question.obstacle_margin_m = 0;
   const GroundView ground = map.ground(planning::rules_of(question, map.up, map.octree.resolution()));

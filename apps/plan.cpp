@@ -40,7 +40,8 @@ Examples:
   octosurf plan maps/stairs --from -3.45 0.74 0.57 -133 --to -5.6 -1.55 1.7 -133 --robot quadruped
 
 X Y Z is on the ground between the feet, YAW in degrees, counter-clockwise from the map's x axis seen from
-above. Feet are put on the footholds nearest to there. Unknown space counts as free.
+above. Feet are put on the footholds nearest to there. Where feet and swinging legs would be nothing may be
+unknown (--unknown free), while for the body unknown space counts as free.
 )";
 
 struct PlanArguments {

@@ -4,6 +4,8 @@
 #include "planning/questions.hpp"
 
 #include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <variant>
 
 #include <octosurf/error.hpp>
@@ -33,28 +35,90 @@ const std::vector<RobotLimit>& robot_limits() {
       {"frontier_margin", "m, between soles and edges beyond which nothing was observed", 1,
        [](B& r) { return &r.contact.frontier_margin_m; }, [](Q& r) { return &r.contact.frontier_margin_m; }},
       {"lift", "m: height of a swinging foot", 1, [](B& r) { return &r.lift_m; },
-       [](Q& r) { return &r.lift_m; }}};
+       [](Q& r) { return &r.lift_m; }},
+      {"high_lift", "m: likewise where it would touch something", 1, [](B& r) { return &r.high_lift_m; },
+       [](Q& r) { return &r.high_lift_m; }},
+      {"stance_width", "m, between the feet when it stands", 1, [](B& r) { return &r.stance_width_m; },
+       [](Q& r) { return &r.stance_width_m; }},
+      {"stance_length", "m, likewise between fore and hind feet", 1, nullptr,
+       [](Q& r) { return &r.stance_length_m; }},
+      {"body_length", "m, of the trunk", 1, [](B& r) { return &r.body.length_m; },
+       [](Q& r) { return &r.body.length_m; }},
+      {"body_width", "m, likewise", 1, [](B& r) { return &r.body.width_m; },
+       [](Q& r) { return &r.body.width_m; }},
+      {"body_from", "m: height of its underside", 1, [](B& r) { return &r.body.from_m; },
+       [](Q& r) { return &r.body.from_m; }},
+      {"body_to", "m: height of its top", 1, [](B& r) { return &r.body.to_m; },
+       [](Q& r) { return &r.body.to_m; }}};
   return limits;
 }
 
+std::string RobotLimit::field() const { return name + (unit != 1 ? std::string("_deg") : std::string("_m")); }
+
+double* RobotLimit::of(Robot& robot) const {
+  if (auto* kind = std::get_if<Biped>(&robot)) return biped != nullptr ? biped(*kind) : nullptr;
+  return quadruped != nullptr ? quadruped(std::get<Quadruped>(robot)) : nullptr;
+}
+
+std::string name_of(const Robot& robot) {
+  return std::holds_alternative<Biped>(robot) ? "biped" : "quadruped";
+}
+
+Robot robot_in(const std::string& name_or_file) {
+  if (name_or_file == "biped") return Biped{};
+  if (name_or_file == "quadruped") return Quadruped{};
+  const std::string& file = name_or_file;
+  std::ifstream in(file);
+  if (!in)
+    throw Error(Error::Kind::usage, "--robot " + file, "is no robot, and no file that can be read",
+                "give biped, quadruped, or a JSON file");
+  const auto json = nlohmann::json::parse(in, nullptr, false);
+  const auto refuse = [&](const std::string& what, const std::string& hint = "") {
+    throw Error(Error::Kind::data, file, what, hint);
+  };
+  if (!json.is_object() || !json.contains("robot") ||
+      (json["robot"] != "biped" && json["robot"] != "quadruped"))
+    refuse("is no robot", R"(write {"robot": "biped"} or "quadruped", and what differs from it)");
+  Robot robot = robot_in(json["robot"]);
+  for (const auto& [key, value] : json.items()) {
+    if (key == "robot") continue;
+    if (key == "foot") {
+      if (!value.is_string()) refuse("has a foot that is no text", R"(write "0.22x0.11" or "0.03")");
+      std::visit([&](auto& kind) { kind.foot = planning::foot_of(value); }, robot);
+      continue;
+    }
+    const auto& all = robot_limits();
+    const auto limit =
+        std::find_if(all.begin(), all.end(), [&](const RobotLimit& l) { return l.field() == key; });
+    double* const field = limit != all.end() ? limit->of(robot) : nullptr;
+    if (field == nullptr) {
+      std::string known = "foot";
+      for (const RobotLimit& one : all)
+        if (one.of(robot) != nullptr) known += ", " + one.field();
+      refuse("has " + key + ", which is none of a " + name_of(robot) + "'s limits", "these are: " + known);
+    }
+    if (!value.is_number()) refuse("has no number for " + key);
+    *field = value.get<double>() * limit->unit;
+  }
+  std::visit([](const auto& kind) { kind.validate(); }, robot);
+  return robot;
+}
+
 Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up) {
-  Robot robot = query.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
+  Robot robot = query.robot;
   std::visit(
       [&](auto& kind) {
         kind.contact.up = up;
         kind.foot = query.foot.value_or(kind.foot);
+        if (query.unknown_is_free) kind.contact.unknown_to_m = 0;
       },
       robot);
   for (const auto& [limit, value] : query.limits) {
-    double* field = nullptr;
-    if (auto* biped = std::get_if<Biped>(&robot))
-      field = limit->biped ? limit->biped(*biped) : nullptr;
-    else
-      field = limit->quadruped ? limit->quadruped(std::get<Quadruped>(robot)) : nullptr;
+    double* const field = limit->of(robot);
     if (field == nullptr) {
       std::string option = limit->name;
       std::replace(option.begin(), option.end(), '_', '-');
-      throw Error(Error::Kind::usage, "--" + option, "is none of a " + query.robot + "'s limits");
+      throw Error(Error::Kind::usage, "--" + option, "is none of a " + name_of(robot) + "'s limits");
     }
     *field = value;
   }

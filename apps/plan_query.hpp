@@ -21,17 +21,27 @@ struct RobotLimit {
   double unit;  ///< in which it is given, in SI
   double* (*biped)(Biped&);
   double* (*quadruped)(Quadruped&);
+
+  std::string field() const;       ///< name with unit: "max_up_m"
+  double* of(Robot& robot) const;  ///< null: the robot has none
 };
 
 const std::vector<RobotLimit>& robot_limits();
 
 struct PlanQuery {
-  std::string robot = "biped";
+  Robot robot = Biped{};
   std::optional<ContactShape> foot;
   Standing from, to;
   std::vector<std::pair<const RobotLimit*, double>> limits;  ///< SI
+  bool unknown_is_free = false;                              ///< where feet and legs would be
   PlanBudget budget;
 };
+
+/// "biped", "quadruped", or a file: a JSON object with one of these as "robot", its "foot" as in --foot, and
+/// those of its limits that differ, by name and unit ("max_up_m", "max_turn_deg"). Throws Error(usage, io or
+/// data).
+Robot robot_in(const std::string& name_or_file);
+std::string name_of(const Robot& robot);
 
 /// Throws Error(usage) for a limit that the robot does not have.
 Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up);

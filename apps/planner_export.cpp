@@ -35,10 +35,11 @@ ContactShape chosen_foot(const PlannerExport& options) {
 
 GroundRules chosen_rules(const PlannerExport& options, const Eigen::Vector3d& up, double resolution) {
   planning::ContactQuestion query;
-  query.robot = "quadruped";
+  query.robot = Quadruped{};
   query.max_slope_rad = options.max_slope_deg * degree;
   query.clearance_m = options.clearance;
   query.as_mapped = options.as_mapped;
+  query.unknown_is_free = options.unknown_is_free;
   GroundRules rules = planning::rules_of(query, up, resolution);
   rules.foot = chosen_foot(options);
   rules.widest_unseen_m = {};

@@ -21,6 +21,7 @@ struct PlannerExport {
   double max_slope_deg = 30;
   std::optional<double> cell, below, clearance;  ///< m
   bool as_mapped = false;                        ///< outlines alone, see GroundRules
+  bool unknown_is_free = false;                  ///< see ContactLimits::unknown_to_m
   std::string frame = "map";
 };
 

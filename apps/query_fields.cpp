@@ -21,9 +21,19 @@ QuestionField foot_field(std::optional<ContactShape>& to) {
   return field;
 }
 
-QuestionField robot_field(std::string& to) {
-  return text_field("robot", "biped or quadruped: whose foot and limits hold", to, {"biped", "quadruped"})
-      .by_default("biped");
+QuestionField robot_field(Robot& to) {
+  QuestionField field{"robot", "biped or quadruped: whose foot and limits hold", 0};
+  field.words = {"biped", "quadruped"};
+  field.or_file = " (or a JSON file)";
+  field.take_text = [&to](const std::string& text) { to = robot_in(text); };
+  return std::move(field).by_default("biped");
+}
+
+QuestionField unknown_field(bool& is_free) {
+  QuestionField field{"unknown", "what space over a foot is that nobody saw: blocked or free", 0};
+  field.words = {"blocked", "free"};
+  field.take_text = [&is_free](const std::string& text) { is_free = text == "free"; };
+  return std::move(field).by_default("blocked");
 }
 
 QuestionField standing_field(const char* name, const char* description, Standing& to) {
@@ -147,7 +157,8 @@ QuestionFields contact_fields(planning::ContactQuestion& q) {
           .by_default("0"),
       number_field("unseen", "widest unseen gap that a foot may span, as a share of its narrower side",
                    q.unseen_share, 0, 1)
-          .by_default("0.25")};
+          .by_default("0.25"),
+      unknown_field(q.unknown_is_free)};
 }
 
 QuestionFields region_fields(planning::ContactQuestion& q) {
@@ -167,11 +178,11 @@ QuestionFields plan_fields(PlanQuery& q) {
   QuestionFields fields{
       standing_field("from", "X Y Z YAW: start, on the ground between the feet, and the heading, degrees",
                      q.from),
-      standing_field("to", "X Y Z YAW: goal", q.to), robot_field(q.robot), foot_field(q.foot)};
+      standing_field("to", "X Y Z YAW: goal", q.to), robot_field(q.robot), foot_field(q.foot),
+      unknown_field(q.unknown_is_free)};
   for (const RobotLimit& limit : robot_limits()) {
     const bool angle = limit.unit != 1;
-    QuestionField field{limit.name + (angle ? std::string("_deg") : std::string("_m")), limit.help, 1, 0,
-                        angle ? 180 : largest_robot_m};
+    QuestionField field{limit.field(), limit.help, 1, 0, angle ? 180 : largest_robot_m};
     field.take = [&q, &limit](const std::vector<double>& v) {
       q.limits.emplace_back(&limit, v[0] * limit.unit);
     };
@@ -185,8 +196,9 @@ void add_options(CLI::App& verb, const QuestionFields& fields) {
     const std::string name = field.option();
     CLI::Option* option = nullptr;
     if (field.take_text) {
-      option = verb.add_option_function<std::string>(name, field.take_text, field.description);
-      if (!field.words.empty()) option->check(CLI::IsMember(field.words));
+      option =
+          verb.add_option_function<std::string>(name, field.take_text, field.description + field.or_file);
+      if (!field.words.empty() && field.or_file.empty()) option->check(CLI::IsMember(field.words));
     } else if (field.whole && field.high == 1) {
       verb.add_flag_callback(
           name, [take = field.take] { take({1}); }, field.description);

@@ -30,6 +30,7 @@ struct QuestionField {
   bool whole = false, required = false;
   std::string usual{};               ///< as it would be given; empty: none
   std::vector<std::string> words{};  ///< that a text may be; empty: any
+  std::string or_file{};             ///< of an option, whose text may also name a file; empty: it may not
   std::function<void(const std::vector<double>&)> take{};
   std::function<void(const std::string&)> take_text{};
 

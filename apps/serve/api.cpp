@@ -85,7 +85,7 @@ ServedMap::Text Api::next_event(Follower& follower) {
 
 std::string Api::plan(const ServedMap& map, const PlanQuery& query) {
   const Robot robot = robot_of(query, map.asked.up);
-  Json key{map.asked.snapshot->revision, query.robot};
+  Json key{map.asked.snapshot->revision, name_of(robot), query.unknown_is_free};
   if (query.foot) {
     key.push_back(query.foot->radius);
     for (const Eigen::Vector2d& corner : query.foot->outline) key.push_back(corner);

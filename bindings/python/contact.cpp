@@ -50,7 +50,7 @@ void bind_shape_and_limits(Module& module) {
   Settings<L>(module, "ContactLimits")
       .fields(OCTOSURF_FIELDS(L, up, max_slope_rad, min_area_m2, max_rms_m, max_normal_std_rad,
                               max_offset_std_m, edge_margin_m, frontier_margin_m, obstacle_margin_m,
-                              obstacle_from_m, clearance_m));
+                              obstacle_from_m, clearance_m, unknown_to_m));
 }
 
 void bind_gaps(Module& module) {

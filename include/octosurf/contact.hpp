@@ -42,11 +42,13 @@ enum class ContactRefusal {
   margin,       ///< supported, but nearer to such an edge than edge_margin_m
   frontier,     ///< nearer to a frontier edge (unobserved beyond) than frontier_margin_m
   obstacle,     ///< an obstacle stands within obstacle_margin_m of it
-  clearance     ///< an obstacle hangs over it lower than clearance_m
+  clearance,    ///< an obstacle hangs over it lower than clearance_m
+  unknown       ///< something that nobody saw may stand there: unknown_to_m
 };
 /// By ContactRefusal.
-inline constexpr std::array<std::string_view, 9> contact_refusal_names{
-    "slope", "size", "roughness", "uncertainty", "support", "margin", "frontier", "obstacle", "clearance"};
+inline constexpr std::array<std::string_view, 10> contact_refusal_names{
+    "slope",  "size",     "roughness", "uncertainty", "support",
+    "margin", "frontier", "obstacle",  "clearance",   "unknown"};
 /// As in answers and files: "slope", "size", …
 constexpr std::string_view contact_refusal_name(ContactRefusal refusal) {
   return contact_refusal_names[static_cast<std::size_t>(refusal)];
@@ -72,6 +74,9 @@ struct ContactLimits {
   double obstacle_from_m = 0.05;  ///< m over the plane; lower voxels are no obstacles
   /// Height over the contact that must be free of such voxels; m along the normal. 0: not checked.
   double clearance_m = 0;
+  /// Height over the contact up to which, from obstacle_from_m, nothing may be unknown where something three
+  /// voxels wide could hide: narrower unknown space lies between rays. 0: unknown counts as free.
+  double unknown_to_m = 0;
 };
 
 /// Where on one surface the reference point of a contact may lie so that the whole contact is supported and
@@ -93,16 +98,16 @@ struct ContactRegion {
 Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::Vector3d& up);
 
 /// The contact region of `surface`, for one heading or (empty) for all: a disc of reach() about the reference
-/// point. `octree` is read for obstacles and clearance, and may be null if the limits need none;
-/// likewise the edge kinds (label_edges(), for frontier_margin_m). `others`: the surfaces of the octree's
-/// voxels, of the same scan. Obstacles then extend to their planes, within three standard deviations; without
-/// (nullptr) each voxel counts as filled. The readings of a wall seen from afar scatter over several voxels,
-/// so footholds a few centimetres beside it would be refused.
+/// point. `octree` is read for obstacles, clearance and unknown space, and may be null if the limits need
+/// none; likewise the edge kinds (label_edges(), for frontier_margin_m). `others`: the surfaces of the
+/// octree's voxels, of the same scan. Obstacles then extend to their planes, within three standard
+/// deviations; without (nullptr) each voxel counts as filled. The readings of a wall seen from afar scatter
+/// over several voxels, so footholds a few centimetres beside it would be refused.
 ///
 /// 1. Safe: the Minkowski difference of each of the surface's polygons and the contact, rounded inward by a
 ///    few µm, so that a contact at any point of it lies on the surface (checked in exact arithmetic).
 /// 2. Complete except for those few µm, arcs of margins and discs, which are approximated by circumscribed
-///    polygons (at most 0.5 % larger), and voxels of no surface, which count as filled.
+///    polygons (at most 0.5 % larger), and voxels of no surface or unknown, which count as filled.
 /// 3. A contact lies on one polygon: it does not span the single points where two touch.
 /// Some 8 µs for each of the surface's vertices. Throws Error(usage) for an invalid shape, invalid or
 /// incomplete limits, or a surface a kilometre from its frame's origin.

@@ -135,11 +135,12 @@ enum class StepRefusal {
   reach,      ///< a foothold exists, but too far, wide, narrow or turned
   height,     ///< within reach, but too high or too low
   clearance,  ///< the swing foot, the stance foot or the body would collide
-  support     ///< no foothold
+  support,    ///< no foothold
+  unknown     ///< the swing foot or its leg would pass where something unseen may be
 };
 /// By StepRefusal.
-inline constexpr std::array<std::string_view, 4> step_refusal_names{"reach", "height", "clearance",
-                                                                    "support"};
+inline constexpr std::array<std::string_view, 5> step_refusal_names{"reach", "height", "clearance", "support",
+                                                                    "unknown"};
 /// As in files: "reach", "height", …
 constexpr std::string_view step_refusal_name(StepRefusal refusal) {
   return step_refusal_names[static_cast<std::size_t>(refusal)];
@@ -193,7 +194,8 @@ struct FootstepPlan {
 ///    regions may be missed. foothold() accepts each foothold of a plan.
 /// 2. A biped's swing foot is lifted by lift_m over the higher of the two footholds beside it, or else by
 ///    high_lift_m, moved level past the stance foot and lowered; leg, foot and the body on its straight path
-///    touch no occupied voxel. Unknown space counts as free.
+///    touch no occupied voxel. Leg and foot touch nothing unknown either, unless `contact.unknown_to_m` is 0;
+///    for the body unknown space counts as free.
 /// 3. Statics only: no forces, no dynamics, friction only as max_slope; knees and hips only as step limits.
 ///    The quadruped crawls: its body poses are on a grid, each with the best foothold per foot, so plans that
 ///    need other footholds for the same pose are missed.

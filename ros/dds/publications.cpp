@@ -23,7 +23,7 @@ GroundRules rules_of(const NodeOptions& options, const Eigen::Vector3d& up, doub
   rules.limits.up = up;
   rules.limits.max_slope_rad = options.max_slope_deg * rad_per_deg;
   rules.limits.clearance_m = options.clearance_m;
-  if (options.clearance_m <= 0) rules.limits.obstacle_margin_m = 0;
+  if (options.clearance_m <= 0) rules.limits.obstacle_margin_m = rules.limits.unknown_to_m = 0;
   return rules;
 }
 

@@ -76,6 +76,7 @@ FootholdField::FootholdField(std::shared_ptr<const Snapshot> snapshot, Occupancy
       first_yaw_(edge_direction(surfaces_, step_yaw())),
       columns_(octree_, snapshot_, R_walk_map_.toRotationMatrix(), box_of(surfaces_).min().z() - below_ground,
                box_of(surfaces_).max().z() + gait.body.to_m + gait.max_up_m),
+      unknown_(octree_, R_walk_map_.toRotationMatrix()),
       patches_(surfaces_.size() * static_cast<std::size_t>(headings())) {}
 
 const std::vector<PolygonEdges>* FootholdField::edges_of(const Surface& surface) const {
@@ -86,7 +87,7 @@ const std::vector<PolygonEdges>* FootholdField::edges_of(const Surface& surface)
 ContactRegion FootholdField::region(const Ground& ground, const ContactShape& shape,
                                     std::optional<double> yaw_rad) const {
   ContactLimits limits = gait_.contact;
-  limits.clearance_m = limits.obstacle_margin_m = 0;
+  limits.clearance_m = limits.obstacle_margin_m = limits.unknown_to_m = 0;
   return contact_region(*ground.surface, shape, yaw_rad, limits, nullptr, edges_of(*ground.surface));
 }
 
@@ -95,15 +96,14 @@ Foothold FootholdField::hold(const Surface& surface, const Eigen::Vector3d& at, 
                   snapshot_.get());
 }
 
-bool FootholdField::stands(PlaceId id) {
-  if (stands_.size() < places_.size()) stands_.resize(places_.size());
-  if (!stands_[id]) {
+std::optional<ContactRefusal> FootholdField::refused(PlaceId id) {
+  if (holds_.size() < places_.size()) holds_.resize(places_.size());
+  if (!holds_[id]) {
     const Place& place = places_[id];
-    stands_[id] =
-        hold(*surfaces_[place.surface].surface, R_walk_map_.inverse() * place.at, yaw(place.heading))
-            .accepted;
+    holds_[id] =
+        hold(*surfaces_[place.surface].surface, R_walk_map_.inverse() * place.at, yaw(place.heading));
   }
-  return *stands_[id];
+  return holds_[id]->refused;
 }
 
 Footstep FootholdField::footstep(FootName foot, const Place& place, double yaw_rad) const {

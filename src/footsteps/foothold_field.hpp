@@ -64,12 +64,13 @@ class FootholdField {
   const std::vector<Ground>& surfaces() const { return surfaces_; }
   const Place& place(PlaceId id) const { return places_[id]; }
   ObstacleColumns& columns() { return columns_; }
+  const UnknownSpace& unknown() const { return unknown_; }
   /// Where a shape may stand on a surface, but for obstacles.
   ContactRegion region(const Ground& ground, const ContactShape& shape, std::optional<double> yaw_rad) const;
   /// foothold() of the robot; `at` in the map frame.
   Foothold hold(const Surface& surface, const Eigen::Vector3d& at, double yaw_rad) const;
-  /// Whether foothold() accepts it.
-  bool stands(PlaceId id);
+  /// Why foothold() refuses it, if it does.
+  std::optional<ContactRefusal> refused(PlaceId id);
   Footstep footstep(FootName foot, const Place& place, double yaw_rad) const;
   Standing to_map(const Standing& at) const { return {R_walk_map_.inverse() * at.at, at.yaw_rad}; }
   Standing to_walk(const Standing& at) const { return {R_walk_map_ * at.at, at.yaw_rad}; }
@@ -125,9 +126,10 @@ class FootholdField {
   std::vector<Ground> surfaces_;
   double first_yaw_;
   ObstacleColumns columns_;
+  UnknownSpace unknown_;
   std::vector<PlaceGrid> patches_;
   std::vector<Place> places_;
-  std::vector<std::optional<bool>> stands_;  ///< by place; empty: not evaluated
+  std::vector<std::optional<Foothold>> holds_;  ///< by place; empty: not evaluated
   double build_ms_ = 0;
 };
 

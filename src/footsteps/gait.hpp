@@ -10,6 +10,11 @@
 
 namespace octosurf::footsteps {
 
+/// Heights of a swinging foot over the ground, of which one must be free, and of the hip.
+struct Lift {
+  double usual = 0, high = 0, hip = 0;
+};
+
 /// A robot in the numbers that a search needs. A move is an edge of its graph: one step of a biped, a cycle
 /// of a quadruped's steps.
 struct Gait {

@@ -103,7 +103,7 @@ StepGraph::Stance QuadrupedGraph::stance(const Standing& at) {
     bool any = false;
     const auto found = foothold_below(hip(body, leg), at.at.z() - quadruped_stance_height,
                                       at.at.z() + quadruped_stance_height, any);
-    if (!found || !field_.stands(*found)) return {};
+    if (!found || stand_refused(*found)) return {};
     wanted.feet[leg] = *found;
   }
   if (!body_free(body, body, wanted.feet)) return {};
@@ -204,8 +204,10 @@ StepGraph::Moves QuadrupedGraph::moves(NodeId from, NodeId to, StepRefusal& why)
     const std::size_t leg = crawl_order[i];
     const PlaceId next = nodes_[to].feet[leg];
     if (next == feet[leg]) continue;
-    why = StepRefusal::clearance;
-    if (!field_.stands(next)) return std::nullopt;
+    if (const auto refusal = stand_refused(next)) {
+      why = *refusal;
+      return std::nullopt;
+    }
     why = StepRefusal::reach;
     const double share = (static_cast<double>(i) + 1) / 5;
     const Eigen::Vector2d straight = start.at + share * (end.at - start.at);
@@ -217,10 +219,12 @@ StepGraph::Moves QuadrupedGraph::moves(NodeId from, NodeId to, StepRefusal& why)
       if ((place(feet[k]).at.head<2>() - hip(there, k)).norm() > robot_.reach_m) return std::nullopt;
     if ((b.at.head<2>() - hip(there, leg)).norm() > robot_.reach_m) return std::nullopt;
     why = StepRefusal::clearance;
-    if (!swing_free(columns_, leg_, {a.at.head<2>(), 0}, {b.at.head<2>(), 0}, std::max(a.at.z(), b.at.z()),
-                    gait_.lift) ||
-        !body_free(body, there, feet))
+    if (!body_free(body, there, feet)) return std::nullopt;
+    if (const auto refusal =
+            swing_refused({a.at.head<2>(), 0}, {b.at.head<2>(), 0}, std::max(a.at.z(), b.at.z()))) {
+      why = *refusal;
       return std::nullopt;
+    }
     steps.push_back({leg, next, there, slope_under(feet, there.at).height});
     body = there;
     feet[leg] = next;

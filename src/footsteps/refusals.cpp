@@ -36,7 +36,8 @@ constexpr std::array<const char*, contact_refusal_names.size()> contact_reasons{
     "it is too near to an edge",
     "it is too near to an edge nobody has looked beyond",
     "something stands too near to it",
-    "something is over it"};
+    "something is over it",
+    "nobody has looked whether something stands on it"};
 
 /// Why a foot has no foothold at `at` (map frame): the limit, and the end of a sentence. Empty: it has one.
 std::string why_not(const FootholdField& field, const Eigen::Vector3d& at, const Eigen::Vector3d& up,
@@ -67,7 +68,9 @@ std::string which_foot(const FootholdField& field, const std::vector<Gait::Foot>
     if (!reason.empty())
       return "the " + std::string(foot_name(foot.name)) + " foot at " + text(wanted) + ", where " + reason;
   }
-  return "the feet find ground, but one of them, the legs or the body would touch something";
+  return "the feet find ground, but one of them, the legs or the body would touch something, or a leg pass "
+         "where nobody "
+         "looked";
 }
 
 }  // namespace
@@ -111,20 +114,20 @@ NoPlan refusal_of(const FootholdField& field, const Frontier& frontier, Ending e
                     text(*result.nearest) + ", where ";
   const auto of = [&](StepRefusal why) { return frontier.refused[static_cast<std::size_t>(why)]; };
   const std::size_t reach = of(StepRefusal::reach), height = of(StepRefusal::height),
-                    clearance = of(StepRefusal::clearance);
-  if (reach + height + clearance == 0) {
+                    clearance = of(StepRefusal::clearance), unknown = of(StepRefusal::unknown);
+  if (reach + height + clearance + unknown == 0) {
     result.sentence += "no foothold nearer to the goal was in sight (support)";
     return result;
   }
   // A reachable place that is too high or blocked is a better reason than one out of reach.
-  const StepRefusal most = height + clearance == 0 ? StepRefusal::reach
-                           : height >= clearance   ? StepRefusal::height
-                                                   : StepRefusal::clearance;
+  StepRefusal most = StepRefusal::reach;
+  for (const StepRefusal why : {StepRefusal::height, StepRefusal::clearance, StepRefusal::unknown})
+    if (of(why) > (most == StepRefusal::reach ? 0 : of(most))) most = why;
   result.sentence +=
       text(
           "of %zu footholds nearer to the goal %zu were out of reach, %zu too high or too low, "
-          "and at %zu something was in the way (",
-          reach + height + clearance, reach, height, clearance) +
+          "at %zu something was in the way and at %zu something unseen may be (",
+          reach + height + clearance + unknown, reach, height, clearance, unknown) +
       std::string(step_refusal_name(most)) + ")";
   return result;
 }

@@ -121,6 +121,24 @@ double StepGraph::guide(NodeId node) const {
   return std::max(least, gait_.costs.length * way + std::min(walking, sidling));
 }
 
+std::optional<StepRefusal> StepGraph::swing_refused(const SwingPose& from, const SwingPose& to,
+                                                    double ground) const {
+  StepRefusal why = StepRefusal::clearance;
+  for (const double height : {gait_.lift.usual, gait_.lift.high}) {
+    const double low = ground + height, high = ground + std::max(height, gait_.lift.hip);
+    if (!sweep_free(columns_, leg_, from, to, low, high)) continue;
+    if (gait_.contact.unknown_to_m <= 0 || !field_.unknown().met(leg_, from, to, low, high)) return {};
+    why = StepRefusal::unknown;
+  }
+  return why;
+}
+
+std::optional<StepRefusal> StepGraph::stand_refused(PlaceId id) const {
+  const std::optional<ContactRefusal> why = field_.refused(id);
+  if (!why) return {};
+  return *why == ContactRefusal::unknown ? StepRefusal::unknown : StepRefusal::clearance;
+}
+
 Frontier StepGraph::frontier(const std::vector<NodeId>& expanded) {
   Frontier result;
   // Number of nodes nearest to the goal whose obstacles are reported.

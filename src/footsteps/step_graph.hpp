@@ -85,6 +85,10 @@ class StepGraph {
   bool climbable(const Place& from, const Place& to) const;
   int turned(int heading, int turn) const { return (heading + turn + field_.headings()) % field_.headings(); }
   bool in_goal(NodeId node) const;
+  /// What a leg meets that swings from one place to the other over `ground`: nothing at one of two heights.
+  std::optional<StepRefusal> swing_refused(const SwingPose& from, const SwingPose& to, double ground) const;
+  /// Why a foot cannot stand there; the slowest check, some 60 µs.
+  std::optional<StepRefusal> stand_refused(PlaceId id) const;
   /// Calls visit(foot, id) for the places within a hand's breadth of the goal's feet.
   template <class Visit>
   void for_each_goal_place(const Visit& visit) {

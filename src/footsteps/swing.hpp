@@ -3,6 +3,7 @@
 #include "footsteps/obstacle_columns.hpp"
 
 #include <Eigen/Core>
+#include <utility>
 
 #include <octosurf/contact.hpp>
 #include <octosurf/footsteps.hpp>
@@ -28,12 +29,19 @@ bool sweep_free(ObstacleColumns& columns, const LegBox& box, const SwingPose& fr
                 double from_z, double to_z, double climb = 0,
                 const Eigen::Vector2d& rise = Eigen::Vector2d::Zero());
 
-/// sweep_free() of a leg at one of two heights over `ground`, up to the hip's.
-struct Lift {
-  double usual = 0, high = 0, hip = 0;
+/// Space that nobody saw, in the walking frame (planning/unknown_space.hpp): slower than the columns, so for
+/// what they leave.
+class UnknownSpace {
+ public:
+  UnknownSpace(OccupancyView octree, const Eigen::Matrix3d& R_walk_map)
+      : octree_(std::move(octree)), R_walk_map_(R_walk_map) {}
+  /// Whether a moving box (sweep_free()) would meet some; voxels count by their middles.
+  bool met(const LegBox& box, const SwingPose& from, const SwingPose& to, double from_z, double to_z) const;
+
+ private:
+  OccupancyView octree_;
+  Eigen::Matrix3d R_walk_map_;
 };
-bool swing_free(ObstacleColumns& columns, const LegBox& leg, const SwingPose& from, const SwingPose& to,
-                double ground, const Lift& lift);
 
 /// sweep_free() of the body between poses over ground at these heights; tilted with the ground.
 inline bool body_sweep_free(ObstacleColumns& columns, const BodyBox& body, const SwingPose& from,

@@ -89,6 +89,43 @@ struct Judge {
     return found;
   }
 
+  // Likewise, whether it holds the middle of a voxel that lies with 3³ unknown ones.
+  bool unknown(const LevelPose& pose, const Eigen::Vector2d& middle, double length, double width,
+               double from_z, double to_z, const Eigen::Vector2d&) const {
+    const double d = octree.resolution();
+    if (d <= 0) return false;
+    const Eigen::Vector2d center = pose.at + middle.x() * ahead_of(pose.yaw) + middle.y() * left_of(pose.yaw);
+    const double reach = std::hypot(length, width) / 2;
+    Eigen::AlignedBox3d box;
+    for (const double x : {-reach, reach})
+      for (const double y : {-reach, reach})
+        for (const double z : {from_z, to_z})
+          box.extend(R_walk_map.transpose() * Eigen::Vector3d(center.x() + x, center.y() + y, z));
+    const auto in_leg = [&](const Eigen::Vector3d& voxel) {
+      const Eigen::Vector3d p = R_walk_map * voxel;
+      const Eigen::Vector2d off = p.head<2>() - center;
+      return p.z() >= from_z && p.z() <= to_z && std::abs(off.dot(ahead_of(pose.yaw))) <= length / 2 &&
+             std::abs(off.dot(left_of(pose.yaw))) <= width / 2;
+    };
+    const auto cube_unknown = [&](const Eigen::Vector3d& lowest) {
+      for (int n = 0; n < 27; ++n)
+        if (octree.at(lowest + d * Eigen::Vector3d(n % 3, n / 3 % 3, n / 9)).state !=
+            OccupancyView::State::unknown)
+          return false;
+      return true;
+    };
+    const Eigen::Array3d first = (box.min().array() / d).floor() + 0.5;
+    for (double x = first.x(); x * d <= box.max().x(); ++x)
+      for (double y = first.y(); y * d <= box.max().y(); ++y)
+        for (double z = first.z(); z * d <= box.max().z(); ++z) {
+          const Eigen::Vector3d voxel = d * Eigen::Vector3d(x, y, z);
+          if (!in_leg(voxel) || octree.at(voxel).state != OccupancyView::State::unknown) continue;
+          for (int n = 0; n < 27; ++n)
+            if (cube_unknown(voxel - d * Eigen::Vector3d(n % 3, n / 3 % 3, n / 9))) return true;
+        }
+    return false;
+  }
+
   // The contents of a surface's voxel are on its plane.
   Eigen::Vector3d middle_of_matter(const OccupancyView::Voxel& voxel) const {
     const Surface* surface = voxel.surface != 0 ? snapshot.find(voxel.surface) : nullptr;
@@ -118,15 +155,23 @@ struct Judge {
 
   void leg_moves(const LevelPose& from, const LevelPose& to, double ground) {
     const footsteps::LegBox leg = footsteps::LegBox::of(gait.sole);
-    const auto hits = [&](double height) {
+    const auto hits = [&](double height, auto what) {
       bool hit = false;
       along(from, to, [&](const LevelPose& pose) {
-        hit = hit || occupied(pose, leg.middle, 2 * leg.half_length, 2 * leg.half_width, ground + height,
-                              ground + std::max(height, gait.lift.hip));
+        hit = hit || (this->*what)(pose, leg.middle, 2 * leg.half_length, 2 * leg.half_width, ground + height,
+                                   ground + std::max(height, gait.lift.hip), Eigen::Vector2d::Zero());
       });
       return hit;
     };
-    if (hits(gait.lift.usual) && hits(gait.lift.high)) say("the swinging leg touches something");
+    bool touches = true, passes_unknown = false;
+    for (const double height : {gait.lift.usual, gait.lift.high}) {
+      if (hits(height, &Judge::occupied)) continue;
+      touches = false;
+      passes_unknown = gait.contact.unknown_to_m > 0 && hits(height, &Judge::unknown);
+      if (!passes_unknown) break;
+    }
+    if (touches) say("the swinging leg touches something");
+    if (passes_unknown) say("the swinging leg passes where nobody looked");
   }
 
   void body_moves(const LevelPose& from, const LevelPose& to) {

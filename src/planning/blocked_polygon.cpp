@@ -1,9 +1,13 @@
 #include "planning/blocked_polygon.hpp"
 
+#include "geometry/even_odd.hpp"
+#include "geometry/rings.hpp"
 #include "planning/rings.hpp"
 
 #include <boost/polygon/polygon.hpp>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include <octosurf/error.hpp>
 
@@ -34,13 +38,29 @@ bp::polygon_data<int> polygon_of(const Ring2& ring) {
   return {points.begin(), points.end()};
 }
 
+/// Rings that come to no vertex twice: Boost's do where parts touch, and repeat the first vertex at the end.
 template <typename Points>
-Ring2 in_metres(const Points& points) {
-  Ring2 ring;
-  for (const IntegerPoint& p : points) ring.emplace_back(p.x() / per_metre, p.y() / per_metre);
-  // Boost repeats the first vertex at the end.
-  while (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
-  return ring;
+void add_simple_rings(const Points& points, std::vector<Ring2>& outer, std::vector<Ring2>& holes) {
+  std::vector<std::pair<int, int>> way;
+  std::map<std::pair<int, int>, std::size_t> at;  // in `way`
+  const auto close = [&](std::size_t first) {
+    Ring2 ring;
+    for (std::size_t k = first; k < way.size(); ++k) {
+      ring.emplace_back(way[k].first / per_metre, way[k].second / per_metre);
+      at.erase(way[k]);
+    }
+    way.resize(first);
+    if (ring.size() < 3) return;
+    const double area = geometry::signed_area(ring);
+    if (area != 0) (area > 0 ? outer : holes).push_back(std::move(ring));
+  };
+  for (const IntegerPoint& p : points) {
+    const std::pair<int, int> vertex(p.x(), p.y());
+    if (const auto before = at.find(vertex); before != at.end()) close(before->second);
+    at[vertex] = way.size();
+    way.push_back(vertex);
+  }
+  close(0);
 }
 
 /// What is left, with the holes of each part.
@@ -49,10 +69,21 @@ std::vector<Polygon> parts_of(const Set& left) {
   left.get(parts);
   std::vector<Polygon> result;
   for (const auto& part : parts) {
-    Polygon one{in_metres(part), {}};
+    std::vector<Ring2> outer, holes;
+    add_simple_rings(part, outer, holes);
     for (auto hole = part.begin_holes(); hole != part.end_holes(); ++hole)
-      one.holes.push_back(in_metres(*hole));
-    result.push_back(std::move(one));
+      add_simple_rings(*hole, outer, holes);
+    const std::size_t first = result.size();
+    for (Ring2& ring : outer) result.push_back({std::move(ring), {}});
+    for (Ring2& hole : holes) {
+      // At most one holds the middle of an edge: rings touch at vertices alone.
+      const Eigen::Vector2d middle = (hole[0] + hole[1]) / 2;
+      for (std::size_t k = result.size(); k-- > first;)  // islands in holes first
+        if (result.size() == first + 1 || geometry::inside(result[k].outer, middle)) {
+          result[k].holes.push_back(std::move(hole));
+          break;
+        }
+    }
   }
   return result;
 }
@@ -98,20 +129,20 @@ Eigen::Vector2d extent(const Ring2& ring) {
 }  // namespace
 
 std::vector<Polygon> inset(const Polygon& polygon, const Ring2& kernel, std::span<const Ring2> blocked,
-                           const KeptOff& off) {
+                           std::initializer_list<KeptOff> off) {
   // A smaller polygon could lie all within the kernel, with its outside all around it: one part, not none.
   if (polygon.outer.size() < 3 || (extent(polygon.outer).array() < extent(kernel).array()).any()) return {};
   Set left, gone;
   insert_convolved(polygon.outer, kernel, 1, left);
   for (const Ring2& hole : polygon.holes) insert_convolved(hole, kernel, 1, left);
   for (const Ring2& ring : blocked) gone.insert(polygon_of(ring));
-  for (const Polygon& obstacle : off.obstacles) {
-    insert_convolved(obstacle.outer, off.kernel, -1, gone);
-    // Likewise a hole within the kernel, which holds no place for it.
-    for (const Ring2& hole : obstacle.holes)
-      if ((extent(hole).array() >= extent(off.kernel).array()).any())
-        insert_convolved(hole, off.kernel, -1, gone);
-  }
+  for (const auto& [around, obstacles] : off)
+    for (const Polygon& obstacle : obstacles) {
+      insert_convolved(obstacle.outer, around, -1, gone);
+      // Likewise a hole within the kernel, which holds no place for it.
+      for (const Ring2& hole : obstacle.holes)
+        if ((extent(hole).array() >= extent(around).array()).any()) insert_convolved(hole, around, -1, gone);
+    }
   bp::operators::operator-=(left, gone);
   return parts_of(left);
 }

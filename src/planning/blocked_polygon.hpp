@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <span>
 #include <vector>
 
@@ -30,7 +31,7 @@ struct KeptOff {
 /// each part of its outside within the kernel, still turns about it. O(n log n), some 5 µs for each edge.
 /// Throws Error(usage) for coordinates beyond 2 km.
 std::vector<Polygon> inset(const Polygon& polygon, const Ring2& kernel, std::span<const Ring2> blocked = {},
-                           const KeptOff& off = {});
+                           std::initializer_list<KeptOff> off = {});
 
 /// The union of `polygons` and `added`, without the interiors of `removed`.
 std::vector<Polygon> reshaped(std::span<const Polygon> polygons, std::span<const Ring2> added,

@@ -2,6 +2,7 @@
 
 #include "planning/contact_shape.hpp"
 #include "planning/rings.hpp"
+#include "planning/unknown_space.hpp"
 
 #include <algorithm>
 #include <array>
@@ -61,8 +62,8 @@ void join_along(std::size_t axis, std::vector<VoxelBox>& boxes) {
   boxes = std::move(joined);
 }
 
-/// Extends boxes along the plane's steepest axis to whole layers, in which they move by an eighth of a voxel at
-/// most: those of one layer join into few, as they cover the same.
+/// Extends boxes along the plane's steepest axis to whole layers, in which they move by an eighth of a voxel
+/// at most: those of one layer join into few, as they cover the same.
 void extend_along(std::size_t axis, double cosine, std::vector<VoxelBox>& boxes) {
   constexpr double most = 0.125, thickest = 1024;  // voxels
   const double slope = std::sqrt(std::max(0.0, 1 - cosine * cosine)) / cosine;
@@ -86,17 +87,22 @@ Ring2 project(const Surface& surface, const VoxelBox& box, double d) {
   return convex_hull(std::move(corners));
 }
 
+/// In the map's frame, about part of the space over the surface.
+Eigen::AlignedBox3d box_over(const Surface& surface, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
+                             double from, double to) {
+  Eigen::AlignedBox3d box;
+  for (const double u : {low.x(), high.x()})
+    for (const double v : {low.y(), high.y()})
+      for (const double z : {from, to}) box.extend(surface.T_map_surface * Eigen::Vector3d(u, v, z));
+  return box;
+}
+
 }  // namespace
 
 std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d& low,
                                   const Eigen::Vector2d& high, const ContactLimits& limits,
                                   const OccupancyView& octree, const Snapshot* others) {
-  Eigen::AlignedBox3d box;
-  for (unsigned corner = 0; corner < 8; ++corner)
-    box.extend(surface.T_map_surface *
-               Eigen::Vector3d((corner & 1u) != 0 ? high.x() : low.x(),
-                               (corner & 2u) != 0 ? high.y() : low.y(),
-                               (corner & 4u) != 0 ? limits.clearance_m : limits.obstacle_from_m));
+  Eigen::AlignedBox3d box = box_over(surface, low, high, limits.obstacle_from_m, limits.clearance_m);
   // The corners of a rectangle are √2 times as far off as its reach, plus rounding.
   const double beside = 2 * MatterOfVoxels::farthest_reach * octree.resolution() +
                         (others != nullptr ? MatterOfVoxels::farthest_move : 0);
@@ -120,6 +126,30 @@ std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d&
   std::vector<Ring2> covered = projected(surface, cubes, octree.resolution());
   for (Ring2& ring : projected(surface, flat)) covered.push_back(std::move(ring));
   return covered;
+}
+
+std::vector<Ring2> unknown_over(const Surface& surface, const Eigen::Vector2d& low,
+                                const Eigen::Vector2d& high, const ContactLimits& limits,
+                                const OccupancyView& octree) {
+  constexpr double patch = 32;  // voxels: boxes about patches of a slope hold little beside its slab
+  const double d = octree.resolution();
+  if (d <= 0) return {};  // an empty view
+  const double beside = MatterOfVoxels::farthest_reach * d;
+  const double half = d / 2 * surface.plane.normal.lpNorm<1>();
+  std::vector<Eigen::Vector3d> centres;
+  for (double u = low.x(); u <= high.x(); u += patch * d)
+    for (double v = low.y(); v <= high.y(); v += patch * d) {
+      const Eigen::Vector2d from(u, v), to = (from.array() + patch * d).min(high.array());
+      Eigen::AlignedBox3d box = box_over(surface, from, to, limits.obstacle_from_m, limits.unknown_to_m);
+      box.min().array() -= beside;
+      box.max().array() += beside;
+      for_each_unknown(octree, box, [&](const Eigen::Vector3d& centre) {
+        const double height = surface.plane.signed_distance(centre);
+        if (height + half > limits.obstacle_from_m && height - half < limits.unknown_to_m)
+          centres.push_back(centre);
+      });
+    }
+  return projected(surface, centres, d);
 }
 
 std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vector3d> centres, double d) {

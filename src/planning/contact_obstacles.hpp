@@ -21,6 +21,11 @@ std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d&
                                   const Eigen::Vector2d& high, const ContactLimits& limits,
                                   const OccupancyView& octree, const Snapshot* others);
 
+/// Likewise areas covered by unknown voxels between `obstacle_from_m` and `unknown_to_m` (unknown_space.hpp).
+std::vector<Ring2> unknown_over(const Surface& surface, const Eigen::Vector2d& low,
+                                const Eigen::Vector2d& high, const ContactLimits& limits,
+                                const OccupancyView& octree);
+
 /// Projections of voxels of edge d onto the plane, as convex polygons (counter-clockwise, the surface's
 /// frame) that may overlap. Voxels that fill a box are projected together.
 std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vector3d> centres, double d);

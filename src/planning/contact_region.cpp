@@ -26,7 +26,7 @@ struct TurnedGround {
   planning::Sole sole;
   std::vector<Polygon> polygons;
   const std::vector<PolygonEdges>* edges = nullptr;
-  std::vector<Polygon> obstacles;
+  std::vector<Polygon> obstacles, unknown;  ///< may overlap
 };
 
 // m: half of the range of blocked_polygon.hpp's grid, to include a contact's reach.
@@ -44,7 +44,7 @@ void require_near(const Surface& surface) {
 TurnedGround ground_of(const Surface& surface, planning::Sole sole, const ContactLimits& limits,
                        const OccupancyView* octree, const std::vector<PolygonEdges>* edges,
                        const Snapshot* others) {
-  TurnedGround ground{std::move(sole), {}, edges, {}};
+  TurnedGround ground{std::move(sole), {}, edges, {}, {}};
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : surface.polygons) {
     for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
@@ -52,15 +52,19 @@ TurnedGround ground_of(const Surface& surface, planning::Sole sole, const Contac
         moved(polygon, [&](const Eigen::Vector2d& uv) { return ground.sole.to_turned(uv); }));
   }
   if (box.isEmpty()) return ground;
-  if (limits.clearance_m <= 0) return ground;
   // The contact is on the surface, so only obstacles within the margin matter.
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(limits.obstacle_margin_m * 1.005);
-  std::vector<Ring2> obstacles =
-      planning::obstacles_over(surface, box.min() - margin, box.max() + margin, limits, *octree, others);
-  for (Ring2& ring : obstacles)
-    for (Eigen::Vector2d& p : ring) p = ground.sole.to_turned(p);
+  const Eigen::Vector2d low = box.min() - margin, high = box.max() + margin;
   // Of their union, as one of furniture has far fewer edges than its voxels.
-  ground.obstacles = planning::reshaped({}, obstacles, {});
+  const auto joined = [&](std::vector<Ring2> rings) {
+    for (Ring2& ring : rings)
+      for (Eigen::Vector2d& p : ring) p = ground.sole.to_turned(p);
+    return planning::reshaped({}, rings, {});
+  };
+  if (limits.clearance_m > 0)
+    ground.obstacles = joined(planning::obstacles_over(surface, low, high, limits, *octree, others));
+  if (limits.unknown_to_m > 0)
+    ground.unknown = joined(planning::unknown_over(surface, low, high, limits, *octree));
   return ground;
 }
 
@@ -94,11 +98,13 @@ std::vector<Ring2> blocked_by_frontiers(const TurnedGround& ground, std::size_t 
 
 /// The positions of the contact's middle on one polygon that meet all geometric limits.
 std::vector<Polygon> free_part(const TurnedGround& ground, std::size_t index, const ContactLimits& limits) {
-  const bool clear = limits.clearance_m > 0;
-  return planning::inset(ground.polygons[index], kept_off(ground.sole, limits.edge_margin_m),
-                         blocked_by_frontiers(ground, index, limits),
-                         {kept_off(ground.sole, limits.obstacle_margin_m),
-                          clear ? std::span<const Polygon>(ground.obstacles) : std::span<const Polygon>()});
+  using Polygons = std::span<const Polygon>;
+  return planning::inset(
+      ground.polygons[index], kept_off(ground.sole, limits.edge_margin_m),
+      blocked_by_frontiers(ground, index, limits),
+      {{kept_off(ground.sole, limits.obstacle_margin_m),
+        limits.clearance_m > 0 ? Polygons(ground.obstacles) : Polygons()},
+       {kept_off(ground.sole, 0), limits.unknown_to_m > 0 ? Polygons(ground.unknown) : Polygons()}});
 }
 
 std::vector<Polygon> free_part(const TurnedGround& ground, const ContactLimits& limits) {
@@ -125,6 +131,7 @@ std::vector<ContactRefusal> refusals_of(const TurnedGround& ground, const Contac
   ask(ContactRefusal::frontier, &ContactLimits::frontier_margin_m);
   ask(ContactRefusal::obstacle, &ContactLimits::obstacle_margin_m);
   ask(ContactRefusal::clearance, &ContactLimits::clearance_m);
+  ask(ContactRefusal::unknown, &ContactLimits::unknown_to_m);
   std::vector<ContactRefusal> alone, together;
   for (const auto& [refusal, one] : each) {
     if (free_part(ground, one).empty()) alone.push_back(refusal);

@@ -165,12 +165,15 @@ void planning::require_sensible(const Surface& surface, const ContactShape& shap
   require_length(limits.obstacle_margin_m, "obstacle_margin");
   require_length(limits.obstacle_from_m, "obstacle_from");
   require_length(limits.clearance_m, "clearance");
+  require_length(limits.unknown_to_m, "unknown_to");
   require_positive(limits.max_rms_m, "max_rms");
   require_positive(limits.max_normal_std_rad, "max_normal_std");
   require_positive(limits.max_offset_std_m, "max_offset_std");
   require(limits.obstacle_margin_m == 0 || limits.clearance_m > 0, "obstacle_margin",
           "has no height to look for obstacles in", "give a clearance, too");
   require(octree != nullptr || limits.clearance_m == 0, "clearance", "cannot be known without an octree",
+          "give the map's occupancy view");
+  require(octree != nullptr || limits.unknown_to_m == 0, "unknown_to", "cannot be checked without an octree",
           "give the map's occupancy view");
   require(limits.frontier_margin_m == 0 || edges != nullptr, "frontier_margin",
           "cannot be kept without edge kinds", "give what label_edges() says of the surface");

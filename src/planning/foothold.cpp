@@ -134,6 +134,11 @@ std::optional<ContactRefusal> refusal_of(const Surface& surface, const planning:
   const double margin = limits.obstacle_margin_m;
   if (limits.clearance_m > 0 && beside_an_obstacle(surface, sole, stand, margin, limits, *octree, others))
     return margin > 0 ? ContactRefusal::obstacle : ContactRefusal::clearance;
+  if (limits.unknown_to_m > 0) {
+    const Eigen::AlignedBox2d box = box_of(sole, stand, 0);
+    if (reaches(sole, stand, 0, planning::unknown_over(surface, box.min(), box.max(), limits, *octree)))
+      return ContactRefusal::unknown;
+  }
   return {};
 }
 

@@ -117,7 +117,7 @@ SurfacePtr GroundView::supported(SurfaceId id) const {
     ContactLimits limits = rules_.limits;
     limits.frontier_margin_m = 0;  // needs label_edges(), which needs the map
     if (slope_rad(surface, limits.up) > limits.max_slope_rad)
-      limits.clearance_m = limits.obstacle_margin_m = 0;
+      limits.clearance_m = limits.obstacle_margin_m = limits.unknown_to_m = 0;
     limits.max_slope_rad = std::numbers::pi;
     constexpr double point = 1e-6;  // m, a disc's radius
     return planning::with_outline(surface, contact_region(surface, ContactShape::disc(point), {}, limits,

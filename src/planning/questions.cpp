@@ -155,8 +155,7 @@ ContactShape foot_of(const std::string& text) {
 }
 
 GroundRules rules_of(const ContactQuestion& question, const Eigen::Vector3d& up, double resolution) {
-  const Robot robot = question.robot == "quadruped" ? Robot(Quadruped{}) : Robot(Biped{});
-  GroundRules rules = GroundRules::of(robot, resolution);
+  GroundRules rules = GroundRules::of(question.robot, resolution);
   if (question.foot) rules.foot = *question.foot;
   rules.widest_unseen_m = widest_unseen_of(rules.foot, question.unseen_share);
   rules.as_mapped = question.as_mapped;
@@ -167,6 +166,7 @@ GroundRules rules_of(const ContactQuestion& question, const Eigen::Vector3d& up,
   limits.edge_margin_m = question.edge_margin_m.value_or(limits.edge_margin_m);
   limits.frontier_margin_m = question.frontier_margin_m.value_or(limits.frontier_margin_m);
   limits.clearance_m = question.clearance_m.value_or(limits.clearance_m);
+  if (question.unknown_is_free || limits.clearance_m <= 0) limits.unknown_to_m = 0;
   limits.obstacle_margin_m =
       question.obstacle_margin_m.value_or(limits.clearance_m > 0 ? limits.obstacle_margin_m : 0);
   return rules;

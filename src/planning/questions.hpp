@@ -80,12 +80,13 @@ PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question);
 
 /// Of footholds and contact regions. What is not given is the robot's.
 struct ContactQuestion {
-  std::string robot = "biped";  ///< or quadruped
+  Robot robot = Biped{};
   std::optional<ContactShape> foot;
   std::optional<double> yaw_rad, max_slope_rad;  ///< no heading: any
   std::optional<double> edge_margin_m, frontier_margin_m, obstacle_margin_m, clearance_m;
   double unseen_share = 0.25;         ///< of the foot's narrower side: the widest unseen gap that it may span
   bool as_mapped = false;             ///< outlines of readings, without margins or clearance
+  bool unknown_is_free = false;       ///< nobody needs to have seen what is over the foot
   SurfaceId surface = 0;              ///< of the region
   std::optional<Eigen::Vector3d> at;  ///< of the foothold; about which the region is read
   double reach_m = 1;                 ///< along u and v, of a region about a place

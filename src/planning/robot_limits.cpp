@@ -11,11 +11,15 @@ namespace {
 // --edge-margin 0.02`).
 constexpr double half_voxel = 0.01;
 
+// m: from there a swinging foot is lowered, so space under it must be known. Higher up swings are checked.
+constexpr double usual_lift = 0.10;
+
 ContactLimits usual_limits(double room_m) {
   ContactLimits limits;
   limits.edge_margin_m = half_voxel;
   limits.obstacle_margin_m = half_voxel;
   limits.clearance_m = room_m;
+  limits.unknown_to_m = usual_lift;
   return limits;
 }
 

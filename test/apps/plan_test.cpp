@@ -91,7 +91,7 @@ TEST_F(PlanVerb, SaysWhyNotInOneLineAndInJson) {
   const json& refusal = plan.at("refusal");
   EXPECT_EQ(refusal.at("why"), "unreachable");
   EXPECT_LT(refusal.at("nearest").at(2).get<double>(), tread.z()) << "the first tread is too high";
-  EXPECT_EQ(refusal.at("refused").size(), 4);
+  EXPECT_EQ(refusal.at("refused").size(), 5);
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ GAPS = {"near m²": total("near_m2", digits=1), "in sight": share("seen_m2", "ne
         "> √2 d off": total("beyond_m2", digits=4)}
 
 FOOTHOLDS = {"accepted": total("accepted"), "off > 1 cm": total("off_1cm"), "of it": share("off_1cm", "accepted", 2),
-             "off > 2 cm": total("off_2cm"), "false": total("false"), "good ones": total("good"),
+             "off > 2 cm": total("off_2cm"), "false": total("false"), "room unseen": total("room_unseen"), "good ones": total("good"),
              "of them accepted": share("good_accepted", "good"), "p50 µs": most("p50_us", 1), "p99 µs": most("p99_us", 1)}
 
 
@@ -137,7 +137,8 @@ BENCHES = {
     "floor": ((), None, {"length": 500.0}, "Scans at the end of a floor, by turns with scans 25 m from its beginning; of several laps: with the second."),
     "footholds": (("scene", "foot", "margin_m"), FOOTHOLDS, {"count": 10000},
                   "Accepted of random ones in the surfaces' hulls; off: a part lies over what is no true surface, by more than that "
-                  "(false: 5 cm). Good ones: on true faces, with 1 cm to spare and room over them, and seen."),
+                  "(false: 5 cm). Good ones: on true faces, with 1 cm to spare and room over them, and seen; room unseen: not those because of "
+                  "what is low over them."),
     "gaps": (("sensor", "scene"), GAPS, {"scenes": ["office", "room", "stairs", "stones"], "sensors": ["spinning", "tilting"]},
              "True level ground within 8 m of a scan, of it what a scan had in sight, and what is supported of that and of all."),
     "ground": ((), None, {"scenes": ["office", "corridor"], "every": 3, "frames": 120},

@@ -153,10 +153,11 @@ struct Asked {
   const Ground& ground;
   const Foot& foot;
   double tolerance;
-  GroundView view{mapper.snapshot(), mapper.map().octree(), foot.rules};
+  OccupancyView octree = mapper.map().octree();
+  GroundView view{mapper.snapshot(), octree, foot.rules};
   Ring2 ring = ring_of(foot.rules.foot);
   std::array<Tally, margins.size() + 1> tallies{};
-  std::size_t good = 0;
+  std::size_t good = 0, room_unseen = 0;
   std::vector<double> us{};
 
   /// Random places on what the map says is there: how many are accepted, and which of them are not there.
@@ -192,6 +193,15 @@ struct Asked {
     }
   }
 
+  /// Whether no ray entered some voxel over a point of a foot, where the limits want it known.
+  bool unseen_over(const Eigen::Isometry3d& T_map_contact, const Eigen::Vector2d& p) const {
+    const ContactLimits& limits = foot.rules.limits;
+    for (double z = limits.obstacle_from_m; z < limits.unknown_to_m; z += octree.resolution() / 2)
+      if (octree.at(T_map_contact * Eigen::Vector3d(p.x(), p.y(), z)).state == OccupancyView::State::unknown)
+        return true;
+    return false;
+  }
+
   /// Places that are truly supported and were seen: how many are accepted, by any surface that is there.
   void ask_truth(std::mt19937_64& rng, std::size_t count) {
     const std::vector<Eigen::Vector2d> points = points_of(foot.rules.foot, inside_by);
@@ -202,6 +212,11 @@ struct Asked {
             return ground.covered(place.T_map_contact * Eigen::Vector3d(p.x(), p.y(), 0), foot.rules.limits);
           }))
         continue;
+      const auto over = [&](const Eigen::Vector2d& p) { return unseen_over(place.T_map_contact, p); };
+      if (std::any_of(points.begin(), points.end(), over)) {
+        ++room_unseen;
+        continue;
+      }
       ++good;
       double margin = -1;
       bool hull = false;
@@ -249,6 +264,7 @@ void footholds(const Options& options) {
                           {"off_2cm", tally.off_2cm},
                           {"false", tally.off_all},
                           {"good", asked.good},
+                          {"room_unseen", asked.room_unseen},
                           {"good_accepted", tally.good_accepted},
                           {"p50_us", percentile(asked.us, 0.5)},
                           {"p99_us", percentile(asked.us, 0.99)}});

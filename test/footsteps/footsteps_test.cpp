@@ -1,4 +1,5 @@
 #include "planning/shapes.hpp"
+#include "support/painted_octree.hpp"
 
 #include <gmock/gmock.h>
 #include <memory>
@@ -12,6 +13,7 @@ namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -72,6 +74,29 @@ TEST(Footsteps, WalkOverAFloorToTheGoal) {
   EXPECT_LE((plan.body.back().at - Eigen::Vector3d(3, 0, 0)).norm(), 0.2);
   EXPECT_GT(plan.cost, static_cast<double>(plan.steps.size()));
   EXPECT_LE(plan.lower_bound, plan.cost);
+}
+
+// A floor seen all over, but for a block of space across it at the height of shins.
+TEST(Footsteps, LegsDoNotSwingWhereNobodyLooked) {
+  constexpr double d = 0.05;
+  test::PaintedOctree octree(d);
+  for (int x = -20; x < 80; ++x)
+    for (int y = -20; y < 20; ++y)
+      for (int z = 0; z < 40; ++z)
+        if (!(x >= 26 && x < 32 && z >= 4 && z < 8)) octree.free(x, y, z);
+  const auto floor = walked_snapshot({slab(1, -1, -1, 0, 5, 2)});
+  const Standing from{{0, 0, 0}, 0}, to{{2.5, 0, 0}, 0};
+  Biped robot;
+  const FootstepPlan stopped = FootstepPlanner(floor, octree.view(), robot).plan(from, to);
+  ASSERT_FALSE(stopped.found());
+  EXPECT_GT(refused(stopped, StepRefusal::unknown), 0) << stopped.refusal->sentence;
+  EXPECT_NEAR(stopped.refusal->nearest->x(), 1.3, 0.3);
+  robot.contact.unknown_to_m = 0;
+  const FootstepPlan through = FootstepPlanner(floor, octree.view(), robot).plan(from, to);
+  ASSERT_TRUE(through.found());
+  EXPECT_THAT(verify_plan(through, *floor, octree.view(), robot), IsEmpty());
+  robot.contact.unknown_to_m = 0.1;
+  EXPECT_THAT(verify_plan(through, *floor, octree.view(), robot), Contains(HasSubstr("nobody")));
 }
 
 TEST(Footsteps, NoneToWhereItStands) {
@@ -254,7 +279,15 @@ OccupancyView octree_with(const std::vector<Eigen::AlignedBox3d>& boxes) {
   return mapper.map().octree();
 }
 
+/// Of such an octree, in which most is unknown.
+Biped of_obstacles_alone() {
+  Biped robot;
+  robot.contact.unknown_to_m = 0;
+  return robot;
+}
+
 TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
+  const Biped robot = of_obstacles_alone();
   const auto floor = walked_snapshot({slab(1, -1, -1.5, 0, 4, 3)});
   const Standing from{{-0.5, 0, 0}, 0}, to{{2.2, 0, 0}, 0};
   const FootstepPlan straight = FootstepPlanner(floor, {}, Biped{}).plan(from, to);
@@ -262,10 +295,10 @@ TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
   for (const auto& [low, high] : {std::pair{0.02, 0.3}, {0.3, 0.4}, {1.0, 1.1}}) {
     const OccupancyView octree =
         octree_with({{Eigen::Vector3d(0.8, -0.5, low), Eigen::Vector3d(1.0, 0.3, high)}});
-    const FootstepPlan around = FootstepPlanner(floor, octree, Biped{}).plan(from, to);
+    const FootstepPlan around = FootstepPlanner(floor, octree, robot).plan(from, to);
     ASSERT_TRUE(around.found()) << around.refusal->sentence;
-    EXPECT_THAT(verify_plan(around, *floor, octree, Biped{}), IsEmpty());
-    EXPECT_THAT(verify_plan(straight, *floor, octree, Biped{}), Not(IsEmpty())) << "the checker sees " << low;
+    EXPECT_THAT(verify_plan(around, *floor, octree, robot), IsEmpty());
+    EXPECT_THAT(verify_plan(straight, *floor, octree, robot), Not(IsEmpty())) << "the checker sees " << low;
     EXPECT_GT(around.cost, straight.cost);
   }
 }
@@ -273,22 +306,24 @@ TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
 TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
   // fixed: a step is longer than the wall is thick, so the guide led through it, and 20,000 expansions before
   // it found nothing.
+  const Biped robot = of_obstacles_alone();
   const auto floor = walked_snapshot({slab(1, 0, -5, 0, 12, 10)});
   const OccupancyView octree = octree_with({{Eigen::Vector3d(6, -5, 0.6), Eigen::Vector3d(6.1, 3.5, 0.8)}});
-  FootstepPlanner planner(floor, octree, Biped{});
+  FootstepPlanner planner(floor, octree, robot);
   const FootstepPlan plan = planner.plan({{4, -2, 0}, 0}, {{8, -2, 0}, 0});
   ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
-  EXPECT_THAT(verify_plan(plan, *floor, octree, Biped{}), IsEmpty());
+  EXPECT_THAT(verify_plan(plan, *floor, octree, robot), IsEmpty());
 }
 
 TEST(Footsteps, AWallAcrossTheWayIsRefusedForItsClearance) {
   const auto floor = walked_snapshot({slab(1, -0.4, -0.4, 0, 3.4, 0.8)});
   const OccupancyView octree =
       octree_with({{Eigen::Vector3d(0.9, -0.6, 0.02), Eigen::Vector3d(0.94, 0.6, 1.0)}});
-  FootstepPlanner planner(floor, octree, Biped{});
+  FootstepPlanner planner(floor, octree, of_obstacles_alone());
   const FootstepPlan plan = planner.plan({{0, 0, 0}, 0}, {{2.2, 0, 0}, 0});
   ASSERT_FALSE(plan.found());
   EXPECT_LT(plan.refusal->nearest->x(), 0.9);
+  EXPECT_GT(refused(plan, StepRefusal::clearance), 0);
 }
 
 TEST(VerifyPlan, SeesWhatIsWrong) {

@@ -82,7 +82,7 @@ TEST(Inset, KeptOffObstacles) {
     }
     const Polygon polygon = random_polygon(random);
     const std::vector<Polygon> obstacles = reshaped({}, boxes, {});
-    EXPECT_LT(test::exact_difference(inset(polygon, kernel, {}, {off, obstacles}),
+    EXPECT_LT(test::exact_difference(inset(polygon, kernel, {}, {{off, obstacles}}),
                                      slow_inset(polygon, kernel, blocked)),
               2e-4);
   }
@@ -121,6 +121,19 @@ TEST(Inset, OfARoughOutline) {
       polygon.holes.push_back(reversed(star(random, {x, 0.1}, 0.17, 0.2, 40)));
     expect_same(polygon, turned_box(0.22, 0.11, 0.4 + i));
   }
+}
+
+// fixed: holes that touch at a corner were one ring that came there twice, which readers of outlines refuse.
+TEST(Reshaped, WhatTouchesAtACornerIsRingsOfItsOwn) {
+  const Ring2 a = box(1, 1, 1, 1), b = box(2, 2, 1, 1), c = box(3, 1, 1, 1), at_rim = box(0, 2, 1, 2),
+              beyond = box(4, 4, 1, 1);
+  const Polygon square{box(0, 0, 4, 4), {}};
+  const std::vector<Ring2> added{beyond}, removed{a, b, c, at_rim};
+  const std::vector<Polygon> found = reshaped({&square, 1}, added, removed);
+  EXPECT_FALSE(geometry::fault_of(found));
+  double sum = 0;
+  for (const Polygon& polygon : found) sum += area(polygon);
+  EXPECT_NEAR(sum, 16 + 1 - 5, 1e-9);
 }
 
 }  // namespace

@@ -24,7 +24,8 @@ class PaintedOctree {
     payload.offset_x = payload.offset_y = payload.offset_z = 128;
     payload.view = sensing::encode_view(Eigen::Vector3f::UnitZ()) & 0xfff;
   }
-  void free(int x, int y, int z) { tree_.set_leaf(key_of(x, y, z), 0, -1); }
+  /// A cube of 2^level voxels.
+  void free(int x, int y, int z, int level = 0) { tree_.set_leaf(key_of(x, y, z), level, -1); }
 
   OccupancyView view() { return {tree_.share(), resolution_}; }
 
