@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 namespace octosurf::planning {
@@ -62,6 +63,7 @@ class GroundTiles::Finder {
     settle_open();
     find_voids(columns, tile);
     bridge();
+    find_holes(tile);
     tile.bridged = raster_.rows(own_marked(raster_, bridged_, 1), 1);
     tile.of.resize(own_.cells());
     for (std::size_t i = 0; i < tile.of.size(); ++i) tile.of[i] = described(cell_of_own(i));
@@ -159,14 +161,9 @@ class GroundTiles::Finder {
     const std::vector<float> off_blocked = raster_.distance_to(blocked_);
     // What no disc of a cell's radius holds is rounding of the outline, and goes with what is beside it.
     for (std::size_t i = 0; i < n; ++i) bridged_[i] = gap[i] != 0 && off_open[i] > 2 && off_blocked[i] > 2;
-    Mask empty = gap, passed = gap;
-    for (std::size_t i = 0; i < n; ++i) {
-      empty[i] = gap[i] != 0 && reading_[i] == 0;
-      passed[i] = empty[i] != 0 && passed_[i] != 0;
-    }
-    const std::vector<std::int32_t> of_readings = raster_.summed(reading_), of_about = raster_.summed(about_),
-                                    of_empty = raster_.summed(empty), of_passed = raster_.summed(passed),
-                                    of_inside = raster_.summed(inside_);
+    Mask empty = gap;
+    for (std::size_t i = 0; i < n; ++i) empty[i] = gap[i] != 0 && reading_[i] == 0;
+    Spacing spacing(*this, empty);
     for (double radius = 1; radius <= widest_radius_ * widening; radius *= widening) {
       Mask core = raster_.eroded(gap, radius);
       if (std::find(core.begin(), core.end(), 1) == core.end()) break;
@@ -175,31 +172,78 @@ class GroundTiles::Finder {
       for (std::size_t i = 0; i < n; ++i)
         core[i] = core[i] != 0 && (off_open[i] <= radius + 1 || off_blocked[i] <= radius + 1);
       const std::vector<float> off_spoiled = raster_.distance_to(core);
-      const std::vector<std::int32_t> of_solid = raster_.summed(raster_.opened(reading_, radius));
-      const int wide = static_cast<int>(std::ceil(radius)),
-                around = static_cast<int>(std::ceil(3 * radius)) + 1;
-      const auto between_lines = [&](std::size_t i) {
-        return 2 * raster_.sum(of_solid, i, around) < raster_.sum(of_inside, i, around);
-      };
-      // Of one cell more than there are: a share of 1 has no logarithm.
-      const auto by_chance = [&](std::size_t i) {
-        const double read = raster_.sum(of_readings, i, around), all = raster_.sum(of_about, i, around);
-        return -std::log1p(-read / (all + 1)) * std::numbers::pi * radius * radius < rarest &&
-               raster_.sum(of_passed, i, wide) >= most * raster_.sum(of_empty, i, wide);
-      };
+      spacing.of_discs(radius);
       for (std::size_t i = 0; i < n; ++i)
         if (off_core[i] < radius)
-          bridged_[i] = radius <= widest_radius_ && off_spoiled[i] >= radius && blocked_[i] == 0 &&
-                        (between_lines(i) || by_chance(i));
+          bridged_[i] =
+              radius <= widest_radius_ && off_spoiled[i] >= radius && blocked_[i] == 0 && spacing.explains(i);
     }
   }
+
+  /// Cuts what the outline spans although the spacing of the readings does not explain that there are none.
+  void find_holes(Tile& tile) {
+    const std::size_t n = raster_.cells();
+    hole_.assign(n, 0);
+    Mask empty(n, 0);
+    for (std::size_t i = 0; i < n; ++i)
+      empty[i] = inside_[i] != 0 && reading_[i] == 0 && void_[i] == 0 && bridged_[i] == 0;
+    std::optional<Spacing> spacing;
+    for (const double radius : {1.0, widening, 2.0, 3.0}) {
+      Mask core = raster_.eroded(empty, radius);
+      if (!any(core)) break;
+      if (!spacing) spacing.emplace(*this, empty);
+      spacing->of_discs(radius);
+      for (std::size_t i = 0; i < n; ++i) core[i] = core[i] != 0 && !spacing->explains(i);
+      const std::vector<float> off_core = raster_.distance_to(core);
+      for (std::size_t i = 0; i < n; ++i)
+        if (off_core[i] < radius) hole_[i] = 1;
+    }
+    for (Ring2& row : raster_.rows(own_marked(raster_, hole_, 1))) tile.voids.push_back(std::move(row));
+  }
+
+  /// Whether readings are spaced so that discs of some size hold none.
+  class Spacing {
+   public:
+    /// `empty`: the cells in question.
+    Spacing(const Finder& finder, const Mask& empty)
+        : finder_(finder),
+          readings_(finder.raster_.summed(finder.reading_)),
+          about_(finder.raster_.summed(finder.about_)),
+          empty_(finder.raster_.summed(empty)),
+          inside_(finder.raster_.summed(finder.inside_)) {
+      Mask passed = empty;
+      for (std::size_t i = 0; i < passed.size(); ++i) passed[i] = empty[i] != 0 && finder.passed_[i] != 0;
+      passed_ = finder.raster_.summed(passed);
+    }
+    void of_discs(double radius) {
+      radius_ = radius;
+      solid_ = finder_.raster_.summed(finder_.raster_.opened(finder_.reading_, radius));
+    }
+    /// Of a disc about a cell.
+    bool explains(std::size_t i) const {
+      const CellRaster& raster = finder_.raster_;
+      const int wide = static_cast<int>(std::ceil(radius_)),
+                around = static_cast<int>(std::ceil(3 * radius_)) + 1;
+      const bool between_lines = 2 * raster.sum(solid_, i, around) < raster.sum(inside_, i, around);
+      if (between_lines) return true;
+      // Of one cell more than there are: a share of 1 has no logarithm.
+      const double read = raster.sum(readings_, i, around), all = raster.sum(about_, i, around);
+      return -std::log1p(-read / (all + 1)) * std::numbers::pi * radius_ * radius_ < rarest &&
+             raster.sum(passed_, i, wide) >= most * raster.sum(empty_, i, wide);
+    }
+
+   private:
+    const Finder& finder_;
+    std::vector<std::int32_t> readings_, about_, empty_, passed_, inside_, solid_;
+    double radius_ = 0;
+  };
 
   std::uint8_t described(std::size_t i) const {
     if (about_[i] == 0) return beyond_bit;
     Ground ground = Ground::supported;
     if (void_[i] != 0)
       ground = Ground::open;
-    else if (inside_[i] == 0)
+    else if (inside_[i] == 0 || hole_[i] != 0)
       ground = blocked_[i] != 0 ? Ground::blocked : Ground::unseen;
     return static_cast<std::uint8_t>(static_cast<unsigned>(ground) | (bridged_[i] != 0 ? bridged_bit : 0U) |
                                      (inside_[i] != 0 ? inside_bit : 0U));
@@ -220,7 +264,7 @@ class GroundTiles::Finder {
   CellRaster own_, raster_, fine_;
   double widest_radius_;  // cells, of a bridged gap
   Mask fine_inside_;
-  Mask inside_, about_, reading_, free_, open_, blocked_, passed_, bridged_, void_;
+  Mask inside_, about_, reading_, free_, open_, blocked_, passed_, bridged_, void_, hole_;
 };
 
 GroundTiles::GroundTiles(SurfacePtr surface, double d, double widest_bridged_m)
