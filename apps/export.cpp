@@ -106,7 +106,7 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
     GroundRules rules = planning::rules_of(query, up.direction, map.parameters().occupancy.resolution);
     rules.widest_unseen_m = arguments.bridge;
     const GroundView ground(snapshot, map.octree(), rules);
-    stairs = find_stairs(*ground.solid(), up.direction);
+    stairs = ground.stairs();
     gaps = ground.gaps();
     snapshot = ground.supported();
     without_ground = static_cast<std::size_t>(

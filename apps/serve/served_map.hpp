@@ -78,7 +78,7 @@ class ServedMap {
   const Lazy<std::shared_ptr<const Snapshot>> shown{[this] { return make_shown(); }};
   /// label_edges() of all shown surfaces; none of a map that goes on growing.
   const Lazy<std::map<SurfaceId, std::vector<PolygonEdges>>> all_edges{[this] { return make_edges(); }};
-  const Lazy<Stairs> stairs{[this] { return find_stairs(*shown.get(), asked.up); }};
+  const Lazy<Stairs> stairs{[this] { return asked.bare_ground().stairs(); }};
   const Lazy<Text> page{[this] { return make_page_text(); }};     ///< HTML
   const Lazy<Text> info{[this] { return make_info(); }};          ///< JSON
   const Lazy<Text> surfaces{[this] { return make_surfaces(); }};  ///< the export as JSON

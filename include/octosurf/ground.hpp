@@ -12,6 +12,7 @@
 #include <octosurf/footsteps.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/occupancy.hpp>
+#include <octosurf/stairs.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf::planning {
@@ -67,6 +68,9 @@ class GroundView {
   const std::vector<Gap>& gaps(SurfaceId id) const;
   std::map<SurfaceId, std::vector<Gap>> gaps() const;  ///< of all that have some
 
+  /// find_stairs() on solid(). The view before keeps them as long as no level surface's ground changes.
+  const Stairs& stairs() const;
+
   /// contact_region() of the rules' foot on the solid surface. `edges`: label_edges() of it,
   /// for a frontier margin.
   ContactRegion region(SurfaceId id, std::optional<double> yaw_rad,
@@ -85,6 +89,7 @@ class GroundView {
   struct Solids;
   struct Outlines;
   struct Places;
+  struct Climb;
   std::shared_ptr<const planning::GroundTiles> tiles_of(SurfaceId id) const;
   Surface part_of(SurfaceId id, const Eigen::AlignedBox2d& box) const;
 
@@ -94,6 +99,7 @@ class GroundView {
   std::shared_ptr<Solids> solids_;
   std::shared_ptr<Outlines> supported_;
   std::shared_ptr<Places> places_;
+  std::shared_ptr<Climb> climb_;
 };
 
 }  // namespace octosurf

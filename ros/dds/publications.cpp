@@ -85,7 +85,7 @@ bool Publications::publish_map(const MapMoment& moment) {
   bool all = publish(surfaces_, "surfaces",
                      [&](io::MessageWriter& out) { write_surfaces(out, snapshot, frame, moment.stamp_ns); });
   all &= publish(stairs_, "stairs", [&](io::MessageWriter& out) {
-    write_stairs(out, find_stairs(snapshot, moment.up), snapshot, frame, moment.stamp_ns);
+    write_stairs(out, mapping_.asked(moment)->bare_ground().stairs(), snapshot, frame, moment.stamp_ns);
   });
   all &= publish(markers_, "markers", [&](io::MessageWriter& out) { write_markers(out, snapshot, frame); });
   if (snapshot.octree.resolution() > 0)

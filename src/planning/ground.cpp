@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <mutex>
 #include <numbers>
 #include <string>
 #include <tuple>
@@ -46,6 +47,16 @@ double widest_unseen(const GroundRules& rules) {
 
 struct GroundView::Solids : planning::MadeOnce<SurfaceId, std::shared_ptr<const planning::GroundTiles>> {};
 struct GroundView::Places : planning::MadeOnce<std::tuple<SurfaceId, double, double>, Surface> {};
+/// Stairs, and the level surfaces that they were found on.
+struct GroundView::Climb {
+  struct Found {
+    std::vector<SurfacePtr> level;
+    Eigen::Vector3d up;
+    Stairs stairs;
+  };
+  std::mutex mutex;
+  std::shared_ptr<const Found> now, before;  ///< not found yet; of an earlier snapshot
+};
 struct GroundView::Outlines : planning::MadeOnce<SurfaceId, SurfacePtr> {};
 
 GroundRules GroundRules::of(const Robot& robot, double resolution) {
@@ -64,15 +75,18 @@ GroundView::GroundView(std::shared_ptr<const Snapshot> snapshot, OccupancyView o
       rules_(rules),
       solids_(std::make_shared<Solids>()),
       supported_(std::make_shared<Outlines>()),
-      places_(std::make_shared<Places>()) {
+      places_(std::make_shared<Places>()),
+      climb_(std::make_shared<Climb>()) {
   if (octree_.resolution() <= 0)
     throw Error(Error::Kind::usage, "ground", "cannot be known without an octree", "give the map's");
 }
 
 GroundView GroundView::by(const GroundRules& rules) const {
   GroundView other(snapshot_, octree_, rules);
-  if (rules.as_mapped == rules_.as_mapped && widest_unseen(rules) == widest_unseen(rules_))
+  if (rules.as_mapped == rules_.as_mapped && widest_unseen(rules) == widest_unseen(rules_)) {
     other.solids_ = solids_;
+    if (rules.limits.up == rules_.limits.up) other.climb_ = climb_;
+  }
   return other;
 }
 
@@ -90,6 +104,8 @@ GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyV
     if (now == nullptr) return;
     other.solids_->get(id, [&] { return std::make_shared<planning::GroundTiles>(*before, *now, changed); });
   });
+  const std::lock_guard lock(climb_->mutex);
+  other.climb_->before = climb_->now ? climb_->now : climb_->before;
   return other;
 }
 
@@ -143,6 +159,32 @@ std::map<SurfaceId, std::vector<Gap>> GroundView::gaps() const {
   for (const SurfacePtr& surface : snapshot_->surfaces)
     if (const std::vector<Gap>& of_one = gaps(surface->id); !of_one.empty()) all[surface->id] = of_one;
   return all;
+}
+
+const Stairs& GroundView::stairs() const {
+  constexpr double steepest = 15 * std::numbers::pi / 180;  // no tread of stairs.hpp, which are level to 10°
+  const std::lock_guard lock(climb_->mutex);
+  if (climb_->now) return climb_->now->stairs;
+  auto found = std::make_shared<Climb::Found>();
+  found->up = rules_.limits.up;
+  for (const SurfacePtr& surface : snapshot_->surfaces)
+    if (slope_rad(*surface, found->up) <= steepest) found->level.push_back(solid(surface->id));
+  const auto same = [](const SurfacePtr& a, const SurfacePtr& b) {
+    return a == b || (a->id == b->id && a->T_map_surface.matrix() == b->T_map_surface.matrix() &&
+                      std::equal(a->polygons.begin(), a->polygons.end(), b->polygons.begin(),
+                                 b->polygons.end(), [](const Polygon& p, const Polygon& q) {
+                                   return p.outer == q.outer && p.holes == q.holes;
+                                 }));
+  };
+  const Climb::Found* before = climb_->before.get();
+  if (before != nullptr && before->up == found->up &&
+      std::equal(found->level.begin(), found->level.end(), before->level.begin(), before->level.end(), same))
+    found->stairs = before->stairs;
+  else
+    found->stairs = find_stairs(*solid(), found->up);
+  climb_->now = std::move(found);
+  climb_->before.reset();
+  return climb_->now->stairs;
 }
 
 ContactRegion GroundView::region(SurfaceId id, std::optional<double> yaw_rad,

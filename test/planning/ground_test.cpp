@@ -192,6 +192,8 @@ TEST_F(Place, ByOtherRules) {
 
 void expect_equal(const GroundView& kept, const GroundView& anew) {
   ASSERT_EQ(kept.mapped().surfaces, anew.mapped().surfaces);
+  EXPECT_EQ(kept.stairs().single_steps, anew.stairs().single_steps);
+  EXPECT_EQ(kept.stairs().stairs.size(), anew.stairs().stairs.size());
   for (const SurfacePtr& mapped : anew.mapped().surfaces) {
     const SurfacePtr is = kept.solid(mapped->id), expected = anew.solid(mapped->id);
     ASSERT_EQ(is->polygons.size(), expected->polygons.size()) << mapped->id;
