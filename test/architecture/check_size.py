@@ -9,18 +9,18 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_783),
+    "include": (["include"], 3_797),
     "core": (["src/core"], 20_753),
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
     "io": (["src/io"], 13_329),
-    "planning": (["src/planning"], 6_010),
-    "footsteps": (["src/footsteps"], 2_709),
-    "apps": (["apps"], 8_803),
+    "planning": (["src/planning"], 6_317),
+    "footsteps": (["src/footsteps"], 2_828),
+    "apps": (["apps"], 8_900),
     "ros": (["ros"], 2_064),
     "bindings": (["bindings"], 3_122),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 6_947),
-    "tests": (["test", "lab/test"], 47_482),
+    "tests": (["test", "lab/test"], 47_665),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
