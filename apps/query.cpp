@@ -18,8 +18,8 @@
 
 #include <octosurf/boundary.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/ground.hpp>
 #include <octosurf/map.hpp>
-#include <octosurf/planning.hpp>
 #include <octosurf/stairs.hpp>
 
 namespace octosurf {
@@ -117,10 +117,10 @@ void print(const planning::FoundRegion& found) {
 }
 
 /// The stair nearest to a place.
-void answer_stair(const Snapshot& snapshot, const QueryArguments& arguments, const Eigen::Vector3d& up) {
-  const Stairs found = find_stairs(snapshot, up);
+void answer_stair(const planning::AskedMap& map, const QueryArguments& arguments) {
+  const GroundView ground = map.bare_ground();
   const std::vector<double>& at = arguments.stair;
-  const Stair* stair = nearest_stair(snapshot, found.stairs, {at[0], at[1], at[2]});
+  const Stair* stair = nearest_stair(*map.snapshot, ground.stairs().stairs, {at[0], at[1], at[2]});
   if (stair == nullptr) throw Error(Error::Kind::data, arguments.map, "has no stair", "map more of it first");
   if (arguments.json)
     std::printf("%s\n", io::stair_json(*stair).c_str());
@@ -133,9 +133,9 @@ void run_query(const QueryArguments& arguments) {
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   warn_of_up(loaded.map, arguments.up);
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
-  if (!arguments.stair.empty()) return answer_stair(*snapshot, arguments, up);
   const planning::AskedMap map(arguments.map, snapshot, loaded.map.octree(), up,
                                [&](const Surface& surface) { return label_edges(loaded.map, surface); });
+  if (!arguments.stair.empty()) return answer_stair(map, arguments);
   const auto tell = [&](const auto& found, const auto& json) {
     arguments.json ? static_cast<void>(std::printf("%s\n", json(found).c_str())) : print(found);
   };

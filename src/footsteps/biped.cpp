@@ -150,9 +150,9 @@ std::optional<StepRefusal> BipedGraph::way_refused(NodeId from, NodeId to) {
   const double a = foot(from).at.z(), b = foot(to).at.z(), high = std::max(a, b);
   if (!soles_apart(from, to) || !body_sweep_free(columns_, robot_.body, pose(from).body, a, pose(to).body, b))
     return StepRefusal::clearance;
+  if (const auto why = stand_refused(to / 2)) return why;
   if (const auto why = swing_refused(beside(from, robot_.stance_width_m), sole(to), high)) return why;
-  if (const auto why = swing_refused(sole(from), beside(to, robot_.stance_width_m), high)) return why;
-  return stand_refused(to / 2);
+  return swing_refused(sole(from), beside(to, robot_.stance_width_m), high);
 }
 
 // Whether the soles, projected level, are on opposite sides of a strip `between_soles` wide.

@@ -64,7 +64,7 @@ class FootholdField {
   const std::vector<Ground>& surfaces() const { return surfaces_; }
   const Place& place(PlaceId id) const { return places_[id]; }
   ObstacleColumns& columns() { return columns_; }
-  const UnknownSpace& unknown() const { return unknown_; }
+  UnknownSpace& unknown() { return unknown_; }
   /// Where a shape may stand on a surface, but for obstacles.
   ContactRegion region(const Ground& ground, const ContactShape& shape, std::optional<double> yaw_rad) const;
   /// foothold() of the robot; `at` in the map frame.

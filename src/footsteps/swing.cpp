@@ -1,7 +1,5 @@
 #include "footsteps/swing.hpp"
 
-#include "planning/unknown_space.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -62,7 +60,7 @@ bool sweep_free(ObstacleColumns& columns, const LegBox& box, const SwingPose& fr
 }
 
 bool UnknownSpace::met(const LegBox& box, const SwingPose& from, const SwingPose& to, double from_z,
-                       double to_z) const {
+                       double to_z) {
   const double turn = turn_between(from.yaw_rad, to.yaw_rad);
   const double corner = box.middle.norm() + std::hypot(box.half_length, box.half_width);
   Eigen::AlignedBox3d swept;  // map frame
@@ -72,20 +70,21 @@ bool UnknownSpace::met(const LegBox& box, const SwingPose& from, const SwingPose
       for (const double z : {from_z, to_z})
         swept.extend(R_walk_map_.transpose() * Eigen::Vector3d(at.x() + off.x(), at.y() + off.y(), z));
   std::vector<Eigen::Vector2d> unknown;
-  planning::for_each_unknown(octree_, swept, [&](const Eigen::Vector3d& centre) {
+  voxels_.for_each(swept, [&](const Eigen::Vector3d& centre) {
     const Eigen::Vector3d p = R_walk_map_ * centre;
     if (p.z() >= from_z && p.z() <= to_z) unknown.emplace_back(p.head<2>());
   });
   if (unknown.empty()) return false;
   const double way = (to.at - from.at).norm() + std::abs(turn) * corner;
-  const int count = static_cast<int>(std::ceil(way / octree_.resolution()));
+  const double step = voxels_.resolution();
+  const int count = static_cast<int>(std::ceil(way / step));
   for (int i = 0; i <= count; ++i) {
     const double share = count == 0 ? 1 : static_cast<double>(i) / count;
     const Eigen::Rotation2Dd to_leg(-(from.yaw_rad + share * turn));
     const Eigen::Vector2d at = from.at + share * (to.at - from.at);
     for (const Eigen::Vector2d& p : unknown) {
       const Eigen::Vector2d off = (to_leg * (p - at) - box.middle).cwiseAbs();
-      if (off.x() <= box.half_length && off.y() <= box.half_width) return true;
+      if (off.x() <= box.half_length + step / 2 && off.y() <= box.half_width + step / 2) return true;
     }
   }
   return false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "footsteps/obstacle_columns.hpp"
+#include "planning/unknown_space.hpp"
 
 #include <Eigen/Core>
 #include <utility>
@@ -29,17 +30,16 @@ bool sweep_free(ObstacleColumns& columns, const LegBox& box, const SwingPose& fr
                 double from_z, double to_z, double climb = 0,
                 const Eigen::Vector2d& rise = Eigen::Vector2d::Zero());
 
-/// Space that nobody saw, in the walking frame (planning/unknown_space.hpp): slower than the columns, so for
-/// what they leave.
+/// Space that nobody saw, in the walking frame (planning/unknown_space.hpp).
 class UnknownSpace {
  public:
   UnknownSpace(OccupancyView octree, const Eigen::Matrix3d& R_walk_map)
-      : octree_(std::move(octree)), R_walk_map_(R_walk_map) {}
+      : voxels_(std::move(octree)), R_walk_map_(R_walk_map) {}
   /// Whether a moving box (sweep_free()) would meet some; voxels count by their middles.
-  bool met(const LegBox& box, const SwingPose& from, const SwingPose& to, double from_z, double to_z) const;
+  bool met(const LegBox& box, const SwingPose& from, const SwingPose& to, double from_z, double to_z);
 
  private:
-  OccupancyView octree_;
+  planning::UnknownVoxels voxels_;
   Eigen::Matrix3d R_walk_map_;
 };
 

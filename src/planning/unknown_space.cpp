@@ -115,4 +115,44 @@ void for_each_unknown(const OccupancyView& octree, const Eigen::AlignedBox3d& bo
   }
 }
 
+const UnknownVoxels::Block& UnknownVoxels::block(const std::array<int, 3>& place) {
+  const auto [found, fresh] = blocks_.try_emplace(place);
+  Block& rows = found->second;
+  if (!fresh) return rows;
+  rows.fill(0);
+  const Eigen::Array3i first = edge * Eigen::Array3i(place[0], place[1], place[2]);
+  const double d = octree_.resolution();
+  const Eigen::AlignedBox3d box(((first.cast<double>() + 0.5) * d).matrix(),
+                                ((first.cast<double>() + edge - 0.5) * d).matrix());
+  for_each_unknown(octree_, box, [&](const Eigen::Vector3d& centre) {
+    const Eigen::Array3i in = (centre.array() / d).floor().cast<int>() - first;
+    rows[static_cast<std::size_t>(in.z() * edge + in.y())] |= std::uint32_t{1} << in.x();
+  });
+  return rows;
+}
+
+void UnknownVoxels::for_each(const Eigen::AlignedBox3d& box,
+                             const std::function<void(const Eigen::Vector3d&)>& visit) {
+  const double d = octree_.resolution();
+  if (d <= 0 || box.isEmpty()) return;
+  const Eigen::Array3i low = (box.min() / d).array().floor().cast<int>(),
+                       high = (box.max() / d).array().floor().cast<int>();
+  const auto place = [](int voxel) { return voxel >= 0 ? voxel / edge : ~(~voxel / edge); };
+  for (int bz = place(low.z()); bz <= place(high.z()); ++bz)
+    for (int by = place(low.y()); by <= place(high.y()); ++by)
+      for (int bx = place(low.x()); bx <= place(high.x()); ++bx) {
+        const Block& rows = block({bx, by, bz});
+        const Eigen::Array3i first = edge * Eigen::Array3i(bx, by, bz), from = (low - first).max(0),
+                             to = (high - first).min(edge - 1);
+        const std::uint32_t wanted = ~std::uint32_t{0} >> (edge - 1 - to.x() + from.x()) << from.x();
+        for (int z = from.z(); z <= to.z(); ++z)
+          for (int y = from.y(); y <= to.y(); ++y)
+            for (std::uint32_t left = rows[static_cast<std::size_t>(z * edge + y)] & wanted; left != 0;
+                 left &= left - 1) {
+              const Eigen::Array3i in(std::countr_zero(left), y, z);
+              visit((((first + in).cast<double>() + 0.5) * d).matrix());
+            }
+      }
+}
+
 }  // namespace octosurf::planning

@@ -2,7 +2,11 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
 #include <functional>
+#include <map>
+#include <utility>
 
 #include <octosurf/occupancy.hpp>
 
@@ -14,5 +18,21 @@ namespace octosurf::planning {
 /// ns each 64.
 void for_each_unknown(const OccupancyView& octree, const Eigen::AlignedBox3d& box,
                       const std::function<void(const Eigen::Vector3d&)>& visit);
+
+/// The same for many boxes of one octree: what is found once is kept, block by block.
+class UnknownVoxels {
+ public:
+  explicit UnknownVoxels(OccupancyView octree) : octree_(std::move(octree)) {}
+  void for_each(const Eigen::AlignedBox3d& box, const std::function<void(const Eigen::Vector3d&)>& visit);
+  double resolution() const { return octree_.resolution(); }
+
+ private:
+  static constexpr int edge = 32;                        // voxels
+  using Block = std::array<std::uint32_t, edge * edge>;  // rows along x, by z and y
+  const Block& block(const std::array<int, 3>& place);
+
+  OccupancyView octree_;
+  std::map<std::array<int, 3>, Block> blocks_;
+};
 
 }  // namespace octosurf::planning

@@ -58,6 +58,15 @@ TEST(UnknownSpace, IsEachVoxelOfUnknownCubes) {
       EXPECT_TRUE(found.insert({at.x(), at.y(), at.z()}).second);
     });
     EXPECT_EQ(found, expected);
+    UnknownVoxels kept(view);
+    for (int again = 0; again < 2; ++again) {
+      std::set<Voxel> of_kept;
+      kept.for_each(box, [&](const Eigen::Vector3d& centre) {
+        const Eigen::Array3i at = (centre / voxel_m).array().floor().cast<int>();
+        EXPECT_TRUE(of_kept.insert({at.x(), at.y(), at.z()}).second);
+      });
+      EXPECT_EQ(of_kept, expected);
+    }
     EXPECT_GT(found.size(), 100U);
   }
 }
