@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 namespace octosurf::footsteps {
 namespace {
@@ -69,25 +68,26 @@ bool UnknownSpace::met(const LegBox& box, const SwingPose& from, const SwingPose
                                        Eigen::Vector2d(-corner, corner), Eigen::Vector2d(-corner, -corner)})
       for (const double z : {from_z, to_z})
         swept.extend(R_walk_map_.transpose() * Eigen::Vector3d(at.x() + off.x(), at.y() + off.y(), z));
-  std::vector<Eigen::Vector2d> unknown;
-  voxels_.for_each(swept, [&](const Eigen::Vector3d& centre) {
-    const Eigen::Vector3d p = R_walk_map_ * centre;
-    if (p.z() >= from_z && p.z() <= to_z) unknown.emplace_back(p.head<2>());
-  });
-  if (unknown.empty()) return false;
-  const double way = (to.at - from.at).norm() + std::abs(turn) * corner;
-  const double step = voxels_.resolution();
-  const int count = static_cast<int>(std::ceil(way / step));
-  for (int i = 0; i <= count; ++i) {
-    const double share = count == 0 ? 1 : static_cast<double>(i) / count;
-    const Eigen::Rotation2Dd to_leg(-(from.yaw_rad + share * turn));
-    const Eigen::Vector2d at = from.at + share * (to.at - from.at);
-    for (const Eigen::Vector2d& p : unknown) {
-      const Eigen::Vector2d off = (to_leg * (p - at) - box.middle).cwiseAbs();
-      if (off.x() <= box.half_length + step / 2 && off.y() <= box.half_width + step / 2) return true;
+  const double step = voxels_.resolution(), way = (to.at - from.at).norm() + std::abs(turn) * corner;
+  const int count = static_cast<int>(std::ceil(way / std::max(step, 1e-3)));
+  const auto passes = [&](const Eigen::Vector2d& p) {
+    for (int i = 0; i <= count; ++i) {
+      const double share = count == 0 ? 1 : static_cast<double>(i) / count;
+      const Eigen::Vector2d off = p - from.at - share * (to.at - from.at);
+      if (off.squaredNorm() > (corner + step) * (corner + step)) continue;
+      const Eigen::Vector2d in_leg =
+          (Eigen::Rotation2Dd(-(from.yaw_rad + share * turn)) * off - box.middle).cwiseAbs();
+      if (in_leg.x() <= box.half_length + step / 2 && in_leg.y() <= box.half_width + step / 2) return true;
     }
-  }
-  return false;
+    return false;
+  };
+  bool met = false;
+  voxels_.for_each(swept, [&](const Eigen::Vector3d& centre) {
+    if (met) return;
+    const Eigen::Vector3d p = R_walk_map_ * centre;
+    met = p.z() >= from_z && p.z() <= to_z && passes(p.head<2>());
+  });
+  return met;
 }
 
 }  // namespace octosurf::footsteps
