@@ -187,6 +187,8 @@ class GroundTiles::Finder {
     Mask empty(n, 0);
     for (std::size_t i = 0; i < n; ++i)
       empty[i] = inside_[i] != 0 && reading_[i] == 0 && void_[i] == 0 && bridged_[i] == 0;
+    empty = raster_.two_wide(empty);
+    if (!any(empty)) return;
     std::optional<Spacing> spacing;
     // Cells: discs as wide as an outline closes gaps, h of five voxels; what they depend on lies in the halo.
     for (const double radius : {1.0, widening, 2.0, 3.0}) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <fstream>
 #include <gmock/gmock.h>
 
 namespace octosurf::test {
@@ -92,6 +93,21 @@ TEST_F(PlanVerb, SaysWhyNotInOneLineAndInJson) {
   EXPECT_EQ(refusal.at("why"), "unreachable");
   EXPECT_LT(refusal.at("nearest").at(2).get<double>(), tread.z()) << "the first tread is too high";
   EXPECT_EQ(refusal.at("refused").size(), 5);
+}
+
+TEST_F(PlanVerb, ARobotsFileIsOneOfTheTwoWithOtherLimits) {
+  const std::string way = " --from " + from + " --to " + to;
+  const auto robot = [&](const std::string& json_text) {
+    std::ofstream(folder / "robot.json") << json_text;
+    return "plan m --robot " + (folder / "robot.json").string() + way;
+  };
+  run_well(robot(R"({"robot": "biped", "foot": "0.2x0.1", "max_turn_deg": 20})"));
+  EXPECT_THAT(error_of(robot(R"({"robot": "biped", "max_up_m": 0.1})"), 1), HasSubstr("too high or too low"));
+  EXPECT_THAT(error_of(robot(R"({"robot": "biped", "reach_m": 0.1})"), 1),
+              AllOf(HasSubstr("has reach_m, which is none of a biped's limits"), HasSubstr("max_up_m")));
+  EXPECT_THAT(error_of(robot(R"({"robot": "biped", "max_up_m": "much"})"), 1), HasSubstr("no number"));
+  EXPECT_THAT(error_of(robot(R"({"robot": "snake"})"), 1), HasSubstr("is no robot"));
+  EXPECT_THAT(error_of("plan m --robot nowhere.json" + way, 2), HasSubstr("no file that can be read"));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ FENCE = {
     "core": (["src/core"], 20_753),
     "octomap, pcl": (["src/octomap", "src/pcl"], 673),
     "io": (["src/io"], 13_329),
-    "planning": (["src/planning"], 6_377),
+    "planning": (["src/planning"], 6_380),
     "footsteps": (["src/footsteps"], 2_828),
     "apps": (["apps"], 8_900),
     "ros": (["ros"], 2_064),
