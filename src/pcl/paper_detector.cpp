@@ -225,12 +225,13 @@ std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<cons
 }
 
 detection::Detection PaperDetector::detect(const MapView& map, const surfaces::PendingQueue& queue,
-                                           std::span<const PointId> fresh, bool /*all*/,
+                                           std::span<const PointId> fresh,
+                                           std::optional<std::uint64_t> /*turn*/,
                                            std::span<const Assignment> /*expanded*/) const {
   detection::Detection result;
   std::vector<PointId> waits(fresh.begin(), fresh.end());
   for (const VoxelKey key : queue.fresh)
-    if (map.is_pending(key)) waits.push_back(map.window.find(key));
+    if (const PointId i = map.window.find(key); map.is_pending(i)) waits.push_back(i);
   map.window.put_in_order(waits);
   std::erase_if(waits, [&](PointId i) { return map.window[i].surface != 0; });
   waits = filtered(map, waits);

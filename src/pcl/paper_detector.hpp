@@ -25,7 +25,7 @@ class PaperDetector final : public detection::Detector {
   std::vector<Assignment> add_inliers(const MapView& map, std::span<const PointId> fresh) const override;
   std::vector<Assignment> expand(const MapView& map, std::span<const PointId> left) const override;
   detection::Detection detect(const MapView& map, const surfaces::PendingQueue& queue,
-                              std::span<const PointId> fresh, bool all,
+                              std::span<const PointId> fresh, std::optional<std::uint64_t> turn,
                               std::span<const Assignment> expanded) const override;
   std::optional<Proposal> revise(const MapView& map, const std::set<SurfaceId>& changed) const override;
   bool as_in_paper() const override { return true; }

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <optional>
 #include <random>
 #include <set>
 
@@ -29,8 +30,13 @@ class FloorAndStep : public ::testing::Test {
       else
         pending_.push_back(i);
   }
-  Due due_of(const std::vector<PointId>& fresh, const surfaces::PendingQueue& before = {}, bool all = true) {
-    return due_to_segment(points_.ledger, before, fresh, all);
+  Due due_of(const std::vector<PointId>& fresh, const surfaces::PendingQueue& before = {},
+             std::optional<std::uint64_t> turn = {}) {
+    return due_to_segment(points_.ledger, before, fresh, turn);
+  }
+  /// Without surfaces every block has its turn in every scan.
+  void forget_floor() {
+    points_.ledger.dissolve(*points_.ledger.find(points_.ledger.window[points_.all.front()].surface));
   }
 
   const Eigen::Vector3d eye_{0.6, 0.5, 2};
@@ -42,7 +48,7 @@ TEST_F(FloorAndStep, ExpandedPointsBesideANewPlaneAreSegmentedAgain) {
   const std::vector<Assignment> expanded = expand(points_.ledger, pending_);
   points_.ledger.apply(expanded);
   const std::vector<PointId> left = points_.ledger.pending(pending_);
-  const Detection detection = LikelihoodDetector().detect(points_.ledger, {}, left, true, expanded);
+  const Detection detection = LikelihoodDetector().detect(points_.ledger, {}, left, {}, expanded);
   ASSERT_TRUE(detection.found.has_value());
   EXPECT_EQ(detection.segmented.size() + detection.left.fresh.size(), left.size());
   std::set<PointId> labelled;
@@ -73,6 +79,7 @@ TEST_F(FloorAndStep, WhatWasLookedAtWaitsForAsMuchAgain) {
 }
 
 TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
+  forget_floor();
   const std::size_t budget = 400;
   points_.state.parameters.detection.detection_budget = static_cast<int>(budget);
   const double border = 0.64;  // m, of the largest blocks of seed patches
@@ -82,12 +89,12 @@ TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
   for (const PointId i : pending_) (is_far(i) ? far : near).push_back(i);
   ASSERT_GT(far.size(), budget);
   ASSERT_LT(pending_.size(), 4 * budget) << "else a quarter is more";
-  Due due = due_of(far, {}, false);
+  Due due = due_of(far, {}, 0);
   std::set<PointId> looked_at;
   std::size_t turns = 0;
   for (std::vector<PointId> fresh = near; !due.left.blocks.empty(); fresh.clear()) {
     ASSERT_LT(++turns, 100U);
-    due = due_of(fresh, due.left, false);
+    due = due_of(fresh, due.left, turns);
     EXPECT_LE(due.points.size(), budget);
     for (const PointId i : due.points)
       EXPECT_TRUE(looked_at.insert(i).second) << "twice, though nothing has come";
@@ -100,13 +107,30 @@ TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
 }
 
 TEST_F(FloorAndStep, AQuarterOfWhatWaitsIsDueHoweverSmallTheBudget) {
+  forget_floor();
   points_.state.parameters.detection.detection_budget = 1;
-  const Due due = due_of(pending_, {}, false);
+  const Due due = due_of(pending_, {}, 0);
   EXPECT_GT(due.points.size(), pending_.size() / 8);
   EXPECT_LE(due.points.size(), pending_.size() / 4);
   EXPECT_GT(due.waiting, pending_.size() / 2);
   points_.state.parameters.detection.detection_budget = 0;
-  EXPECT_EQ(due_of(pending_, {}, false).points, due_of(pending_).points) << "no limit";
+  EXPECT_EQ(due_of(pending_, {}, 0).points, due_of(pending_).points) << "no limit";
+}
+
+TEST_F(FloorAndStep, WithABudgetBlocksBesideSurfacesTakeTurns) {
+  points_.state.parameters.detection.detection_budget = 100000;
+  const std::size_t all = due_of(pending_).points.size();
+  std::size_t looked_at = 0, most = 0;
+  Due due{.points = {}, .left = {}, .waiting = 0};
+  for (std::uint64_t turn = 0; turn < 3; ++turn) {
+    due = due_of(turn == 0 ? pending_ : std::vector<PointId>(), due.left, turn);
+    looked_at += due.points.size();
+    most = std::max(most, due.points.size());
+  }
+  EXPECT_EQ(looked_at, all);
+  EXPECT_LT(most, all);
+  EXPECT_TRUE(due.left.blocks.empty());
+  EXPECT_EQ(due.waiting, 0U);
 }
 
 TEST(Waiting, PointsThatFormNoPlaneAreSegmentedOnce) {
@@ -116,10 +140,10 @@ TEST(Waiting, PointsThatFormNoPlaneAreSegmentedOnce) {
   std::uniform_real_distribution<float> length(-0.3F, 0.3F);
   for (int i = 0; i < 300; ++i) bush.points.emplace_back(length(random), length(random), length(random) - 1);
   test::PendingPoints points({bush});
-  const Due due = due_to_segment(points.ledger, {}, points.all, true);
+  const Due due = due_to_segment(points.ledger, {}, points.all, {});
   EXPECT_GT(due.points.size(), points.all.size() / 10);
   EXPECT_EQ(due.points.size() + due.left.fresh.size(), points.all.size());
-  EXPECT_TRUE(due_to_segment(points.ledger, due.left, {}, true).points.empty());
+  EXPECT_TRUE(due_to_segment(points.ledger, due.left, {}, {}).points.empty());
 }
 
 }  // namespace

@@ -106,7 +106,8 @@ void compare(VoxelTree& tree, const Twin& twin) {
   std::size_t visited = 0;
   std::uint64_t last = 0;
   tree.visit_points({}, VoxelTree::top_level,
-                    [&](const VoxelPayload& payload, geometry::VoxelKey key, PayloadPlace) {
+                    [&](const VoxelPayload& payload, geometry::VoxelKey key, PayloadPlace, float log_odds) {
+                      EXPECT_EQ(log_odds, tree.find(key).log_odds);
                       EXPECT_EQ(payload.surface, test::morton(key) & 0xffffff);
                       EXPECT_TRUE(visited == 0 || test::morton(key) > last);
                       last = test::morton(key);

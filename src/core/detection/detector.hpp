@@ -36,10 +36,10 @@ class Detector {
   virtual std::vector<Assignment> expand(const surfaces::MapView& map,
                                          std::span<const PointId> left) const = 0;
   /// III-C: planes of accumulated points. Selects those to segment now from the map's queue and `fresh`, in
-  /// key order: `all`, or those within the budget. `expanded` has been assigned; some of it may be segmented
-  /// again.
+  /// key order: those that have their `turn`, within the budget, or without one all. `expanded` has
+  /// been assigned; some of it may be segmented again.
   virtual Detection detect(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
-                           std::span<const PointId> fresh, bool all,
+                           std::span<const PointId> fresh, std::optional<std::uint64_t> turn,
                            std::span<const Assignment> expanded) const = 0;
   /// Planes of surfaces that are segmented again, because their size has changed (SurfaceModel).
   virtual std::optional<Proposal> revise(const surfaces::MapView& map,

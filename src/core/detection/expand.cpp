@@ -14,6 +14,7 @@
 #include <set>
 #include <tsl/robin_map.h>
 #include <tsl/robin_set.h>
+#include <utility>
 
 namespace octosurf::detection {
 namespace {
@@ -37,14 +38,16 @@ class SurePlanes {
   tsl::robin_map<SurfaceId, SurePlane> planes_;
 };
 
-/// Expansion of surfaces over pending points.
+/// Expansion of surfaces over pending cells.
 class Flood {
  public:
-  explicit Flood(const surfaces::MapView& map)
-      : map_(map),
-        planes_(map),
-        reach_(occupancy::Neighbours::voxels(map.parameters.max_hole_size(), map.grid.resolution())),
-        gap_(static_cast<int>(map.parameters.max_hole_size() / map.grid.resolution() + 1e-9)) {}
+  /// `voxel`: m.
+  Flood(const surfaces::MapView& cells, double voxel)
+      : map_(cells),
+        planes_(cells),
+        reach_(occupancy::Neighbours::voxels(cells.parameters.max_hole_size(), cells.grid.resolution())),
+        gap_(static_cast<int>(cells.parameters.max_hole_size() / cells.grid.resolution() + 1e-9)),
+        plane_gap_(static_cast<int>(cells.parameters.max_hole_size() / voxel + 1e-9)) {}
 
   void run(std::vector<PointId> left) {
     flood(left);
@@ -117,7 +120,7 @@ class Flood {
   SurfaceId surface_across_gap(PointId i) {
     SurfaceId best = 0;
     double most = 0;
-    for (const SurfaceId id : map_.surfaces.near(map_.window[i].key, gap_)) {
+    for (const SurfaceId id : ids_within(plane_gap_, i)) {
       const double log_ratio = planes_.log_ratio(id, i);
       if (!(log_ratio > most) || !reaches(id, i)) continue;
       most = log_ratio;
@@ -134,12 +137,13 @@ class Flood {
     const auto gained = gained_cells_.find(id);
     const auto within_gap = [&](geometry::PlaneCell cell) {
       const int u = cell.u - from.u, v = cell.v - from.v;
-      return u * u + v * v <= gap_ * gap_ &&
+      return u * u + v * v <= plane_gap_ * plane_gap_ &&
              (surface.occupied(cell) ||
               (gained != gained_cells_.end() && gained->second.contains(cell.packed())));
     };
-    const auto cell = geometry::first_in_rings(from, 1, gap_, within_gap);
-    return cell && std::max(std::abs(cell->u - from.u), std::abs(cell->v - from.v)) > 1 &&
+    const auto cell = geometry::first_in_rings(from, 1, plane_gap_, within_gap);
+    const int beside = (2 << map_.level) - 1;  // points of adjacent cells are at most so far apart
+    return cell && std::max(std::abs(cell->u - from.u), std::abs(cell->v - from.v)) > beside &&
            is_open(surface, i, surface.centre_of(*cell).cast<float>());
   }
 
@@ -235,10 +239,14 @@ class Flood {
     });
   }
 
+  /// `reach`: voxels.
+  surfaces::SurfaceStore::Ids ids_within(int reach, PointId i) const {
+    return map_.surfaces.near(map_.first_voxel_of(map_.window[i].key), reach);
+  }
   const std::vector<SurfaceId>& ids_near(PointId i) {
     const auto [at, fresh] = ids_near_.try_emplace(i);
     if (fresh) {
-      const surfaces::SurfaceStore::Ids ids = map_.surfaces.near(map_.window[i].key, 1);
+      const surfaces::SurfaceStore::Ids ids = ids_within(1 << map_.level, i);
       at.value().assign(ids.begin(), ids.end());
     }
     return at->second;
@@ -298,8 +306,9 @@ class Flood {
 
   const surfaces::MapView& map_;
   SurePlanes planes_;
-  int reach_;  // voxels, of neighbours
-  int gap_;    // voxels, of h
+  int reach_;      // of neighbours
+  int gap_;        // of h
+  int plane_gap_;  // of h, cells of the planes
   tsl::robin_map<PointId, SurfaceId> gained_;
   tsl::robin_map<SurfaceId, tsl::robin_set<std::uint64_t, geometry::PackedKeyHash>> gained_cells_;
   tsl::robin_map<PointId, std::vector<SurfaceId>> ids_near_;
@@ -327,9 +336,32 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 }
 
 std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left) {
-  Flood flood(map);
-  flood.run({left.begin(), left.end()});
-  return flood.accepted();
+  const surfaces::MapView& cells = map.cells.map();
+  SurePlanes planes(map);
+  std::vector<Assignment> gained;
+  const auto offer = [&](PointId voxel, SurfaceId id) {
+    if (map.is_pending(voxel) && planes.log_ratio(id, voxel) > 0) gained.push_back({voxel, id});
+  };
+  std::vector<PointId> pending;
+  for (const PointId cell : map.cells.of(left)) {
+    if (const SurfaceId id = cells.window[cell].surface; id == 0)
+      pending.push_back(cell);
+    else
+      map.cells.for_each_voxel(cell, [&](PointId voxel) { offer(voxel, id); });
+  }
+  Flood flood(cells, map.grid.resolution());
+  flood.run(std::move(pending));
+  for (const auto& [cell, id] : flood.accepted()) {
+    bool first = true;
+    map.cells.for_each_voxel(cell, [&, its = id](PointId voxel) {
+      std::exchange(first, false) ? gained.push_back({voxel, its}) : offer(voxel, its);
+    });
+  }
+  if (cells.level > 0)
+    std::sort(gained.begin(), gained.end(), [&](const Assignment& a, const Assignment& b) {
+      return map.window[a.point].key < map.window[b.point].key;
+    });
+  return gained;
 }
 
 std::vector<PointId> touching(const surfaces::MapView& map, std::span<const Assignment> assignments) {

@@ -1,6 +1,7 @@
 #include "detection/likelihood_detector.hpp"
 
 #include "detection/expand.hpp"
+#include "detection/neighbour_labels.hpp"
 #include "detection/neighbourhood.hpp"
 #include "detection/seed_patches.hpp"
 #include "detection/segment.hpp"
@@ -23,25 +24,84 @@ using surfaces::MapView;
 /// at their boundaries and across gaps: by tiles alone ten of 350 faces are lost with lasers.
 constexpr std::size_t largest_looked_at_whole = 5000;
 
-/// The pending readings of planes rejected for their number alone.
-std::vector<PointId> too_few(const Readings& readings, const Segmentation& planes) {
-  std::vector<PointId> points;
-  for (const Readings::Index i : planes.too_few)
-    if (readings[i].surface == 0 && planes.labels[i] == clutter) points.push_back(readings[i].point);
-  return points;
-}
+/// The labels of voxels. One in each cell has the cell's; the others get the best one of those in and beside
+/// it.
+class VoxelLabels {
+ public:
+  VoxelLabels(const MapView& map, const Readings& readings, const Segmentation& found)
+      : map_(map), readings_(readings), found_(found) {
+    for (Index i = 0; i < readings.size(); ++i) {
+      NeighbourLabels near;
+      near.add(found.labels[i]);
+      for (const Index j : readings.near(i)) near.add(found.labels[j]);
+      bool first = true;
+      readings.for_each_voxel(i, [&](PointId voxel, const VoxelPoint& p) {
+        const Label label = std::exchange(first, false) ? found.labels[i] : best_of(near, p);
+        if (label != clutter || !stays(p, readings[i].surface)) labelled_.push_back({voxel, label});
+      });
+    }
+  }
+  std::vector<Proposal::Labelled> take() && { return std::move(labelled_); }
 
-Proposal proposal_of(const Readings& readings, const Segmentation& found) {
+ private:
+  using Index = Readings::Index;
+  using VoxelPoint = occupancy::VoxelPoint;
+
+  double log_ratio(const VoxelPoint& p, const Plane& plane) const {
+    return readings_.model().log_ratio(plane.signed_distance(p.position.cast<double>()), p.range_class,
+                                       plane.normal.dot(p.view.cast<double>()));
+  }
+  Label best_of(const NeighbourLabels& near, const VoxelPoint& p) const {
+    return near.best([&](Label label) { return log_ratio(p, found_.patches[label].plane); });
+  }
+  /// It has another surface than its cell, one that is not beside it and still explains it.
+  bool stays(const VoxelPoint& p, SurfaceId of_cell) const {
+    return p.surface != 0 && p.surface != of_cell && log_ratio(p, map_.surfaces.find(p.surface)->plane()) > 0;
+  }
+
+  const MapView& map_;
+  const Readings& readings_;
+  const Segmentation& found_;
+  std::vector<Proposal::Labelled> labelled_;
+};
+
+/// The planes with at least n voxels: as many cells may have fewer.
+Proposal proposal_of(const MapView& map, const Readings& readings, const Segmentation& found) {
   Proposal proposal;
-  for (Label label = 1; label < found.patches.size(); ++label)
+  proposal.points = VoxelLabels(map, readings, found).take();
+  std::map<SurfaceId, std::size_t> inside;
+  std::vector<std::size_t> sizes(found.patches.size(), 0);
+  for (const auto& [voxel, label] : proposal.points) {
+    ++inside[map.window[voxel].surface];
+    ++sizes[label];
+  }
+  for (const Outside& part : found.outside) {
+    const std::size_t rest = map.surfaces.find(part.surface)->size() - inside[part.surface];
+    proposal.rest.push_back({part.surface, part.label, static_cast<double>(rest)});
+    sizes[part.label] += rest;
+  }
+  std::vector<Label> into(found.patches.size(), clutter);
+  for (Label label = 1; label < found.patches.size(); ++label) {
+    if (sizes[label] < static_cast<std::size_t>(map.parameters.min_surface_points())) continue;
+    into[label] = static_cast<Label>(proposal.planes.size());
     proposal.planes.push_back({found.patches[label].plane, found.patches[label].centroid()});
-  for (Readings::Index i = 0; i < readings.size(); ++i)
-    proposal.points.push_back({readings[i].point, found.labels[i]});
-  for (const Outside& part : found.outside)
-    proposal.rest.push_back({part.surface, part.label, part.sums.readings});
+  }
+  for (Proposal::Rest& rest : proposal.rest) rest.label = into[rest.label];
+  std::vector<PointId> too_few;
+  for (auto& [voxel, label] : proposal.points) {
+    if (label != clutter && into[label] == clutter && map.is_pending(voxel)) too_few.push_back(voxel);
+    label = into[label];
+  }
+  for (const Readings::Index i : found.too_few)
+    if (readings[i].surface == 0 && found.labels[i] == clutter)
+      readings.for_each_voxel(i, [&](PointId voxel, const auto& p) {
+        if (p.surface == 0) too_few.push_back(voxel);
+      });
+  proposal.unprocessed = waiting_on(too_few);
   for (const std::vector<Readings::Index>& patch : found.curved) {
     std::vector<PointId>& points = proposal.curved.emplace_back();
-    for (const Readings::Index i : patch) points.push_back(readings[i].point);
+    for (const Readings::Index i : patch)
+      readings.for_each_voxel(i, [&](PointId voxel, const auto&) { points.push_back(voxel); });
   }
   return proposal;
 }
@@ -53,19 +113,17 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
   return inliers;
 }
 
-/// Unseen remains a part of the planes rejected for their number.
+SegmentLimits limits_in_cells(const MapView& map) { return limits_of(map.cells.map().parameters); }
+
 Proposal segmented(const MapView& map, const Readings& readings, Segmentation known) {
-  const Segmentation found = segment(readings, limits_of(map.parameters), std::move(known));
-  Proposal proposal = proposal_of(readings, found);
-  proposal.unprocessed = waiting_on(too_few(readings, found));
-  return proposal;
+  return proposal_of(map, readings, segment(readings, limits_in_cells(map), std::move(known)));
 }
 
 using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
 
-/// The initial segmentation with seed patches of `candidates`, those that are mostly of pending points:
-/// others are parts of the surfaces that expanded there. In the blocks of the seed patches no candidate has a
-/// label besides theirs.
+/// The initial segmentation with seed patches of `candidates`, cells, those that are mostly of pending
+/// points: others are parts of the surfaces that expanded there. In the blocks of the seed patches no
+/// candidate has a label besides theirs.
 Segmentation with_seed_patches_of(const MapView& map, const Readings& readings, const VoxelBlocks& blocks,
                                   std::span<const PointId> candidates) {
   constexpr Label not_searched = 1;
@@ -109,41 +167,47 @@ std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span
 }
 
 Detection LikelihoodDetector::detect(const MapView& map, const surfaces::PendingQueue& queue,
-                                     std::span<const PointId> fresh, bool all,
+                                     std::span<const PointId> fresh, std::optional<std::uint64_t> turn,
                                      std::span<const Assignment> expanded) const {
-  Due due = due_to_segment(map, queue, fresh, all);
-  Detection result{.found = {}, .segmented = {}, .left = std::move(due.left), .waiting = due.waiting};
-  const VoxelBlocks blocks(seed_patch_edge(map.grid.resolution()));
+  const MapView& cells = map.cells.map();
+  Due due = due_to_segment(map, queue, fresh, turn);
+  Detection result{.found = {},
+                   .segmented = map.cells.pending_in(due.points),
+                   .left = std::move(due.left),
+                   .waiting = due.waiting};
+  const VoxelBlocks blocks(seed_patch_edge(cells.grid.resolution()));
   Places with_due;
-  for (const PointId i : due.points) with_due.insert(blocks.of(map.window[i].key));
-  std::vector<PointId> candidates = due.points;
+  for (const PointId i : due.points) with_due.insert(blocks.of(cells.window[i].key));
+  std::vector<PointId> beside;
   std::vector<Assignment> elsewhere;
   for (const Assignment& assignment : expanded)
-    if (with_due.contains(blocks.of(map.window[assignment.point].key)))
-      candidates.push_back(assignment.point);
+    if (with_due.contains(blocks.of(cells.cell_of(map.window[assignment.point].key))))
+      beside.push_back(assignment.point);
     else
       elsewhere.push_back(assignment);
-  const Neighbourhood around = neighbourhood_of(map, candidates, touching(map, elsewhere));
+  std::vector<PointId> candidates = std::move(due.points);
+  for (const PointId i : map.cells.of(beside)) candidates.push_back(i);
+  const Neighbourhood around = neighbourhood_of(map, candidates, map.cells.of(touching(map, elsewhere)));
   if (!around.points.empty()) {
     const Readings readings(map, around);
-    result.found = segmented(map, readings, with_seed_patches_of(map, readings, blocks, candidates));
+    result.found = segmented(map, readings, with_seed_patches_of(cells, readings, blocks, candidates));
   }
-  result.segmented = std::move(due.points);
   return result;
 }
 
 std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
                                                    const std::set<SurfaceId>& changed) const {
   const sensing::ReadingModel model(map.noise, map.grid.resolution());
+  const std::size_t largest = largest_looked_at_whole << 2 * map.cells.map().level;
   std::vector<SurfaceId> anew;
   std::vector<PointId> unlabelled, looked_at;
   for (const SurfaceId id : changed) {
     const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
     std::vector<PointId> disagree;
-    if (surface.size() > largest_looked_at_whole)
+    if (surface.size() > largest)
       for (const VoxelKey key : where_tiles_disagree(surface, model))
         disagree.push_back(map.window.find(key));
-    if (surface.size() <= largest_looked_at_whole || 2 * disagree.size() > surface.size()) {
+    if (surface.size() <= largest || 2 * disagree.size() > surface.size()) {
       anew.push_back(id);
       continue;
     }
@@ -152,30 +216,34 @@ std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
     looked_at.insert(looked_at.end(), beside_its_like.begin(), beside_its_like.end());
   }
   looked_at.insert(looked_at.end(), unlabelled.begin(), unlabelled.end());
-  const Neighbourhood around = neighbourhood_of(map, anew, looked_at);
+  const Neighbourhood around = neighbourhood_of(map, anew, map.cells.of(looked_at));
   if (around.points.empty()) return {};
   const Readings readings(map, around);
-  return segmented(map, readings,
-                   with_seed_patches(readings, known_about(readings, map.surfaces, anew, unlabelled)));
+  return segmented(
+      map, readings,
+      with_seed_patches(readings, known_about(readings, map.surfaces, anew, map.cells.of(unlabelled))));
 }
 
 Proposal LikelihoodDetector::detect_anew(const MapView& map) const {
   const Readings readings(map);
-  return proposal_of(readings, segment(readings, limits_of(map.parameters)));
+  Proposal proposal = proposal_of(map, readings, segment(readings, limits_in_cells(map)));
+  proposal.unprocessed.clear();
+  return proposal;
 }
 
 std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
                                                                   std::span<const PointId> pending) const {
-  const Readings readings(map, neighbourhood_of(map, pending, {}));
+  const Readings readings(map, neighbourhood_of(map, map.cells.of(pending), {}));
   std::vector<Refused> refused;
   const Segmentation found =
-      segment(readings, limits_of(map.parameters),
+      segment(readings, limits_in_cells(map),
               with_seed_patches(readings, known_about(readings, map.surfaces, {})), &refused);
   std::map<PointId, surfaces::Refusal> reasons;
   for (const Refused& plane : refused)
-    for (const Readings::Index i : plane.readings) reasons[readings[i].point] = plane.why;
-  for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (found.labels[i] != clutter) reasons[readings[i].point] = {Reason::waiting};
+    for (const Readings::Index i : plane.readings)
+      readings.for_each_voxel(i, [&](PointId voxel, const auto&) { reasons[voxel] = plane.why; });
+  for (const auto& [voxel, label] : VoxelLabels(map, readings, found).take())
+    if (label != clutter) reasons[voxel] = {Reason::waiting};
   return reasons;
 }
 

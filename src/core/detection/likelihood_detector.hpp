@@ -16,7 +16,7 @@ class LikelihoodDetector final : public Detector {
   /// that lie in a block of seed patches with a seed patch of points due: it may extend into them.
   /// Surrounding surfaces take part as sums, and are merged across gaps up to h (neighbourhood.hpp).
   Detection detect(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
-                   std::span<const PointId> fresh, bool all,
+                   std::span<const PointId> fresh, std::optional<std::uint64_t> turn,
                    std::span<const Assignment> expanded) const override;
   /// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
   /// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.

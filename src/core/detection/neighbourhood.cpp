@@ -18,7 +18,7 @@ namespace {
 using Index = Readings::Index;
 using surfaces::SurfaceModel;
 
-/// Inliers of a surface in one range class that are among the readings.
+/// Inliers of a surface in one range class in cells among the readings.
 struct Seen {
   geometry::Moments moments;  // of those that are not context, about the surface's reference, unweighted
   double count = 0, cos_incidence = 0;
@@ -33,11 +33,14 @@ class Surroundings {
   void add(Index i) {
     const Reading& reading = readings_[i];
     const double cos_incidence = reading.cos_incidence(surface_.plane());
-    Seen& seen = classes_[reading.range_class];
-    if (!readings_.is_context(i)) {
-      seen.moments.add(reading.position.cast<double>() - surface_.reference());
+    readings_.for_each_voxel(i, [&](PointId, const occupancy::VoxelPoint& p) {
+      if (p.surface != surface_.id()) return;
+      ++voxels_;
+      if (readings_.is_context(i)) return;
+      classes_[p.range_class].moments.add(p.position.cast<double>() - surface_.reference());
       ++inside_;
-    }
+    });
+    Seen& seen = classes_[reading.range_class];
     ++seen.count;
     seen.cos_incidence += cos_incidence;
     cos_incidence_ += cos_incidence;
@@ -51,14 +54,15 @@ class Surroundings {
     sums.origin = surface_.reference();
     sums.pose_variance = readings_.model().pose_variance();
     if (surface_.size() == inside_) return sums;
-    for (unsigned c = 0; c < classes_.size(); ++c) add_class(c, sums);
-    sums.readings = static_cast<double>(surface_.size() - inside_);
+    const double cells_a_voxel = static_cast<double>(count_) / static_cast<double>(voxels_);
+    for (unsigned c = 0; c < classes_.size(); ++c) add_class(c, cells_a_voxel, sums);
+    sums.readings = static_cast<double>(surface_.size() - inside_) * cells_a_voxel;
     sums.hits = sums.readings * hits_ / static_cast<double>(count_);
     return sums;
   }
 
  private:
-  void add_class(unsigned c, Patch& sums) const {
+  void add_class(unsigned c, double cells_a_voxel, Patch& sums) const {
     const Seen& seen = classes_[c];
     geometry::Moments left = surface_.moments_of_class(c);
     left.add(seen.moments, -1);
@@ -66,8 +70,8 @@ class Surroundings {
     const double own = seen.cos_incidence / seen.count, all = cos_incidence_ / static_cast<double>(count_);
     const sensing::ReadingModel& model = readings_.model();
     const double cosine = std::max(seen.count > 0 ? own : all, model.cos_incidence_of(c, scatter_of(left)));
-    sums.moments.add(left, model.weight(c, cosine));
-    sums.log_peaks += left.count * model.log_peak(c, cosine);
+    sums.moments.add(left, cells_a_voxel * model.weight(c, cosine));
+    sums.log_peaks += cells_a_voxel * left.count * model.log_peak(c, cosine);
   }
 
   /// m², about the surface's plane. The readings here may be a corner seen at a grazing angle, with less
@@ -82,23 +86,24 @@ class Surroundings {
   const SurfaceModel& surface_;
   std::array<Seen, sensing::NoiseModel::classes> classes_;
   double cos_incidence_ = 0, hits_ = 0;
-  std::size_t count_ = 0, inside_ = 0;
+  std::size_t count_ = 0, voxels_ = 0, inside_ = 0;  // readings; their voxels, and those not of context
 };
 
 /// Collects points, each in one list.
 class Collector {
  public:
-  explicit Collector(const surfaces::MapView& map)
-      : map_(map),
-        blocks_(seed_patch_edge(map.grid.resolution())),
-        gap_(static_cast<int>(std::ceil(map.parameters.max_hole_size() / map.grid.resolution() - 1e-9))),
+  explicit Collector(const surfaces::MapView& voxels)
+      : voxels_(voxels.window),
+        map_(voxels.cells.map()),
+        blocks_(seed_patch_edge(map_.grid.resolution())),
+        gap_(static_cast<int>(std::ceil(map_.parameters.max_hole_size() / map_.grid.resolution() - 1e-9))),
         cubes_(std::max(1, gap_ / 4)) {}
 
   void add_point(PointId i) {
     if (taken_.insert(i)) around_.points.push_back(i);
   }
   void add_surface(const SurfaceModel& surface) {
-    surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_point(map_.window.find(inlier.key)); });
+    surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_point(map_.find(inlier.key)); });
   }
 
   /// Adds surfaces with most of their inliers in these blocks.
@@ -106,7 +111,9 @@ class Collector {
     std::map<SurfaceId, std::size_t> inliers;
     for (const VoxelBlocks::Place place : places)
       blocks_.for_each_point(map_.window, place, [&](PointId i) {
-        if (map_.window[i].surface != 0) ++inliers[map_.window[i].surface];
+        map_.cells.for_each_voxel(i, [&](PointId voxel) {
+          if (const SurfaceId id = voxels_[voxel].surface; id != 0) ++inliers[id];
+        });
       });
     for (const auto& [id, count] : inliers)
       if (const SurfaceModel& surface = *map_.surfaces.find(id);
@@ -193,7 +200,8 @@ class Collector {
     if (taken_.insert(i)) (map_.window[i].surface == 0 ? around_.may_join : around_.context).push_back(i);
   }
 
-  const surfaces::MapView& map_;
+  const occupancy::PointWindow& voxels_;
+  const surfaces::MapView& map_;  // of cells
   VoxelBlocks blocks_;
   int gap_;  // voxels
   VoxelBlocks cubes_;

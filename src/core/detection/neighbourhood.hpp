@@ -8,9 +8,9 @@
 
 namespace octosurf::detection {
 
-/// The readings to label around `due`, pending points: these, `touching` inliers, and all inliers of surfaces
-/// with half of theirs in the same blocks of seed patches as `due`. Pending points within h of these are
-/// candidates; context are the inliers beside all that, on the last part of its rays, and at boundaries
+/// The readings of cells to label around `due`, pending points: these, `touching` inliers, and all inliers of
+/// surfaces with half of theirs in the same blocks of seed patches as `due`. Pending points within h of these
+/// are candidates; context are the inliers beside all that, on the last part of its rays, and at boundaries
 /// within h. Cost is proportional to the input.
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> due,
                                std::span<const PointId> touching);

@@ -7,10 +7,11 @@ namespace octosurf::detection {
 namespace {
 
 std::vector<PointId> all_of(const surfaces::MapView& map) {
-  std::vector<PointId> points;
+  std::vector<PointId> cells;
   map.octree.for_each_point(
-      [&](const occupancy::VoxelPoint& p) { points.push_back(map.window.find(p.key)); });
-  return points;
+      [&](const occupancy::VoxelPoint& p) { cells.push_back(map.cells.of(map.window.find(p.key))); });
+  map.cells.map().window.put_in_order(cells);
+  return cells;
 }
 
 /// Of 8³ voxels, as the window's.
@@ -22,22 +23,25 @@ Readings::Readings(const surfaces::MapView& map)
     : Readings(map, {.points = all_of(map), .may_join = {}, .context = {}, .boundary = {}}) {}
 
 Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
-    : window_(map.window), grid_(map.grid), model_(map.noise, map.grid.resolution()) {
+    : cells_(map.cells),
+      voxels_(map.window),
+      window_(map.cells.map().window),
+      grid_(map.cells.map().grid),
+      model_(map.noise, grid_.resolution()) {
   readings_.reserve(around.points.size() + around.may_join.size() + around.context.size() +
                     around.boundary.size());
-  add(around.points, around.may_join, map.octree);
+  add(around.points, around.may_join);
   for (const PointId i : around.may_join) readings_[find(i)].may_seed = false;
   size_ = readings_.size();
-  add(around.context, around.boundary, map.octree);
+  add(around.context, around.boundary);
   for (const PointId i : around.boundary) readings_[find(i)].at_boundary = true;
   at_border_.resize(readings_.size());
   first_.reserve(readings_.size() + 1);
-  for (Index i = 0; i < readings_.size(); ++i) find_neighbours(map.neighbours, i);
+  for (Index i = 0; i < readings_.size(); ++i) find_neighbours(map.cells.map().neighbours, i);
   first_.push_back(neighbours_.size());
 }
 
-void Readings::add(std::span<const PointId> points, std::span<const PointId> others,
-                   const occupancy::OccupancyMap& octree) {
+void Readings::add(std::span<const PointId> points, std::span<const PointId> others) {
   std::vector<PointId> all(points.begin(), points.end());
   all.insert(all.end(), others.begin(), others.end());
   std::sort(all.begin(), all.end(), [&](PointId a, PointId b) {
@@ -47,7 +51,7 @@ void Readings::add(std::span<const PointId> points, std::span<const PointId> oth
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios matter
   for (const PointId i : all) {
     const occupancy::VoxelPoint& p = window_[i];
-    const float hits = std::max(1.0F, octree.at(p.key).log_odds / one_hit);
+    const float hits = std::max(1.0F, p.log_odds / one_hit);
     places_[index_of(i)] = static_cast<Index>(readings_.size());
     readings_.push_back({.key = p.key,
                          .position = p.position,

@@ -2,7 +2,7 @@
 
 #include "detection/patch.hpp"
 #include "sensing/reading_model.hpp"
-#include "surfaces/map_view.hpp"
+#include "surfaces/cells.hpp"
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Neighbourhood {
   std::vector<PointId> boundary;  ///< likewise, at the boundary of their surface: merged across gaps
 };
 
-/// The octree's summary of the readings in one voxel.
+/// The octree's summary of the readings in one voxel, or in one cell of voxels (surfaces::Cells).
 struct Reading {
   geometry::VoxelKey key;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
@@ -39,7 +39,7 @@ struct Reading {
   double distance(const Plane& plane) const { return plane.signed_distance(position.cast<double>()); }
 };
 
-/// Points of an octree, owned and pending alike, with their neighbours: all of the octree's, or a
+/// Points of a map's cells, owned and pending alike, with their neighbours: all of them, or a
 /// neighbourhood's. Points to be labelled come first, then their context. Each part is ordered by blocks of
 /// 8³ voxels, then by keys, independent of the window's loading order.
 class Readings {
@@ -70,6 +70,11 @@ class Readings {
   }
   /// The reading in a voxel, or none.
   Index find(geometry::VoxelKey key) const { return find(window_.find(key)); }
+  /// visit(PointId, const VoxelPoint&) for the voxels of its cell, first the one whose point it is.
+  template <class Visit>
+  void for_each_voxel(Index i, Visit&& visit) const {
+    cells_.for_each_voxel(readings_[i].point, [&](PointId voxel) { visit(voxel, voxels_[voxel]); });
+  }
   const sensing::ReadingModel& model() const { return model_; }
   double resolution() const { return grid_.resolution(); }
   const geometry::VoxelGrid& grid() const { return grid_; }
@@ -91,10 +96,11 @@ class Readings {
   Patch patch_of(const Indices& indices, const Plane& about, const Patch& beyond = {}) const;
 
  private:
-  void add(std::span<const PointId> points, std::span<const PointId> others,
-           const occupancy::OccupancyMap& octree);
+  void add(std::span<const PointId> points, std::span<const PointId> others);
   void find_neighbours(const occupancy::Neighbours& all, Index i);
 
+  const surfaces::Cells& cells_;
+  const occupancy::PointWindow& voxels_;
   const occupancy::PointWindow& window_;
   geometry::VoxelGrid grid_;
   sensing::ReadingModel model_;

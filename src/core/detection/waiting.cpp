@@ -25,8 +25,11 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
   for (const auto& [place, count] : counts) {
     if (count < fewest) continue;
     std::vector<PointId> pending;
-    blocks.for_each_point(map.window, place, [&](PointId i) {
-      if (map.window[i].surface == 0 && !in_due.contains(i)) pending.push_back(i);
+    blocks.for_each_part(place, [&](const VoxelBlocks::Box& part) {
+      map.window.for_each_in(part.low, part.high, [&](PointId i) {
+        if (map.window[i].surface == 0 && !in_due.contains(i)) pending.push_back(i);
+      });
+      return pending.size() <= 2 * count;
     });
     if (2 * count < pending.size()) continue;
     for (const PointId i : pending) in_due.insert(i);
@@ -37,7 +40,7 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
 /// The queue of waiting blocks with the new points of each.
 class BlockQueue {
  public:
-  /// `come`: new points of any block.
+  /// Of cells; `come`: those of the new points of any block.
   BlockQueue(const VoxelBlocks& blocks, std::span<const VoxelKey> order, std::span<const VoxelKey> come)
       : blocks_(blocks) {
     for (const VoxelKey key : order)
@@ -54,8 +57,9 @@ class BlockQueue {
   }
 
   std::size_t size() const { return order_.size(); }
+  /// One cell of a block.
+  VoxelKey in_block(std::size_t turn) const { return order_[turn]; }
   std::size_t points() const { return come_.size(); }
-  std::size_t points_from(std::size_t turn) const { return come_.size() - begins_[turn]; }
   std::span<const VoxelKey> points_of(std::size_t turn) const {
     return std::span(come_).subspan(begins_[turn], begins_[turn + 1] - begins_[turn]);
   }
@@ -63,9 +67,6 @@ class BlockQueue {
   std::size_t place_of(VoxelKey key) const {
     const auto found = at_.find(blocks_.of(key));
     return found == at_.end() ? order_.size() : found->second;
-  }
-  std::vector<VoxelKey> order_from(std::size_t turn) const {
-    return {order_.begin() + static_cast<std::ptrdiff_t>(turn), order_.end()};
   }
 
  private:
@@ -75,6 +76,9 @@ class BlockQueue {
   std::vector<std::size_t> begins_;
   std::vector<VoxelKey> come_;  // block after block
 };
+
+/// Scans in which each block that has a surface is looked at once: more new points at a time cost less each.
+constexpr std::uint64_t turns = 3;
 
 /// At least a quarter: after eight scans a tenth of a backlog is left, however large.
 std::size_t budget_of(const Parameters& parameters, std::size_t waiting) {
@@ -101,49 +105,78 @@ void cut_to(const surfaces::MapView& map, std::size_t most, bool some, int edge,
   points.resize(end);
 }
 
+/// The pending cells more than half of whose pending points are new. `keys`: the cell of each new point.
+std::vector<PointId> new_cells(const surfaces::MapView& map, std::span<const VoxelKey> keys) {
+  std::vector<PointId> points, come;
+  for (const VoxelKey key : keys)
+    if (const PointId i = map.window.find(key); map.is_pending(i)) points.push_back(i);
+  std::sort(points.begin(), points.end());
+  for (auto at = points.begin(); at != points.end();) {
+    const auto next = std::find_if(at, points.end(), [&](PointId i) { return i != *at; });
+    if (2 * static_cast<std::size_t>(next - at) > map.cells.pending_in(*at)) come.push_back(*at);
+    at = next;
+  }
+  return come;
+}
+
 }  // namespace
 
-Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& before,
-                   std::span<const PointId> fresh, bool all) {
+Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue& before,
+                   std::span<const PointId> fresh, std::optional<std::uint64_t> turn) {
+  const surfaces::MapView& map = voxels.cells.map();
   const int edge = seed_patch_edge(map.grid.resolution());
   const VoxelBlocks largest(edge << (seed_patch_levels - 1));
-  const auto waits = [&](PointId i) { return i != PointId::none && map.window[i].surface == 0; };
-  std::vector<VoxelKey> fresh_keys, order = before.blocks;
+  std::vector<VoxelKey> fresh_keys, order, come;
+  for (const VoxelKey key : before.blocks) order.push_back(map.cell_of(key));
   for (const PointId i : fresh) {
-    fresh_keys.push_back(map.window[i].key);
-    if (waits(i)) order.push_back(map.window[i].key);
+    fresh_keys.push_back(voxels.window[i].key);
+    if (voxels.is_pending(i)) order.push_back(map.cell_of(fresh_keys.back()));
   }
   Due result;
   std::set_union(before.fresh.begin(), before.fresh.end(), fresh_keys.begin(), fresh_keys.end(),
                  std::back_inserter(result.left.fresh));
-  const BlockQueue queue(largest, order, result.left.fresh);
+  for (const VoxelKey key : result.left.fresh) come.push_back(map.cell_of(key));
+  const BlockQueue queue(largest, order, come);
   const std::size_t budget =
-      all ? std::numeric_limits<std::size_t>::max() : budget_of(map.parameters, queue.points());
+      turn ? budget_of(map.parameters, queue.points()) : std::numeric_limits<std::size_t>::max();
   const std::size_t fewest =
       std::max(Constants::fewest_of_plane,
                static_cast<std::size_t>(map.parameters.min_surface_points()) / Constants::looks);
-  std::size_t turn = 0;
+  const bool limited = map.parameters.detection.detection_budget > 0;
+  const auto has_turn = [&](VoxelKey cell) {
+    const VoxelKey block = VoxelKey::unpack(largest.of(cell));
+    return !turn || !limited || (block.x + block.y + block.z + *turn) % turns == 0 ||
+           map.surfaces.in_regions_near(map.first_voxel_of(cell), 0).empty();
+  };
+  std::vector<bool> waits(queue.size() + 1, true);  // the last one: blocks that are not in the queue
   PointSet in_due;
-  for (; turn < queue.size() && result.points.size() < budget; ++turn) {
-    std::vector<PointId> come, points;
-    for (const VoxelKey key : queue.points_of(turn))
-      if (const PointId i = map.window.find(key); waits(i)) come.push_back(i);
+  bool over = false;
+  for (std::size_t b = 0; b < queue.size(); ++b) {
+    if (over || result.points.size() >= budget || !has_turn(queue.in_block(b))) {
+      result.left.blocks.push_back(map.first_voxel_of(queue.in_block(b)));
+      result.waiting += queue.points_of(b).size();
+      continue;
+    }
+    const std::vector<PointId> of_block = new_cells(map, queue.points_of(b));
+    std::vector<PointId> points;
     for (int level = 0; level < seed_patch_levels; ++level)
-      add_due(map, VoxelBlocks(edge << level), come, fewest, in_due, points);
+      add_due(map, VoxelBlocks(edge << level), of_block, fewest, in_due, points);
     const std::size_t left = budget - result.points.size();
-    const bool over = points.size() > left;
-    if (over) cut_to(map, left, result.points.empty(), edge, points);
+    over = points.size() > left;
+    waits[b] = false;
+    if (over) {
+      cut_to(map, left, result.points.empty(), edge, points);
+      result.left.blocks.push_back(map.first_voxel_of(queue.in_block(b)));
+      result.waiting += queue.points_of(b).size();
+    }
     result.points.insert(result.points.end(), points.begin(), points.end());
-    if (over) break;
   }
-  result.left.blocks = queue.order_from(turn);
   const PointSet due(result.points);
   std::erase_if(result.left.fresh, [&](VoxelKey key) {
-    if (queue.place_of(key) > turn) return false;
-    const PointId i = map.window.find(key);
-    return !waits(i) || due.contains(i);
+    if (waits[queue.place_of(map.cell_of(key))]) return false;
+    const PointId i = map.find(key);
+    return !map.is_pending(i) || due.contains(i);
   });
-  result.waiting = turn < queue.size() ? queue.points_from(turn) : 0;
   map.window.put_in_order(result.points);
   return result;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "detection/detector.hpp"
-#include "surfaces/map_state.hpp"
+#include "surfaces/cells.hpp"
 
 #include <map>
 #include <vector>
@@ -24,8 +24,13 @@ class PendingReasons {
   void collect_pending(geometry::VoxelKey place);
   bool stands_alone(geometry::VoxelKey key) const;
 
-  const surfaces::MapState& state_;
-  occupancy::PointWindow window_;
+  struct View : surfaces::MapView {
+    explicit View(const surfaces::MapState& state);
+    occupancy::PointWindow points_;
+    occupancy::Neighbours neighbours_of_points_;
+    surfaces::Cells cells_;
+  };
+  View view_;
   std::vector<PointId> pending_;
   std::map<PointId, surfaces::Refusal> reasons_;
 };

@@ -262,7 +262,7 @@ std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
       if (!change) throw;
       break;
     }
-    if (!change) change.emplace(state, detector, mapper::Effort::budget, threads);
+    if (!change) change.emplace(state, detector, mapper::Effort::turn, threads);
     const bool mapped = apply(state, scan, std::move(*checked), *change);
     // One scan's points lie thinner about their planes than several scans' together: detect in the first
     // scan, then expand by the others.

@@ -4,6 +4,7 @@
 #include "mapper/stopwatch.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <span>
 #include <utility>
@@ -72,7 +73,7 @@ cylinders::Patches revise(Ledger& ledger, const Detector& detector, std::vector<
   for (const Assignment& assignment : std::span(gained).subspan(looked_at))
     if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
       since.push_back({assignment.point, now});
-  if (const auto met = detector.detect(ledger, {}, {}, false, since).found) ledger.apply(*met);
+  if (const auto met = detector.detect(ledger, {}, {}, {}, since).found) ledger.apply(*met);
   if (detector.as_in_paper()) return curved;
   std::set<SurfaceId> grown, unfitted = ledger.changes.touched();
   for (const Assignment& assignment : gained) grown.insert(assignment.surface);
@@ -137,7 +138,8 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, Sc
   const std::size_t looked_at = gained.size();
   // Algorithm 2: the rest accumulates until enough of it is new in some place; new surfaces expand, too.
   Detection detection = time(Stage::detect, [&] {
-    return detector.detect(ledger, ledger.queue(), ledger.pending(fresh), effort == Effort::all, gained);
+    const auto turn = effort == Effort::all ? std::nullopt : std::optional(ledger.revision());
+    return detector.detect(ledger, ledger.queue(), ledger.pending(fresh), turn, gained);
   });
   ledger.queue() = std::move(detection.left);
   report.waiting = detection.waiting;

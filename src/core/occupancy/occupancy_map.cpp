@@ -19,6 +19,7 @@ VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid
           sensing::views[payload.view],
           static_cast<std::uint8_t>(payload.range_class),
           payload.surface,
+          {},
           {}};
 }
 
@@ -163,15 +164,17 @@ void OccupancyMap::assign(geometry::VoxelKey key, SurfaceId surface) {
 }
 
 void OccupancyMap::read_block(geometry::VoxelKey key, std::vector<VoxelPoint>& out) const {
-  tree_->visit_points(key, 3, [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place) {
-    out.push_back(point_of(payload, grid_, k));
-    out.back().place = place;
-  });
+  tree_->visit_points(
+      key, 3, [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place, float log_odds) {
+        out.push_back(point_of(payload, grid_, k));
+        out.back().place = place;
+        out.back().log_odds = log_odds;
+      });
 }
 
 void OccupancyMap::for_each_point(const std::function<void(const VoxelPoint&)>& visit) const {
   tree_->visit_points({}, VoxelTree::top_level,
-                      [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place) {
+                      [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place, float) {
                         VoxelPoint point = point_of(payload, grid_, k);
                         point.place = place;
                         visit(point);

@@ -32,6 +32,7 @@ struct VoxelPoint {
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward the sensor
   std::uint8_t range_class = 0;                     ///< payload.hpp
   SurfaceId surface = 0;                            ///< 0: pending
+  float log_odds = 0;                               ///< if read by block
   PayloadPlace place{};                             ///< its storage, if known; valid until the next insert
 };
 

@@ -15,7 +15,7 @@ void PointWindow::read_block(std::uint64_t packed_block) const {
                                 static_cast<std::uint16_t>((packed_block >> 16 & 0x1fff) << 3),
                                 static_cast<std::uint16_t>((packed_block >> 32 & 0x1fff) << 3)};
   scratch_.clear();
-  map_.read_block(base, scratch_);
+  read_(base, scratch_);
   Block& block = blocks_.emplace_back();
   block.around.fill(unknown);
   block.first = static_cast<std::uint32_t>(points_.size());

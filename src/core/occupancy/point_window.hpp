@@ -9,7 +9,9 @@
 #include <bit>
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <tsl/robin_map.h>
+#include <utility>
 #include <vector>
 
 namespace octosurf::occupancy {
@@ -51,9 +53,12 @@ class PointSet {
 /// Valid until the octree's next insert. Not thread-safe.
 class PointWindow {
  public:
-  explicit PointWindow(OccupancyMap& map) : map_(map), writable_(&map) {}
+  explicit PointWindow(OccupancyMap& map) : PointWindow(reader_of(map)) { writable_ = &map; }
   /// For an octree that does not change: assign() changes the window only.
-  static PointWindow read_only(const OccupancyMap& map) { return PointWindow(map, nullptr); }
+  explicit PointWindow(const OccupancyMap& map) : PointWindow(reader_of(map)) {}
+  /// Appends the points of the block of 8³ voxels with this corner.
+  using ReadBlock = std::function<void(geometry::VoxelKey corner, std::vector<VoxelPoint>& points)>;
+  explicit PointWindow(ReadBlock read) : read_(std::move(read)) {}
 
   std::size_t size() const { return points_.size(); }
   /// The reference stays valid while further blocks are loaded; columns() may move.
@@ -88,6 +93,9 @@ class PointWindow {
     if (writable_ != nullptr) writable_->assign(point, surface);
   }
 
+  /// Replaces a point by another one in the same voxel, here alone.
+  void replace(PointId i, const VoxelPoint& point) { place(static_cast<std::uint32_t>(index_of(i)), point); }
+
   /// visit(PointId) for every point whose voxel lies within `reach` voxels of `key` along each axis,
   /// itself included, in a fixed order. Cost: blocks met, plus points met.
   template <class Visit>
@@ -114,7 +122,9 @@ class PointWindow {
   void for_each_row_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
 
  private:
-  PointWindow(const OccupancyMap& map, OccupancyMap* writable) : map_(map), writable_(writable) {}
+  static ReadBlock reader_of(const OccupancyMap& map) {
+    return [&map](geometry::VoxelKey corner, auto& points) { map.read_block(corner, points); };
+  }
   static constexpr std::uint64_t block_mask = 0x1fff1fff1fffULL;  // three 13-bit fields
   static constexpr std::uint32_t unknown = ~std::uint32_t{0};
   struct Block {
@@ -170,8 +180,8 @@ class PointWindow {
     return blocks_[home].around[side];
   }
 
-  const OccupancyMap& map_;
-  OccupancyMap* writable_;  // the same, or nullptr
+  ReadBlock read_;
+  OccupancyMap* writable_ = nullptr;
   // Loaded so far.
   mutable PagedVector<VoxelPoint> points_;  // of a block: ordered by z, y, x
   mutable Columns columns_;

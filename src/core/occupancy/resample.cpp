@@ -121,7 +121,7 @@ OccupancyMap OccupancyMap::resampled(const OccupancyMap& other, const Eigen::Iso
   const Eigen::Isometry3d T_other_here = T_here_other.inverse();
   Resampling(from, here.grid_, T_other_here, to).below({0, 0, 0}, VoxelTree::top_level);
   from.visit_points({}, VoxelTree::top_level,
-                    [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace) {
+                    [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace, float) {
                       const Eigen::Vector3f point =
                           (T_here_other * load_point(payload, other.grid_, k).cast<double>()).cast<float>();
                       geometry::VoxelKey key;

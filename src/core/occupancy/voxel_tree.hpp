@@ -76,8 +76,8 @@ class VoxelTree {
   };
   Lookup find(geometry::VoxelKey key) const;
 
-  /// visit(const VoxelPayload&, VoxelKey, PayloadPlace) for the points of the cube of 2^level voxels
-  /// (level ≥ 3) that holds `key`, in Morton order.
+  /// visit(const VoxelPayload&, VoxelKey, PayloadPlace, float log_odds) for the points of the cube of 2^level
+  /// voxels (level ≥ 3) that holds `key`, in Morton order.
   template <class Visit>
   void visit_points(geometry::VoxelKey key, int level, Visit&& visit) const;
   /// Sets the surface of a point of voxel `key`, whose payload is here.
@@ -399,7 +399,7 @@ void VoxelTree::visit_below(const Slot& slot, std::uint64_t morton, int level, V
   std::uint8_t rank = 0;
   for (std::uint64_t m = b.points; m != 0; m &= m - 1, ++rank)
     visit(payloads[rank], key_of(morton << 6 | static_cast<unsigned>(std::countr_zero(m))),
-          PayloadPlace{b.payloads, rank});
+          PayloadPlace{b.payloads, rank}, b.value[static_cast<unsigned>(std::countr_zero(m))]);
 }
 
 }  // namespace octosurf::occupancy

@@ -6,11 +6,12 @@ namespace octosurf::surfaces {
 
 Ledger::Ledger(MapState& state, Changes so_far)
     : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces, state.cylinders,
-              state.noise,      points_,         neighbours_of_points_},
+              state.noise,      points_,         neighbours_of_points_,  cells_},
       changes(std::move(so_far)),
       state_(state),
       points_(state.occupancy),
-      neighbours_of_points_(points_, state.occupancy.grid().resolution()) {}
+      neighbours_of_points_(points_, state.occupancy.grid().resolution()),
+      cells_(*this) {}
 
 std::vector<PointId> Ledger::take_unprocessed() {
   std::vector<geometry::VoxelKey> keys = std::exchange(changes.unprocessed, {});
@@ -18,7 +19,7 @@ std::vector<PointId> Ledger::take_unprocessed() {
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   std::vector<PointId> points;
   for (const geometry::VoxelKey key : keys)
-    if (is_pending(key)) points.push_back(window.find(key));
+    if (const PointId i = window.find(key); is_pending(i)) points.push_back(i);
   return points;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/map_view.hpp"
+#include "surfaces/cells.hpp"
 #include "surfaces/proposal.hpp"
 
 #include <set>
@@ -45,6 +45,7 @@ class Ledger : public MapView {
   /// Of these points, those that are pending.
   std::vector<PointId> pending(std::span<const PointId> points) const;
   PendingQueue& queue() { return state_.queue; }
+  std::uint64_t revision() const { return state_.revision; }
 
   void apply(std::span<const Assignment> assignments);
   /// Assigns the points of a proposal to its planes. A surface keeps its id in the plane with most of its
@@ -106,7 +107,7 @@ class Ledger : public MapView {
   void add(PointId i, SurfaceModel& surface) {
     const occupancy::VoxelPoint& p = window[i];
     state_.surfaces.add(surface, {p.key, p.range_class, p.position});
-    points_.assign(i, surface.id());
+    assign(i, surface.id());
     changes.grown.insert(surface.id());
   }
   SurfaceModel& remove(PointId i, const Eigen::Vector3f& position) {
@@ -114,14 +115,19 @@ class Ledger : public MapView {
     state_.surfaces.remove(surface, window[i].key, position);
     return surface;
   }
+  void assign(PointId i, SurfaceId surface) {
+    points_.assign(i, surface);
+    cells_.reassigned(i);
+  }
   void release(PointId i, const Eigen::Vector3f& before) {
     changes.shrunk.insert(remove(i, before).id());
-    points_.assign(i, 0);
+    assign(i, 0);
   }
 
   MapState& state_;
   occupancy::PointWindow points_;
   occupancy::Neighbours neighbours_of_points_;
+  Cells cells_;
 };
 
 }  // namespace octosurf::surfaces

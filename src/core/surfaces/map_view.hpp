@@ -3,7 +3,12 @@
 #include "occupancy/neighbours.hpp"
 #include "surfaces/map_state.hpp"
 
+#include <algorithm>
+#include <cstdint>
+
 namespace octosurf::surfaces {
+
+class Cells;
 
 /// Read access for stages: the map's surfaces, and its points around the changes. Blocks of points
 /// and their neighbours are loaded on first access.
@@ -16,11 +21,29 @@ struct MapView {
   const sensing::NoiseModel& noise;
   const occupancy::PointWindow& window;
   const occupancy::Neighbours& neighbours;
+  const Cells& cells;  ///< coarser ones, on which planes are found
+  int level = 0;       ///< the window's points are those of cells of 2^level voxels along each edge
 
-  /// Whether the voxel has a point without a surface.
-  bool is_pending(geometry::VoxelKey key) const {
-    const PointId i = window.find(key);
-    return i != PointId::none && window[i].surface == 0;
+  /// Key of the cell that holds a voxel. Cells, too, begin at coordinate 0.
+  geometry::VoxelKey cell_of(geometry::VoxelKey voxel) const {
+    const auto part = [this](std::uint16_t k) { return key(((k - first_key) >> level) + first_key); };
+    return {part(voxel.x), part(voxel.y), part(voxel.z)};
+  }
+  geometry::VoxelKey first_voxel_of(geometry::VoxelKey cell) const { return voxel_in(cell, 0); }
+  geometry::VoxelKey last_voxel_of(geometry::VoxelKey cell) const { return voxel_in(cell, (1 << level) - 1); }
+  /// The point of the cell that holds a voxel, or none.
+  PointId find(geometry::VoxelKey voxel) const { return window.find(cell_of(voxel)); }
+  /// Whether it is a point without a surface; false for none.
+  bool is_pending(PointId i) const { return i != PointId::none && window[i].surface == 0; }
+
+ private:
+  static constexpr int first_key = geometry::VoxelGrid::origin;  // at coordinate 0
+  static std::uint16_t key(int k) { return static_cast<std::uint16_t>(std::clamp(k, 0, 65535)); }
+  geometry::VoxelKey voxel_in(geometry::VoxelKey cell, int beyond) const {
+    const auto part = [&](std::uint16_t k) {
+      return key((k - first_key) * (1 << level) + first_key + beyond);
+    };
+    return {part(cell.x), part(cell.y), part(cell.z)};
   }
 };
 

@@ -1,0 +1,70 @@
+#pragma once
+
+#include "surfaces/map_view.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace octosurf::surfaces {
+
+/// A map's points by cells of 2^level voxels along each edge, each cell with the point of one of its voxels:
+/// what an octree of that resolution would hold. Planes are found on cells, since voxels finer than the
+/// narrowest surface needs only add readings. A cell has the surface of most of its voxels; of two with
+/// equally many the pending ones count. With level 0 cells are the voxels. Blocks of cells are read on first
+/// access. Valid until the octree's next insert. Not thread-safe.
+class Cells {
+ public:
+  /// The largest level whose cells are no wider than two thirds of the narrowest surface, so that a strip of
+  /// it covers one and a half of them, and than a quarter of h.
+  explicit Cells(const MapView& voxels);
+  Cells(const Cells&) = delete;
+  Cells& operator=(const Cells&) = delete;
+
+  /// Of the cells: grid, window and parameters in their units. Its `cells` are these.
+  const MapView& map() const { return coarse_ ? coarse_->map : voxels_; }
+  /// visit(PointId voxel) for those of a cell; first the one whose point is the cell's.
+  template <class Visit>
+  void for_each_voxel(PointId cell, Visit&& visit) const {
+    if (!coarse_) return visit(cell);
+    for (auto k = coarse_->first[index_of(cell)]; k < coarse_->first[index_of(cell) + 1]; ++k)
+      visit(coarse_->members[k]);
+  }
+  /// The cell of a voxel with a point.
+  PointId of(PointId voxel) const { return coarse_ ? coarse_->map.find(voxels_.window[voxel].key) : voxel; }
+  /// Those of some voxels, each once, in key order.
+  std::vector<PointId> of(std::span<const PointId> voxels) const;
+  /// The pending voxels of some cells, in key order.
+  std::vector<PointId> pending_in(std::span<const PointId> cells) const;
+  std::size_t pending_in(PointId cell) const;
+
+  /// Call it after a voxel's surface has changed.
+  void reassigned(PointId voxel);
+
+ private:
+  struct Coarse {
+    Coarse(const MapView& voxels, const Cells& cells, int level);
+    void read_block(geometry::VoxelKey corner, std::vector<occupancy::VoxelPoint>& points);
+    /// Moves the voxel whose point is the cell's to the front: the one nearest to the mean of those of the
+    /// cell's surface, since a mean of two faces would lie on neither.
+    occupancy::VoxelPoint represent(std::span<PointId> its, geometry::VoxelKey cell) const;
+    SurfaceId most_common_surface(std::span<const PointId> its) const;
+
+    const MapView& voxels;
+    Parameters parameters;
+    geometry::VoxelGrid grid;
+    occupancy::PointWindow window;
+    occupancy::Neighbours neighbours;
+    MapView map;
+    std::vector<PointId> members;                        // voxels, cell by cell
+    std::vector<std::uint32_t> first{0};                 // in `members`, of each cell
+    std::vector<PointId> cell_of;                        // of each voxel; none if not read
+    std::vector<std::pair<unsigned, PointId>> in_block;  // scratch
+  };
+  const MapView& voxels_;
+  std::optional<Coarse> coarse_;  // of level 1 and more
+};
+
+}  // namespace octosurf::surfaces
