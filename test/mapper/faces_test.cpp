@@ -245,19 +245,53 @@ TEST_P(Faces, ABeamOfTenCentimetres) {
   EXPECT_EQ(seen.face({0, -0.5, 0.011}, z), floor);
 }
 
+// Voxels of 1 cm, and planes found on cells of 2 cm: what is about as small as these.
+
 TEST(FinerFaces, AStepAsThickAsABook) {
-  Scene scene;  // 2.5 cm
-  scene.rectangle({-0.8, -0.8, 0.011}, 1.6 * x, 1.6 * y);
-  scene.box({-0.3, -0.2, 0.011}, {0.3, 0.2, 0.036});
-  const Seen seen(scene, 0.01, circle({0, 0, 1}, 0.6, 10), {{0, 0, 0}});
-  const auto book = seen.face({0, 0, 0.036}, z), floor = seen.face({0.5, 0, 0.011}, z);
-  ASSERT_TRUE(book && floor);
-  EXPECT_NE(book->id, floor->id);
-  EXPECT_NEAR(book->plane.signed_distance({0, 0, 0.036}), 0, 0.0015);
-  EXPECT_NEAR(floor->plane.signed_distance({0.5, 0, 0.011}), 0, 0.0015);
-  EXPECT_NEAR(book->area_m2, 0.24, 0.03);
-  EXPECT_FALSE(over(*floor, {0, 0, 0.011}));
-  EXPECT_EQ(seen.face({-0.5, 0, 0.011}, z), floor);
+  for (const double thickness : {0.025, 0.02})
+    for (const double height : {0.011, 0.018}) {  // beside layers of cells, and across them
+      SCOPED_TRACE(std::to_string(thickness) + " m, from " + std::to_string(height));
+      Scene scene;
+      scene.rectangle({-0.8, -0.8, height}, 1.6 * x, 1.6 * y);
+      scene.box({-0.3, -0.2, height}, {0.3, 0.2, height + thickness});
+      const Seen seen(scene, 0.01, circle({0, 0, 1}, 0.6, 10), {{0, 0, 0}});
+      const auto book = seen.face({0, 0, height + thickness}, z), floor = seen.face({0.5, 0, height}, z);
+      ASSERT_TRUE(book && floor);
+      EXPECT_NE(book->id, floor->id);
+      EXPECT_NEAR(book->plane.signed_distance({0, 0, height + thickness}), 0, 0.0015);
+      EXPECT_NEAR(floor->plane.signed_distance({0.5, 0, height}), 0, 0.0015);
+      EXPECT_NEAR(book->area_m2, 0.24, 0.03);
+      EXPECT_FALSE(over(*floor, {0, 0, height}));
+      EXPECT_EQ(seen.face({-0.5, 0, height}, z), floor);
+    }
+}
+
+TEST(FinerFaces, APlateThinnerThanACellHasTwoSides) {
+  constexpr double thickness = 0.015;
+  for (const double height : {0.701, 0.708, 0.716}) {
+    SCOPED_TRACE("at " + std::to_string(height));
+    const Eigen::Vector3d middle(0, 0, height), corner = middle - 0.4 * x - 0.2 * y, down = -thickness * z;
+    Scene scene;
+    scene.rectangle(corner, 0.8 * x, 0.4 * y).rectangle(corner + down, 0.8 * x, 0.4 * y);
+    std::vector<Eigen::Vector3d> eyes = circle(middle + 0.7 * z, 0.7, 6);
+    for (const Eigen::Vector3d& eye : circle(middle - 0.7 * z, 0.7, 6)) eyes.push_back(eye);
+    const Seen seen(scene, 0.01, eyes, {middle});
+    const auto top = seen.face(middle, z), underside = seen.face(middle + down, -z);
+    if (!top || !underside) continue;
+    EXPECT_NEAR(top->area_m2, 0.32, 0.04);
+    EXPECT_NEAR(underside->area_m2, 0.32, 0.04);
+  }
+}
+
+TEST(FinerFaces, ARailOfThreeCentimetres) {
+  Scene scene;
+  scene.rectangle({-1, -1, 0.011}, 2 * x, 2 * y);
+  scene.box({-0.4, -0.017, 0.011}, {0.4, 0.017, 0.211});
+  const Seen seen(scene, 0.01, circle({0, 0, 1}, 0.7, 10), {{0, 0, 0.2}});
+  const auto top = seen.face({0, 0, 0.211}, z), side = seen.face({0, 0.017, 0.111}, y);
+  ASSERT_TRUE(top && side);
+  EXPECT_NE(top->id, side->id);
+  EXPECT_NEAR(top->area_m2, 0.8 * 0.034, 0.012);
 }
 
 }  // namespace
