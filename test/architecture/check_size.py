@@ -10,8 +10,8 @@ import sys
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
     "include": (["include"], 3_797),
-    "core": (["src/core"], 20_753),
-    "octomap, pcl": (["src/octomap", "src/pcl"], 673),
+    "core": (["src/core"], 21_209),
+    "octomap, pcl": (["src/octomap", "src/pcl"], 674),
     "io": (["src/io"], 13_329),
     "planning": (["src/planning"], 6_380),
     "footsteps": (["src/footsteps"], 2_828),
@@ -20,7 +20,7 @@ FENCE = {
     "bindings": (["bindings"], 3_122),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 6_947),
-    "tests": (["test", "lab/test"], 47_690),
+    "tests": (["test", "lab/test"], 47_860),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
