@@ -8,13 +8,13 @@
 
 namespace octosurf::detection {
 
-/// The readings of cells to label around `due`, pending points: these, `touching` inliers, and all inliers of
-/// surfaces with half of theirs in the same blocks of seed patches as `due`. Pending points within h of these
-/// are candidates; context are the inliers beside all that, on the last part of its rays, and at boundaries
-/// within h. Cost is proportional to the input.
+/// The cells to label around `due`, pending cells: these, `touching` cells of inliers, and all of
+/// surfaces with half of their inliers in the same blocks of seed patches as `due`. Pending cells within h of
+/// these are candidates; context are cells of inliers beside all that, on the last part of its rays, and at
+/// boundaries within h. Cost is proportional to the input.
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> due,
                                std::span<const PointId> touching);
-/// The same around all inliers of some surfaces, and selected inliers of others.
+/// The same around all cells of some surfaces, and selected cells of others.
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces,
                                std::span<const PointId> inliers = {});
 
