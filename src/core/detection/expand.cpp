@@ -339,22 +339,26 @@ std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const Poi
   const surfaces::MapView& cells = map.cells.map();
   SurePlanes planes(map);
   std::vector<Assignment> gained;
-  const auto offer = [&](PointId voxel, SurfaceId id) {
-    if (map.is_pending(voxel) && planes.log_ratio(id, voxel) > 0) gained.push_back({voxel, id});
+  // The cell and its neighbours of the surface speak for it, those of another one or none against it.
+  const auto offer = [&](PointId voxel, PointId cell, SurfaceId id) {
+    if (!map.is_pending(voxel)) return;
+    int agreeing = 1;
+    for (const PointId j : cells.neighbours.of(cell)) agreeing += cells.window[j].surface == id ? 1 : -1;
+    if (planes.log_ratio(id, voxel) + Constants::boundary_cost * agreeing > 0) gained.push_back({voxel, id});
   };
   std::vector<PointId> pending;
   for (const PointId cell : map.cells.of(left)) {
     if (const SurfaceId id = cells.window[cell].surface; id == 0)
       pending.push_back(cell);
     else
-      map.cells.for_each_voxel(cell, [&](PointId voxel) { offer(voxel, id); });
+      map.cells.for_each_voxel(cell, [&](PointId voxel) { offer(voxel, cell, id); });
   }
   Flood flood(cells, map.grid.resolution());
   flood.run(std::move(pending));
   for (const auto& [cell, id] : flood.accepted()) {
     bool first = true;
-    map.cells.for_each_voxel(cell, [&, its = id](PointId voxel) {
-      std::exchange(first, false) ? gained.push_back({voxel, its}) : offer(voxel, its);
+    map.cells.for_each_voxel(cell, [&, at = cell, its = id](PointId voxel) {
+      std::exchange(first, false) ? gained.push_back({voxel, its}) : offer(voxel, at, its);
     });
   }
   if (cells.level > 0)

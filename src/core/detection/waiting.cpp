@@ -152,24 +152,20 @@ Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue
   PointSet in_due;
   bool over = false;
   for (std::size_t b = 0; b < queue.size(); ++b) {
-    if (over || result.points.size() >= budget || !has_turn(queue.in_block(b))) {
-      result.left.blocks.push_back(map.first_voxel_of(queue.in_block(b)));
-      result.waiting += queue.points_of(b).size();
-      continue;
-    }
-    const std::vector<PointId> of_block = new_cells(map, queue.points_of(b));
     std::vector<PointId> points;
-    for (int level = 0; level < seed_patch_levels; ++level)
-      add_due(map, VoxelBlocks(edge << level), of_block, fewest, in_due, points);
-    const std::size_t left = budget - result.points.size();
-    over = points.size() > left;
-    waits[b] = false;
-    if (over) {
-      cut_to(map, left, result.points.empty(), edge, points);
-      result.left.blocks.push_back(map.first_voxel_of(queue.in_block(b)));
-      result.waiting += queue.points_of(b).size();
+    waits[b] = over || result.points.size() >= budget || !has_turn(queue.in_block(b));
+    if (!waits[b]) {
+      const std::vector<PointId> of_block = new_cells(map, queue.points_of(b));
+      for (int level = 0; level < seed_patch_levels; ++level)
+        add_due(map, VoxelBlocks(edge << level), of_block, fewest, in_due, points);
+      const std::size_t left = budget - result.points.size();
+      over = points.size() > left;
+      if (over) cut_to(map, left, result.points.empty(), edge, points);
     }
     result.points.insert(result.points.end(), points.begin(), points.end());
+    if (!waits[b] && !over) continue;
+    result.left.blocks.push_back(map.first_voxel_of(queue.in_block(b)));
+    result.waiting += queue.points_of(b).size();
   }
   const PointSet due(result.points);
   std::erase_if(result.left.fresh, [&](VoxelKey key) {

@@ -11,10 +11,10 @@
 namespace octosurf::surfaces {
 
 /// A map's points by cells of 2^level voxels along each edge, each cell with the point of one of its voxels:
-/// what an octree of that resolution would hold. Planes are found on cells, since voxels finer than the
-/// narrowest surface needs only add readings. A cell has the surface of most of its voxels; of two with
-/// equally many the pending ones count. With level 0 cells are the voxels. Blocks of cells are read on first
-/// access. Valid until the octree's next insert. Not thread-safe.
+/// as in an octree of that resolution. Planes are found on cells, since voxels finer than the narrowest
+/// surface needs only add readings. A cell has the surface of most of its voxels; on a tie the pending ones
+/// count. With level 0 cells are the voxels. Blocks are read on first access. Valid until the octree's next
+/// insert. Not thread-safe.
 class Cells {
  public:
   /// The largest level whose cells are no wider than two thirds of the narrowest surface, so that a strip of
