@@ -47,11 +47,11 @@ enum class DetectorKind {
 struct DetectionParameters {
   DetectorKind detector = DetectorKind::likelihood;  ///< fixed for a map
   std::optional<int> min_surface_points;             ///< n; empty: derived
-  /// Maximum number of pending readings in which a scan searches for surfaces, or a quarter of the waiting
-  /// ones if that is more; the rest waits for the next scan or Mapper::drain(). 0: no limit. Not for the
-  /// paper's detector. In real time (`octosurf map --realtime`, the ROS node) 1,000: at 30 µs each they take
-  /// as long as a camera frame; the quarter bounds the delay of a large backlog: after eight scans, a quarter
-  /// of a second, a tenth of it is left.
+  /// Maximum number of pending readings (one in 2 cm at finer resolutions) in which a scan searches for
+  /// surfaces, or a quarter of the waiting ones if that is more, and beside known surfaces in a third of the
+  /// blocks, in turn; the rest waits for the next scans or Mapper::drain(). 0: no limit. Not for the paper's
+  /// detector. In real time (`octosurf map --realtime`, the ROS node) 1,000, as long as a camera frame at
+  /// 30 µs each; the quarter bounds a large backlog's delay: after eight scans a tenth of it is left.
   int detection_budget = 0;
   bool detect_cylinders = true;         ///< find pillars, rails and rungs among pending points
   std::optional<double> search_radius;  ///< r, m: of the paper's detector, for outliers and normals; of

@@ -10,7 +10,7 @@ import sys
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
     "include": (["include"], 3_797),
-    "core": (["src/core"], 21_209),
+    "core": (["src/core"], 21_194),
     "octomap, pcl": (["src/octomap", "src/pcl"], 674),
     "io": (["src/io"], 13_329),
     "planning": (["src/planning"], 6_380),

@@ -25,11 +25,9 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
   for (const auto& [place, count] : counts) {
     if (count < fewest) continue;
     std::vector<PointId> pending;
-    blocks.for_each_part(place, [&](const VoxelBlocks::Box& part) {
-      map.window.for_each_in(part.low, part.high, [&](PointId i) {
-        if (map.window[i].surface == 0 && !in_due.contains(i)) pending.push_back(i);
-      });
-      return pending.size() <= 2 * count;
+    const auto may_be_due = [&] { return pending.size() <= 2 * count; };
+    blocks.for_each_point_while(map.window, place, may_be_due, [&](PointId i) {
+      if (map.window[i].surface == 0 && !in_due.contains(i)) pending.push_back(i);
     });
     if (2 * count < pending.size()) continue;
     for (const PointId i : pending) in_due.insert(i);

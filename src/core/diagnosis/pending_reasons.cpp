@@ -10,13 +10,6 @@
 
 namespace octosurf::diagnosis {
 
-PendingReasons::View::View(const surfaces::MapState& state)
-    : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces, state.cylinders,
-              state.noise,      points_,         neighbours_of_points_,  cells_},
-      points_(state.occupancy),
-      neighbours_of_points_(points_, state.occupancy.grid().resolution()),
-      cells_(*this) {}
-
 PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelKey place,
                                const detection::Detector* paper)
     : view_(state) {

@@ -24,13 +24,7 @@ class PendingReasons {
   void collect_pending(geometry::VoxelKey place);
   bool stands_alone(geometry::VoxelKey key) const;
 
-  struct View : surfaces::MapView {
-    explicit View(const surfaces::MapState& state);
-    occupancy::PointWindow points_;
-    occupancy::Neighbours neighbours_of_points_;
-    surfaces::Cells cells_;
-  };
-  View view_;
+  surfaces::LoadedView view_;
   std::vector<PointId> pending_;
   std::map<PointId, surfaces::Refusal> reasons_;
 };

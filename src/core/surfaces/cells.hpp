@@ -67,4 +67,25 @@ class Cells {
   std::optional<Coarse> coarse_;  // of level 1 and more
 };
 
+/// A view with what it loads.
+class LoadedView : public MapView {
+ public:
+  /// To read a map that does not change.
+  explicit LoadedView(const MapState& state) : LoadedView(state, occupancy::PointWindow(state.occupancy)) {}
+  LoadedView(const LoadedView&) = delete;  // the view refers to its members
+  LoadedView& operator=(const LoadedView&) = delete;
+
+ protected:
+  LoadedView(const MapState& state, occupancy::PointWindow points)
+      : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces,  state.cylinders,
+                state.noise,      points_,         neighbours_of_points_,  cells_of_points_},
+        points_(std::move(points)),
+        neighbours_of_points_(points_, grid.resolution()),
+        cells_of_points_(*this) {}
+
+  occupancy::PointWindow points_;
+  occupancy::Neighbours neighbours_of_points_;
+  Cells cells_of_points_;
+};
+
 }  // namespace octosurf::surfaces

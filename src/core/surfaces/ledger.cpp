@@ -5,13 +5,7 @@
 namespace octosurf::surfaces {
 
 Ledger::Ledger(MapState& state, Changes so_far)
-    : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces, state.cylinders,
-              state.noise,      points_,         neighbours_of_points_,  cells_},
-      changes(std::move(so_far)),
-      state_(state),
-      points_(state.occupancy),
-      neighbours_of_points_(points_, state.occupancy.grid().resolution()),
-      cells_(*this) {}
+    : LoadedView(state, occupancy::PointWindow(state.occupancy)), changes(std::move(so_far)), state_(state) {}
 
 std::vector<PointId> Ledger::take_unprocessed() {
   std::vector<geometry::VoxelKey> keys = std::exchange(changes.unprocessed, {});

@@ -31,12 +31,10 @@ struct Changes {
 /// The only way to change the surface of a point: stages that decide return proposals for apply(); retraction
 /// and adoption move points one by one. Keeps octree, window, surfaces and the record of changes consistent.
 /// Rolling back is the Transaction's task. Valid until the octree's next scan.
-class Ledger : public MapView {
+class Ledger : public LoadedView {
  public:
   /// `so_far`: the changes by the transaction's earlier scans.
   explicit Ledger(MapState& state, Changes so_far = {});
-  Ledger(const Ledger&) = delete;  // the view refers to its members
-  Ledger& operator=(const Ledger&) = delete;
 
   Changes changes;
 
@@ -117,7 +115,7 @@ class Ledger : public MapView {
   }
   void assign(PointId i, SurfaceId surface) {
     points_.assign(i, surface);
-    cells_.reassigned(i);
+    cells_of_points_.reassigned(i);
   }
   void release(PointId i, const Eigen::Vector3f& before) {
     changes.shrunk.insert(remove(i, before).id());
@@ -125,9 +123,6 @@ class Ledger : public MapView {
   }
 
   MapState& state_;
-  occupancy::PointWindow points_;
-  occupancy::Neighbours neighbours_of_points_;
-  Cells cells_;
 };
 
 }  // namespace octosurf::surfaces
