@@ -34,7 +34,7 @@ OffsetVariances after_slide(double slid_m) {
   const surfaces::MapState& state = mapper.map().state();
   const auto snapshot = mapper.snapshot();
   EXPECT_EQ(snapshot->surfaces.size(), 1U);
-  const alignment::GrowingMap growing{state.surfaces, state.noise};
+  const alignment::GrowingMap growing{state.surfaces, state.noise, state.parameters.max_hole_size()};
   alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
   const alignment::AlignedSurface& table = *near.in(*snapshot, everywhere, &growing).at(0);
@@ -69,7 +69,7 @@ TEST(NearSurfaces, WhatIsGoneButPublishedStillIsNotNear) {
   const auto published = map_of_rectangles(scene, {0, 0, 1});
   const Mapper mapper{Parameters{}};  // whose map has no surface
   const surfaces::MapState& state = mapper.map().state();
-  const alignment::GrowingMap growing{state.surfaces, state.noise};
+  const alignment::GrowingMap growing{state.surfaces, state.noise, state.parameters.max_hole_size()};
   alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
   EXPECT_EQ(near.in(*published, everywhere).size(), 1U);

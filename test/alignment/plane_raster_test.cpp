@@ -1,6 +1,8 @@
 #include "alignment/plane_raster.hpp"
 
+#include "support/polygons.hpp"
 #include "support/seed.hpp"
+#include "surfaces/surface_model.hpp"
 
 #include <gtest/gtest.h>
 #include <limits>
@@ -102,6 +104,53 @@ TEST(PlaneRaster, OfAWindowCoversTheSameThere) {
   EXPECT_FALSE(part.holds({Eigen::Vector2d(3, 3), Eigen::Vector2d(4, 5)}));
   EXPECT_FALSE(part.holds(everywhere));
   EXPECT_GT(covered, 1000U);
+}
+
+/// The map under construction has no polygons at hand. Both rasters close gaps up to h: by triangles the one,
+/// by squares the other; so beyond h / 2 of the boundary and the two cells that are taken off it they agree.
+TEST(PlaneRaster, OfCellsIsThatOfThePolygonsButAtTheBoundary) {
+  auto rng = test::rng();
+  constexpr double d = 0.02, h = 0.08, edge = 2 * d;
+  std::uniform_real_distribution<double> turn(-3, 3), within(-3.2, 3.2), missing(0, 1);
+  std::size_t covered = 0, differ = 0, looked_at = 0;
+  for (int world = 0; world < 10; ++world) {
+    const std::vector<Polygon> region{
+        {star(rng, {0, 0}, 1.2, 3.1, 23, false), {star(rng, {0, 0}, 0.2, 0.9, 11, true)}}};
+    surfaces::SurfaceModel model(1, {}, Eigen::Vector3d::Zero(), d);
+    const geometry::VoxelGrid grid(d);
+    for (double x = -3.2 + d / 2; x < 3.2; x += d)
+      for (double y = -3.2 + d / 2; y < 3.2; y += d) {
+        const Eigen::Vector3f at(static_cast<float>(x), static_cast<float>(y), 0);
+        geometry::VoxelKey key;
+        if (inside(region, {x, y}) && missing(rng) < 0.7 && grid.key_of(at, key)) model.add({key, 0, at});
+      }
+    model.derive(h);
+    const Eigen::Isometry3d T_frame_surface(Eigen::AngleAxisd(turn(rng), Eigen::Vector3d::UnitZ()));
+    std::vector<Polygon> polygons = model.polygons();
+    const auto turned = [&](Ring2& ring) {
+      for (Eigen::Vector2d& p : ring) p = T_frame_surface.linear().topLeftCorner<2, 2>() * p;
+    };
+    for (Polygon& polygon : polygons) {
+      turned(polygon.outer);
+      std::for_each(polygon.holes.begin(), polygon.holes.end(), turned);
+    }
+    const Eigen::AlignedBox2d window(Eigen::Vector2d(-3, -2), Eigen::Vector2d(3, 2));
+    const alignment::PlaneRaster slow(polygons, edge, everywhere),
+        part(model, T_frame_surface * model.pose().inverse(), h, edge, window);
+    EXPECT_TRUE(part.holds(window));
+    for (int i = 0; i < 2000; ++i) {
+      const Eigen::Vector2d p(within(rng), within(rng));
+      if (!window.contains(p)) continue;
+      ++looked_at;
+      covered += part.covers(p.x(), p.y());
+      if (part.covers(p.x(), p.y()) == slow.covers(p.x(), p.y())) continue;
+      ++differ;
+      ASSERT_LT(distance_to_rings(p, polygons), h / 2 + 2 * std::sqrt(2) * edge)
+          << "world " << world << " at " << p;
+    }
+  }
+  EXPECT_GT(covered, looked_at / 4);
+  EXPECT_LT(differ, looked_at / 20);
 }
 
 TEST(PlaneRaster, OfNothingCoversNothing) {

@@ -8,9 +8,17 @@
 namespace octosurf::alignment {
 namespace {
 
-Eigen::AlignedBox3d box_of(const Surface& surface) {
+/// `model`: of the map under construction, whose published surfaces have no polygons yet; else null.
+Eigen::AlignedBox3d box_of(const Surface& surface, const surfaces::SurfaceModel* model) {
   Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex : surface.boundary) box.extend(vertex);
+  if (model == nullptr)
+    for (const Eigen::Vector3d& vertex : surface.boundary) box.extend(vertex);
+  else
+    model->for_each_tile([&](const geometry::CellBits::Cells& cells) {
+      const Eigen::AlignedBox2d part = cells.box();
+      for (int i = 0; i < 4; ++i)
+        box.extend(model->place_of(part.corner(static_cast<Eigen::AlignedBox2d::CornerType>(i))));
+    });
   return box;
 }
 
@@ -43,6 +51,15 @@ AreaMoments area_moments(const std::vector<Polygon>& polygons) {
   return m;
 }
 
+/// An inlier stands for its cell, so the inliers' moments are those of the area, of which only the boundary's
+/// course is coarser.
+AreaMoments area_moments(const surfaces::SurfaceModel& model, const Eigen::Isometry3d& T_surface_map) {
+  const geometry::Moments inliers = model.moments(nullptr);
+  const Eigen::Matrix<double, 2, 3> axes = T_surface_map.linear().topRows<2>();
+  return {inliers.count, (T_surface_map * (model.reference() + inliers.mean())).head<2>(),
+          axes * inliers.covariance() * axes.transpose()};
+}
+
 /// Projection of a box of the map onto a surface's plane.
 Eigen::AlignedBox2d in_plane(const Eigen::AlignedBox3d& box, const Eigen::Isometry3d& T_surface_map) {
   Eigen::AlignedBox2d covered;
@@ -59,9 +76,7 @@ constexpr double boundary_bias = 1.0 / 6;
 /// Effect of a bias of boundary_bias · d in a strip d wide along one side of a surface on its plane. With s²
 /// the variance of its area along an axis (w²/3 of a rectangle that is 2 w wide, of which the strip is d / 2
 /// w): the slope is off by about boundary_bias · d² / s², the offset in the middle by boundary_bias · d² / s.
-Eigen::Matrix3d boundary_covariance(const Surface& surface) {
-  const double d = surface.resolution;
-  const AreaMoments m = area_moments(surface.polygons);
+Eigen::Matrix3d boundary_covariance(const AreaMoments& m, double d) {
   const Eigen::Matrix2d scatter = m.scatter + d * d * Eigen::Matrix2d::Identity();  // at least a voxel wide
   const Eigen::Matrix2d inverse = scatter.inverse();
   const double bias = boundary_bias * d * d;
@@ -76,14 +91,18 @@ Eigen::Matrix3d boundary_covariance(const Surface& surface) {
 
 }  // namespace
 
-AlignedSurface::AlignedSurface(const Surface& surface, double edge, const Eigen::AlignedBox2d& window)
+AlignedSurface::AlignedSurface(const Surface& surface, const surfaces::SurfaceModel* model,
+                               double max_hole_size, double edge, const Eigen::AlignedBox2d& window)
     : plane(surface.plane),
       T_surface_map(surface.T_map_surface.inverse()),
-      by_boundary(boundary_covariance(surface)),
+      by_boundary(boundary_covariance(
+          model != nullptr ? area_moments(*model, T_surface_map) : area_moments(surface.polygons),
+          surface.resolution)),
       covariance(surface.covariance + by_boundary),
-      raster(surface.polygons, edge, window) {}
+      raster(model != nullptr ? PlaneRaster(*model, T_surface_map, max_hole_size, edge, window)
+                              : PlaneRaster(surface.polygons, edge, window)) {}
 
-void NearSurfaces::follow(const Snapshot& snapshot) {
+void NearSurfaces::follow(const Snapshot& snapshot, const GrowingMap* growing) {
   std::vector<Entry> entries;
   entries.reserve(snapshot.surfaces.size());
   auto before = entries_.begin();
@@ -92,14 +111,15 @@ void NearSurfaces::follow(const Snapshot& snapshot) {
     if (before != entries_.end() && before->surface == surface)
       entries.push_back(std::move(*before++));
     else
-      entries.push_back({surface, box_of(*surface), nullptr});
+      entries.push_back(
+          {surface, box_of(*surface, growing ? growing->surfaces.find(surface->id) : nullptr), nullptr});
   }
   entries_ = std::move(entries);
 }
 
 std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, const Eigen::AlignedBox3d& box,
                                                     const GrowingMap* growing) {
-  follow(snapshot);
+  follow(snapshot, growing);
   // Two voxels: fine enough for a stair's tread after erosion, coarse enough to be rebuilt for every surface
   // that a scan changes.
   const double edge = 2 * snapshot.resolution;
@@ -114,7 +134,8 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, co
     if (!entry.aligned || !entry.aligned->raster.holds(window)) {
       const Eigen::Vector2d beyond = window.sizes() / 2;  // margin for the next scans
       entry.aligned = std::make_unique<AlignedSurface>(
-          *entry.surface, edge, Eigen::AlignedBox2d(window.min() - beyond, window.max() + beyond));
+          *entry.surface, model, growing != nullptr ? growing->max_hole_size : 0, edge,
+          Eigen::AlignedBox2d(window.min() - beyond, window.max() + beyond));
     }
     // Recomputed for every scan, because the noise estimate changes, too.
     if (model != nullptr)

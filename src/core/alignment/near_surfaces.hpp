@@ -9,6 +9,7 @@
 #include <octosurf/surface.hpp>
 
 namespace octosurf::surfaces {
+class SurfaceModel;
 class SurfaceStore;
 }  // namespace octosurf::surfaces
 
@@ -20,8 +21,9 @@ namespace octosurf::alignment {
 
 /// Alignment's data of a surface, at one of its revisions.
 struct AlignedSurface {
-  /// The raster covers `window` (u, v).
-  AlignedSurface(const Surface& surface, double edge, const Eigen::AlignedBox2d& window);
+  /// The raster covers `window` (u, v). `model`: the surface's in the map under construction, or null.
+  AlignedSurface(const Surface& surface, const surfaces::SurfaceModel* model, double max_hole_size,
+                 double edge, const Eigen::AlignedBox2d& window);
 
   Plane plane;
   Eigen::Isometry3d T_surface_map;
@@ -36,6 +38,7 @@ struct AlignedSurface {
 struct GrowingMap {
   const surfaces::SurfaceStore& surfaces;
   const sensing::NoiseModel& noise;
+  double max_hole_size;  ///< m
 };
 
 /// The surfaces of a map with their rasters, which are built when a scan first comes near a surface and
@@ -55,7 +58,7 @@ class NearSurfaces {
     Eigen::AlignedBox3d box;
     std::unique_ptr<AlignedSurface> aligned;
   };
-  void follow(const Snapshot& snapshot);
+  void follow(const Snapshot& snapshot, const GrowingMap* growing);
 
   std::vector<Entry> entries_;  ///< one per surface of the last snapshot, ascending id
 };

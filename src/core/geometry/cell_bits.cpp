@@ -133,6 +133,15 @@ std::vector<CellBits::Cells> CellBits::take_changes(bool thin) {
   return changed;
 }
 
+Eigen::AlignedBox2d CellBits::Cells::box() const {
+  std::uint64_t columns = bits;
+  for (const int half : {32, 16, 8}) columns |= columns >> half;
+  const auto across = static_cast<std::uint8_t>(columns);
+  const Eigen::Vector2d corner(8.0 * tile.u, 8.0 * tile.v);
+  return {corner + Eigen::Vector2d(std::countr_zero(across), std::countr_zero(bits) / 8),
+          corner + Eigen::Vector2d(8 - std::countl_zero(across), 8 - std::countl_zero(bits) / 8)};
+}
+
 std::vector<CellBits::Cells> CellBits::boundary() const {
   std::vector<Cells> boundary;
   for (const auto& [key, tile] : tiles_)

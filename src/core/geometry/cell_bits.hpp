@@ -2,6 +2,7 @@
 
 #include "geometry/paged_map.hpp"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -44,6 +45,8 @@ class CellBits {
     PlaneCell tile;
     std::uint64_t bits = 0;
 
+    /// Of the cells, of which there must be some, in cells of the plane.
+    Eigen::AlignedBox2d box() const;
     template <class Visit>
     void for_each(Visit&& visit) const {
       for (std::uint64_t left = bits; left != 0; left &= left - 1) {
@@ -80,6 +83,12 @@ class CellBits {
   /// the tiles with changes.
   std::vector<Cells> take_changes(bool thin);
 
+  /// Calls visit(Cells) with the occupied cells of each tile, in no particular order.
+  template <class Visit>
+  void for_each_tile(Visit&& visit) const {
+    for (const auto& [key, tile] : tiles_)
+      if (tile.occupied != 0) visit(Cells{PlaneCell::unpack(key), tile.occupied});
+  }
   /// Occupied cells not deep inside, as of the last take_changes(). O(tiles).
   std::vector<Cells> boundary() const;
 

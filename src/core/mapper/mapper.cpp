@@ -186,7 +186,7 @@ Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan&
   alignment::AlignmentState& alignment = checked.alignment = record.state;
   report.alignment = time(Stage::align, [&] {
     const Snapshot& before = *state.snapshot.load();
-    const alignment::GrowingMap growing{state.surfaces, state.noise};
+    const alignment::GrowingMap growing{state.surfaces, state.noise, state.parameters.max_hole_size()};
     const alignment::RangeLimits limits{parameters.min_range, max_range};
     alignment::ScanAligner::Result posed =
         state.parameters.alignment.enabled ? align(alignment, record.patches, before, growing, scan, limits,

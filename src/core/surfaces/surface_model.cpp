@@ -90,8 +90,16 @@ std::optional<geometry::PlaneCell> SurfaceModel::nearest(geometry::PlaneCell cel
   return geometry::first_in_rings(cell, 0, reach, [this](geometry::PlaneCell at) { return occupied(at); });
 }
 
-Eigen::Vector3d SurfaceModel::centre_of(geometry::PlaneCell cell) const {
-  return hash_frame_ * Eigen::Vector3d((cell.u + 0.5) * resolution_, (cell.v + 0.5) * resolution_, 0);
+Eigen::Vector3d SurfaceModel::place_of(const Eigen::Vector2d& uv) const {
+  return hash_frame_ * Eigen::Vector3d(uv.x() * resolution_, uv.y() * resolution_, 0);
+}
+
+Eigen::Affine2d SurfaceModel::T_frame_cells(const Eigen::Isometry3d& T_frame_map) const {
+  const Eigen::Isometry3d T = T_frame_map * hash_frame_;
+  Eigen::Affine2d result = Eigen::Affine2d::Identity();
+  result.linear() = resolution_ * T.linear().topLeftCorner<2, 2>();
+  result.translation() = T.translation().head<2>();
+  return result;
 }
 
 void SurfaceModel::insert(const Inlier& inlier) {

@@ -66,8 +66,18 @@ class SurfaceModel {
   bool surrounded(geometry::PlaneCell cell) const;
   /// The nearest cell with an inlier, at most `reach` cells off.
   std::optional<geometry::PlaneCell> nearest(geometry::PlaneCell cell, int reach) const;
-  /// A cell's centre, map frame, on the hash frame's plane, which is within one degree of the plane.
-  Eigen::Vector3d centre_of(geometry::PlaneCell cell) const;
+  /// The place at (u, v) in cells, map frame, on the hash frame's plane, which is within one degree of the
+  /// plane.
+  Eigen::Vector3d place_of(const Eigen::Vector2d& uv) const;
+  Eigen::Vector3d centre_of(geometry::PlaneCell cell) const { return place_of({cell.u + 0.5, cell.v + 0.5}); }
+
+  /// Calls visit(CellBits::Cells) with the occupied cells of each tile, in no particular order.
+  template <class Visit>
+  void for_each_tile(Visit&& visit) const {
+    bits_.for_each_tile(std::forward<Visit>(visit));
+  }
+  /// From cells to (u, v) in a surface frame, along the frame's normal: of a place on the hash frame's plane.
+  Eigen::Affine2d T_frame_cells(const Eigen::Isometry3d& T_frame_map) const;
 
   /// Inliers in key order; O(n log n).
   std::vector<Inlier> sorted_inliers() const;
