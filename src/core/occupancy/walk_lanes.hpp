@@ -103,10 +103,11 @@ template <bool paged>
     _mm512_store_si512(word, _mm512_maskz_srli_epi64(all, address, 6));
     _mm512_store_si512(bit, _mm512_maskz_sllv_epi64(all, one, _mm512_and_si512(address, low6)));
     set_bits<paged>(to, word, bit);
-    const unsigned xy = _mm512_cmp_pd_mask(tx, ty, _CMP_LT_OQ), xz = _mm512_cmp_pd_mask(tx, tz, _CMP_LT_OQ),
-                   yz = _mm512_cmp_pd_mask(ty, tz, _CMP_LT_OQ);
-    const auto is_x = static_cast<__mmask8>(xy & xz), is_y = static_cast<__mmask8>(~xy & yz),
-               is_z = static_cast<__mmask8>(~(is_x | is_y));
+    // As next_axis chooses, without waiting for one mask to find the next.
+    const __mmask8 is_x = _mm512_cmp_pd_mask(tx, _mm512_maskz_min_pd(all, ty, tz), _CMP_LT_OQ),
+                   is_y = _kand_mask8(_mm512_cmp_pd_mask(ty, tz, _CMP_LT_OQ),
+                                      _mm512_cmp_pd_mask(ty, tx, _CMP_LE_OQ)),
+                   is_z = _mm512_cmp_pd_mask(tz, _mm512_maskz_min_pd(all, tx, ty), _CMP_LE_OQ);
     tx = _mm512_mask_add_pd(tx, is_x, tx, dx);
     ty = _mm512_mask_add_pd(ty, is_y, ty, dy);
     tz = _mm512_mask_add_pd(tz, is_z, tz, dz);
