@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,25 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
+using Points = std::vector<occupancy::VoxelPoint>;
+
+/// All voxels of the readings that the patch explains: a cell's one point says little about a bar as narrow
+/// as three cells. The others of a cell may be of a face beside it.
+Points voxels_of(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices) {
+  Points points;
+  points.reserve(indices.size());
+  for (const Readings::Index i : indices) {
+    bool first = true;
+    readings.for_each_voxel(i, [&](PointId, const occupancy::VoxelPoint& p) {
+      if (std::exchange(first, false) ||
+          readings.model().log_ratio(patch.plane.signed_distance(p.position.cast<double>()), p.range_class,
+                                     patch.plane.normal.dot(p.view.cast<double>())) > 0)
+        points.push_back(p);
+    });
+  }
+  return points;
+}
+
 /// Σ w of {1, u, v, u²/2, uv, v²/2} and of heights over the patch's plane: weights of the noise alone,
 /// because common errors cause no curvature.
 struct QuadraticSums {
@@ -25,15 +45,17 @@ struct QuadraticSums {
   Vector6 right = Vector6::Zero();
 };
 
-QuadraticSums sums_of(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices,
+/// `points`: readings or voxels.
+template <class Range>
+QuadraticSums sums_of(const Readings& readings, const Patch& patch, const Range& points,
                       const Eigen::Matrix3d& R, const Eigen::Vector3d& origin) {
   QuadraticSums sums;
-  for (const Readings::Index i : indices) {
-    const Reading& r = readings[i];
-    const Eigen::Vector3d p = R * (r.position.cast<double>() - origin);
+  for (const auto& r : points) {
+    const Eigen::Vector3d p = R * (r.position.template cast<double>() - origin);
     Vector6 basis;
     basis << 1, p.x(), p.y(), 0.5 * p.x() * p.x(), p.x() * p.y(), 0.5 * p.y() * p.y();
-    const double w = 1 / readings.model().independent_variance(r.range_class, r.cos_incidence(patch.plane));
+    const double w = 1 / readings.model().independent_variance(
+                             r.range_class, patch.plane.normal.dot(r.view.template cast<double>()));
     sums.normal += w * basis * basis.transpose();
     sums.right += w * p.z() * basis;
   }
@@ -98,12 +120,13 @@ struct BendAcross {
   double information = 0, evidence = 0;
   double width2 = 0;  ///< Σ information times a block's squared width, m²
 
-  void add(const Readings& readings, const Patch& patch, std::span<const Readings::Index> block) {
+  void add(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices) {
     constexpr std::size_t fewest = 6;  // four parameters, and two readings to contradict them
+    const Points block = voxels_of(readings, patch, indices);
     if (block.size() < fewest) return;
     Patch part = patch;
     part.moments = {};
-    for (const Readings::Index i : block) part.moments.add(readings[i].position.cast<double>() - part.origin);
+    for (const occupancy::VoxelPoint& p : block) part.moments.add(p.position.cast<double>() - part.origin);
     const PrincipalFrame frame(part);
     const QuadraticSums sums = sums_of(readings, patch, block, frame.R, part.centroid());
     const Eigen::Vector3d mixed = sums.normal.block<3, 1>(0, 3);
@@ -145,7 +168,10 @@ bool is_curved_in_places(const Readings& readings, const Patch& patch,
 bool is_curved(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices) {
   const PrincipalFrame frame(patch);
   const Eigen::Matrix3d& R = frame.R;
-  const QuadraticSums sums = sums_of(readings, patch, indices, R, patch.centroid());
+  const QuadraticSums sums = sums_of(
+      readings, patch,
+      indices | std::views::transform([&](Readings::Index i) -> const Reading& { return readings[i]; }), R,
+      patch.centroid());
   // Curvatures with offset and slopes eliminated (Schur complement).
   const Eigen::Matrix3d plane = sums.normal.topLeftCorner<3, 3>(), mixed = sums.normal.topRightCorner<3, 3>();
   const Eigen::LDLT<Eigen::Matrix3d> solver(plane);
