@@ -283,7 +283,7 @@ void MapRun::insert_all(ScanFeed& feed) {
     insert(scans);
     backlog_.mapped(now_s() - start_s);
     done += scans.size();
-    progress.show(done, io::count_of(mapper_.snapshot()->surfaces.size(), "surface"));
+    progress.show(done, [&] { return io::count_of(mapper_.snapshot()->surfaces.size(), "surface"); });
     checkpoint();
   }
 }
@@ -324,7 +324,7 @@ void MapRun::insert(std::span<const PreparedScan> scans) {
         note(scan, reports[i], options_.realtime ? arrival_of(scan) : start_s, done_s);
         last_stamp_s_ = scan.stamp_s;
       }
-      scene_.add_surfaces(*last_stamp_s_, *mapper_.snapshot());
+      scene_.add_surfaces(*last_stamp_s_, mapper_);
       scans = scans.subspan(reports.size());
     } catch (const Error& error) {
       if (!options_.source.skip_bad || error.kind() != Error::Kind::data) throw;
@@ -336,7 +336,7 @@ void MapRun::insert(std::span<const PreparedScan> scans) {
 
 void MapRun::drain() {
   if (statistics_.drain(mapper_, [this] { return now_s(); }) && last_stamp_s_)
-    scene_.add_surfaces(*last_stamp_s_, *mapper_.snapshot());
+    scene_.add_surfaces(*last_stamp_s_, mapper_);
 }
 
 void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {

@@ -3,6 +3,7 @@
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/readers/scan_list.hpp"
+#include "io/text_file.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "progress.hpp"
@@ -160,7 +161,7 @@ class Remap {
       report.total_ms = 1e3 * (done_s - arrival_s);
       statistics_.add(scan, report, arrival_s, done_s);
       poses_log_.add(scan.stamp_s, report.alignment.T_map_sensor);
-      progress.show(i + 1, std::to_string(mapper.snapshot()->surfaces.size()) + " surfaces");
+      progress.show(i + 1, [&] { return io::count_of(mapper.snapshot()->surfaces.size(), "surface"); });
     }
     drain(mapper);
   }

@@ -19,9 +19,9 @@ void SceneLog::add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
   warn_of_failure();
 }
 
-void SceneLog::add_surfaces(double stamp_s, const Snapshot& snapshot) {
+void SceneLog::add_surfaces(double stamp_s, const Mapper& mapper) {
   if (!log_ || failing_) return;
-  log_->add_changes(stamp_s, snapshot);
+  log_->add_changes(stamp_s, *mapper.snapshot());
   warn_of_failure();
 }
 

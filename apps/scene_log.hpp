@@ -9,6 +9,7 @@
 #include <string>
 
 #include <octosurf/error.hpp>
+#include <octosurf/mapper.hpp>
 
 namespace octosurf {
 
@@ -21,7 +22,7 @@ class SceneLog {
 
   // A failed write is reported once on stderr; the run continues.
   void add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
-  void add_surfaces(double stamp_s, const Snapshot& snapshot);
+  void add_surfaces(double stamp_s, const Mapper& mapper);
 
   /// Adds all surfaces and finishes the file; throws Error(output), Error(usage).
   void save(double stamp_s, const Snapshot& snapshot);

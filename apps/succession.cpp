@@ -98,8 +98,9 @@ void Succession::settle_removals(Identities& identities) const {
 void renumber(surfaces::MapState& state, const Identities& identities) {
   surfaces::SurfaceStore surfaces(state.parameters.occupancy.resolution, state.pages().get());
   surfaces.set_erosion_tolerance(state.parameters.surface_tolerance());
+  const std::shared_ptr<const Snapshot> published = state.snapshot.read();
   for (const auto& [id, surface] : state.surfaces) {
-    surfaces::SurfaceModel::State renamed = surface.state();
+    surfaces::SurfaceModel::State renamed = surface.state(published.get());
     renamed.id = identities.surfaces.at(id);
     renamed.parents = identities.parents.at(renamed.id);
     renamed.born = identities.surfaces_born.at(renamed.id);
@@ -132,7 +133,7 @@ void renumber(surfaces::MapState& state, const Identities& identities) {
     snapshot->surfaces.push_back(surface.publish(state.revision));
   snapshot->cylinders = state.cylinders.publish(state.revision);
   snapshot->removals = state.removals;
-  state.snapshot.store(std::move(snapshot));
+  state.snapshot.store(std::shared_ptr<const Snapshot>(std::move(snapshot)));
 }
 
 }  // namespace octosurf

@@ -28,20 +28,24 @@ std::string Progress::pace(std::size_t done) const {
   return text.data();
 }
 
-void Progress::show(std::size_t done, const std::string& note) {
+void Progress::show(std::size_t done, const std::function<std::string()>& note) {
+  constexpr std::chrono::milliseconds least_between(200);
   done = std::min(done, total_);
+  const auto now = std::chrono::steady_clock::now();
+  if (terminal_ ? done < total_ && now - shown_ < least_between : 10 * done / total_ <= tenths_) return;
+  shown_ = now;
+  tenths_ = 10 * done / total_;
   const std::string text = std::to_string(done) + "/" + std::to_string(total_) + " scans" + pace(done) +
-                           (note.empty() ? "" : ", " + note);
-  if (terminal_) {
-    constexpr std::size_t width = 40;
-    const std::string bar(width * done / total_, '#');
-    std::fprintf(stderr, "\r[%-*s] %s\033[K", static_cast<int>(width), bar.c_str(), text.c_str());
-    open_ = done < total_;
-    if (!open_) std::fputc('\n', stderr);
-  } else if (10 * done / total_ > tenths_) {
-    tenths_ = 10 * done / total_;
+                           (note ? ", " + note() : "");
+  if (!terminal_) {
     std::fprintf(stderr, "%s\n", text.c_str());
+    return;
   }
+  constexpr std::size_t width = 40;
+  const std::string bar(width * done / total_, '#');
+  std::fprintf(stderr, "\r[%-*s] %s\033[K", static_cast<int>(width), bar.c_str(), text.c_str());
+  open_ = done < total_;
+  if (!open_) std::fputc('\n', stderr);
 }
 
 }  // namespace octosurf

@@ -23,11 +23,11 @@ constexpr std::int64_t pause_ns = 1'000'000'000;  // without a scan, by time sta
 Mapping::Mapping(Map start, const NodeOptions& options)
     : options_(options),
       sensors_(options),
-      mapper_(std::make_unique<Mapper>(std::move(start), options.threads, paper_detector())),
+      mapper_(std::make_shared<Mapper>(std::move(start), options.threads, paper_detector())),
       own_(options.output),
       queue_(options.queue_mb << 20) {
   mapper_->share_octree();
-  publish_snapshot();
+  show();
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
@@ -106,7 +106,7 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   const ScanReport report = mapper_->insert(received.scan);
   last_stamp_ns_ = received.stamp_ns;
   changed_ = true;
-  publish_snapshot(received.stamp_ns);
+  show(received.stamp_ns);
   const std::lock_guard lock(mutex_);
   counts_.scan_ms = report.total_ms;
   ++(report.alignment.outcome == AlignmentOutcome::rejected ? counts_.rejected : counts_.mapped);
@@ -116,10 +116,11 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   refuse(options_.scans() + ": no memory for a scan", counts_.refused);
 }
 
-void Mapping::publish_snapshot(std::optional<std::int64_t> stamp_ns) {
+void Mapping::show(std::optional<std::int64_t> stamp_ns) {
   const std::lock_guard lock(mutex_);
-  moment_ = {mapper_->snapshot(), stamp_ns.value_or(moment_.stamp_ns),
-             mapper_->map().parameters().up.value_or(Eigen::Vector3d::UnitZ())};
+  shown_ = mapper_;
+  stamp_ns_ = stamp_ns.value_or(stamp_ns_);
+  up_ = mapper_->map().parameters().up.value_or(Eigen::Vector3d::UnitZ());
 }
 
 void Mapping::save_checkpoint() {
@@ -164,20 +165,24 @@ std::string Mapping::load(const std::string& stem) {
   do_between_scans([&] {
     const std::string from = stem.empty() ? own_ : stem;
     LoadedMap loaded = load_map(from);
-    auto mapper = std::make_unique<Mapper>(std::move(loaded.map), options_.threads, paper_detector());
+    auto mapper = std::make_shared<Mapper>(std::move(loaded.map), options_.threads, paper_detector());
     mapper->share_octree();
     mapper_ = std::move(mapper);
     own_ = from;
     changed_ = false;
-    publish_snapshot();
+    show();
     done = kept_line(from, *mapper_->snapshot(), "loaded");
   });
   return done;
 }
 
 MapMoment Mapping::moment() const {
-  const std::lock_guard lock(mutex_);
-  return moment_;
+  std::unique_lock lock(mutex_);
+  const std::shared_ptr<const Mapper> mapper = shown_;
+  MapMoment moment{nullptr, stamp_ns_, up_};
+  lock.unlock();  // the thread need not wait while outlines are made
+  moment.snapshot = mapper->snapshot();
+  return moment;
 }
 
 std::shared_ptr<const planning::AskedMap> Mapping::asked(const MapMoment& moment) const {

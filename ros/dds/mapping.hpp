@@ -38,7 +38,7 @@ struct MappingCounts {
 /// The map after some scan.
 struct MapMoment {
   std::shared_ptr<const Snapshot> snapshot;
-  std::int64_t stamp_ns = 0;  ///< of the last scan mapped, since the node was started
+  std::int64_t stamp_ns = 0;  ///< of the last scan mapped, since the node was started, or of the one before
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
 };
 
@@ -75,12 +75,12 @@ class Mapping {
   void map_scan(const ScanQueue::Item& item, const std::stop_token& stop);
   void save_checkpoint();
   void do_between_scans(Work work);
-  void publish_snapshot(std::optional<std::int64_t> stamp_ns = {});
+  void show(std::optional<std::int64_t> stamp_ns = {});
   void refuse(const std::string& what, std::uint64_t& count);
 
   const NodeOptions& options_;
   Sensors sensors_;
-  std::unique_ptr<Mapper> mapper_;  // of the thread, as are the next four
+  std::shared_ptr<Mapper> mapper_;  // of the thread, as are the next four
   std::string own_;                 // stem of the node's own map
   Sensors::Clock::time_point saved_ = Sensors::Clock::now();
   std::optional<std::int64_t> last_stamp_ns_;
@@ -91,8 +91,10 @@ class Mapping {
   ScanQueue queue_;
   std::deque<std::packaged_task<void()>> tasks_;
   MappingCounts counts_;
-  Sensors::Clock::time_point told_{};  // of a refusal
-  MapMoment moment_;
+  Sensors::Clock::time_point told_{};    // of a refusal
+  std::shared_ptr<const Mapper> shown_;  // whose snapshot is read when somebody wants it
+  std::int64_t stamp_ns_ = 0;            // of the last scan mapped
+  Eigen::Vector3d up_;
   std::exception_ptr failure_;
   mutable std::mutex asking_;                                // of the next
   mutable std::shared_ptr<const planning::AskedMap> asked_;  // last

@@ -94,17 +94,11 @@ SurfacePtr with_outline(const Surface& surface, std::vector<Polygon> polygons) {
       longest_edge = std::max(longest_edge, (b - a).norm());
     });
   auto result = std::make_shared<Surface>(surface);
-  result->polygons = std::move(polygons);
-  result->boundary.clear();
-  result->area_m2 = 0;
-  for (Polygon& polygon : result->polygons) {
+  for (Polygon& polygon : polygons) {
     divide(polygon.outer, longest_edge);
     for (Ring2& hole : polygon.holes) divide(hole, longest_edge);
-    result->area_m2 += geometry::area_of(polygon);
-    for_each_edge(polygon, [&](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
-      result->boundary.push_back(result->to_map(p));
-    });
   }
+  geometry::set_polygons(*result, std::move(polygons));
   return result;
 }
 

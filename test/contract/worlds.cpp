@@ -63,10 +63,9 @@ void count(const ScanReport& report, const Map& map, Seen& seen) {
   const surfaces::MapState& state = map.state();
   seen.surfaces += state.surfaces.size();
   seen.waiting += state.queue.fresh.size();
-  for (const auto& [id, surface] : state.surfaces) {
-    for (const Polygon& polygon : surface.polygons()) seen.holes += polygon.holes.size();
-    seen.seen_again += surface.evidence().readings > 100;
-  }
+  for (const auto& [id, surface] : state.surfaces) seen.seen_again += surface.evidence().readings > 100;
+  for (const SurfacePtr& surface : map.snapshot()->surfaces)
+    for (const Polygon& polygon : surface->polygons) seen.holes += polygon.holes.size();
   for (const auto& range_class : state.noise.histogram())
     seen.observed += std::accumulate(range_class.begin(), range_class.end(), std::size_t{0});
   seen.cylinders_gone += seen.cylinders > 0 && state.cylinders.size() == 0;

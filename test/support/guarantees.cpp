@@ -92,8 +92,9 @@ std::string digest(const Map& map) {
     }
   };
   state.occupancy.write_nodes([&](const std::string& chunk) { bytes += chunk; });
+  const std::shared_ptr<const Snapshot> published = map.snapshot();
   for (const auto& [id, surface] : state.surfaces) {
-    const surfaces::SurfaceModel::State s = surface.state();
+    const surfaces::SurfaceModel::State s = surface.state(published.get());
     put(s.id);
     for (int a = 0; a < 3; ++a) put(s.plane.normal[a]);
     put(s.plane.offset);

@@ -118,14 +118,14 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
     test::make_surface(ledger, floor.delta.appeared, ground, right);
     floor.state.snapshot.store(derive(floor.state, ledger.changes, false, 1));
   }
-  const auto first = floor.state.snapshot.load();
+  const auto first = floor.state.snapshot.read();
   ASSERT_EQ(first->surfaces.size(), 2U);
   EXPECT_EQ(first->revision, 1U);
   EXPECT_NEAR(first->surfaces[0]->area_m2, 0.5, 0.03);
   surfaces::Ledger ledger(floor.state);
   ledger.requeue(ledger.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
   floor.state.snapshot.store(derive(floor.state, ledger.changes, false, 1));
-  const auto second = floor.state.snapshot.load();
+  const auto second = floor.state.snapshot.read();
   EXPECT_EQ(second->revision, 2U);
   EXPECT_EQ(second->surfaces[0], first->surfaces[0]) << "not copied";
   EXPECT_NE(second->surfaces[1], first->surfaces[1]);

@@ -51,10 +51,10 @@ void find_nearest_surface(const surfaces::MapState& state, Explanation& result) 
 }
 
 /// The place projected along the surface's normal: on it, in a hole, or beside it.
-Reason place_on(const surfaces::SurfaceModel& surface, const Eigen::Vector3d& at) {
-  const Eigen::Vector2d uv = (surface.pose().inverse() * at).head<2>();
+Reason place_on(const Surface& surface, const Eigen::Vector3d& at) {
+  const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * at).head<2>();
   Reason place = Reason::beside_surface;
-  for (const Polygon& polygon : surface.polygons()) {
+  for (const Polygon& polygon : surface.polygons) {
     if (!geometry::inside(polygon.outer, uv)) continue;
     const bool in_hole = std::any_of(polygon.holes.begin(), polygon.holes.end(),
                                      [&](const Ring2& hole) { return geometry::inside(hole, uv); });
@@ -69,14 +69,15 @@ std::optional<std::pair<SurfaceId, Reason>> surface_around(const surfaces::MapSt
                                                            const Eigen::Vector3d& at) {
   std::optional<std::pair<SurfaceId, Reason>> found;
   double nearest = std::max(state.parameters.surface_tolerance(), state.parameters.occupancy.resolution);
-  for (const auto& [id, surface] : state.surfaces) {
-    const double distance = std::fabs(surface.plane().signed_distance(at));
+  const std::shared_ptr<const Snapshot> snapshot = state.snapshot.read();
+  for (const SurfacePtr& surface : snapshot->surfaces) {
+    const double distance = std::fabs(surface->plane.signed_distance(at));
     if (distance > nearest) continue;
-    const Reason place = place_on(surface, at);
+    const Reason place = place_on(*surface, at);
     if (place == Reason::beside_surface) continue;
     if (found && found->second == Reason::on_surface && place == Reason::in_hole) continue;
     nearest = distance;
-    found.emplace(id, place);
+    found.emplace(surface->id, place);
   }
   return found;
 }
@@ -139,7 +140,7 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point, const detectio
   } else if (pending) {
     explain_pending(state, *nearest, paper, result);
   } else if (nearest) {
-    const Reason place = place_on(*state.surfaces.find(nearest->surface), point);
+    const Reason place = place_on(*state.snapshot.read()->find(nearest->surface), point);
     state_reason({.reason = place, .surface = nearest->surface}, result);
   } else {
     const occupancy::OccupancyMap::State here = state.occupancy.at(key).state;

@@ -120,7 +120,7 @@ class Checker {
   }
 
   void check_snapshot() {
-    const std::shared_ptr<const Snapshot> snapshot = state_.snapshot.load();
+    const std::shared_ptr<const Snapshot> snapshot = state_.snapshot.read();
     if (snapshot->surfaces.size() != state_.surfaces.size())
       report("the snapshot has ", snapshot->surfaces.size(), " surfaces of ", state_.surfaces.size());
     SurfaceId last = 0;

@@ -334,4 +334,15 @@ std::vector<Polygon> Outline::update() {
   return polygons_of(impl.trace());
 }
 
+void Outline::recover() {
+  Outline anew(impl_->alpha, impl_->file);
+  for (const auto& [tile, sites] : impl_->tiles)
+    for (const Site& site : sites) {
+      anew.impl_->entering.push_back({tile, site.cell});
+      anew.impl_->entering_points.push_back(site.vertex->point());
+    }
+  anew.update();
+  *this = std::move(anew);
+}
+
 }  // namespace octosurf::geometry

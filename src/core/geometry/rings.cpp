@@ -97,6 +97,18 @@ double signed_area(const Ring2& ring) {
   return twice / 2;
 }
 
+void set_polygons(Surface& surface, std::vector<Polygon> polygons) {
+  surface.polygons = std::move(polygons);
+  surface.boundary.clear();
+  surface.area_m2 = 0;
+  for (const Polygon& polygon : surface.polygons) {
+    for (const Eigen::Vector2d& p : polygon.outer) surface.boundary.push_back(surface.to_map(p));
+    for (const Ring2& hole : polygon.holes)
+      for (const Eigen::Vector2d& p : hole) surface.boundary.push_back(surface.to_map(p));
+    surface.area_m2 += area_of(polygon);
+  }
+}
+
 double area_of(const Polygon& polygon) {
   double area = signed_area(polygon.outer);
   for (const Ring2& hole : polygon.holes) area += signed_area(hole);

@@ -20,6 +20,9 @@ void order_rings(std::vector<Polygon>& polygons);
 /// O(vertices), and O(vertices of an outer ring) for every hole in the box of several outer rings.
 std::vector<Polygon> polygons_of(std::vector<Ring2> rings);
 
+/// Sets a surface's polygons, with its boundary and area.
+void set_polygons(Surface& surface, std::vector<Polygon> polygons);
+
 /// Signed area of a ring, positive if counter-clockwise.
 double signed_area(const Ring2& ring);
 /// Area of a polygon without its holes, m².

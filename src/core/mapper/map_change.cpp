@@ -48,7 +48,7 @@ void MapChange::count_categorized() {
 }
 
 std::vector<ScanReport> MapChange::commit() {
-  std::shared_ptr<const Snapshot> snapshot;
+  std::shared_ptr<const surfaces::Published::State> snapshot;
   if (ledger_) {
     if (!updated_) update();
     count_categorized();

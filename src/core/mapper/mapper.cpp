@@ -185,7 +185,8 @@ Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan&
   const alignment::AlignmentRecord& record = alignment::record_of(std::as_const(state));
   alignment::AlignmentState& alignment = checked.alignment = record.state;
   report.alignment = time(Stage::align, [&] {
-    const Snapshot& before = *state.snapshot.load();
+    const std::shared_ptr<const Snapshot> latest = state.snapshot.latest();
+    const Snapshot& before = *latest;
     const alignment::GrowingMap growing{state.surfaces, state.noise, state.parameters.max_hole_size()};
     const alignment::RangeLimits limits{parameters.min_range, max_range};
     alignment::ScanAligner::Result posed =
@@ -336,10 +337,10 @@ ScanReport Mapper::resegment() {
 
 void Mapper::share_octree(bool on) {
   surfaces::MapState& state = impl_->map.state();
-  auto next = std::make_shared<Snapshot>(*state.snapshot.load());
+  auto next = std::make_shared<Snapshot>(*state.snapshot.latest());
   next->octree = on ? state.occupancy.share() : OccupancyView();
   state.octree_shared = on;
-  state.snapshot.store(std::move(next));
+  state.snapshot.store(std::shared_ptr<const Snapshot>(std::move(next)));
 }
 
 void Mapper::remember_scans() { impl_->remember_scans = true; }

@@ -49,7 +49,7 @@ double Surface::normal_std_rad() const {
 
 void surfaces::MapState::restore() {
   if (!unrestored) return;
-  surfaces.roll_back(occupancy, *snapshot.load());
+  surfaces.roll_back(occupancy, *snapshot.latest());
   cylinders.roll_back();
   unrestored = false;
 }
@@ -80,7 +80,7 @@ surfaces::MapState& Map::state() {
 
 const Parameters& Map::parameters() const { return state_->parameters; }
 
-std::shared_ptr<const Snapshot> Map::snapshot() const { return state_->snapshot.load(); }
+std::shared_ptr<const Snapshot> Map::snapshot() const { return state_->snapshot.read(); }
 
 OccupancyView Map::octree() const {
   state_->require_whole();

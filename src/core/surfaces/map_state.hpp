@@ -3,9 +3,9 @@
 #include "memory/memory_limit.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "sensing/noise_model.hpp"
-#include "surfaces/atomic_shared_ptr.hpp"
 #include "surfaces/cylinder_store.hpp"
 #include "surfaces/pending_queue.hpp"
+#include "surfaces/published.hpp"
 #include "surfaces/surface_store.hpp"
 
 #include <memory>
@@ -52,7 +52,7 @@ struct MapState {
   /// Sum over the scans of their sensor's up direction, unit vectors in the map frame: for up_of().
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< Map::origin()
-  AtomicSharedPtr<const Snapshot> snapshot;          ///< the state that readers in other threads see
+  Published snapshot;                                ///< the state that readers in other threads see
   bool octree_shared = false;                        ///< snapshots include it; a setting of the process
 
   /// A change failed, and its rollback is incomplete for lack of memory (Transaction).

@@ -224,13 +224,7 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
   surface->color = color_of(id_);
   surface->plane = plane_;
   surface->T_map_surface = pose_;
-  surface->polygons = polygons_;
-  for (const Polygon& polygon : polygons_) {
-    for (const Eigen::Vector2d& p : polygon.outer) surface->boundary.push_back(surface->to_map(p));
-    for (const Ring2& hole : polygon.holes)
-      for (const Eigen::Vector2d& p : hole) surface->boundary.push_back(surface->to_map(p));
-    surface->area_m2 += geometry::area_of(polygon);
-  }
+  geometry::set_polygons(*surface, polygons_);
   surface->inliers = size_;
   surface->rms_m = rms();
   surface->covariance = covariance_;
@@ -245,10 +239,10 @@ SurfaceModel::State SurfaceModel::head() const {
           {},  {},     parents_, polygons_stale_, born,       revision, checked_size};
 }
 
-SurfaceModel::State SurfaceModel::state() const {
+SurfaceModel::State SurfaceModel::state(const Snapshot* published) const {
   State state = head();
   state.inliers = sorted_inliers();
-  state.polygons = polygons_;
+  state.polygons = published != nullptr ? published->find(id_)->polygons : polygons_;
   return state;
 }
 

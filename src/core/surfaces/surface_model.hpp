@@ -24,6 +24,31 @@ namespace octosurf::surfaces {
 
 class SurfaceStore;
 
+/// A surface's outline, for the thread that makes its polygons.
+struct SharedOutline {
+  SharedOutline(double alpha, memory::PageFile* file) : outline(alpha, file) {}
+  geometry::Outline outline;
+  std::vector<Polygon> polygons;  ///< as of the last update, in cells
+  bool broken = false;            ///< an update failed
+};
+
+/// What has changed in a surface's outline: it may be applied later, and by another thread.
+struct OutlineChange {
+  struct Cell {
+    geometry::PlaneCell cell;
+    std::uint32_t sites;  ///< number of those it has now
+  };
+  SurfaceId id = 0;
+  std::shared_ptr<SharedOutline> outline;
+  Eigen::Affine2d T_surface_outline;   ///< from cells to (u, v)
+  std::vector<Cell> cells;             ///< each once
+  std::vector<Eigen::Vector2d> sites;  ///< of the cells, in their order
+};
+
+/// Applies a change, after all earlier ones of the same outline; (u, v). If it throws, it can be applied
+/// again.
+std::vector<Polygon> polygons_with(const OutlineChange& change);
+
 /// The working form of a surface: its inliers in a 2-D hash over its plane, running moments of them by range
 /// class, plane, pose, and cached derived data.
 ///
@@ -114,7 +139,7 @@ class SurfaceModel {
   void rehash_if_tilted();
 
   bool polygons_stale() const { return polygons_stale_; }
-  /// Updates the polygons to inliers and pose: the alpha shape of the inliers' outline points, with `noise`
+  /// Updates polygons() to inliers and pose: the alpha shape of the inliers' outline points, with `noise`
   /// also of their boundary points, and with `others` also of the Intersections with these, projected onto
   /// the plane along the hash frame's normal. Cost follows the inliers added and removed near the boundary,
   /// plus the length of the rings, and of the boundary where others are near, and some 0.2 µs for each 64
@@ -126,11 +151,11 @@ class SurfaceModel {
   ///    are at most `max_hole_size` long.
   void derive(double max_hole_size, const sensing::NoiseModel* noise = nullptr,
               const SurfaceStore* others = nullptr);
-  /// The two halves of derive(). The first changes the part of the raster that other surfaces read, the
-  /// second reads that of `others` and changes no shared data: after the first has run for all, threads may
-  /// run the second in parallel.
+  /// The parts of derive() but polygons_with(), which may be left to a reader; there are no polygons() then.
+  /// The first changes the part of the raster that other surfaces read, the second reads that of `others` and
+  /// changes no shared data: after the first has run for all, threads may run the second in parallel.
   void update_raster(double max_hole_size, const sensing::NoiseModel* noise);
-  void derive_outline(double max_hole_size, const SurfaceStore* others);
+  OutlineChange take_outline_change(double max_hole_size, const SurfaceStore* others);
   /// The end of the readings in an inlier's voxel toward the boundary of the surface at its cell: the inlier
   /// is the mean of readings that begin at the voxel's inner side, so they extend as far beyond it. Reduced
   /// by `edge_bleed` m, because noise carries readings over an edge. Inside the voxel, map frame; empty if it
@@ -151,7 +176,8 @@ class SurfaceModel {
   const EdgeBleed& edge_bleed() const { return edge_bleed_; }
   /// Number of sites of the outline: all inliers, except those deep inside (all cells within two of theirs
   /// occupied), which are replaced by a lattice of cells' centres, boundary points, and intersections.
-  std::size_t outline_sites() const { return outline_ ? outline_->sites() : 0; }
+  std::size_t outline_sites() const { return outline_ ? outline_->outline.sites() : 0; }
+  /// As of derive() or a load; none after take_outline_change().
   const std::vector<Polygon>& polygons() const { return polygons_; }
 
   /// Updates the covariance to moments(&noise) and pose, see Surface::covariance. O(1).
@@ -179,7 +205,8 @@ class SurfaceModel {
     std::uint64_t revision = 0;
     std::uint64_t checked_size = 0;
   };
-  State state() const;
+  /// `published`: the map's complete snapshot, which has the polygons; null: they are polygons().
+  State state(const Snapshot* published = nullptr) const;
   /// The same without inliers and polygons, O(1): for callers that have those already.
   State head() const;
   SurfaceModel(const State& state, double resolution, memory::PageFile* file = nullptr);
@@ -217,7 +244,7 @@ class SurfaceModel {
   IntersectionSites find_intersections(const SurfaceStore& others, double gap) const;
   static void add_cells_of(const IntersectionSites& a, const IntersectionSites& b,
                            std::vector<geometry::CellBits::Cells>& cells);
-  void sites_of(geometry::PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
+  void add_sites_of(geometry::PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
 
   SurfaceId id_;
   double resolution_;
@@ -233,8 +260,8 @@ class SurfaceModel {
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   InlierTiles inliers_{file_};
   geometry::CellBits bits_{file_};
-  std::vector<geometry::CellBits::Cells> changed_;  // since the last derive_outline()
-  std::optional<geometry::Outline> outline_;        // empty before the first derive()
+  std::vector<geometry::CellBits::Cells> changed_;  // since the last take_outline_change()
+  std::shared_ptr<SharedOutline> outline_;          // null before the first update_raster()
   IntersectionSites intersections_;                 // by tile, as in the outline
   EdgeBleed edge_bleed_;
   std::size_t size_ = 0;

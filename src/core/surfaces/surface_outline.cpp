@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <utility>
 
 namespace octosurf::surfaces {
@@ -113,9 +114,8 @@ std::optional<Eigen::Vector3f> SurfaceModel::boundary_point(const Inlier& inlier
 /// within √2 of the point where that way leaves the deep cells. So ⅝·spacing + √2 ≤ α/2 suffices; for a
 /// spacing of 2, by enumeration of the positions in a cell, α > 3.99. Boundary points and intersections are
 /// sites beside the inliers of cells that are not deep, with and without the lattice.
-void SurfaceModel::sites_of(geometry::PlaneCell cell, int spacing,
-                            std::vector<Eigen::Vector2d>& sites) const {
-  sites.clear();
+void SurfaceModel::add_sites_of(geometry::PlaneCell cell, int spacing,
+                                std::vector<Eigen::Vector2d>& sites) const {
   if (bits_.deep_inside(cell)) {
     const int shift = (cell.v & spacing) != 0 ? spacing / 2 : 0;
     if (cell.v % spacing == 0 && (cell.u + shift) % spacing == 0)
@@ -180,44 +180,60 @@ void SurfaceModel::update_raster(double max_hole_size, const sensing::NoiseModel
   edge_bleed.fill(resolution_);
   for (unsigned c = 0; noise != nullptr && c < sensing::NoiseModel::classes; ++c)
     edge_bleed[c] = std::min(resolution_, noise->edge_bleed(c));
-  const bool other_alpha = !outline_ || outline_->alpha() != alpha;
-  if (other_alpha) outline_.emplace(alpha, file_);
-  if (other_alpha || edge_bleed != edge_bleed_) bits_.change_all();
+  const bool anew = !outline_ || outline_->outline.alpha() != alpha;
+  if (anew) outline_ = std::make_shared<SharedOutline>(alpha, file_);
+  if (anew || edge_bleed != edge_bleed_) bits_.change_all();
   edge_bleed_ = edge_bleed;
   const std::vector<geometry::CellBits::Cells> changes = bits_.take_changes(alpha > 3.99);
   changed_.insert(changed_.end(), changes.begin(), changes.end());
 }
 
-void SurfaceModel::derive_outline(double max_hole_size, const SurfaceStore* others) {
-  const double alpha = outline_->alpha();
+OutlineChange SurfaceModel::take_outline_change(double max_hole_size, const SurfaceStore* others) {
+  const double alpha = outline_->outline.alpha();
   int spacing = 2;
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
-  std::vector<Eigen::Vector2d> sites;
   std::vector<geometry::CellBits::Cells> changed = std::exchange(changed_, {});
   IntersectionSites intersections;
   if (others != nullptr) intersections = find_intersections(*others, max_hole_size);
   add_cells_of(intersections, intersections_, changed);
   add_cells_of(intersections_, intersections, changed);
   intersections_ = std::move(intersections);
+  OutlineChange change{id_, outline_, T_surface_outline(), {}, {}};
   for (const geometry::CellBits::Cells& cells : united(std::move(changed)))
     cells.for_each([&](geometry::PlaneCell cell) {
-      sites_of(cell, spacing, sites);
-      outline_->set(cell, sites);
+      const std::size_t before = change.sites.size();
+      add_sites_of(cell, spacing, change.sites);
+      change.cells.push_back({cell, static_cast<std::uint32_t>(change.sites.size() - before)});
     });
-  polygons_ = outline_->update();
-  const Eigen::Affine2d T = T_surface_outline();
-  for (Polygon& polygon : polygons_) {
-    for (Eigen::Vector2d& p : polygon.outer) p = T * p;
-    for (Ring2& hole : polygon.holes)
-      for (Eigen::Vector2d& p : hole) p = T * p;
-  }
+  polygons_.clear();
   polygons_stale_ = false;
+  return change;
+}
+
+std::vector<Polygon> polygons_with(const OutlineChange& change) {
+  SharedOutline& shared = *change.outline;
+  if (shared.broken) shared.outline.recover();
+  shared.broken = true;
+  std::span<const Eigen::Vector2d> sites = change.sites;
+  for (const OutlineChange::Cell& cell : change.cells) {
+    shared.outline.set(cell.cell, sites.first(cell.sites));
+    sites = sites.subspan(cell.sites);
+  }
+  if (!change.cells.empty()) shared.polygons = shared.outline.update();
+  shared.broken = false;
+  std::vector<Polygon> polygons = shared.polygons;
+  for (Polygon& polygon : polygons) {
+    for (Eigen::Vector2d& p : polygon.outer) p = change.T_surface_outline * p;
+    for (Ring2& hole : polygon.holes)
+      for (Eigen::Vector2d& p : hole) p = change.T_surface_outline * p;
+  }
+  return polygons;
 }
 
 void SurfaceModel::derive(double max_hole_size, const sensing::NoiseModel* noise,
                           const SurfaceStore* others) {
   update_raster(max_hole_size, noise);
-  derive_outline(max_hole_size, others);
+  polygons_ = polygons_with(take_outline_change(max_hole_size, others));
 }
 
 }  // namespace octosurf::surfaces

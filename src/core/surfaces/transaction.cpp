@@ -36,7 +36,7 @@ Transaction::Transaction(MapState& state) : state_(state), before_(state) {
   state.occupancy.begin_changes();
 }
 
-void Transaction::commit(std::shared_ptr<const Snapshot> next) noexcept {
+void Transaction::commit(std::shared_ptr<const Published::State> next) noexcept {
   if (next) state_.snapshot.store(std::move(next));
   state_.occupancy.commit();
   state_.surfaces.commit();

@@ -19,7 +19,7 @@ class Transaction {
   ~Transaction();
 
   /// Keeps all changes, and publishes `next` to readers; null: the snapshot stays.
-  void commit(std::shared_ptr<const Snapshot> next) noexcept;
+  void commit(std::shared_ptr<const Published::State> next) noexcept;
 
  private:
   /// State saved by copy.

@@ -35,36 +35,45 @@ void put(std::vector<SurfacePtr>& surfaces, SurfacePtr surface) {
     surfaces.insert(at, std::move(surface));
 }
 
-/// Each outline is computed by one thread, the largest first to balance the load.
-std::vector<SurfacePtr> derived(const surfaces::MapState& state, std::vector<surfaces::SurfaceModel*> models,
-                                const Snapshot& before, bool inliers_alone, int threads) {
+/// Surfaces with their outlines' changes, by several threads, the largest first to balance the load.
+struct Derived {
+  std::vector<SurfacePtr> surfaces;
+  std::vector<surfaces::OutlineChange> changes;
+};
+Derived derived(const surfaces::MapState& state, std::vector<surfaces::SurfaceModel*> models,
+                const Snapshot& before, bool inliers_alone, int threads) {
   std::stable_sort(models.begin(), models.end(),
                    [](const auto* a, const auto* b) { return a->size() > b->size(); });
   const double h = state.parameters.max_hole_size();
   for (surfaces::SurfaceModel* model : models)
     model->update_raster(h, inliers_alone ? nullptr : &state.noise);
-  std::vector<SurfacePtr> surfaces(models.size());
+  Derived all{std::vector<SurfacePtr>(models.size()), std::vector<surfaces::OutlineChange>(models.size())};
   std::atomic<std::size_t> next{0};
   const auto derive_some = [&](int) {
     for (std::size_t i = next++; i < models.size(); i = next++) {
       surfaces::SurfaceModel& model = *models[i];
-      model.derive_outline(h, inliers_alone ? nullptr : &state.surfaces);
+      if (inliers_alone)
+        model.derive(h);  // its outlines decide about inliers
+      else
+        all.changes[i] = model.take_outline_change(h, &state.surfaces);
       model.derive_covariance(state.noise);
       if (before.find(model.id()) == nullptr) model.born = state.revision;
       model.revision = state.revision;
-      surfaces[i] = model.publish(state.revision);
+      all.surfaces[i] = model.publish(state.revision);
     }
   };
   geometry::in_parallel(std::clamp(static_cast<int>(models.size()), 1, threads), derive_some);
-  return surfaces;
+  if (inliers_alone) all.changes.clear();
+  return all;
 }
 
 }  // namespace
 
-std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces::Changes& changes,
-                                       bool inliers_alone, int threads) {
+std::shared_ptr<const surfaces::Published::State> derive(surfaces::MapState& state,
+                                                         const surfaces::Changes& changes, bool inliers_alone,
+                                                         int threads) {
   ++state.revision;
-  const std::shared_ptr<const Snapshot> before = state.snapshot.load();
+  const std::shared_ptr<const Snapshot> before = state.snapshot.latest();
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
   next->surfaces.reserve(before->surfaces.size() + changes.born.size());
   next->surfaces = before->surfaces;
@@ -74,13 +83,13 @@ std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces
     });
   std::vector<surfaces::SurfaceModel*> touched;
   for (const SurfaceId id : changes.touched()) touched.push_back(state.surfaces.find(id));
-  for (SurfacePtr& surface : derived(state, std::move(touched), *before, inliers_alone, threads))
-    put(next->surfaces, std::move(surface));
+  Derived now = derived(state, std::move(touched), *before, inliers_alone, threads);
+  for (SurfacePtr& surface : now.surfaces) put(next->surfaces, std::move(surface));
   next->cylinders = state.cylinders.publish(state.revision);
   note_removals(state, *before);
   next->removals = state.removals;
   if (state.octree_shared) next->octree = state.occupancy.share();
-  return next;
+  return state.snapshot.next(std::move(next), std::move(now.changes));
 }
 
 }  // namespace octosurf::update

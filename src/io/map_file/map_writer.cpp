@@ -99,14 +99,14 @@ std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans)
                         pose_cost * scans.poses.size() + held_cost * state.held.size() +
                         patch_cost * alignment::record_of(state).patches.size(),
                 checking = 0;
-  for (const auto& [id, surface] : state.surfaces) {
+  for (const SurfacePtr& surface : state.snapshot.read()->surfaces) {
     std::uint64_t vertices = 0, rings = 0;
-    for (const Polygon& polygon : surface.polygons()) {
+    for (const Polygon& polygon : surface->polygons) {
       vertices += polygon.outer.size();
       rings += 1 + polygon.holes.size();
       for (const Ring2& hole : polygon.holes) vertices += hole.size();
     }
-    bytes += inlier_cost * surface.size() + surface_cost + sizeof(SurfaceId) * surface.parents().size() +
+    bytes += inlier_cost * surface->inliers + surface_cost + sizeof(SurfaceId) * surface->parents.size() +
              vertex_cost * (vertices + rings);
     checking = std::max(checking, check_cost * vertices);
   }
@@ -138,9 +138,10 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
   });
   put_in_records(state.held, keys_in_record, records,
                  [](std::uint64_t scan, auto& record) { record.mutable_scan_poses()->add_held(scan); });
+  const std::shared_ptr<const Snapshot> snapshot = state.snapshot.read();
   for (const auto& [id, surface] : state.surfaces) {
     map_file::Record record;
-    write_surface(surface.state(), *record.mutable_surface());
+    write_surface(surface.state(snapshot.get()), *record.mutable_surface());
     put_record(record, records);
   }
   for (const auto& [id, cylinder] : state.cylinders) {

@@ -214,9 +214,12 @@ std::string difference(const Map& map_a, const Map& map_b) {
   if (patch_bytes(a) != patch_bytes(b)) return "patches";
   if (a.surfaces.next_id() != b.surfaces.next_id()) return "next id";
   if (a.surfaces.size() != b.surfaces.size()) return "number of surfaces";
+  const auto published_a = map_a.snapshot(), published_b = map_b.snapshot();
   for (const auto& [id, surface] : a.surfaces) {
     const surfaces::SurfaceModel* other = b.surfaces.find(id);
-    const std::string d = other == nullptr ? "id" : surface_difference(surface.state(), other->state());
+    const std::string d = other == nullptr ? "id"
+                                           : surface_difference(surface.state(published_a.get()),
+                                                                other->state(published_b.get()));
     if (!d.empty()) return "surface's " + d;
   }
   if (const std::string d = cylinder_difference(a.cylinders, b.cylinders); !d.empty()) return d;

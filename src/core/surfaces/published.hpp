@@ -1,0 +1,70 @@
+#pragma once
+
+#include "surfaces/atomic_shared_ptr.hpp"
+#include "surfaces/surface_model.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf::surfaces {
+
+/// The state that readers in other threads see. Its outlines are made when one of them reads it, by that
+/// thread: those of surfaces that changed since the last read, each once, however often it changed.
+class Published {
+  struct Batch {
+    std::uint64_t number;
+    std::vector<OutlineChange> changes;
+  };
+  using Batches = std::vector<std::shared_ptr<const Batch>>;  // in order of their numbers
+
+ public:
+  /// A snapshot with changes of outlines that it may lack.
+  struct State {
+    std::shared_ptr<const Snapshot> snapshot;
+    Batches batches;
+  };
+
+  explicit Published(std::shared_ptr<const Snapshot> snapshot) : state_(state_of(std::move(snapshot))) {}
+
+  /// Of the last store(), complete. From any thread; never waits for the mapper, but for another reader while
+  /// that makes the outlines both need. Some 3 µs for each place on an outline that changed since the last
+  /// read. Throws what allocations throw; the next call tries again.
+  std::shared_ptr<const Snapshot> read() const;
+
+  // In the mapper's thread:
+
+  /// The same, without polygons, boundary and area of surfaces whose outlines were left to the reader. O(1).
+  std::shared_ptr<const Snapshot> latest() const { return state_.load()->snapshot; }
+  /// A state that store() may publish: with `changes` of the outlines of surfaces in the snapshot, those that
+  /// a reader has not applied yet included. Amortised O(changes); memory is bounded by the outlines' own
+  /// sizes.
+  std::shared_ptr<const State> next(std::shared_ptr<const Snapshot> snapshot,
+                                    std::vector<OutlineChange> changes) const;
+  void store(std::shared_ptr<const State> state) noexcept { state_.store(std::move(state)); }
+  /// A snapshot of which all that is left to the reader was stored before.
+  void store(std::shared_ptr<const Snapshot> snapshot) { store(next(std::move(snapshot), {})); }
+
+ private:
+  struct Complete {
+    std::shared_ptr<const Snapshot> of, snapshot;
+  };
+  static std::shared_ptr<const State> state_of(std::shared_ptr<const Snapshot> snapshot) {
+    return std::make_shared<State>(State{std::move(snapshot), {}});
+  }
+  static std::map<SurfaceId, OutlineChange> folded(const Batches& batches, std::uint64_t after,
+                                                   const Snapshot& snapshot);
+  std::shared_ptr<const Snapshot> complete(const State& state, const Complete& before) const;
+
+  AtomicSharedPtr<const State> state_;
+  mutable AtomicSharedPtr<const Complete> complete_{std::make_shared<Complete>()};  // stored under making_
+  mutable std::mutex making_;                                                       // among readers
+  mutable std::atomic<std::uint64_t> applied_{0};  // number of the last batch in the outlines
+};
+
+}  // namespace octosurf::surfaces
