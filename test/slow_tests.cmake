@@ -42,8 +42,8 @@ set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndR
     Cylinders.APillarThatIsTakenAwayGoes Cylinders.FlatThingsAreNone Cylinders.OrderOfPointsChangesNothing
     Cylinders.PillarsOfAHall Cylinders.PlanesAreTheSameWithAndWithout FinerFaces.* InsertAll.*
     Mapper.ARemovedBoxGoesAndTheFloorUnderItComes Mapper.CentresOfAnOctreesVoxelsErrInCommon Mapper.FloorWallAndBox
-    Mapper.StripsOfATiltingLaserMakeSurfaces Mapper.SurfacesOfAnOctreeWithoutScans
-    MergedMaps.* Readers.* UpOfAMap.ChangesNothingElse
+    Mapper.RingsThatAStandingLidarRepeatsMakeNoTiltedSurfaces Mapper.StripsOfATiltingLaserMakeSurfaces
+    Mapper.SurfacesOfAnOctreeWithoutScans MergedMaps.* Readers.* UpOfAMap.ChangesNothingElse
     UpOfAMap.IsFoundHoweverItsFrameIsTurned Voxels/Faces.*)
 set(OCTOSURF_SLOW_mapper_failures ChangesTogether.* FailedAllocations.*)
 set(OCTOSURF_SLOW_occupancy AdoptOccupiedVoxels.PocketsUnderAFloorAreNotWhereItIsSeenFrom

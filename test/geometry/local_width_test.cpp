@@ -108,6 +108,29 @@ TEST(LocalWidth, LinesOfReadingsAreNoMeasure) {
   EXPECT_FALSE(median_local_width(strip, 0.03, 0.03)) << "points no closer than the width";
 }
 
+TEST(LocalWidth, ALineThatBendsHasNone) {
+  Points ring, corner;
+  for (int k = 0; k < 40; ++k) ring.emplace_back(1.3 * std::cos(0.03 * k), 1.3 * std::sin(0.03 * k));
+  for (int k = -10; k <= 10; ++k) corner.emplace_back(0.04 * k, 0.016 * std::abs(k));
+  for (Points line : {ring, corner}) {
+    EXPECT_TRUE(median_local_width(line, 0.4, 0.05)) << "in a disc";
+    EXPECT_FALSE(median_local_width(line, 0.4, 0.05, 400, {}, 0.05));
+    const std::size_t size = line.size();
+    for (std::size_t k = 0; k < size; ++k) line.push_back(line[k] + Eigen::Vector2d(0.25, 0.25));
+    EXPECT_TRUE(median_local_width(line, 0.4, 0.05, 400, {}, 0.05)) << "beside another one";
+  }
+}
+
+TEST(LocalWidth, WhatNoiseSpreadsIsNone) {
+  std::mt19937_64 rng = test::rng();
+  std::uniform_real_distribution<double> off(-0.04, 0.04);
+  Points line;
+  for (int k = 0; k < 300; ++k) line.emplace_back(0.005 * k, off(rng));
+  EXPECT_TRUE(median_local_width(line, 0.2, 0.05));
+  EXPECT_FALSE(median_local_width(line, 0.2, 0.05, 400, Points(line.size(), {0, 0.04})));
+  EXPECT_TRUE(median_local_width(line, 0.2, 0.05, 400, Points(line.size(), {0.04, 0})));
+}
+
 TEST(LocalWidth, IsTheSlowTwins) {
   std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> place(-0.3, 0.3), radius(0.005, 0.08);

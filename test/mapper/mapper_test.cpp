@@ -197,6 +197,40 @@ TEST(Mapper, StripsOfATiltingLaserMakeSurfaces) {
   test::expect_guarantees(under_test.mapper.map());
 }
 
+TEST(Mapper, RingsThatAStandingLidarRepeatsMakeNoTiltedSurfaces) {
+  // With time noise spreads each ring's points along its rays, over several voxels: that is no width. On the
+  // floor the rings are farther apart than h, and bend; at corners they break.
+  std::mt19937_64 rng = test::rng();
+  std::normal_distribution<double> noise(0, 0.01);
+  Scene room;
+  room.box({-2.5, -2, 0}, {2.5, 2, 2.4}).box({0.8, 0.6, 0}, {1.8, 1.7, 0.72});
+  room.box({-2.2, -1.8, 0}, {-1.2, -0.8, 0.2}).box({1.6, -1.2, 0}, {1.9, -0.9, 2.4});
+  const Eigen::Vector3d eye(0.6, -0.1, 1.05);
+  std::vector<Eigen::Vector3d> rays, seen;
+  for (int ring = 0; ring < 16; ++ring)
+    for (int step = 0; step < 180; ++step) {
+      const double turn = step * std::numbers::pi / 90,
+                   rise = (ring * 70.0 / 15 - 40) * std::numbers::pi / 180;
+      rays.emplace_back(std::cos(rise) * std::cos(turn), std::cos(rise) * std::sin(turn), std::sin(rise));
+      seen.emplace_back(*room.cast(eye, rays.back()) * rays.back());
+    }
+  Parameters parameters;
+  parameters.occupancy.resolution = 0.05;
+  CheckedMapper under_test(parameters);
+  for (int i = 0; i < 150; ++i) {
+    Scan scan;
+    scan.T_map_sensor.translation() = eye;
+    scan.stamp_s = 0.1 * i;
+    for (std::size_t k = 0; k < rays.size(); ++k)
+      scan.points.push_back((seen[k] + noise(rng) * rays[k]).cast<float>());
+    under_test.insert(scan);
+  }
+  EXPECT_GE(under_test.surfaces().size(), 5U) << "the walls, where rings are near each other";
+  for (const SurfacePtr& surface : under_test.surfaces())
+    EXPECT_GT(surface->plane.normal.cwiseAbs().maxCoeff(), std::cos(10 * std::numbers::pi / 180))
+        << "surface " << surface->id << ": " << surface->plane.normal.transpose();
+}
+
 /// Of the occupancy alone that scans leave, as a .bt has it.
 TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
   std::mt19937_64 rng = test::rng();

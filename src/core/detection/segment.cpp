@@ -49,20 +49,31 @@ constexpr int gaps_between_lines = 2;
 
 /// m, of strips such as a ladder's front; infinite if unknown. A scan line is no wider than its readings'
 /// spacing, on a floor as on a wall, whose level lines at corners are no plane: lines count as wide only
-/// where others are near them.
+/// where others are near them. Noise along the lines of sight widens no line, however often it is seen: a
+/// reading lies where its line of sight crosses the plane, as exactly as the stored view tells.
 double width_in_most_places(const Readings& readings, const SegmentLimits& limits, const Patch& patch,
                             const std::vector<Index>& indices) {
-  const Eigen::Matrix3d axes = geometry::plane_axes(patch.plane.normal);
-  std::vector<Eigen::Vector2d> on_plane;
-  on_plane.reserve(indices.size());
-  for (const Index i : indices)
-    on_plane.emplace_back(axes.leftCols<2>().transpose() * readings[i].position.cast<double>());
-  const double spacing = readings.resolution();
-  if (const auto width = geometry::median_local_width(on_plane, limits.least_width, spacing)) return *width;
+  constexpr double view_error = sensing::ReadingModel::view_error;
+  const Eigen::Matrix<double, 3, 2> axes = geometry::plane_axes(patch.plane.normal).leftCols<2>();
+  std::vector<Eigen::Vector2d> crossing, spread;
+  crossing.reserve(indices.size());
+  spread.reserve(indices.size());
+  for (const Index i : indices) {
+    const Reading& r = readings[i];
+    const double per_height = 1 / std::max(r.cos_incidence(patch.plane), view_error);
+    const Eigen::Vector2d sight = per_height * (axes.transpose() * r.view.cast<double>());
+    crossing.emplace_back(axes.transpose() * r.position.cast<double>() - r.distance(patch.plane) * sight);
+    spread.emplace_back(readings.model().reach(r.range_class, 1) * view_error * sight);
+  }
   constexpr double unknown = std::numeric_limits<double>::infinity();
+  const double spacing = readings.resolution();
+  const auto median_width = [&](double width, double along) {
+    return geometry::median_local_width(crossing, width, spacing, 400, spread, along);
+  };
+  if (const auto width = median_width(limits.least_width, unknown)) return *width;
   if (limits.gap <= spacing) return unknown;
   for (int gaps = 1; gaps <= gaps_between_lines; gaps *= 2)
-    if (geometry::median_local_width(on_plane, gaps * limits.gap, spacing)) return unknown;
+    if (median_width(gaps * limits.gap, spacing)) return unknown;
   return 0;
 }
 
