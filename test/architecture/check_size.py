@@ -9,18 +9,18 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_797),
-    "core": (["src/core"], 21_194),
+    "include": (["include"], 3_800),
+    "core": (["src/core"], 21_610),
     "octomap, pcl": (["src/octomap", "src/pcl"], 674),
-    "io": (["src/io"], 13_329),
+    "io": (["src/io"], 13_330),
     "planning": (["src/planning"], 6_380),
     "footsteps": (["src/footsteps"], 2_828),
-    "apps": (["apps"], 8_900),
-    "ros": (["ros"], 2_064),
+    "apps": (["apps"], 8_909),
+    "ros": (["ros"], 2_071),
     "bindings": (["bindings"], 3_122),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 6_947),
-    "tests": (["test", "lab/test"], 47_860),
+    "tests": (["test", "lab/test"], 48_111),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
