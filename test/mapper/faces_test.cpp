@@ -245,6 +245,49 @@ TEST_P(Faces, ABeamOfTenCentimetres) {
   EXPECT_EQ(seen.face({0, -0.5, 0.011}, z), floor);
 }
 
+/// Height of a stair at x: treads of 30 cm, risers of 16 cm, foot and nosing rounded.
+double rounded_stair(double at, double radius) {
+  constexpr double riser = 0.16, tread = 0.3;
+  const double step = std::round(at / tread), off = at - step * tread;  // from the nearest edge
+  const double rounded = std::fabs(off) < radius
+                             ? radius - std::sqrt(radius * radius - std::pow(radius - std::fabs(off), 2))
+                             : 0;
+  return off < 0 ? (step - 1) * riser + rounded : step * riser - rounded;
+}
+
+TEST(RoundedFaces, TreadsBesideRoundedFeetKeepTheirSlope) {
+  // The corners of a mesh's triangles, as clouds composed of many scans come: 2 cm apart, 2 mm of noise.
+  for (const double radius : {0.01, 0.02, 0.04}) {
+    SCOPED_TRACE(std::to_string(radius) + " m");
+    std::mt19937_64 rng = test::rng();
+    std::normal_distribution<double> noise(0, 0.002);
+    constexpr int across = 50, along = 106;  // from the middle of a landing to that of another
+    std::vector<Eigen::Vector3d> corners;
+    for (int u = 0; u < along; ++u)
+      for (int v = 0; v < across; ++v) {
+        const double at = 0.02 * u - 0.303;
+        corners.emplace_back(at, 0.02 * v, rounded_stair(at, radius) + noise(rng));
+      }
+    Scan scan;
+    scan.T_map_sensor.translation() << -1.5, 0.5, 2.5;
+    for (int u = 0; u + 1 < along; ++u)
+      for (int v = 0; v + 1 < across; ++v)
+        for (const auto& [du, dv] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 0}, {1, 1}, {0, 1}}) {
+          const auto corner = static_cast<std::size_t>((u + du) * across + v + dv);
+          scan.points.push_back((corners[corner] - scan.T_map_sensor.translation()).cast<float>());
+        }
+    CheckedMapper mapper(Seen::with(0.02));
+    mapper.insert(scan);
+    for (int tread = 0; tread < 5; ++tread) {
+      const Eigen::Vector3d middle(0.3 * tread + 0.15, 0.5, 0.16 * tread);
+      const auto found = mapper.on_plane(z, middle);
+      ASSERT_EQ(found.size(), 1U) << "tread " << tread;
+      EXPECT_GT(found.front()->plane.normal.z(), std::cos(1.5 * std::numbers::pi / 180)) << "tread " << tread;
+      EXPECT_NEAR(found.front()->plane.signed_distance(middle), 0, 0.0025) << "tread " << tread;
+    }
+  }
+}
+
 // Voxels of 1 cm, and planes found on cells of 2 cm: what is about as small as these.
 
 TEST(FinerFaces, AStepAsThickAsABook) {

@@ -185,6 +185,25 @@ TEST(NoiseModel, PointsInNoOrderTellNothing) {
   EXPECT_LT(noise.range_noise(), 0.0005);
 }
 
+TEST(NoiseModel, CornersOfTrianglesTellNothing) {
+  // An exact ramp of 45°, as the corners of one triangle after another: three in a row turn a corner, so that
+  // their second difference is the ramp's slope.
+  NoiseModel noise{Parameters{}};
+  constexpr float edge = 0.02F;
+  const auto on_ramp = [](int u, int v) {
+    return Eigen::Vector3f(edge * static_cast<float>(u), edge * static_cast<float>(v),
+                           3 + edge * static_cast<float>(u));
+  };
+  Scan scan;
+  for (int u = -50; u < 50; ++u)
+    for (int v = -50; v < 50; ++v)
+      for (const auto& [du, dv] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 0}, {1, 1}, {0, 1}})
+        scan.points.push_back(on_ramp(u + du, v + dv));
+  noise.observe(scan);
+  for (unsigned c = 1; c < NoiseModel::classes; ++c)
+    EXPECT_EQ(noise.measured_sigma(c), Parameters{}.surfaces.sensor_noise) << "class " << c;
+}
+
 TEST(NoiseModel, SpreadIsWhatWasMeasured) {
   // Half of what the parameter expects: sigma stays, for tolerances; weights know better.
   const std::uint64_t seed = test::seed();

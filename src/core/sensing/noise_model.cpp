@@ -14,6 +14,10 @@ namespace {
 constexpr double bin_width = 0.0015;              // m
 constexpr std::uint64_t min_observations = 1000;  // before a class is estimated
 constexpr double kept_share = 0.95;               // the largest differences are edges, not noise
+// How far the ray between two others may lie off their middle, as a share of half their angle: beside a
+// missing ray it is a third, at the corner of a triangle all of it. The second difference contains that share
+// of a first one, which is the surface's slope.
+constexpr float most_uneven = 0.5F;
 // Root mean square of the kept part of a normal distribution, relative to its deviation; the variance of a
 // second difference is 6 sigma².
 constexpr double per_trimmed_rms = 1.148 / 2.449489742783178;
@@ -72,6 +76,8 @@ void NoiseModel::observe(const Scan& scan) {
     if (total_[range_class] >= max_observations) continue;
     // Neighbours on one surface; the comparison is false for NaN.
     if (!((c - a).norm() < 0.05F * range && (b - a).norm() < 0.05F * range)) continue;
+    const Eigen::Vector3f to_a = a.normalized(), to_c = c.normalized();
+    if (!((to_a - 2 * b / range + to_c).norm() < most_uneven * (to_c - to_a).norm())) continue;
     const auto bin = static_cast<std::size_t>(std::fabs(a.norm() - 2 * range + c.norm()) / bin_width);
     if (bin >= bins) continue;
     ++histogram_[range_class][bin];
