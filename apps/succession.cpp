@@ -133,7 +133,7 @@ void renumber(surfaces::MapState& state, const Identities& identities) {
     snapshot->surfaces.push_back(surface.publish(state.revision));
   snapshot->cylinders = state.cylinders.publish(state.revision);
   snapshot->removals = state.removals;
-  state.snapshot.store(std::shared_ptr<const Snapshot>(std::move(snapshot)));
+  state.snapshot.store(std::move(snapshot));
 }
 
 }  // namespace octosurf

@@ -98,9 +98,9 @@ class PreparedScan {
 ///    throws (an Error on rejected input, or std::bad_alloc), the map is byte for byte as before the call and
 ///    remains usable: free memory and insert the scan again, or skip it.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert(), nor insert() for it.
-///    It makes the outlines that changed since it was last called, each once: some 3 µs for each place on an
-///    outline that changed, so a reader at 10 Hz pays a few milliseconds a call. Another reader waits for
-///    that. Throws std::bad_alloc if memory does not suffice; it can be called again.
+///    It makes the outlines that changed since it was last called, each once: after three scans of a camera
+///    in a kitchen in 5 ms at 2 cm, 20 ms at 1 cm. Another reader waits for that. Throws std::bad_alloc if
+///    memory does not suffice; it can be called again.
 /// 4. The rollback itself may run out of memory. The next call of the mapper then completes it, or throws
 ///    std::bad_alloc again; until then save_map() and all other uses of the Map throw Error(incomplete).
 ///    snapshot() still returns the last complete state.

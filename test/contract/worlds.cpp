@@ -64,7 +64,7 @@ void count(const ScanReport& report, const Map& map, Seen& seen) {
   seen.surfaces += state.surfaces.size();
   seen.waiting += state.queue.fresh.size();
   for (const auto& [id, surface] : state.surfaces) seen.seen_again += surface.evidence().readings > 100;
-  for (const SurfacePtr& surface : map.snapshot()->surfaces)
+  for (const auto snapshot = map.snapshot(); const SurfacePtr& surface : snapshot->surfaces)
     for (const Polygon& polygon : surface->polygons) seen.holes += polygon.holes.size();
   for (const auto& range_class : state.noise.histogram())
     seen.observed += std::accumulate(range_class.begin(), range_class.end(), std::size_t{0});

@@ -110,8 +110,8 @@ std::size_t bars_found(const CheckedMapper& under_test, const std::vector<test::
   }));
 }
 
-// Its front is a plane of 0.13 m² to the noise, and none: its bars bend. In 40 ladders 197 of 200 bars were
-// one cylinder each; one ladder in fourteen has a part of its front as a surface.
+// Its front is a plane of 0.13 m² to the noise, and none: its bars bend. Of 25 bars on cells of 2 cm 21 or
+// more were one cylinder each in three of six worlds, 17 in the worst; on voxels 197 of 200.
 TEST(Cylinders, ALaddersRungsAndRailsAreOneEach) {
   std::mt19937_64 rng(test::seed());
   RoundScene scene;

@@ -340,7 +340,7 @@ void Mapper::share_octree(bool on) {
   auto next = std::make_shared<Snapshot>(*state.snapshot.latest());
   next->octree = on ? state.occupancy.share() : OccupancyView();
   state.octree_shared = on;
-  state.snapshot.store(std::shared_ptr<const Snapshot>(std::move(next)));
+  state.snapshot.store(std::move(next));
 }
 
 void Mapper::remember_scans() { impl_->remember_scans = true; }

@@ -2,7 +2,6 @@
 
 #include "geometry/rings.hpp"
 
-#include <tsl/robin_map.h>
 #include <unordered_set>
 #include <utility>
 
@@ -66,15 +65,12 @@ std::shared_ptr<const Snapshot> Published::complete(const State& state, const Co
   std::map<SurfaceId, OutlineChange> changes = folded(state.batches, applied_, *next);
   std::size_t i = 0;
   for (SurfacePtr& surface : next->surfaces) {
-    const auto change = changes.find(surface->id);
-    std::vector<Polygon> polygons;
-    if (change != changes.end()) polygons = polygons_with(change->second);
     while (before.of && i < before.of->surfaces.size() && before.of->surfaces[i]->id < surface->id) ++i;
-    if (before.of && i < before.of->surfaces.size() && before.of->surfaces[i] == surface)
+    if (before.of && i < before.of->surfaces.size() && before.of->surfaces[i] == surface) {
       surface = before.snapshot->surfaces[i];
-    else if (change != changes.end()) {
+    } else if (const auto change = changes.find(surface->id); change != changes.end()) {
       auto whole = std::make_shared<Surface>(*surface);
-      geometry::set_polygons(*whole, std::move(polygons));
+      geometry::set_polygons(*whole, polygons_with(change->second));
       surface = std::move(whole);
     }
   }

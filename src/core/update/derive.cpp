@@ -35,11 +35,12 @@ void put(std::vector<SurfacePtr>& surfaces, SurfacePtr surface) {
     surfaces.insert(at, std::move(surface));
 }
 
-/// Surfaces with their outlines' changes, by several threads, the largest first to balance the load.
 struct Derived {
   std::vector<SurfacePtr> surfaces;
-  std::vector<surfaces::OutlineChange> changes;
+  std::vector<surfaces::OutlineChange> changes;  // none if `surfaces` have their polygons
 };
+
+/// Each surface by one thread, the largest first to balance the load.
 Derived derived(const surfaces::MapState& state, std::vector<surfaces::SurfaceModel*> models,
                 const Snapshot& before, bool inliers_alone, int threads) {
   std::stable_sort(models.begin(), models.end(),

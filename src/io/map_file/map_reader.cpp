@@ -372,7 +372,7 @@ class MapReader : Damage {
       snapshot->surfaces.push_back(surface.publish(surface.revision));
     snapshot->cylinders = state.cylinders.publish(state.revision);
     snapshot->removals = state.removals;
-    state.snapshot.store(std::shared_ptr<const Snapshot>(std::move(snapshot)));
+    state.snapshot.store(std::move(snapshot));
   }
 
   std::unique_ptr<memory::MemoryLimit> limit_;  // the map's, once there is one

@@ -99,7 +99,7 @@ std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans)
                         pose_cost * scans.poses.size() + held_cost * state.held.size() +
                         patch_cost * alignment::record_of(state).patches.size(),
                 checking = 0;
-  for (const SurfacePtr& surface : state.snapshot.read()->surfaces) {
+  for (const auto snapshot = state.snapshot.read(); const SurfacePtr& surface : snapshot->surfaces) {
     std::uint64_t vertices = 0, rings = 0;
     for (const Polygon& polygon : surface->polygons) {
       vertices += polygon.outer.size();
