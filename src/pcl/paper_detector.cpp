@@ -166,7 +166,6 @@ std::vector<Assignment> assignments(std::span<const PointId> points, const std::
 Proposal proposal_of(const MapView& map, std::span<const PointId> points) {
   Proposal proposal;
   proposal.unprocessed.assign(points.begin(), points.end());
-  proposal.refine = false;
   for (const PointId i : points) proposal.points.push_back({i, 0});
   for (const PlaneFit& fit : find_planes(positions(map, points), map.parameters)) {
     Proposal::FoundPlane found{.plane = fit.plane};
@@ -224,32 +223,25 @@ std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<cons
   return assignments(left, taken);
 }
 
-detection::Detection PaperDetector::detect(const MapView& map, const surfaces::PendingQueue& queue,
-                                           std::span<const PointId> fresh,
-                                           std::optional<std::uint64_t> /*turn*/,
-                                           std::span<const Assignment> /*expanded*/) const {
-  detection::Detection result;
+detection::Due PaperDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
+                                  std::span<const PointId> fresh,
+                                  std::optional<std::uint64_t> /*turn*/) const {
   std::vector<PointId> waits(fresh.begin(), fresh.end());
   for (const VoxelKey key : queue.fresh)
     if (const PointId i = map.window.find(key); map.is_pending(i)) waits.push_back(i);
   map.window.put_in_order(waits);
   std::erase_if(waits, [&](PointId i) { return map.window[i].surface != 0; });
   waits = filtered(map, waits);
-  if (waits.size() > least_points(map.parameters)) {
-    result.found = proposal_of(map, waits);
-    result.segmented = std::move(waits);
-  } else {
-    for (const PointId i : waits) result.left.fresh.push_back(map.window[i].key);
-  }
-  return result;
+  detection::Due due;
+  if (waits.size() > least_points(map.parameters))
+    due.points = std::move(waits);
+  else
+    for (const PointId i : waits) due.left.fresh.push_back(map.window[i].key);
+  return due;
 }
 
-std::optional<Proposal> PaperDetector::revise(const MapView& /*map*/,
-                                              const std::set<SurfaceId>& /*changed*/) const {
-  return {};
-}
-
-Proposal PaperDetector::detect_anew(const MapView& map) const {
+std::optional<Proposal> PaperDetector::segment(const MapView& map, const detection::Part& part) const {
+  if (!part.all) return part.points.empty() ? std::nullopt : std::optional(proposal_of(map, part.points));
   std::vector<PointId> all;
   map.octree.for_each_point([&](const occupancy::VoxelPoint& p) { all.push_back(map.window.find(p.key)); });
   map.window.put_in_order(all);

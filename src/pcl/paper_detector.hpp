@@ -18,18 +18,17 @@ namespace octosurf::pcl {
 /// and outline vertices of surfaces within h of new points are visited.
 class PaperDetector final : public detection::Detector {
  public:
+  PaperDetector() : Detector({.refits = false, .outlines_decide = true}) {}
+
   using Assignment = detection::Assignment;
   using MapView = surfaces::MapView;
   using Proposal = detection::Proposal;
 
   std::vector<Assignment> add_inliers(const MapView& map, std::span<const PointId> fresh) const override;
   std::vector<Assignment> expand(const MapView& map, std::span<const PointId> left) const override;
-  detection::Detection detect(const MapView& map, const surfaces::PendingQueue& queue,
-                              std::span<const PointId> fresh, std::optional<std::uint64_t> turn,
-                              std::span<const Assignment> expanded) const override;
-  std::optional<Proposal> revise(const MapView& map, const std::set<SurfaceId>& changed) const override;
-  bool as_in_paper() const override { return true; }
-  Proposal detect_anew(const MapView& map) const override;
+  detection::Due due(const MapView& map, const surfaces::PendingQueue& queue, std::span<const PointId> fresh,
+                     std::optional<std::uint64_t> turn) const override;
+  std::optional<Proposal> segment(const MapView& map, const detection::Part& part) const override;
   std::map<PointId, surfaces::Refusal> refusals(const MapView& map,
                                                 std::span<const PointId> pending) const override;
 };

@@ -48,14 +48,16 @@ TEST_F(FloorAndStep, ExpandedPointsBesideANewPlaneAreSegmentedAgain) {
   const std::vector<Assignment> expanded = expand(points_.ledger, pending_);
   points_.ledger.apply(expanded);
   const std::vector<PointId> left = points_.ledger.pending(pending_);
-  const Detection detection = LikelihoodDetector().detect(points_.ledger, {}, left, {}, expanded);
-  ASSERT_TRUE(detection.found.has_value());
-  EXPECT_EQ(detection.segmented.size() + detection.left.fresh.size(), left.size());
+  const Due due = due_of(left);
+  const auto found =
+      LikelihoodDetector().segment(points_.ledger, {.points = due.points, .expanded = expanded});
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(due.points.size() + due.left.fresh.size(), left.size());
   std::set<PointId> labelled;
-  for (const auto& [point, label] : detection.found->points) labelled.insert(point);
+  for (const auto& [point, label] : found->points) labelled.insert(point);
   const VoxelBlocks blocks(seed_patch_edge(points_.ledger.grid.resolution()));
   std::set<VoxelBlocks::Place> with_segmented;
-  for (const PointId i : detection.segmented) with_segmented.insert(blocks.of(points_.ledger.window[i].key));
+  for (const PointId i : due.points) with_segmented.insert(blocks.of(points_.ledger.window[i].key));
   std::size_t again = 0;
   for (const Assignment& assignment : expanded) {
     again += labelled.count(assignment.point);

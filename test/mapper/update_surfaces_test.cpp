@@ -1,5 +1,5 @@
 // Which points a change leaves to the next one.
-#include "mapper/update_surfaces.hpp"
+#include "mapper/map_change.hpp"
 
 #include "support/pending_points.hpp"
 

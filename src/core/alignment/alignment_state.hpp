@@ -78,7 +78,7 @@ inline const AlignmentRecord& record_of(const surfaces::MapState& map) {
   return map.alignment ? *map.alignment : none;
 }
 
-/// The part of a change of a map that surfaces::Transaction does not know of; likewise all or nothing.
+/// The part of mapper::MapChange that is alignment's; likewise all or nothing.
 class AlignmentChange {
  public:
   explicit AlignmentChange(surfaces::MapState& map) : record_(record_of(map)), before_(record_.state) {

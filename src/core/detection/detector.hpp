@@ -5,7 +5,6 @@
 
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -14,19 +13,37 @@ namespace octosurf::detection {
 using surfaces::Assignment;
 using surfaces::Proposal;
 
-/// The outcome of Detector::detect().
-struct Detection {
-  std::optional<Proposal> found;
-  std::vector<PointId> segmented;  ///< points that were pending, key order
+/// Pending points to segment now, and the waiting rest.
+struct Due {
+  std::vector<PointId> points;  ///< key order
   surfaces::PendingQueue left;
   std::size_t waiting = 0;  ///< number of points of left.fresh in blocks of left.blocks
 };
 
+/// What Detector::segment() looks at.
+struct Part {
+  std::span<const PointId> points = {};       ///< pending ones, key order
+  std::span<const Assignment> expanded = {};  ///< points that expansion has assigned
+  std::span<const SurfaceId> surfaces = {};   ///< entire ones, ascending
+  bool all = false;                           ///< all points, owned and pending alike
+};
+
 /// The stages that decide about planes (paper, III-B and III-C; docs/design.md §4), called by
-/// mapper::update_surfaces(). Each reads the map and returns a proposal. Detectors are stateless: all state
-/// is the map's, and is saved with it.
+/// mapper::update_surfaces(). Each reads the map and returns what to change. Detectors are stateless: all
+/// state is the map's, and is saved with it.
 class Detector {
  public:
+  /// How a detector's planes are used.
+  struct Traits {
+    /// To their surfaces' readings; then new and changed surfaces expand in the same scan, too.
+    bool refits = true;
+    /// Outlines decide about inliers (paper, IV-A): they use inliers alone, without end points of readings
+    /// and intersections of surfaces, and are made before points are added.
+    bool outlines_decide = false;
+  };
+  const Traits traits;
+
+  explicit Detector(const Traits& t) : traits(t) {}
   virtual ~Detector() = default;
 
   /// III-B1: points inside known surfaces. `fresh`: pending points in key order.
@@ -35,21 +52,12 @@ class Detector {
   /// III-B2: points that surfaces gain beyond their boundaries. `left`: pending points in key order.
   virtual std::vector<Assignment> expand(const surfaces::MapView& map,
                                          std::span<const PointId> left) const = 0;
-  /// III-C: planes of accumulated points. Selects those to segment now from the map's queue and `fresh`, in
-  /// key order: those that have their `turn`, within the budget, or without one all. `expanded` has
-  /// been assigned; some of it may be segmented again.
-  virtual Detection detect(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
-                           std::span<const PointId> fresh, std::optional<std::uint64_t> turn,
-                           std::span<const Assignment> expanded) const = 0;
-  /// Planes of surfaces that are segmented again, because their size has changed (SurfaceModel).
-  virtual std::optional<Proposal> revise(const surfaces::MapView& map,
-                                         const std::set<SurfaceId>& changed) const = 0;
-  /// As in the paper: planes are not refitted, surfaces expand with the next scan only, and outlines use the
-  /// inliers alone, without end points of readings and intersections of surfaces. Outlines then affect
-  /// decisions, so they are updated before points are added.
-  virtual bool as_in_paper() const = 0;
-  /// Planes of all points, owned and pending alike.
-  virtual Proposal detect_anew(const surfaces::MapView& map) const = 0;
+  /// III-C1: those of the accumulated points, the map's queue and `fresh` in key order, that are enough in
+  /// some place: those that have their `turn`, within the budget, or without one all.
+  virtual Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
+                  std::span<const PointId> fresh, std::optional<std::uint64_t> turn) const = 0;
+  /// III-C2 to C4: planes of a part of the map; none if there is nothing to change.
+  virtual std::optional<Proposal> segment(const surfaces::MapView& map, const Part& part) const = 0;
 
   /// The reasons why these pending points, in key order, have no surface; Reason::waiting for those that
   /// would get one.

@@ -155,29 +155,23 @@ Segmentation with_seed_patches_of(const MapView& map, const Readings& readings, 
   return known;
 }
 
-}  // namespace
-
-std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
-                                                        std::span<const PointId> fresh) const {
-  return detection::add_inliers(map, fresh);
+Proposal segment_all(const MapView& map) {
+  const Readings readings(map);
+  Proposal proposal = proposal_of(map, readings, segment(readings, limits_in_cells(map)));
+  proposal.unprocessed.clear();
+  return proposal;
 }
 
-std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> left) const {
-  return detection::expand(map, left);
-}
-
-Detection LikelihoodDetector::detect(const MapView& map, const surfaces::PendingQueue& queue,
-                                     std::span<const PointId> fresh, std::optional<std::uint64_t> turn,
-                                     std::span<const Assignment> expanded) const {
+/// Pending points and those of `expanded` that another surface also explains, or that lie in a block of seed
+/// patches with a seed patch of points due: it may extend into them. Surrounding surfaces take part as sums,
+/// and are merged across gaps up to h (neighbourhood.hpp).
+std::optional<Proposal> segment_points(const MapView& map, std::span<const PointId> points,
+                                       std::span<const Assignment> expanded) {
   const MapView& cells = map.cells.map();
-  Due due = due_to_segment(map, queue, fresh, turn);
-  Detection result{.found = {},
-                   .segmented = map.cells.pending_in(due.points),
-                   .left = std::move(due.left),
-                   .waiting = due.waiting};
+  std::vector<PointId> candidates = map.cells.of(points);
   const VoxelBlocks blocks(seed_patch_edge(cells.grid.resolution()));
   Places with_due;
-  for (const PointId i : due.points) with_due.insert(blocks.of(cells.window[i].key));
+  for (const PointId i : candidates) with_due.insert(blocks.of(cells.window[i].key));
   std::vector<PointId> beside;
   std::vector<Assignment> elsewhere;
   for (const Assignment& assignment : expanded)
@@ -185,23 +179,21 @@ Detection LikelihoodDetector::detect(const MapView& map, const surfaces::Pending
       beside.push_back(assignment.point);
     else
       elsewhere.push_back(assignment);
-  std::vector<PointId> candidates = std::move(due.points);
   for (const PointId i : map.cells.of(beside)) candidates.push_back(i);
   const Neighbourhood around = neighbourhood_of(map, candidates, map.cells.of(touching(map, elsewhere)));
-  if (!around.points.empty()) {
-    const Readings readings(map, around);
-    result.found = segmented(map, readings, with_seed_patches_of(cells, readings, blocks, candidates));
-  }
-  return result;
+  if (around.points.empty()) return {};
+  const Readings readings(map, around);
+  return segmented(map, readings, with_seed_patches_of(cells, readings, blocks, candidates));
 }
 
-std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
-                                                   const std::set<SurfaceId>& changed) const {
+/// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
+/// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
+std::optional<Proposal> segment_surfaces(const MapView& map, std::span<const SurfaceId> surfaces) {
   const sensing::ReadingModel model(map.noise, map.grid.resolution());
   const std::size_t largest = largest_looked_at_whole << 2 * map.cells.map().level;
   std::vector<SurfaceId> anew;
   std::vector<PointId> unlabelled, looked_at;
-  for (const SurfaceId id : changed) {
+  for (const SurfaceId id : surfaces) {
     const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
     std::vector<PointId> disagree;
     if (surface.size() > largest)
@@ -224,11 +216,26 @@ std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
       with_seed_patches(readings, known_about(readings, map.surfaces, anew, map.cells.of(unlabelled))));
 }
 
-Proposal LikelihoodDetector::detect_anew(const MapView& map) const {
-  const Readings readings(map);
-  Proposal proposal = proposal_of(map, readings, segment(readings, limits_in_cells(map)));
-  proposal.unprocessed.clear();
-  return proposal;
+}  // namespace
+
+std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
+                                                        std::span<const PointId> fresh) const {
+  return detection::add_inliers(map, fresh);
+}
+
+std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> left) const {
+  return detection::expand(map, left);
+}
+
+Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
+                            std::span<const PointId> fresh, std::optional<std::uint64_t> turn) const {
+  return due_to_segment(map, queue, fresh, turn);
+}
+
+std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Part& part) const {
+  if (part.all) return segment_all(map);
+  return part.surfaces.empty() ? segment_points(map, part.points, part.expanded)
+                               : segment_surfaces(map, part.surfaces);
 }
 
 std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
@@ -236,8 +243,8 @@ std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView&
   const Readings readings(map, neighbourhood_of(map, map.cells.of(pending), {}));
   std::vector<Refused> refused;
   const Segmentation found =
-      segment(readings, limits_in_cells(map),
-              with_seed_patches(readings, known_about(readings, map.surfaces, {})), &refused);
+      detection::segment(readings, limits_in_cells(map),
+                         with_seed_patches(readings, known_about(readings, map.surfaces, {})), &refused);
   std::map<PointId, surfaces::Refusal> reasons;
   for (const Refused& plane : refused)
     for (const Readings::Index i : plane.readings)

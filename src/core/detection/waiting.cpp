@@ -131,6 +131,7 @@ Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue
     if (voxels.is_pending(i)) order.push_back(map.cell_of(fresh_keys.back()));
   }
   Due result;
+  std::vector<PointId> cells;  // due
   std::set_union(before.fresh.begin(), before.fresh.end(), fresh_keys.begin(), fresh_keys.end(),
                  std::back_inserter(result.left.fresh));
   for (const VoxelKey key : result.left.fresh) come.push_back(map.cell_of(key));
@@ -151,27 +152,27 @@ Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue
   bool over = false;
   for (std::size_t b = 0; b < queue.size(); ++b) {
     std::vector<PointId> points;
-    waits[b] = over || result.points.size() >= budget || !has_turn(queue.in_block(b));
+    waits[b] = over || cells.size() >= budget || !has_turn(queue.in_block(b));
     if (!waits[b]) {
       const std::vector<PointId> of_block = new_cells(map, queue.points_of(b));
       for (int level = 0; level < seed_patch_levels; ++level)
         add_due(map, VoxelBlocks(edge << level), of_block, fewest, in_due, points);
-      const std::size_t left = budget - result.points.size();
+      const std::size_t left = budget - cells.size();
       over = points.size() > left;
-      if (over) cut_to(map, left, result.points.empty(), edge, points);
+      if (over) cut_to(map, left, cells.empty(), edge, points);
     }
-    result.points.insert(result.points.end(), points.begin(), points.end());
+    cells.insert(cells.end(), points.begin(), points.end());
     if (!waits[b] && !over) continue;
     result.left.blocks.push_back(map.first_voxel_of(queue.in_block(b)));
     result.waiting += queue.points_of(b).size();
   }
-  const PointSet due(result.points);
+  const PointSet due(cells);
   std::erase_if(result.left.fresh, [&](VoxelKey key) {
     if (waits[queue.place_of(map.cell_of(key))]) return false;
     const PointId i = map.find(key);
     return !map.is_pending(i) || due.contains(i);
   });
-  map.window.put_in_order(result.points);
+  result.points = map.cells.pending_in(cells);
   return result;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/ledger.hpp"
+#include "detection/detector.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -9,15 +9,8 @@
 
 namespace octosurf::detection {
 
-/// Pending cells (surfaces::Cells) to segment now, and the waiting rest.
-struct Due {
-  std::vector<PointId> points;  ///< of cells, key order
-  surfaces::PendingQueue left;  ///< of voxels
-  std::size_t waiting = 0;      ///< number of points of left.fresh in blocks of left.blocks
-};
-
-/// The pending cells of blocks with enough new cells since the last segmentation. A cell is new if more than
-/// half of its pending points are.
+/// The pending points in cells (surfaces::Cells) of blocks with enough new cells since the last segmentation.
+/// A cell is new if more than half of its pending points are.
 ///
 /// 1. Due are all pending cells in the blocks of seed patches, of each size, in which at least a fifth of n,
 ///    the fewest points of a surface, and half of all waiting there are new: with fewer, another segmentation

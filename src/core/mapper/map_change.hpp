@@ -1,56 +1,83 @@
 #pragma once
 
 #include "alignment/alignment_state.hpp"
-#include "mapper/adopt_surfaces.hpp"
-#include "mapper/update_surfaces.hpp"
+#include "detection/detector.hpp"
+#include "occupancy/ray_tracer.hpp"
 #include "sensing/downsample.hpp"
-#include "surfaces/transaction.hpp"
 
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::mapper {
 
-/// One change of a map, all or nothing: by a scan, by several scans, or by another cause. Without commit()
-/// nothing remains of it.
+/// The points that are segmented: of the waiting ones those that have their turn in a scan (waiting.hpp), or
+/// all of them; or all points of the map, replacing its surfaces.
+enum class Effort { turn, all, anew };
+
+/// Steps 4 to 8 of a scan (docs/design.md §4), for every change of the octree: finds the surfaces of the
+/// ledger's unprocessed points. Counts and times are added to the report. Cost follows the unprocessed and
+/// waiting points.
+void update_surfaces(surfaces::Ledger& ledger, const detection::Detector& detector, Effort effort,
+                     ScanReport& report);
+
+/// One change of a map, all or nothing: by a scan, by several scans, or by another cause. From construction
+/// on the previous state is recorded, at a cost that follows the writes: copies of the octree's chunks and of
+/// the surfaces' planes and sums, not of their points. Without commit() the destructor restores it.
+///
+/// One at a time for a map.
 class MapChange {
  public:
   /// `effort`: of each update.
-  MapChange(surfaces::MapState& state, const detection::Detector& detector, Effort effort, int threads)
-      : state_(state),
-        detector_(detector),
-        effort_(effort),
-        threads_(threads),
-        alignment_(state),
-        transaction_(state) {}
+  MapChange(surfaces::MapState& state, const detection::Detector& detector, Effort effort, int threads);
+  MapChange(const MapChange&) = delete;
+  MapChange& operator=(const MapChange&) = delete;
+  ~MapChange();
 
-  /// Begins a scan whose octree is about to change. The report is valid until the next call.
+  /// Begins a scan, or another cause. The report is valid until the next call.
   ScanReport& begin(ScanReport report = {});
-  /// Step 3, after each change of the octree. `scan`: null if none caused it.
+  /// Steps 2 and 3 of the scan, seen from the report's pose. `shared`: the common errors of its readings.
+  void insert(const Scan& scan, const sensing::VoxelScan& voxels, const occupancy::TouchedVoxels& touched,
+              std::span<const sensing::SharedVariance> shared);
+  /// Step 3, after the octree has changed. `scan`: null if none caused it.
   void retract(const occupancy::OccupancyDelta& delta, const sensing::VoxelScan* scan = nullptr);
   /// Steps 4 to 8, for all points that appeared or became pending so far.
   void update();
-  surfaces::Ledger& ledger() { return *ledger_; }
+  /// Of the octree as it is; valid until the next insert() or retract().
+  surfaces::Ledger& ledger();
 
-  /// update(), unless nothing has changed since the last one; then step 9. Keeps all changes, and publishes
+  /// update(), if something was retracted since the last one; then step 9. Keeps all changes, and publishes
   /// them.
   std::vector<ScanReport> commit();
 
  private:
-  void count_categorized();
+  /// State saved by copy.
+  struct Records {
+    explicit Records(const surfaces::MapState& state);
+    void put_back(surfaces::MapState& state) noexcept;
+
+    sensing::NoiseModel noise;
+    RemovalLog removals;
+    surfaces::PendingQueue queue;
+    std::size_t points, held;
+    std::uint64_t scans, revision;
+    Eigen::Vector3d sensors_up;
+  };
+  std::shared_ptr<const surfaces::Published::State> next_state();
 
   surfaces::MapState& state_;
   const detection::Detector& detector_;
   Effort effort_;
   int threads_;
   alignment::AlignmentChange alignment_;
-  surfaces::Transaction transaction_;
+  Records before_;
   std::vector<ScanReport> reports_;
   std::vector<std::vector<geometry::VoxelKey>> appeared_;  // of each report
   std::optional<surfaces::Ledger> ledger_;                 // since the octree's last change
-  bool updated_ = true;
+  bool updated_ = true, committed_ = false;
 };
 
 }  // namespace octosurf::mapper

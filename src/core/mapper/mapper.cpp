@@ -1,8 +1,8 @@
 #include "alignment/scan_aligner.hpp"
+#include "mapper/adopt_surfaces.hpp"
 #include "mapper/map_change.hpp"
 #include "mapper/merge_maps.hpp"
 #include "mapper/stopwatch.hpp"
-#include "occupancy/ray_tracer.hpp"
 #include "sensing/fingerprint.hpp"
 
 #include <algorithm>
@@ -20,13 +20,6 @@
 
 namespace octosurf {
 namespace {
-
-/// A camera's y axis points down, a lidar's z axis up; map frame.
-Eigen::Vector3d up_of_sensor(const Scan& scan, const Eigen::Isometry3d& T_map_sensor) {
-  const Eigen::Vector3d up =
-      scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0) : Eigen::Vector3d::UnitZ();
-  return (T_map_sensor.linear() * up).normalized();
-}
 
 /// The offset between a surface and the centre of a voxel it crosses is uniform over the edge, except for
 /// surfaces parallel to the grid, whose voxels all have the same offset.
@@ -108,8 +101,6 @@ struct Mapper::Impl {
   };
   /// Throws as insert() does. Changes nothing in the map. `rays`: prepared ones, or null.
   Checked check(surfaces::MapState& state, const Scan& scan, Rays rays);
-  /// False if the scan is rejected.
-  bool apply(surfaces::MapState& state, const Scan& scan, Checked checked, mapper::MapChange& change);
   /// `scans`: a span of Scan or PreparedScan.
   template <class Scans>
   std::vector<ScanReport> insert_all(Scans scans);
@@ -217,29 +208,6 @@ Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan&
   return checked;
 }
 
-bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Checked checked,
-                         mapper::MapChange& change) {
-  ScanReport& report = change.begin(std::move(checked.report));
-  mapper::Stopwatch time(report);
-  alignment::AlignmentRecord& record = alignment::record_of(state);
-  record.state = std::move(checked.alignment);
-  for (const auto& [key, patch] : checked.patches) record.patches.set(key, patch);
-  if (!checked.rays) return false;
-  const occupancy::OccupancyDelta delta = time(Stage::occupancy, [&] {
-    return state.occupancy.apply(checked.rays->touched, checked.rays->voxels,
-                                 state.parameters.occupancy.preserve_surfaces ? &state.surfaces : nullptr);
-  });
-  ++state.scans;
-  if (remember_scans) state.held.push_back(sensing::fingerprint_of(scan));
-  state.sensors_up += up_of_sensor(scan, report.alignment.T_map_sensor);
-  time(Stage::downsample, [&] {
-    state.noise.observe(scan);
-    state.noise.observe(checked.shared);
-  });
-  change.retract(delta, &checked.rays->voxels);
-  return true;
-}
-
 ScanReport Mapper::insert(const Scan& scan) { return std::move(insert_all({&scan, 1}).front()); }
 ScanReport Mapper::insert(const PreparedScan& prepared) {
   return std::move(insert_all({&prepared, 1}).front());
@@ -253,7 +221,7 @@ template <class Scans>
 std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
   surfaces::MapState& state = map.state();
   std::optional<mapper::MapChange> change;
-  bool searched = false;
+  bool detected = false;
   for (const auto& given : scans) {
     const Scan& scan = scan_of(given);
     std::optional<Checked> checked;
@@ -264,10 +232,16 @@ std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
       break;
     }
     if (!change) change.emplace(state, detector, mapper::Effort::turn, threads);
-    const bool mapped = apply(state, scan, std::move(*checked), *change);
+    change->begin(std::move(checked->report));
+    alignment::AlignmentRecord& record = alignment::record_of(state);
+    record.state = std::move(checked->alignment);
+    for (const auto& [key, patch] : checked->patches) record.patches.set(key, patch);
+    if (!checked->rays) continue;  // the scan is rejected
+    change->insert(scan, checked->rays->voxels, checked->rays->touched, checked->shared);
+    if (remember_scans) state.held.push_back(sensing::fingerprint_of(scan));
     // One scan's points lie thinner about their planes than several scans' together: detect in the first
     // scan, then expand by the others.
-    if (mapped && !std::exchange(searched, true)) change->update();
+    if (!std::exchange(detected, true)) change->update();
   }
   return change ? change->commit() : std::vector<ScanReport>{};
 }
@@ -285,7 +259,7 @@ ScanReport Mapper::drain() {
   if (impl_->map.state().queue.blocks.empty()) return {};
   return impl_->change_map("what waits", 0, mapper::Effort::all, [](mapper::MapChange& change) {
     change.begin();
-    change.retract({});
+    change.update();
   });
 }
 
@@ -331,7 +305,7 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
 ScanReport Mapper::resegment() {
   return impl_->change_map("the map", 0, mapper::Effort::anew, [](mapper::MapChange& change) {
     change.begin();
-    change.retract({});
+    change.update();
   });
 }
 

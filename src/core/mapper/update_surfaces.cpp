@@ -1,6 +1,5 @@
-#include "mapper/update_surfaces.hpp"
-
 #include "cylinders/cylinders.hpp"
+#include "mapper/map_change.hpp"
 #include "mapper/stopwatch.hpp"
 
 #include <algorithm>
@@ -13,153 +12,184 @@ namespace octosurf::mapper {
 namespace {
 
 using detection::Assignment;
-using detection::Detection;
 using detection::Detector;
+using detection::Due;
 using detection::Proposal;
 using surfaces::Ledger;
 
-/// Where outlines decide about inliers.
-void update_outlines(Ledger& ledger, const Detector& detector) {
-  if (!detector.as_in_paper()) return;
-  for (const SurfaceId id : ledger.changes.touched())
-    if (surfaces::SurfaceModel& surface = *ledger.find(id); surface.polygons_stale())
-      surface.derive(ledger.parameters.max_hole_size());
-}
+/// Algorithms 1 and 2 of the paper for a ledger's unprocessed points, step by step.
+class SurfaceUpdate {
+ public:
+  SurfaceUpdate(Ledger& ledger, const Detector& detector, ScanReport& report)
+      : ledger_(ledger), detector_(detector), report_(report), time_(report) {}
 
-std::vector<PointId> newly_explained(const Ledger& ledger, const Proposal& proposal) {
-  std::vector<PointId> points;
-  for (const auto& [point, label] : proposal.points)
-    if (label != 0 && ledger.window[point].surface == 0) points.push_back(point);
-  return points;
-}
-
-std::vector<PointId> pending_beside(const Ledger& ledger, std::span<const PointId> points) {
-  std::vector<PointId> beside;
-  for (const PointId point : points)
-    ledger.window.for_each_near(ledger.window[point].key, 1, [&](PointId i) {
-      if (ledger.window[i].surface == 0) beside.push_back(i);
-    });
-  ledger.window.put_in_order(beside);
-  return beside;
-}
-
-/// New or changed planes expand into pending points beside `points`, which they took.
-void expand_beside(Ledger& ledger, const Detector& detector, std::span<const PointId> points,
-                   std::vector<Assignment>& gained) {
-  const std::vector<Assignment> more = detector.expand(ledger, pending_beside(ledger, points));
-  ledger.apply(more);
-  gained.insert(gained.end(), more.begin(), more.end());
-}
-
-/// Segments surfaces again whose size has changed. Refits the planes of those that have grown since their
-/// last fit, and of those that lost points or were seen better, with an unchanged neighbourhood.
-/// `looked_at`: number of `gained` assignments that existed at detection.
-/// Returns points of surfaces that are curved.
-cylinders::Patches revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& gained,
-                          std::size_t looked_at) {
-  cylinders::Patches curved;
-  std::set<SurfaceId> changed = ledger.changes.touched();
-  std::erase_if(changed, [&](SurfaceId id) { return !ledger.find(id)->size_has_changed(); });
-  const std::optional<Proposal> found = detector.revise(ledger, changed);
-  for (const SurfaceId id : changed) ledger.find(id)->set_checked();
-  if (found) {
-    const std::vector<PointId> explained = newly_explained(ledger, *found);
-    ledger.apply(*found);
-    expand_beside(ledger, detector, explained, gained);
-    curved = found->curved;
+  /// Where outlines decide about inliers.
+  void update_outlines() {
+    if (!detector_.traits.outlines_decide) return;
+    for (const SurfaceId id : ledger_.changes.touched())
+      if (surfaces::SurfaceModel& surface = *ledger_.find(id); surface.polygons_stale())
+        surface.derive(ledger_.parameters.max_hole_size());
   }
-  // Where expanded surfaces have since touched others that may be the same plane.
-  std::vector<Assignment> since;
-  for (const Assignment& assignment : std::span(gained).subspan(looked_at))
-    if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
-      since.push_back({assignment.point, now});
-  if (const auto met = detector.detect(ledger, {}, {}, {}, since).found) ledger.apply(*met);
-  if (detector.as_in_paper()) return curved;
-  std::set<SurfaceId> grown, unfitted = ledger.changes.touched();
-  for (const Assignment& assignment : gained) grown.insert(assignment.surface);
-  std::erase_if(unfitted,
-                [&](SurfaceId id) { return ledger.changes.refitted.contains(id) && !grown.contains(id); });
-  for (const SurfaceId id : unfitted) ledger.fit(*ledger.find(id));
-  return curved;
-}
 
-/// Puts pending points into the queue. Their blocks wait once enough points are there.
-void accumulate(Ledger& ledger, std::span<const PointId> points) {
-  std::vector<geometry::VoxelKey>& queue = ledger.queue().fresh;
-  for (const PointId i : ledger.pending(points)) queue.push_back(ledger.window[i].key);
-  std::sort(queue.begin(), queue.end());
-  queue.erase(std::unique(queue.begin(), queue.end()), queue.end());
-}
+  /// Algorithm 1, first loop: inliers of known surfaces.
+  void add_inliers() {
+    const std::vector<Assignment> inliers = detector_.add_inliers(ledger_, fresh_);
+    ledger_.apply(inliers);
+    report_.added += inliers.size();
+  }
 
-/// Existing cylinders take new points and those just segmented; new cylinders begin in patches rejected as
-/// curved, and in segmented points that no plane explains.
-void update_cylinders(Ledger& ledger, std::span<const PointId> fresh, std::span<const PointId> segmented,
-                      cylinders::Patches curved) {
-  std::vector<PointId> all(fresh.begin(), fresh.end());
-  all.insert(all.end(), segmented.begin(), segmented.end());
-  ledger.window.put_in_order(all);
-  cylinders::update_cylinders(ledger, ledger.pending(all), std::move(curved));
-}
+  /// Algorithm 1, second loop: known surfaces grow over their boundaries.
+  void expand() { expand_into(ledger_.pending(fresh_)); }
 
-void start_anew(Ledger& ledger, const Detector& detector, ScanReport& report) {
-  Stopwatch time(report);
-  const Proposal found = time(Stage::detect, [&] {
-    Proposal planes = detector.detect_anew(ledger);
-    ledger.apply(planes, Ledger::Planes::all);
-    ledger.queue() = {};
-    accumulate(ledger, planes.unprocessed);
-    ledger.changes.unprocessed.clear();
-    return planes;
-  });
-  time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}, found.curved); });
-}
+  /// Algorithm 2: the rest accumulates until enough of it is new in some place; new surfaces expand, too.
+  void detect(std::optional<std::uint64_t> turn) {
+    const std::vector<PointId> left = ledger_.pending(fresh_);
+    Due due = time_(Stage::detect, [&] { return detector_.due(ledger_, ledger_.queue(), left, turn); });
+    ledger_.queue() = std::move(due.left);
+    report_.waiting = due.waiting;
+    segmented_ = std::move(due.points);
+    revised_ = gained_.size();
+    found_ = time_(Stage::detect,
+                   [&] { return detector_.segment(ledger_, {.points = segmented_, .expanded = gained_}); });
+    if (found_) {
+      const std::vector<PointId> explained = newly_explained(*found_);
+      time_(Stage::detect, [&] { apply(*found_); });
+      if (detector_.traits.refits) time_(Stage::expand, [&] { expand_into(pending_beside(explained)); });
+      report_.detected += count_in_old(explained);
+    }
+    for (const Assignment& assignment : gained_) report_.expanded += is_in_old(assignment.point);
+  }
+
+  /// Segments surfaces again whose size has changed, and points that expanded since detection where they
+  /// touch others that may be the same plane. Refits the planes of those that have grown since their last
+  /// fit, and of those that lost points or were seen better, with an unchanged neighbourhood.
+  void revise() {
+    std::vector<SurfaceId> changed;
+    for (const SurfaceId id : ledger_.changes.touched())
+      if (ledger_.find(id)->size_has_changed()) changed.push_back(id);
+    const std::optional<Proposal> found = detector_.segment(ledger_, {.surfaces = changed});
+    for (const SurfaceId id : changed) ledger_.find(id)->set_checked();
+    if (found) {
+      const std::vector<PointId> explained = newly_explained(*found);
+      apply(*found);
+      expand_into(pending_beside(explained));
+      curved_ = found->curved;
+    }
+    std::vector<Assignment> since;
+    for (const Assignment& assignment : std::span(gained_).subspan(revised_))
+      if (const SurfaceId now = ledger_.window[assignment.point].surface; now != 0)
+        since.push_back({assignment.point, now});
+    if (const auto met = detector_.segment(ledger_, {.expanded = since})) apply(*met);
+    if (detector_.traits.refits) refit();
+  }
+
+  /// Points that lost their surface, or that no plane took, wait for more.
+  void accumulate() {
+    if (found_) enqueue(found_->unprocessed);
+    enqueue(ledger_.take_unprocessed());
+  }
+
+  /// Existing cylinders take new points and those just segmented; new cylinders begin in patches rejected as
+  /// curved, and in segmented points that no plane explains.
+  void update_cylinders() {
+    std::vector<PointId> all = fresh_;
+    all.insert(all.end(), segmented_.begin(), segmented_.end());
+    ledger_.window.put_in_order(all);
+    if (found_) curved_.insert(curved_.end(), found_->curved.begin(), found_->curved.end());
+    cylinders::update_cylinders(ledger_, ledger_.pending(all), std::move(curved_));
+  }
+
+  /// Algorithm 2 for all points of the map.
+  void start_anew() {
+    Proposal planes = *detector_.segment(ledger_, {.all = true});
+    ledger_.apply(planes, Ledger::Planes::all, detector_.traits.refits);
+    ledger_.queue() = {};
+    enqueue(planes.unprocessed);
+    ledger_.changes.unprocessed.clear();
+    curved_ = std::move(planes.curved);
+    fresh_.clear();
+  }
+
+ private:
+  void apply(const Proposal& found) {
+    ledger_.apply(found, Ledger::Planes::touched, detector_.traits.refits);
+  }
+
+  void expand_into(std::span<const PointId> pending) {
+    const std::vector<Assignment> more = detector_.expand(ledger_, pending);
+    ledger_.apply(more);
+    gained_.insert(gained_.end(), more.begin(), more.end());
+  }
+
+  void refit() {
+    std::set<SurfaceId> grown;
+    for (const Assignment& assignment : gained_) grown.insert(assignment.surface);
+    for (const SurfaceId id : ledger_.changes.touched())
+      if (!ledger_.changes.refitted.contains(id) || grown.contains(id)) ledger_.fit(*ledger_.find(id));
+  }
+
+  void enqueue(std::span<const PointId> points) {
+    std::vector<geometry::VoxelKey>& queue = ledger_.queue().fresh;
+    for (const PointId i : ledger_.pending(points)) queue.push_back(ledger_.window[i].key);
+    std::sort(queue.begin(), queue.end());
+    queue.erase(std::unique(queue.begin(), queue.end()), queue.end());
+  }
+
+  std::vector<PointId> newly_explained(const Proposal& proposal) const {
+    std::vector<PointId> points;
+    for (const auto& [point, label] : proposal.points)
+      if (label != 0 && ledger_.window[point].surface == 0) points.push_back(point);
+    return points;
+  }
+
+  std::vector<PointId> pending_beside(std::span<const PointId> points) const {
+    std::vector<PointId> beside;
+    for (const PointId point : points)
+      ledger_.window.for_each_near(ledger_.window[point].key, 1, [&](PointId i) {
+        if (ledger_.window[i].surface == 0) beside.push_back(i);
+      });
+    ledger_.window.put_in_order(beside);
+    return beside;
+  }
+
+  /// Of a surface that the change has not created.
+  bool is_in_old(PointId i) const {
+    const SurfaceId id = ledger_.window[i].surface;
+    return id != 0 && id < first_new_;
+  }
+  std::size_t count_in_old(std::span<const PointId> points) const {
+    return static_cast<std::size_t>(
+        std::count_if(points.begin(), points.end(), [&](PointId i) { return is_in_old(i); }));
+  }
+
+  Ledger& ledger_;
+  const Detector& detector_;
+  ScanReport& report_;
+  Stopwatch time_;
+  SurfaceId first_new_ = ledger_.surfaces.next_id();
+  std::vector<PointId> fresh_ = ledger_.take_unprocessed(), segmented_;
+  std::vector<Assignment> gained_;  // by expansion
+  std::size_t revised_ = 0;         // number of `gained_` that detection has seen
+  std::optional<Proposal> found_;
+  cylinders::Patches curved_;
+};
 
 }  // namespace
 
 void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, ScanReport& report) {
-  if (effort == Effort::anew) return start_anew(ledger, detector, report);
   Stopwatch time(report);
-  const SurfaceId first_new = ledger.surfaces.next_id();
-  time(Stage::derive, [&] { update_outlines(ledger, detector); });
-
-  // Algorithm 1, first loop: inliers of known surfaces.
-  const std::vector<PointId> fresh = ledger.take_unprocessed();
-  time(Stage::add_inliers, [&] {
-    const std::vector<Assignment> inliers = detector.add_inliers(ledger, fresh);
-    ledger.apply(inliers);
-    report.added += inliers.size();
-  });
-  // Algorithm 1, second loop: known surfaces grow over their boundaries.
-  std::vector<Assignment> gained = time(Stage::expand, [&] {
-    std::vector<Assignment> expanded = detector.expand(ledger, ledger.pending(fresh));
-    ledger.apply(expanded);
-    return expanded;
-  });
-  const std::size_t looked_at = gained.size();
-  // Algorithm 2: the rest accumulates until enough of it is new in some place; new surfaces expand, too.
-  Detection detection = time(Stage::detect, [&] {
-    const auto turn = effort == Effort::all ? std::nullopt : std::optional(ledger.revision());
-    return detector.detect(ledger, ledger.queue(), ledger.pending(fresh), turn, gained);
-  });
-  ledger.queue() = std::move(detection.left);
-  report.waiting = detection.waiting;
-  if (const std::optional<Proposal>& found = detection.found) {
-    const std::vector<PointId> explained = newly_explained(ledger, *found);
-    time(Stage::detect, [&] { ledger.apply(*found); });
-    if (found->refine) time(Stage::expand, [&] { expand_beside(ledger, detector, explained, gained); });
-    for (const PointId i : explained) report.detected += ledger.window[i].surface < first_new;
+  SurfaceUpdate update(ledger, detector, report);
+  if (effort == Effort::anew) {
+    time(Stage::detect, [&] { update.start_anew(); });
+  } else {
+    time(Stage::derive, [&] { update.update_outlines(); });
+    time(Stage::add_inliers, [&] { update.add_inliers(); });
+    time(Stage::expand, [&] { update.expand(); });
+    update.detect(effort == Effort::all ? std::nullopt : std::optional(ledger.revision()));
+    time(Stage::revise, [&] { update.revise(); });
+    update.accumulate();
   }
-  for (const Assignment& assignment : gained)
-    if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
-      report.expanded += now < first_new;
-
-  auto curved = time(Stage::revise, [&] { return revise(ledger, detector, gained, looked_at); });
-  if (const std::optional<Proposal>& found = detection.found) {
-    accumulate(ledger, found->unprocessed);
-    curved.insert(curved.end(), found->curved.begin(), found->curved.end());
-  }
-  accumulate(ledger, ledger.take_unprocessed());
-  time(Stage::cylinders, [&] { update_cylinders(ledger, fresh, detection.segmented, std::move(curved)); });
+  time(Stage::cylinders, [&] { update.update_cylinders(); });
 }
 
 }  // namespace octosurf::mapper

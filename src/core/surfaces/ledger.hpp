@@ -30,7 +30,7 @@ struct Changes {
 
 /// The only way to change the surface of a point: stages that decide return proposals for apply(); retraction
 /// and adoption move points one by one. Keeps octree, window, surfaces and the record of changes consistent.
-/// Rolling back is the Transaction's task. Valid until the octree's next scan.
+/// Rolling back is mapper::MapChange's task. Valid until the octree's next scan.
 class Ledger : public LoadedView {
  public:
   /// `so_far`: the changes by the transaction's earlier scans.
@@ -51,9 +51,10 @@ class Ledger : public LoadedView {
   /// Other planes get new ids, and the surface that had most of their readings as parent. Evidence of later
   /// scans is kept where nine tenths of a surface's readings are. Points that lose their surface are
   /// unprocessed. `all`: each plane becomes the proposal's; else only those of surfaces whose points changed.
-  /// Surfaces entirely among the points are marked as checked. Cost: the proposal, and the reassigned points.
+  /// `refit`: to all readings of its surface. Surfaces entirely among the points are marked as checked. Cost:
+  /// the proposal, and the reassigned points.
   enum class Planes { all, touched };
-  void apply(const Proposal& proposal, Planes which = Planes::touched);
+  void apply(const Proposal& proposal, Planes which = Planes::touched, bool refit = true);
 
   SurfaceModel* find(SurfaceId id) { return state_.surfaces.find(id); }
   /// Creates a surface without points.

@@ -55,7 +55,7 @@ struct MapState {
   Published snapshot;                                ///< the state that readers in other threads see
   bool octree_shared = false;                        ///< snapshots include it; a setting of the process
 
-  /// A change failed, and its rollback is incomplete for lack of memory (Transaction).
+  /// A change failed, and its rollback is incomplete for lack of memory (mapper::MapChange).
   bool unrestored = false;
   void restore();              ///< completes the rollback; throws std::bad_alloc
   void require_whole() const;  ///< throws Error(incomplete) if the rollback is incomplete

@@ -41,8 +41,6 @@ struct Proposal {
   std::vector<Rest> rest;
   std::vector<PointId> unprocessed;          ///< pending points that the next scan looks at again
   std::vector<std::vector<PointId>> curved;  ///< points of patches rejected as curved: cylinders begin there
-  /// Planes are fitted to their surfaces' readings, and surfaces expand beside the points that were pending.
-  bool refine = true;
 };
 
 }  // namespace octosurf::surfaces
