@@ -61,6 +61,14 @@ std::vector<std::vector<std::pair<double, double>>> ring_sets(const std::vector<
 /// The same bytes: polygons, rings and vertices in the same order.
 bool identical(const std::vector<Polygon>& a, const std::vector<Polygon>& b);
 
+/// Two standard deviations of it are 2 mm at 1 mm, which is what poses leave at least.
+inline sensing::NoiseModel noise_of(double sensor_noise, double range_noise = 0) {
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = sensor_noise;
+  parameters.surfaces.range_noise = range_noise;
+  return sensing::NoiseModel(parameters);
+}
+
 /// Number 7, of these inliers.
 inline surfaces::SurfaceModel model_of(const std::vector<surfaces::Inlier>& inliers,
                                        const Eigen::Isometry3d& pose) {

@@ -14,14 +14,7 @@ namespace {
 using test::d;
 using test::h;
 using test::model_of;
-
-/// Two standard deviations of it are 2 mm at 1 mm, which is what poses leave at least.
-sensing::NoiseModel noise_of(double sensor_noise) {
-  Parameters parameters;
-  parameters.surfaces.sensor_noise = sensor_noise;
-  parameters.surfaces.range_noise = 0;
-  return sensing::NoiseModel(parameters);
-}
+using test::noise_of;
 
 /// Readings every millimetre over a rectangle of a plane, by voxel.
 std::vector<Inlier> voxels_of_rectangle(const Eigen::Isometry3d& pose, const Eigen::Vector2d& size) {
@@ -64,8 +57,7 @@ double inset(const SurfaceModel& model, const Eigen::Isometry3d& pose, const Eig
 /// With sides along the voxels' the readings of a voxel fill a box, whose inner side is the voxel's, and so
 /// its end is known exactly: less the 2 mm that noise of 1 mm may reach.
 TEST(Boundary, ReachesTheReadingsEndAlongTheVoxels) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> uniform(0.0085, d - 0.0085);
   for (int round = 0; round < 6 && !HasFailure(); ++round) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -86,8 +78,7 @@ TEST(Boundary, ReachesTheReadingsEndAlongTheVoxels) {
 /// However the rectangle lies: centroids alone end inside of it. What is taken for a box may be a triangle,
 /// whose readings end a third of its height earlier or later: less than an eighth of a voxel on the whole.
 TEST(Boundary, IsHardlyBiasedHoweverAFaceLies) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   const Eigen::Vector2d size(0.5, 0.4);
   const sensing::NoiseModel noise = noise_of(0.001);
   for (int round = 0; round < 8 && !HasFailure(); ++round) {
@@ -104,8 +95,7 @@ TEST(Boundary, IsHardlyBiasedHoweverAFaceLies) {
 }
 
 TEST(Boundary, PointsStayInTheirVoxels) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   for (int round = 0; round < 8 && !HasFailure(); ++round) {
     const Eigen::Isometry3d pose = test::random_pose(rng);
     SurfaceModel model =
@@ -125,8 +115,7 @@ TEST(Boundary, PointsStayInTheirVoxels) {
 
 /// What lies wholly within the reach of its noise says nothing about where it ends.
 TEST(Boundary, NoiseOfHalfAVoxelLeavesTheCentroids) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   const Eigen::Isometry3d pose = test::random_pose(rng);
   SurfaceModel model =
       model_of(test::voxels_of(test::random_blob(rng, 0.6, 0.1), pose, d, 0.6, 0.006, rng), pose);
@@ -135,41 +124,6 @@ TEST(Boundary, NoiseOfHalfAVoxelLeavesTheCentroids) {
   const std::vector<Polygon> with = model.polygons();
   model.derive(h);
   EXPECT_TRUE(test::identical(model.polygons(), with));
-}
-
-/// As SurfaceModel.PolygonsDoNotDependOnHistory, while the noise becomes another, too.
-TEST(Boundary, DoesNotDependOnHistory) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  const std::array noises{noise_of(0.001), noise_of(0.003), noise_of(0.02)};
-  for (int round = 0; round < 4 && !HasFailure(); ++round) {
-    const Eigen::Isometry3d pose = test::random_pose(rng);
-    const std::vector<Inlier> all =
-        test::voxels_of(test::random_blob(rng, 0.7, 0.1), pose, d, 0.7, 0.006, rng);
-    std::vector<bool> in(all.size(), true);
-    SurfaceModel model = model_of(all, pose);
-    const sensing::NoiseModel* noise = noises.data();
-    for (int step = 0; step < 30 && !HasFailure(); ++step) {
-      const Eigen::Vector3f centre = all[rng() % all.size()].position;
-      const bool out = rng() % 2 == 0;
-      const float reach = rng() % 2 == 0 ? 0.15F : 0.03F;
-      for (std::size_t i = 0; i < all.size(); ++i) {
-        if ((all[i].position - centre).norm() > reach || in[i] != out) continue;
-        if (out)
-          ASSERT_TRUE(model.remove(all[i].key, all[i].position));
-        else
-          model.add(all[i]);
-        in[i] = !out;
-      }
-      if (step % 5 == 4) noise = &noises[rng() % noises.size()];
-      model.derive(h, noise);
-      SurfaceModel back(model.state(), d);
-      back.derive(h, noise);
-      ASSERT_TRUE(test::identical(model.polygons(), back.polygons()))
-          << "round " << round << " step " << step;
-      ASSERT_EQ(test::ring_sets(model.polygons()), test::ring_sets(test::slow_polygons(model, h)));
-    }
-  }
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include "support/seed.hpp"
 
-#include <algorithm>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>

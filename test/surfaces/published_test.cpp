@@ -82,20 +82,6 @@ TEST(Published, PolygonsDoNotDependOnWhenTheyAreRead) {
   }
 }
 
-TEST(Published, WhatDidNotChangeIsTheSameSurface) {
-  std::mt19937_64 rng = test::rng();
-  Grown grown(rng);
-  Published published(empty_snapshot());
-  grown.change();
-  published.store(grown.next(published, 1));
-  const SurfacePtr before = published.read()->surfaces[0];
-  auto later = std::make_shared<Snapshot>(*published.latest());
-  later->revision = 2;
-  published.store(std::shared_ptr<const Snapshot>(later));
-  EXPECT_EQ(published.read()->revision, 2U);
-  EXPECT_EQ(published.read()->surfaces[0], before);
-}
-
 /// A state that is not stored, as of a scan that fails, leaves nothing behind.
 TEST(Published, WhatIsTakenBackIsNotSeen) {
   std::mt19937_64 rng = test::rng();

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <random>
 
 namespace octosurf::surfaces {
@@ -59,8 +58,7 @@ void expect_found(const Filled& filled, std::mt19937_64& rng) {
 }
 
 TEST(SurfaceStore, FindsByPlaceUnderChurn) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   Filled filled;
   for (int i = 0; i < 12; ++i) add_surface(filled, rng, 0.5);
   expect_found(filled, rng);
@@ -100,32 +98,6 @@ TEST(SurfaceStore, IdsRiseAndAreNeverUsedAgain) {
   store.set_next_id(0xffffff);
   EXPECT_EQ(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}).id(), 0xffffffU);
   EXPECT_ANY_THROW(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}));
-}
-
-TEST(SurfaceStore, RestoresWhatItGave) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  Filled filled;
-  for (int i = 0; i < 4; ++i) add_surface(filled, rng, 0.3);
-  Filled back{SurfaceStore(d), filled.inliers};
-  for (const auto& [id, surface] : filled.store) back.store.restore(surface.state());
-  expect_found(back, rng);
-  for (auto& [id, inliers] : back.inliers)
-    for (const Inlier& i : inliers) EXPECT_TRUE(back.store.remove(*back.store.find(id), i.key, i.position));
-}
-
-TEST(SurfaceStore, TellsPlanesOfItsSurfacesOnly) {
-  SurfaceStore store(d);
-  store.set_erosion_tolerance(0.017);
-  const Plane given{Eigen::Vector3d::UnitY(), -2};
-  const SurfaceId id = store.create(given, {0, -2, 0}).id();
-  Plane plane;
-  double tolerance = 0;
-  EXPECT_TRUE(store.find(id, plane, tolerance));
-  EXPECT_EQ(plane.normal, given.normal);
-  EXPECT_EQ(plane.offset, given.offset);
-  EXPECT_EQ(tolerance, 0.017);
-  EXPECT_FALSE(store.find(id + 1, plane, tolerance));
 }
 
 }  // namespace

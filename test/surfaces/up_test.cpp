@@ -85,20 +85,6 @@ TEST(EstimateUp, TurnsWithTheMapWhateverItsSurfacesAre) {
   }
 }
 
-TEST(EstimateUp, FloorsThatLeanAreAveragedByArea) {
-  Planes planes;
-  planes.add({std::sin(2 * deg), 0, std::cos(2 * deg)}, 3).add({-std::sin(1 * deg), 0, std::cos(1 * deg)}, 6);
-  const Up up = estimate_up(planes.snapshot);
-  EXPECT_LT(angle(up.direction, Vector3d::UnitZ()), 0.01 * deg);
-  EXPECT_NEAR(up.level_m2, 9, 1e-12);
-}
-
-TEST(EstimateUp, ARampIsNoFloor) {
-  Planes planes;
-  planes.add({0, 0, 1}, 6).add({std::sin(8 * deg), 0, std::cos(8 * deg)}, 5);
-  EXPECT_LT(angle(estimate_up(planes.snapshot).direction, Vector3d::UnitZ()), 1e-7);
-}
-
 TEST(EstimateUp, ACorridorsWallsDoNotCountWhereSensorsWereHeldUpright) {
   std::mt19937_64 random(test::seed());
   std::uniform_real_distribution<double> tilt(-40 * deg, 40 * deg), roll(-10 * deg, 10 * deg);
@@ -113,23 +99,44 @@ TEST(EstimateUp, ACorridorsWallsDoNotCountWhereSensorsWereHeldUpright) {
   EXPECT_GT(angle(alone.direction, Vector3d::UnitZ()), 80 * deg) << "the walls have more area";
 }
 
-TEST(EstimateUp, ACeilingAloneIsAbove) {
-  Planes planes;
-  planes.add({0, 0, -1}, 5).add({1, 0, 0}, 3);
-  EXPECT_LT(angle(estimate_up(planes.snapshot, {0, 0.3, 0.8}).direction, Vector3d::UnitZ()), 1e-7);
-}
-
-TEST(EstimateUp, SaysHowNearAnotherDirectionCame) {
-  Planes planes;
-  planes.add({0, 0, 1}, 5).add({1, 0, 0}, 4);
-  EXPECT_NEAR(estimate_up(planes.snapshot).rival, 0.8, 1e-12);
-  EXPECT_NEAR(estimate_up(planes.snapshot, {0, 0, 0.5}).rival, 0.8 * 0.55, 1e-12) << "at right angles";
-}
-
-TEST(EstimateUp, ACameraThatLooksStraightDownDoesNotDenyTheFloor) {
-  Planes planes;
-  planes.add({0, 0, 1}, 5).add({-1, 0, 0}, 0.8);  // the floor, and a wall ahead
-  EXPECT_LT(angle(estimate_up(planes.snapshot, {1, 0, 0}).direction, Vector3d::UnitZ()), 1e-7);
+TEST(EstimateUp, IsZWhereAFewPlanesSaySo) {
+  const auto leaning = [](double angle_deg) -> Vector3d {
+    return {std::sin(angle_deg * deg), 0, std::cos(angle_deg * deg)};
+  };
+  struct Case {
+    const char* what;
+    std::vector<std::pair<Vector3d, double>> planes;  // normals and areas
+    Vector3d sensors;
+    double level_m2, rival = 0, within_rad = 1e-7;
+  };
+  for (const Case& c :
+       {Case{"floors that lean are averaged by area",
+             {{leaning(2), 3}, {leaning(-1), 6}},
+             {0, 0, 0},
+             9,
+             0,
+             0.01 * deg},
+        Case{"a ramp is no floor", {{leaning(0), 6}, {leaning(8), 5}}, {0, 0, 0}, 6},
+        Case{"a ceiling alone is above", {{leaning(180), 5}, {leaning(90), 3}}, {0, 0.3, 0.8}, 5},
+        Case{"a camera that looks straight down does not deny the floor",
+             {{leaning(0), 5}, {leaning(-90), 0.8}},
+             {1, 0, 0},
+             5},
+        Case{"another direction is near", {{leaning(0), 5}, {leaning(90), 4}}, {0, 0, 0}, 5, 0.8},
+        Case{"at right angles to the sensors",
+             {{leaning(0), 5}, {leaning(90), 4}},
+             {0, 0, 0.5},
+             5,
+             0.8 * 0.55}}) {
+    Planes planes;
+    for (const auto& [normal, area_m2] : c.planes) planes.add(normal, area_m2);
+    const Up up = estimate_up(planes.snapshot, c.sensors);
+    EXPECT_LT(angle(up.direction, Vector3d::UnitZ()), c.within_rad) << c.what;
+    EXPECT_NEAR(up.level_m2, c.level_m2, 1e-12) << c.what;
+    if (c.rival > 0) {
+      EXPECT_NEAR(up.rival, c.rival, 1e-12) << c.what;
+    }
+  }
 }
 
 TEST(EstimateUp, NothingToTellIsSaid) {
