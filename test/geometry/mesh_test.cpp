@@ -1,4 +1,5 @@
 #include "geometry/triangulate.hpp"
+#include "support/polygons.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
@@ -16,22 +17,6 @@
 
 namespace octosurf::geometry {
 namespace {
-
-double ring_area(const Ring2& ring) {
-  double twice = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return twice / 2;
-}
-
-// Holes are clockwise, so their areas are negative.
-double polygon_area(const Polygon& polygon) {
-  double area = ring_area(polygon.outer);
-  for (const Ring2& hole : polygon.holes) area += ring_area(hole);
-  return area;
-}
 
 double triangle_area(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   return ((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x()) / 2;
@@ -73,7 +58,7 @@ Surface surface_of(std::vector<Polygon> polygons, const Eigen::Isometry3d& pose)
   surface.T_map_surface = pose;
   surface.plane.normal = pose.linear().col(2);
   surface.plane.offset = surface.plane.normal.dot(pose.translation());
-  for (const Polygon& polygon : polygons) surface.area_m2 += polygon_area(polygon);
+  surface.area_m2 = test::area(polygons);
   surface.polygons = std::move(polygons);
   return surface;
 }
@@ -98,7 +83,7 @@ void expect_valid(const Polygon& polygon) {
     area += part;
     for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
   }
-  EXPECT_NEAR(area, polygon_area(polygon), 1e-12 * (1 + area));
+  EXPECT_NEAR(area, test::area(polygon), 1e-12 * (1 + area));
 
   // The boundary, as points: exactly the rings' directed edges.
   using Key = std::array<double, 4>;
@@ -120,8 +105,9 @@ void expect_valid(const Polygon& polygon) {
   EXPECT_EQ(boundary, rings);
 }
 
-// Each directed edge once and its opposite once: closed, manifold in its edges, one orientation.
-void expect_closed(const Mesh& mesh, double volume) {
+// Each directed edge once and its opposite once: closed, manifold in its edges, one orientation. The
+// triangles around every vertex form a single fan.
+void expect_solid(const Mesh& mesh, double volume) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
   double six_volumes = 0;
   const Eigen::Vector3d origin = mesh.vertices.front();  // near, for accuracy
@@ -135,10 +121,6 @@ void expect_closed(const Mesh& mesh, double volume) {
     ASSERT_EQ(directed.count({edge.second, edge.first}), 1u);
   }
   EXPECT_NEAR(six_volumes / 6, volume, 1e-10 * (1 + volume));
-}
-
-// The triangles around every vertex form a single fan.
-void expect_manifold_vertices(const Mesh& mesh) {
   std::vector<std::map<std::uint32_t, std::uint32_t>> next(mesh.vertices.size());
   for (const auto& t : mesh.triangles) {
     for (std::size_t i = 0; i < 3; ++i) next[t[i]][t[(i + 1) % 3]] = t[(i + 2) % 3];
@@ -155,85 +137,45 @@ void expect_manifold_vertices(const Mesh& mesh) {
   }
 }
 
-TEST(Triangulate, SquareWithHole) { expect_valid({box(0, 0, 2, 1), {reversed(box(0.5, 0.25, 0.5, 0.5))}}); }
-
-TEST(Triangulate, RingsTouchingInAVertex) {
-  const Ring2 outer{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
-  // One hole touches the outer ring in (0, 0), the second the first in (2, 2).
-  expect_valid({outer, {reversed({{0, 0}, {2, 1}, {2, 2}, {1, 2}}), reversed({{2, 2}, {3, 2}, {3, 3}})}});
-}
-
-TEST(Triangulate, CollinearVerticesStay) {
-  expect_valid({{{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}, {}});
-}
-
-TEST(Triangulate, NothingWithoutArea) {
-  std::vector<Eigen::Vector2d> vertices{{1, 1}};
-  EXPECT_TRUE(triangulate({}, vertices).empty());
-  EXPECT_TRUE(vertices.empty());
-  EXPECT_TRUE(triangulate({{{0, 0}, {1, 1}}, {}}, vertices).empty());
-  EXPECT_TRUE(triangulate({{{0, 0}, {1, 1}, {2, 2}}, {}}, vertices).empty());
-  EXPECT_TRUE(triangulate({{{1, 1}, {1, 1}, {1, 1}}, {}}, vertices).empty());
-}
-
-TEST(Triangulate, CrossingRingIsCutNotRefused) {
-  std::vector<Eigen::Vector2d> vertices;
-  const Triangles triangles = triangulate({{{0, 0}, {2, 2}, {2, 0}, {0, 2}}, {}}, vertices);
-  double area = 0;
-  for (const auto& t : triangles) area += triangle_area(vertices[t[0]], vertices[t[1]], vertices[t[2]]);
-  EXPECT_NEAR(area, 2, 1e-12);  // the two halves of the bow tie
-}
-
-TEST(Triangulate, RefusesNotFinite) {
-  std::vector<Eigen::Vector2d> vertices;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(triangulate({{{0, 0}, {1, 0}, {nan, 1}}, {}}, vertices), Error);
-}
-
-TEST(Triangulate, RandomPolygonsWithHoles) {
+TEST(Mesh, TrianglesCoverTheirPolygonsAndSolidsAreClosed) {
+  const Ring2 square{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  // One hole touches the outer ring in (0, 0), the second the first in (2, 2), the other polygon both in (4,
+  // 4).
+  std::vector<std::vector<Polygon>> all{
+      {{square, {reversed({{0, 0}, {2, 1}, {2, 2}, {1, 2}}), reversed({{2, 2}, {3, 2}, {3, 3}})}},
+       {box(4, 4, 1, 1), {}}},
+      {{{{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}, {}}}};  // collinear
   std::mt19937_64 random(test::seed());
-  for (int i = 0; i < 200 && !HasFailure(); ++i) expect_valid(random_polygon(random));
+  for (int i = 0; i < 200; ++i) all.push_back({random_polygon(random)});
+  for (const std::vector<Polygon>& polygons : all) {
+    std::for_each(polygons.begin(), polygons.end(), expect_valid);
+    const Surface surface = surface_of(polygons, tilted());
+    expect_solid(extrude(surface, 0.05), 0.05 * surface.area_m2);
+    if (HasFailure()) break;
+  }
 }
 
-TEST(Extrude, BoxHasItsVolumeAndBounds) {
+TEST(Mesh, ASolidLiesBehindItsSurface) {
   const Mesh mesh = extrude(surface_of({{box(0, 0, 2, 1), {}}}, Eigen::Isometry3d::Identity()), 0.1);
   EXPECT_EQ(mesh.vertices.size(), 8u);
   EXPECT_EQ(mesh.triangles.size(), 12u);
-  expect_closed(mesh, 0.2);
-  expect_manifold_vertices(mesh);
-  for (const Eigen::Vector3d& v : mesh.vertices) {
-    EXPECT_TRUE(v.z() == 0 || v.z() == -0.1);  // against the normal
-    EXPECT_TRUE((v.x() == 0 || v.x() == 2) && (v.y() == 0 || v.y() == 1));
-  }
+  for (const Eigen::Vector3d& v : mesh.vertices) EXPECT_TRUE(v.z() == 0 || v.z() == -0.1);
 }
 
-TEST(Extrude, RingsTouchingInAVertexStayManifold) {
-  const Polygon pinched{{{0, 0}, {4, 0}, {4, 4}, {0, 4}},
-                        {reversed({{0, 0}, {2, 1}, {2, 2}, {1, 2}}), reversed({{2, 2}, {3, 2}, {3, 3}})}};
-  const Polygon neighbour{box(4, 4, 1, 1), {}};  // touches the outer ring in (4, 4)
-  const Surface surface = surface_of({pinched, neighbour}, tilted());
-  const Mesh mesh = extrude(surface, 0.02);
-  expect_closed(mesh, 0.02 * surface.area_m2);
-  expect_manifold_vertices(mesh);
-}
-
-TEST(Extrude, RandomPolygonsWithHoles) {
-  std::mt19937_64 random(test::seed());
-  for (int i = 0; i < 100 && !HasFailure(); ++i) {
-    const Surface surface = surface_of({random_polygon(random)}, tilted());
-    const Mesh mesh = extrude(surface, 0.05);
-    expect_closed(mesh, 0.05 * surface.area_m2);
-    expect_manifold_vertices(mesh);
-  }
-}
-
-TEST(Extrude, NothingFromNothing) { EXPECT_TRUE(extrude(Surface{}, 0.02).vertices.empty()); }
-
-TEST(Extrude, RefusesThicknessThatIsNotPositive) {
-  const Surface surface = surface_of({{box(0, 0, 1, 1), {}}}, Eigen::Isometry3d::Identity());
-  for (const double thickness : {0.0, -0.02, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_THROW(extrude(surface, thickness), Error);
-  }
+TEST(Mesh, WhatIsNoPolygonHasNoTriangles) {
+  std::vector<Eigen::Vector2d> vertices{{1, 1}};
+  for (const Ring2& ring :
+       {Ring2{}, Ring2{{0, 0}, {1, 1}}, Ring2{{0, 0}, {1, 1}, {2, 2}}, Ring2{{1, 1}, {1, 1}, {1, 1}}})
+    EXPECT_TRUE(triangulate({ring, {}}, vertices).empty());
+  EXPECT_TRUE(extrude(Surface{}, 0.02).vertices.empty());
+  double area = 0;  // of a bow tie, which is cut and not refused
+  for (const auto& t : triangulate({{{0, 0}, {2, 2}, {2, 0}, {0, 2}}, {}}, vertices))
+    area += triangle_area(vertices[t[0]], vertices[t[1]], vertices[t[2]]);
+  EXPECT_NEAR(area, 2, 1e-12);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(triangulate({{{0, 0}, {1, 0}, {nan, 1}}, {}}, vertices), Error);
+  for (const double thickness : {0.0, -0.02, nan})
+    EXPECT_THROW(extrude(surface_of({{box(0, 0, 1, 1), {}}}, tilted()), thickness), Error);
 }
 
 }  // namespace

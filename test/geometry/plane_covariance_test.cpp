@@ -2,6 +2,7 @@
 #include "geometry/plane_covariance.hpp"
 
 #include "support/seed.hpp"
+#include "surfaces/blobs.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <Eigen/Dense>
@@ -14,6 +15,8 @@
 
 namespace octosurf::geometry {
 namespace {
+
+using test::noise_of;
 
 /// A point of the true plane z = 0, with the noise it is drawn with along the normal.
 struct Reading {
@@ -86,13 +89,6 @@ void expect_scatter_as_said(const std::vector<Reading>& readings, const sensing:
   EXPECT_LT(of_std.maxCoeff(), 1 + slack);
 }
 
-sensing::NoiseModel noise_of(double sensor_noise, double range_noise) {
-  Parameters parameters;
-  parameters.surfaces.sensor_noise = sensor_noise;
-  parameters.surfaces.range_noise = range_noise;
-  return sensing::NoiseModel(parameters);
-}
-
 Eigen::Isometry3d tilted(const Eigen::Vector3d& origin) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 0.8, 0.2).normalized()).toRotationMatrix();
@@ -100,20 +96,14 @@ Eigen::Isometry3d tilted(const Eigen::Vector3d& origin) {
   return pose;
 }
 
+/// Also of a sensor that is more exact or noisier than is said, far from the origin, where a float is good to
+/// 0.03 mm, and where far points count less.
 TEST(PlaneCovariance, IsHowMuchFittedPlanesScatter) {
   std::mt19937_64 rng(test::seed());
-  expect_scatter_as_said(patch([](Reading&) {}), noise_of(0.005, 0), tilted({1, 2, 3}), rng);
-}
-
-TEST(PlaneCovariance, DoesNotNeedToKnowHowNoisyTheSensorIs) {
-  std::mt19937_64 rng(test::seed());
-  for (const double sigma : {0.001, 0.01})
-    expect_scatter_as_said(patch([&](Reading& r) { r.sigma = sigma; }), noise_of(0.005, 0), tilted({1, 2, 3}),
+  for (const double sigma : {0.005, 0.001, 0.01})
+    expect_scatter_as_said(patch([&](Reading& r) { r.sigma = sigma; }), noise_of(0.005), tilted({1, 2, 3}),
                            rng);
-}
-
-TEST(PlaneCovariance, FarPointsCountLess) {
-  std::mt19937_64 rng(test::seed());
+  expect_scatter_as_said(patch([](Reading&) {}), noise_of(0.005), tilted({400, -300, 100}), rng);
   const sensing::NoiseModel noise = noise_of(0.005, 0.003);
   expect_scatter_as_said(patch([&](Reading& r) {
                            r.range_class = r.uv.x() > 0.4 ? 9 : 1;
@@ -124,7 +114,7 @@ TEST(PlaneCovariance, FarPointsCountLess) {
 
 TEST(PlaneCovariance, WhatWasSeenAgainMakesItSurer) {
   std::mt19937_64 rng(test::seed());
-  const sensing::NoiseModel noise = noise_of(0.005, 0);
+  const sensing::NoiseModel noise = noise_of(0.005);
   std::vector<Reading> readings = patch([](Reading&) {});
   const std::size_t first_readings = readings.size();
   const Draw once = draw(readings, noise, tilted({1, 2, 3}), rng);
@@ -149,7 +139,7 @@ TEST(PlaneCovariance, WhatWasSeenAgainMakesItSurer) {
 /// weigh.
 TEST(PlaneCovariance, SaysHowFarInliersThatLieTooDeepMoveThePlane) {
   std::mt19937_64 rng(test::seed());
-  const sensing::NoiseModel noise = noise_of(0.005, 0);
+  const sensing::NoiseModel noise = noise_of(0.005);
   constexpr double too_deep = 0.003, sigma = 0.001, weight = 3;
   std::vector<Reading> readings = patch([](Reading& r) {
     r.uv.x() -= 0.49;  // about the origin
@@ -172,21 +162,9 @@ TEST(PlaneCovariance, SaysHowFarInliersThatLieTooDeepMoveThePlane) {
   EXPECT_LT(std::sqrt(right.covariance(2, 2)), 2e-4) << "chance makes no bias";
 }
 
-TEST(PlaneCovariance, IsTheSameFarFromTheOrigin) {
-  const std::uint64_t seed = test::seed();
-  const std::vector<Reading> readings = patch([](Reading&) {});
-  std::mt19937_64 near_rng(seed), far_rng(seed);
-  const Draw near = draw(readings, noise_of(0.005, 0), tilted({0, 0, 0}), near_rng);
-  const Draw far = draw(readings, noise_of(0.005, 0), tilted({400, -300, 100}), far_rng);
-  // A float there is good to 0.03 mm, of 5 mm of noise.
-  EXPECT_LT((near.covariance - far.covariance).norm(), 0.01 * near.covariance.norm());
-  std::mt19937_64 rng(seed);
-  expect_scatter_as_said(readings, noise_of(0.005, 0), tilted({400, -300, 100}), rng);
-}
-
 TEST(PlaneCovariance, OfPointsWithoutNoiseAndOfALineIsDefinite) {
   std::mt19937_64 rng = test::rng();
-  const Draw exact = draw(patch([](Reading& r) { r.sigma = 0; }), noise_of(0.005, 0), tilted({1, 2, 3}), rng);
+  const Draw exact = draw(patch([](Reading& r) { r.sigma = 0; }), noise_of(0.005), tilted({1, 2, 3}), rng);
   EXPECT_EQ(exact.covariance.llt().info(), Eigen::Success);
   EXPECT_LT(std::sqrt(exact.covariance(0, 0)), 1e-4) << "rad";
   Moments line;
@@ -206,7 +184,7 @@ TEST(PlaneCovariance, FollowsFromTheTextbookOnASquareGrid) {
       squares += std::pow(0.02 * i, 2);
     }
   std::mt19937_64 rng(test::seed());
-  const Draw d = draw(readings, noise_of(0.005, 0), tilted({1, 2, 3}), rng);
+  const Draw d = draw(readings, noise_of(0.005), tilted({1, 2, 3}), rng);
   // σ² out of 1681 residuals is good to 3.5 %.
   EXPECT_NEAR(std::sqrt(d.covariance(2, 2)), 0.005 / 41, 0.1 * 0.005 / 41);
   EXPECT_NEAR(std::sqrt(d.covariance(0, 0)), 0.005 / std::sqrt(squares), 0.1 * 0.005 / std::sqrt(squares));

@@ -1,16 +1,13 @@
 #include "geometry/ring_check.hpp"
 
 #include "geometry/outline.hpp"
+#include "io/files.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
-#include <limits>
-#include <numbers>
 #include <random>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::geometry {
 namespace {
@@ -192,13 +189,8 @@ TEST(RingCheck, SimplifiedRefusesWhatIsNoPolygon) {
       surface.id = 7;
       surface.resolution = resolution;
       surface.polygons = {Polygon{ring, {}}};
-      try {
-        simplified(surface);
-        ADD_FAILURE() << "taken";
-      } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), Error::Kind::data);
-        EXPECT_EQ(error.where(), "surface 7");
-      }
+      EXPECT_THAT(test::failure(Error::Kind::data, [&] { simplified(surface); }),
+                  ::testing::HasSubstr("surface 7"));
     }
 }
 

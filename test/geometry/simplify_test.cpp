@@ -46,8 +46,7 @@ void expect_simplified(const std::vector<Polygon>& polygons, double tolerance) {
 }
 
 TEST(Simplify, StaysWithinToleranceAndKeepsTopology) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   for (int round = 0; round < 12 && !HasFailure(); ++round) {
     const test::Blob blob = test::random_blob(rng, 0.6, 0.08);
     std::vector<Eigen::Vector2d> points;
@@ -58,12 +57,7 @@ TEST(Simplify, StaysWithinToleranceAndKeepsTopology) {
     ASSERT_FALSE(polygons.empty());
     for (const double tolerance : {0.0, 0.005, 0.01, 0.03}) expect_simplified(polygons, tolerance);
   }
-}
-
-TEST(Simplify, SharedVerticesSurvive) {
   // Random points and a small alpha: rings that touch each other in vertices.
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int round = 0; round < 30 && !HasFailure(); ++round) {
     std::vector<Eigen::Vector2d> points;
@@ -84,8 +78,6 @@ TEST(Simplify, DropsWhatIsCollinear) {
   EXPECT_LE(simple[0].outer.size(), 5U);
   EXPECT_NEAR(signed_area(simple[0].outer), 1, 1e-9);
 }
-
-TEST(Simplify, NothingFromNothing) { EXPECT_TRUE(simplify({}, 0.01).empty()); }
 
 }  // namespace
 }  // namespace octosurf::geometry
