@@ -6,15 +6,17 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <optional>
 
 namespace octosurf::sensing {
 namespace {
 
 /// σ(z) = 2 mm + 1.5 mm/m² · z², told and not estimated.
-NoiseModel told_noise() {
+NoiseModel told_noise(std::optional<double> surface_tolerance = {}) {
   Parameters parameters;
   parameters.surfaces.sensor_noise = 0.002;
   parameters.surfaces.range_noise = 0.0015;
+  parameters.surfaces.surface_tolerance = surface_tolerance;
   return NoiseModel(parameters);
 }
 
@@ -92,12 +94,7 @@ TEST(ReadingModel, FartherReadingsBelongFromFartherOff) {
 
 TEST(ReadingModel, AStatedToleranceIsTheReachNearTheSensor) {
   for (const double s : {0.006, 0.01, 0.04, 0.1, 0.4}) {
-    Parameters parameters;
-    parameters.surfaces.sensor_noise = 0.002;
-    parameters.surfaces.range_noise = 0.0015;
-    const ReadingModel derived(NoiseModel(parameters), 0.02);
-    parameters.surfaces.surface_tolerance = s;
-    const ReadingModel stated(NoiseModel(parameters), 0.02);
+    const ReadingModel derived(told_noise(), 0.02), stated(told_noise(s), 0.02);
     EXPECT_NEAR(stated.reach(1, 1), s, 1e-4 * s);
     const double more = stated.variance(1, 1) - derived.variance(1, 1);
     for (unsigned c = 2; c < NoiseModel::classes; ++c)
@@ -109,11 +106,7 @@ TEST(ReadingModel, AStatedToleranceIsTheReachNearTheSensor) {
 // as much less was left to those farther away, which then were exact and on no plane.
 TEST(ReadingModel, NoClassIsSurerThanWhatIsStatedNearTheSensor) {
   constexpr double s = 0.02;
-  Parameters parameters;
-  parameters.surfaces.sensor_noise = 0.002;
-  parameters.surfaces.range_noise = 0.0015;
-  parameters.surfaces.surface_tolerance = s;
-  NoiseModel noise(parameters);
+  NoiseModel noise = told_noise(s);
   std::vector<NoiseModel::Residual> off;
   for (int i = -50; i <= 50; ++i) {
     off.push_back({1, 0, 0.001 * i, 0, 1});
