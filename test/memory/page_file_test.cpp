@@ -1,4 +1,5 @@
 // What is kept in a file is what was written, whenever it is dropped from memory; a limit is its map's alone.
+#include "io/files.hpp"
 #include "io/map_file/map_file.hpp"
 #include "memory/memory_limit.hpp"
 #include "support/random_scans.hpp"
@@ -6,14 +7,12 @@
 
 #include <atomic>
 #include <cstdint>
-#include <filesystem>
 #include <gtest/gtest.h>
 #include <memory>
 #include <random>
 #include <sstream>
 #include <string>
 #include <thread>
-#include <unistd.h>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -21,6 +20,9 @@
 
 namespace octosurf::memory {
 namespace {
+
+using PageFileTest = test::FolderTest;
+using MemoryLimitTest = test::FolderTest;
 
 using Numbers = std::vector<std::uint64_t, PagedAllocator<std::uint64_t>>;
 
@@ -44,21 +46,13 @@ void churn(PageFile* file, unsigned seed) {
     ASSERT_TRUE(std::equal(paged[i].begin(), paged[i].end(), twins[i].begin(), twins[i].end()));
 }
 
-/// Empty; it goes with the test.
-struct Folder : std::filesystem::path {
-  Folder() : path(std::filesystem::temp_directory_path() / ("octosurf-pages-" + std::to_string(::getpid()))) {
-    std::filesystem::create_directory(*this);
-  }
-  ~Folder() { std::filesystem::remove(*this); }
-};
-
 std::string bytes_of(const Mapper& mapper) {
   std::ostringstream out;
   io::write_map(mapper.map().state(), {}, out);
   return out.str();
 }
 
-TEST(PageFile, AFolderThatIsNoneIsAnErrorThatNamesIt) {
+TEST_F(PageFileTest, AFolderThatIsNoneIsAnErrorThatNamesIt) {
   try {
     const PageFile file("/no/such/folder");
     FAIL();
@@ -67,8 +61,7 @@ TEST(PageFile, AFolderThatIsNoneIsAnErrorThatNamesIt) {
   }
 }
 
-TEST(PageFile, KeepsWhatIsWrittenWhileOtherThreadsDropIt) {
-  const Folder folder;
+TEST_F(PageFileTest, KeepsWhatIsWrittenWhileOtherThreadsDropIt) {
   PageFile file(folder);
   EXPECT_TRUE(std::filesystem::is_empty(folder)) << "a crash would leave it";
   std::atomic<bool> done = false;
@@ -86,8 +79,7 @@ TEST(PageFile, KeepsWhatIsWrittenWhileOtherThreadsDropIt) {
   EXPECT_EQ(file.allocate(100), block) << "freed blocks are reused";
 }
 
-TEST(MemoryLimit, IsOneMapsAlone) {
-  const Folder folder;
+TEST_F(MemoryLimitTest, IsOneMapsAlone) {
   Parameters parameters;
   parameters.occupancy.resolution = 0.1;
   const auto mapper_within = [&](std::size_t bytes) {
@@ -114,8 +106,7 @@ TEST(MemoryLimit, IsOneMapsAlone) {
   EXPECT_LT(roomy_limit.peak(), roomy_limit.limit());
 }
 
-TEST(MemoryLimit, ViewsOutliveTheMap) {
-  const Folder folder;
+TEST_F(MemoryLimitTest, ViewsOutliveTheMap) {
   auto limit = std::make_unique<MemoryLimit>(1 << 20, folder);
   std::optional<Mapper> mapper(Map(std::make_unique<surfaces::MapState>(Parameters{}, std::move(limit))));
   std::mt19937_64 rng = test::rng();

@@ -5,7 +5,6 @@
 #include "update/retract.hpp"
 
 #include <gtest/gtest.h>
-#include <random>
 
 namespace octosurf::update {
 namespace {
@@ -14,12 +13,16 @@ const Plane ground{Eigen::Vector3d::UnitZ(), 0.01};
 
 /// A floor 1 m × 1 m at z = 0.01, in the octree, all of it pending.
 struct Floor {
+  void give_to_surface() {
+    surfaces::Ledger ledger(state);
+    test::make_surface(ledger, delta.appeared, ground, [](const Eigen::Vector3d&) { return true; });
+  }
+
   surfaces::MapState state{Parameters{}};
   occupancy::OccupancyDelta delta =
       test::occupy(state, test::rectangle_scan({0.5, 0.5, 1.5}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}));
 };
 
-bool everywhere(const Eigen::Vector3d&) { return true; }
 bool left(const Eigen::Vector3d& p) { return p.x() < 0.5; }
 bool right(const Eigen::Vector3d& p) { return p.x() >= 0.5; }
 
@@ -55,10 +58,7 @@ occupancy::OccupancyDelta vanish(surfaces::MapState& state,
 
 TEST(Retract, TakesVanishedVoxelsOut) {
   Floor floor;
-  {
-    surfaces::Ledger ledger(floor.state);
-    test::make_surface(ledger, floor.delta.appeared, ground, everywhere);
-  }
+  floor.give_to_surface();
   std::vector<occupancy::VoxelPoint> part(floor.delta.appeared.begin(), floor.delta.appeared.begin() + 300);
   const occupancy::OccupancyDelta delta = vanish(floor.state, part);
   ASSERT_GT(delta.vanished.size(), 200U);
@@ -74,10 +74,7 @@ TEST(Retract, TakesVanishedVoxelsOut) {
 TEST(Retract, DissolvesBelowTheFewestPoints) {
   Floor floor;
   const auto n = static_cast<std::size_t>(floor.state.parameters.min_surface_points());
-  {
-    surfaces::Ledger ledger(floor.state);
-    test::make_surface(ledger, floor.delta.appeared, ground, everywhere);
-  }
+  floor.give_to_surface();
   const std::size_t all = floor.state.surfaces.find(1)->size();
   const occupancy::OccupancyDelta delta =
       vanish(floor.state, {floor.delta.appeared.begin() + 20, floor.delta.appeared.end()});
@@ -94,10 +91,7 @@ TEST(Retract, DissolvesBelowTheFewestPoints) {
 
 TEST(Retract, CarriesRefinedPointsOver) {
   Floor floor;
-  {
-    surfaces::Ledger ledger(floor.state);
-    test::make_surface(ledger, floor.delta.appeared, ground, everywhere);
-  }
+  floor.give_to_surface();
   // The same floor from 0.4 m: nearer views replace the points, 3 mm higher.
   const occupancy::OccupancyDelta delta = test::occupy(
       floor.state, test::rectangle_scan({0.5, 0.5, 0.4}, {0.3, 0.3, 0.013}, {0.4, 0, 0}, {0, 0.4, 0}));
