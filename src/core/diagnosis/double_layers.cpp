@@ -1,3 +1,5 @@
+#include "geometry/even_odd.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -21,10 +23,8 @@ class Rows {
     // Rows with low.y ≤ v < high.y, so that a vertex on a row counts once.
     const double last = std::ceil((high.y() - first_v_) / step_);
     for (double row = std::max(0.0, std::ceil((low.y() - first_v_) / step_));
-         row < last && row < static_cast<double>(crossings_.size()); ++row) {
-      const double share = (v_of(row) - low.y()) / (high.y() - low.y());
-      crossings_[static_cast<std::size_t>(row)].push_back(low.x() + share * (high.x() - low.x()));
-    }
+         row < last && row < static_cast<double>(crossings_.size()); ++row)
+      crossings_[static_cast<std::size_t>(row)].push_back(geometry::crossing(low, high, v_of(row)));
   }
   void sort() {
     for (std::vector<double>& row : crossings_) std::sort(row.begin(), row.end());

@@ -16,24 +16,17 @@ namespace {
 std::optional<occupancy::VoxelPoint> nearest_point(const occupancy::OccupancyMap& occupancy,
                                                    geometry::VoxelKey key, const Eigen::Vector3d& at,
                                                    double radius) {
-  const int reach = static_cast<int>(std::ceil(radius / occupancy.grid().resolution()));
-  const auto first = [&](std::uint16_t k) { return std::max(0, k - reach) / 8; };
-  const auto last = [&](std::uint16_t k) { return std::min(65535, k + reach) / 8; };
-  std::vector<occupancy::VoxelPoint> points;
-  for (int z = first(key.z); z <= last(key.z); ++z)
-    for (int y = first(key.y); y <= last(key.y); ++y)
-      for (int x = first(key.x); x <= last(key.x); ++x)
-        occupancy.read_block({static_cast<std::uint16_t>(8 * x), static_cast<std::uint16_t>(8 * y),
-                              static_cast<std::uint16_t>(8 * z)},
-                             points);
+  const occupancy::PointWindow window(occupancy);
   std::optional<occupancy::VoxelPoint> best;
   double nearest = radius;
-  for (const occupancy::VoxelPoint& p : points) {
+  const int reach = static_cast<int>(std::ceil(radius / occupancy.grid().resolution()));
+  window.for_each_near(key, reach, [&](PointId i) {
+    const occupancy::VoxelPoint& p = window[i];
     const double distance = (p.position.cast<double>() - at).norm();
-    if (distance > nearest || (best && distance == nearest && best->key < p.key)) continue;
+    if (distance > nearest || (best && distance == nearest && best->key < p.key)) return;
     nearest = distance;
     best = p;
-  }
+  });
   return best;
 }
 

@@ -120,14 +120,8 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
   });
   std::vector<VoxelPoint> adopted;
   for (const auto& [k, position, side] : border) {
-    VoxelPayload& payload = tree_->make_payload(k);
-    store_point(payload, grid_, k, position, position + side);
-    adopted.push_back({k,
-                       load_point(payload, grid_, k),
-                       sensing::views[payload.view],
-                       static_cast<std::uint8_t>(payload.range_class),
-                       0,
-                       {}});
+    store_point(tree_->make_payload(k), grid_, k, position, position + side);
+    adopted.push_back(*at(k).point);
   }
   return adopted;
 }

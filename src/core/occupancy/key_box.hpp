@@ -28,6 +28,10 @@ inline geometry::VoxelKey key_of(const Key3& key) {
   return {static_cast<std::uint16_t>(key[0]), static_cast<std::uint16_t>(key[1]),
           static_cast<std::uint16_t>(key[2])};
 }
+inline std::array<std::uint16_t, 3> corner_of(const Key3& key) {
+  const auto [x, y, z] = key_of(key);
+  return {x, y, z};
+}
 
 /// A box of voxels, both ends included; empty if an end precedes its beginning.
 struct KeyBox {
@@ -51,7 +55,12 @@ struct KeyBox {
       product *= static_cast<std::size_t>(std::max(0, high[i] - low[i] + 1));
     return product;
   }
-  bool meets(const KeyBox& other) const { return cut(other).voxels() > 0; }
+  /// Neither may be empty.
+  bool meets(const KeyBox& other) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (other.low[i] > high[i] || other.high[i] < low[i]) return false;
+    return true;
+  }
   bool holds(const KeyBox& other) const { return holds(other.low) && holds(other.high); }
   bool holds(const Key3& key) const {
     for (std::size_t i = 0; i < 3; ++i)
@@ -75,6 +84,21 @@ inline KeyBox keys_in(const Eigen::AlignedBox3d& box, double resolution) {
     if (centre_of(high, resolution) > box.max()[axis]) --high;
     keys.low[i] = std::max(0, low);
     keys.high[i] = std::min(last_key, high);
+  }
+  return keys;
+}
+
+/// The voxels that meet a closed box.
+inline KeyBox keys_that_meet(const Eigen::AlignedBox3d& box, double resolution) {
+  KeyBox keys;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    const auto key = [&](double coordinate) {
+      return static_cast<int>(std::clamp(std::floor(coordinate / resolution) + geometry::VoxelGrid::origin,
+                                         -1.0, last_key + 1.0));
+    };
+    keys.low[i] = key(box.min()[axis]);
+    keys.high[i] = key(box.max()[axis]);
   }
   return keys;
 }

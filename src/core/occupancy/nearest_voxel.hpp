@@ -8,9 +8,18 @@
 
 namespace octosurf::occupancy {
 
-/// Mask of the voxels of a brick that may be occupied.
-inline std::uint64_t may_be_occupied(const VoxelTree& tree, const VoxelTree::Brick& brick) {
-  return tree.occupied_without_points() ? brick.known : brick.points;
+/// Mask of the occupied voxels of a brick.
+inline std::uint64_t occupied_in(const VoxelTree& tree, const VoxelTree::Brick& brick) {
+  if (!tree.occupied_without_points()) return brick.points;
+  std::uint64_t occupied = 0;
+  for (std::uint64_t m = brick.known; m != 0; m &= m - 1)
+    if (tree.occupied(brick.value[static_cast<std::size_t>(std::countr_zero(m))])) occupied |= m & ~(m - 1);
+  return occupied;
+}
+/// The voxel of a brick with this Morton index.
+inline Key3 key_in(const Key3& brick_corner, unsigned i) {
+  const geometry::VoxelKey inside = VoxelTree::key_of(i);
+  return {brick_corner[0] + inside.x, brick_corner[1] + inside.y, brick_corner[2] + inside.z};
 }
 
 /// Finds the occupied voxel nearest to a point by branch and bound.
@@ -47,12 +56,8 @@ class NearestSearch {
   }
 
   void in_brick(const VoxelTree::Brick& brick, const Key3& corner) {
-    for (std::uint64_t m = may_be_occupied(tree_, brick); m != 0; m &= m - 1) {
-      const auto i = static_cast<unsigned>(std::countr_zero(m));
-      if (!tree_.occupied(brick.value[i])) continue;
-      const geometry::VoxelKey inside = VoxelTree::key_of(i);
-      offer({corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z});
-    }
+    for (std::uint64_t m = occupied_in(tree_, brick); m != 0; m &= m - 1)
+      offer(key_in(corner, static_cast<unsigned>(std::countr_zero(m))));
   }
 
   /// An undivided, occupied cube.

@@ -35,8 +35,13 @@ geometry::VoxelKey child_key(geometry::VoxelKey key, unsigned child, int level) 
 /// OctoMap's .bt: two bits a child, in preorder; undivided where eight children are equal.
 class BtWriter {
  public:
-  explicit BtWriter(const occupancy::VoxelTree& tree) : tree_(tree) {}
+  explicit BtWriter(const occupancy::VoxelTree& tree) : tree_(tree) {
+    if (!tree.empty()) write(tree.root());
+  }
+  const std::string& bytes() const { return bytes_; }
+  std::size_t nodes() const { return nodes_; }
 
+ private:
   enum Kind : unsigned { unknown = 0, free = 1, occupied = 2, inner = 3 };
 
   /// Appends the subtree of `node`; nothing if it is uniform.
@@ -58,10 +63,7 @@ class BtWriter {
     bytes_[start + 1] = static_cast<char>(bits >> 8);
     return inner;
   }
-  const std::string& bytes() const { return bytes_; }
-  std::size_t nodes() const { return nodes_; }
 
- private:
   static constexpr unsigned all_free = 0x5555, all_occupied = 0xaaaa;
   const occupancy::VoxelTree& tree_;
   std::string bytes_;
@@ -330,20 +332,14 @@ class OctomapFile {
 }  // namespace
 
 void occupancy::OccupancyMap::write_bt(std::ostream& out) const {
-  BtWriter writer(*tree_);
-  if (!tree_->empty()) writer.write(tree_->root());
+  const BtWriter writer(*tree_);
   out << "# Octomap OcTree binary file\n"
          "# (feel free to add / change comments, but leave the first line as it is!)\n#\nid OcTree\nsize "
       << writer.nodes() << "\nres " << grid_.resolution() << "\ndata\n";
   out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
 }
 
-std::string OccupancyView::octomap_data() const {
-  if (!tree_) return {};
-  BtWriter writer(*tree_);
-  if (!tree_->empty()) writer.write(tree_->root());
-  return writer.bytes();
-}
+std::string OccupancyView::octomap_data() const { return tree_ ? BtWriter(*tree_).bytes() : std::string(); }
 
 void occupancy::OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
   if (tree_->empty()) return;

@@ -13,14 +13,15 @@
 namespace octosurf::occupancy {
 namespace {
 
-VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key) {
+VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
+                    PayloadPlace place = {}, float log_odds = 0) {
   return {key,
           load_point(payload, grid, key),
           sensing::views[payload.view],
           static_cast<std::uint8_t>(payload.range_class),
           payload.surface,
-          {},
-          {}};
+          log_odds,
+          place};
 }
 
 /// Lower limits of the classes' ranges, slightly raised, because the class itself decides.
@@ -166,18 +167,14 @@ void OccupancyMap::assign(geometry::VoxelKey key, SurfaceId surface) {
 void OccupancyMap::read_block(geometry::VoxelKey key, std::vector<VoxelPoint>& out) const {
   tree_->visit_points(
       key, 3, [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place, float log_odds) {
-        out.push_back(point_of(payload, grid_, k));
-        out.back().place = place;
-        out.back().log_odds = log_odds;
+        out.push_back(point_of(payload, grid_, k, place, log_odds));
       });
 }
 
 void OccupancyMap::for_each_point(const std::function<void(const VoxelPoint&)>& visit) const {
   tree_->visit_points({}, VoxelTree::top_level,
                       [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place, float) {
-                        VoxelPoint point = point_of(payload, grid_, k);
-                        point.place = place;
-                        visit(point);
+                        visit(point_of(payload, grid_, k, place));
                       });
 }
 

@@ -23,49 +23,29 @@ using occupancy::Key3;
 using occupancy::key_of;
 using occupancy::KeyBox;
 using occupancy::last_key;
-using occupancy::may_be_occupied;
+using Node = occupancy::VoxelTree::Node;
 
-enum class Walked { all, occupied };  ///< known voxels, or a superset of the occupied ones
+/// Calls `visit(node, corner)` for the bricks and uniform cubes that meet a box, those with known voxels or
+/// only those that may have occupied ones, in Morton order, until it returns false.
+template <class Visit>
+bool visit_cubes(const Node& node, const Key3& corner, const KeyBox& box, bool occupied_only,
+                 const Visit& visit) {
+  if (occupied_only ? !node.may_be_occupied() : !node.exists()) return true;
+  if (!box.meets(KeyBox::cube(corner, node.level()))) return true;
+  if (node.brick() != nullptr || !node.has_children()) return visit(node, corner);
+  for (unsigned c = 0; c < 8; ++c)
+    if (!visit_cubes(node.child(c), child_corner(corner, c, node.level() - 1), box, occupied_only, visit))
+      return false;
+  return true;
+}
 
-/// Calls `visit(box, log_odds, payload)` for the known parts of a box of voxels, in Morton order of their
-/// corners: uniform cubes, cut to the box. `visit` returns false to stop.
-template <Walked walked, class Visit>
-class BoxWalk {
- public:
-  BoxWalk(const occupancy::VoxelTree& tree, const KeyBox& box, Visit& visit)
-      : tree_(tree), box_(box), visit_(visit) {}
-
-  bool run() { return below(tree_.root(), {0, 0, 0}); }
-
- private:
-  bool below(const occupancy::VoxelTree::Node& node, const Key3& corner) {
-    if (walked == Walked::occupied ? !node.may_be_occupied() : !node.exists()) return true;
-    const KeyBox part = box_.cut(KeyBox::cube(corner, node.level()));
-    if (part.voxels() == 0) return true;
-    if (const occupancy::VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
-    if (!node.has_children()) return visit_(part, node.log_odds(), nullptr);
-    for (unsigned c = 0; c < 8; ++c)
-      if (!below(node.child(c), child_corner(corner, c, node.level() - 1))) return false;
-    return true;
-  }
-  bool in_brick(const occupancy::VoxelTree::Brick& brick, const Key3& corner) {
-    const std::uint64_t looked_at = walked == Walked::occupied ? may_be_occupied(tree_, brick) : brick.known;
-    for (std::uint64_t m = looked_at; m != 0; m &= m - 1) {
-      const auto i = static_cast<unsigned>(std::countr_zero(m));
-      const geometry::VoxelKey inside = occupancy::VoxelTree::key_of(i);
-      const Key3 key{corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z};
-      if (!box_.holds(key)) continue;
-      const occupancy::VoxelPayload* payload =
-          (brick.points >> i & 1) != 0 ? tree_.payloads_of(brick) + brick.rank(i) : nullptr;
-      if (!visit_(KeyBox{key, key}, brick.value[i], payload)) return false;
-    }
-    return true;
-  }
-
-  const occupancy::VoxelTree& tree_;
-  KeyBox box_;
-  Visit& visit_;
-};
+/// Mask of a brick's voxels that lie in a box.
+std::uint64_t voxels_in(const KeyBox& box, const Key3& brick_corner) {
+  if (box.holds(KeyBox::cube(brick_corner, occupancy::VoxelTree::brick_level))) return ~std::uint64_t{0};
+  std::uint64_t mask = 0;
+  for (unsigned i = 0; i < 64; ++i) mask |= std::uint64_t{box.holds(occupancy::key_in(brick_corner, i))} << i;
+  return mask;
+}
 
 /// Calls `visit(key)` for the voxels of a box in Morton order, until it returns false.
 template <class Visit>
@@ -225,31 +205,79 @@ void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
                                       const std::function<bool(const Voxel&)>& visit) const {
   require_box(box);
   if (tree_ == nullptr || box.isEmpty()) return;
-  const auto in_part = [&](const KeyBox& part, float log_odds, const occupancy::VoxelPayload* payload) {
-    if (!tree_->occupied(log_odds)) return true;
-    const auto one = [&](const Key3& key) {
-      Voxel voxel{State::occupied, log_odds, 0, centre_of(key, resolution_)};
-      set_readings(voxel, key, payload, resolution_);
-      return visit(voxel);
-    };
-    return part.voxels() == 1 ? one(part.low)
-                              : each_key(part, {0, 0, 0}, occupancy::VoxelTree::top_level, one);
+  const KeyBox keys = occupancy::keys_in(box, resolution_);
+  const auto one = [&](const Key3& key, float log_odds, const occupancy::VoxelPayload* payload) {
+    Voxel voxel{State::occupied, log_odds, 0, centre_of(key, resolution_)};
+    set_readings(voxel, key, payload, resolution_);
+    return visit(voxel);
   };
-  BoxWalk<Walked::occupied, decltype(in_part)>(*tree_, occupancy::keys_in(box, resolution_), in_part).run();
+  if (keys.voxels() == 0) return;
+  visit_cubes(tree_->root(), {0, 0, 0}, keys, true, [&](const Node& node, const Key3& corner) {
+    if (const occupancy::VoxelTree::Brick* brick = node.brick()) {
+      for (std::uint64_t m = occupancy::occupied_in(*tree_, *brick) & voxels_in(keys, corner); m != 0;
+           m &= m - 1) {
+        const auto i = static_cast<unsigned>(std::countr_zero(m));
+        const bool has_point = (brick->points >> i & 1) != 0;
+        if (!one(occupancy::key_in(corner, i), brick->value[i],
+                 has_point ? tree_->payloads_of(*brick) + brick->rank(i) : nullptr))
+          return false;
+      }
+      return true;
+    }
+    const auto in_leaf = [&](const Key3& key) { return one(key, node.log_odds(), nullptr); };
+    return !tree_->occupied(node.log_odds()) || each_key(keys, corner, node.level(), in_leaf);
+  });
 }
 
 OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const {
   require_box(box);
   Count count;
   if (tree_ == nullptr || box.isEmpty()) return count;
-  const auto in_part = [&](const KeyBox& part, float log_odds, const occupancy::VoxelPayload*) {
-    (tree_->occupied(log_odds) ? count.occupied : count.free) += part.voxels();
-    return true;
-  };
   const KeyBox keys = occupancy::keys_in(box, resolution_);
-  BoxWalk<Walked::all, decltype(in_part)>(*tree_, keys, in_part).run();
-  count.unknown = keys.voxels() - count.free - count.occupied;
+  count.unknown = keys.voxels();
+  if (count.unknown == 0) return count;
+  visit_cubes(tree_->root(), {0, 0, 0}, keys, false, [&](const Node& node, const Key3& corner) {
+    const occupancy::VoxelTree::Brick* brick = node.brick();
+    const std::uint64_t wanted = brick == nullptr ? 0 : voxels_in(keys, corner);
+    const std::size_t known = brick == nullptr ? keys.cut(KeyBox::cube(corner, node.level())).voxels()
+                                               : geometry::bit_count(brick->known & wanted);
+    const std::size_t occupied = brick != nullptr
+                                     ? geometry::bit_count(occupancy::occupied_in(*tree_, *brick) & wanted)
+                                 : tree_->occupied(node.log_odds()) ? known
+                                                                    : 0;
+    count.occupied += occupied;
+    count.free += known - occupied;
+    count.unknown -= known;
+    return true;
+  });
   return count;
+}
+
+void OccupancyView::for_each_cube(const Eigen::AlignedBox3d& box,
+                                  const std::function<bool(const Cube&)>& visit, bool occupied_only) const {
+  require_box(box);
+  if (tree_ == nullptr || box.isEmpty()) return;
+  Cube cube;
+  visit_cubes(tree_->root(), {0, 0, 0}, occupancy::keys_that_meet(box, resolution_), occupied_only,
+              [&](const Node& node, const Key3& corner) {
+                cube.corner = occupancy::corner_of(corner);
+                cube.level = static_cast<std::uint8_t>(node.level());
+                if (const occupancy::VoxelTree::Brick* brick = node.brick()) {
+                  cube.known = brick->known;
+                  cube.occupied = occupancy::occupied_in(*tree_, *brick);
+                  const occupancy::VoxelPayload* payload = cube.payloads = tree_->payloads_of(*brick);
+                  cube.points = brick->points;
+                  for (std::uint64_t m = cube.occupied; m != 0; m &= m - 1)
+                    cube.surface[static_cast<std::size_t>(std::countr_zero(m))] =
+                        (brick->points & m & ~(m - 1)) != 0 ? (payload++)->surface : 0;
+                } else {
+                  cube.known = ~std::uint64_t{0};
+                  cube.occupied = tree_->occupied(node.log_odds()) ? cube.known : 0;
+                  if (cube.occupied != 0) cube.surface.fill(0);
+                  cube.points = 0;
+                }
+                return visit(cube);
+              });
 }
 
 std::optional<OccupancyView::Near> OccupancyView::nearest_occupied(const Eigen::Vector3d& point,

@@ -1,7 +1,6 @@
 // Reads and writes the octree leaf by leaf, to build and update another octree.
-#include "geometry/voxel_grid.hpp"
+#include "occupancy/nearest_voxel.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "occupancy/voxel_tree.hpp"
 
 #include <algorithm>
 #include <array>
@@ -18,48 +17,21 @@ namespace octosurf {
 namespace {
 
 using Leaf = OccupancyView::Leaf;
-using Corner = std::array<std::uint16_t, 3>;
 using Node = occupancy::VoxelTree::Node;
-
-Corner child_corner(const Corner& corner, unsigned c, int level) {
-  return {static_cast<std::uint16_t>(corner[0] + ((c & 1) << level)),
-          static_cast<std::uint16_t>(corner[1] + ((c >> 1 & 1) << level)),
-          static_cast<std::uint16_t>(corner[2] + ((c >> 2 & 1) << level))};
-}
-
-/// Keys from the first to the last on each axis.
-struct KeyRange {
-  std::array<int, 3> low{0, 0, 0}, high{65535, 65535, 65535};
-
-  bool meets(const Corner& corner, int level) const {
-    for (std::size_t i = 0; i < 3; ++i)
-      if (corner[i] > high[i] || corner[i] + (1 << level) - 1 < low[i]) return false;
-    return true;
-  }
-};
-
-KeyRange keys_that_meet(const Eigen::AlignedBox3d& box, double resolution) {
-  KeyRange keys;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto axis = static_cast<Eigen::Index>(i);
-    const auto key = [&](double coordinate) {
-      return static_cast<int>(
-          std::clamp(std::floor(coordinate / resolution) + geometry::VoxelGrid::origin, -1.0, 65536.0));
-    };
-    keys.low[i] = key(box.min()[axis]);
-    keys.high[i] = key(box.max()[axis]);
-  }
-  return keys;
-}
+using occupancy::child_corner;
+using occupancy::corner_of;
+using occupancy::Key3;
+using occupancy::KeyBox;
+using occupancy::occupied_in;
 
 /// Collects leaves in Morton order; passes them on in batches of some thousands, if there is a `visit`.
 class LeafCollector {
  public:
-  LeafCollector(const KeyRange& range, std::vector<Leaf>& leaves, const OccupancyView::VisitLeaves* visit)
+  LeafCollector(const KeyBox& range, std::vector<Leaf>& leaves, const OccupancyView::VisitLeaves* visit)
       : range_(range), leaves_(leaves), visit_(visit) {}
 
-  void collect(const Node& node, const Corner& corner) { below(node, corner); }
-  void collect_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Corner& corner) {
+  void collect(const Node& node, const Key3& corner) { below(node, corner); }
+  void collect_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Key3& corner) {
     in_octet(brick, octet, corner);
   }
   void hand_on() {
@@ -71,8 +43,8 @@ class LeafCollector {
   static constexpr std::size_t enough = 4096;
 
   /// True if the node is one leaf, which is now the last one.
-  bool below(const Node& node, const Corner& corner) {
-    if (!node.exists() || !range_.meets(corner, node.level())) return false;
+  bool below(const Node& node, const Key3& corner) {
+    if (!node.exists() || !range_.meets(KeyBox::cube(corner, node.level()))) return false;
     if (const occupancy::VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
     if (!node.has_children()) {
       add(corner, node.level(), node.log_odds());
@@ -87,33 +59,33 @@ class LeafCollector {
     return false;
   }
 
-  bool in_brick(const occupancy::VoxelTree::Brick& brick, const Corner& corner) {
+  bool in_brick(const occupancy::VoxelTree::Brick& brick, const Key3& corner) {
     bool all = true;
     for (unsigned octet = 0; octet < 8; ++octet)
       all = in_octet(brick, octet, child_corner(corner, octet, 1)) && all;
     return all && merge(corner, occupancy::VoxelTree::brick_level);
   }
 
-  bool in_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Corner& corner) {
+  bool in_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Key3& corner) {
     const auto known = static_cast<unsigned>(brick.known >> (8 * octet) & 0xff);
     const float* values = brick.value.data() + 8 * octet;
-    if (known == 0xff && range_.meets(corner, 1) &&
+    if (known == 0xff && range_.meets(KeyBox::cube(corner, 1)) &&
         std::all_of(values, values + 8, [&](float v) { return v == *values; })) {
       add(corner, 1, *values);
       return true;
     }
     for (unsigned i = 0; i < 8; ++i)
-      if (const Corner voxel = child_corner(corner, i, 0); (known >> i & 1) != 0 && range_.meets(voxel, 0))
+      if (const Key3 voxel = child_corner(corner, i, 0); (known >> i & 1) != 0 && range_.holds(voxel))
         add(voxel, 0, values[i]);
     return false;
   }
 
-  void add(const Corner& corner, int level, float log_odds) {
-    leaves_.push_back({corner, static_cast<std::uint8_t>(level), log_odds});
+  void add(const Key3& corner, int level, float log_odds) {
+    leaves_.push_back({corner_of(corner), static_cast<std::uint8_t>(level), log_odds});
   }
 
   /// Merges the last eight leaves, which fill the cube, if they are equal.
-  bool merge(const Corner& corner, int level) {
+  bool merge(const Key3& corner, int level) {
     const float value = leaves_.back().log_odds;
     if (std::any_of(leaves_.end() - 8, leaves_.end(),
                     [&](const Leaf& leaf) { return leaf.log_odds != value; }))
@@ -123,17 +95,17 @@ class LeafCollector {
     return true;
   }
 
-  KeyRange range_;
+  KeyBox range_;
   std::vector<Leaf>& leaves_;
   const OccupancyView::VisitLeaves* visit_;
 };
 
 /// All leaves of a tree in a range.
-void visit_leaves(const occupancy::VoxelTree& tree, const KeyRange& range,
+void visit_leaves(const occupancy::VoxelTree& tree, const KeyBox& range,
                   const OccupancyView::VisitLeaves& visit) {
   std::vector<Leaf> leaves;
   LeafCollector collector(range, leaves, &visit);
-  collector.collect(tree.root(), {});
+  collector.collect(tree.root(), {0, 0, 0});
   collector.hand_on();
 }
 
@@ -160,12 +132,12 @@ class Comparison {
   Comparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now,
              const std::function<void(const OccupancyView::Change&)>& visit)
       : visit_(visit), history_(before, now) {
-    compare(before.root(), now.root(), {});
+    compare(before.root(), now.root(), {0, 0, 0});
   }
 
  private:
   /// `before` covers the same cube; if it is one leaf it may be larger.
-  void compare(const Node& before, const Node& now, const Corner& corner) {
+  void compare(const Node& before, const Node& now, const Key3& corner) {
     if (history_.same(before, now)) return;
     if (!now.has_children()) {
       if (before.has_children() || before.exists() != now.exists() ||
@@ -182,7 +154,7 @@ class Comparison {
     }
   }
 
-  void compare_octets(const Node& before, const occupancy::VoxelTree::Brick& is, const Corner& corner) {
+  void compare_octets(const Node& before, const occupancy::VoxelTree::Brick& is, const Key3& corner) {
     const occupancy::VoxelTree::Brick* was = before.brick();
     // A write copies a whole chunk, so most of its nodes are equal: a bitwise comparison is fast.
     if (was == &is || (was != nullptr && was->known == is.known &&
@@ -196,17 +168,17 @@ class Comparison {
         same = same && was_known == ((is.known >> i & 1) != 0) && was_value == is.value[i];
       }
       if (same) continue;
-      const Corner at = child_corner(corner, octet, 1);
+      const Key3 at = child_corner(corner, octet, 1);
       leaves_.clear();
-      LeafCollector({}, leaves_, nullptr).collect_octet(is, octet, at);
-      visit_({at, 1, leaves_});
+      LeafCollector(KeyBox{}, leaves_, nullptr).collect_octet(is, octet, at);
+      visit_({corner_of(at), 1, leaves_});
     }
   }
 
-  void changed(const Node& now, const Corner& corner) {
+  void changed(const Node& now, const Key3& corner) {
     leaves_.clear();
-    LeafCollector({}, leaves_, nullptr).collect(now, corner);
-    visit_({corner, static_cast<std::uint8_t>(now.level()), leaves_});
+    LeafCollector(KeyBox{}, leaves_, nullptr).collect(now, corner);
+    visit_({corner_of(corner), static_cast<std::uint8_t>(now.level()), leaves_});
   }
 
   const std::function<void(const OccupancyView::Change&)>& visit_;
@@ -216,65 +188,14 @@ class Comparison {
 
 using Brick = occupancy::VoxelTree::Brick;
 
-/// The occupied voxels of a brick, by Morton index.
-std::uint64_t occupied_in(const occupancy::VoxelTree& tree, const Brick& brick) {
-  if (!tree.occupied_without_points()) return brick.points;
-  std::uint64_t occupied = 0;
-  for (std::uint64_t m = brick.known; m != 0; m &= m - 1)
-    if (tree.occupied(brick.value[static_cast<std::size_t>(std::countr_zero(m))])) occupied |= m & ~(m - 1);
-  return occupied;
-}
-
-/// Reads the cubes of a range.
-class CubeReader {
- public:
-  CubeReader(const occupancy::VoxelTree& tree, const KeyRange& range, bool occupied_only,
-             const std::function<bool(const OccupancyView::Cube&)>& visit)
-      : tree_(tree), range_(range), occupied_only_(occupied_only), visit_(visit) {}
-
-  bool below(const Node& node, const Corner& corner) {
-    if (occupied_only_ ? !node.may_be_occupied() : !node.exists()) return true;
-    if (!range_.meets(corner, node.level())) return true;
-    cube_.corner = corner;
-    cube_.level = static_cast<std::uint8_t>(node.level());
-    if (const Brick* brick = node.brick()) {
-      cube_.known = brick->known;
-      cube_.occupied = occupied_in(tree_, *brick);
-      const occupancy::VoxelPayload* payload = cube_.payloads = tree_.payloads_of(*brick);
-      cube_.points = brick->points;
-      for (std::uint64_t m = cube_.occupied; m != 0; m &= m - 1)
-        cube_.surface[static_cast<std::size_t>(std::countr_zero(m))] =
-            (brick->points & m & ~(m - 1)) != 0 ? (payload++)->surface : 0;
-      return visit_(cube_);
-    }
-    if (!node.has_children()) {
-      cube_.known = ~std::uint64_t{0};
-      cube_.occupied = tree_.occupied(node.log_odds()) ? cube_.known : 0;
-      if (cube_.occupied != 0) cube_.surface.fill(0);
-      cube_.points = 0;
-      return visit_(cube_);
-    }
-    for (unsigned c = 0; c < 8; ++c)
-      if (!below(node.child(c), child_corner(corner, c, node.level() - 1))) return false;
-    return true;
-  }
-
- private:
-  const occupancy::VoxelTree& tree_;
-  KeyRange range_;
-  bool occupied_only_;
-  const std::function<bool(const OccupancyView::Cube&)>& visit_;
-  OccupancyView::Cube cube_;
-};
-
 /// Finds the cubes in which a voxel's state or payload changed.
 class StateComparison {
  public:
-  using Visit = std::function<void(const Corner& corner, int level)>;
+  using Visit = std::function<void(const std::array<std::uint16_t, 3>& corner, int level)>;
 
   StateComparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now, const Visit& visit)
       : before_(before), now_(now), history_(before, now), visit_(visit) {
-    compare(before.root(), now.root(), {}, occupancy::VoxelTree::top_level);
+    compare(before.root(), now.root(), {0, 0, 0}, occupancy::VoxelTree::top_level);
   }
 
  private:
@@ -292,7 +213,7 @@ class StateComparison {
   }
 
   /// Either covers this cube, or is a larger leaf.
-  void compare(const Node& before, const Node& now, const Corner& corner, int level) {
+  void compare(const Node& before, const Node& now, const Key3& corner, int level) {
     if (history_.same(before, now)) return;
     const bool divided = before.has_children() || now.has_children();
     if (divided && level > occupancy::VoxelTree::brick_level) {
@@ -304,7 +225,7 @@ class StateComparison {
     const Contents was = contents_of(before_, before), is = contents_of(now_, now);
     if (was.known != is.known || was.occupied != is.occupied ||
         !std::equal(was.payloads.begin(), was.payloads.end(), is.payloads.begin(), is.payloads.end()))
-      visit_(corner, level);
+      visit_(corner_of(corner), level);
   }
 
   const occupancy::VoxelTree &before_, &now_;
@@ -330,7 +251,8 @@ void OccupancyView::for_each_leaf(const VisitLeaves& visit) const {
 
 void OccupancyView::for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLeaves& visit) const {
   if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");
-  if (tree_ != nullptr && !box.isEmpty()) visit_leaves(*tree_, keys_that_meet(box, resolution_), visit);
+  if (tree_ != nullptr && !box.isEmpty())
+    visit_leaves(*tree_, occupancy::keys_that_meet(box, resolution_), visit);
 }
 
 void OccupancyView::for_each_change(const OccupancyView& before,
@@ -339,13 +261,6 @@ void OccupancyView::for_each_change(const OccupancyView& before,
   require_same_resolution(*this, before);
   Comparison(before.tree_ != nullptr ? *before.tree_ : nothing(), tree_ != nullptr ? *tree_ : nothing(),
              visit);
-}
-
-void OccupancyView::for_each_cube(const Eigen::AlignedBox3d& box,
-                                  const std::function<bool(const Cube&)>& visit, bool occupied_only) const {
-  if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");
-  if (tree_ != nullptr && !box.isEmpty())
-    CubeReader(*tree_, keys_that_meet(box, resolution_), occupied_only, visit).below(tree_->root(), {});
 }
 
 void OccupancyView::for_each_changed_cube(

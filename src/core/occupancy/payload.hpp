@@ -7,13 +7,18 @@
 
 namespace octosurf::occupancy {
 
-/// Stores a point inside voxel `key`, seen from `origin`. Rounds to 1/256 of the voxel's edge.
-inline void store_point(VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
-                        const Eigen::Vector3f& point, const Eigen::Vector3f& origin) {
+/// Stores a point inside voxel `key`, without its view. Rounds to 1/256 of the voxel's edge.
+inline void store_place(VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
+                        const Eigen::Vector3f& point) {
   const sensing::PlaceInVoxel place = sensing::place_in_voxel(grid, key, point);
   payload.offset_x = place[0];
   payload.offset_y = place[1];
   payload.offset_z = place[2];
+}
+/// The same as it is seen from `origin`.
+inline void store_point(VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
+                        const Eigen::Vector3f& point, const Eigen::Vector3f& origin) {
+  store_place(payload, grid, key, point);
   const Eigen::Vector3f view = origin - point;
   payload.view = sensing::encode_view(view) & 0xfff;
   payload.range_class = sensing::range_class_of(view.norm()) & 0xf;

@@ -98,19 +98,6 @@ class Resampling {
   VoxelTree& to_;
 };
 
-/// A point of the other frame, keeping its view.
-VoxelPayload moved(const VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
-                   const Eigen::Vector3f& point, const Eigen::Matrix3d& turn) {
-  VoxelPayload result = payload;
-  const sensing::PlaceInVoxel place = sensing::place_in_voxel(grid, key, point);
-  result.offset_x = place[0];
-  result.offset_y = place[1];
-  result.offset_z = place[2];
-  result.view =
-      sensing::encode_view((turn * sensing::decode_view(payload.view).cast<double>()).cast<float>()) & 0xfff;
-  return result;
-}
-
 }  // namespace
 
 OccupancyMap OccupancyMap::resampled(const OccupancyMap& other, const Eigen::Isometry3d& T_here_other,
@@ -134,8 +121,11 @@ OccupancyMap OccupancyMap::resampled(const OccupancyMap& other, const Eigen::Iso
                       const bool taken = found.payload != nullptr;
                       const unsigned range_class = taken ? found.payload->range_class : 0;
                       to.set_leaf(key, 0, taken ? std::max(log_odds, found.log_odds) : log_odds);
-                      if (!taken || payload.range_class < range_class)
-                        to.make_payload(key) = moved(payload, here.grid_, key, point, T_here_other.linear());
+                      if (taken && payload.range_class >= range_class) return;
+                      VoxelPayload& moved = to.make_payload(key) = payload;
+                      store_place(moved, here.grid_, key, point);
+                      const Eigen::Vector3d view = sensing::decode_view(payload.view).cast<double>();
+                      moved.view = sensing::encode_view((T_here_other.linear() * view).cast<float>()) & 0xfff;
                     });
   return here;
 }

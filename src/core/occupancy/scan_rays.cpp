@@ -1,5 +1,5 @@
-#include "geometry/morton.hpp"
 #include "occupancy/ray_bits.hpp"
+#include "occupancy/voxel_tree.hpp"
 #include "sensing/voxel_table.hpp"
 
 namespace octosurf::detail {
@@ -24,10 +24,8 @@ std::span<const TouchedBlock> ScanRays::trace(const GridOrigin& from, int thread
 }
 
 std::array<std::uint16_t, 3> voxel_of(const TouchedBlock& block, unsigned i) {
-  const std::uint64_t morton = block.morton << 9 | i;
-  return {static_cast<std::uint16_t>(geometry::compact_bits(morton)),
-          static_cast<std::uint16_t>(geometry::compact_bits(morton >> 1)),
-          static_cast<std::uint16_t>(geometry::compact_bits(morton >> 2))};
+  const auto [x, y, z] = occupancy::VoxelTree::key_of(block.morton << 9 | i);
+  return {x, y, z};
 }
 
 }  // namespace octosurf::detail
