@@ -33,6 +33,10 @@ void RayBits::set_core(const GridOrigin& from, std::span<const GridRay> rays) {
     core_.min[widest] = std::max(core_.min[widest], from.key[widest] - half);
     core_.max[widest] = std::min(core_.max[widest], from.key[widest] + half);
   }
+  for (std::size_t a = 0; a < 3; ++a) {  // of a block all or nothing: it is listed once
+    core_.min[a] &= ~7;
+    core_.max[a] |= 7;
+  }
   address_.fit(core_);
   paged_ = address_.size_bits > small_bits;
 }
