@@ -49,7 +49,7 @@ set(OCTOSURF_SLOW_mapper_failures ChangesTogether.* FailedAllocations.*)
 set(OCTOSURF_SLOW_occupancy AdoptOccupiedVoxels.PocketsUnderAFloorAreNotWhereItIsSeenFrom
     OccupancyDelta.FollowsTheOccupancyThreshold OccupancyDelta.IsTheDifferenceOfTheOccupiedVoxels
     OccupancyFiles.BtIsOctomapsOwn OccupancyFiles.NodesComeBackToTheBit
-    OccupancyInsert.* RayBits.AreOctomapsVoxels RayBits.OfFarRaysAreOctomapsVoxels
+    OccupancyInsert.*
     ResampledOctree.KnowsWhatTheOtherKnowsAtItsCentres
     SharedView.TellsWhatHasChangedSinceAnyOther VoxelTree.TakesNoMoreHeapThanOctomapsTree)
 set(OCTOSURF_SLOW_octomap Following.EqualsTheTreeMadeAnewAtEachScan

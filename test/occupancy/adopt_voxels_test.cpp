@@ -5,8 +5,6 @@
 #include "support/seed.hpp"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
 #include <map>
@@ -22,12 +20,9 @@ using geometry::VoxelKey;
 
 /// An octree as it comes from OctoMap: no points, undivided leaves.
 OccupancyMap foreign(octomap::OcTree& tree) {
-  const auto file =
-      std::filesystem::temp_directory_path() / ("octosurf_" + std::to_string(std::random_device{}()) + ".bt");
-  tree.writeBinary(file.string());
-  OccupancyMap map = OccupancyMap::read_octomap(file, {});
-  std::filesystem::remove(file);
-  return map;
+  std::ostringstream bt;
+  tree.writeBinary(bt);
+  return test::octree_of_file(bt.str());
 }
 
 std::set<std::uint64_t> free_voxels(const octomap::OcTree& tree) {
@@ -218,11 +213,8 @@ TEST(AdoptOccupiedVoxels, WithoutFreeSpaceTheUnknownIsOpen) {
 
 TEST(AdoptOccupiedVoxels, AHostileBlockIsRefused) {
   // One occupied child of the root: 2^15 voxels an edge, in two bytes of a .bt.
-  const std::filesystem::path file = std::filesystem::temp_directory_path() / "octosurf_hostile_block.bt";
-  std::ofstream(file, std::ios::binary) << "# Octomap OcTree binary file\nid OcTree\nsize 3\nres 0.1\ndata\n"
-                                        << '\x06' << '\0';
-  OccupancyMap map = OccupancyMap::read_octomap(file, OccupancyParameters{});
-  std::filesystem::remove(file);
+  OccupancyMap map = test::octree_of_file(
+      std::string("# Octomap OcTree binary file\nid OcTree\nsize 3\nres 0.1\ndata\n\x06") + '\0');
   EXPECT_THROW(map.adopt_occupied_voxels(), Error);
   EXPECT_TRUE(OccupancyMap(OccupancyParameters{}).adopt_occupied_voxels().empty()) << "of an empty map";
 }

@@ -136,23 +136,5 @@ TEST(OccupancyDelta, FollowsTheOccupancyThreshold) {
   EXPECT_GT(totals.vanished, 50U);
 }
 
-TEST(OccupancyDelta, DoesNotDependOnTheOrderOfPoints) {
-  std::mt19937_64 rng = test::rng();
-  OccupancyMap a(test::with_resolution(0.05)), b(test::with_resolution(0.05));
-  sensing::Downsampler downsample(a.grid());
-  for (int i = 0; i < 4; ++i) {
-    Scan scan = room_with_box(rng, {0.2, 0.1 * i, 0});
-    const OccupancyDelta of_a = a.insert(downsample(scan, 0, 5), downsample, nullptr);
-    std::shuffle(scan.points.begin(), scan.points.end(), rng);
-    const OccupancyDelta of_b = b.insert(downsample(scan, 0, 5), downsample, nullptr);
-    ASSERT_EQ(of_a.appeared.size(), of_b.appeared.size());
-    for (std::size_t k = 0; k < of_a.appeared.size(); ++k) {
-      EXPECT_EQ(of_a.appeared[k].key, of_b.appeared[k].key);
-      EXPECT_LE((of_a.appeared[k].position - of_b.appeared[k].position).cwiseAbs().maxCoeff(), 0.05 / 250);
-    }
-    EXPECT_EQ(keys_of(of_a.vanished), keys_of(of_b.vanished));
-  }
-}
-
 }  // namespace
 }  // namespace octosurf::occupancy

@@ -3,10 +3,9 @@
 
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
-#include "support/scene.hpp"
+#include "support/random_scans.hpp"
 #include "support/seed.hpp"
 
-#include <cmath>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
@@ -31,40 +30,16 @@ std::vector<Ray> rays_of(const sensing::VoxelScan& scan, const geometry::VoxelGr
   return rays;
 }
 
-bool meets(const Ray& ray, const Eigen::Vector3d& centre, double half) {
-  double enter = 0, leave = 1;
-  for (int a = 0; a < 3; ++a) {
-    const double along = ray.to[a] - ray.from[a];
-    const double low = centre[a] - half - ray.from[a], high = centre[a] + half - ray.from[a];
-    if (along == 0) {
-      if (low > 0 || high < 0) return false;
-      continue;
-    }
-    enter = std::max(enter, std::min(low / along, high / along));
-    leave = std::min(leave, std::max(low / along, high / along));
-  }
-  return enter <= leave;
-}
-
 /// Any ray at all, with voxels a little larger or smaller and the plane a little nearer or farther.
 bool crossed(const std::vector<Ray>& rays, const Eigen::Vector3d& centre, const Plane& plane, double slack) {
   for (const Ray& ray : rays) {
     const double from = plane.signed_distance(ray.from), to = plane.signed_distance(ray.to);
     const bool beyond = from > 0 ? to < -tolerance + slack : to > tolerance - slack;
-    if (beyond && meets(ray, centre, d / 2 + slack)) return true;
+    if (const auto [enter, leave] = test::part_in_cube(ray.from, ray.to, centre, d / 2 + slack);
+        beyond && enter <= leave)
+      return true;
   }
   return false;
-}
-
-Scan rays_around(std::mt19937_64& rng, const Eigen::Vector3d& origin, int count) {
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  Scan scan;
-  scan.T_map_sensor.translation() = origin;
-  for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d v(uniform(rng), uniform(rng), uniform(rng));
-    scan.points.push_back((v.normalized() * (0.3 + 2.5 * std::fabs(uniform(rng)))).cast<float>());
-  }
-  return scan;
 }
 
 TEST(GrazingTest, EqualsBruteForceOverAllRays) {
@@ -75,7 +50,8 @@ TEST(GrazingTest, EqualsBruteForceOverAllRays) {
   std::size_t yes = 0, no = 0;
   for (int round = 0; round < 12; ++round) {
     const Eigen::Vector3d origin(uniform(rng), uniform(rng), uniform(rng));
-    const sensing::VoxelScan scan = downsample(rays_around(rng, origin, round % 2 == 0 ? 300 : 3000), 0, 2.0);
+    const sensing::VoxelScan scan =
+        downsample(test::rays_around(rng, origin, round % 2 == 0 ? 300 : 3000, 0.3, 2.8), 0, 2.0);
     const std::vector<Ray> rays = rays_of(scan, grid);
     GrazingTest grazing(scan, grid);
     for (int i = 0; i < 800; ++i) {
@@ -149,40 +125,6 @@ TEST(PreserveSurfaces, GrazingRaysDoNotErodeAFloor) {
   EXPECT_LT(floor_voxels(eaten), before) << "these rays would not erode anything: the test tests nothing";
 }
 
-TEST(PreserveSurfaces, RaysThroughAFloorRemoveIt) {
-  sensing::Downsampler downsample{geometry::VoxelGrid(d)};
-  const Floor floor;
-  OccupancyMap map = seen_floor(downsample);
-  const std::size_t before = floor_voxels(map);
-  // The floor's left half is gone: one looks into a pit 0.5 m deep.
-  Scan scan;
-  scan.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 1.5);
-  for (double x = -2; x < -0.1; x += 0.02)
-    for (double y = -1.4; y < 1.4; y += 0.02) scan.points.push_back(Eigen::Vector3d(x, y, -2).cast<float>());
-  for (int i = 0; i < 6; ++i) map.insert(downsample(scan, 0, 10), downsample, &floor);
-  std::size_t left = 0, right = 0;
-  map.for_each_point([&](const VoxelPoint& p) {
-    if (p.surface != 7) return;
-    ++(p.position.x() < -0.2F ? left : right);
-  });
-  EXPECT_EQ(left, 0U);
-  EXPECT_GT(right, before / 3);
-}
-
-TEST(PreserveSurfaces, PlainVoxelsAreErodedAsBefore) {
-  // No voxel belongs to a surface: with and without planes the trees are the same.
-  std::mt19937_64 rng = test::rng();
-  OccupancyMap with(test::with_resolution(d)), without(test::with_resolution(d));
-  sensing::Downsampler downsample(with.grid());
-  const Floor floor;
-  for (int i = 0; i < 5; ++i) {
-    const sensing::VoxelScan voxels = downsample(rays_around(rng, {0.1 * i, 0, 0}, 2000), 0, 10);
-    with.insert(voxels, downsample, &floor);
-    without.insert(voxels, downsample, nullptr);
-  }
-  EXPECT_TRUE(test::bytes_of(with) == test::bytes_of(without));
-}
-
 TEST(PreserveSurfaces, MissesCountExactlyWhereSomeRayCrosses) {
   // A floor that was seen often, then random rays: log-odds fall where and only where brute force says.
   std::mt19937_64 rng = test::rng();
@@ -192,7 +134,7 @@ TEST(PreserveSurfaces, MissesCountExactlyWhereSomeRayCrosses) {
   for (int round = 0; round < 6; ++round) {
     OccupancyMap map = seen_floor(downsample), free = seen_floor(downsample);
     const sensing::VoxelScan voxels =
-        downsample(rays_around(rng, {0.15 * round, -0.1, 0.1 + 0.1 * round}, 800), 0, 2);
+        downsample(test::rays_around(rng, {0.15 * round, -0.1, 0.1 + 0.1 * round}, 800, 0.3, 2.8), 0, 2);
     const std::vector<Ray> rays = rays_of(voxels, map.grid());
     std::map<std::uint64_t, float> before;
     map.for_each_point([&](const VoxelPoint& p) { before[p.key.packed()] = map.at(p.key).log_odds; });

@@ -19,8 +19,8 @@
 namespace octosurf::occupancy {
 namespace {
 
-using Values = std::map<std::uint64_t, float>;
-using Points = std::map<std::uint64_t, VoxelPoint>;
+using Values = test::Voxels;
+using Points = std::map<geometry::VoxelKey, VoxelPoint>;
 
 OccupancyParameters coarse(double occupied = 0.5) { return test::with_resolution(0.05, occupied); }
 
@@ -36,28 +36,10 @@ OccupancyMap random_map(std::mt19937_64& rng, const OccupancyParameters& paramet
   return map;
 }
 
-Values values_of(OccupancyMap& map) {
-  Values values;
-  map.share().for_each_leaf([&](std::span<const OccupancyView::Leaf> leaves) {
-    for (const OccupancyView::Leaf& leaf : leaves)
-      test::for_each_voxel_of(leaf.corner, leaf.level,
-                              [&](geometry::VoxelKey k) { values[k.packed()] = leaf.log_odds; });
-  });
-  return values;
-}
-
 Points points_by_key(const OccupancyMap& map) {
   Points points;
-  for (const VoxelPoint& p : test::points_of(map)) points[p.key.packed()] = p;
+  for (const VoxelPoint& p : test::points_of(map)) points[p.key] = p;
   return points;
-}
-
-void expect_same_point(const VoxelPoint& a, const VoxelPoint& b, SurfaceId surface) {
-  EXPECT_EQ(a.key, b.key);
-  EXPECT_EQ(a.position, b.position);
-  EXPECT_EQ(a.view, b.view);
-  EXPECT_EQ(a.range_class, b.range_class);
-  EXPECT_EQ(a.surface, surface);
 }
 
 float log_odds_of(double p) { return static_cast<float>(std::log(p / (1 - p))); }
@@ -79,10 +61,10 @@ TEST(MergedOctrees, AddUpVoxelByVoxel) {
     std::mt19937_64 rng = test::rng();
     const OccupancyParameters parameters = coarse(occupied);
     OccupancyMap a = random_map(rng, parameters), b = random_map(rng, parameters);
-    const Values sum = sum_of(values_of(a), values_of(b), parameters);
+    const Values sum = sum_of(test::voxels_of(a.share()), test::voxels_of(b.share()), parameters);
     const Points points_a = points_by_key(a), points_b = points_by_key(b);
     const OccupancyMap::Merged merged = a.merge(b);
-    EXPECT_EQ(values_of(a), sum);
+    EXPECT_EQ(test::voxels_of(a.share()), sum);
 
     // Whose point stays, voxel by voxel.
     const Points points = points_by_key(a);
@@ -96,8 +78,8 @@ TEST(MergedOctrees, AddUpVoxelByVoxel) {
       const bool closer = of_a != points_a.end() && of_b != points_b.end() &&
                           of_b->second.range_class < of_a->second.range_class;
       const bool had = of_a != points_a.end();
-      expect_same_point(now->second, had && !closer ? of_a->second : of_b->second,
-                        had ? of_a->second.surface : 0);
+      test::expect_same_point(now->second, had && !closer ? of_a->second : of_b->second,
+                              had ? of_a->second.surface : 0);
       appeared += !had;
       refined += closer;
     }
@@ -108,39 +90,14 @@ TEST(MergedOctrees, AddUpVoxelByVoxel) {
     EXPECT_GT(refined, 0u);
     ASSERT_EQ(merged.surfaces.size(), appeared);
     for (std::size_t i = 0; i < appeared; ++i)
-      EXPECT_EQ(merged.surfaces[i], points_b.at(merged.delta.appeared[i].key.packed()).surface);
+      EXPECT_EQ(merged.surfaces[i], points_b.at(merged.delta.appeared[i].key).surface);
     for (const VoxelPoint& p : merged.delta.vanished) {
-      const VoxelPoint& was = points_a.at(p.key.packed());
-      expect_same_point(p, was, was.surface);
+      const VoxelPoint& was = points_a.at(p.key);
+      test::expect_same_point(p, was, was.surface);
     }
     for (const OccupancyDelta::Refined& r : merged.delta.refined)
-      expect_same_point(r.before, points_a.at(r.after.key.packed()), r.after.surface);
+      test::expect_same_point(r.before, points_a.at(r.after.key), r.after.surface);
   }
-}
-
-TEST(MergedOctrees, AreTheSameInEitherOrder) {
-  std::mt19937_64 rng = test::rng();
-  OccupancyMap a = random_map(rng, coarse()), b = random_map(rng, coarse());
-  OccupancyMap b_first(coarse());
-  b_first.merge(b);
-  b_first.merge(a);
-  a.merge(b);
-  EXPECT_EQ(values_of(a), values_of(b_first));
-}
-
-TEST(MergedOctrees, AreNoOtherWithAnEmptyOne) {
-  std::mt19937_64 rng = test::rng();
-  OccupancyMap a = random_map(rng, coarse()), nothing(coarse());
-  const Values values = values_of(a);
-  const Points points = points_by_key(a);
-  EXPECT_TRUE(a.merge(nothing).delta.appeared.empty());
-  EXPECT_EQ(values_of(a), values);
-  const OccupancyMap::Merged merged = nothing.merge(a);
-  EXPECT_EQ(merged.delta.appeared.size(), points.size());
-  EXPECT_EQ(values_of(nothing), values);
-  EXPECT_EQ(nothing.size().nodes, a.size().nodes);
-  EXPECT_TRUE(OccupancyMap(coarse()).empty());
-  EXPECT_FALSE(nothing.empty());
 }
 
 /// Cubes of all sizes up to 16 voxels that overlap, of a few values, in one of 32.
@@ -164,11 +121,11 @@ TEST(MergedOctrees, AreUndividedWhereAllIsEqual) {
     OccupancyMap a(coarse()), b(coarse());
     a.set_leaves(random_cubes(rng));
     b.set_leaves(random_cubes(rng));
-    const Values sum = sum_of(values_of(a), values_of(b), coarse());
+    const Values sum = sum_of(test::voxels_of(a.share()), test::voxels_of(b.share()), coarse());
     OccupancyMap nothing(coarse());
     nothing.merge(a);
     nothing.merge(b);
-    EXPECT_EQ(values_of(nothing), sum);
+    EXPECT_EQ(test::voxels_of(nothing.share()), sum);
     std::size_t leaves = 0;
     nothing.share().for_each_leaf([&](std::span<const OccupancyView::Leaf> all) { leaves += all.size(); });
     EXPECT_EQ(nothing.size().leaves, leaves);
@@ -205,24 +162,22 @@ TEST(ResampledOctree, KnowsWhatTheOtherKnowsAtItsCentres) {
         ASSERT_TRUE(grid.key_of((back * centre).cast<float>(), there));
         const OccupancyMap::Lookup found = from.at(there);
         if (found.state == OccupancyMap::State::unknown || found.point) continue;
-        expected[geometry::VoxelKey{static_cast<std::uint16_t>(x + 32768),
-                                    static_cast<std::uint16_t>(y + 32768),
-                                    static_cast<std::uint16_t>(z + 32768)}
-                     .packed()] = found.log_odds;
+        expected[{static_cast<std::uint16_t>(x + 32768), static_cast<std::uint16_t>(y + 32768),
+                  static_cast<std::uint16_t>(z + 32768)}] = found.log_odds;
       }
   Points points;
-  std::map<std::uint64_t, float> of_points;
+  Values of_points;
   from.for_each_point([&](const VoxelPoint& p) {
     geometry::VoxelKey key;
     ASSERT_TRUE(grid.key_of((T * p.position.cast<double>()).cast<float>(), key));
     const float log_odds = from.at(p.key).log_odds;
-    const auto [at, fresh] = of_points.try_emplace(key.packed(), log_odds);
+    const auto [at, fresh] = of_points.try_emplace(key, log_odds);
     at->second = std::max(at->second, log_odds);
-    const auto [point, first] = points.try_emplace(key.packed(), p);
+    const auto [point, first] = points.try_emplace(key, p);
     if (!first && p.range_class < point->second.range_class) point->second = p;
   });
   for (const auto& [key, log_odds] : of_points) expected[key] = log_odds;
-  EXPECT_EQ(values_of(to), expected);
+  EXPECT_EQ(test::voxels_of(to.share()), expected);
   const Points found = points_by_key(to);
   ASSERT_EQ(found.size(), points.size());
   for (const auto& [key, point] : found) {

@@ -18,7 +18,6 @@
 #include <memory>
 #include <random>
 #include <set>
-#include <span>
 #include <tuple>
 #include <vector>
 
@@ -166,17 +165,8 @@ TEST_P(View, FindsTheNearestOccupiedVoxel) {
 
 /// How much of the way from `a` to `b` is made when it enters a voxel; beyond 1 if it never does.
 double entry(const Listed& v, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  double t0 = 0, t1 = 1;
-  for (int i = 0; i < 3; ++i) {
-    const double low = v.centre[i] - resolution / 2 - a[i], high = low + resolution, d = b[i] - a[i];
-    if (d == 0) {
-      if (low > 0 || high < 0) return 2;
-      continue;
-    }
-    t0 = std::max(t0, std::min(low / d, high / d));
-    t1 = std::min(t1, std::max(low / d, high / d));
-  }
-  return t1 - t0 < 1e-9 ? 2 : t0;
+  const auto [enter, leave] = test::part_in_cube(a, b, v.centre, resolution / 2);
+  return leave - enter < 1e-9 ? 2 : enter;
 }
 
 TEST_P(View, StopsAWayAtTheFirstVoxelThatIsInIt) {
@@ -264,33 +254,20 @@ TEST(SharedView, StandsStillWhileTheMapGoesOnAndOutlivesIt) {
 }
 
 using Leaf = OccupancyView::Leaf;
-using Voxels = std::map<std::array<std::uint16_t, 3>, float>;
-
-void add(const Leaf& leaf, Voxels& voxels) {
-  test::for_each_voxel_of(leaf.corner, leaf.level, [&](geometry::VoxelKey k) {
-    voxels[{k.x, k.y, k.z}] = leaf.log_odds;
-  });
-}
-
-Voxels voxels_of(const OccupancyView& view) {
-  Voxels voxels;
-  view.for_each_leaf([&](std::span<const Leaf> leaves) {
-    for (const Leaf& leaf : leaves) add(leaf, voxels);
-  });
-  return voxels;
-}
+using test::Voxels;
 
 /// What for_each_change() makes of all that is known in `before`; every cube it tells must be different
 /// there.
 Voxels followed(const OccupancyView& before, const OccupancyView& now) {
-  Voxels voxels = voxels_of(before);
+  Voxels voxels = test::voxels_of(before);
   now.for_each_change(before, [&](const OccupancyView::Change& change) {
     Voxels cube, was;
-    for (const Leaf& leaf : change.leaves) add(leaf, cube);
+    for (const Leaf& leaf : change.leaves) test::add(leaf, cube);
     const auto inside = [&](const auto& voxel) {
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        if (voxel.first[axis] >> change.level != change.corner[axis] >> change.level) return false;
-      return true;
+      const auto [x, y, z] = voxel.first;
+      return std::array{x >> change.level, y >> change.level, z >> change.level} ==
+             std::array{change.corner[0] >> change.level, change.corner[1] >> change.level,
+                        change.corner[2] >> change.level};
     };
     std::copy_if(voxels.begin(), voxels.end(), std::inserter(was, was.end()), inside);
     EXPECT_NE(was, cube);
@@ -325,23 +302,20 @@ std::vector<OccupancyView> different_views() {
 TEST(SharedView, TellsWhatHasChangedSinceAnyOther) {
   const std::vector<OccupancyView> views = different_views();
   for (const OccupancyView& before : views)
-    for (const OccupancyView& now : views) EXPECT_EQ(followed(before, now), voxels_of(now));
+    for (const OccupancyView& now : views) EXPECT_EQ(followed(before, now), test::voxels_of(now));
 }
 
 using Brick = std::array<int, 3>;
 using Reading = std::tuple<bool, SurfaceId, std::array<double, 3>>;
 
 /// State, surface and point of all known voxels, by cube of 4³.
-std::map<Brick, std::map<std::array<std::uint16_t, 3>, Reading>> readings_of(const OccupancyView& view) {
-  std::map<Brick, std::map<std::array<std::uint16_t, 3>, Reading>> all;
-  for (const auto& [key, log_odds] : voxels_of(view)) {
-    Eigen::Vector3d centre;
-    for (Eigen::Index i = 0; i < 3; ++i)
-      centre[i] = (key[static_cast<std::size_t>(i)] - 32768 + 0.5) * view.resolution();
-    const OccupancyView::Voxel voxel = view.at(centre);
-    all[{key[0] >> 2, key[1] >> 2, key[2] >> 2}][key] = {voxel.state == OccupancyView::State::occupied,
-                                                         voxel.surface,
-                                                         {voxel.point.x(), voxel.point.y(), voxel.point.z()}};
+std::map<Brick, std::map<geometry::VoxelKey, Reading>> readings_of(const OccupancyView& view) {
+  std::map<Brick, std::map<geometry::VoxelKey, Reading>> all;
+  for (const auto& [key, log_odds] : test::voxels_of(view)) {
+    const OccupancyView::Voxel voxel =
+        view.at(geometry::VoxelGrid(view.resolution()).centre_of(key).cast<double>());
+    all[{key.x >> 2, key.y >> 2, key.z >> 2}][key] = {
+        voxel.state == State::occupied, voxel.surface, {voxel.point.x(), voxel.point.y(), voxel.point.z()}};
   }
   return all;
 }
@@ -376,7 +350,7 @@ TEST(OccupancyView, ReadsCubesAsVoxelByVoxel) {
   for (int scan = 0; scan < 6; ++scan) insert(map, test::room_scan(rng, 1200, {0.8, 0.7, 0.6}));
   for (const VoxelPoint& p : test::points_of(map)) map.assign(p.key, static_cast<SurfaceId>(rng() % 5));
   const OccupancyView view = map.share();
-  std::map<std::array<std::uint16_t, 3>, std::pair<bool, SurfaceId>> read, expected;
+  std::map<geometry::VoxelKey, std::pair<bool, SurfaceId>> read, expected;
   const Eigen::AlignedBox3d everything(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
   view.for_each_cube(everything, [&](const OccupancyView::Cube& cube) {
     test::for_each_voxel_of(cube.corner, cube.level, [&](geometry::VoxelKey k) {
@@ -389,7 +363,7 @@ TEST(OccupancyView, ReadsCubesAsVoxelByVoxel) {
         const Eigen::Vector3d point = load_point(payload, grid, k).cast<double>();
         EXPECT_TRUE(point.isApprox(view.at(grid.centre_of(k).cast<double>()).point, 1e-6));
       }
-      if ((cube.known >> i & 1) != 0) read[{k.x, k.y, k.z}] = {occupied, occupied ? cube.surface[i] : 0};
+      if ((cube.known >> i & 1) != 0) read[k] = {occupied, occupied ? cube.surface[i] : 0};
     });
     return true;
   });

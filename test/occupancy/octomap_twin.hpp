@@ -106,8 +106,7 @@ inline std::size_t known_voxels(const octomap::OcTree& tree) {
 
 /// The map as OctoMap reads its .bt, which keeps every known voxel.
 inline octomap::OcTree through_bt(const occupancy::OccupancyMap& map) {
-  std::stringstream bt;
-  map.write_bt(bt);
+  std::istringstream bt(bt_of(map));
   octomap::OcTree tree(0.1);
   EXPECT_TRUE(tree.readBinary(bt));
   return tree;

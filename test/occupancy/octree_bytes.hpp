@@ -3,8 +3,18 @@
 #include "geometry/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
 
+#include <algorithm>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <map>
+#include <memory>
+#include <span>
+#include <sstream>
 #include <string>
+#include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include <octosurf/occupancy.hpp>
@@ -48,6 +58,64 @@ void for_each_voxel_of(const Corner& corner, int level, const Visit& visit) {
     visit(geometry::VoxelKey{static_cast<std::uint16_t>(corner[0] + i % edge),
                              static_cast<std::uint16_t>(corner[1] + i / edge % edge),
                              static_cast<std::uint16_t>(corner[2] + i / edge / edge)});
+}
+
+inline void expect_same_point(const occupancy::VoxelPoint& a, const occupancy::VoxelPoint& b,
+                              SurfaceId surface) {
+  EXPECT_EQ(a.key, b.key);
+  EXPECT_EQ(a.position, b.position);
+  EXPECT_EQ(a.view, b.view);
+  EXPECT_EQ(a.range_class, b.range_class);
+  EXPECT_EQ(a.surface, surface);
+}
+
+using Voxels = std::map<geometry::VoxelKey, float>;  ///< log-odds of all that are known
+
+inline void add(const OccupancyView::Leaf& leaf, Voxels& voxels) {
+  for_each_voxel_of(leaf.corner, leaf.level, [&](geometry::VoxelKey k) { voxels[k] = leaf.log_odds; });
+}
+
+inline Voxels voxels_of(const OccupancyView& view) {
+  Voxels voxels;
+  view.for_each_leaf([&](std::span<const OccupancyView::Leaf> leaves) {
+    for (const OccupancyView::Leaf& leaf : leaves) add(leaf, voxels);
+  });
+  return voxels;
+}
+
+/// What of the way from `a` to `b` is in a cube, as parts of it; the first is larger where it misses the
+/// cube.
+inline std::pair<double, double> part_in_cube(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                              const Eigen::Vector3d& centre, double half_edge) {
+  double enter = 0, leave = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double way = b[axis] - a[axis], low = centre[axis] - half_edge - a[axis],
+                 high = low + 2 * half_edge;
+    if (way == 0) {
+      if (low > 0 || high < 0) return {1, 0};
+      continue;
+    }
+    enter = std::max(enter, std::min(low / way, high / way));
+    leave = std::min(leave, std::max(low / way, high / way));
+  }
+  return {enter, leave};
+}
+
+/// The octree in a file of these bytes.
+inline occupancy::OccupancyMap octree_of_file(const std::string& bytes,
+                                              const OccupancyParameters& parameters = {}) {
+  std::string file = (std::filesystem::temp_directory_path() / "octosurf_octree_XXXXXX").string();
+  const int opened = ::mkstemp(file.data());
+  EXPECT_GE(opened, 0);
+  ::close(opened);
+  std::ofstream(file, std::ios::binary) << bytes;
+  const std::shared_ptr<void> guard(nullptr, [&](void*) { std::filesystem::remove(file); });
+  return occupancy::OccupancyMap::read_octomap(file, parameters);
+}
+inline std::string bt_of(const occupancy::OccupancyMap& map) {
+  std::ostringstream bt;
+  map.write_bt(bt);
+  return std::move(bt).str();
 }
 
 }  // namespace octosurf::test

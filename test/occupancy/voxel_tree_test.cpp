@@ -143,7 +143,7 @@ TEST(VoxelTree, EqualsAMapOfVoxels) {
   EXPECT_TRUE(tree.empty());
   for (int round = 0; round < 60; ++round) {
     std::map<std::uint64_t, Masks> scan = random_scan(rng);
-    std::vector<occupancy::TouchedBlock> blocks;
+    std::vector<detail::TouchedBlock> blocks;
     for (auto& [block, masks] : scan) {
       bool hit = false;
       for (const std::uint64_t w : masks.hits) hit |= w != 0;

@@ -132,16 +132,6 @@ TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
   EXPECT_EQ(visited, 0U);
 }
 
-TEST_F(Window, AssignmentReachesTheOctree) {
-  const VoxelPoint p = points.front();
-  window.assign(window.find(p.key), 0xabcdef);
-  EXPECT_EQ(window[window.find(p.key)].surface, 0xabcdefU);
-  EXPECT_EQ(map.at(p.key).point->surface, 0xabcdefU);
-  map.assign(p.key, 3);
-  EXPECT_EQ(map.at(p.key).point->surface, 3U);
-  EXPECT_EQ(map.at(p.key).point->position, p.position);
-}
-
 TEST_F(Window, BlocksAreWholeAndInMortonOrder) {
   for (std::size_t i = 0; i < points.size(); i += 37) {
     std::vector<VoxelPoint> block;

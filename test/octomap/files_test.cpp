@@ -1,14 +1,14 @@
 // .ot and messages, against OctoMap's own readers and writers.
+#include "io/files.hpp"
+
 #include "support/random_scans.hpp"
 #include "support/same_octree.hpp"
 #include "support/seed.hpp"
 
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <gtest/gtest.h>
 #include <octomap/OcTreeStamped.h>
-#include <optional>
 #include <sstream>
 
 #include <octosurf/adapters/octomap_files.hpp>
@@ -23,11 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using test::expect_same;
 
-class OctomapFilesTest : public ::testing::Test {
+class OctomapFilesTest : public test::FolderTest {
  protected:
-  OctomapFilesTest() { fs::create_directories(folder); }
-  ~OctomapFilesTest() override { fs::remove_all(folder); }
-
   std::unique_ptr<octomap::OcTree> scanned(double resolution) {
     Parameters parameters;
     parameters.occupancy.resolution = resolution;
@@ -36,48 +33,33 @@ class OctomapFilesTest : public ::testing::Test {
     for (int i = 0; i < 3; ++i) mapper.insert(test::room_scan(random, 800, {1, 1, 1}, {0.3 * i, 0, 0}));
     return to_octree(mapper.map().octree());
   }
-  fs::path file(const std::string& name) const { return folder / name; }
   fs::path written(const std::string& name, const std::string& bytes) const {
-    std::ofstream(file(name), std::ios::binary) << bytes;
-    return file(name);
-  }
-  static std::string bytes_of(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  void expect_refused(const fs::path& path) {
-    try {
-      read_octree(path);
-      ADD_FAILURE() << "read " << path;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
-      EXPECT_EQ(error.where(), path.string());
-    }
+    test::write_file(path(name), bytes);
+    return path(name);
   }
 
   std::mt19937_64 random = test::rng();
-  const fs::path folder = fs::temp_directory_path() / ("octomap_files_" + std::to_string(::getpid()));
 };
 
 TEST_F(OctomapFilesTest, AnOtComesBackByOctomapsReaderAndByOurs) {
   for (const double resolution : {1.0 / 30, 1.0 / 16, 0.05, 0.1}) {
     const auto tree = scanned(resolution);
     ASSERT_GT(tree->size(), 1000u);
-    write_ot(*tree, file("room.ot"), true);
+    write_ot(*tree, path("room.ot"), true);
     const std::unique_ptr<octomap::AbstractOcTree> theirs(
-        octomap::AbstractOcTree::read(file("room.ot").string()));
+        octomap::AbstractOcTree::read(path("room.ot").string()));
     ASSERT_NE(dynamic_cast<octomap::OcTree*>(theirs.get()), nullptr);
     expect_same(dynamic_cast<octomap::OcTree&>(*theirs), *tree);
-    expect_same(*read_octree(file("room.ot")), *tree);
+    expect_same(*read_octree(path("room.ot")), *tree);
   }
-  const auto tree = read_octree(file("room.ot"));
+  const auto tree = read_octree(path("room.ot"));
   octomap::OcTree divided(*tree), binary(*tree), expected(0.1);
   divided.expand();
-  ASSERT_TRUE(divided.write(file("divided.ot").string()));
-  expect_same(*read_octree(file("divided.ot")), *tree);  // pruned
-  ASSERT_TRUE(binary.writeBinary(file("theirs.bt").string()));
-  ASSERT_TRUE(expected.readBinary(file("theirs.bt").string()));
-  expect_same(*read_octree(file("theirs.bt")), expected);
+  ASSERT_TRUE(divided.write(path("divided.ot").string()));
+  expect_same(*read_octree(path("divided.ot")), *tree);  // pruned
+  ASSERT_TRUE(binary.writeBinary(path("theirs.bt").string()));
+  ASSERT_TRUE(expected.readBinary(path("theirs.bt").string()));
+  expect_same(*read_octree(path("theirs.bt")), expected);
 }
 
 TEST_F(OctomapFilesTest, TreesOfOtherTypesGiveTheirOccupancyAndSayWhatIsLeft) {
@@ -88,29 +70,30 @@ TEST_F(OctomapFilesTest, TreesOfOtherTypesGiveTheirOccupancyAndSayWhatIsLeft) {
     stamped.setNodeValue(leaf.getKey(), leaf->getLogOdds());
   stamped.updateInnerOccupancy();
   tree->prune();
-  ASSERT_TRUE(stamped.write(file("stamped.ot").string()));
-  expect_same(*read_octree(file("stamped.ot")), *tree);
-  EXPECT_EQ(octomap_note(file("stamped.ot")).find("bytes"), std::string::npos);
+  ASSERT_TRUE(stamped.write(path("stamped.ot").string()));
+  expect_same(*read_octree(path("stamped.ot")), *tree);
+  EXPECT_EQ(octomap_note(path("stamped.ot")).find("bytes"), std::string::npos);
 
   // One that writes eight bytes of its own after each log-odds; our own tree's nodes have none.
-  ASSERT_TRUE(tree->write(file("plain.ot").string()));
-  const std::string plain = bytes_of(file("plain.ot"));
+  ASSERT_TRUE(tree->write(path("plain.ot").string()));
+  const std::string plain = test::read_file(path("plain.ot"));
   const std::size_t data = plain.find("data\n") + 5;
   std::string labelled = plain.substr(0, data);
   labelled.replace(labelled.find("id OcTree"), 9, "id LabelOcTree");
   for (std::size_t at = data; at < plain.size(); at += 5)
     labelled += plain.substr(at, 4) + "\xff\x7f\xc0\x01 ab " + plain.substr(at + 4, 1);
   expect_same(*read_octree(written("labelled.ot", labelled)), *tree);
-  EXPECT_NE(octomap_note(file("labelled.ot")).find("LabelOcTree, whose occupancy is taken, and the 8 bytes"),
+  EXPECT_THROW(read_octree(written("longer.ot", labelled + '\n')), Error);
+  EXPECT_NE(octomap_note(path("labelled.ot")).find("LabelOcTree, whose occupancy is taken, and the 8 bytes"),
             std::string::npos);
-  EXPECT_EQ(octomap_note(file("plain.ot")), "");
+  EXPECT_EQ(octomap_note(path("plain.ot")), "");
 }
 
 TEST_F(OctomapFilesTest, HeadersOfOlderVersionsAreRead) {
   octomap::OcTree binary(*scanned(0.1));
-  ASSERT_TRUE(binary.writeBinary(file("now.bt").string()));
-  const auto expected = read_octree(file("now.bt"));
-  const std::string now = bytes_of(file("now.bt"));
+  ASSERT_TRUE(binary.writeBinary(path("now.bt").string()));
+  const auto expected = read_octree(path("now.bt"));
+  const std::string now = test::read_file(path("now.bt"));
   const std::string data = now.substr(now.find("data\n"));
   const std::string size = std::to_string(binary.size());
   for (const std::string& head :
@@ -130,8 +113,8 @@ TEST_F(OctomapFilesTest, HeadersOfOlderVersionsAreRead) {
 }
 
 TEST_F(OctomapFilesTest, AnEmptyTreeComesBackEmpty) {
-  write_ot(octomap::OcTree(0.2), file("empty.ot"));
-  const auto tree = read_octree(file("empty.ot"));
+  write_ot(octomap::OcTree(0.2), path("empty.ot"));
+  const auto tree = read_octree(path("empty.ot"));
   EXPECT_EQ(tree->size(), 0u);
   EXPECT_EQ(tree->getResolution(), 0.2);
   EXPECT_EQ(octomap_message_data(*tree), "");
@@ -139,41 +122,12 @@ TEST_F(OctomapFilesTest, AnEmptyTreeComesBackEmpty) {
 
 TEST_F(OctomapFilesTest, WritesOverNothingSilently) {
   const auto tree = scanned(0.1);
-  const auto kind_of_refusal = [&](const fs::path& path) {
-    try {
-      write_ot(*tree, path);
-    } catch (const Error& error) {
-      return std::optional(error.kind());
-    }
-    return std::optional<Error::Kind>();
-  };
   const fs::path there = written("there.ot", "mine");
-  EXPECT_EQ(kind_of_refusal(there), Error::Kind::usage);
-  EXPECT_EQ(bytes_of(there), "mine");
+  test::failure(Error::Kind::usage, [&] { write_ot(*tree, there); });
+  EXPECT_EQ(test::read_file(there), "mine");
   write_ot(*tree, there, true);
   expect_same(*read_octree(there), *tree);
-  EXPECT_EQ(kind_of_refusal(file("no_folder") / "a.ot"), Error::Kind::output);
-}
-
-/// Beside what test/fuzz does to every byte.
-TEST_F(OctomapFilesTest, HostileFilesAreRefused) {
-  expect_refused(file("missing.ot"));
-  const std::string head = "# Octomap OcTree file\nid ", leaf(5, '\0');
-  std::string chain, not_finite = leaf;  // of single children that never ends, as OctoMap would follow it
-  for (int i = 0; i < 100; ++i) chain += std::string("\0\0\0\0\1", 5);
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  std::memcpy(not_finite.data(), &nan, sizeof nan);
-  for (const std::string& bytes :
-       {std::string("no octree\n"), head + "CountingOcTree\nsize 1\nres 0.1\ndata\n" + leaf,
-        head + "LabelOcTree\nsize 2\nres 0.1\ndata\n" + std::string(13, '\0'),
-        head + "OcTree\nsize 1\nres nan\ndata\n" + leaf, head + "OcTree\nsize 100\nres 0.1\ndata\n" + chain,
-        head + "OcTree\nsize 1\nres 0.1\ndata\n" + not_finite,
-        head + "OcTree\nsize 2\nres 0.1\ndata\n" + leaf,
-        head + "OcTree\nsize 1\nres 0.1\ndata\n" + leaf + "x",
-        head + "OcTree\nsize 1\nres 0.1\ndata\n" + leaf.substr(1)}) {
-    SCOPED_TRACE(bytes.substr(0, 60));
-    expect_refused(written("hostile.ot", bytes));
-  }
+  test::failure(Error::Kind::output, [&] { write_ot(*tree, path("no_folder") / "a.ot"); });
 }
 
 TEST_F(OctomapFilesTest, AMessageIsReadByOctomap) {

@@ -27,4 +27,18 @@ Scan room_scan(std::mt19937_64& rng, std::size_t rays, const Eigen::Vector3d& ha
   return scan;
 }
 
+Scan rays_around(std::mt19937_64& rng, const Eigen::Vector3d& origin, std::size_t count, double near,
+                 double far) {
+  std::uniform_real_distribution<double> uniform(-1, 1), length(near, far);
+  Scan scan;
+  scan.T_map_sensor.translation() = origin;
+  while (scan.points.size() < count) {
+    Eigen::Vector3d direction(uniform(rng), uniform(rng), uniform(rng));
+    if (rng() % 8 == 0) direction.y() = 0;
+    if (rng() % 8 == 0) direction.z() = direction.x();
+    if (direction.norm() > 0.1) scan.points.push_back((direction.normalized() * length(rng)).cast<float>());
+  }
+  return scan;
+}
+
 }  // namespace octosurf::test
