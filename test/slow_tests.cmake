@@ -19,7 +19,7 @@ set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.SignalsSaveWhatIsMapped
     PoseCheck.PosesInAnotherFormAreRefusedAndTakenOnDemand PoseCheck.RightPosesAreNotRefusedWhereTheyDrift Remap.*
     UpOption.GivenInEveryWay WrongUse.IsSaidInOneLineAndLeavesNothing ViewVerb.RefusesPlansThatAreNoneByName)
 set(OCTOSURF_SLOW_contract Worlds/Contract.* MapperContract.ReportsItsTime)
-set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras Boundary.ATableSeenWholeEndsAllRound
+set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras
     Boundary.AgreesWithWhatTheCamerasCouldSee Boundary.LabelsDependNeitherOnThreadsNorOnSaving
     Boundary.TheFloorUnderABoxEndsAtItsSides Explain.AmongClutter Explain.EveryPendingPointOfARoomHasItsReason)
 set(OCTOSURF_SLOW_evaluation PlanarRegion.AgreesWithBruteForceOnRandomPolygonsWithHolesAndIslands)

@@ -1,4 +1,5 @@
 // What lies beyond a surface's edges, on scenes and cameras for which that can be worked out.
+#include "support/checked_mapper.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
@@ -17,6 +18,7 @@ namespace {
 using test::Camera;
 using test::camera_scan;
 using test::look_at;
+using test::mapped;
 using test::Scene;
 
 const Camera fine{480, 360, 400, 0.002};
@@ -85,40 +87,11 @@ double inside_image(const Eigen::Isometry3d& T_map_camera, const Camera& camera,
   return std::min(camera.width / 2.0 - u, camera.height / 2.0 - v);
 }
 
-std::vector<Scan> orbit(const Scene& scene, const Eigen::Vector3d& target, double radius, double height,
-                        int count) {
-  std::mt19937_64 rng = test::rng();
-  std::vector<Scan> scans;
-  for (int i = 0; i < count; ++i) {
-    const double a = 2 * std::numbers::pi * i / count + 0.3;
-    const Eigen::Vector3d eye = target + Eigen::Vector3d(radius * std::cos(a), radius * std::sin(a), height);
-    scans.push_back(camera_scan(scene, look_at(eye, target), rng, fine));
-  }
-  return scans;
-}
-
-Mapper mapped(const std::vector<Scan>& scans, const Parameters& parameters = {}, int threads = 1) {
-  Mapper mapper(parameters, threads);
-  for (const Scan& scan : scans) mapper.insert(scan);
-  return mapper;
-}
-
-TEST(Boundary, ATableSeenWholeEndsAllRound) {
-  Scene scene;
-  scene.rectangle({-3, -3, 0.01}, {6, 0, 0}, {0, 6, 0})
-      .rectangle({-0.4, -0.3, 0.71}, {0.8, 0, 0}, {0, 0.6, 0});
-  const Mapper mapper = mapped(orbit(scene, {0, 0, 0.71}, 1.2, 0.9, 6));
-  const auto snapshot = mapper.snapshot();
-  const std::vector<Edge> edges = edges_of(mapper.map(), surface_at(*snapshot, {0, 0, 1}, {0, 0, 0.71}));
-  EXPECT_GE(agreement(
-                edges, [](const Edge&) { return EdgeKind::real; }, 50),
-            1);
-}
-
 TEST(Boundary, TheFloorUnderABoxEndsAtItsSides) {
   Scene scene;
   scene.rectangle({-1.5, -1.5, 0.01}, {3, 0, 0}, {0, 3, 0}).box({-0.2, -0.25, 0.01}, {0.2, 0.25, 0.31});
-  const Mapper mapper = mapped(orbit(scene, {0, 0, 0.1}, 1.2, 1, 8));
+  std::mt19937_64 rng = test::rng();
+  const Mapper mapper = mapped(test::orbit(scene, {0, 0, 0.1}, 1.2, 1, 8, rng, fine));
   const auto snapshot = mapper.snapshot();
   const auto of_box = [](const Edge& edge) -> std::optional<EdgeKind> {
     if (!edge.of_hole) return {};
@@ -314,8 +287,7 @@ struct Room {
 };
 
 TEST(Boundary, AgreesWithWhatTheCamerasCouldSee) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   std::size_t judged = 0, right = 0;
   for (int round = 0; round < 6; ++round) {
     const Room room(rng, 1 + round % 2);
@@ -349,8 +321,7 @@ std::vector<EdgeKind> labels_of(const Map& map) {
 }
 
 TEST(Boundary, LabelsDependNeitherOnThreadsNorOnSaving) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   const Room room(rng, 3);
   std::vector<Scan> scans;
   for (const Eigen::Isometry3d& pose : room.poses)

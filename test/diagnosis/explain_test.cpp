@@ -1,17 +1,16 @@
 // Why there is no surface at a place: a map for every reason.
+#include "occupancy/octree_bytes.hpp"
+#include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <gmock/gmock.h>
 #include <map>
 #include <random>
 #include <set>
-#include <unistd.h>
 
 #include <octosurf/error.hpp>
 #include <octosurf/explain.hpp>
@@ -24,12 +23,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 const Eigen::Vector3d eye(0.5, 0.5, 1.5);
-
-Mapper explained_map(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
-  Mapper mapper(parameters);
-  for (const Scan& scan : scans) mapper.insert(scan);
-  return mapper;
-}
 
 /// What explain() says, checked for what holds of every explanation.
 Explanation ask(const Map& map, const Eigen::Vector3d& place) {
@@ -65,7 +58,7 @@ TEST(Explain, NamesAreDistinct) {
 }
 
 TEST(Explain, OnASurface) {
-  const Mapper mapper = explained_map({floor_scan()});
+  const Mapper mapper = test::mapped({floor_scan()});
   for (const double height : {0.01, 0.05}) {  // on it, and a few centimetres off
     const Explanation why = ask(mapper.map(), {0.5, 0.4, height});
     EXPECT_EQ(why.reason, Reason::on_surface);
@@ -79,10 +72,10 @@ TEST(Explain, OnASurface) {
 
 TEST(Explain, InAHoleAndBesideASurface) {
   // A floor of four strips about a hole of 0.4 m.
-  const Mapper mapper = explained_map({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
-                                       rectangle_scan(eye, {0, 0.7, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
-                                       rectangle_scan(eye, {0, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0}),
-                                       rectangle_scan(eye, {0.7, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0})});
+  const Mapper mapper = test::mapped({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
+                                      rectangle_scan(eye, {0, 0.7, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
+                                      rectangle_scan(eye, {0, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0}),
+                                      rectangle_scan(eye, {0.7, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0})});
   ASSERT_EQ(mapper.map().size().surfaces, 1U);
   const SurfaceId floor = mapper.snapshot()->surfaces[0]->id;
   const Explanation middle = ask(mapper.map(), {0.5, 0.5, 0.01});
@@ -97,7 +90,7 @@ TEST(Explain, InAHoleAndBesideASurface) {
 }
 
 TEST(Explain, OutsideUnseenAndFree) {
-  const Mapper mapper = explained_map({floor_scan()});
+  const Mapper mapper = test::mapped({floor_scan()});
   EXPECT_EQ(ask(mapper.map(), {0.5, 0.5, 0.5}).reason, Reason::free_space);
   EXPECT_EQ(ask(mapper.map(), {0.5, 0.5, -0.5}).reason, Reason::unseen);
   EXPECT_EQ(ask(mapper.map(), {5, 5, 1}).reason, Reason::unseen);
@@ -108,16 +101,10 @@ TEST(Explain, OutsideUnseenAndFree) {
 }
 
 TEST(Explain, OccupiedWithoutAPoint) {
-  const Mapper mapper = explained_map({floor_scan()});
-  const auto file =
-      std::filesystem::temp_directory_path() / ("octosurf_explain_" + std::to_string(getpid()) + ".bt");
-  {
-    std::ofstream out(file, std::ios::binary);
-    mapper.map().state().occupancy.write_bt(out);
-  }
-  const Map map = map_from_octomap(file, {});
-  std::filesystem::remove(file);
-  EXPECT_EQ(ask(map, {0.5, 0.5, 0.01}).reason, Reason::no_point);
+  const Mapper mapper = test::mapped({floor_scan()});
+  auto state = std::make_unique<surfaces::MapState>(Parameters{});
+  state->occupancy = test::octree_of_file(test::bt_of(mapper.map().state().occupancy));
+  EXPECT_EQ(ask(Map(std::move(state)), {0.5, 0.5, 0.01}).reason, Reason::no_point);
 }
 
 TEST(Explain, IsolatedOrTooFewForAPlane) {
@@ -128,17 +115,16 @@ TEST(Explain, IsolatedOrTooFewForAPlane) {
       scan.points.push_back((Eigen::Vector3d(0.01 + 0.03 * i, 0.01, 0.01) - eye).cast<float>());
     return scan;
   };
-  const Mapper two = explained_map({points(2)});  // one neighbour
+  const Mapper two = test::mapped({points(2)});  // one neighbour
   EXPECT_EQ(ask(two.map(), {0.01, 0.01, 0.02}).reason, Reason::isolated);
-  const Mapper line = explained_map({points(4)});
+  const Mapper line = test::mapped({points(4)});
   const Explanation why = ask(line.map(), {0.04, 0.01, 0.02});
   EXPECT_EQ(why.reason, Reason::no_plane);
   EXPECT_EQ(why.around.at(Reason::no_plane), 4U) << "all are within 8 cm";
 }
 
 TEST(Explain, AmongClutter) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> uniform(-0.15, 0.15);
   Scan clutter;
   clutter.T_map_sensor.translation() = eye;
@@ -147,7 +133,7 @@ TEST(Explain, AmongClutter) {
   clutter.points.push_back((Eigen::Vector3d(0.01, 0.01, 0.01) - eye).cast<float>());
   Parameters planes;
   planes.detection.detect_cylinders = false;  // one is seen in clutter in one world of a thousand
-  const Mapper mapper = explained_map({clutter}, planes);
+  const Mapper mapper = test::mapped({clutter}, planes);
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
   std::map<Reason, std::size_t> reasons;
   for (int i = 0; i < 15; ++i) {
@@ -165,7 +151,7 @@ TEST(Explain, AmongClutter) {
 }
 
 TEST(Explain, TooFewPoints) {
-  const Mapper mapper = explained_map({rectangle_scan(eye, {0, 0, 0.01}, {0.1, 0, 0}, {0, 0.1, 0})});
+  const Mapper mapper = test::mapped({rectangle_scan(eye, {0, 0, 0.01}, {0.1, 0, 0}, {0, 0.1, 0})});
   const std::size_t points = mapper.map().size().points;
   ASSERT_LT(points, 50U);
   const Explanation why = ask(mapper.map(), {0.05, 0.05, 0.01});
@@ -179,7 +165,7 @@ TEST(Explain, TooFewPoints) {
 
 TEST(Explain, TooNarrow) {
   const double width = 0.025;
-  const Mapper mapper = explained_map({rectangle_scan(eye, {0, 0.005, 0.01}, {1.5, 0, 0}, {0, width, 0})});
+  const Mapper mapper = test::mapped({rectangle_scan(eye, {0, 0.005, 0.01}, {1.5, 0, 0}, {0, width, 0})});
   const Explanation why = ask(mapper.map(), {0.75, 0.02, 0.01});
   ASSERT_EQ(why.reason, Reason::too_narrow) << why.sentence;
   ASSERT_EQ(why.figures.size(), 1U);
@@ -189,14 +175,14 @@ TEST(Explain, TooNarrow) {
 
 // 1 m of a floor from 2 m away and 2 cm above it: at half a degree, where views are kept to 4.
 TEST(Explain, EdgeOn) {
-  const Mapper mapper = explained_map({rectangle_scan({-2, 0.5, 0.03}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
+  const Mapper mapper = test::mapped({rectangle_scan({-2, 0.5, 0.03}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
   const Explanation why = ask(mapper.map(), {0.5, 0.5, 0.01});
   ASSERT_EQ(why.reason, Reason::edge_on) << why.sentence;
   ASSERT_EQ(why.figures.size(), 1U);
   EXPECT_NEAR(why.figures[0].value, 0.02 / 2.5, 0.07);
   EXPECT_LE(why.figures[0].value, *why.figures[0].at_least);
   const Mapper from_higher =
-      explained_map({rectangle_scan({-2, 0.5, 0.41}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
+      test::mapped({rectangle_scan({-2, 0.5, 0.41}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
   EXPECT_EQ(ask(from_higher.map(), {0.5, 0.5, 0.01}).reason, Reason::on_surface) << "at 9 degrees";
 }
 
@@ -215,13 +201,13 @@ Scan pillar_scan() {
 TEST(Explain, Curved) {
   Parameters parameters;
   parameters.detection.detect_cylinders = false;
-  const Mapper mapper = explained_map({pillar_scan()}, parameters);
+  const Mapper mapper = test::mapped({pillar_scan()}, parameters);
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
   EXPECT_EQ(ask(mapper.map(), {0.25, 0, 0.5}).reason, Reason::curved);
 }
 
 TEST(Explain, OnACylinder) {
-  const Mapper mapper = explained_map({floor_scan(), pillar_scan()});
+  const Mapper mapper = test::mapped({floor_scan(), pillar_scan()});
   ASSERT_EQ(mapper.snapshot()->cylinders.size(), 1U);
   const CylinderId id = mapper.snapshot()->cylinders[0]->id;
   const Explanation why = ask(mapper.map(), {0.25, 0, 0.5});
@@ -239,7 +225,7 @@ TEST(Explain, SeenThroughASurface) {
   const Scan wall = rectangle_scan(from, {0, 0, 0}, {0, 1, 0}, {0, 0, 1});
   Scan both = rectangle_scan(from, {0.041, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6});
   both.points.insert(both.points.end(), wall.points.begin(), wall.points.end());
-  const Mapper mapper = explained_map({wall, wall, both});
+  const Mapper mapper = test::mapped({wall, wall, both});
   ASSERT_EQ(mapper.map().size().surfaces, 1U);
   const Explanation why = ask(mapper.map(), {0.041, 0.5, 0.5});
   ASSERT_EQ(why.reason, Reason::seen_through) << why.sentence;
@@ -248,7 +234,7 @@ TEST(Explain, SeenThroughASurface) {
 
 TEST(Explain, WaitingForANewPoint) {
   // A plate that is too small; then enough points come, but too few to look at it again.
-  Mapper mapper = explained_map({test::plate_scan(eye, 0, 8, 6)});
+  Mapper mapper = test::mapped({test::plate_scan(eye, 0, 8, 6)});
   EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::too_few_points);
   mapper.insert(test::plate_scan(eye, 8, 9, 4));
   ASSERT_EQ(mapper.map().size().surfaces, 0U);

@@ -1,15 +1,12 @@
 // Scans that wait go in together: the octree as one by one, the surfaces as good.
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
-#include "support/scene.hpp"
+#include "support/room_tour.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
 #include <gtest/gtest.h>
 #include <span>
-#include <tuple>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -17,27 +14,15 @@
 namespace octosurf::mapper {
 namespace {
 
-using test::Scene;
+using test::leaves_of;
+using test::pass_by;
 
-Scene room() { return Scene().box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}); }
-Scene room_with_box() { return room().box({0.3, -0.4, 0.01}, {0.9, 0.3, 0.4}); }
-
-/// From one place to the other, looking down at the middle.
-std::vector<Scan> pass(const Scene& scene, std::mt19937_64& rng, int count) {
-  std::vector<Scan> scans;
-  for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d eye(-1.2 + 0.05 * i, 0.9 - 0.06 * i, 1.3);
-    scans.push_back(test::camera_scan(scene, test::look_at(eye, {0.5, 0.0, 0.1}), rng));
-    scans.back().name = "scan " + std::to_string(i);
-  }
-  return scans;
-}
-
+test::Scene room() { return test::Scene().box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}); }
 /// The box stands there at first, and is gone then: a voxel that was hit three times is free after seven
 /// misses.
 std::vector<Scan> box_goes(std::mt19937_64& rng) {
-  std::vector<Scan> scans = pass(room_with_box(), rng, 3);
-  for (Scan& scan : pass(room(), rng, 8)) scans.push_back(std::move(scan));
+  std::vector<Scan> scans = pass_by(test::room_with_a_box(), rng, 3);
+  for (Scan& scan : pass_by(room(), rng, 8)) scans.push_back(std::move(scan));
   return scans;
 }
 
@@ -45,15 +30,6 @@ Parameters as_given() {
   Parameters parameters;
   parameters.alignment.enabled = false;
   return parameters;
-}
-
-using Leaves = std::vector<std::tuple<std::array<std::uint16_t, 3>, int, float>>;
-Leaves leaves_of(const Mapper& mapper) {
-  Leaves leaves;
-  mapper.map().octree().for_each_leaf([&](std::span<const OccupancyView::Leaf> some) {
-    for (const OccupancyView::Leaf& leaf : some) leaves.emplace_back(leaf.corner, leaf.level, leaf.log_odds);
-  });
-  return leaves;
 }
 
 /// In groups of 1 to `most`.
@@ -75,16 +51,16 @@ TEST(InsertAll, TheOctreeIsTheOneOfOneByOne) {
   for (const Scan& scan : scans) one_by_one.insert(scan);
   insert_in_groups(grouped, scans, rng, 5);
   insert_in_groups(at_once, scans, rng, scans.size());
-  const Leaves leaves = leaves_of(one_by_one);
+  const test::Leaves leaves = leaves_of(one_by_one.map());
   EXPECT_GT(leaves.size(), 1000U);
-  EXPECT_TRUE(leaves_of(grouped) == leaves);
-  EXPECT_TRUE(leaves_of(at_once) == leaves);
+  EXPECT_TRUE(leaves_of(grouped.map()) == leaves);
+  EXPECT_TRUE(leaves_of(at_once.map()) == leaves);
   EXPECT_EQ(grouped.map().size().points, one_by_one.map().size().points);
 }
 
 TEST(InsertAll, FindsTheSameFaces) {
   std::mt19937_64 rng = test::rng();
-  const std::vector<Scan> scans = pass(room_with_box(), rng, 12);
+  const std::vector<Scan> scans = pass_by(test::room_with_a_box(), rng, 12);
   test::CheckedMapper one_by_one(as_given()), grouped(as_given());
   for (const Scan& scan : scans) one_by_one.insert(scan);
   insert_in_groups(grouped.mapper, scans, rng, 6);
@@ -136,9 +112,9 @@ TEST(InsertAll, WhatGoesAmongTheScansIsGone) {
 TEST(InsertAll, ScansAreAlignedWhereASurfaceGoesAmongThem) {
   std::mt19937_64 rng = test::rng();
   test::CheckedMapper mapper{Parameters{}};
-  for (const Scan& scan : pass(room_with_box(), rng, 3)) mapper.mapper.insert(scan);
+  for (const Scan& scan : pass_by(test::room_with_a_box(), rng, 3)) mapper.mapper.insert(scan);
   ASSERT_FALSE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.4}).empty()) << "the box's top";
-  const std::vector<ScanReport> reports = mapper.mapper.insert_all(pass(room(), rng, 12));
+  const std::vector<ScanReport> reports = mapper.mapper.insert_all(pass_by(room(), rng, 12));
   EXPECT_TRUE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.4}).empty());
   EXPECT_FALSE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.01}).empty()) << "the floor";
   for (const ScanReport& report : reports) EXPECT_GT(report.alignment.known, 0U);
@@ -146,7 +122,7 @@ TEST(InsertAll, ScansAreAlignedWhereASurfaceGoesAmongThem) {
 
 TEST(InsertAll, StopsBeforeAScanThatIsRefused) {
   std::mt19937_64 rng = test::rng();
-  std::vector<Scan> scans = pass(room(), rng, 5);
+  std::vector<Scan> scans = pass_by(room(), rng, 5);
   scans[3].T_map_sensor.linear() *= 1.01;
   Mapper mapper(as_given()), taken(as_given());
   EXPECT_EQ(mapper.insert_all(scans).size(), 3U);

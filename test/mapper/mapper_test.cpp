@@ -1,12 +1,11 @@
 // Whole scans through the whole way, on scenes whose surfaces are known.
+#include "occupancy/octree_bytes.hpp"
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <filesystem>
-#include <fstream>
 #include <gmock/gmock.h>
 #include <numbers>
 #include <random>
@@ -15,21 +14,10 @@ namespace octosurf::mapper {
 namespace {
 
 using test::CheckedMapper;
+using test::orbit;
 using test::Scene;
 
 const Eigen::Vector3d up(0, 0, 1);
-
-/// Cameras on a circle, all looking at one place.
-std::vector<Scan> orbit(const Scene& scene, const Eigen::Vector3d& target, double radius, double height,
-                        int count, std::mt19937_64& rng) {
-  std::vector<Scan> scans;
-  for (int i = 0; i < count; ++i) {
-    const double a = 2 * std::numbers::pi * i / count + 0.3;
-    const Eigen::Vector3d eye = target + Eigen::Vector3d(radius * std::cos(a), radius * std::sin(a), height);
-    scans.push_back(test::camera_scan(scene, test::look_at(eye, target), rng));
-  }
-  return scans;
-}
 
 /// A camera straight above (x, y), seeing about 1.9 m along x and 2.5 m along y of what is on the ground.
 Scan from_above(const Scene& scene, double x, double y, std::mt19937_64& rng) {
@@ -239,13 +227,7 @@ TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
   Mapper blind(parameters);
   for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) blind.insert(scan);
   auto state = std::make_unique<surfaces::MapState>(Parameters{});
-  const auto file = std::filesystem::temp_directory_path() / ("octosurf_" + std::to_string(rng()) + ".bt");
-  {
-    std::ofstream out(file, std::ios::binary);
-    blind.map().state().occupancy.write_bt(out);
-  }
-  state->occupancy = occupancy::OccupancyMap::read_octomap(file, Parameters{}.occupancy);
-  std::filesystem::remove(file);
+  state->occupancy = test::octree_of_file(test::bt_of(blind.map().state().occupancy));
   Mapper mapper(Map(std::move(state)));
   const ScanReport report = mapper.detect_in_occupancy();
   EXPECT_GT(report.appeared, 1000U);

@@ -1,4 +1,5 @@
 // Two maps into one: against the map of all scans, in both orders, in another frame.
+#include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
@@ -8,8 +9,6 @@
 #include <array>
 #include <cmath>
 #include <gmock/gmock.h>
-#include <span>
-#include <tuple>
 #include <vector>
 
 #include <octosurf/changes.hpp>
@@ -40,23 +39,9 @@ std::vector<Scan> scans_of_half(std::mt19937_64& rng, double side, int count = 6
   return scans;
 }
 
-Mapper mapped(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
-  Mapper mapper(parameters);
-  for (const Scan& scan : scans) mapper.insert(scan);
-  return mapper;
-}
-
 void expect_sound(const Mapper& mapper) {
   EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty());
   expect_guarantees(mapper.map());
-}
-
-auto leaves_of(const Map& map) {
-  std::vector<std::tuple<std::array<std::uint16_t, 3>, int, float>> all;
-  map.octree().for_each_leaf([&](std::span<const OccupancyView::Leaf> leaves) {
-    for (const OccupancyView::Leaf& leaf : leaves) all.emplace_back(leaf.corner, leaf.level, leaf.log_odds);
-  });
-  return all;
 }
 
 double unshared_area(const std::vector<SurfaceDifference>& surfaces) {

@@ -14,16 +14,9 @@
 namespace octosurf::mapper {
 namespace {
 
-/// A camera that walks past a box.
 std::vector<Scan> recording(int count) {
   std::mt19937_64 rng = test::rng();
-  const test::Scene scene = test::room_with_a_box();
-  std::vector<Scan> scans;
-  for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d eye(-1.2 + 0.05 * i, 0.9 - 0.06 * i, 1.3);
-    scans.push_back(test::camera_scan(scene, test::look_at(eye, {0.5, 0.0, 0.1}), rng));
-  }
-  return scans;
+  return test::pass_by(test::room_with_a_box(), rng, count);
 }
 
 std::string digest_of(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
@@ -53,19 +46,6 @@ TEST(PreparedScan, GivesTheSameMapWhoeverPreparedIt) {
     if (ahead.valid()) next = ahead.get();
   }
   EXPECT_TRUE(test::digest(mapper.map()) == digest_of(scans));
-}
-
-TEST(PreparedScan, MaySeveralTimesWaitForItsTurn) {
-  const std::vector<Scan> scans = recording(4);
-  Mapper mapper;
-  std::vector<PreparedScan> prepared;
-  for (const Scan& scan : scans) prepared.push_back(mapper.prepare(scan));
-  for (const PreparedScan& scan : prepared) mapper.insert(scan);
-  EXPECT_TRUE(test::digest(mapper.map()) == digest_of(scans));
-  Mapper grouped, plain;
-  EXPECT_EQ(grouped.insert_all(prepared).size(), scans.size());
-  plain.insert_all(scans);
-  EXPECT_TRUE(test::digest(grouped.map()) == test::digest(plain.map()));
 }
 
 TEST(PreparedScan, OfOtherParametersIsTracedAnew) {

@@ -97,30 +97,5 @@ TEST(Readers, FourAtFullSpeedSeeWholeSnapshotsOnly) {
   }
 }
 
-TEST(Readers, ASnapshotThatIsKeptStandsStill) {
-  const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
-  Mapper mapper;
-  mapper.share_octree();
-  for (int i = 0; i < 4; ++i) mapper.insert(scans[static_cast<std::size_t>(i)]);
-  const std::shared_ptr<const Snapshot> kept = mapper.snapshot();
-  ASSERT_FALSE(kept->surfaces.empty());
-  std::vector<Surface> copies;
-  for (const SurfacePtr& s : kept->surfaces) copies.push_back(*s);
-  const Eigen::AlignedBox3d box(Eigen::Vector3d::Constant(-3), Eigen::Vector3d::Constant(3));
-  const OccupancyView::Count count = kept->octree.count(box);
-  EXPECT_GT(count.occupied, 1000U);
-  for (int i = 4; i < 8; ++i) mapper.insert(scans[static_cast<std::size_t>(i)]);
-  EXPECT_EQ(kept->octree.count(box).occupied, count.occupied);
-  EXPECT_EQ(kept->octree.count(box).free, count.free);
-  EXPECT_GT(mapper.snapshot()->octree.count(box).occupied, count.occupied);
-  ASSERT_GT(mapper.snapshot()->revision, kept->revision);
-  ASSERT_EQ(kept->surfaces.size(), copies.size());
-  for (std::size_t i = 0; i < copies.size(); ++i) {
-    EXPECT_EQ(kept->surfaces[i]->id, copies[i].id);
-    EXPECT_EQ(kept->surfaces[i]->revision, copies[i].revision);
-    EXPECT_EQ(kept->surfaces[i]->boundary, copies[i].boundary);
-  }
-}
-
 }  // namespace
 }  // namespace octosurf::mapper

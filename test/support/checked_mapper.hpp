@@ -30,4 +30,10 @@ class CheckedMapper {
   static void expect_told(const Snapshot& before, const Snapshot& after, const ScanReport& report);
 };
 
+inline Mapper mapped(const std::vector<Scan>& scans, const Parameters& parameters = {}, int threads = 1) {
+  Mapper mapper(parameters, threads);
+  for (const Scan& scan : scans) mapper.insert(scan);
+  return mapper;
+}
+
 }  // namespace octosurf::test

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
+#include <span>
 
 namespace octosurf::test {
 
@@ -75,6 +76,14 @@ void expect_guarantees(const Map& map) {
     EXPECT_EQ(surface->covariance.llt().info(), Eigen::Success) << surface->covariance;
     EXPECT_NEAR(surface->rms_m, std::sqrt(squares / static_cast<double>(model.size())), 1e-6);
   }
+}
+
+Leaves leaves_of(const Map& map) {
+  Leaves all;
+  map.octree().for_each_leaf([&](std::span<const OccupancyView::Leaf> leaves) {
+    for (const OccupancyView::Leaf& leaf : leaves) all.emplace_back(leaf.corner, leaf.level, leaf.log_odds);
+  });
+  return all;
 }
 
 std::string digest(const Map& map) {

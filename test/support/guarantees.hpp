@@ -1,6 +1,10 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include <octosurf/mapper.hpp>
 
@@ -8,6 +12,9 @@ namespace octosurf::test {
 
 /// What the public headers promise of every surface, beside check_invariants(): slow.
 void expect_guarantees(const Map& map);
+
+using Leaves = std::vector<std::tuple<std::array<std::uint16_t, 3>, int, float>>;
+Leaves leaves_of(const Map& map);  ///< of its octree: corners, levels, log-odds
 
 /// Everything that decides how a map goes on, as bytes: equal maps, equal strings.
 std::string digest(const Map& map);

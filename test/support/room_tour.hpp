@@ -14,6 +14,17 @@ inline Scene room_with_a_box() {
   return scene;
 }
 
+/// Scans by a camera that walks by, looking down at the box.
+inline std::vector<Scan> pass_by(const Scene& scene, std::mt19937_64& rng, int count) {
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d eye(-1.2 + 0.05 * i, 0.9 - 0.06 * i, 1.3);
+    scans.push_back(camera_scan(scene, look_at(eye, {0.5, 0.0, 0.1}), rng));
+    scans.back().name = "scan " + std::to_string(i);
+  }
+  return scans;
+}
+
 /// Scans of it by a camera that turns round, 34° a scan, thirty scans a second.
 inline std::vector<Scan> room_tour(std::mt19937_64 rng, int count) {
   std::vector<Scan> scans;

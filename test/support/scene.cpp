@@ -46,6 +46,17 @@ Eigen::Isometry3d look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& tar
   return pose;
 }
 
+std::vector<Scan> orbit(const Scene& scene, const Eigen::Vector3d& target, double radius, double height,
+                        int count, std::mt19937_64& rng, const Camera& camera) {
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const double a = 2 * std::numbers::pi * i / count + 0.3;
+    const Eigen::Vector3d eye = target + Eigen::Vector3d(radius * std::cos(a), radius * std::sin(a), height);
+    scans.push_back(camera_scan(scene, look_at(eye, target), rng, camera));
+  }
+  return scans;
+}
+
 Scan laser_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
                 double half_angle, double step, double noise) {
   std::normal_distribution<double> gauss(0, noise);

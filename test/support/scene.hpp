@@ -63,6 +63,10 @@ Scan camera_scan(const AnyScene& scene, const Eigen::Isometry3d& T_map_sensor, s
 
 extern template Scan camera_scan(const Scene&, const Eigen::Isometry3d&, std::mt19937_64&, const Camera&);
 
+/// Cameras on a circle about what they all look at.
+std::vector<Scan> orbit(const Scene& scene, const Eigen::Vector3d& target, double radius, double height,
+                        int count, std::mt19937_64& rng, const Camera& camera = {});
+
 /// One sweep of a planar laser that turns about its own z, x forward.
 Scan laser_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
                 double half_angle = 1.0, double step = 0.004, double noise = 0.002);
