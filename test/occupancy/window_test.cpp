@@ -95,6 +95,7 @@ TEST_F(Window, RowsAndColumnsHoldTheSamePoints) {
       ASSERT_EQ(Eigen::Vector3f(columns.x[i], columns.y[i], columns.z[i]), window[point].position);
       ASSERT_EQ(Eigen::Vector3f(columns.view_x[i], columns.view_y[i], columns.view_z[i]), window[point].view);
       ASSERT_EQ(columns.surface[i], window[point].surface);
+      ASSERT_EQ(map.at(window[point].key).point->surface, window[point].surface) << "in the octree, too";
     }
   }
 }
