@@ -1,5 +1,6 @@
 #include "alignment/plane_raster.hpp"
 
+#include "geometry/voxel_grid.hpp"
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
 #include "surfaces/surface_model.hpp"

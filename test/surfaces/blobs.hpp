@@ -1,5 +1,6 @@
 #pragma once
 
+#include "geometry/voxel_grid.hpp"
 #include "support/slow_polygons.hpp"
 #include "surfaces/surface_model.hpp"
 

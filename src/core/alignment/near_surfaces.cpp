@@ -1,6 +1,5 @@
 #include "alignment/near_surfaces.hpp"
 
-#include "surfaces/reading_covariance.hpp"
 #include "surfaces/surface_store.hpp"
 
 #include <utility>
@@ -139,8 +138,7 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, co
     }
     // Recomputed for every scan, because the noise estimate changes, too.
     if (model != nullptr)
-      entry.aligned->covariance =
-          surfaces::covariance_of_readings(*model, growing->noise) + entry.aligned->by_boundary;
+      entry.aligned->covariance = model->covariance_of_readings(growing->noise) + entry.aligned->by_boundary;
     near.push_back(entry.aligned.get());
   }
   return near;

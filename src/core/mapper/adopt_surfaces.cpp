@@ -13,17 +13,14 @@ Plane moved(const Plane& plane, const Eigen::Isometry3d& T) {
 }
 
 /// A surface's evidence from later scans, transformed to this map's frame.
-surfaces::SurfaceModel::State moved_evidence(const surfaces::SurfaceModel& surface, const Plane& plane,
-                                             const Eigen::Isometry3d& T) {
+surfaces::PlaneEstimate moved_evidence(const surfaces::PlaneEstimate& surface, const Eigen::Isometry3d& T) {
   const Eigen::Matrix3d R = T.linear();
-  surfaces::SurfaceModel::State state;
-  state.plane = plane;
+  surfaces::PlaneEstimate::State state;
   state.reference = T * surface.reference();
-  state.pose.linear() = geometry::plane_axes(plane.normal);
   state.evidence = surface.evidence();
   state.evidence.moments.sum = R * state.evidence.moments.sum;
   state.evidence.moments.outer = R * state.evidence.moments.outer * R.transpose();
-  return state;
+  return surfaces::PlaneEstimate(state);
 }
 
 }  // namespace
@@ -43,8 +40,7 @@ void adopt_surfaces(surfaces::Ledger& ledger, std::span<const occupancy::VoxelPo
     if (points.size() < fewest) continue;
     surfaces::SurfaceModel& own = ledger.create(plane, ledger.window[points.front()].position.cast<double>());
     for (const PointId i : points) ledger.give(i, own);
-    own.take_evidence(
-        surfaces::SurfaceModel(moved_evidence(theirs, plane, foreign.T_map_other), own.resolution()));
+    own.take_evidence(moved_evidence(theirs, foreign.T_map_other));
     ledger.changes.born.insert(own.id());
   }
 }

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace octosurf::surfaces {
 namespace {
@@ -26,10 +27,43 @@ double row_spacing(const SurfaceModel& surface, const Eigen::Vector3d& inlier, c
   return d;
 }
 
-}  // namespace
+/// Effort: of a cell, to which intersections are rounded, so that a site changes only when the planes have
+/// moved by that much. The rounding moves a site by at most a sixteenth of a voxel along each axis.
+constexpr double intersection_quantum = 1.0 / 8;
+Eigen::Vector2d rounded(const Eigen::Vector2d& outline_point) {
+  return (outline_point / intersection_quantum).array().round() * intersection_quantum;
+}
+
+class Intersections {
+ public:
+  Intersections(const SurfaceModel& surface, const SurfaceStore& surfaces, double gap)
+      : surface_(surface), surfaces_(surfaces), gap_(gap) {}
+
+  /// Finds the surfaces that may be met from a tile of the surface's hash, for points_from(). False if there
+  /// is none.
+  bool look_about(geometry::PlaneCell tile);
+  /// On the surface's plane: its intersections with others straight on from one of its inliers, and those of
+  /// three planes. Empties `points` first.
+  void points_from(const Inlier& inlier, std::vector<Eigen::Vector3d>& points) const;
+
+ private:
+  struct Other {
+    const SurfaceModel* surface;
+    Eigen::Vector3d toward;  // unit, in the plane, of increasing distance to the other's plane
+    double sine;             // of the angle between the two
+  };
+  const SurfaceStore::Ids& in_regions_near(geometry::VoxelKey key, int reach);
+  bool begins_near(const Other& other, const Eigen::Vector3d& at) const;
+
+  const SurfaceModel& surface_;
+  const SurfaceStore& surfaces_;
+  double gap_;
+  std::vector<Other> others_;
+  std::map<std::uint64_t, SurfaceStore::Ids> in_regions_;  // cache of earlier look-ups, by first and last
+};
 
 /// As the store's. Adjacent tiles mostly need the same regions.
-const std::vector<SurfaceId>& Intersections::in_regions_near(geometry::VoxelKey key, int reach) {
+const SurfaceStore::Ids& Intersections::in_regions_near(geometry::VoxelKey key, int reach) {
   std::uint64_t regions = 0;
   for (const int k :
        {key.x - reach, key.y - reach, key.z - reach, key.x + reach, key.y + reach, key.z + reach})
@@ -37,8 +71,7 @@ const std::vector<SurfaceId>& Intersections::in_regions_near(geometry::VoxelKey 
         regions << 10 | static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> SurfaceStore::region_bits);
   const auto known = in_regions_.find(regions);
   if (known != in_regions_.end()) return known->second;
-  const SurfaceStore::Ids found = surfaces_.in_regions_near(key, reach);
-  return in_regions_.emplace(regions, std::vector<SurfaceId>(found.begin(), found.end())).first->second;
+  return in_regions_.emplace(regions, surfaces_.in_regions_near(key, reach)).first->second;
 }
 
 bool Intersections::look_about(geometry::PlaneCell tile) {
@@ -114,6 +147,29 @@ void Intersections::points_from(const Inlier& inlier, std::vector<Eigen::Vector3
     }
     met.push_back({other.surface, way});
   }
+}
+
+}  // namespace
+
+IntersectionSites find_intersections(const SurfaceModel& surface, const SurfaceStore& others, double gap) {
+  IntersectionSites found;
+  Intersections intersections(surface, others, gap);
+  std::vector<Eigen::Vector3d> points;
+  std::vector<IntersectionSite> sites;
+  for (const geometry::CellBits::Cells& boundary : surface.boundary_cells()) {
+    if (!intersections.look_about(boundary.tile)) continue;
+    sites.clear();
+    boundary.for_each([&](geometry::PlaneCell cell) {
+      const auto bit = static_cast<std::uint8_t>(geometry::CellBits::bit_of(cell));
+      surface.for_each_inlier_in(cell, [&](const Inlier& inlier) {
+        intersections.points_from(inlier, points);
+        for (const Eigen::Vector3d& p : points)
+          sites.push_back({bit, rounded(surface.outline_point(p.cast<float>()))});
+      });
+    });
+    if (!sites.empty()) found.emplace(boundary.tile.packed(), sites);
+  }
+  return found;
 }
 
 }  // namespace octosurf::surfaces

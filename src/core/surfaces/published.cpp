@@ -2,34 +2,9 @@
 
 #include "geometry/rings.hpp"
 
-#include <unordered_set>
 #include <utility>
 
 namespace octosurf::surfaces {
-namespace {
-
-/// One change instead of several of a surface, newest first.
-OutlineChange folded(const std::vector<const OutlineChange*>& newest_first) {
-  OutlineChange all{
-      newest_first[0]->id, newest_first[0]->outline, newest_first[0]->T_surface_outline, {}, {}};
-  std::unordered_set<std::uint64_t, geometry::PackedKeyHash> newer;
-  for (const OutlineChange* change : newest_first) {
-    if (change->outline != all.outline) break;  // made anew since
-    std::size_t at = 0;
-    for (const OutlineChange::Cell& cell : change->cells) {
-      if (newer.insert(cell.cell.packed()).second) {
-        all.cells.push_back(cell);
-        all.sites.insert(all.sites.end(), change->sites.begin() + static_cast<std::ptrdiff_t>(at),
-                         change->sites.begin() + static_cast<std::ptrdiff_t>(at + cell.sites));
-      }
-      at += cell.sites;
-    }
-  }
-  return all;
-}
-
-}  // namespace
-
 std::map<SurfaceId, OutlineChange> Published::folded(const Batches& batches, std::uint64_t after,
                                                      const Snapshot& snapshot) {
   std::map<SurfaceId, std::vector<const OutlineChange*>> of_surface;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "surfaces/atomic_shared_ptr.hpp"
-#include "surfaces/surface_model.hpp"
+#include "surfaces/outline_change.hpp"
 
 #include <atomic>
 #include <cstdint>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "geometry/paged_map.hpp"
+#include "occupancy/occupancy_map.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <boost/container/small_vector.hpp>

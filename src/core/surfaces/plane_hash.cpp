@@ -1,0 +1,64 @@
+#include "surfaces/plane_hash.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace octosurf::surfaces {
+
+PlaneHash::PlaneHash(const Eigen::Isometry3d& frame, double resolution, memory::PageFile* file)
+    : bits_(file), resolution_(resolution), inliers_(file) {
+  rehash(frame);
+}
+
+void PlaneHash::rehash(const Eigen::Isometry3d& frame) {
+  const std::vector<Inlier> all = sorted_inliers();
+  frame_ = frame;
+  axes_ = (frame.linear().leftCols<2>().transpose() / resolution_).cast<float>();
+  inliers_.clear();
+  bits_.clear();
+  for (const Inlier& inlier : all) insert(inlier);
+}
+
+geometry::PlaneCell PlaneHash::cell_of(const Eigen::Vector3f& p) const {
+  const Eigen::Vector2f uv = axes_ * (p.cast<double>() - frame_.translation()).cast<float>();
+  return {static_cast<std::int32_t>(std::floor(uv.x())), static_cast<std::int32_t>(std::floor(uv.y()))};
+}
+
+std::optional<geometry::PlaneCell> PlaneHash::nearest(geometry::PlaneCell cell, int reach) const {
+  return geometry::first_in_rings(cell, 0, reach, [this](geometry::PlaneCell at) { return occupied(at); });
+}
+
+Eigen::Vector3d PlaneHash::place_of(const Eigen::Vector2d& uv) const {
+  return frame_ * Eigen::Vector3d(uv.x() * resolution_, uv.y() * resolution_, 0);
+}
+
+Eigen::Affine2d PlaneHash::T_frame_cells(const Eigen::Isometry3d& T_frame_map) const {
+  const Eigen::Isometry3d T = T_frame_map * frame_;
+  Eigen::Affine2d result = Eigen::Affine2d::Identity();
+  result.linear() = resolution_ * T.linear().topLeftCorner<2, 2>();
+  result.translation() = T.translation().head<2>();
+  return result;
+}
+
+bool PlaneHash::insert(const Inlier& inlier) {
+  const geometry::PlaneCell cell = cell_of(inlier.position);
+  inliers_.add(cell, inlier);
+  return bits_.change(cell, true);
+}
+
+std::optional<PlaneHash::Removed> PlaneHash::take_out(geometry::VoxelKey key,
+                                                      const Eigen::Vector3f& position) {
+  const geometry::PlaneCell cell = cell_of(position);
+  const std::optional<InlierTiles::Removed> removed = inliers_.remove(cell, key);
+  if (!removed) return {};
+  return Removed{removed->inlier, bits_.change(cell, !removed->cell_empty)};
+}
+
+std::vector<Inlier> PlaneHash::sorted_inliers() const {
+  std::vector<Inlier> all;
+  for_each_inlier([&](const Inlier& inlier) { all.push_back(inlier); });
+  std::sort(all.begin(), all.end(), [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
+  return all;
+}
+
+}  // namespace octosurf::surfaces

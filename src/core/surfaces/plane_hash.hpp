@@ -1,0 +1,84 @@
+#pragma once
+
+#include "geometry/cell_bits.hpp"
+#include "geometry/morton.hpp"
+#include "surfaces/inlier_tiles.hpp"
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace octosurf::surfaces {
+
+/// A surface's inliers in a 2-D hash over its plane: each is in the cell that contains its position in the
+/// hash frame, which follows the plane coarsely.
+class PlaneHash {
+ public:
+  /// `file`: where what grows with it is kept, if not on the heap.
+  PlaneHash(const Eigen::Isometry3d& frame, double resolution, memory::PageFile* file);
+
+  double resolution() const { return resolution_; }
+  const Eigen::Isometry3d& hash_frame() const { return frame_; }
+
+  /// The cell of a point in the plane.
+  geometry::PlaneCell cell_of(const Eigen::Vector3f& p) const;
+  bool occupied(geometry::PlaneCell cell) const { return bits_.occupied(cell); }
+  /// Raster equivalent of "inside the polygon": the cell has an inlier, or five of its neighbours do.
+  bool covers(geometry::PlaneCell cell) const { return occupied(cell) || neighbours(cell) >= 5; }
+  /// All eight neighbours have inliers.
+  bool surrounded(geometry::PlaneCell cell) const { return neighbours(cell) == 8; }
+  /// The nearest cell with an inlier, at most `reach` cells off.
+  std::optional<geometry::PlaneCell> nearest(geometry::PlaneCell cell, int reach) const;
+  /// The place at (u, v) in cells, map frame, on the hash frame's plane, which is within one degree of the
+  /// surface's.
+  Eigen::Vector3d place_of(const Eigen::Vector2d& uv) const;
+  Eigen::Vector3d centre_of(geometry::PlaneCell cell) const { return place_of({cell.u + 0.5, cell.v + 0.5}); }
+  /// From cells to (u, v) in a surface frame, along the frame's normal: of a place on the hash frame's plane.
+  Eigen::Affine2d T_frame_cells(const Eigen::Isometry3d& T_frame_map) const;
+
+  /// Calls visit(CellBits::Cells) with the occupied cells of each tile, in no particular order.
+  template <class Visit>
+  void for_each_tile(Visit&& visit) const {
+    bits_.for_each_tile(std::forward<Visit>(visit));
+  }
+  /// Occupied cells that are not deep inside (CellBits), as of the last update of the outline.
+  std::vector<geometry::CellBits::Cells> boundary_cells() const { return bits_.boundary(); }
+  template <class Visit>
+  void for_each_inlier(Visit&& visit) const {  ///< in no particular order
+    inliers_.for_each(std::forward<Visit>(visit));
+  }
+  template <class Visit>
+  void for_each_inlier_in(geometry::PlaneCell cell, Visit&& visit) const {
+    inliers_.for_each_in(cell, std::forward<Visit>(visit));
+  }
+  /// Inliers in key order; O(n log n).
+  std::vector<Inlier> sorted_inliers() const;
+
+ protected:
+  /// True if the inlier may change the boundary: one that comes or goes deep inside does not (paper III-B).
+  bool insert(const Inlier& inlier);
+  struct Removed {
+    Inlier inlier;
+    bool may_change_boundary;
+  };
+  /// `position` must be the one it was added with. None if it is not an inlier.
+  std::optional<Removed> take_out(geometry::VoxelKey key, const Eigen::Vector3f& position);
+  /// Puts all inliers into the cells of another frame.
+  void rehash(const Eigen::Isometry3d& frame);
+
+  geometry::CellBits bits_;
+
+ private:
+  /// Number with inliers.
+  unsigned neighbours(geometry::PlaneCell cell) const {
+    return geometry::bit_count(bits_.around(cell) & 0b00000'01110'01010'01110'00000);
+  }
+
+  double resolution_;
+  Eigen::Isometry3d frame_;
+  Eigen::Matrix<float, 2, 3> axes_;  // rows: u and v axis / d
+  InlierTiles inliers_;
+};
+
+}  // namespace octosurf::surfaces
