@@ -29,11 +29,11 @@ class SurfaceModel : public PlaneEstimate, public SurfaceOutline {
   /// Rebuilds the hash in the current pose if the normal differs from the hash frame's by over 1°.
   void rehash_if_tilted();
 
-  /// Updates polygons() to inliers and pose: the alpha shape of the outline's sites, with `noise` also
-  /// boundary points, and with `others` also intersections with these, projected onto the plane along the
-  /// hash frame's normal. Cost follows the inliers added and removed near the boundary, plus the length of
-  /// the rings, and of the boundary where others are near, and some 0.2 µs for each 64 occupied cells. All
-  /// sites are inserted anew after a load, a rehash, or a change of the noise by 1 mm.
+  /// Updates polygons() to inliers and pose: the alpha shape of the sites (SurfaceOutline), with `noise` also
+  /// boundary points, and with `others` also intersections with these. Cost follows the inliers added and
+  /// removed near the boundary, plus the length of the rings, and of the boundary where others are near, and
+  /// some 0.2 µs for each 64 occupied cells. All sites are inserted anew after a load, a rehash, or a change
+  /// of the noise by 1 mm.
   ///
   /// 1. The result does not depend on earlier calls.
   /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection, its end
@@ -78,7 +78,6 @@ class SurfaceModel : public PlaneEstimate, public SurfaceOutline {
   std::uint64_t born = 0;          ///< map revision in which it was first published
   std::uint64_t revision = 0;      ///< map revision of the last published change
   std::uint64_t checked_size = 0;  ///< inliers when the whole surface was last segmented
-  std::uint64_t kept_in = 0;       ///< used by SurfaceStore
 
  private:
   SurfaceId id_;

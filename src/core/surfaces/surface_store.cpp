@@ -10,16 +10,15 @@ namespace octosurf::surfaces {
 SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& origin) {
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
-  SurfaceModel& model =
-      models_.try_emplace(next_id_, next_id_, plane, origin, resolution_, file_).first->second;
+  const SurfaceId id = next_id_;
+  SurfaceModel& model = models_.try_emplace(id, id, plane, origin, resolution_, file_).first->second;
   ++next_id_;
-  model.kept_in = period_;
   return model;
 }
 
 SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
   SurfaceModel& model = models_.try_emplace(state.id, state, resolution_, file_).first->second;
-  for (const Inlier& inlier : state.inliers) add_resident(places_, inlier.key, state.id);
+  for (const Inlier& inlier : state.inliers) places_.add(inlier.key, state.id);
   return model;
 }
 
@@ -41,11 +40,17 @@ const SurfaceModel* SurfaceStore::find(SurfaceId id) const {
 
 void SurfaceStore::add(SurfaceModel& surface, const Inlier& inlier) {
   surface.add(inlier);
-  add_resident(places_, inlier.key, surface.id());
+  places_.add(inlier.key, surface.id());
 }
 
-bool SurfaceStore::count_in(Residents& residents, std::uint64_t place, SurfaceId id) {
-  auto& there = residents.try_emplace(place, residents.get_allocator().file).first.value();
+bool SurfaceStore::remove(SurfaceModel& surface, geometry::VoxelKey key, const Eigen::Vector3f& position) {
+  if (!surface.remove(key, position)) return false;
+  if (places_.blocks.count_out(key, surface.id())) places_.regions.count_out(key, surface.id());
+  return true;
+}
+
+bool SurfaceStore::Residents::count_in(geometry::VoxelKey key, SurfaceId id) {
+  auto& there = cubes_.try_emplace(cube_of(key), cubes_.get_allocator().file).first.value();
   const auto found = std::find_if(there.begin(), there.end(), [&](const Resident& r) { return r.id == id; });
   if (found != there.end()) {
     ++found->count;
@@ -55,66 +60,40 @@ bool SurfaceStore::count_in(Residents& residents, std::uint64_t place, SurfaceId
   return true;
 }
 
-bool SurfaceStore::count_out(Residents& residents, std::uint64_t place, SurfaceId id) {
-  const auto at = residents.find(place);
+bool SurfaceStore::Residents::count_out(geometry::VoxelKey key, SurfaceId id) {
+  const auto at = cubes_.find(cube_of(key));
   auto& there = at.value();
   const auto found = std::find_if(there.begin(), there.end(), [&](const Resident& r) { return r.id == id; });
   if (--found->count > 0) return false;
   there.erase(found);
-  if (there.empty()) residents.erase(at);
+  if (there.empty()) cubes_.erase(at);
   return true;
 }
 
-void SurfaceStore::add_resident(Places& places, geometry::VoxelKey key, SurfaceId id) {
-  if (count_in(places.blocks, block_of(key), id)) count_in(places.regions, region_of(key), id);
-}
-
-bool SurfaceStore::remove(SurfaceModel& surface, geometry::VoxelKey key, const Eigen::Vector3f& position) {
-  if (!surface.remove(key, position)) return false;
-  if (count_out(places_.blocks, block_of(key), surface.id()))
-    count_out(places_.regions, region_of(key), surface.id());
-  return true;
-}
-
-void SurfaceStore::add_ids_near(const Residents& residents, int bits, geometry::VoxelKey key, int reach,
-                                Ids& ids) {
-  const auto place = [bits](int k) { return static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> bits); };
+SurfaceStore::Ids SurfaceStore::Residents::near(geometry::VoxelKey key, int reach) const {
+  Ids ids;
+  const auto place = [this](int k) { return static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> bits_); };
   for (std::uint64_t z = place(key.z - reach); z <= place(key.z + reach); ++z)
     for (std::uint64_t y = place(key.y - reach); y <= place(key.y + reach); ++y)
       for (std::uint64_t x = place(key.x - reach); x <= place(key.x + reach); ++x) {
-        const auto there = residents.find(z << 32 | y << 16 | x);
-        if (there == residents.end()) continue;
+        const auto there = cubes_.find(z << 32 | y << 16 | x);
+        if (there == cubes_.end()) continue;
         for (const Resident& resident : there->second)
           if (std::find(ids.begin(), ids.end(), resident.id) == ids.end()) ids.push_back(resident.id);
       }
-}
-
-SurfaceStore::Ids SurfaceStore::near(geometry::VoxelKey key, int reach) const {
-  Ids ids;
-  add_ids_near(places_.blocks, block_bits, key, reach, ids);
-  std::sort(ids.begin(), ids.end());
-  return ids;
-}
-
-SurfaceStore::Ids SurfaceStore::in_regions_near(geometry::VoxelKey key, int reach) const {
-  Ids ids;
-  add_ids_near(places_.regions, region_bits, key, reach, ids);
   std::sort(ids.begin(), ids.end());
   return ids;
 }
 
 void SurfaceStore::begin_changes() {
-  ++period_;
   open_ = true;
   next_id_before_ = next_id_;
 }
 
 /// Call before the model is changed.
 SurfaceModel& SurfaceStore::kept(SurfaceModel& model) {
-  if (open_ && model.kept_in != period_) {
-    heads_before_.push_back(model.head());
-    model.kept_in = period_;
-  }
+  if (open_ && model.id() < next_id_before_ && !heads_before_.contains(model.id()))
+    heads_before_.emplace(model.id(), model.head());
   return model;
 }
 
@@ -124,28 +103,20 @@ void SurfaceStore::commit() noexcept {
 }
 
 void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapshot& published) {
-  std::map<SurfaceId, SurfaceModel::State> before;
-  for (const SurfaceModel::State& head : heads_before_) before.emplace(head.id, head);
-  for (auto& [id, state] : before)
-    if (const Surface* surface = published.find(id)) state.polygons = surface->polygons;
-  if (!before.empty())
-    points.for_each_point([&](const occupancy::VoxelPoint& p) {
-      if (const auto found = before.find(p.surface); found != before.end())
-        found->second.inliers.push_back({p.key, p.range_class, p.position});
-    });
+  std::map<SurfaceId, SurfaceModel::State> before = heads_before_;
+  Places places(file_);
+  points.for_each_point([&](const occupancy::VoxelPoint& p) {
+    if (p.surface != 0) places.add(p.key, p.surface);
+    if (const auto found = before.find(p.surface); found != before.end())
+      found->second.inliers.push_back({p.key, p.range_class, p.position});
+  });
   std::map<SurfaceId, SurfaceModel> models;
   for (auto& [id, state] : before) {
+    if (const Surface* surface = published.find(id)) state.polygons = surface->polygons;
     std::sort(state.inliers.begin(), state.inliers.end(),
               [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
     models.try_emplace(id, state, resolution_, file_);
   }
-  Places places(file_);
-  const auto settle = [&](SurfaceId id, const SurfaceModel& model) {
-    model.for_each_inlier([&](const Inlier& inlier) { add_resident(places, inlier.key, id); });
-  };
-  for (const auto& [id, model] : models) settle(id, model);
-  for (const auto& [id, model] : models_)
-    if (id < next_id_before_ && !models.contains(id)) settle(id, model);
 
   // From here on nothing can fail.
   models_.erase(models_.lower_bound(next_id_before_), models_.end());

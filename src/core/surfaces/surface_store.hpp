@@ -43,7 +43,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   void commit() noexcept;
   /// Restores the state at begin_changes(). `points`: the octree of that time, which has the inliers;
   /// `published`: the snapshot of that time, which has the polygons. Changes nothing if it throws, and can be
-  /// called again. O(points of the octree), less if no surface was accessed for modification.
+  /// called again. O(points of the octree).
   void roll_back(const occupancy::OccupancyMap& points, const Snapshot& published);
 
   // Inliers are added and removed through the store, which updates the index by place.
@@ -52,36 +52,44 @@ class SurfaceStore : public occupancy::PlaneLookup {
 
   /// Ids with inliers in the blocks within `reach` voxels of `key`, ascending, each once.
   using Ids = boost::container::small_vector<SurfaceId, 8>;
-  Ids near(geometry::VoxelKey key, int reach) const;
+  Ids near(geometry::VoxelKey key, int reach) const { return places_.blocks.near(key, reach); }
   static constexpr int block_bits = 3, region_bits = 6;  ///< of their edges in voxels
   /// The same for regions of 64³ voxels: a few look-ups where near() takes some forty.
-  Ids in_regions_near(geometry::VoxelKey key, int reach) const;
+  Ids in_regions_near(geometry::VoxelKey key, int reach) const { return places_.regions.near(key, reach); }
 
   bool find(SurfaceId id, Plane& plane, double& tolerance) const override;
   void set_erosion_tolerance(double tolerance) { erosion_tolerance_ = tolerance; }
 
  private:
   static constexpr SurfaceId last_id = 0xffffff;
-  struct Resident {
-    SurfaceId id;
-    std::uint32_t count;  // inliers in a block, blocks in a region
+  /// Which surfaces are in cubes of 2^bits voxels along each edge.
+  class Residents {
+   public:
+    Residents(int bits, memory::PageFile* file) : bits_(bits), cubes_(file) {}
+    /// True if it is the first of the surface there.
+    bool count_in(geometry::VoxelKey key, SurfaceId id);
+    /// True if it was the last of the surface there.
+    bool count_out(geometry::VoxelKey key, SurfaceId id);
+    Ids near(geometry::VoxelKey key, int reach) const;
+
+   private:
+    struct Resident {
+      SurfaceId id;
+      std::uint32_t count;  // inliers in a block, blocks in a region
+    };
+    std::uint64_t cube_of(geometry::VoxelKey key) const {
+      return key.packed() >> bits_ & (0xffffULL >> bits_) * 0x100010001ULL;
+    }
+    int bits_;
+    geometry::PagedMap<geometry::PagedSequence<Resident>> cubes_;
   };
-  static std::uint64_t block_of(geometry::VoxelKey key) {
-    return key.packed() >> block_bits & 0x1fff1fff1fffULL;
-  }
-  static std::uint64_t region_of(geometry::VoxelKey key) {
-    return key.packed() >> region_bits & 0x03ff03ff03ffULL;
-  }
-  using Residents = geometry::PagedMap<geometry::PagedSequence<Resident>>;
   struct Places {
-    explicit Places(memory::PageFile* file) : blocks(file), regions(file) {}
+    explicit Places(memory::PageFile* file) : blocks(block_bits, file), regions(region_bits, file) {}
+    void add(geometry::VoxelKey key, SurfaceId id) {
+      if (blocks.count_in(key, id)) regions.count_in(key, id);
+    }
     Residents blocks, regions;
   };
-  /// True if it is the first, or was the last, of the surface there.
-  static bool count_in(Residents& residents, std::uint64_t place, SurfaceId id);
-  static bool count_out(Residents& residents, std::uint64_t place, SurfaceId id);
-  static void add_resident(Places& places, geometry::VoxelKey key, SurfaceId id);
-  static void add_ids_near(const Residents& residents, int bits, geometry::VoxelKey key, int reach, Ids& ids);
   SurfaceModel& kept(SurfaceModel& model);
 
   double resolution_;
@@ -92,10 +100,9 @@ class SurfaceStore : public occupancy::PlaneLookup {
   SurfaceId next_id_ = 1;
   Places places_;
 
-  std::uint64_t period_ = 0;                       // incremented by begin_changes()
-  bool open_ = false;                              // between begin_changes() and its end
-  SurfaceId next_id_before_ = 1;                   // at begin_changes()
-  std::vector<SurfaceModel::State> heads_before_;  // of those accessed for modification since
+  bool open_ = false;                                      // between begin_changes() and its end
+  SurfaceId next_id_before_ = 1;                           // at begin_changes()
+  std::map<SurfaceId, SurfaceModel::State> heads_before_;  // of those accessed for modification since
 };
 
 }  // namespace octosurf::surfaces
