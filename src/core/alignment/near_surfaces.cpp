@@ -13,7 +13,7 @@ Eigen::AlignedBox3d box_of(const Surface& surface, const surfaces::SurfaceModel*
   if (model == nullptr)
     for (const Eigen::Vector3d& vertex : surface.boundary) box.extend(vertex);
   else
-    model->for_each_tile([&](const geometry::CellBits::Cells& cells) {
+    model->raster().for_each_tile([&](const geometry::CellBits::Cells& cells) {
       const Eigen::AlignedBox2d part = cells.box();
       for (int i = 0; i < 4; ++i)
         box.extend(model->place_of(part.corner(static_cast<Eigen::AlignedBox2d::CornerType>(i))));

@@ -45,7 +45,7 @@ PlaneRaster::PlaneRaster(const surfaces::SurfaceModel& surface, const Eigen::Iso
                          double max_hole_size, double edge, const Eigen::AlignedBox2d& window) {
   const Eigen::Affine2d T_surface_cells = surface.T_frame_cells(T_surface_map);
   Eigen::AlignedBox2d box;
-  surface.for_each_tile([&](const geometry::CellBits::Cells& cells) {
+  surface.raster().for_each_tile([&](const geometry::CellBits::Cells& cells) {
     const Eigen::AlignedBox2d part = cells.box();
     for (int i = 0; i < 4; ++i)
       box.extend(T_surface_cells * part.corner(static_cast<Eigen::AlignedBox2d::CornerType>(i)));
@@ -55,7 +55,7 @@ PlaneRaster::PlaneRaster(const surfaces::SurfaceModel& surface, const Eigen::Iso
   set_grid(box, edge, closing);
   held_ = window_of(window);
   cover(window_of(window, 1 + 2 * closing));
-  surface.for_each_tile([&](const geometry::CellBits::Cells& cells) {
+  surface.raster().for_each_tile([&](const geometry::CellBits::Cells& cells) {
     cells.for_each([&](geometry::PlaneCell cell) {
       const Eigen::Array2d at =
           ((T_surface_cells * Eigen::Vector2d(cell.u + 0.5, cell.v + 0.5) - corner_).array() * per_edge_)

@@ -6,7 +6,7 @@
 namespace octosurf::surfaces {
 
 PlaneHash::PlaneHash(const Eigen::Isometry3d& frame, double resolution, memory::PageFile* file)
-    : bits_(file), resolution_(resolution), inliers_(file) {
+    : raster_(file), resolution_(resolution), inliers_(file) {
   rehash(frame);
 }
 
@@ -15,7 +15,8 @@ void PlaneHash::rehash(const Eigen::Isometry3d& frame) {
   frame_ = frame;
   axes_ = (frame.linear().leftCols<2>().transpose() / resolution_).cast<float>();
   inliers_.clear();
-  bits_.clear();
+  raster_.clear();
+  polygons_stale_ = true;
   for (const Inlier& inlier : all) insert(inlier);
 }
 
@@ -40,18 +41,18 @@ Eigen::Affine2d PlaneHash::T_frame_cells(const Eigen::Isometry3d& T_frame_map) c
   return result;
 }
 
-bool PlaneHash::insert(const Inlier& inlier) {
+void PlaneHash::insert(const Inlier& inlier) {
   const geometry::PlaneCell cell = cell_of(inlier.position);
   inliers_.add(cell, inlier);
-  return bits_.change(cell, true);
+  polygons_stale_ |= raster_.change(cell, true);
 }
 
-std::optional<PlaneHash::Removed> PlaneHash::take_out(geometry::VoxelKey key,
-                                                      const Eigen::Vector3f& position) {
+std::optional<Inlier> PlaneHash::take_out(geometry::VoxelKey key, const Eigen::Vector3f& position) {
   const geometry::PlaneCell cell = cell_of(position);
   const std::optional<InlierTiles::Removed> removed = inliers_.remove(cell, key);
   if (!removed) return {};
-  return Removed{removed->inlier, bits_.change(cell, !removed->cell_empty)};
+  polygons_stale_ |= raster_.change(cell, !removed->cell_empty);
+  return removed->inlier;
 }
 
 std::vector<Inlier> PlaneHash::sorted_inliers() const {

@@ -23,7 +23,7 @@ class PlaneHash {
 
   /// The cell of a point in the plane.
   geometry::PlaneCell cell_of(const Eigen::Vector3f& p) const;
-  bool occupied(geometry::PlaneCell cell) const { return bits_.occupied(cell); }
+  bool occupied(geometry::PlaneCell cell) const { return raster_.occupied(cell); }
   /// Raster equivalent of "inside the polygon": the cell has an inlier, or five of its neighbours do.
   bool covers(geometry::PlaneCell cell) const { return occupied(cell) || neighbours(cell) >= 5; }
   /// All eight neighbours have inliers.
@@ -37,42 +37,29 @@ class PlaneHash {
   /// From cells to (u, v) in a surface frame, along the frame's normal: of a place on the hash frame's plane.
   Eigen::Affine2d T_frame_cells(const Eigen::Isometry3d& T_frame_map) const;
 
-  /// Calls visit(CellBits::Cells) with the occupied cells of each tile, in no particular order.
-  template <class Visit>
-  void for_each_tile(Visit&& visit) const {
-    bits_.for_each_tile(std::forward<Visit>(visit));
-  }
-  /// Occupied cells that are not deep inside (CellBits), as of the last update of the outline.
-  std::vector<geometry::CellBits::Cells> boundary_cells() const { return bits_.boundary(); }
+  const geometry::CellBits& raster() const { return raster_; }
+  const InlierTiles& inliers() const { return inliers_; }
   template <class Visit>
   void for_each_inlier(Visit&& visit) const {  ///< in no particular order
     inliers_.for_each(std::forward<Visit>(visit));
-  }
-  template <class Visit>
-  void for_each_inlier_in(geometry::PlaneCell cell, Visit&& visit) const {
-    inliers_.for_each_in(cell, std::forward<Visit>(visit));
   }
   /// Inliers in key order; O(n log n).
   std::vector<Inlier> sorted_inliers() const;
 
  protected:
-  /// True if the inlier may change the boundary: one that comes or goes deep inside does not (paper III-B).
-  bool insert(const Inlier& inlier);
-  struct Removed {
-    Inlier inlier;
-    bool may_change_boundary;
-  };
+  void insert(const Inlier& inlier);
   /// `position` must be the one it was added with. None if it is not an inlier.
-  std::optional<Removed> take_out(geometry::VoxelKey key, const Eigen::Vector3f& position);
+  std::optional<Inlier> take_out(geometry::VoxelKey key, const Eigen::Vector3f& position);
   /// Puts all inliers into the cells of another frame.
   void rehash(const Eigen::Isometry3d& frame);
 
-  geometry::CellBits bits_;
+  geometry::CellBits raster_;
+  bool polygons_stale_ = true;  // an inlier came or went, but not deep inside (paper III-B)
 
  private:
   /// Number with inliers.
   unsigned neighbours(geometry::PlaneCell cell) const {
-    return geometry::bit_count(bits_.around(cell) & 0b00000'01110'01010'01110'00000);
+    return geometry::bit_count(raster_.around(cell) & 0b00000'01110'01010'01110'00000);
   }
 
   double resolution_;

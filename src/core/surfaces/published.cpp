@@ -40,8 +40,8 @@ std::shared_ptr<const Snapshot> Published::complete(const State& state, const Co
   std::map<SurfaceId, OutlineChange> changes = folded(state.batches, applied_, *next);
   std::size_t i = 0;
   for (SurfacePtr& surface : next->surfaces) {
-    while (before.of && i < before.of->surfaces.size() && before.of->surfaces[i]->id < surface->id) ++i;
-    if (before.of && i < before.of->surfaces.size() && before.of->surfaces[i] == surface) {
+    while (i < before.of->surfaces.size() && before.of->surfaces[i]->id < surface->id) ++i;
+    if (i < before.of->surfaces.size() && before.of->surfaces[i] == surface) {
       surface = before.snapshot->surfaces[i];
     } else if (const auto change = changes.find(surface->id); change != changes.end()) {
       auto whole = std::make_shared<Surface>(*surface);

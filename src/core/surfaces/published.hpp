@@ -30,7 +30,9 @@ class Published {
     Batches batches;
   };
 
-  explicit Published(std::shared_ptr<const Snapshot> snapshot) : state_(state_of(std::move(snapshot))) {}
+  explicit Published(std::shared_ptr<const Snapshot> snapshot)
+      : state_(std::make_shared<State>(State{snapshot, {}})),
+        complete_(std::make_shared<Complete>(Complete{snapshot, snapshot})) {}
 
   /// Of the last store(), complete. From any thread; never waits for the mapper, but for another reader while
   /// that makes the outlines both need. Some 3 µs for each place on an outline that changed since the last
@@ -54,17 +56,14 @@ class Published {
   struct Complete {
     std::shared_ptr<const Snapshot> of, snapshot;
   };
-  static std::shared_ptr<const State> state_of(std::shared_ptr<const Snapshot> snapshot) {
-    return std::make_shared<State>(State{std::move(snapshot), {}});
-  }
   static std::map<SurfaceId, OutlineChange> folded(const Batches& batches, std::uint64_t after,
                                                    const Snapshot& snapshot);
   std::shared_ptr<const Snapshot> complete(const State& state, const Complete& before) const;
 
   AtomicSharedPtr<const State> state_;
-  mutable AtomicSharedPtr<const Complete> complete_{std::make_shared<Complete>()};  // stored under making_
-  mutable std::mutex making_;                                                       // among readers
-  mutable std::atomic<std::uint64_t> applied_{0};  // number of the last batch in the outlines
+  mutable AtomicSharedPtr<const Complete> complete_;  // stored under making_
+  mutable std::mutex making_;                         // among readers
+  mutable std::atomic<std::uint64_t> applied_{0};     // number of the last batch in the outlines
 };
 
 }  // namespace octosurf::surfaces

@@ -49,16 +49,14 @@ SurfaceModel::State SurfaceModel::state(const Snapshot* published) const {
 }
 
 void SurfaceModel::add(const Inlier& inlier) {
-  polygons_stale_ |= insert(inlier);
+  insert(inlier);
   PlaneEstimate::add(inlier.position, inlier.range_class);
 }
 
 bool SurfaceModel::remove(geometry::VoxelKey key, const Eigen::Vector3f& position) {
-  const auto removed = take_out(key, position);
-  if (!removed) return false;
-  polygons_stale_ |= removed->may_change_boundary;
-  PlaneEstimate::remove(removed->inlier.position, removed->inlier.range_class);
-  return true;
+  const std::optional<Inlier> removed = take_out(key, position);
+  if (removed) PlaneEstimate::remove(removed->position, removed->range_class);
+  return removed.has_value();
 }
 
 void SurfaceModel::rehash_if_tilted() {

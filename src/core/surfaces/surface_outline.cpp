@@ -35,7 +35,6 @@ void SurfaceOutline::rehash(const Eigen::Isometry3d& frame) {
   PlaneHash::rehash(frame);
   outline_.reset();
   intersections_.clear();
-  polygons_stale_ = true;
 }
 
 Eigen::Vector2d SurfaceOutline::outline_point(const Eigen::Vector3f& p) const {
@@ -51,7 +50,7 @@ std::optional<Eigen::Vector3d> SurfaceOutline::outward(geometry::PlaneCell cell)
   constexpr std::uint32_t row = 0b11111, column = 0x108421;
   constexpr int clear = 5;
   if (surrounded(cell)) return {};
-  const std::uint32_t around = bits_.around(cell);
+  const std::uint32_t around = raster_.around(cell);
   Eigen::Vector2i inward(0, 0);
   for (const int k : {-2, -1, 1, 2})
     inward += k * Eigen::Vector2i(geometry::bit_count(around & column << (k + 2)),
@@ -87,28 +86,25 @@ std::optional<Eigen::Vector3f> SurfaceOutline::boundary_point(const Inlier& inli
 /// sites beside the inliers of cells that are not deep, with and without the lattice.
 void SurfaceOutline::add_sites_of(geometry::PlaneCell cell, int spacing,
                                   std::vector<Eigen::Vector2d>& sites) const {
-  if (bits_.deep_inside(cell)) {
+  if (raster_.deep_inside(cell)) {
     const int shift = (cell.v & spacing) != 0 ? spacing / 2 : 0;
     if (cell.v % spacing == 0 && (cell.u + shift) % spacing == 0)
       sites.emplace_back(cell.u + 0.5, cell.v + 0.5);
     return;
   }
-  for_each_inlier_in(cell, [&](const Inlier& inlier) {
+  inliers().for_each_in(cell, [&](const Inlier& inlier) {
     sites.push_back(outline_point(inlier.position));
     const double edge_bleed = edge_bleed_[inlier.range_class];
     if (edge_bleed >= resolution()) return;
     if (const auto p = boundary_point(inlier, edge_bleed)) sites.push_back(outline_point(*p));
   });
-  const auto met = intersections_.find(geometry::CellBits::tile_of(cell).packed());
-  if (met == intersections_.end()) return;
-  for (const IntersectionSite& site : met->second)
-    if (site.bit == geometry::CellBits::bit_of(cell)) sites.push_back(site.at);
+  if (const auto met = intersections_.find(cell.packed()); met != intersections_.end())
+    sites.insert(sites.end(), met->second.begin(), met->second.end());
 }
 
 std::vector<Eigen::Vector2d> SurfaceOutline::intersection_sites() const {
   std::vector<Eigen::Vector2d> all;
-  for (const auto& [tile, sites] : intersections_)
-    for (const IntersectionSite& site : sites) all.push_back(site.at);
+  for (const auto& [cell, sites] : intersections_) all.insert(all.end(), sites.begin(), sites.end());
   return all;
 }
 
@@ -120,9 +116,9 @@ void SurfaceOutline::update_raster(double max_hole_size, const sensing::NoiseMod
     edge_bleed[c] = std::min(resolution(), noise->edge_bleed(c));
   const bool anew = !outline_ || outline_->outline.alpha() != alpha;
   if (anew) outline_ = std::make_shared<SharedOutline>(alpha, file_);
-  if (anew || edge_bleed != edge_bleed_) bits_.change_all();
+  if (anew || edge_bleed != edge_bleed_) raster_.change_all();
   edge_bleed_ = edge_bleed;
-  for (const geometry::CellBits::Cells& cells : bits_.take_changes(alpha > 3.99))
+  for (const geometry::CellBits::Cells& cells : raster_.take_changes(alpha > 3.99))
     changed_[cells.tile.packed()] |= cells.bits;
 }
 
@@ -133,9 +129,12 @@ OutlineChange SurfaceOutline::take_change(SurfaceId id, const Eigen::Affine2d& T
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
   std::map<std::uint64_t, std::uint64_t> changed = std::exchange(changed_, {});
   const auto add_cells = [&](const IntersectionSites& with, const IntersectionSites& without) {
-    for (const auto& [tile, sites] : with)
-      if (const auto same = without.find(tile); same == without.end() || same->second != sites)
-        for (const IntersectionSite& site : sites) changed[tile] |= std::uint64_t{1} << site.bit;
+    for (const auto& [key, sites] : with)
+      if (const auto same = without.find(key); same == without.end() || same->second != sites) {
+        const auto cell = geometry::PlaneCell::unpack(key);
+        changed[geometry::CellBits::tile_of(cell).packed()] |= std::uint64_t{1}
+                                                               << geometry::CellBits::bit_of(cell);
+      }
   };
   add_cells(intersections, intersections_);
   add_cells(intersections_, intersections);

@@ -14,15 +14,9 @@
 
 namespace octosurf::surfaces {
 
-/// A site of the outline at an intersection with another surface, extended from an inlier of a cell.
-struct IntersectionSite {
-  std::uint8_t bit;    ///< of the cell in its tile
-  Eigen::Vector2d at;  ///< as SurfaceOutline::outline_point()
-  bool operator==(const IntersectionSite&) const = default;
-};
-/// By tile.
+/// Outline points at intersections with other surfaces, by the cell of the inlier they are extended from.
 using IntersectionSites =
-    tsl::robin_map<std::uint64_t, std::vector<IntersectionSite>, geometry::PackedKeyHash>;
+    tsl::robin_map<std::uint64_t, std::vector<Eigen::Vector2d>, geometry::PackedKeyHash>;
 
 /// The inliers' outline: an alpha shape of sites, which are all inliers, except those deep inside (all cells
 /// within two of theirs occupied), which are replaced by a lattice of cells' centres; boundary points, with
@@ -71,7 +65,6 @@ class SurfaceOutline : public PlaneHash {
   void rehash(const Eigen::Isometry3d& frame);
 
   std::vector<Polygon> polygons_;
-  bool polygons_stale_ = true;
 
  private:
   std::optional<Eigen::Vector3d> outward(geometry::PlaneCell cell) const;
