@@ -77,18 +77,17 @@ void Cells::Coarse::read_block(VoxelKey corner, std::vector<VoxelPoint>& points)
 
 SurfaceId Cells::Coarse::most_common_surface(std::span<const PointId> its) const {
   const auto surface_of = [this](PointId i) { return voxels.window[i].surface; };
-  SurfaceId most = surface_of(its[0]);
-  if (std::all_of(its.begin(), its.end(), [&](PointId i) { return surface_of(i) == most; })) return most;
-  std::ptrdiff_t votes = 0;
+  const SurfaceId first_one = surface_of(its[0]);
+  if (std::all_of(its.begin(), its.end(), [&](PointId i) { return surface_of(i) == first_one; }))
+    return first_one;
+  std::pair<std::ptrdiff_t, SurfaceId> most;  // minus its votes
   for (const PointId i : its) {
     const SurfaceId id = surface_of(i);
-    const std::ptrdiff_t same =
-        std::count_if(its.begin(), its.end(), [&](PointId j) { return surface_of(j) == id; });
-    if (same < votes || (same == votes && id >= most)) continue;
-    votes = same;
-    most = id;
+    most = std::min(most, std::pair(-std::count_if(its.begin(), its.end(),
+                                                   [&](PointId j) { return surface_of(j) == id; }),
+                                    id));
   }
-  return most;
+  return most.second;
 }
 
 VoxelPoint Cells::Coarse::represent(std::span<PointId> its, VoxelKey cell) const {
@@ -106,7 +105,7 @@ VoxelPoint Cells::Coarse::represent(std::span<PointId> its, VoxelKey cell) const
   for (std::size_t k = 0; k < its.size(); ++k) {
     if (!is_of_it(its[k])) continue;
     const float off = (count * voxels.window[its[k]].position - sum).squaredNorm();
-    if (off > least || (off == least && its[nearest] < its[k])) continue;
+    if (std::pair(off, its[k]) > std::pair(least, its[nearest])) continue;
     least = off;
     nearest = k;
   }

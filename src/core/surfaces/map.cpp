@@ -12,27 +12,24 @@ namespace octosurf {
 namespace {
 
 Map::Voxel voxel_of(const occupancy::VoxelPoint& p) {
-  Map::Voxel voxel;
-  voxel.occupancy = Map::Occupancy::occupied;
-  voxel.surface = p.surface;
-  voxel.point = p.position.cast<double>();
-  voxel.view = p.view.cast<double>();
-  return voxel;
+  return {.occupancy = Map::Occupancy::occupied,
+          .surface = p.surface,
+          .point = p.position.cast<double>(),
+          .view = p.view.cast<double>()};
+}
+
+/// Of those in order of id; null if it is not there.
+template <class Pointers, class Id>
+auto find_in(const Pointers& all, Id id) {
+  const auto at = std::lower_bound(all.begin(), all.end(), id,
+                                   [](const auto& one, Id wanted) { return one->id < wanted; });
+  return at != all.end() && (*at)->id == id ? at->get() : nullptr;
 }
 
 }  // namespace
 
-const Surface* Snapshot::find(SurfaceId id) const {
-  const auto at = std::lower_bound(surfaces.begin(), surfaces.end(), id,
-                                   [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
-  return at != surfaces.end() && (*at)->id == id ? at->get() : nullptr;
-}
-
-const Cylinder* Snapshot::find_cylinder(CylinderId id) const {
-  const auto at = std::lower_bound(cylinders.begin(), cylinders.end(), id,
-                                   [](const CylinderPtr& c, CylinderId wanted) { return c->id < wanted; });
-  return at != cylinders.end() && (*at)->id == id ? at->get() : nullptr;
-}
+const Surface* Snapshot::find(SurfaceId id) const { return find_in(surfaces, id); }
+const Cylinder* Snapshot::find_cylinder(CylinderId id) const { return find_in(cylinders, id); }
 
 std::vector<SurfacePtr> Snapshot::changed_since(std::uint64_t since) const {
   std::vector<SurfacePtr> changed;

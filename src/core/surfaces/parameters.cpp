@@ -55,16 +55,9 @@ Entry choice(Group Parameters::*group, Value Group::*field, std::vector<std::str
 template <class Group, class Value>
 Entry derived(Group Parameters::*group, std::optional<Value> Group::*field, Form form, ParameterInfo info,
               std::function<std::string(const Parameters&)> in_force) {
-  return {std::move(info), form,
-          [=](const Parameters& p) -> std::optional<double> {
-            if (!(p.*group.*field)) return {};
-            return static_cast<double>(*(p.*group.*field));
-          },
+  return {std::move(info), form, [=](const Parameters& p) { return std::optional<double>(p.*group.*field); },
           [=](Parameters& p, std::optional<double> value) {
-            if (value)
-              p.*group.*field = static_cast<Value>(*value);
-            else
-              (p.*group.*field).reset();
+            p.*group.*field = value ? std::optional(static_cast<Value>(*value)) : std::nullopt;
           },
           std::move(in_force)};
 }

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <vector>
 
-#include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
@@ -16,8 +14,7 @@ namespace {
 const double level_cosine = std::cos(5 * std::numbers::pi / 180);
 const double rival_cosine = std::cos(45 * std::numbers::pi / 180);
 constexpr double seen_from_below = 0.5;  // share of a ceiling's area that counts
-constexpr double mounted_upright =
-    0.9;  // share of sensors that are mounted upright, so that their up direction is right
+constexpr double mounted_upright = 0.9;  // share of sensors whose up direction is right
 
 struct Level {
   double score_m2 = 0, area_m2 = 0;
@@ -52,15 +49,7 @@ struct Candidate {
 }  // namespace
 
 const char* name_of(Up::Source source) {
-  switch (source) {
-    case Up::Source::given:
-      return "given";
-    case Up::Source::surfaces:
-      return "surfaces";
-    case Up::Source::assumed:
-      break;
-  }
-  return "assumed";
+  return source == Up::Source::given ? "given" : source == Up::Source::surfaces ? "surfaces" : "assumed";
 }
 
 Up estimate_up(const Snapshot& snapshot, const Eigen::Vector3d& sensors_up) {
@@ -72,31 +61,26 @@ Up estimate_up(const Snapshot& snapshot, const Eigen::Vector3d& sensors_up) {
     }
   const auto less = [](const Candidate& a, const Candidate& b) { return a.score < b.score; };
   const auto best = std::max_element(candidates.begin(), candidates.end(), less);
-  Up result;
-  if (best == candidates.end() || !(best->score > 0)) {
-    result.source = Up::Source::assumed;
-    return result;
-  }
+  if (best == candidates.end() || !(best->score > 0)) return {.source = Up::Source::assumed};
+  Up result{.source = Up::Source::surfaces};
   for (const Candidate& other : candidates)
     if (other.up.dot(best->up) < rival_cosine)
       result.rival = std::max(result.rival, other.score / best->score);
   const Eigen::Vector3d mean = level_to(snapshot, best->up).normals.normalized();
   const Level level = level_to(snapshot, mean);  // refined about their mean
-  result.source = Up::Source::surfaces;
   result.direction = level.normals.normalized();
   result.level_m2 = level.area_m2;
   return result;
 }
 
 Up up_of(const Map& map) {
-  const std::optional<Eigen::Vector3d>& given = map.parameters().up;
+  const auto& given = map.parameters().up;
   return given ? Up{*given, Up::Source::given, 0, 0} : up_from_surfaces(map);
 }
 
 Up up_from_surfaces(const Map& map) {
   const surfaces::MapState& state = map.state();
-  const double scans = std::max(1.0, static_cast<double>(state.scans));
-  return estimate_up(*map.snapshot(), state.sensors_up / scans);
+  return estimate_up(*map.snapshot(), state.sensors_up / std::max(1.0, static_cast<double>(state.scans)));
 }
 
 double slope_rad(const Surface& surface, const Eigen::Vector3d& up) {
