@@ -47,7 +47,7 @@ Examples:
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
   octosurf map year/*.mcap -o parts/03 --subset 3/16              one of 16 runs, for merge to join
-  octosurf map --show-parameters --preset paper
+  octosurf map --show-parameters --detector paper
 
 Inputs, recognised by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
 images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder);
@@ -60,9 +60,10 @@ scan and save; on other failures (disk full, out of memory) the error names the 
 corrected poses; map reads them like other scans. A map that is resumed and saved under its own name continues
 its folder. With another -o give --keep-scans a new folder, which starts with the earlier scans.
 
-Surfaces are found around what each scan has changed, cylinders in the points left. --detector paper (with its
-values: --preset paper) uses PCL's parts instead; --smoothness-angle and --max-curvature are for it alone,
---search-radius and --ransac-iterations for it and for cylinders, --normal-radius for cylinders.
+Surfaces are found around what each scan has changed, cylinders in the points left. --detector paper uses PCL's
+parts and the paper's values instead, where no other is given: no cylinders, poses as they are. --smoothness-angle
+and --max-curvature are for it alone, --search-radius and --ransac-iterations for it and for cylinders,
+--normal-radius for cylinders.
 )";
 
 struct Inputs {

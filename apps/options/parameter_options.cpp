@@ -60,14 +60,14 @@ void set(Parameters& parameters, const Setting& setting) {
 }
 
 /// An error may be caused by a given parameter: it is named if it alone causes it, too.
-void validate(const Parameters& parameters, const Parameters& base, const std::vector<Setting>& settings) {
+void validate(const Parameters& parameters, const std::vector<Setting>& settings) {
   try {
     parameters.validate();
   } catch (const Error& error) {
     const auto is_refused = [&](const Setting& s) { return s.name == error.where(); };
     if (std::any_of(settings.begin(), settings.end(), is_refused)) throw;
     for (const Setting& setting : settings) {
-      Parameters alone = base;
+      Parameters alone;
       set(alone, setting);
       try {
         alone.validate();
@@ -85,8 +85,6 @@ void validate(const Parameters& parameters, const Parameters& base, const std::v
 }  // namespace
 
 void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
-  verb.add_option("--preset", options.preset, "default or paper: the values that the other flags change")
-      ->check(CLI::IsMember({"default", "paper"}));
   verb.add_option("--config", options.config,
                   "file with lines 'name = value' and # comments; flags override it");
   verb.add_option_function<std::string>(
@@ -117,8 +115,7 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
 
 constexpr int budget_in_real_time = 1000;  // readings, see DetectionParameters::detection_budget
 
-ParameterChoice::ParameterChoice(const ParameterOptions& options, bool live)
-    : preset_(options.preset), live_(live) {
+ParameterChoice::ParameterChoice(const ParameterOptions& options, bool live) : live_(live) {
   if (!options.config.empty()) settings_ = read_config(options.config);
   settings_.insert(settings_.end(), options.flags.begin(), options.flags.end());
   apply_to(Parameters());  // rejects unknown names and invalid values
@@ -134,10 +131,10 @@ Parameters ParameterChoice::apply_to(Parameters parameters) const {
 }
 
 Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
-  const bool paper = preset_ == "paper";
-  const Parameters base = paper ? Parameters::paper() : Parameters();
-  Parameters parameters = apply_to(base);
-  if (live_ && !given("detection_budget")) parameters.detection.detection_budget = budget_in_real_time;
+  Parameters parameters = apply_to(Parameters());
+  if (parameters.detection.detector == DetectorKind::paper)
+    parameters = apply_to(Parameters::paper(resolution.value_or(parameters.occupancy.resolution),
+                                            parameters.surfaces.sensor_noise));
   double& d = parameters.occupancy.resolution;
   if (resolution && given("resolution") && std::fabs(d - *resolution) > 1e-9) {
     std::ostringstream is;
@@ -145,17 +142,15 @@ Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
     throw Error(Error::Kind::usage, "resolution", is.str(), "leave it out");
   }
   if (resolution) d = *resolution;
-  if (paper && !given("surface_tolerance"))
-    parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + d * std::sqrt(3.0);
-  validate(parameters, base, settings_);
+  if (live_ && !given("detection_budget")) parameters.detection.detection_budget = budget_in_real_time;
+  validate(parameters, settings_);
   return parameters;
 }
 
 void ParameterChoice::require_same(const Parameters& of_map) const {
-  Parameters asked = preset_ ? in_force() : apply_to(of_map);
-  if (!given("detection_budget")) asked.detection.detection_budget = of_map.detection.detection_budget;
+  const Parameters asked = apply_to(of_map);
   for (const ParameterInfo& info : parameter_infos()) {
-    if (info.name.starts_with("up_") || (!preset_ && !given(info.name))) continue;
+    if (info.name.starts_with("up_") || !given(info.name)) continue;
     const std::string value = get_parameter(asked, info.name), kept = get_parameter(of_map, info.name);
     if (value != kept)
       throw Error(Error::Kind::usage, info.name, "is " + value + ", but the map that is resumed has " + kept,

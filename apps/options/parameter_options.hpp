@@ -12,18 +12,17 @@ class App;
 
 namespace octosurf {
 
-/// Parameters from a command line: flags override the config file, which overrides the preset.
+/// Parameters from a command line: flags override the config file.
 struct ParameterOptions {
   struct Setting {
     std::string name, text;
     std::string where;  ///< "FILE:LINE: " for a config file's
   };
-  std::optional<std::string> preset;  ///< default or paper
-  std::string config;                 ///< lines `name = value`, # comments; the last one counts
+  std::string config;  ///< lines `name = value`, # comments; the last one counts
   std::vector<Setting> flags;
 };
 
-/// Adds --preset, --config, and every parameter as a flag, spelled with _ and with -.
+/// Adds --config, and every parameter as a flag, spelled with _ and with -.
 void add_parameter_options(CLI::App& verb, ParameterOptions& options);
 
 /// The user's choice of parameters, not yet applied.
@@ -34,9 +33,8 @@ class ParameterChoice {
   /// `live`: for scans that arrive in real time; unless it is given, a new map has a detection_budget.
   explicit ParameterChoice(const ParameterOptions& options, bool live = false);
 
-  /// The parameters for a new map, validated. With the paper's preset, s follows d and the sensor noise
-  /// unless it is given. `resolution`: of an existing octree. Throws Error(usage), also for a conflicting
-  /// resolution.
+  /// The parameters for a new map, validated. With the paper's detector those not given are the paper's.
+  /// `resolution`: of an existing octree. Throws Error(usage), also for a conflicting resolution.
   Parameters in_force(std::optional<double> resolution = {}) const;
 
   /// Throws Error(usage) if a choice differs from a resumed map's parameters. `up` may differ, because it
@@ -50,7 +48,6 @@ class ParameterChoice {
   bool given(const std::string& name) const;
   Parameters apply_to(Parameters parameters) const;
 
-  std::optional<std::string> preset_;
   bool live_;
   std::vector<ParameterOptions::Setting> settings_;  ///< config file, then flags
 };

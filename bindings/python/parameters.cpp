@@ -14,7 +14,7 @@ the fields of its settings by their own names, too, and `align` for alignment.en
 Parameters(occupancy={"resolution": 0.01}, up=None). Fields can be set afterwards, too.)";
 
 constexpr const char* paper_doc =
-    R"(The paper's detector and values (section V). The detector takes PCL, which the wheel has where pip built
+    R"(The paper's detector and values (section V), which follow d and the noise. The detector takes PCL, which the wheel has where pip built
 it with --config-settings pcl=on: without, set detection.detector to 'likelihood' to map with the values.)";
 
 std::vector<std::string> parameter_names() {
@@ -47,7 +47,7 @@ void bind_parameters(Module& module) {
       .group("surfaces", &P::surfaces, surfaces)
       .group("detection", &P::detection, detection)
       .fields(OCTOSURF_FIELDS(P, up))
-      .def_static("paper", &P::paper, paper_doc)
+      .def_static("paper", &P::paper, "resolution"_a = 0.02, "sensor_noise"_a = 0.005, paper_doc)
       .def("validate", &P::validate)
       .def("surface_tolerance", &P::surface_tolerance)
       .def("max_hole_size", &P::max_hole_size)

@@ -79,9 +79,9 @@ struct Parameters {
   /// Empty: estimated from the surfaces (up.hpp).
   std::optional<Eigen::Vector3d> up = Eigen::Vector3d::UnitZ();
 
-  /// The paper's detector and values (section V) for d = 2 cm: r = 0.15, n = 50, s = sensor_noise + d·√3 (set
-  /// it anew for another d), no minimum width, measured noise not used, no cylinders, poses as given.
-  static Parameters paper();
+  /// The paper's detector and values (section V) for this d and noise: s = sensor_noise + d·√3, r = 0.15 m in
+  /// [5 d, 64 d], n = 50, no minimum width, measured noise not used, no cylinders, poses as given.
+  static Parameters paper(double resolution = 0.02, double sensor_noise = 0.005);
 
   double surface_tolerance() const;  ///< effective s: explicit, else sensor_noise + d/2
   double max_hole_size() const;      ///< effective h: explicit, else 0.08 m, at least 4 d

@@ -1,8 +1,10 @@
-// Parameters by preset, file and flag.
+// Parameters by file and flag.
 #include "apps/command.hpp"
 
 #include <gmock/gmock.h>
 #include <sstream>
+
+#include <octosurf/parameters.hpp>
 
 namespace octosurf::test {
 namespace {
@@ -36,22 +38,28 @@ TEST_F(Config, ShowsWhatIsInForce) {
   EXPECT_EQ(shown("--resolution 0.05 --max-hole-size 0.08")["max_hole_size"], "0.08 m");
 }
 
-TEST_F(Config, ThePapersToleranceFollowsTheResolution) {
-  EXPECT_EQ(shown("--preset paper")["surface_tolerance"], "0.039641 m");  // 0.005 + 0.02 √3
-  EXPECT_EQ(shown("--preset paper --resolution 0.01")["surface_tolerance"],
+TEST_F(Config, ThePapersDetectorBringsThePapersValues) {
+  const Parameters paper = Parameters::paper(0.05, 0.01);
+  auto values = shown("--detector paper --resolution 0.05 --sensor-noise 0.01");
+  for (const ParameterInfo& info : parameter_infos())
+    EXPECT_EQ(values[info.name],
+              get_parameter(paper, info.name) + (info.unit.empty() ? "" : " " + info.unit));
+  EXPECT_EQ(shown("--detector paper")["surface_tolerance"], "0.039641 m");  // 0.005 + 0.02 √3
+  EXPECT_EQ(shown("--detector paper --resolution 0.01")["surface_tolerance"],
             "0.0223205 m");  // 0.005 + 0.01 √3
-  EXPECT_EQ(shown("--preset paper --sensor-noise 0.01")["surface_tolerance"], "0.044641 m");
-  EXPECT_EQ(shown("--preset paper --surface-tolerance 0.03 --resolution 0.01")["surface_tolerance"],
+  EXPECT_EQ(shown("--detector paper --sensor-noise 0.01")["surface_tolerance"], "0.044641 m");
+  EXPECT_EQ(shown("--detector paper --surface-tolerance 0.03 --resolution 0.01")["surface_tolerance"],
             "0.03 m");
+  EXPECT_EQ(shown("--align auto --detector paper")["align"], "auto");
 }
 
-TEST_F(Config, FlagsWinOverFileOverPreset) {
+TEST_F(Config, FlagsWinOverFileOverTheDetectorsValues) {
   write("o.cfg", "# coarse\nresolution = 0.04\r\n\n  min-surface-points=30  # few\nsearch_radius = auto\n");
-  const auto values = shown("--preset paper --config o.cfg --resolution 0.03");
+  const auto values = shown("--detector paper --config o.cfg --resolution 0.03");
   EXPECT_EQ(values.at("resolution"), "0.03 m");
   EXPECT_EQ(values.at("min_surface_points"), "30");
   EXPECT_EQ(values.at("search_radius"), "0.15 m");   // derived again: 5 d
-  EXPECT_EQ(values.at("min_surface_width"), "0 m");  // the preset's
+  EXPECT_EQ(values.at("min_surface_width"), "0 m");  // the paper's
 }
 
 TEST_F(Config, FileAndLineOfAMistakeAreNamed) {

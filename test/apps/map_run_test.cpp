@@ -267,7 +267,7 @@ TEST_F(MapRun, ResumingKeepsTheMapsParameters) {
   const std::string before = read("m.surfaces");
   EXPECT_THAT(error_of("map floor --resume m --resolution 0.02", 2),
               AllOf(HasSubstr("resolution"), HasSubstr("0.02"), HasSubstr("0.05")));
-  EXPECT_THAT(error_of("map floor --resume m --preset paper", 2), HasSubstr("resumed"));
+  EXPECT_THAT(error_of("map floor --resume m --detector paper", 2), HasSubstr("resumed"));
   EXPECT_THAT(error_of("map floor --resume m --max-hole-size 0.1", 2), HasSubstr("max_hole_size"));
   EXPECT_THAT(error_of("map floor --resume m -o n --report missing/r.json", 1), HasSubstr("missing"));
   EXPECT_EQ(read("m.surfaces"), before);
@@ -279,8 +279,8 @@ TEST_F(MapRun, ResumingKeepsTheMapsParameters) {
 // The paper's goes on where it was stopped, with what it still has pending, and says what it refused.
 TEST_F(MapRun, AMapKeepsItsDetector) {
   write_floor();
-  run_well("map floor -o one --preset paper --report r.json");
-  run_well("map floor -o m --preset paper --first 3");
+  run_well("map floor -o one --detector paper --report r.json");
+  run_well("map floor -o m --detector paper --first 3");
   run_well("map floor --resume m --skip 3");
   EXPECT_EQ(read("m.surfaces"), read("one.surfaces"));
   EXPECT_EQ(read_json("r.json").at("parameters").at("detector"), "paper");
@@ -366,8 +366,8 @@ TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {
   run_well("map floor -o fast");
   same_maps("m", "fast");
   // The budget of real time is no choice of the user's, and does not conflict with a map made without it.
-  run_well("map floor -o paper --preset paper");
-  run_well("map floor --resume paper --again --preset paper --realtime --rate 100");
+  run_well("map floor -o paper --detector paper");
+  run_well("map floor --resume paper --again --detector paper --realtime --rate 100");
 }
 
 TEST_F(MapRun, OctreesGiveSurfaces) {

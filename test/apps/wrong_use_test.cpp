@@ -72,7 +72,6 @@ const std::vector<Refused>& refused() {
       {"map floor -o n --resolutoin 0.05", {"did you mean --resolution?"}},
       {"map floor -o n --reprot=r.json", {"did you mean --report?"}},
       {"map floor -o n --frobnicate", {"--frobnicate"}},
-      {"map floor -o n --preset best", {"--preset"}},
       {"map floor -o n --every 0", {"--every: '0' must be 1 or more"}},
       {"map floor -o n --max-memory 12Q", {"--max-memory: q unit not recognized"}},
       {"map floor -o n --together 300", {"'300' must be from 1 to 256"}},

@@ -79,10 +79,8 @@ Parameters parameters_at(double resolution, const std::vector<std::string>& set)
 }
 
 Parameters paper_parameters(double resolution, double search_radius) {
-  Parameters parameters = Parameters::paper();
-  parameters.occupancy.resolution = resolution;
-  parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + resolution * std::sqrt(3.0);
-  parameters.detection.search_radius = parameters.detection.normal_radius = search_radius;
+  Parameters parameters = Parameters::paper(resolution);
+  parameters.detection.search_radius = search_radius;
   return parameters;
 }
 

@@ -82,7 +82,8 @@ void for_each_recording(const Options& options,
 
 /// Default parameters at this resolution, and what --set says.
 Parameters parameters_at(double resolution, const std::vector<std::string>& set = {});
-/// The paper's (its section V), at this resolution and r.
+
+/// The paper's, but for r.
 Parameters paper_parameters(double resolution, double search_radius);
 
 /// The map of a recording.

@@ -14,12 +14,11 @@
 namespace octosurf::test {
 namespace {
 
-Parameters with_resolution(double resolution, Parameters parameters = {}) {
+Parameters with_resolution(double resolution) {
+  Parameters parameters;
   parameters.occupancy.resolution = resolution;
   return parameters;
 }
-
-Parameters papers() { return with_resolution(0.05, Parameters::paper()); }
 
 /// One reading in eight of a simulated sensor.
 std::vector<Scan> simulated(const std::string& scene, std::size_t frames,
@@ -99,7 +98,10 @@ const std::vector<World>& worlds() {
        coarse(),
        [] { return changing_room(14); },
        {&S::surfaces, &S::waiting, &S::vanished}},
-      {"WithThePapersDetector", papers(), [] { return changing_room(14); }, {&S::surfaces, &S::waiting}},
+      {"WithThePapersDetector",
+       Parameters::paper(0.05),
+       [] { return changing_room(14); },
+       {&S::surfaces, &S::waiting}},
       {"APillarThatGoes",
        coarse(),
        [] { return pillar(30, 20); },

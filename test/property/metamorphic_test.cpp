@@ -205,9 +205,10 @@ TEST_F(Metamorphic, EveryScanInTwoHalves) {
 
 TEST_F(Metamorphic, InvariantsHoldForAnyParameters) {
   for (int round = 0; round < 3; ++round) {
-    Parameters p = round % 3 == 2 ? Parameters::paper() : Parameters{};
     std::uniform_real_distribution<double> uniform(0, 1);
-    if (round % 3 != 2) p.occupancy.resolution = 0.025 + 0.05 * uniform(rng_);
+    const double d = 0.025 + 0.05 * uniform(rng_);
+    Parameters p = round % 3 == 2 ? Parameters::paper(d) : Parameters{};
+    p.occupancy.resolution = d;
     if (round % 2 == 1) p.surfaces.max_hole_size = p.occupancy.resolution * (1.2 + 6 * uniform(rng_));
     p.occupancy.preserve_surfaces = round % 2 == 0;
     SCOPED_TRACE("round " + std::to_string(round) + " resolution " + get_parameter(p, "resolution") + " h " +

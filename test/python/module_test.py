@@ -223,6 +223,7 @@ class Settings(unittest.TestCase):
             self.assertEqual(again.get(name), changed.get(name))
 
     def test_the_papers_detector_maps_a_floor_and_explains(self):
+        self.assertAlmostEqual(octosurf.Parameters.paper(0.05, sensor_noise=0.01).surface_tolerance(), 0.01 + 0.05 * 3 ** 0.5)
         parameters = octosurf.Parameters.paper()
         try:
             mapper = octosurf.Mapper(parameters)

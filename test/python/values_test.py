@@ -106,7 +106,7 @@ class Results(unittest.TestCase):
 class Keywords(unittest.TestCase):
     def test_are_the_fields_of_the_groups(self):
         for group in ("occupancy", "surfaces", "detection"):
-            for name, value in getattr(octosurf.Parameters.paper(), group).to_dict().items():
+            for name, value in getattr(octosurf.Parameters.paper(resolution=0.05), group).to_dict().items():
                 flat = octosurf.Parameters(**{name: value})
                 self.assertEqual(flat, octosurf.Parameters(**{group: {name: value}}), name)
         self.assertFalse(octosurf.Parameters(align=False).alignment.enabled)

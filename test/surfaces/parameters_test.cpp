@@ -32,6 +32,19 @@ TEST(Parameters, OccupancyDefaultsAreOctomaps) {
   EXPECT_NEAR(p.occupied, tree.getOccupancyThres(), 1e-4);
 }
 
+TEST(Parameters, ThePapersFollowTheResolutionAndTheNoise) {
+  for (const double d : {0.001, 0.005, 0.01, 0.03, 0.05, 0.2, 0.5}) {
+    const Parameters p = Parameters::paper(d, 0.01);
+    EXPECT_NO_THROW(p.validate()) << d;
+    EXPECT_EQ(p.occupancy.resolution, d);
+    EXPECT_EQ(p.surfaces.sensor_noise, 0.01);
+    EXPECT_NEAR(p.surface_tolerance(), 0.01 + d * std::sqrt(3.0), 1e-12);
+    EXPECT_NEAR(p.search_radius(), std::clamp(0.15, 5 * d, 64 * d), 1e-12);
+    EXPECT_NEAR(p.max_hole_size(), std::max(0.08, 4 * d), 1e-12);
+    EXPECT_EQ(p.min_surface_points(), 50);
+  }
+}
+
 TEST(Parameters, TextGoesInAndOut) {
   Parameters p;
   const auto check = [&](const std::string& name, const std::string& text, const std::string& back) {
@@ -187,7 +200,7 @@ TEST(Parameters, TheDocumentationHasThemAllAsTheyAre) {
     }
     const bool papers = parameter_value(paper, info.name) != parameter_value(defaults, info.name);
     EXPECT_EQ(!cells[2].empty(), papers) << info.name << ": the paper's column";
-    if (papers && info.name != "surface_tolerance") {  // a formula there
+    if (papers && info.name != "surface_tolerance" && info.name != "search_radius") {  // formulas there
       EXPECT_EQ(cells[2], get_parameter(paper, info.name)) << info.name;
     }
     EXPECT_FALSE(cells[3].empty() || info.help.empty()) << info.name;

@@ -192,16 +192,17 @@ void set_up(Parameters& parameters, const std::string& text) {
 
 }  // namespace
 
-Parameters Parameters::paper() {
+Parameters Parameters::paper(double resolution, double sensor_noise) {
   Parameters p;
+  p.occupancy.resolution = resolution;
+  p.surfaces.sensor_noise = sensor_noise;
   p.alignment.enabled = false;
   p.detection.detector = DetectorKind::paper;
   p.detection.detect_cylinders = false;
-  p.surfaces.surface_tolerance = p.surfaces.sensor_noise + p.occupancy.resolution * std::sqrt(3.0);
+  p.surfaces.surface_tolerance = sensor_noise + resolution * std::sqrt(3.0);
   p.surfaces.range_noise = 0;
   p.surfaces.min_surface_width = 0;
-  p.detection.search_radius = 0.15;
-  p.detection.normal_radius = 0.15;
+  p.detection.search_radius = std::max(5 * resolution, std::min(0.15, 64 * resolution));
   p.detection.min_surface_points = 50;
   return p;
 }
