@@ -1,5 +1,6 @@
 #include "pcl/paper_detector.hpp"
 
+#include "detection/voxel_blocks.hpp"
 #include "geometry/even_odd.hpp"
 #include "pcl/steps.hpp"
 
@@ -15,6 +16,7 @@ namespace {
 
 using detection::Assignment;
 using detection::Proposal;
+using detection::VoxelBlocks;
 using geometry::VoxelKey;
 using surfaces::MapView;
 using surfaces::SurfaceModel;
@@ -32,14 +34,6 @@ std::vector<Element> at(const std::vector<Element>& from, const Indices& places)
   return picked;
 }
 
-/// `all` without those at `places`, which are ascending.
-Indices without(const Indices& all, const Indices& places) {
-  Indices rest;
-  for (std::uint32_t i = 0; i < all.size(); ++i)
-    if (!std::binary_search(places.begin(), places.end(), i)) rest.push_back(all[i]);
-  return rest;
-}
-
 Points positions(const MapView& map, std::span<const PointId> points) {
   Points positions;
   positions.reserve(points.size());
@@ -47,119 +41,100 @@ Points positions(const MapView& map, std::span<const PointId> points) {
   return positions;
 }
 
-std::vector<const SurfaceModel*> by_size(const MapView& map, const std::set<SurfaceId>& ids) {
-  std::vector<const SurfaceModel*> surfaces;
-  for (const SurfaceId id : ids) surfaces.push_back(map.surfaces.find(id));
-  std::stable_sort(surfaces.begin(), surfaces.end(),
-                   [](const SurfaceModel* a, const SurfaceModel* b) { return a->size() > b->size(); });
-  return surfaces;
+constexpr int block_edge = 8;  // voxels
+/// Blocks up to `reach` voxels from one of these points, in order.
+std::vector<VoxelBlocks::Place> blocks_near(const MapView& map, std::span<const PointId> points, int reach) {
+  const VoxelBlocks blocks(block_edge);
+  std::vector<VoxelBlocks::Place> places;
+  for (const PointId i : points) places.push_back(blocks.of(map.window[i].key));
+  return blocks.widened(std::move(places), reach);
 }
 
 /// Largest first, surfaces that may take one of these points: their inliers are up to s off the plane and h
 /// in it.
 std::vector<const SurfaceModel*> surfaces_near(const MapView& map, std::span<const PointId> points) {
-  const Parameters& p = map.parameters;
-  const double reach = std::ceil((p.surface_tolerance() + p.max_hole_size()) / map.grid.resolution());
+  const double within = map.parameters.surface_tolerance() + map.parameters.max_hole_size();
+  const int reach = block_edge + static_cast<int>(std::ceil(within / map.grid.resolution()));
+  const bool all = reach > 64;  // looking up each block would take longer
   std::set<SurfaceId> ids;
-  if (reach > 64) {  // looking up each block would take longer than scanning the surfaces
-    for (const auto& [id, surface] : map.surfaces) ids.insert(id);
-    return by_size(map, ids);
-  }
-  for (const PointId i : points)
-    for (const SurfaceId id : map.surfaces.near(map.window[i].key, static_cast<int>(reach))) ids.insert(id);
-  return by_size(map, ids);
+  if (!all)
+    for (const VoxelBlocks::Place place : blocks_near(map, points, 0)) {
+      const VoxelKey block = VoxelKey::unpack(block_edge * place);
+      for (const SurfaceId id : map.surfaces.near(block, reach)) ids.insert(id);
+    }
+  std::vector<const SurfaceModel*> near;
+  for (const auto& [id, surface] : map.surfaces)
+    if (all || ids.contains(id)) near.push_back(&surface);
+  std::stable_sort(near.begin(), near.end(),
+                   [](const SurfaceModel* a, const SurfaceModel* b) { return a->size() > b->size(); });
+  return near;
 }
 
-bool inside(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
-  bool odd = false;
-  for (const Polygon& polygon : polygons) {
-    odd ^= geometry::inside(polygon.outer, p);
-    for (const Ring2& hole : polygon.holes) odd ^= geometry::inside(hole, p);
-  }
-  return odd;
-}
-
-/// The inliers at vertices of the outline, which lie on a lattice (geometry::Outline::quantum).
-Points boundary(const SurfaceModel& surface) {
-  const auto place = [](const Eigen::Vector2d& p) {
-    const Eigen::Vector2d steps = p / geometry::Outline::quantum;
-    return std::pair(std::llround(steps.x()), std::llround(steps.y()));
-  };
-  std::vector<std::pair<long long, long long>> vertices;
-  const Eigen::Affine2d T_outline_surface = surface.T_surface_outline().inverse();
-  const auto add = [&](const Ring2& ring) {
-    for (const Eigen::Vector2d& p : ring) vertices.push_back(place(T_outline_surface * p));
-  };
+template <class Visit>
+void for_each_ring(const SurfaceModel& surface, const Visit& visit) {
   for (const Polygon& polygon : surface.polygons()) {
-    add(polygon.outer);
-    for (const Ring2& hole : polygon.holes) add(hole);
+    visit(polygon.outer);
+    for (const Ring2& hole : polygon.holes) visit(hole);
   }
-  std::sort(vertices.begin(), vertices.end());
-  Points points;
-  for (const surfaces::Inlier& inlier : surface.sorted_inliers())
-    if (std::binary_search(vertices.begin(), vertices.end(), place(surface.outline_point(inlier.position))))
-      points.push_back(inlier.position);
-  return points;
 }
 
-/// Reasons why points are on no plane.
-struct Refused {
-  surfaces::Refusal why;
-  Indices points;
+/// Calls visit(inlier) for those at vertices of the outline, from the cells of the plane's hash.
+template <class Visit>
+void for_each_boundary_point(const SurfaceModel& surface, const Visit& visit) {
+  constexpr double slack = 1.0 / 64;  // cells: the hash rounds to floats, up to 2¹⁶ cells from its origin
+  const Eigen::Affine2d T_outline_surface = surface.T_surface_outline().inverse();
+  for_each_ring(surface, [&](const Ring2& ring) {
+    for (const Eigen::Vector2d& p : ring) {
+      const Eigen::Vector2d vertex = T_outline_surface * p;
+      const Eigen::Array2i low = (vertex.array() - slack).floor().cast<int>();
+      const Eigen::Array2i high = (vertex.array() + slack).floor().cast<int>();
+      for (int v = low.y(); v <= high.y(); ++v)
+        for (int u = low.x(); u <= high.x(); ++u)
+          surface.inliers().for_each_in({u, v}, [&](const surfaces::Inlier& inlier) {
+            if ((surface.outline_point(inlier.position) - vertex).norm() < geometry::Outline::quantum / 2)
+              visit(inlier);
+          });
+    }
+  });
+}
+
+/// Indices of points.
+struct Planes {
+  std::vector<PlaneFit> found;
+  std::vector<Indices> small;  ///< groups of at most n
 };
 
 /// III-C2 to C4 (Algorithm 2): normals, smooth regions, and for each, while it has more than n points, a
-/// plane, whose inliers are split at gaps of more than h. Inliers are indices of the points.
-std::vector<PlaneFit> find_planes(const Points& points, const Parameters& parameters,
-                                  std::vector<Refused>* refused = nullptr) {
+/// plane, whose inliers are split at gaps of more than h.
+Planes find_planes(const Points& points, const Parameters& parameters) {
   const std::size_t n = least_points(parameters);
-  const double h = parameters.max_hole_size();
-  const DetectionParameters& d = parameters.detection;
-  const auto refuse_small = [&](const Indices& its) {
-    const surfaces::Refusal why{Reason::too_few_points, static_cast<double>(its.size()),
-                                static_cast<double>(n + 1)};
-    if (refused != nullptr && its.size() <= n) refused->push_back({why, its});
-  };
-  std::vector<PlaneFit> planes;
-  if (points.size() <= n) {
-    Indices all(points.size());
-    std::iota(all.begin(), all.end(), 0U);
-    refuse_small(all);
-    return planes;
-  }
   const double r = parameters.search_radius();
-  const std::vector<PointNormal> normals = mls_normals(points, r);
-  Indices with_normal;
-  for (const PointNormal& normal : normals) with_normal.push_back(normal.point);
-  const Points smoothed = at(points, with_normal);
-  if (refused != nullptr)
-    for (const Indices& region : smooth_regions(smoothed, normals, r, d.smoothness_angle, d.max_curvature, 1))
-      refuse_small(at(with_normal, region));
-  for (const Indices& of_region :
-       smooth_regions(smoothed, normals, r, d.smoothness_angle, d.max_curvature, n)) {
-    Indices region = at(with_normal, of_region);
+  const DetectionParameters& d = parameters.detection;
+  std::vector<Indices> regions(1, Indices(points.size()));
+  std::iota(regions[0].begin(), regions[0].end(), 0U);
+  if (points.size() > n)
+    regions = smooth_regions(points, mls_normals(points, r), r, d.smoothness_angle, d.max_curvature);
+  Planes planes;
+  for (Indices& region : regions) {
     while (region.size() > n) {
       const PlaneFit fit = fit_plane(at(points, region), parameters.surface_tolerance(), d.ransac_iterations);
       if (fit.inliers.empty()) break;
       const Indices inliers = at(region, fit.inliers);
-      region = without(region, fit.inliers);
-      const Points on_plane = at(points, inliers);
-      if (refused != nullptr)
-        for (const Indices& cluster : clusters(on_plane, h, 1)) refuse_small(at(inliers, cluster));
-      for (const Indices& cluster : clusters(on_plane, h, n + 1))
-        planes.push_back({fit.plane, at(inliers, cluster)});
+      Indices rest;  // both are ascending
+      std::set_difference(region.begin(), region.end(), inliers.begin(), inliers.end(),
+                          std::back_inserter(rest));
+      region = std::move(rest);
+      for (const Indices& of_cluster : clusters(at(points, inliers), parameters.max_hole_size())) {
+        const Indices cluster = at(inliers, of_cluster);
+        if (cluster.size() > n)
+          planes.found.push_back({fit.plane, cluster});
+        else
+          planes.small.push_back(cluster);
+      }
     }
-    refuse_small(region);
+    if (region.size() <= n) planes.small.push_back(region);
   }
   return planes;
-}
-
-/// For the points that a surface takes; 0: none.
-std::vector<Assignment> assignments(std::span<const PointId> points, const std::vector<SurfaceId>& taken_by) {
-  std::vector<Assignment> taken;
-  for (std::size_t k = 0; k < points.size(); ++k)
-    if (taken_by[k] != 0) taken.push_back({points[k], taken_by[k]});
-  return taken;
 }
 
 /// Planes of `points`, which are in key order.
@@ -167,7 +142,7 @@ Proposal proposal_of(const MapView& map, std::span<const PointId> points) {
   Proposal proposal;
   proposal.unprocessed.assign(points.begin(), points.end());
   for (const PointId i : points) proposal.points.push_back({i, 0});
-  for (const PlaneFit& fit : find_planes(positions(map, points), map.parameters)) {
+  for (const PlaneFit& fit : find_planes(positions(map, points), map.parameters).found) {
     Proposal::FoundPlane found{.plane = fit.plane};
     Eigen::Vector3d toward_sensor = Eigen::Vector3d::Zero();
     for (const std::uint32_t k : fit.inliers) {
@@ -195,32 +170,55 @@ std::vector<Assignment> PaperDetector::add_inliers(const MapView& map, std::span
   std::vector<SurfaceId> inside_of(fresh.size(), 0);
   for (const SurfaceModel* surface : surfaces_near(map, fresh)) {
     const Eigen::Isometry3d T_surface_map = surface->pose().inverse();
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      if (inside_of[k] != 0 || std::fabs(surface->distance(points[k])) > s) continue;
-      const Eigen::Vector3d in_frame = T_surface_map * points[k].cast<double>();
-      if (inside(surface->polygons(), in_frame.head<2>())) inside_of[k] = surface->id();
-    }
+    Eigen::AlignedBox2d box;
+    for_each_ring(*surface, [&](const Ring2& ring) {
+      for (const Eigen::Vector2d& p : ring) box.extend(p);
+    });
+    const auto is_inside = [&](const Eigen::Vector3f& point) {
+      if (surface->raster().deep_inside(surface->cell_of(point))) return true;
+      const Eigen::Vector2d p = (T_surface_map * point.cast<double>()).head<2>();
+      bool odd = false;
+      if (box.contains(p))
+        for_each_ring(*surface, [&](const Ring2& ring) { odd ^= geometry::inside(ring, p); });
+      return odd;
+    };
+    for (std::size_t k = 0; k < points.size(); ++k)
+      if (inside_of[k] == 0 && std::fabs(surface->distance(points[k])) <= s && is_inside(points[k]))
+        inside_of[k] = surface->id();
   }
-  return assignments(fresh, inside_of);
+  std::vector<Assignment> taken;
+  for (std::size_t k = 0; k < fresh.size(); ++k)
+    if (inside_of[k] != 0) taken.push_back({fresh[k], inside_of[k]});
+  return taken;
 }
 
 std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<const PointId> left) const {
-  const std::vector<const SurfaceModel*> surfaces = surfaces_near(map, left);
-  if (surfaces.empty()) return {};
   const double s = map.parameters.surface_tolerance(), h = map.parameters.max_hole_size();
-  const Points points = positions(map, left);
-  RadiusSearch near(points);
-  std::vector<SurfaceId> taken(left.size(), 0);
-  for (const SurfaceModel* surface : surfaces) {
-    Points frontier = boundary(*surface);
-    for (std::size_t next = 0; next < frontier.size(); ++next)
-      for (const std::uint32_t j : near.within(frontier[next], h)) {
-        if (taken[j] != 0 || std::fabs(surface->distance(points[j])) > s) continue;
-        taken[j] = surface->id();
-        frontier.push_back(points[j]);
-      }
+  const int reach = static_cast<int>(std::ceil(h / map.grid.resolution()));
+  const std::vector<VoxelBlocks::Place> near_cloud = blocks_near(map, left, reach);
+  const occupancy::PointSet cloud(left);
+  occupancy::PointSet taken;
+  std::vector<Assignment> gained;
+  for (const SurfaceModel* surface : surfaces_near(map, left)) {
+    const auto take_near = [&](VoxelKey key, const Eigen::Vector3f& from) {
+      map.window.for_each_near(key, reach, [&](PointId i) {
+        if (!cloud.contains(i)) return;
+        const Eigen::Vector3f& p = map.window[i].position;
+        if ((p - from).norm() <= h && std::fabs(surface->distance(p)) <= s && taken.insert(i))
+          gained.push_back({i, surface->id()});
+      });
+    };
+    std::size_t next = gained.size();
+    for_each_boundary_point(*surface, [&](const surfaces::Inlier& i) {
+      if (std::binary_search(near_cloud.begin(), near_cloud.end(), VoxelBlocks(block_edge).of(i.key)))
+        take_near(i.key, i.position);
+    });
+    for (; next < gained.size(); ++next) {
+      const occupancy::VoxelPoint& boundary = map.window[gained[next].point];
+      take_near(boundary.key, boundary.position);
+    }
   }
-  return assignments(left, taken);
+  return gained;
 }
 
 detection::Due PaperDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
@@ -259,11 +257,12 @@ std::map<PointId, surfaces::Refusal> PaperDetector::refusals(const MapView& map,
   for (const PointId i : pending) reasons[i] = {Reason::isolated};
   const std::vector<PointId> kept = filtered(map, {pending.begin(), pending.end()});
   for (const PointId i : kept) reasons[i] = {Reason::no_plane};
-  std::vector<Refused> refused;
-  const std::vector<PlaneFit> planes = find_planes(positions(map, kept), map.parameters, &refused);
-  for (const Refused& few : refused)
-    for (const std::uint32_t i : few.points) reasons[kept[i]] = few.why;
-  for (const PlaneFit& plane : planes)
+  const Planes planes = find_planes(positions(map, kept), map.parameters);
+  const double n = map.parameters.min_surface_points();
+  for (const Indices& few : planes.small)
+    for (const std::uint32_t i : few)
+      reasons[kept[i]] = {Reason::too_few_points, static_cast<double>(few.size()), n + 1};
+  for (const PlaneFit& plane : planes.found)
     for (const std::uint32_t i : plane.inliers) reasons[kept[i]] = {Reason::waiting};
   return reasons;
 }

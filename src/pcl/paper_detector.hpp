@@ -9,13 +9,14 @@ namespace octosurf::pcl {
 ///
 /// - All points are in key order, which determines RANSAC's draws.
 /// - III-B: surfaces by size, ties by id. Inside a polygon: by the even-odd rule over all rings.
-/// - III-B2 expands from inliers at the outline's vertices into new points.
+/// - III-B2 expands from inliers at the outline's vertices, which the plane's hash finds, into new points,
+///   which the octree finds.
 /// - III-C1: points removed by the radius filter are pending and not retried; explain() says "isolated".
 /// - III-C4: planes are RANSAC's, and never refitted.
 /// - Changes remove points as for any detector; a surface with fewer than n is dissolved.
 ///
-/// Cost: all waiting points go through moving least squares with each scan, some 20 µs a point; all inliers
-/// and outline vertices of surfaces within h of new points are visited.
+/// Cost: all waiting points go through moving least squares with each scan; all outline vertices of surfaces
+/// within h of new points are visited.
 class PaperDetector final : public detection::Detector {
  public:
   PaperDetector() : Detector({.refits = false, .outlines_decide = true}) {}

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include <octosurf/surface.hpp>
@@ -16,21 +15,6 @@ using Indices = std::vector<std::uint32_t>;
 /// `radius`.
 Indices with_neighbors(const Points& points, double radius, int neighbors);
 
-/// pcl::search::KdTree.
-class RadiusSearch {
- public:
-  explicit RadiusSearch(const Points& points);
-  ~RadiusSearch();
-  RadiusSearch(const RadiusSearch&) = delete;
-  RadiusSearch& operator=(const RadiusSearch&) = delete;
-  /// Indices of the points within `radius` of `center`, nearest first.
-  const Indices& within(const Eigen::Vector3f& center, double radius);
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
 struct PointNormal {
   std::uint32_t point = 0;  ///< index of the point it belongs to
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
@@ -41,9 +25,10 @@ struct PointNormal {
 /// Points without a plane through their neighbours are skipped.
 std::vector<PointNormal> mls_normals(const Points& points, double radius);
 
-/// pcl::RegionGrowing over all neighbours within `radius`; point i has normals[i]. Memory: 4 bytes a pair.
+/// pcl::RegionGrowing over all neighbours within `radius`, of the points with a normal. Memory: 4 bytes a
+/// pair.
 std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
-                                    double radius, double angle, double max_curvature, std::size_t min_size);
+                                    double radius, double angle, double max_curvature);
 
 /// pcl::SACSegmentation, RANSAC, plain plane model, constant seed. Normal of either sign.
 struct PlaneFit {
@@ -52,7 +37,7 @@ struct PlaneFit {
 };
 PlaneFit fit_plane(const Points& points, double tolerance, int iterations);
 
-/// pcl::EuclideanClusterExtraction: clusters of at least `min_size` points.
-std::vector<Indices> clusters(const Points& points, double gap, std::size_t min_size);
+/// pcl::EuclideanClusterExtraction, of any size.
+std::vector<Indices> clusters(const Points& points, double gap);
 
 }  // namespace octosurf::pcl

@@ -1,20 +1,18 @@
 // The paper's detector on a map, beside the paper's Algorithms 1 to 3 over plain lists of points.
-#include "geometry/rings.hpp"
+#include "geometry/voxel_grid.hpp"
 #include "pcl/steps.hpp"
 #include "simulation/recording.hpp"
 #include "support/alpha_shape_twin.hpp"
 #include "support/guarantees.hpp"
 #include "support/map_state.hpp"
+#include "support/polygons.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <gmock/gmock.h>
 #include <map>
 #include <set>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -25,12 +23,11 @@
 namespace octosurf {
 namespace {
 
+using geometry::VoxelKey;
 using ::testing::IsEmpty;
 
 Parameters papers() {
-  Parameters parameters = Parameters::paper();
-  parameters.occupancy.resolution = 0.04;
-  parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + 0.04 * std::sqrt(3.0);
+  Parameters parameters = Parameters::paper(0.04);
   parameters.detection.search_radius = parameters.detection.normal_radius = 0.06;
   return parameters;
 }
@@ -45,42 +42,6 @@ std::vector<Scan> recording(const std::string& scene, std::size_t frames) {
   for (std::size_t i = 0; i < simulated.size(); ++i) scans.push_back(simulated.scan(i));
   return scans;
 }
-
-using Voxel = std::array<std::int64_t, 3>;
-Voxel voxel_of(const Eigen::Vector3d& p, double resolution) {
-  const Eigen::Array3d cell = (p / resolution).array().floor();
-  return {static_cast<std::int64_t>(cell.x()), static_cast<std::int64_t>(cell.y()),
-          static_cast<std::int64_t>(cell.z())};
-}
-
-/// Scans that add to a map and change nothing of what it has.
-class OnlyNew {
- public:
-  explicit OnlyNew(double resolution) : resolution_(resolution) {}
-
-  /// Without the readings in voxels that hold a point.
-  Scan thinned(Scan scan) const {
-    std::erase_if(scan.points, [&](const Eigen::Vector3f& p) {
-      return known_.contains(voxel_of(scan.T_map_sensor * p.cast<double>(), resolution_));
-    });
-    return scan;
-  }
-  /// The points that have come, in key order, and where they were seen from.
-  void look(const Map& map) {
-    points.clear();
-    views.clear();
-    map.for_each_point([&](const Map::Voxel& voxel) {
-      if (!known_.insert(voxel_of(*voxel.point, resolution_)).second) return;
-      points.push_back(voxel.point->cast<float>());
-      views.push_back(voxel.view->cast<float>());
-    });
-  }
-  std::vector<Eigen::Vector3f> points, views;
-
- private:
-  double resolution_;
-  std::set<Voxel> known_;
-};
 
 /// Those of `from` that `which` names.
 template <class Element>
@@ -101,118 +62,105 @@ class PaperTwin {
     bool grown = true;
   };
 
-  explicit PaperTwin(const Parameters& parameters)
-      : d_(parameters.occupancy.resolution),
-        s_(parameters.surface_tolerance()),
-        h_(parameters.max_hole_size()),
-        r_(parameters.search_radius()),
-        n_(static_cast<std::size_t>(parameters.min_surface_points())),
-        detection_(parameters.detection) {}
+  explicit PaperTwin(const Parameters& parameters) : parameters_(parameters) {}
 
-  /// How many of these points are in a surface afterwards.
-  std::size_t insert(const pcl::Points& points, const pcl::Points& views) {
-    const std::size_t first = points_.size();
-    points_.insert(points_.end(), points.begin(), points.end());
-    views_.insert(views_.end(), views.begin(), views.end());
+  bool has_point_at(const Eigen::Vector3d& p) const { return known_.contains(key_of(p.cast<float>())); }
+  std::size_t size() const { return points_.size(); }
+  /// The points that are new in a map; how many of them are in a surface afterwards.
+  std::size_t insert(const Map& map) {
     pcl::Indices cloud;
-    for (std::size_t i = first; i < points_.size(); ++i) cloud.push_back(static_cast<std::uint32_t>(i));
-    std::stable_sort(surfaces.begin(), surfaces.end(), [](const Found& a, const Found& b) {
-      return a.inliers.size() > b.inliers.size();  // III-B: "ordered by size"
+    map.for_each_point([&](const Map::Voxel& voxel) {
+      if (!known_.insert(key_of(voxel.point->cast<float>())).second) return;
+      cloud.push_back(static_cast<std::uint32_t>(points_.size()));
+      points_.push_back(voxel.point->cast<float>());
+      views_.push_back(voxel.view->cast<float>());
     });
-    for (Found& surface : surfaces)
-      move(cloud, surface.inliers, [&](std::uint32_t i) { return near(surface, i) && inside(surface, i); });
-    std::stable_sort(surfaces.begin(), surfaces.end(),
-                     [](const Found& a, const Found& b) { return a.inliers.size() > b.inliers.size(); });
-    for (Found& surface : surfaces) expand(surface, cloud);
+    const auto first = static_cast<std::ptrdiff_t>(taken_.size());
+    taken_.resize(points_.size());
+    for (Found* s : by_size()) {
+      const test::Region inside(s->polygons);
+      take(cloud, s->inliers, [&](std::uint32_t i) { return near(*s, i) && inside.covers(flat(*s, i)); });
+    }
+    for (Found* s : by_size()) expand(*s, cloud);
     pending_.insert(pending_.end(), cloud.begin(), cloud.end());
     detect();
     for (Found& surface : surfaces) derive(surface);
-    std::size_t categorized = 0;
-    for (const Found& surface : surfaces)
-      categorized += static_cast<std::size_t>(std::count_if(surface.inliers.begin(), surface.inliers.end(),
-                                                            [first](std::uint32_t i) { return i >= first; }));
-    return categorized;
+    return static_cast<std::size_t>(std::count(taken_.begin() + first, taken_.end(), true));
   }
 
   std::vector<Found> surfaces;
 
  private:
+  VoxelKey key_of(const Eigen::Vector3f& p) const {
+    VoxelKey key;
+    EXPECT_TRUE(geometry::VoxelGrid(parameters_.occupancy.resolution).key_of(p, key));
+    return key;
+  }
+  /// III-B: "ordered by size".
+  std::vector<Found*> by_size() {
+    std::vector<Found*> sorted;
+    for (Found& surface : surfaces) sorted.push_back(&surface);
+    std::stable_sort(sorted.begin(), sorted.end(),
+                     [](const Found* a, const Found* b) { return a->inliers.size() > b->inliers.size(); });
+    return sorted;
+  }
   bool near(const Found& surface, std::uint32_t i) const {
     return std::abs(surface.plane.signed_distance(points_[i].cast<double>())) <= s_;
   }
   Eigen::Vector2d flat(const Found& surface, std::uint32_t i) const {
-    const Eigen::Matrix3d turn =
-        Eigen::Quaterniond::FromTwoVectors(surface.plane.normal, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    return (turn * points_[i].cast<double>()).head<2>();
-  }
-  /// IV-A: an odd number of all rings is around it.
-  bool inside(const Found& surface, std::uint32_t i) const {
-    const Eigen::Vector2d p = flat(surface, i);
-    bool odd = false;
-    const auto cross = [&](const Ring2& ring) {
-      for (std::size_t k = 0; k < ring.size(); ++k) {
-        const Eigen::Vector2d &a = ring[k], &b = ring[(k + 1) % ring.size()];
-        if ((a.y() > p.y()) != (b.y() > p.y()))
-          odd ^= p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
-      }
-    };
-    for (const Polygon& polygon : surface.polygons) {
-      cross(polygon.outer);
-      for (const Ring2& hole : polygon.holes) cross(hole);
-    }
-    return odd;
+    return (Eigen::Quaterniond::FromTwoVectors(surface.plane.normal, Eigen::Vector3d::UnitZ()) *
+            points_[i].cast<double>())
+        .head<2>();
   }
   template <class Which>
-  static void move(pcl::Indices& from, pcl::Indices& to, const Which& which) {
+  void take(pcl::Indices& from, pcl::Indices& to, const Which& which) {
     const auto taken = std::stable_partition(from.begin(), from.end(), [&](auto i) { return !which(i); });
+    for (auto i = taken; i != from.end(); ++i) taken_[*i] = true;
     to.insert(to.end(), taken, from.end());
     from.erase(taken, from.end());
   }
   /// III-B2, Algorithm 1.
   void expand(Found& surface, pcl::Indices& cloud) {
     pcl::Indices boundary = surface.boundary;
-    for (std::size_t next = 0; next < boundary.size(); ++next) {
-      const Eigen::Vector3f center = points_[boundary[next]];
-      const std::size_t before = boundary.size();
-      move(cloud, boundary,
-           [&](std::uint32_t i) { return (points_[i] - center).norm() <= h_ && near(surface, i); });
-      surface.grown |= boundary.size() > before;
-      surface.inliers.insert(surface.inliers.end(), boundary.begin() + static_cast<std::ptrdiff_t>(before),
-                             boundary.end());
-    }
+    for (std::size_t next = 0; next < boundary.size(); ++next)
+      take(cloud, boundary, [&, center = points_[boundary[next]]](std::uint32_t i) {
+        return (points_[i] - center).norm() <= h_ && near(surface, i);
+      });
+    surface.grown |= boundary.size() > surface.boundary.size();
+    surface.inliers.insert(surface.inliers.end(), boundary.begin() + std::ssize(surface.boundary),
+                           boundary.end());
   }
   /// III-C, Algorithm 2.
   void detect() {
-    std::sort(pending_.begin(), pending_.end(), [&](std::uint32_t a, std::uint32_t b) {
-      const Voxel v = voxel_of(points_[a].cast<double>(), d_), w = voxel_of(points_[b].cast<double>(), d_);
-      return std::tuple(v[2], v[1], v[0]) < std::tuple(w[2], w[1], w[0]);
-    });
+    std::sort(pending_.begin(), pending_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return key_of(points_[a]) < key_of(points_[b]); });
     pending_ = pick(pending_, pcl::with_neighbors(pick(points_, pending_), r_, 2));
     if (pending_.size() <= n_) return;
-    const auto normals = pcl::mls_normals(pick(points_, pending_), r_);
-    pcl::Indices known;
-    for (const pcl::PointNormal& normal : normals) known.push_back(pending_[normal.point]);
-    std::set<std::uint32_t> placed;
-    for (const pcl::Indices& smooth : pcl::smooth_regions(
-             pick(points_, known), normals, r_, detection_.smoothness_angle, detection_.max_curvature, n_)) {
-      pcl::Indices region = pick(known, smooth);
+    const DetectionParameters& d = parameters_.detection;
+    const pcl::Points points = pick(points_, pending_);
+    for (const pcl::Indices& smooth :
+         pcl::smooth_regions(points, pcl::mls_normals(points, r_), r_, d.smoothness_angle, d.max_curvature)) {
+      pcl::Indices region = pick(pending_, smooth);
       while (region.size() > n_) {
-        const pcl::PlaneFit fit = pcl::fit_plane(pick(points_, region), s_, detection_.ransac_iterations);
+        const pcl::PlaneFit fit = pcl::fit_plane(pick(points_, region), s_, d.ransac_iterations);
         if (fit.inliers.empty()) break;
         const pcl::Indices inliers = pick(region, fit.inliers);
-        for (const pcl::Indices& cluster : pcl::clusters(pick(points_, inliers), h_, n_ + 1)) {
-          surfaces.push_back({fit.plane, pick(inliers, cluster), {}, {}});
-          Eigen::Vector3f seen_from = Eigen::Vector3f::Zero();
-          for (const std::uint32_t i : surfaces.back().inliers) seen_from += views_[i].normalized();
-          if (fit.plane.normal.dot(seen_from.cast<double>()) < 0)
-            surfaces.back().plane = {-fit.plane.normal, -fit.plane.offset};
-          placed.insert(surfaces.back().inliers.begin(), surfaces.back().inliers.end());
-        }
+        for (const pcl::Indices& cluster : pcl::clusters(pick(points_, inliers), h_))
+          if (cluster.size() > n_) add(fit.plane, pick(inliers, cluster));
         const std::set<std::uint32_t> gone(inliers.begin(), inliers.end());
         std::erase_if(region, [&](std::uint32_t i) { return gone.contains(i); });
       }
     }
-    std::erase_if(pending_, [&](std::uint32_t i) { return placed.contains(i); });
+    std::erase_if(pending_, [&](std::uint32_t i) { return taken_[i]; });
+  }
+  void add(const Plane& plane, const pcl::Indices& inliers) {
+    Eigen::Vector3f seen_from = Eigen::Vector3f::Zero();
+    for (const std::uint32_t i : inliers) {
+      seen_from += views_[i].normalized();
+      taken_[i] = true;
+    }
+    const double side = plane.normal.dot(seen_from.cast<double>()) < 0 ? -1 : 1;
+    surfaces.push_back({{side * plane.normal, side * plane.offset}, inliers, {}, {}});
   }
   /// IV-A, Algorithm 3, where something was expanded.
   void derive(Found& surface) const {
@@ -224,32 +172,25 @@ class PaperTwin {
       inlier_at[{points.back().x(), points.back().y()}] = i;
     }
     surface.polygons = alpha_shape(points, h_);
-    std::set<std::uint32_t> boundary;
-    const auto add = [&](const Ring2& ring) {
-      for (const Eigen::Vector2d& p : ring) boundary.insert(inlier_at.at({p.x(), p.y()}));
+    surface.boundary.clear();
+    const auto add_ring = [&](const Ring2& ring) {
+      for (const Eigen::Vector2d& p : ring) surface.boundary.push_back(inlier_at.at({p.x(), p.y()}));
     };
     for (const Polygon& polygon : surface.polygons) {
-      add(polygon.outer);
-      for (const Ring2& hole : polygon.holes) add(hole);
+      add_ring(polygon.outer);
+      std::for_each(polygon.holes.begin(), polygon.holes.end(), add_ring);
     }
-    surface.boundary.assign(boundary.begin(), boundary.end());
   }
 
-  double d_, s_, h_, r_;
-  std::size_t n_;
-  DetectionParameters detection_;
+  Parameters parameters_;
+  double s_ = parameters_.surface_tolerance(), h_ = parameters_.max_hole_size();
+  double r_ = parameters_.search_radius();
+  std::size_t n_ = static_cast<std::size_t>(parameters_.min_surface_points());
+  std::set<VoxelKey> known_;
   pcl::Points points_, views_;
+  std::vector<bool> taken_;
   pcl::Indices pending_;
 };
-
-double area_of(const PaperTwin::Found& surface) {
-  double area = 0;
-  for (const Polygon& polygon : surface.polygons) {
-    area += geometry::signed_area(polygon.outer);
-    for (const Ring2& hole : polygon.holes) area += geometry::signed_area(hole);
-  }
-  return area;
-}
 
 /// Each of ours is one of theirs: the same plane, and as many inliers and as much area as far as stated.
 void expect_same(const Snapshot& ours, std::vector<PaperTwin::Found> theirs, double inliers, double area_m2) {
@@ -259,7 +200,7 @@ void expect_same(const Snapshot& ours, std::vector<PaperTwin::Found> theirs, dou
       return (a->plane.normal - b.plane.normal).norm() < 1e-9 &&
              std::abs(a->plane.offset - b.plane.offset) < 1e-9 &&
              std::abs(static_cast<double>(a->inliers) - static_cast<double>(b.inliers.size())) <= inliers &&
-             std::abs(a->area_m2 - area_of(b)) <= area_m2;
+             std::abs(a->area_m2 - test::area(b.polygons)) <= area_m2;
     });
     EXPECT_NE(same, theirs.end()) << "surface " << a->id << " of " << a->inliers << " inliers";
     if (same != theirs.end()) theirs.erase(same);
@@ -277,16 +218,18 @@ TEST(PaperDetector, IsThePapersAlgorithmWhereNothingIsTakenBack) {
     parameters.occupancy.miss = 0.4999;  // nothing vanishes
     Mapper mapper(parameters, 1, paper_detector());
     PaperTwin twin(parameters);
-    OnlyNew only_new(parameters.occupancy.resolution);
     const double triangle = std::sqrt(3) / 4 * std::pow(parameters.max_hole_size(), 2);
     std::size_t grown = 0;
-    for (const Scan& scan : recording(scene, 6)) {
-      const ScanReport report = mapper.insert(only_new.thinned(scan));
+    for (Scan& scan : recording(scene, 6)) {
+      std::erase_if(scan.points, [&](const Eigen::Vector3f& p) {
+        return twin.has_point_at(scan.T_map_sensor * p.cast<double>());
+      });
+      const std::size_t before = twin.size();
+      const ScanReport report = mapper.insert(scan);
       ASSERT_EQ(report.vanished, 0U);
       grown += report.added + report.expanded;
-      only_new.look(mapper.map());
-      ASSERT_EQ(only_new.points.size(), report.appeared);
-      EXPECT_EQ(report.categorized, twin.insert(only_new.points, only_new.views)) << scan.name;
+      EXPECT_EQ(report.categorized, twin.insert(mapper.map())) << scan.name;
+      ASSERT_EQ(twin.size() - before, report.appeared);
       EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
     }
     EXPECT_GT(grown, 1000U);
@@ -368,12 +311,10 @@ TEST(PaperDetector, LooksAtAWholeMapAsThePapersAlgorithmDoes) {
   const Parameters parameters = papers();
   Mapper mapper(parameters, 1, paper_detector());
   for (const Scan& scan : recording("room", 6)) mapper.insert(scan);
-  OnlyNew all(parameters.occupancy.resolution);
-  all.look(mapper.map());
+  PaperTwin twin(parameters);
+  twin.insert(mapper.map());
   mapper.resegment();
   test::expect_guarantees(mapper.map());
-  PaperTwin twin(parameters);
-  twin.insert(all.points, all.views);
   EXPECT_GE(twin.surfaces.size(), 3U);
   expect_same(*mapper.snapshot(), twin.surfaces, 2,
               std::sqrt(3) / 4 * std::pow(parameters.max_hole_size(), 2));

@@ -57,10 +57,9 @@ TEST(Steps, SplitsWhatLiesFartherApartThanH) {
   Points points;
   for (int k = 0; k < 30; ++k)
     points.emplace_back(0.05F * static_cast<float>(k) + (k < 18 ? 0 : 0.1F), 0.F, 0.F);
-  const std::vector<Indices> pieces = clusters(points, 0.08, 1);
+  const std::vector<Indices> pieces = clusters(points, 0.08);
   ASSERT_EQ(pieces.size(), 2U);
   EXPECT_EQ(std::set<std::size_t>({pieces[0].size(), pieces[1].size()}), std::set<std::size_t>({18, 12}));
-  EXPECT_EQ(clusters(points, 0.08, 13).size(), 1U);
 }
 
 /// A strip has far more than 30 points nearer than the next strip.
@@ -73,8 +72,8 @@ TEST(Steps, GrowsOverAllNeighboursWithinR) {
                             0.005F * static_cast<float>(i), 0.F);
   std::vector<PointNormal> normals;
   for (std::uint32_t i = 0; i < strips.size(); ++i) normals.push_back({i, Eigen::Vector3f::UnitZ(), 0});
-  EXPECT_EQ(smooth_regions(strips, normals, 0.09, 0.5, 0.05, 1).size(), 1U);
-  EXPECT_EQ(smooth_regions(strips, normals, 0.07, 0.5, 0.05, 1).size(), 3U);
+  EXPECT_EQ(smooth_regions(strips, normals, 0.09, 0.5, 0.05).size(), 1U);
+  EXPECT_EQ(smooth_regions(strips, normals, 0.07, 0.5, 0.05).size(), 3U);
 }
 
 TEST(Steps, NormalsAreThoseOfThePlaneThatPointsLieOn) {
