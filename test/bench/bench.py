@@ -160,7 +160,7 @@ BENCHES = {
                    "what got another id."),
     "table1": (("environment", "resolution", "detector"), TABLE1,
                {"scenes": ["simple", "complex", "real"], "sensors": ["tilting"], "seeds": [1, 2, 3, 4, 5],
-                "resolutions": [0.02, 0.01], "only": ["likelihood"]},
+                "resolutions": [0.02, 0.01], "only": ["likelihood", "paper"]},
                "The paper: a laser and 8 cores. Here: the paper's parameters, increments of one second."),
 }
 

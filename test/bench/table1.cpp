@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <iterator>
 #include <limits>
 #include <random>
@@ -23,7 +24,8 @@ constexpr double increment_s = 1;  // of data, handed over together
 constexpr std::size_t thinned = 24;
 
 /// Feeds scans in increments, each at its end and all of it together. Time runs by the stamps and the
-/// measured milliseconds, so nothing has to sleep.
+/// processor's time, so nothing has to sleep, and other work on the machine does not count. Threads' times
+/// add up.
 class LiveRun {
  public:
   LiveRun(const Parameters& parameters, int threads)
@@ -40,14 +42,11 @@ class LiveRun {
   void finish() {
     const double start_s = std::max(increment_at_s_, free_at_s_);
     std::vector<ScanReport> reports;
-    const double took_s =
-        time_ms([&] {
-          while (reports.size() < scans_.size())  // it stops before one that is refused, which then throws
-            std::ranges::move(mapper_.insert_all(std::span(scans_).subspan(reports.size())),
-                              std::back_inserter(reports));
-        }) /
-        1000;
-    free_at_s_ = start_s + took_s;
+    const std::clock_t before = std::clock();
+    while (reports.size() < scans_.size())  // it stops before one that is refused, which then throws
+      std::ranges::move(mapper_.insert_all(std::span(scans_).subspan(reports.size())),
+                        std::back_inserter(reports));
+    free_at_s_ = start_s + static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     for (std::size_t i = 0; i < reports.size(); ++i)
       statistics_.add(scans_[i], reports[i], increment_at_s_, free_at_s_);
     scans_.clear();
@@ -78,7 +77,7 @@ Scan thin(Scan scan) {
 
 void measure(const Options& options, const std::string& environment, const std::string& detector,
              double resolution) {
-  Parameters parameters = paper_parameters(resolution, Parameters::paper().search_radius());
+  Parameters parameters = Parameters::paper(resolution);
   set_parameter(parameters, "detector", detector);
   const Json row{{"environment", environment}, {"resolution", resolution}, {"detector", detector}};
   if (environment == "real") {
