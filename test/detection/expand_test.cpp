@@ -8,9 +8,12 @@
 #include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
+#include <map>
 #include <numbers>
 #include <random>
 #include <set>
+#include <tuple>
+#include <utility>
 
 namespace octosurf::detection {
 namespace {
@@ -98,6 +101,75 @@ TEST(Expand, ReachesTheEndOfWhatIsConnected) {
     EXPECT_EQ(gained.contains(i) || points.ledger.window[i].surface == floor.id(),
               points.position(i).x() < 1.1)
         << points.position(i).transpose();
+}
+
+/// The paper's way (III-B2): from the boundary of each surface to the octree's points within h.
+std::vector<Assignment> expand_from_boundaries(const Points& points) {
+  const surfaces::Ledger& map = points.ledger;
+  const sensing::ReadingModel model(map.noise, map.grid.resolution());
+  const int gap = static_cast<int>(map.parameters.max_hole_size() / map.grid.resolution() + 1e-9);
+  std::map<PointId, SurfaceId> taken;
+  std::map<SurfaceId, std::vector<PointId>> boundaries;
+  for (const auto& [id, surface] : map.surfaces)
+    surface.for_each_inlier([&, its = id, &model_of = surface](const surfaces::Inlier& inlier) {
+      if (!model_of.surrounded(model_of.cell_of(inlier.position)))
+        boundaries[its].push_back(map.window.find(inlier.key));
+    });
+  for (bool more = true; more;) {
+    std::map<PointId, std::pair<double, SurfaceId>> best;
+    for (const auto& [id, boundary] : boundaries) {
+      const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
+      const SurePlane plane(patch_of(surface, model), model);
+      const auto cell_of = [&](PointId i) { return surface.cell_of(map.window[i].position); };
+      for (const PointId from : boundary)
+        map.window.for_each_near(map.window[from].key, 2 * gap, [&, its = id](PointId i) {
+          const int u = cell_of(i).u - cell_of(from).u, v = cell_of(i).v - cell_of(from).v;
+          if (map.window[i].surface != 0 || taken.contains(i) || u * u + v * v > gap * gap) return;
+          const double log_ratio = plane.log_ratio(map.window[i]);
+          if (auto& [most, of] = best[i]; log_ratio > most) std::tie(most, of) = std::pair(log_ratio, its);
+        });
+    }
+    more = false;
+    for (const auto& [i, of] : best) {
+      if (of.second == 0) continue;
+      taken[i] = of.second;
+      boundaries[of.second].push_back(i);
+      more = true;
+    }
+  }
+  std::vector<Assignment> assigned;
+  for (const auto& [i, id] : taken) assigned.push_back({i, id});
+  return assigned;
+}
+
+TEST(Expand, FromNewPointsIsFromTheBoundariesWithoutGuards) {
+  std::mt19937_64 rng = test::rng();
+  std::uniform_real_distribution<double> place(0, 1), size(0.05, 0.4), noise(-0.006, 0.006);
+  std::size_t gained = 0, contested = 0;
+  for (int world = 0; world < 6; ++world) {
+    std::vector<Scan> scans{floor_scan(0, 1)};
+    for (int k = 0; k < 8; ++k)
+      scans.push_back(test::rectangle_scan(eye, {1.4 * place(rng), place(rng), noise(rng)}, {size(rng), 0, 0},
+                                           {0, size(rng), 0}));
+    scans.push_back(
+        test::rectangle_scan(eye, {0.2 + 0.6 * place(rng), 0, 0}, {0, 1, 0}, {0.02, 0, 0.3 * size(rng)}));
+    Points points(scans);
+    const double end = 0.2 + 0.3 * place(rng), begin = end + 0.3 * place(rng);
+    points.surface(floor_plane, [&](const Eigen::Vector3d& p) { return p.x() < end; });
+    points.surface({Eigen::Vector3d::UnitZ(), 0.002},
+                   [&](const Eigen::Vector3d& p) { return p.x() > begin; });
+    points.ledger.apply(add_inliers(points.ledger, points.pending()));
+    const std::vector<Assignment> found = expand(points.ledger, points.pending(), Guards::off);
+    const std::vector<Assignment> twin = expand_from_boundaries(points);
+    std::map<PointId, SurfaceId> a, b;
+    for (const Assignment& x : found) a[x.point] = x.surface;
+    for (const Assignment& x : twin) b[x.point] = x.surface;
+    EXPECT_EQ(a, b) << "world " << world;
+    gained += a.size();
+    for (const auto& [i, id] : a) contested += id != a.begin()->second;
+  }
+  EXPECT_GT(gained, 100U);
+  EXPECT_GT(contested, 10U) << "both surfaces expand";
 }
 
 /// How many points beyond a gap of 6 cm, from x = 1.06 m on, the floor gains.

@@ -42,14 +42,20 @@ class SurePlanes {
 class Flood {
  public:
   /// `voxel`: m.
-  Flood(const surfaces::MapView& cells, double voxel)
+  Flood(const surfaces::MapView& cells, double voxel, Guards guards)
       : map_(cells),
+        guarded_(guards == Guards::on),
         planes_(cells),
         reach_(occupancy::Neighbours::voxels(cells.parameters.max_hole_size(), cells.grid.resolution())),
         gap_(static_cast<int>(cells.parameters.max_hole_size() / cells.grid.resolution() + 1e-9)),
         plane_gap_(static_cast<int>(cells.parameters.max_hole_size() / voxel + 1e-9)) {}
 
   void run(std::vector<PointId> left) {
+    if (!guarded_) {
+      while (claim_within_h(left)) {
+      }
+      return;
+    }
     flood(left);
     while (!left.empty()) {
       map_.window.put_in_order(left);
@@ -73,7 +79,7 @@ class Flood {
     for (std::size_t k = 0; k < all.size(); ++k) pieces[sets.root(k)].push_back(all[k].point);
     std::set<std::size_t> refused;
     for (const auto& [root, points] : pieces)
-      if (!merges(all[root].surface, points)) refused.insert(root);
+      if (guarded_ && !merges(all[root].surface, points)) refused.insert(root);
     std::vector<Assignment> kept;
     for (std::size_t k = 0; k < all.size(); ++k)
       if (!refused.contains(sets.root(k))) kept.push_back(all[k]);
@@ -81,6 +87,16 @@ class Flood {
   }
 
  private:
+  /// One round; false if no point was assigned.
+  bool claim_within_h(const std::vector<PointId>& left) {
+    std::vector<Assignment> round;
+    for (const PointId i : left)
+      if (owner(i) == 0)
+        if (const SurfaceId id = surface_across_gap(i); id != 0) round.push_back({i, id});
+    for (const auto& [i, id] : round) gain(i, id);
+    return !round.empty();
+  }
+
   void gain(PointId i, SurfaceId id) {
     gained_.emplace(i, id);
     const geometry::PlaneCell cell = map_.surfaces.find(id)->cell_of(map_.window[i].position);
@@ -141,7 +157,8 @@ class Flood {
              (surface.occupied(cell) ||
               (gained != gained_cells_.end() && gained->second.contains(cell.packed())));
     };
-    const auto cell = geometry::first_in_rings(from, 1, plane_gap_, within_gap);
+    const auto cell = geometry::first_in_rings(from, guarded_ ? 1 : 0, plane_gap_, within_gap);
+    if (!guarded_) return cell.has_value();
     const int beside = (2 << map_.level) - 1;  // points of adjacent cells are at most so far apart
     return cell && std::max(std::abs(cell->u - from.u), std::abs(cell->v - from.v)) > beside &&
            is_open(surface, i, surface.centre_of(*cell).cast<float>());
@@ -305,6 +322,7 @@ class Flood {
   }
 
   const surfaces::MapView& map_;
+  bool guarded_;
   SurePlanes planes_;
   int reach_;      // of neighbours
   int gap_;        // of h
@@ -335,7 +353,7 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
   return added;
 }
 
-std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left) {
+std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left, Guards guards) {
   const surfaces::MapView& cells = map.cells.map();
   SurePlanes planes(map);
   std::vector<Assignment> gained;
@@ -353,7 +371,7 @@ std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const Poi
     else
       map.cells.for_each_voxel(cell, [&](PointId voxel) { offer(voxel, cell, id); });
   }
-  Flood flood(cells, map.grid.resolution());
+  Flood flood(cells, map.grid.resolution(), guards);
   flood.run(std::move(pending));
   for (const auto& [cell, id] : flood.accepted()) {
     bool first = true;

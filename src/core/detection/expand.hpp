@@ -26,7 +26,12 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 /// 5. All points of a round are decided before any is assigned. Pieces beyond gaps are claimed one by one, in
 ///    the order of their keys; points of a piece that failed are not tried with other surfaces in that round.
 /// Cost: new points and their neighbours.
-std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left);
+///
+/// Without guards only the paper's rule is left: round by round a point joins the surface that explains it
+/// best of those with a boundary cell at most h away; tests compare it with a walk along the boundaries.
+enum class Guards { on, off };
+std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left,
+                               Guards guards = Guards::on);
 
 /// The assigned points that another surface within h also explains: the two may be one.
 std::vector<PointId> touching(const surfaces::MapView& map, std::span<const Assignment> assignments);
