@@ -101,6 +101,9 @@ class Flood {
     gained_.emplace(i, id);
     const geometry::PlaneCell cell = map_.surfaces.find(id)->cell_of(map_.window[i].position);
     gained_cells_[id].insert(cell.packed());
+    const VoxelBlocks::Place block = blocks_.of(map_.window[i].key);
+    if (gained_blocks_[id].insert(block).second)
+      for (const VoxelBlocks::Place near : blocks_.widened({block}, gap_ + 1)) gained_near_[near].insert(id);
   }
 
   /// Round after round, points beside inliers.
@@ -134,9 +137,14 @@ class Flood {
 
   /// The surface that explains a pending point best, of those that end at most h away along their plane.
   SurfaceId surface_across_gap(PointId i) {
+    // Points of cells h apart are up to a voxel farther apart.
+    const surfaces::SurfaceStore::Ids known = ids_within(plane_gap_ + 1, i);
+    std::set<SurfaceId> ids(known.begin(), known.end());
+    if (const auto gained = gained_near_.find(blocks_.of(map_.window[i].key)); gained != gained_near_.end())
+      ids.insert(gained->second.begin(), gained->second.end());
     SurfaceId best = 0;
     double most = 0;
-    for (const SurfaceId id : ids_within(plane_gap_, i)) {
+    for (const SurfaceId id : ids) {
       const double log_ratio = planes_.log_ratio(id, i);
       if (!(log_ratio > most) || !reaches(id, i)) continue;
       most = log_ratio;
@@ -329,6 +337,11 @@ class Flood {
   int plane_gap_;  // of h, cells of the planes
   tsl::robin_map<PointId, SurfaceId> gained_;
   tsl::robin_map<SurfaceId, tsl::robin_set<std::uint64_t, geometry::PackedKeyHash>> gained_cells_;
+  using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
+  VoxelBlocks blocks_{8};
+  tsl::robin_map<SurfaceId, Places> gained_blocks_;
+  tsl::robin_map<VoxelBlocks::Place, std::set<SurfaceId>, geometry::PackedKeyHash>
+      gained_near_;  // surfaces that gained points within h of a block
   tsl::robin_map<PointId, std::vector<SurfaceId>> ids_near_;
 };
 
