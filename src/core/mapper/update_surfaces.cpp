@@ -55,7 +55,7 @@ class SurfaceUpdate {
       const std::vector<PointId> explained = newly_explained(*found_);
       time_(Stage::detect, [&] { apply(*found_); });
       if (detector_.traits.refits) time_(Stage::expand, [&] { expand_into(pending_beside(explained)); });
-      report_.detected += count_in_old(explained);
+      for (const PointId i : explained) report_.detected += is_in_old(i);
     }
     for (const Assignment& assignment : gained_) report_.expanded += is_in_old(assignment.point);
   }
@@ -156,10 +156,6 @@ class SurfaceUpdate {
   bool is_in_old(PointId i) const {
     const SurfaceId id = ledger_.window[i].surface;
     return id != 0 && id < first_new_;
-  }
-  std::size_t count_in_old(std::span<const PointId> points) const {
-    return static_cast<std::size_t>(
-        std::count_if(points.begin(), points.end(), [&](PointId i) { return is_in_old(i); }));
   }
 
   Ledger& ledger_;

@@ -1,13 +1,15 @@
 #include "surfaces/inlier_tiles.hpp"
 
-#include <algorithm>
+#include <bit>
 
 namespace octosurf::surfaces {
 
 std::size_t InlierTiles::Tile::first_from(std::uint8_t cell) const {
-  const auto less = [](const Placed& one, std::uint8_t wanted) { return one.cell < wanted; };
-  return static_cast<std::size_t>(std::lower_bound(inliers.begin(), inliers.end(), cell, less) -
-                                  inliers.begin());
+  // Start of the search: every occupied cell before it has one inlier, rarely more.
+  const std::uint64_t before = (std::uint64_t{1} << cell) - 1;
+  auto i = static_cast<std::size_t>(std::popcount(occupied & before));
+  while (i < inliers.size() && inliers[i].cell < cell) ++i;
+  return i;
 }
 
 void InlierTiles::add(geometry::PlaneCell cell, const Inlier& inlier) {
@@ -18,6 +20,7 @@ void InlierTiles::add(geometry::PlaneCell cell, const Inlier& inlier) {
   while (at < tile.inliers.size() && tile.inliers[at].cell == bit) ++at;
   tile.inliers.insert(tile.inliers.begin() + static_cast<std::ptrdiff_t>(at),
                       {inlier.key, inlier.range_class, bit, inlier.position});
+  tile.occupied |= std::uint64_t{1} << bit;
 }
 
 std::optional<InlierTiles::Removed> InlierTiles::remove(geometry::PlaneCell cell, geometry::VoxelKey key) {
@@ -32,6 +35,7 @@ std::optional<InlierTiles::Removed> InlierTiles::remove(geometry::PlaneCell cell
   if (at == tile.inliers.size()) return {};
   const Removed removed{tile.inliers[at].inlier(), end - first == 1};
   tile.inliers.erase(tile.inliers.begin() + static_cast<std::ptrdiff_t>(at));
+  if (removed.cell_empty) tile.occupied &= ~(std::uint64_t{1} << bit);
   if (tile.inliers.empty()) tiles_.erase(found);
   return removed;
 }

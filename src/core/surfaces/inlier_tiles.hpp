@@ -64,6 +64,7 @@ class InlierTiles {
   };
   struct Tile {
     explicit Tile(memory::PageFile* file) : inliers(file) {}
+    std::uint64_t occupied = 0;
     geometry::PagedSequence<Placed> inliers;  // by cell
 
     /// Index of the first inlier in this cell or a later one.
