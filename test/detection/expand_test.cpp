@@ -103,6 +103,12 @@ TEST(Expand, ReachesTheEndOfWhatIsConnected) {
         << points.position(i).transpose();
 }
 
+TEST(Expand, CrossesAGapFromWhatItHasJustGained) {
+  Points points({floor_scan(0, 1), floor_scan(1.06, 1.5)});
+  points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 0.4; });
+  EXPECT_EQ(expand(points.ledger, points.pending()).size(), points.pending().size());
+}
+
 /// The paper's way (III-B2): from the boundary of each surface to the octree's points within h.
 std::vector<Assignment> expand_from_boundaries(const Points& points) {
   const surfaces::Ledger& map = points.ledger;

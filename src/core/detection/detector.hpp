@@ -20,12 +20,12 @@ struct Due {
   std::size_t waiting = 0;  ///< number of points of left.fresh in blocks of left.blocks
 };
 
-/// What Detector::segment() looks at.
+/// What Detector::segment() looks at: all points, or surfaces, or points with what expanded beside them.
 struct Part {
-  std::span<const PointId> points = {};       ///< pending ones, key order
-  std::span<const Assignment> expanded = {};  ///< points that expansion has assigned
+  std::span<const PointId> points = {};       ///< pending, key order
+  std::span<const Assignment> expanded = {};  ///< by expansion; some may be segmented again
   std::span<const SurfaceId> surfaces = {};   ///< entire ones, ascending
-  bool all = false;                           ///< all points, owned and pending alike
+  bool all = false;                           ///< owned and pending alike
 };
 
 /// The stages that decide about planes (paper, III-B and III-C; docs/design.md §4), called by

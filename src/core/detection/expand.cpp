@@ -338,7 +338,7 @@ class Flood {
   tsl::robin_map<PointId, SurfaceId> gained_;
   tsl::robin_map<SurfaceId, tsl::robin_set<std::uint64_t, geometry::PackedKeyHash>> gained_cells_;
   using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
-  VoxelBlocks blocks_{8};
+  VoxelBlocks blocks_{8};  // effort: voxels, as the octree's
   tsl::robin_map<SurfaceId, Places> gained_blocks_;
   tsl::robin_map<VoxelBlocks::Place, std::set<SurfaceId>, geometry::PackedKeyHash>
       gained_near_;  // surfaces that gained points within h of a block
