@@ -34,10 +34,9 @@ OffsetVariances after_slide(double slid_m) {
   const surfaces::MapState& state = mapper.map().state();
   const auto snapshot = mapper.snapshot();
   EXPECT_EQ(snapshot->surfaces.size(), 1U);
-  const alignment::GrowingMap growing{state.surfaces, state.noise, state.parameters.max_hole_size()};
   alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
-  const alignment::AlignedSurface& table = *near.in(*snapshot, everywhere, &growing).at(0);
+  const alignment::AlignedSurface& table = *near.in(*snapshot, everywhere, &state).at(0);
   return {snapshot->surfaces.at(0)->covariance(2, 2), (table.covariance - table.by_boundary)(2, 2)};
 }
 
@@ -69,11 +68,10 @@ TEST(NearSurfaces, WhatIsGoneButPublishedStillIsNotNear) {
   const auto published = map_of_rectangles(scene, {0, 0, 1});
   const Mapper mapper{Parameters{}};  // whose map has no surface
   const surfaces::MapState& state = mapper.map().state();
-  const alignment::GrowingMap growing{state.surfaces, state.noise, state.parameters.max_hole_size()};
   alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
   EXPECT_EQ(near.in(*published, everywhere).size(), 1U);
-  EXPECT_TRUE(near.in(*published, everywhere, &growing).empty());
+  EXPECT_TRUE(near.in(*published, everywhere, &state).empty());
 }
 
 }  // namespace

@@ -67,6 +67,10 @@ struct AlignmentState {
 struct AlignmentRecord {
   AlignmentState state;
   SeenPatches patches;
+  void apply(AlignmentState after, const std::vector<SeenPatches::Change>& seen) {
+    state = std::move(after);
+    for (const auto& [key, patch] : seen) patches.set(key, patch);
+  }
 };
 /// Made at the first call.
 inline AlignmentRecord& record_of(surfaces::MapState& map) {

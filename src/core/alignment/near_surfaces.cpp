@@ -1,6 +1,6 @@
 #include "alignment/near_surfaces.hpp"
 
-#include "surfaces/surface_store.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <utility>
 
@@ -101,7 +101,7 @@ AlignedSurface::AlignedSurface(const Surface& surface, const surfaces::SurfaceMo
       raster(model != nullptr ? PlaneRaster(*model, T_surface_map, max_hole_size, edge, window)
                               : PlaneRaster(surface.polygons, edge, window)) {}
 
-void NearSurfaces::follow(const Snapshot& snapshot, const GrowingMap* growing) {
+void NearSurfaces::follow(const Snapshot& snapshot, const surfaces::MapState* growing) {
   std::vector<Entry> entries;
   entries.reserve(snapshot.surfaces.size());
   auto before = entries_.begin();
@@ -117,7 +117,7 @@ void NearSurfaces::follow(const Snapshot& snapshot, const GrowingMap* growing) {
 }
 
 std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, const Eigen::AlignedBox3d& box,
-                                                    const GrowingMap* growing) {
+                                                    const surfaces::MapState* growing) {
   follow(snapshot, growing);
   // Two voxels: fine enough for a stair's tread after erosion, coarse enough to be rebuilt for every surface
   // that a scan changes.
@@ -133,7 +133,7 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, co
     if (!entry.aligned || !entry.aligned->raster.holds(window)) {
       const Eigen::Vector2d beyond = window.sizes() / 2;  // margin for the next scans
       entry.aligned = std::make_unique<AlignedSurface>(
-          *entry.surface, model, growing != nullptr ? growing->max_hole_size : 0, edge,
+          *entry.surface, model, growing != nullptr ? growing->parameters.max_hole_size() : 0, edge,
           Eigen::AlignedBox2d(window.min() - beyond, window.max() + beyond));
     }
     // Recomputed for every scan, because the noise estimate changes, too.

@@ -9,13 +9,9 @@
 #include <octosurf/surface.hpp>
 
 namespace octosurf::surfaces {
+struct MapState;
 class SurfaceModel;
-class SurfaceStore;
 }  // namespace octosurf::surfaces
-
-namespace octosurf::sensing {
-class NoiseModel;
-}  // namespace octosurf::sensing
 
 namespace octosurf::alignment {
 
@@ -34,13 +30,6 @@ struct AlignedSurface {
   PlaneRaster raster;
 };
 
-/// A map under construction: data of its surfaces that the snapshot lacks.
-struct GrowingMap {
-  const surfaces::SurfaceStore& surfaces;
-  const sensing::NoiseModel& noise;
-  double max_hole_size;  ///< m
-};
-
 /// The surfaces of a map with their rasters, which are built when a scan first comes near a surface and
 /// rebuilt after it changed.
 class NearSurfaces {
@@ -50,7 +39,7 @@ class NearSurfaces {
   /// `growing` map, as published otherwise. Their rasters cover `box` only. O(surfaces), plus the rasters of
   /// those that changed, and of those of which another part is near.
   std::vector<const AlignedSurface*> in(const Snapshot& snapshot, const Eigen::AlignedBox3d& box,
-                                        const GrowingMap* growing = nullptr);
+                                        const surfaces::MapState* growing = nullptr);
 
  private:
   struct Entry {
@@ -58,7 +47,7 @@ class NearSurfaces {
     Eigen::AlignedBox3d box;
     std::unique_ptr<AlignedSurface> aligned;
   };
-  void follow(const Snapshot& snapshot, const GrowingMap* growing);
+  void follow(const Snapshot& snapshot, const surfaces::MapState* growing);
 
   std::vector<Entry> entries_;  ///< one per surface of the last snapshot, ascending id
 };

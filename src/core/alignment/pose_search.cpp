@@ -109,7 +109,7 @@ void describe(const PoseFit& fit, const Determined& determined, double factor, c
 PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan,
                        const sensing::NoiseModel& noise, const RangeLimits& limits,
                        const Eigen::Isometry3d& start, const AlignmentReach& reach, const FitErrors& errors,
-                       const GrowingMap* growing)
+                       const surfaces::MapState* growing)
     : scan_(scan),
       noise_(noise),
       limits_(limits),

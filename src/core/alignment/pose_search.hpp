@@ -23,7 +23,7 @@ class PoseSearch {
   /// meet within `reach` of `start`; `growing` as for NearSurfaces::in().
   PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const sensing::NoiseModel& noise,
              const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
-             const FitErrors& errors = {}, const GrowingMap* growing = nullptr);
+             const FitErrors& errors = {}, const surfaces::MapState* growing = nullptr);
 
   std::size_t samples() const { return samples_.size(); }
   const AlignmentReach& reach() const { return reach_; }

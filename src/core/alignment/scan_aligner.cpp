@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 namespace octosurf::alignment {
@@ -31,19 +32,21 @@ constexpr double same_jump_m = 0.03;
 /// Alignment of one scan.
 class ScanAlignment {
  public:
-  ScanAlignment(AlignmentState& state, const SeenPatches& patches, const Scan& scan, double resolution,
-                const Eigen::Vector3d& up)
-      : state_(state),
+  /// `result`: with the state before the scan; align() fills it in.
+  ScanAlignment(AlignedScan& result, const SeenPatches& patches, const Scan& scan,
+                const Parameters& parameters)
+      : result_(result),
+        state_(result.state),
         patches_(patches),
         scan_(scan),
-        resolution_(resolution),
-        drift_(state, scan.sensor, resolution, up),
+        resolution_(parameters.occupancy.resolution),
+        drift_(state_, scan.sensor, resolution_, parameters.up.value_or(Eigen::Vector3d::UnitZ())),
         given_(scan.T_map_sensor) {
     drift_.advance(given_);
     expected_ = drift_.pose();
   }
 
-  ScanAligner::Result align(const PoseSearch& search);
+  void align(const PoseSearch& search);
   const Eigen::Isometry3d& expected() const { return expected_; }
 
  private:
@@ -57,13 +60,13 @@ class ScanAlignment {
   void learn();
   void follow(const Layout& layout);
 
+  AlignedScan& result_;
   AlignmentState& state_;
   const SeenPatches& patches_;
   const Scan& scan_;
   double resolution_;
   DriftFilter drift_;
   Eigen::Isometry3d given_, expected_;
-  ScanAligner::Result result_;
 };
 
 /// Updates the usual shares of known and explained readings, also from scans that fit worse.
@@ -141,7 +144,7 @@ bool ScanAlignment::is_worth_a_search(double known_share) const {
          result_.alignment.explained_share() < much_less * failed_search->share;
 }
 
-ScanAligner::Result ScanAlignment::align(const PoseSearch& search) {
+void ScanAlignment::align(const PoseSearch& search) {
   Alignment& alignment = result_.alignment;
   const Layout layout = search.lay(expected_);
   alignment.samples = search.samples();
@@ -172,7 +175,7 @@ ScanAligner::Result ScanAlignment::align(const PoseSearch& search) {
         alignment.disagreement = twist_between(given_, found->T_map_sensor);
         alignment.innovation_m = length(determined, twist_between(expected_, found->T_map_sensor));
         note_jump(*found, determined);
-        return result_;
+        return;
       }
       fits = true;
     }
@@ -184,41 +187,46 @@ ScanAligner::Result ScanAlignment::align(const PoseSearch& search) {
     alignment.outcome = AlignmentOutcome::unexplained;
   else if (!known && !drift_.drifts())
     alignment.outcome = AlignmentOutcome::nothing_known;
-  return result_;
+}
+
+/// m, of the readings within `most`.
+double farthest_reading(const Scan& scan, double most) {
+  float farthest = 0;
+  for (const Eigen::Vector3f& point : scan.points)
+    if (const float range = point.norm(); range <= static_cast<float>(most))  // NaN fails
+      farthest = std::max(farthest, range);
+  return farthest;
 }
 
 }  // namespace
 
-ScanAligner::Result ScanAligner::operator()(AlignmentState& state, const SeenPatches& patches,
-                                            const Snapshot& map, const GrowingMap& growing, const Scan& scan,
-                                            const RangeLimits& limits, const Eigen::Vector3d& up) {
-  ScanAlignment alignment(state, patches, scan, map.resolution, up);
-  const PoseSearch poses = search(alignment.expected(), map, growing, scan, limits);
-  Result result = alignment.align(poses);
-  if (result.alignment.outcome != AlignmentOutcome::rejected)
-    result.residuals = poses.residuals(result.alignment.T_map_sensor);
-  return result;
-}
-
-ScanAligner::Result ScanAligner::as_given(const Snapshot& map, const GrowingMap& growing, const Scan& scan,
-                                          const RangeLimits& limits) {
-  Result result;
+AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& scan,
+                                    const RangeLimits& limits) {
+  const AlignmentRecord& record = record_of(map);
+  AlignedScan result;
+  result.state = record.state;
   result.alignment.T_map_sensor = scan.T_map_sensor;
-  result.residuals = search(scan.T_map_sensor, map, growing, scan, limits).residuals(scan.T_map_sensor);
+  const std::shared_ptr<const Snapshot> published = map.snapshot.latest();
+  const auto search_from = [&](const Eigen::Isometry3d& start) {
+    return PoseSearch(*published, surfaces_, scan, map.noise, limits, start, AlignmentReach(),
+                      {.common_share = common_share}, &map);
+  };
+  if (!map.parameters.alignment.enabled) {
+    result.shared =
+        sensing::NoiseModel::shared_variances(search_from(scan.T_map_sensor).residuals(scan.T_map_sensor));
+    return result;
+  }
+  ScanAlignment alignment(result, record.patches, scan, map.parameters);
+  const PoseSearch search = search_from(alignment.expected());
+  alignment.align(search);
+  const AlignmentOutcome outcome = result.alignment.outcome;
+  const bool rejected = outcome == AlignmentOutcome::rejected;
+  if (!rejected)
+    result.shared = sensing::NoiseModel::shared_variances(search.residuals(result.alignment.T_map_sensor));
+  if (rejected || outcome == AlignmentOutcome::unexplained)
+    result.state.note_misfit(
+        {result.alignment.T_map_sensor.translation(), farthest_reading(scan, limits.max_m), rejected});
   return result;
-}
-
-PoseSearch ScanAligner::search(const Eigen::Isometry3d& start, const Snapshot& map, const GrowingMap& growing,
-                               const Scan& scan, const RangeLimits& limits) {
-  return {map,
-          surfaces_,
-          scan,
-          growing.noise,
-          limits,
-          start,
-          AlignmentReach(),
-          {.common_share = common_share},
-          &growing};
 }
 
 }  // namespace octosurf::alignment

@@ -30,15 +30,6 @@ void observe_voxel_centres(const std::vector<occupancy::VoxelPoint>& adopted, su
                                  sensing::SharedVariance{0, variance}});
 }
 
-/// m, of the mapped readings.
-double farthest_reading(const Scan& scan, double max_range) {
-  float farthest = 0;
-  for (const Eigen::Vector3f& point : scan.points)
-    if (const float range = point.norm(); range <= static_cast<float>(max_range))  // NaN fails
-      farthest = std::max(farthest, range);
-  return farthest;
-}
-
 /// m: readings beyond it only free space.
 double max_range_of(const OccupancyParameters& parameters, const Scan& scan) {
   return parameters.max_range.value_or(sensing::default_max_range(scan.sensor));
@@ -94,10 +85,8 @@ struct Mapper::Impl {
   /// A scan that passed all checks, and where and how it is inserted.
   struct Checked {
     ScanReport report;
-    alignment::AlignmentState alignment;
-    std::vector<alignment::SeenPatches::Change> patches;
-    std::vector<sensing::SharedVariance> shared;  // of the readings' errors
-    Rays rays;                                    // null if the scan is rejected
+    alignment::AlignedScan aligned;
+    Rays rays;  // null if the scan is rejected
   };
   /// Throws as insert() does. Changes nothing in the map. `rays`: prepared ones, or null.
   Checked check(surfaces::MapState& state, const Scan& scan, Rays rays);
@@ -173,27 +162,10 @@ Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan&
   ScanReport& report = checked.report;
   report.points_raw = scan.points.size();
   mapper::Stopwatch time(report);
-  const alignment::AlignmentRecord& record = alignment::record_of(std::as_const(state));
-  alignment::AlignmentState& alignment = checked.alignment = record.state;
-  report.alignment = time(Stage::align, [&] {
-    const std::shared_ptr<const Snapshot> latest = state.snapshot.latest();
-    const Snapshot& before = *latest;
-    const alignment::GrowingMap growing{state.surfaces, state.noise, state.parameters.max_hole_size()};
-    const alignment::RangeLimits limits{parameters.min_range, max_range};
-    alignment::ScanAligner::Result posed =
-        state.parameters.alignment.enabled ? align(alignment, record.patches, before, growing, scan, limits,
-                                                   state.parameters.up.value_or(Eigen::Vector3d::UnitZ()))
-                                           : align.as_given(before, growing, scan, limits);
-    checked.shared = sensing::NoiseModel::shared_variances(posed.residuals);
-    checked.patches = std::move(posed.patches);
-    return posed.alignment;
-  });
+  checked.aligned = time(Stage::align, [&] { return align(state, scan, {parameters.min_range, max_range}); });
+  report.alignment = checked.aligned.alignment;
   pose_corrected = !as_stated(scan, report.alignment);
-  const bool rejected = report.alignment.outcome == AlignmentOutcome::rejected;
-  if (rejected || report.alignment.outcome == AlignmentOutcome::unexplained)
-    alignment.note_misfit(
-        {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), rejected});
-  if (rejected) return checked;
+  if (report.alignment.outcome == AlignmentOutcome::rejected) return checked;
   if (pose_corrected || !rays || !fit(*rays, scan))
     rays = trace(scan, report.alignment.T_map_sensor, threads);
   checked.rays = std::move(rays);
@@ -233,11 +205,9 @@ std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
     }
     if (!change) change.emplace(state, detector, mapper::Effort::turn, threads);
     change->begin(std::move(checked->report));
-    alignment::AlignmentRecord& record = alignment::record_of(state);
-    record.state = std::move(checked->alignment);
-    for (const auto& [key, patch] : checked->patches) record.patches.set(key, patch);
+    alignment::record_of(state).apply(std::move(checked->aligned.state), checked->aligned.patches);
     if (!checked->rays) continue;  // the scan is rejected
-    change->insert(scan, checked->rays->voxels, checked->rays->touched, checked->shared);
+    change->insert(scan, checked->rays->voxels, checked->rays->touched, checked->aligned.shared);
     if (remember_scans) state.held.push_back(sensing::fingerprint_of(scan));
     // One scan's points lie thinner about their planes than several scans' together: detect in the first
     // scan, then expand by the others.
