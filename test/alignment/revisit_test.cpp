@@ -140,5 +140,30 @@ TEST_F(Revisits, AFewPatchesTellNothing) {
   EXPECT_EQ(r.error_information.norm(), 0);
 }
 
+// Exact poses over two plates with little upright between them were corrected by a patch that was wrong.
+TEST(Revisit, APatchAloneDeterminesNothing) {
+  const auto patch = [](const Eigen::Vector3d& arm, const Eigen::Vector3d& normal) {
+    PatchObservation observation;
+    observation.by_pose << arm.cross(normal), normal;
+    observation.weight = 1e8;
+    observation.patch.past.weight = 1e8F;
+    return observation;
+  };
+  std::vector<PatchObservation> seen;
+  for (int i = 0; i < 16; ++i) seen.push_back(patch({0.3 * (i % 4), 0.3 * (i / 4), -1}, {0, 0, 1}));
+  const auto determined = [&] {
+    const Revisit r = measure(seen, 10, SensorErrors::Zero(), 0.001, voxel_m);
+    // How far along x is it in the directions that are measured?
+    Twist along_x = Twist::Zero();
+    along_x[3] = 1;
+    return (r.directions * along_x).norm();
+  };
+  EXPECT_LT(determined(), 1e-3);
+  seen.push_back(patch({1, 0, 0}, {-1, 0, 0}));
+  EXPECT_LT(determined(), 1e-3);
+  seen.push_back(patch({1, 0, -0.6}, {-1, 0, 0}));
+  EXPECT_GT(determined(), 0.5);
+}
+
 }  // namespace
 }  // namespace octosurf::test

@@ -156,11 +156,21 @@ Revisit measure(std::span<const PatchObservation> observations, double travelled
   revisit.scatter_m = scatter;
 
   const PrincipalAxes axes = principal_axes(sums.pose);
-  revisit.all_directions = axes.vectors;
-  const Twist information = axes.values;
-  // Larger errors only: smaller ones do not affect the octree.
+  // Larger errors only: smaller ones do not affect the octree. A direction that one patch alone determines is
+  // as wrong as that patch, in every view of it.
   const double enough = 4 / (resolution * resolution);
-  const auto count = (information.array() > enough).count();
+  const auto is_determined = [&](int axis) {
+    double most = 0;
+    for (const PatchRow& row : rows) {
+      const double along = axes.vectors.col(axis).dot(row.by_pose);
+      most = std::max(most, row.weight * along * along);
+    }
+    return axes.values[axis] - most > enough;
+  };
+  std::array<int, 6> order{0, 1, 2, 3, 4, 5};
+  const auto count = std::stable_partition(order.begin(), order.end(), is_determined) - order.begin();
+  revisit.all_directions = axes.vectors(Eigen::all, order);
+  const Twist information = axes.values(order);
   Twist per_metre;
   per_metre << Eigen::Vector3d::Constant(revisit.lever_m), Eigen::Vector3d::Ones();
   const auto along = revisit.all_directions.leftCols(count);
