@@ -288,6 +288,53 @@ TEST(RoundedFaces, TreadsBesideRoundedFeetKeepTheirSlope) {
   }
 }
 
+/// Rectangles along y over a profile in x and z, whose right-angled corners are rounded by facets of 15°.
+void extrude(Scene& scene, const std::vector<Eigen::Vector2d>& profile, double radius, double from,
+             double to) {
+  constexpr int facets = 6;
+  std::vector<Eigen::Vector2d> rounded{profile.front()};
+  for (std::size_t i = 1; i + 1 < profile.size(); ++i) {
+    const Eigen::Vector2d in = (profile[i] - profile[i - 1]).normalized(),
+                          out = (profile[i + 1] - profile[i]).normalized();
+    for (int k = 0; k <= facets; ++k) {
+      const double turn = k * std::numbers::pi / 2 / facets;
+      rounded.emplace_back(profile[i] + radius * ((std::sin(turn) - 1) * in + (1 - std::cos(turn)) * out));
+    }
+  }
+  rounded.push_back(profile.back());
+  for (std::size_t i = 0; i + 1 < rounded.size(); ++i) {
+    const Eigen::Vector2d along = rounded[i + 1] - rounded[i];
+    scene.rectangle({rounded[i].x(), from, rounded[i].y()}, {along.x(), 0, along.y()}, (to - from) * y);
+  }
+}
+
+TEST(RoundedFaces, TopsOfKerbsBoxesAndTables) {
+  struct Thing {
+    const char* name;
+    std::vector<Eigen::Vector2d> profile;
+    double top, middle;  // m: height, and x of its middle
+  };
+  // The kerb's and the box's feet are rounded, too, and pull at the floor.
+  const std::vector<Thing> things{
+      {"kerb", {{-0.8, 0}, {0, 0}, {0, 0.12}, {0.3, 0.12}}, 0.12, 0.15},
+      {"box", {{-0.8, 0}, {-0.12, 0}, {-0.12, 0.25}, {0.12, 0.25}, {0.12, 0}, {0.8, 0}}, 0.25, 0},
+      {"table", {{-0.25, 0.66}, {-0.25, 0.7}, {0.25, 0.7}, {0.25, 0.66}}, 0.7, 0}};
+  for (const Thing& thing : things)
+    for (const double radius : {0.01, 0.02, 0.04}) {
+      SCOPED_TRACE(thing.name + (" rounded by " + std::to_string(radius)));
+      Scene scene;
+      extrude(scene, thing.profile, radius, -0.4, 0.4);
+      const Seen seen(scene, 0.02, circle({thing.middle, 0, thing.top + 0.9}, 0.8, 10),
+                      {{thing.middle, 0, thing.top}});
+      const Eigen::Vector3d middle(thing.middle, 0, thing.top);
+      const auto found = seen.mapper.on_plane(z, middle);
+      ASSERT_EQ(found.size(), 1U);
+      const Surface& face = *found.front();
+      EXPECT_GT(face.plane.normal.z(), std::cos(1.5 * std::numbers::pi / 180));
+      EXPECT_NEAR(face.plane.signed_distance(middle), 0, 0.0025);
+    }
+}
+
 // Voxels of 1 cm, and planes found on cells of 2 cm: what is about as small as these.
 
 TEST(FinerFaces, AStepAsThickAsABook) {
