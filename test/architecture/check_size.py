@@ -9,18 +9,18 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_800),
-    "core": (["src/core"], 21_616),
-    "octomap, pcl": (["src/octomap", "src/pcl"], 644),
+    "include": (["include"], 3_870),
+    "core": (["src/core"], 21_589),
+    "octomap, pcl": (["src/octomap", "src/pcl"], 635),
     "io": (["src/io"], 13_330),
-    "planning": (["src/planning"], 6_380),
+    "planning": (["src/planning"], 6_840),
     "footsteps": (["src/footsteps"], 2_828),
-    "apps": (["apps"], 8_909),
+    "apps": (["apps"], 8_962),
     "ros": (["ros"], 2_071),
-    "bindings": (["bindings"], 3_122),
+    "bindings": (["bindings"], 3_168),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 6_947),
-    "tests": (["test", "lab/test"], 48_101),
+    "tests": (["test", "lab/test"], 47_463),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
