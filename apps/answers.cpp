@@ -73,6 +73,20 @@ std::string region_json(const planning::FoundRegion& found) {
   return json.dump();
 }
 
+std::string patch_json(const PatchLayout& layout, const GroundPatch& patch) {
+  Json cells = Json::array();
+  for (const PatchCell cell : patch.cell)
+    cells.push_back(patch_cell_names.at(static_cast<std::size_t>(cell)));
+  Json slopes = Json::array();  // NaN becomes null
+  for (const float slope : patch.slope_rad) slopes.push_back(slope * deg_per_rad);
+  return Json{{"points", layout.points},
+              {"height_m", patch.height},
+              {"cell", cells},
+              {"slope_deg", slopes},
+              {"edge_m", patch.edge_m}}
+      .dump();
+}
+
 const char* state_name(OccupancyView::State state) {
   constexpr const char* names[] = {"unknown", "free", "occupied"};
   return names[static_cast<std::size_t>(state)];

@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include <octosurf/ground_patch.hpp>
+
 // Answers as one line of JSON, as printed by `octosurf query --json` and returned by `octosurf serve`. Map
 // frame, m and degrees.
 
@@ -13,6 +15,7 @@ std::string place_json(const planning::AskedMap& map, const planning::PlaceQuest
                        const planning::PlaceAnswer& found);
 std::string foothold_json(const planning::FoundFoothold& found);
 std::string region_json(const planning::FoundRegion& found);
+std::string patch_json(const PatchLayout& layout, const GroundPatch& patch);
 
 const char* state_name(OccupancyView::State state);
 

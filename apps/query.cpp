@@ -19,8 +19,10 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/ground.hpp>
+#include <octosurf/ground_patch.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/stairs.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
@@ -36,6 +38,7 @@ Examples:
   octosurf query maps/office --voxel 1.2 0.4 0.9                    occupied, free or unknown, and its surface
   octosurf query maps/office --foothold 1.2 0.4 0.0 90 --foot 0.22x0.11 --clearance 0.15 --edge-margin 0.02
   octosurf query maps/office --stair 1.2 0.4 0.0 --json             the stair nearest to that place
+  octosurf query maps/office --patch 1.2 0.4 0.6 90                 heights around a robot's base, as its controller reads
   octosurf query maps/office --regions 7 --foot 0.03 --pieces 12 --json   where a ball foot may be on surface 7
   octosurf query maps/office --regions 7 --foot 0.03 --about 1.2 0.4 0.0 --reach 1   likewise, within a metre of a place
 )";
@@ -43,7 +46,7 @@ Examples:
 struct QueryArguments {
   std::string map, up;
   const MapQuestion* question = nullptr;
-  std::vector<double> numbers, stair;  ///< of the question
+  std::vector<double> numbers, stair, patch;  ///< of the question
   AskedOfMap asked;
   bool json = false;
 };
@@ -128,6 +131,40 @@ void answer_stair(const planning::AskedMap& map, const QueryArguments& arguments
     print_table(std::vector<Stair>{*stair});
 }
 
+/// The heights about a base at X Y Z, its yaw in degrees.
+void answer_patch(const planning::AskedMap& map, const QueryArguments& arguments) {
+  const std::vector<double>& at = arguments.patch;
+  GroundRules rules = GroundRules::of(Biped{}, map.octree.resolution());
+  rules.limits.up = map.up;
+  Eigen::Isometry3d T_map_base(upright(map.up).inverse() *
+                               Eigen::AngleAxisd(at[3] * rad_per_deg, Eigen::Vector3d::UnitZ()));
+  T_map_base.translation() << at[0], at[1], at[2];
+  const PatchLayout layout = PatchLayout::grid();
+  const GroundPatch patch = ground_patch(map.ground(rules), T_map_base, layout);
+  if (arguments.json) {
+    std::printf("%s\n", patch_json(layout, patch).c_str());
+    return;
+  }
+  std::printf("heights in cm from the base, seen from above, ahead up: # occupied, v below, . unseen\n");
+  for (std::size_t i = layout.points.size(); i-- > 0;) {
+    switch (patch.cell[i]) {
+      case PatchCell::supported:
+        std::printf("%5.0f", 100 * patch.height[i]);
+        break;
+      case PatchCell::occupied:
+        std::printf("    #");
+        break;
+      case PatchCell::below:
+        std::printf("    v");
+        break;
+      case PatchCell::unseen:
+        std::printf("    .");
+        break;
+    }
+    if (i == 0 || layout.points[i - 1].x() < layout.points[i].x()) std::printf("\n");
+  }
+}
+
 void run_query(const QueryArguments& arguments) {
   const LoadedMap loaded = open_map(arguments.map);
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
@@ -136,6 +173,7 @@ void run_query(const QueryArguments& arguments) {
   const planning::AskedMap map(arguments.map, snapshot, loaded.map.octree(), up,
                                [&](const Surface& surface) { return label_edges(loaded.map, surface); });
   if (!arguments.stair.empty()) return answer_stair(map, arguments);
+  if (!arguments.patch.empty()) return answer_patch(map, arguments);
   const auto tell = [&](const auto& found, const auto& json) {
     arguments.json ? static_cast<void>(std::printf("%s\n", json(found).c_str())) : print(found);
   };
@@ -181,6 +219,11 @@ void add_query(CLI::App& app) {
       ->add_option("--stair", arguments->stair,
                    "X Y Z: the stair nearest to this point: risers, treads, width, heading")
       ->expected(3);
+  question
+      ->add_option(
+          "--patch", arguments->patch,
+          "X Y Z YAW: heights of the ground around a robot whose base is there, 32 x 20 cells of 5 cm")
+      ->expected(4);
   question->require_option(1);
   add_options(*verb, region_fields(arguments->asked.contact));
   add_up_option(*verb, arguments->up);

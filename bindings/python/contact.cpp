@@ -6,6 +6,7 @@
 #include <octosurf/contact.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/ground.hpp>
+#include <octosurf/ground_patch.hpp>
 
 namespace octosurf::python {
 namespace {
@@ -80,6 +81,43 @@ void bind_gaps(Module& module) {
       "surface"_a, "octree"_a, "shape"_a, "T_map_contact"_a);
 }
 
+/// A view of numbers of a patch, which lives as long as the array does.
+template <class Number, class Part>
+auto of_patch(const std::vector<Part> GroundPatch::*part) {
+  return [part](const py::object& patch) {
+    const std::vector<Part>& values = patch.cast<const GroundPatch&>().*part;
+    return py::array_t<Number>(static_cast<py::ssize_t>(values.size()),
+                               reinterpret_cast<const Number*>(values.data()), patch);
+  };
+}
+
+void bind_patch(Module& module) {
+  using L = PatchLayout;
+  Class<L>(module, "PatchLayout")
+      .def(py::init([](const py::object& points, double max_step_m, double headroom_m, bool fill) {
+             L layout{{}, max_step_m, headroom_m, fill};
+             rows_from(points, layout.points);
+             return layout;
+           }),
+           "points"_a, "max_step_m"_a = L().max_step_m, "headroom_m"_a = L().headroom_m, "fill"_a = false,
+           "points: (N, 2), x forward and y to the left of the base, m.")
+      .def_static("grid", &L::grid, "length_m"_a = 1.6, "width_m"_a = 1.0, "cell_m"_a = 0.05,
+                  "center"_a = Eigen::Vector2d::Zero().eval())
+      .def_property_readonly(
+          "points", [](const py::object& self) { return view_of(self.cast<const L&>().points, self); },
+          "(N, 2), m; a view.")
+      .def_readwrite("max_step_m", &L::max_step_m, doc_of("PatchLayout.max_step_m"))
+      .def_readwrite("headroom_m", &L::headroom_m, doc_of("PatchLayout.headroom_m"))
+      .def_readwrite("fill", &L::fill, doc_of("PatchLayout.fill"));
+  using P = GroundPatch;
+  Class<P>(module, "GroundPatch")
+      .def_property_readonly("height", of_patch<float>(&P::height), "(N,) float32, m; a view.")
+      .def_property_readonly("cell", of_patch<std::uint8_t>(&P::cell),
+                             "(N,) uint8: 0 unseen, 1 supported, 2 occupied, 3 below; a view.")
+      .def_property_readonly("slope_rad", of_patch<float>(&P::slope_rad), "(N,) float32; a view.")
+      .def_property_readonly("edge_m", of_patch<float>(&P::edge_m), "(N,) float32, m; a view.");
+}
+
 /// With the up of the map that its snapshots are of.
 struct MapGround {
   GroundView view;
@@ -139,6 +177,7 @@ need.)");
 }
 
 void bind_ground(Module& module) {
+  bind_patch(module);
   using R = GroundRules;
   using G = MapGround;
   Settings<R>(module, "GroundRules")
@@ -197,7 +236,14 @@ void bind_ground(Module& module) {
           [](const G& ground, SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) {
             return ground.view.foothold(id, at, yaw_rad);
           },
-          "id"_a, "at"_a, "yaw_rad"_a, Released(), "Foothold of the rules' foot on a surface.");
+          "id"_a, "at"_a, "yaw_rad"_a, Released(), "Foothold of the rules' foot on a surface.")
+      .def(
+          "patch",
+          [](const G& ground, const Eigen::Isometry3d& T_map_base, const PatchLayout& layout) {
+            return ground_patch(ground.view, T_map_base, layout);
+          },
+          "T_map_base"_a, "layout"_a = PatchLayout::grid(), Released(),
+          "GroundPatch about a base, (4, 4): ground_patch() of octosurf/ground_patch.hpp.");
 }
 
 }  // namespace octosurf::python

@@ -54,6 +54,8 @@ class GroundView {
 
   const GroundRules& rules() const { return rules_; }    ///< these
   const Snapshot& mapped() const { return *snapshot_; }  ///< outlines as mapped
+  const OccupancyView& octree() const { return octree_; }
+  double widest_unseen_m() const;  ///< the rules', or what follows from the foot
 
   /// A surface without its voids and wide unseen gaps: find_gaps() by these rules. Throws Error(data) if
   /// there is none of this id.

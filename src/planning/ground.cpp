@@ -39,10 +39,6 @@ const SurfacePtr& mapped_surface(const Snapshot& snapshot, SurfaceId id) {
   return *surface;
 }
 
-double widest_unseen(const GroundRules& rules) {
-  return rules.widest_unseen_m ? *rules.widest_unseen_m : widest_unseen_of(rules.foot);
-}
-
 }  // namespace
 
 struct GroundView::Solids : planning::MadeOnce<SurfaceId, std::shared_ptr<const planning::GroundTiles>> {};
@@ -81,9 +77,13 @@ GroundView::GroundView(std::shared_ptr<const Snapshot> snapshot, OccupancyView o
     throw Error(Error::Kind::usage, "ground", "cannot be known without an octree", "give the map's");
 }
 
+double GroundView::widest_unseen_m() const {
+  return rules_.widest_unseen_m ? *rules_.widest_unseen_m : widest_unseen_of(rules_.foot);
+}
+
 GroundView GroundView::by(const GroundRules& rules) const {
   GroundView other(snapshot_, octree_, rules);
-  if (rules.as_mapped == rules_.as_mapped && widest_unseen(rules) == widest_unseen(rules_)) {
+  if (rules.as_mapped == rules_.as_mapped && other.widest_unseen_m() == widest_unseen_m()) {
     other.solids_ = solids_;
     if (rules.limits.up == rules_.limits.up) other.climb_ = climb_;
   }
@@ -112,7 +112,7 @@ GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyV
 std::shared_ptr<const planning::GroundTiles> GroundView::tiles_of(SurfaceId id) const {
   const SurfacePtr& surface = mapped_surface(*snapshot_, id);
   return solids_->get(id, [&] {
-    return std::make_shared<planning::GroundTiles>(surface, octree_.resolution(), widest_unseen(rules_));
+    return std::make_shared<planning::GroundTiles>(surface, octree_.resolution(), widest_unseen_m());
   });
 }
 

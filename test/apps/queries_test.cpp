@@ -43,8 +43,11 @@ TEST_F(Queries, OfPlaces) {
           {"--voxel 0.1 0.1 -0.5", {{"state", "unknown"}, {"log_odds", nullptr}}},
           {"--nearest 0.2 0 0.5", {{"slope_deg", 0.0}}},
           {"--below 0.2 0 0.5", {{"distance_m", 0.5 - floor_height}}},
-          {"--below 0.2 0 -0.5 --up -z", {{"distance_m", 0.5 + floor_height}}}});
+          {"--below 0.2 0 -0.5 --up -z", {{"distance_m", 0.5 + floor_height}}},
+          {"--patch 0.1 0.1 0.5 30",  // of 32 × 20 cells one beside the middle
+           {{"height_m/330", floor_height - 0.5}, {"cell/330", "supported"}, {"slope_deg/330", 0.0}}}});
   EXPECT_LT(ask("--voxel 0.1 0.1 0.5").at("log_odds").get<double>(), 0);
+  EXPECT_THAT(run_well("query m --patch 0.1 0.1 0.5 30").out, HasSubstr("heights in cm from the base"));
   EXPECT_THAT(run_well("query m --box 0 0 0.1 0.2 0.2 -0.1").out, HasSubstr("area m²"));
 }
 

@@ -226,12 +226,21 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Options, scenes, sensors, seeds,
 /// octosurf_bench NAME OPTIONS. What goes wrong is one line on stderr and exit code 1.
 int main(int argc, char** argv) {
   using namespace octosurf::bench;
-  const std::map<std::string, void (*)(const Options&)> benchmarks{
-      {"accuracy", accuracy},     {"dynamics", dynamics}, {"floor", octosurf::bench::floor},
-      {"footholds", footholds},   {"gaps", gaps},         {"ground", ground},
-      {"kitchen", kitchen},       {"labelled", labelled}, {"plans", plans},
-      {"queries", queries},       {"speed", speed},       {"stairs", stairs},
-      {"steadiness", steadiness}, {"table1", table1}};
+  const std::map<std::string, void (*)(const Options&)> benchmarks{{"accuracy", accuracy},
+                                                                   {"dynamics", dynamics},
+                                                                   {"floor", octosurf::bench::floor},
+                                                                   {"footholds", footholds},
+                                                                   {"gaps", gaps},
+                                                                   {"ground", ground},
+                                                                   {"kitchen", kitchen},
+                                                                   {"labelled", labelled},
+                                                                   {"patches", patches},
+                                                                   {"plans", plans},
+                                                                   {"queries", queries},
+                                                                   {"speed", speed},
+                                                                   {"stairs", stairs},
+                                                                   {"steadiness", steadiness},
+                                                                   {"table1", table1}};
   try {
     benchmarks.at(argc == 3 ? argv[1] : "")(nlohmann::json::parse(argv[2]).get<Options>());
     return 0;

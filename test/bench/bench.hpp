@@ -59,6 +59,7 @@ void gaps(const Options& options);
 void ground(const Options& options);
 void kitchen(const Options& options);
 void labelled(const Options& options);
+void patches(const Options& options);
 void plans(const Options& options);
 void queries(const Options& options);
 void speed(const Options& options);

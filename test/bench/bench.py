@@ -113,6 +113,9 @@ GAPS = {"near m²": total("near_m2", digits=1), "in sight": share("seen_m2", "ne
         "bridged m²": total("bridged_m2", digits=4), "over void": total("over_void_m2", digits=4),
         "> √2 d off": total("beyond_m2", digits=4)}
 
+PATCHES = {"cells": total("cells"), "with a height": share("known", "cells"), "within 1 cm": share("right", "known", 2), "a voxel aside": share("beside", "known", 2),
+           "ground": total("supported"), "false": total("wrong"), "p50 ms": most("p50_ms", 2), "p99 ms": most("p99_ms", 2)}
+
 FOOTHOLDS = {"accepted": total("accepted"), "off > 1 cm": total("off_1cm"), "of it": share("off_1cm", "accepted", 2),
              "off > 2 cm": total("off_2cm"), "false": total("false"), "room unseen": total("room_unseen"), "good ones": total("good"),
              "of them accepted": share("good_accepted", "good"), "p50 µs": most("p50_us", 1), "p99 µs": most("p99_us", 1)}
@@ -147,6 +150,9 @@ BENCHES = {
     "kitchen": ((), None, {}, "A real recording without truth: double layers must not be in its map."),
     "labelled": (("cloud", "resolution", "method"), LABELLED, {"resolutions": [0.02, 0.01]},
                  "CGAL has the best of several settings, octosurf its defaults."),
+    "patches": (("sensor", "scene"), PATCHES, {"scenes": ["office", "room", "stairs", "stones", "darpa", "rubbles_stairs_1"], "every": 5},
+                "Patches of 640 cells at the poses of a finished map: with a height, of these within 1 cm of the truth below the headroom; "
+                "ground that is more than 5 cm off."),
     "plans": ((), None, {"scenes": ["stairs", "stones", "office", "bauzil_stairs", "darpa", "rubbles_stairs_1"], "count": 50},
               "Ways: found with --way expansions; truth: on the true surfaces. Soles off: a part lies more than 1 cm beside all true "
               "ground, or 1 cm off its plane; touch: body or leg meets a true point; refuted: by verify_plan(). ms of CPU."),

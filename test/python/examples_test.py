@@ -54,6 +54,10 @@ class Examples(unittest.TestCase):
             outside = ring[0] + ring[1] - 2 * ring.mean(axis=0)
             self.assertGreater((A[0] @ (ring[0] + 1e-3 * outside)) - b[0], 0)
 
+    def test_policy_heights(self):
+        told = self.run_python(world.SOURCE / "examples/policy_heights.py", world.recording())
+        self.assertRegex(told, r"\(17, 11\) heights, \d+ times: p50 [\d.]+ ms")
+
     def test_height_image(self):
         file = world.FOLDER / "heights.png"
         self.run_python(world.SOURCE / "examples/height_image.py", world.SOURCE / "maps/office", file, 0.1)

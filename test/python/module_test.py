@@ -357,6 +357,10 @@ class Questions(unittest.TestCase):
         self.assertEqual(kept.solid().find(surface.id).area_m2, ground.solid().find(surface.id).area_m2)
         part = kept.region_about(surface.id, [-0.2, 0, 0], 0.05, yaw_rad=0)
         self.assertAlmostEqual(part.area_m2, 0.01, delta=1e-5)
+        patch = ground.patch(at(-0.2, 0, 0.5), octosurf.PatchLayout([[0, 0], [0.4, 0]]))
+        self.assertEqual(patch.cell.tolist(), [1, 3])
+        self.assertAlmostEqual(patch.height[0], -0.5, delta=0.005)
+        self.assertEqual(octosurf.PatchLayout.grid(1.7, 1.1, 0.1).points.shape, (187, 2))
 
     def test_stairs(self):
         points = world.grid(np.arange(-0.5, 0.5, 0.01), np.arange(-0.8, 1.8, 0.01),

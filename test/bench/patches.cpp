@@ -1,0 +1,92 @@
+// The ground around a robot as a controller reads it, beside the truth, and what it costs.
+
+#include "bench/bench.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <octosurf/ground_patch.hpp>
+
+namespace octosurf::bench {
+namespace {
+
+constexpr double right_m = 0.01, void_m = 0.05;  // of a height; of ground that is not there
+
+/// Where a face crosses the upright line through p; empty beside it, and of walls.
+std::optional<double> height_over(const StandingFace& face, const Eigen::Vector3d& p) {
+  if (std::fabs(face.normal().z()) < 0.1) return {};
+  const double z = p.z() - face.height(p) / face.normal().z();
+  if (!face.region.contains(face.foot({p.x(), p.y(), z}))) return {};
+  return z;
+}
+
+/// The highest face that is not above `below`; minus infinity without one.
+double highest(const std::vector<StandingFace>& faces, const Eigen::Vector3d& p, double below) {
+  double found = -std::numeric_limits<double>::infinity();
+  for (const StandingFace& face : faces)
+    if (const auto z = height_over(face, p); z && *z <= below) found = std::max(found, *z);
+  return found;
+}
+
+Eigen::Isometry3d base_of(const Scan& scan) {
+  const Eigen::Vector3d ahead =
+      scan.T_map_sensor.linear().col(scan.sensor == SensorKind::depth_camera ? 2 : 0);
+  Eigen::Isometry3d base(Eigen::AngleAxisd(std::atan2(ahead.y(), ahead.x()), Eigen::Vector3d::UnitZ()));
+  base.translation() = scan.T_map_sensor.translation();
+  return base;
+}
+
+}  // namespace
+
+/// Patches of 640 cells at the poses of a finished recording: cells with a height, of them within a
+/// centimetre of the truth below the headroom, and supported ones that are off by more than 5 cm. ms of a
+/// patch.
+void patches(const Options& options) {
+  for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
+    const Mapper mapper = mapped(recorded, parameters_at(options.resolutions.front(), options.set));
+    const GroundView view(mapper.snapshot(), mapper.map().octree());
+    const std::vector<StandingFace> faces = standing_faces(recorded.truth);
+    const PatchLayout layout = PatchLayout::grid();
+    std::size_t cells = 0, known = 0, right = 0, beside = 0, supported = 0, wrong = 0;
+    std::vector<double> ms;
+    for (std::size_t i = 0; i < recorded.scans.size(); i += std::max<std::size_t>(1, options.every)) {
+      const Eigen::Isometry3d base = base_of(recorded.scans[i]);
+      GroundPatch patch;
+      ms.push_back(time_ms([&] { patch = ground_patch(view, base, layout); }));
+      const double ground = highest(faces, base.translation(), base.translation().z());
+      if (!std::isfinite(ground)) continue;
+      for (std::size_t k = 0; k < layout.points.size(); ++k) {
+        ++cells;
+        if (std::isnan(patch.height[k])) continue;
+        const Eigen::Vector3d p =
+            base * Eigen::Vector3d(layout.points[k].x(), layout.points[k].y(), patch.height[k]);
+        const double below = std::max(ground, p.z()) + layout.headroom_m / 2;
+        const auto off_at = [&](double x, double y) {
+          const Eigen::Vector3d there = p + Eigen::Vector3d(x, y, 0);
+          return std::fabs(highest(faces, there, below) - p.z());
+        };
+        const double off = off_at(0, 0), d = view.octree().resolution();
+        const double nearby = std::min({off, off_at(d, 0), off_at(-d, 0), off_at(0, d), off_at(0, -d)});
+        ++known;
+        right += off < right_m;
+        beside += nearby < right_m;
+        if (patch.cell[k] != PatchCell::supported) continue;
+        ++supported;
+        wrong += nearby > void_m;
+        if (options.verbose && nearby >= right_m)
+          std::fprintf(stderr, "%zu: %.3f %.3f %.3f off %.3f %s\n", i, p.x(), p.y(), p.z(), off,
+                       std::string(patch_cell_names.at(static_cast<std::size_t>(patch.cell[k]))).c_str());
+      }
+    }
+    write(recording, {{"cells", cells},
+                      {"known", known},
+                      {"right", right},
+                      {"beside", beside},
+                      {"supported", supported},
+                      {"wrong", wrong},
+                      {"p50_ms", percentile(ms, 0.5)},
+                      {"p99_ms", percentile(ms, 0.99)}});
+  });
+}
+
+}  // namespace octosurf::bench

@@ -1,0 +1,208 @@
+// The ground around a robot, beside the truth of hand-made scenes.
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+
+#include <octosurf/error.hpp>
+#include <octosurf/ground_patch.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+using test::Scene;
+
+const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+
+/// The ground of a scene that cameras at `eyes` saw, each looking at the next of `targets`.
+GroundView ground_of(const Scene& scene, const std::vector<Eigen::Vector3d>& eyes,
+                     const std::vector<Eigen::Vector3d>& targets) {
+  std::mt19937_64 rng = test::rng();
+  Parameters parameters;
+  parameters.occupancy.resolution = 0.02;
+  parameters.alignment.enabled = false;
+  Mapper mapper(parameters);
+  for (std::size_t i = 0; i < eyes.size(); ++i)
+    mapper.insert(
+        test::camera_scan(scene, test::look_at(eyes[i], targets[i % targets.size()]), rng, {400, 300, 300}));
+  mapper.drain();
+  return {mapper.snapshot(), mapper.map().octree()};
+}
+
+std::vector<Eigen::Vector3d> circle(const Eigen::Vector3d& middle, double radius, int count) {
+  std::vector<Eigen::Vector3d> places;
+  for (int i = 0; i < count; ++i) {
+    const double turn = 2 * std::numbers::pi * (i + 0.3) / count;
+    places.emplace_back(middle + radius * (std::cos(turn) * x + std::sin(turn) * y));
+  }
+  return places;
+}
+
+Eigen::Isometry3d base_at(const Eigen::Vector3d& place, double yaw) {
+  Eigen::Isometry3d T_map_base(Eigen::AngleAxisd(yaw, z) * Eigen::AngleAxisd(0.1, x) *
+                               Eigen::AngleAxisd(-0.15, y));
+  T_map_base.translation() = place;
+  return T_map_base;
+}
+
+/// Calls `check(map frame place at the height found, else at the base's, index)` for all points.
+void for_each_place(const GroundPatch& patch, const PatchLayout& layout, const Eigen::Isometry3d& T_map_base,
+                    const std::function<void(const Eigen::Vector3d&, std::size_t)>& check) {
+  const Eigen::Vector3d forward = T_map_base.linear().col(0);
+  const double yaw = std::atan2(forward.y(), forward.x());
+  for (std::size_t i = 0; i < layout.points.size(); ++i) {
+    const Eigen::Vector2d at = Eigen::Rotation2Dd(yaw) * layout.points[i];
+    check(T_map_base.translation() +
+              Eigen::Vector3d(at.x(), at.y(), std::isnan(patch.height[i]) ? 0 : patch.height[i]),
+          i);
+  }
+}
+
+// A floor with a step on it, a table over it and the next storey's floor above.
+TEST(GroundPatch, IsOfTheStoreyThatTheRobotStandsOn) {
+  constexpr double floor = 0.013, step = 0.16, table = 0.72, storey = 2.4;
+  Scene scene;
+  scene.rectangle({-2, -2, floor}, 4 * x, 4 * y).rectangle({-2, -2, storey}, 4 * x, 4 * y);
+  scene.rectangle({-2, -2, storey - 0.2}, 4 * x, 4 * y);
+  scene.box({0.31, -0.5, floor}, {0.71, 0.5, floor + step});
+  scene.box({-0.9, 0.2, table - 0.03}, {-0.1, 0.9, table});
+  std::vector<Eigen::Vector3d> eyes = circle({0, 0, 0.45}, 1.2, 12), above = circle({0, 0, storey + 1}, 1, 6);
+  for (const Eigen::Vector3d& eye : circle({0, 0, 1.3}, 1.2, 12)) eyes.push_back(eye);
+  eyes.insert(eyes.end(), above.begin(), above.end());
+  std::vector<Eigen::Vector3d> targets(24, Eigen::Vector3d(0, 0, 0.1));
+  targets.resize(30, Eigen::Vector3d(0, 0, storey));
+  const GroundView view = ground_of(scene, eyes, targets);
+  const PatchLayout low = [] {
+    PatchLayout layout = PatchLayout::grid();
+    layout.headroom_m = 0.5;
+    return layout;
+  }();
+  PatchLayout high = low;
+  high.headroom_m = 1.2;
+  for (const double yaw : {0.0, 0.7, 2.5}) {
+    SCOPED_TRACE(yaw);
+    const Eigen::Isometry3d base = base_at({-0.05, 0.05, floor + 0.4}, yaw);
+    std::size_t known = 0, right = 0, under = 0;
+    const GroundPatch patch = ground_patch(view, base, low);
+    for_each_place(patch, low, base, [&](const Eigen::Vector3d& p, std::size_t i) {
+      if (std::isnan(patch.height[i])) return;
+      const bool on_step = p.x() > 0.31 && p.x() < 0.71 && std::fabs(p.y()) < 0.5;
+      ++known;
+      right += std::fabs(p.z() - floor - (on_step ? step : 0)) < 0.01;
+      under += p.x() > -0.9 && p.x() < -0.1 && p.y() > 0.2 && p.y() < 0.9;
+    });
+    EXPECT_GT(known, 0.98 * static_cast<double>(low.points.size()));
+    EXPECT_GE(static_cast<double>(right), 0.99 * static_cast<double>(known));
+    EXPECT_GT(under, 20U);
+    // A taller robot is under no table.
+    const GroundPatch tall = ground_patch(view, base, high);
+    for_each_place(tall, high, base, [&](const Eigen::Vector3d& p, std::size_t i) {
+      if (p.x() < -0.87 || p.x() > -0.13 || p.y() < 0.23 || p.y() > 0.87) return;
+      EXPECT_EQ(tall.cell[i], PatchCell::occupied) << p.transpose();
+      EXPECT_NEAR(p.z(), table, 0.01);
+    });
+  }
+  // Upstairs, the floor is that of upstairs.
+  const Eigen::Isometry3d upstairs = base_at({0, 0, storey + 0.4}, 1);
+  const GroundPatch patch = ground_patch(view, upstairs, low);
+  std::size_t there = 0;
+  for_each_place(patch, low, upstairs, [&](const Eigen::Vector3d& p, std::size_t i) {
+    if (patch.cell[i] != PatchCell::supported) return;
+    EXPECT_NEAR(p.z(), storey, 0.01);
+    ++there;
+  });
+  EXPECT_GT(there, 0.9 * static_cast<double>(low.points.size()));
+}
+
+// A slot of 6 cm that runs in any direction, and a drop.
+TEST(GroundPatch, VoidsAreNoGround) {
+  std::mt19937_64 rng = test::rng();
+  const auto uniform = [&rng](double from, double to) {
+    return std::uniform_real_distribution(from, to)(rng);
+  };
+  for (int round = 0; round < 6; ++round) {
+    SCOPED_TRACE(round);
+    Eigen::Isometry3d T_map_slot(Eigen::AngleAxisd(uniform(0, std::numbers::pi), z));
+    T_map_slot.translation() = Eigen::Vector3d(uniform(0, 0.02), uniform(0, 0.02), uniform(0, 0.02));
+    constexpr double half = 0.03, depth = 0.5;
+    Scene scene;
+    const auto add = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+      scene.rectangle(T_map_slot * corner, T_map_slot.linear() * u, T_map_slot.linear() * v);
+    };
+    add({-half, -1.2, -depth}, 2 * half * x, 2.4 * y);
+    add({-half, -1.2, 0}, -1.2 * x, 2.4 * y);
+    add({half, -1.2, 0}, 0.5 * x, 2.4 * y);
+    add({half + 0.5, -1.2, -depth}, 0.6 * x, 2.4 * y);  // beyond the drop
+    for (const double at : {-half, half, half + 0.5}) add({at, -1.2, -depth}, 2.4 * y, depth * z);
+    std::vector<Eigen::Vector3d> eyes;
+    for (const Eigen::Vector3d& eye : circle({0, 0, 1.1}, 1, 16)) eyes.push_back(eye);
+    const GroundView view = ground_of(scene, eyes, {T_map_slot.translation()});
+    const Eigen::Isometry3d base = base_at(T_map_slot * Eigen::Vector3d(-0.3, 0, 0.45), uniform(-3, 3));
+    const PatchLayout layout = PatchLayout::grid(1.2, 1.2, 0.02);
+    const GroundPatch patch = ground_patch(view, base, layout);
+    std::size_t voids = 0, ground = 0, supported = 0;
+    for_each_place(patch, layout, base, [&](const Eigen::Vector3d& p, std::size_t i) {
+      const Eigen::Vector3d in_slot = T_map_slot.inverse() * p;
+      const bool open = std::fabs(in_slot.x()) < half || in_slot.x() > half + 0.5;
+      const double off =
+          std::min(std::fabs(std::fabs(in_slot.x()) - half), std::fabs(in_slot.x() - half - 0.5));
+      if (open && off > 0.005) {  // a quarter of a voxel
+        ++voids;
+        EXPECT_NE(patch.cell[i], PatchCell::supported) << in_slot.transpose();
+      } else if (!open && off > 0.03) {
+        ++ground;
+        supported += patch.cell[i] == PatchCell::supported;
+        if (patch.cell[i] == PatchCell::supported) {
+          EXPECT_NEAR(in_slot.z(), 0, 0.01);
+        }
+      }
+    });
+    EXPECT_GT(voids, 100U);
+    EXPECT_GT(static_cast<double>(supported), 0.97 * static_cast<double>(ground));
+  }
+}
+
+TEST(GroundPatch, SaysHowFarTheEdgeIs) {
+  Scene scene;
+  scene.rectangle({-1.5, -1, 0.011}, 2 * x, 2 * y).rectangle({-1.5, -1, -0.6}, 4 * x, 2 * y);
+  const GroundView view = ground_of(scene, circle({0, 0, 1.2}, 0.9, 12), {{0.3, 0, 0}, {-0.3, 0, 0}});
+  const Eigen::Isometry3d base = base_at({0, 0, 0.5}, 0);
+  PatchLayout row;
+  for (double at = -0.4; at < 0.46; at += 0.03) row.points.emplace_back(at, 0.1);
+  const GroundPatch patch = ground_patch(view, base, row);
+  for (std::size_t i = 0; i < row.points.size(); ++i) {
+    const double edge = std::min(0.5 - row.points[i].x(), GroundView::farthest_margin_m);
+    EXPECT_EQ(patch.cell[i], PatchCell::supported) << row.points[i].x();
+    EXPECT_NEAR(patch.edge_m[i], edge, 0.05) << row.points[i].x();
+    EXPECT_NEAR(patch.slope_rad[i], 0, 0.02);
+  }
+}
+
+TEST(GroundPatch, RefusesWhatItCannotRead) {
+  Scene scene;
+  scene.rectangle({-1, -1, 0.011}, 2 * x, 2 * y);
+  const GroundView view = ground_of(scene, {{0, 0, 1}}, {{0.1, 0, 0}});
+  const Eigen::Isometry3d base = base_at({0, 0, 0.5}, 0);
+  PatchLayout layout;
+  EXPECT_THROW(ground_patch(view, base, layout), Error);  // no points
+  layout.points = {{6, 0}};
+  EXPECT_THROW(ground_patch(view, base, layout), Error);
+  layout = PatchLayout::grid();
+  layout.max_step_m = 0;
+  EXPECT_THROW(ground_patch(view, base, layout), Error);
+  EXPECT_THROW(PatchLayout::grid(1, 1, 0), Error);
+  Eigen::Isometry3d scaled = base;
+  scaled.linear() *= 2;
+  EXPECT_THROW(ground_patch(view, scaled), Error);
+  // Far from everything nothing is known.
+  for (const PatchCell cell : ground_patch(view, base_at({9, 9, 9}, 0)).cell)
+    EXPECT_EQ(cell, PatchCell::unseen);
+}
+
+}  // namespace
+}  // namespace octosurf
