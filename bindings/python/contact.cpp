@@ -101,8 +101,16 @@ void bind_patch(Module& module) {
            }),
            "points"_a, "max_step_m"_a = L().max_step_m, "headroom_m"_a = L().headroom_m, "fill"_a = false,
            "points: (N, 2), x forward and y to the left of the base, m.")
-      .def_static("grid", &L::grid, "length_m"_a = 1.6, "width_m"_a = 1.0, "cell_m"_a = 0.05,
-                  "center"_a = Eigen::Vector2d::Zero().eval())
+      .def_static(
+          "grid",
+          [](double length_m, double width_m, double cell_m, const std::optional<Eigen::Vector2d>& center) {
+            return L::grid(length_m, width_m, cell_m, center.value_or(Eigen::Vector2d(0, 0)));
+          },
+          "length_m"_a = 1.6, "width_m"_a = 1.0, "cell_m"_a = 0.05, "center"_a = py::none())
+      .def("__repr__",
+           [](const L& layout) {
+             return "<PatchLayout of " + std::to_string(layout.points.size()) + " points>";
+           })
       .def_property_readonly(
           "points", [](const py::object& self) { return view_of(self.cast<const L&>().points, self); },
           "(N, 2), m; a view.")
@@ -111,6 +119,8 @@ void bind_patch(Module& module) {
       .def_readwrite("fill", &L::fill, doc_of("PatchLayout.fill"));
   using P = GroundPatch;
   Class<P>(module, "GroundPatch")
+      .def("__repr__",
+           [](const P& patch) { return "<GroundPatch of " + std::to_string(patch.cell.size()) + " places>"; })
       .def_property_readonly("height", of_patch<float>(&P::height), "(N,) float32, m; a view.")
       .def_property_readonly("cell", of_patch<std::uint8_t>(&P::cell),
                              "(N,) uint8: 0 unseen, 1 supported, 2 occupied, 3 below; a view.")
@@ -239,10 +249,10 @@ void bind_ground(Module& module) {
           "id"_a, "at"_a, "yaw_rad"_a, Released(), "Foothold of the rules' foot on a surface.")
       .def(
           "patch",
-          [](const G& ground, const Eigen::Isometry3d& T_map_base, const PatchLayout& layout) {
-            return ground_patch(ground.view, T_map_base, layout);
+          [](const G& ground, const Eigen::Isometry3d& T_map_base, const std::optional<PatchLayout>& layout) {
+            return ground_patch(ground.view, T_map_base, layout.value_or(PatchLayout::grid()));
           },
-          "T_map_base"_a, "layout"_a = PatchLayout::grid(), Released(),
+          "T_map_base"_a, "layout"_a = py::none(), Released(),
           "GroundPatch about a base, (4, 4): ground_patch() of octosurf/ground_patch.hpp.");
 }
 
