@@ -6,6 +6,7 @@
 namespace octosurf {
 
 void add_checkout(CLI::App& app);
+void add_clear(CLI::App& app);
 void add_diff(CLI::App& app);
 void add_explain(CLI::App& app);
 void add_export(CLI::App& app);
@@ -41,6 +42,7 @@ int main(int argc, char** argv) {
   octosurf::add_localize(app);
   octosurf::add_remap(app);
   octosurf::add_merge(app);
+  octosurf::add_clear(app);
   octosurf::add_info(app);
   octosurf::add_export(app);
   octosurf::add_view(app);

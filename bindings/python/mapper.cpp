@@ -4,6 +4,7 @@
 #include <octosurf/alignment.hpp>
 #include <octosurf/map_alignment.hpp>
 #include <octosurf/mapper.hpp>
+#include <octosurf/space_part.hpp>
 
 namespace octosurf::python {
 namespace {
@@ -169,6 +170,21 @@ void bind_mapper(Module& module) {
   bind_alignment(module);
   bind_reports(module);
   bind_map_alignment(module);
+  Value<SpacePart>(module, "SpacePart")
+      .fields(OCTOSURF_FIELDS(SpacePart, T_map_part, half_size, round))
+      .def_static(
+          "box",
+          [](const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+            return SpacePart::box({low, high});
+          },
+          "low"_a, "high"_a)
+      .def_static(
+          "cylinder",
+          [](const Eigen::Vector3d& base, double radius, double height) {
+            return SpacePart::cylinder(base, radius, height);
+          },
+          "base"_a, "radius"_a, "height"_a)
+      .def("distance", &SpacePart::distance, "point"_a);
   using M = PythonMapper;
   Class<M>(module, "Mapper", mapper_doc)
       .def(py::init<MapPtr, int>(), "map"_a, "threads"_a = 1, "Goes on with a Map that has no Mapper yet.")
@@ -200,6 +216,7 @@ rays. Throws Error(usage).)")
       .def("drain", changed(&Mapper::drain))
       .def("detect_in_occupancy", changed(&Mapper::detect_in_occupancy))
       .def("merge", &M::merge, "other"_a, no_motion())
+      .def("clear", changed(&Mapper::clear), "part"_a, "as_free"_a = false)
       .def("share_octree", changed(&Mapper::share_octree), "on"_a = true)
       .def(
           "snapshot", [](const M& self) { return self.map->snapshot(); },

@@ -1,6 +1,8 @@
 // octosurf/planning.hpp and queries.hpp in Python.
 #include "map_holder.hpp"
 
+#include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 
@@ -81,6 +83,31 @@ frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)
             return self.below(point, self.limit(up, max_slope_rad));
           },
           "point"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope)
+      .def(
+          "below_all",
+          [](const PythonIndex& self, const py::object& points, const GivenUp& up, double max_slope_rad) {
+            std::vector<Eigen::Vector3d> from;
+            rows_from(points, from);
+            const SlopeLimit limit = self.limit(up, max_slope_rad);
+            std::vector<Eigen::Vector3d> met(from.size(), Eigen::Vector3d::Constant(NAN));
+            std::vector<SurfaceId> ids(from.size(), 0);
+            {
+              const py::gil_scoped_release released;
+              for (std::size_t i = 0; i < from.size(); ++i)
+                if (const std::optional<Nearest> found = self.below(from[i], limit)) {
+                  met[i] = found->point;
+                  ids[i] = found->id;
+                }
+            }
+            py::array_t<double> places({static_cast<py::ssize_t>(met.size()), py::ssize_t{3}});
+            if (!met.empty()) std::memcpy(places.mutable_data(), met.data(), met.size() * sizeof(met[0]));
+            return py::make_tuple(py::array_t<SurfaceId>(static_cast<py::ssize_t>(ids.size()), ids.data()),
+                                  places);
+          },
+          "points"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope,
+          "below() of each of (N, 3): the surfaces' ids (N,), 0 for none, and the places (N, 3), NaN for "
+          "none; other "
+          "threads run meanwhile.")
       .def("first_on_ray", &PythonIndex::first_on_ray, "from_"_a, "direction"_a, py::kw_only(),
            "within"_a = anywhere)
       .def(

@@ -18,6 +18,8 @@ class Detector;
 /// Builds one map, and its contact surfaces, from posed depth or lidar scans.
 namespace octosurf {
 
+struct SpacePart;
+
 /// Stages of processing a scan (docs/design.md §4), in order.
 enum class Stage {
   align,
@@ -94,7 +96,8 @@ class PreparedScan {
 /// Updates a map and its surfaces scan by scan (the paper's system).
 ///
 /// 1. Same scans and parameters give the same map, byte for byte, for any `threads`.
-/// 2. All or nothing: if insert(), insert_all(), drain(), merge(), detect_in_occupancy() or resegment()
+/// 2. All or nothing: if insert(), insert_all(), drain(), merge(), clear(), detect_in_occupancy() or
+/// resegment()
 ///    throws (an Error on rejected input, or std::bad_alloc), the map is byte for byte as before the call and
 ///    remains usable: free memory and insert the scan again, or skip it.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert(), nor insert() for it.
@@ -195,6 +198,12 @@ class Mapper {
   /// unchanged, if surface ids could run out; see 2 above. `born`, `merged` and `gone` of the report list the
   /// changes.
   ScanReport resegment();
+
+  /// Takes back what is known of a part of space: its voxels become unknown, or as after one free reading,
+  /// and leave their surfaces, which readers see as after a scan; `shrunk` and `gone` of the report list
+  /// them. Later scans map it anew. Throws Error(usage) for a part that is empty or not finite; see 2 above.
+  /// O(nodes and surfaces in it).
+  ScanReport clear(const SpacePart& part, bool as_free = false);
 
   /// Turns on or off the `octree` of the same scan in snapshots. Costs copying the blocks that a scan writes
   /// to (docs/design.md §5): some tenths of a millisecond for a camera's.

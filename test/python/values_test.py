@@ -62,6 +62,7 @@ def results():
         octosurf.export_planar_terrain([planned], grid, "map", world.FOLDER / "values.json", force=True),
         octosurf.nearest(snapshot, [0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),
         octosurf.SurfaceIndex(snapshot).snap(at(0, 0, 0.1)), octosurf.ConvexSpace.box([0, 0, 0], [1, 1, 1]), scan, surface,
+        octosurf.SpacePart.cylinder([0, 0, 0], 1, 2),
         surface.plane, *surface.polygons, surface.extrude(0.1), *pieces, surface.circles(0.1)[0],
         made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]]),
         made(octosurf.Figure, "width", 0.1, "m", None), made(octosurf.DoubleLayer, 1, 2, 0.5, 0.03, 0.1),

@@ -17,6 +17,7 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
+#include <octosurf/space_part.hpp>
 
 namespace octosurf {
 namespace {
@@ -276,6 +277,17 @@ ScanReport Mapper::resegment() {
   return impl_->change_map("the map", 0, mapper::Effort::anew, [](mapper::MapChange& change) {
     change.begin();
     change.update();
+  });
+}
+
+ScanReport Mapper::clear(const SpacePart& part, bool as_free) {
+  require_rigid(part.T_map_part, "T_map_part");
+  if (!(part.half_size.minCoeff() > 0) || !part.half_size.allFinite())
+    throw Error(Error::Kind::usage, "half_size", "is not that of a part of space",
+                "give positive lengths in m");
+  return impl_->change_map("the cleared map", 0, mapper::Effort::turn, [&](mapper::MapChange& change) {
+    mapper::Stopwatch time(change.begin());
+    change.retract(time(Stage::occupancy, [&] { return impl_->map.state().occupancy.clear(part, as_free); }));
   });
 }
 

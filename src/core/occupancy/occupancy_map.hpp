@@ -20,6 +20,10 @@
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
 
+namespace octosurf {
+struct SpacePart;
+}  // namespace octosurf
+
 namespace octosurf::occupancy {
 
 struct TouchedVoxels;
@@ -104,6 +108,8 @@ class OccupancyMap {
   /// not deep in a uniform cube.
   static OccupancyMap resampled(const OccupancyMap& other, const Eigen::Isometry3d& T_here_other,
                                 const OccupancyParameters& parameters, std::size_t& lost);
+  /// What is known of voxels whose middle lies in a part of space becomes unknown, or as after one miss.
+  OccupancyDelta clear(const SpacePart& part, bool as_free);
   bool empty() const;  ///< everything is unknown
 
   /// Creates points in occupied voxels with an open neighbour of the six (OpenSpace), seen from there, or in

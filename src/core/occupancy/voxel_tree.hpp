@@ -9,6 +9,7 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -65,6 +66,16 @@ class VoxelTree {
   template <class Policy>
   void add(const VoxelTree& other, Policy& policy) {
     add(root_, {other, other.root_}, top_level, 0, policy);
+  }
+
+  enum class Meets { nothing, some, all };
+  /// What is known of a part of space becomes unknown, or this value, below the threshold. Policy:
+  /// - `Meets meets(VoxelKey corner, int level)`: of the part, the middles of a cube's voxels.
+  /// - `void vanished(const VoxelPayload&, VoxelKey)`: as above.
+  /// O(nodes that meet it).
+  template <class Policy>
+  void clear(std::optional<float> becomes, Policy& policy) {
+    clear(root_, top_level, 0, becomes, policy);
   }
 
   struct Lookup {
@@ -200,6 +211,10 @@ class VoxelTree {
     const VoxelTree& tree;
     const Slot& slot;
   };
+  template <class Policy>
+  void clear(Slot& slot, int level, std::uint64_t morton, std::optional<float> becomes, Policy& policy);
+  template <class Policy>
+  void clear_brick(Slot& slot, std::uint64_t brick_morton, std::optional<float> becomes, Policy& policy);
   template <class Policy>
   void add(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy);
   template <class Policy>
