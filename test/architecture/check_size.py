@@ -9,7 +9,7 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_902),
+    "include": (["include"], 3_903),
     "core": (["src/core"], 21_740),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
     "io": (["src/io"], 13_330),
