@@ -55,9 +55,9 @@ struct GroundPatch {
 ///
 /// The robot's storey is what a flood reaches from under the base, by steps of at most max_step_m from one
 /// place of a grid of 5 cm to the next; beyond voids, obstacles and unseen places it goes on at the height
-/// that it had before them. So a table above the headroom, a ceiling and the storey above are not ground.
-/// Only readings count, not outlines: a place is supported by a surface with a reading nearer than half the
-/// widest unseen gap of the view's rules.
+/// that it had before them, and up to the headroom above the base. So a table above the headroom, a ceiling
+/// and the storey above are not ground. Only readings count, not outlines: a place is supported by a surface
+/// with a reading nearer than half the widest unseen gap of the view's rules.
 ///
 /// `view` gives map, up, slope and widest gap. Throws Error(usage) for a pose that is not rigid, no points,
 /// points that are not finite or farther than 5 m from the base, and a step that is not in (0, 1] m

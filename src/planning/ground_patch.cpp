@@ -144,7 +144,7 @@ Readings::Readings(const GroundView& view, const Eigen::Isometry3d& T_map_patch,
   Eigen::AlignedBox3d part;
   for (const float x : {low_.x(), high.x()})
     for (const float y : {low_.y(), high.y()})
-      for (const double z : {-deepest_m, layout.headroom_m})
+      for (const double z : {-deepest_m, 2 * layout.headroom_m + layout.max_step_m})  // see flood()
         part.extend(T_map_patch * Eigen::Vector3d(x, y, z));
   readings_.reserve(1 << 14);
   view.octree().for_each_cube(
@@ -181,7 +181,7 @@ void Readings::add(const OccupancyView::Cube& cube) {
   const Eigen::Vector3f corner = T_patch_map_.linear() * (low - T_map_patch_.translation()).cast<float>();
   // A larger cube, imported from an OctoMap, holds no readings: it counts as 4³ large voxels.
   const auto scale = static_cast<float>(1 << (cube.level - 2));
-  const Eigen::Vector2f middle = (corner + scale * 2 * (in_cube_[7] - in_cube_[0])).head<2>();
+  const Eigen::Vector2f middle = (corner + scale * 2 * in_cube_[7]).head<2>();
   const float reach = 3.5F * d_ * scale;  // half a cube's diagonal
   if (((middle - low_).array() < -reach).any() ||
       ((middle - low_).array() > reach + cell_m * size_.cast<float>()).any())
@@ -276,17 +276,18 @@ Look Readings::look(const Eigen::Vector2f& place, float ground, float depth) con
       }
     }
   // The highest whose readings lie all around; else, as at the edge of a step, that of the nearest reading.
+  const auto is_around = [this](const LevelPlane& p) {
+    return p.nearest <= covered_ * covered_ && p.off_middle() <= lopsided * reach_;
+  };
   const LevelPlane* best = nullptr;
   for (std::size_t k = 0; k < count; ++k) {
     const LevelPlane& one = planes[k];
-    const auto is_around = [this](const LevelPlane& p) {
-      return p.nearest <= covered_ * covered_ && p.off_middle() <= lopsided * reach_;
-    };
-    const auto is_better = [&](const LevelPlane& p, const LevelPlane& other) {
-      if (is_around(p) != is_around(other)) return is_around(p);
-      return is_around(p) ? p.height > other.height : p.nearest < other.nearest;
-    };
-    if (one.nearest <= bridged_ * bridged_ && (best == nullptr || is_better(one, *best))) best = &one;
+    if (one.nearest > bridged_ * bridged_) continue;
+    const bool around = is_around(one);
+    if (best == nullptr || (around != is_around(*best) ? around
+                            : around                   ? one.height > best->height
+                                                       : one.nearest < best->nearest))
+      best = &one;
   }
   const float on_plane = best != nullptr ? best->height : none;
   if (hanging > none) return {PatchCell::occupied, hanging};
@@ -303,8 +304,8 @@ Look Readings::look(const Eigen::Vector2f& place, float ground, float depth) con
 Look Readings::without_edge(Look here, const Eigen::Vector2f& place) const {
   if (here.cell != PatchCell::supported || !here.lopsided) return here;
   for (int k = 0; k < 8; ++k) {
-    const float turn = static_cast<float>(k) * std::numbers::pi_v<float> / 4;
-    const Eigen::Vector2f beside = place + d_ * Eigen::Vector2f(std::cos(turn), std::sin(turn));
+    const Eigen::Rotation2Df turn(static_cast<float>(k) * std::numbers::pi_v<float> / 4);
+    const Eigen::Vector2f beside = place + turn * Eigen::Vector2f(d_, 0);
     // A voxel of air is evidence enough where readings end.
     if (look(beside, here.height, 1).cell == PatchCell::below) here.cell = PatchCell::below;
   }
@@ -317,7 +318,8 @@ struct Flooded {
   Look look;
 };
 
-std::vector<Flooded> flood(const Readings& readings, float max_step) {
+/// Not on from ground above the base by more than the headroom, over which too little is read.
+std::vector<Flooded> flood(const Readings& readings, float max_step, float headroom) {
   std::vector<Flooded> cells(readings.cells());
   std::size_t start = cells.size();
   float nearest = first_ground_m, height = unknown;
@@ -339,7 +341,8 @@ std::vector<Flooded> flood(const Readings& readings, float max_step) {
     Flooded& here = cells[cell];
     if (!std::isnan(here.ground)) continue;
     here.look = readings.look(readings.middle(cell), from);
-    const bool continues = std::fabs(here.look.height - from) <= max_step;  // NaN fails
+    const bool continues =
+        std::fabs(here.look.height - from) <= max_step && here.look.height <= headroom;  // NaN fails
     here.ground = continues ? here.look.height : from;
     readings.for_each_near(cell, 1, [&, ground = here.ground](std::size_t other) {
       if (!std::isnan(cells[other].ground)) return;
@@ -444,15 +447,16 @@ GroundPatch ground_patch(const GroundView& view, const Eigen::Isometry3d& T_map_
                          const PatchLayout& layout) {
   require(T_map_base, layout);
   const Readings readings(view, yaw_frame(T_map_base, view.rules().limits.up), layout);
-  const std::vector<Flooded> cells = flood(readings, static_cast<float>(layout.max_step_m));
+  const std::vector<Flooded> cells =
+      flood(readings, static_cast<float>(layout.max_step_m), static_cast<float>(layout.headroom_m));
   const std::vector<float> to_end = distances_to_ends(readings, cells, view);
   GroundPatch patch;
   for (const Eigen::Vector2d& point : layout.points) {
     const Eigen::Vector2f place = point.cast<float>();
     const std::size_t at = readings.cell_at(place);
-    const bool in_middle = (readings.middle(at) - place).norm() < 1e-3F;
     Look look = cells[at].look;
-    if (!in_middle && !std::isnan(cells[at].ground)) look = readings.look(place, cells[at].ground);
+    if ((readings.middle(at) - place).norm() > 1e-3F && !std::isnan(cells[at].ground))
+      look = readings.look(place, cells[at].ground);
     look = readings.without_edge(look, place);
     patch.height.push_back(look.height);
     patch.cell.push_back(look.cell);

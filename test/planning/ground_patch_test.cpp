@@ -167,6 +167,21 @@ TEST(GroundPatch, VoidsAreNoGround) {
   }
 }
 
+// The ground rises, and what hangs over it is higher above the base than the headroom.
+TEST(GroundPatch, IsClearUpToTheHeadroomOverAStep) {
+  Scene scene;
+  scene.rectangle({-1, -1, 0.011}, 1.2 * x, 2 * y).rectangle({0.2, -1, 0.29}, 1 * x, 2 * y);
+  scene.rectangle({0.2, -1, 0.011}, 0.279 * z, 2 * y).rectangle({0.5, -1, 0.74}, 0.5 * x, 2 * y);
+  std::vector<Eigen::Vector3d> eyes = circle({0, 0, 0.5}, 0.8, 8);
+  for (const Eigen::Vector3d& eye : circle({0.2, 0, 1.6}, 0.8, 8)) eyes.push_back(eye);
+  const GroundView view = ground_of(scene, eyes, {{0.2, 0, 0.2}, {0.5, 0, 0.4}});
+  PatchLayout layout;
+  layout.points = {{0.35, 0}, {0.6, 0}};
+  layout.headroom_m = 0.5;
+  const GroundPatch patch = ground_patch(view, base_at({0, 0, 0.16}, 0), layout);
+  EXPECT_EQ(patch.cell, (std::vector{PatchCell::supported, PatchCell::occupied}));
+}
+
 TEST(GroundPatch, SaysHowFarTheEdgeIs) {
   Scene scene;
   scene.rectangle({-1.5, -1, 0.011}, 2 * x, 2 * y).rectangle({-1.5, -1, -0.6}, 4 * x, 2 * y);
