@@ -52,10 +52,10 @@ class GroundView {
   /// size, and of reading anew where there are some.
   GroundView next(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree) const;
 
-  const GroundRules& rules() const { return rules_; }    ///< these
-  const Snapshot& mapped() const { return *snapshot_; }  ///< outlines as mapped
-  const OccupancyView& octree() const { return octree_; }
-  double widest_unseen_m() const;  ///< the rules', or what follows from the foot
+  const GroundRules& rules() const { return rules_; }      ///< these
+  const Snapshot& mapped() const { return *snapshot_; }    ///< outlines as mapped
+  const OccupancyView& octree() const { return octree_; }  ///< as mapped
+  double widest_unseen_m() const;                          ///< the rules', or what follows from the foot
 
   /// A surface without its voids and wide unseen gaps: find_gaps() by these rules. Throws Error(data) if
   /// there is none of this id.

@@ -43,7 +43,7 @@ struct GroundPatch {
   /// m, along up from the base's origin: of a surface's plane where one is the ground, else of the topmost
   /// reading below the headroom. In a void: of what lies there, NaN if nothing was seen.
   std::vector<float> height;
-  std::vector<PatchCell> cell;
+  std::vector<PatchCell> cell;   ///< what is there
   std::vector<float> slope_rad;  ///< of the surface, NaN without one
   /// m, to the nearest place where the ground ends or a step begins, to half a cell of 5 cm; at most
   /// GroundView::farthest_margin_m. Only ends within 10 cm of the points' bounding box count. 0 at places
