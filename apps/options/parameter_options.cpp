@@ -12,6 +12,7 @@ namespace octosurf {
 namespace {
 
 using Setting = ParameterOptions::Setting;
+constexpr int budget_in_real_time = 1000;  // readings, see DetectionParameters::detection_budget
 constexpr std::size_t largest_config = std::size_t{64} << 10;  // bytes; all parameters are a hundredth of it
 
 std::string with(std::string name, char from, char to) {
@@ -84,7 +85,7 @@ void validate(const Parameters& parameters, const std::vector<Setting>& settings
 
 }  // namespace
 
-void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
+void add_parameter_options(CLI::App& verb, ParameterOptions& options, bool live) {
   verb.add_option("--config", options.config,
                   "file with lines 'name = value' and # comments; flags override it");
   verb.add_option_function<std::string>(
@@ -95,7 +96,8 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
           "against gravity: X Y Z, an axis such as -y, or auto: from the surfaces [z]")
       ->type_name("DIRECTION")
       ->group("Parameters [default]");
-  const Parameters defaults;
+  Parameters defaults;
+  if (live) defaults.detection.detection_budget = budget_in_real_time;
   for (const ParameterInfo& info : parameter_infos()) {
     if (info.name.starts_with("up_")) continue;  // --up gives all three
     const std::string dashed = with(info.name, '_', '-');
@@ -112,8 +114,6 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
         ->group("Parameters [default]");
   }
 }
-
-constexpr int budget_in_real_time = 1000;  // readings, see DetectionParameters::detection_budget
 
 ParameterChoice::ParameterChoice(const ParameterOptions& options, bool live) : live_(live) {
   if (!options.config.empty()) settings_ = read_config(options.config);

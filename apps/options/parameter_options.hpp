@@ -22,8 +22,8 @@ struct ParameterOptions {
   std::vector<Setting> flags;
 };
 
-/// Adds --config, and every parameter as a flag, spelled with _ and with -.
-void add_parameter_options(CLI::App& verb, ParameterOptions& options);
+/// Adds --config, and every parameter as a flag, spelled with _ and with -. `live`: as of ParameterChoice.
+void add_parameter_options(CLI::App& verb, ParameterOptions& options, bool live = false);
 
 /// The user's choice of parameters, not yet applied.
 class ParameterChoice {

@@ -36,6 +36,7 @@ struct HeightGridOptions {
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
   double max_slope_rad = std::numbers::pi / 6;  ///< steeper surfaces are left out; below π/2
   std::optional<double> below;  ///< m: higher surfaces are left out, e.g. to show floors under tables
+  Eigen::AlignedBox2d within;   ///< x, y: the grid covers no more; empty: everything
 };
 
 /// The highest surface at each cell's centre, the lower id on a tie. Cells begin at multiples of their size,

@@ -104,8 +104,8 @@ class OccupancyView {
   void for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLeaves& visit) const;
 
   /// The body of the map's .bt, as octomap_msgs sends it: maximum likelihood, pruned, two bits for a child.
-  /// O(nodes), some ns each.
-  std::string octomap_data() const;
+  /// Only of cubes that meet `box`, unless that is empty. O(nodes that it meets), some ns each.
+  std::string octomap_data(const Eigen::AlignedBox3d& box = {}) const;
 
   /// A cube whose leaves changed: these replace all its previous contents; empty if the cube became unknown.
   struct Change {

@@ -132,12 +132,12 @@ const ddsi_sertype_ops type_operations = [] {
 
 }  // namespace
 
-RawMessage::RawMessage(ddsi_serdata* data, std::int64_t sent_ns)
-    : data_(data, [](ddsi_serdata* held) { ddsi_serdata_unref(held); }), sent_ns_(sent_ns) {}
-
-std::string_view RawMessage::bytes() const {
-  if (!data_) return {};
-  return bytes_of(data_.get());
+node::RawMessage owned(ddsi_serdata* data, std::int64_t sent_ns) {
+  const std::string_view bytes = data == nullptr ? std::string_view() : bytes_of(data);
+  return {
+      bytes,
+      std::shared_ptr<void>(data, [](void* held) { ddsi_serdata_unref(static_cast<ddsi_serdata*>(held)); }),
+      sent_ns};
 }
 
 RawTopic make_raw_topic(dds_entity_t participant, const std::string& name, const std::string& type) {

@@ -1,28 +1,16 @@
 #pragma once
 
+#include "node/middleware.hpp"
+
 #include <cstdint>
 #include <dds/dds.h>
-#include <memory>
 #include <string>
-#include <string_view>
 
 namespace octosurf::dds {
 
-/// A message as it came from the network: CDR behind its encapsulation header. Shares the one copy that
-/// Cyclone made of it.
-class RawMessage {
- public:
-  RawMessage() = default;
-  /// Takes a reference over, as dds_takecdr() gives it.
-  RawMessage(ddsi_serdata* data, std::int64_t sent_ns);
-
-  std::string_view bytes() const;
-  std::int64_t sent_ns() const { return sent_ns_; }  ///< since 1970, by the publisher's clock
-
- private:
-  std::shared_ptr<ddsi_serdata> data_;
-  std::int64_t sent_ns_ = 0;
-};
+/// Takes a reference over, as dds_takecdr() gives it: the message shares the one copy that Cyclone made of
+/// it.
+node::RawMessage owned(ddsi_serdata* data, std::int64_t sent_ns);
 
 /// A topic whose messages Cyclone passes on as raw bytes, as in rmw_cyclonedds_cpp: only reader and writer
 /// interpret them, and a damaged message reaches the reader, which rejects and counts it. `type` is for

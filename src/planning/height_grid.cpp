@@ -141,6 +141,7 @@ HeightGrid height_grid(const Snapshot& snapshot, const HeightGridOptions& option
     for (const Polygon& polygon : level.back().polygons)
       for (const Eigen::Vector2d& yx : polygon.outer) box.extend(yx.reverse().eval());
   }
+  if (!options.within.isEmpty()) box = box.intersection(options.within);
   if (box.isEmpty()) {
     HeightGrid nothing;
     nothing.cell = cell;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
@@ -60,6 +61,25 @@ inline void set_heartbeat(fast::DataWriterQos& qos, std::uint32_t nanoseconds) {
   qos.reliable_writer_qos().times.heartbeat_period = {0, nanoseconds};
 #endif
 }
+
+/// Calls back with topic and user data of each publisher that is discovered.
+class WriterListener : public fast::DomainParticipantListener {
+ public:
+  std::function<void(const std::string& topic, const std::string& user_data)> discovered;
+
+ private:
+#if OCTOSURF_FAST_DDS == 2
+  void on_publisher_discovery(fast::DomainParticipant*, fast_rtps::WriterDiscoveryInfo&& writer) override {
+    const auto& data = writer.info.m_qos.m_userData;
+    discovered(writer.info.topicName().to_string(), {data.begin(), data.end()});
+  }
+#else
+  void on_data_writer_discovery(fast::DomainParticipant*, fast_rtps::WriterDiscoveryStatus,
+                                const fast::PublicationBuiltinTopicData& writer, bool&) override {
+    discovered(writer.topic_name.to_string(), {writer.user_data.begin(), writer.user_data.end()});
+  }
+#endif
+};
 
 /// As Fast DDS serialises it, behind its encapsulation header; nothing where it cannot.
 template <class Support>

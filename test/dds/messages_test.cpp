@@ -1,6 +1,6 @@
 // What the node writes of octosurf_msgs, field by field as another vendor's types, made of the .msg files,
 // read it.
-#include "messages.hpp"
+#include "node/messages.hpp"
 
 #include "dds/robot.hpp"
 
@@ -61,8 +61,9 @@ TEST(DdsMessages, SurfacesAndCylindersHaveAllTheirFields) {
   snapshot.resolution = 0.02;
   snapshot.surfaces = {surface()};
   snapshot.cylinders = {std::make_shared<const Cylinder>(pole)};
-  const Surfaces_ read = read_whole<Surfaces_PubSubType>(
-      [&](io::MessageWriter& out) { dds::write_surfaces(out, snapshot, "odom", 1'700'000'000'250'000'000); });
+  const Surfaces_ read = read_whole<Surfaces_PubSubType>([&](io::MessageWriter& out) {
+    node::write_surfaces(out, snapshot, "odom", 1'700'000'000'250'000'000);
+  });
   EXPECT_EQ(read.header().frame_id(), "odom");
   EXPECT_EQ(read.header().stamp().sec(), 1'700'000'000);
   EXPECT_EQ(read.header().stamp().nanosec(), 250'000'000U);
@@ -122,7 +123,7 @@ TEST(DdsMessages, StairsHaveAllTheirFields) {
   Snapshot snapshot;
   snapshot.revision = 33;
   const Stairs_ read = read_whole<Stairs_PubSubType>([&](io::MessageWriter& out) {
-    dds::write_stairs(out, {{stair}, {kerb}}, snapshot, "odom", 1'700'000'000'250'000'000);
+    node::write_stairs(out, {{stair}, {kerb}}, snapshot, "odom", 1'700'000'000'250'000'000);
   });
   EXPECT_EQ(read.header().frame_id(), "odom");
   EXPECT_EQ(read.header().stamp().nanosec(), 250'000'000U);
@@ -163,7 +164,7 @@ TEST(DdsMessages, RegionsAndFootstepsHaveAllTheirFields) {
   found.region.polygons = {{{{0, 0}, {1, 0}, {0, 1}}, {}}};
   found.region.refused = {ContactRefusal::slope, ContactRefusal::clearance};
   const ContactRegion_ region =
-      read_whole<ContactRegion_PubSubType>([&](io::MessageWriter& out) { dds::write_region(out, found); });
+      read_whole<ContactRegion_PubSubType>([&](io::MessageWriter& out) { node::write_region(out, found); });
   EXPECT_EQ(region.surface(), 7U);
   EXPECT_EQ(region.revision(), 22U);
   EXPECT_EQ(region.area(), 0.5);
@@ -180,7 +181,7 @@ TEST(DdsMessages, RegionsAndFootstepsHaveAllTheirFields) {
   step.yaw_rad = 0.7;
   step.margin_m = 0.03;
   const Footstep_ read =
-      read_whole<Footstep_PubSubType>([&](io::MessageWriter& out) { dds::write_footstep(out, step); });
+      read_whole<Footstep_PubSubType>([&](io::MessageWriter& out) { node::write_footstep(out, step); });
   EXPECT_EQ(read.foot(), "right");
   EXPECT_EQ(read.surface(), 7U);
   EXPECT_EQ(xyz(read.pose().position()), Eigen::Vector3d(1, 2, 3));

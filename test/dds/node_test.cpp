@@ -13,6 +13,8 @@
 namespace octosurf::test {
 namespace {
 
+using convex_plane_decomposition_msgs::msg::dds_::PlanarTerrain_PubSubType;
+using grid_map_msgs::msg::dds_::GridMap_PubSubType;
 using octosurf_msgs::msg::dds_::Stairs_PubSubType;
 using octosurf_msgs::msg::dds_::Surfaces_PubSubType;
 using sensor_msgs::msg::dds_::CameraInfo_PubSubType;
@@ -22,6 +24,9 @@ using ::testing::UnorderedElementsAreArray;
 
 namespace srv = octosurf_msgs::srv::dds_;
 using QueryClient = Client<srv::Query_Request_PubSubType, srv::Query_Response_PubSubType>;
+using ChangesClient = Client<srv::Changes_Request_PubSubType, srv::Changes_Response_PubSubType>;
+using PublishClient = Client<srv::Publish_Request_PubSubType, srv::Publish_Response_PubSubType>;
+using ClearClient = Client<srv::Clear_Request_PubSubType, srv::Clear_Response_PubSubType>;
 using RegionsClient = Client<srv::ContactRegions_Request_PubSubType, srv::ContactRegions_Response_PubSubType>;
 
 const std::string image_topic = "/camera/depth/image";
@@ -75,6 +80,201 @@ TEST_F(NodeTest, MapsCloudsByAChainOfTransforms) {
   ASSERT_TRUE(has_mapped(status, player.scans())) << node->errors();
   EXPECT_EQ(end(*node), 0) << node->errors();
   expect_live_is("boxed");
+}
+
+TEST_F(NodeTest, MapsWhatWaitsBeforeItEnds) {
+  record();
+  if (HasFatalFailure()) return;
+  Player player(*vendor, folder / "walk.db3", Qos::reliable);
+  const auto node = start({"--depth", image_topic, "-o", "live", "--reliable", "--wait", "60"});
+  Status status(*vendor, "rt/octosurf/status", Qos::latched);
+  ASSERT_TRUE(player.is_heard(status)) << node->errors();
+  const auto before = status.last().received();
+  player.play(0, 6);
+  ASSERT_TRUE(wait_until([&] { return status.last().received() == before + 6; })) << node->errors();
+  EXPECT_EQ(end(*node), 0) << node->errors();  // the last one waits for a transform after it
+  expect_live_is("offline");
+}
+
+TEST_F(NodeTest, GoesOnWhenTimeIsSetBack) {
+  record();
+  if (HasFatalFailure()) return;
+  Player player(*vendor, folder / "walk.db3", Qos::reliable);
+  const auto node = start({"--depth", image_topic, "-o", "live", "--reliable"});
+  Status status(*vendor, "rt/octosurf/status", Qos::latched);
+  ASSERT_TRUE(player.is_heard(status)) << node->errors();
+  player.play(0, 4);
+  ASSERT_TRUE(has_mapped(status, 4)) << node->errors();
+  player.shift_s = -100;
+  player.play(0, 6);
+  EXPECT_TRUE(has_mapped(status, 10)) << node->errors() << status.last().last_refusal();
+  EXPECT_THAT(node->errors(), HasSubstr("time was set back by 1"));
+  EXPECT_EQ(end(*node), 0) << node->errors();
+}
+
+TEST_F(NodeTest, NamesAPublisherThatIsNotHeard) {
+  Publisher<Image_PubSubType> images(*vendor, "rt" + image_topic, Qos::best_effort);
+  const auto node = start({"--depth", image_topic, "-o", "live", "--reliable"});
+  EXPECT_TRUE(wait_until([&] { return node->errors().find("less reliability") != std::string::npos; }));
+  EXPECT_THAT(node->errors(), HasSubstr("without --reliable"));
+  EXPECT_EQ(end(*node), 0);
+}
+
+TEST_F(NodeTest, IsFoundAsTheVariablesOfRos2Say) {
+  const auto is_found = [&] {
+    const auto node = start({"--depth", image_topic, "-o", "live"});
+    Status status(*vendor, "rt/octosurf/status", Qos::latched);
+    const bool found = wait_until([&] { return status.count() > 0; }, std::chrono::seconds(4));
+    EXPECT_EQ(end(*node), 0) << node->errors();
+    return found;
+  };
+  // The loopback, and nothing about where others are.
+  setenv(
+      "CYCLONEDDS_URI",
+      "<CycloneDDS><Domain id='any'><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
+      "</General></Domain></CycloneDDS>",
+      1);
+  setenv("ROS_LOCALHOST_ONLY", "1", 1);
+  EXPECT_TRUE(is_found());
+  unsetenv("ROS_LOCALHOST_ONLY");
+  setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
+  EXPECT_TRUE(is_found());
+  setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", 1);
+  EXPECT_FALSE(is_found());
+  setenv("ROS_STATIC_PEERS", "127.0.0.1;", 1);
+  setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET", 1);
+  EXPECT_TRUE(is_found());
+  setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "MOON", 1);
+  const auto node = start({"--depth", image_topic, "-o", "live"});
+  EXPECT_EQ(node->wait(), 2);
+  EXPECT_THAT(node->errors(), HasSubstr("SUBNET, LOCALHOST, OFF"));
+  unsetenv("ROS_STATIC_PEERS");
+  unsetenv("ROS_AUTOMATIC_DISCOVERY_RANGE");
+}
+
+TEST_F(NodeTest, IsShownToTheToolsOfRos2) {
+  using rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_PubSubType;
+  Subscription<ParticipantEntitiesInfo_PubSubType> infos(*vendor, "ros_discovery_info", Qos::latched);
+  const auto node = start({"--depth", image_topic, "-o", "live", "--name", "/robot/octosurf"});
+  ASSERT_TRUE(wait_until([&] { return infos.count() > 0; })) << node->errors();
+  const auto info = infos.last().node_entities_info_seq().at(0);
+  EXPECT_EQ(info.node_namespace(), "/robot");
+  EXPECT_EQ(info.node_name(), "octosurf");
+  EXPECT_EQ(info.reader_gid_seq().size(), 4u + 8u);  // topics and services
+  EXPECT_EQ(info.writer_gid_seq().size(), 9u);
+  // Without a hash of their types ROS 2 warns about endpoints.
+  const auto hash_of = [&](const std::string& topic) {
+    EXPECT_TRUE(wait_until([&] { return !vendor->user_data(topic).empty(); })) << topic;
+    return vendor->user_data(topic);
+  };
+  EXPECT_THAT(hash_of("rt/robot/octosurf/octomap_binary"), HasSubstr("typehash=RIHS01_"));
+  EXPECT_THAT(hash_of("rr/robot/octosurf/saveReply"), HasSubstr("typehash=RIHS01_"));
+  EXPECT_THAT(hash_of("rr/robot/octosurf/saveReply"), HasSubstr("serviceid="));
+  EXPECT_EQ(end(*node), 0);
+}
+
+/// Clients of rmw_cyclonedds_cpp are discovered piece by piece: the reply waits for the one who asked.
+TEST_F(NodeTest, AnswersAClientWhoseReaderIsFoundLate) {
+  const auto node = start({"--depth", image_topic, "-o", "live"});
+  const std::string me = "clientid=1.2.3;";
+  SaveClient other(*vendor, "/octosurf/save");  // another reader of replies
+  ASSERT_TRUE(other.call({}).success()) << node->errors();
+  Publisher<srv::Save_Request_PubSubType> requests(*vendor, "rq/octosurf/saveRequest", Qos::reliable, 100,
+                                                   me);
+  srv::Save_Request_ request;
+  request.call().client(77);
+  request.call().number(5);
+  request.file("late");
+  ASSERT_TRUE(spoken_until([&] { requests.publish(request); }, [&] { return exists("late.surfaces"); },
+                           std::chrono::milliseconds(200)));
+  request.file("later");
+  request.call().number(6);
+  requests.publish(request);
+  ASSERT_TRUE(wait_until([&] { return exists("later.surfaces"); }));
+  Subscription<srv::Save_Response_PubSubType> replies(*vendor, "rr/octosurf/saveReply", Qos::reliable, me);
+  EXPECT_TRUE(wait_until([&] { return replies.last().call().number() == 6; }, std::chrono::seconds(5)));
+  EXPECT_EQ(end(*node), 0);
+}
+
+/// What is published is what lies about the robot; the rest is to be had on request.
+TEST_F(NodeTest, PublishesWhatLiesAboutTheRobotAndEverythingOnRequest) {
+  record();
+  if (HasFatalFailure()) return;
+  Player player(*vendor, folder / "walk.db3", Qos::reliable);
+  const auto node =
+      start({"--depth", image_topic, "-o", "live", "--reliable", "--radius", "1", "--base", "camera"});
+  Status status(*vendor, "rt/octosurf/status", Qos::latched);
+  ASSERT_TRUE(player.is_heard(status)) << node->errors();
+  Subscription<Surfaces_PubSubType> surfaces(*vendor, "rt/octosurf/surfaces", Qos::latched);
+  Subscription<octomap_msgs::msg::dds_::Octomap_PubSubType> octomap(*vendor, "rt/octosurf/octomap_binary",
+                                                                    Qos::latched);
+  Subscription<GridMap_PubSubType> patch(*vendor, "rt/octosurf/patch", Qos::best_effort);
+  player.play(0, player.scans());
+  ASSERT_TRUE(has_mapped(status, player.scans())) << node->errors();
+  const std::uint64_t revision = status.last().revision();
+  ASSERT_TRUE(wait_until([&] { return surfaces.last().revision() == revision && octomap.count() > 0; }));
+  const auto near = surfaces.last();
+  const std::size_t near_bytes = octomap.last().data().size();
+  // About the robot: its place is the middle of its patch.
+  ASSERT_TRUE(wait_until([&] { return patch.count() > 0; })) << node->errors();
+  EXPECT_EQ(patch.last().layers(), (std::vector<std::string>{"elevation", "cell", "slope", "edge"}));
+  const auto place = patch.last().info().pose().position();
+  const double z = 0;  // of the floor
+  std::ostringstream box;
+  box << "query offline --json --box";
+  for (const double side : {-1.125, 1.125})
+    box << ' ' << place.x() + side << ' ' << place.y() + side << ' ' << z + 1.5 + 2 * side;
+  const auto within =
+      nlohmann::json::parse(run_well(box.str()).out).at("surfaces").get<std::vector<std::uint32_t>>();
+  std::vector<std::uint32_t> ids;
+  for (const auto& surface : near.surfaces()) ids.push_back(surface.id());
+  EXPECT_TRUE(std::ranges::includes(within, ids)) << ::testing::PrintToString(ids);
+  const std::size_t all = info("offline").at("surfaces");
+  EXPECT_LT(ids.size(), all);
+  EXPECT_FALSE(ids.empty());
+  // Nothing is published while nothing changes.
+  const int count = surfaces.count() + octomap.count(), rounds = status.count();
+  ASSERT_TRUE(wait_until([&] { return status.count() > rounds + 5; }));
+  EXPECT_EQ(surfaces.count() + octomap.count(), count);
+
+  PublishClient publish(*vendor, "/octosurf/publish");
+  ASSERT_TRUE(publish.call({}).success());
+  EXPECT_TRUE(wait_until([&] { return surfaces.last().surfaces().size() == all; }));
+  EXPECT_TRUE(wait_until([&] { return octomap.last().data().size() > 2 * near_bytes; }));
+  EXPECT_GT(status.last().published_bytes(), near_bytes);
+  EXPECT_GT(status.last().publish_ms(), 0);
+  srv::Publish_Request_ wrong;
+  wrong.radius(-1);
+  EXPECT_FALSE(publish.call(wrong).success());
+
+  ChangesClient changes(*vendor, "/octosurf/changes");
+  srv::Changes_Request_ asked;
+  EXPECT_EQ(changes.call(asked).changed().surfaces().size(), all);
+  asked.low() = asked.high() = place;
+  asked.high().x(place.x() + 2);
+  asked.high().z(place.z() - 3);
+  const auto below = changes.call(asked).changed().surfaces().size();
+  EXPECT_GT(below, 0u);
+  EXPECT_LT(below, all);
+  asked.since(revision);
+  EXPECT_EQ(changes.call(asked).changed().surfaces().size(), 0u);
+  asked.since(revision + 1);
+  EXPECT_FALSE(changes.call(asked).success());
+
+  ClearClient clear(*vendor, "/octosurf/clear");
+  srv::Clear_Request_ everything;
+  everything.size().x(100);
+  everything.size().y(100);
+  everything.size().z(100);
+  const auto cleared = clear.call(everything);
+  ASSERT_TRUE(cleared.success()) << cleared.message();
+  EXPECT_THAT(cleared.message(), HasSubstr(std::to_string(all) + " surfaces gone"));
+  EXPECT_GT(cleared.revision(), revision);
+  EXPECT_TRUE(wait_until([&] { return surfaces.last().surfaces().empty(); }));
+  asked = {};
+  asked.since(revision);
+  EXPECT_EQ(changes.call(asked).gone().size(), all);
+  EXPECT_EQ(end(*node), 0) << node->errors();
 }
 
 TEST_F(NodeTest, SaysWhatIsWrongWithItsUse) {
@@ -247,12 +447,17 @@ TEST_F(LiveMap, IsPublishedAsTheOfflineMap) {
       "export offline --format planar_terrain --to terrain.cdr --foot-radius 0.05 --max-slope 20 "
       "--clearance 0.3");
   room->run_well("export offline --format grid_map --to grid.cdr --max-slope 20");
-  using convex_plane_decomposition_msgs::msg::dds_::PlanarTerrain_PubSubType;
-  using grid_map_msgs::msg::dds_::GridMap_PubSubType;
-  EXPECT_TRUE(serialised<PlanarTerrain_PubSubType>(
-                  room->latched<PlanarTerrain_PubSubType>("planar_terrain")) == room->read("terrain.cdr"));
-  EXPECT_TRUE(serialised<GridMap_PubSubType>(room->latched<GridMap_PubSubType>("grid_map")) ==
-              room->read("grid.cdr"));
+  auto terrain = room->latched<PlanarTerrain_PubSubType>("planar_terrain");
+  auto grid = room->latched<GridMap_PubSubType>("grid_map");
+  EXPECT_EQ(grid.header().stamp(), room->last_stamp);
+  EXPECT_EQ(terrain.gridmap().header().stamp(), room->last_stamp);
+  EXPECT_EQ(markers.markers().back().header().stamp(), room->last_stamp);
+  EXPECT_EQ(room->latched<octomap_msgs::msg::dds_::Octomap_PubSubType>("octomap_binary").header().stamp(),
+            room->last_stamp);
+  grid.header().stamp({});  // a file is of no time
+  terrain.gridmap().header().stamp({});
+  EXPECT_TRUE(serialised<PlanarTerrain_PubSubType>(terrain) == room->read("terrain.cdr"));
+  EXPECT_TRUE(serialised<GridMap_PubSubType>(grid) == room->read("grid.cdr"));
 }
 
 TEST_F(LiveMap, HasAnOctomapThatOctomapReadsAndWritesAgain) {
@@ -414,6 +619,7 @@ TEST_F(LiveMap, IsSavedAndLoadedBesideTheNodesOwnOnly) {
   first.file("first");
   const auto loaded = load.call(first);
   EXPECT_TRUE(loaded.success()) << loaded.message();
+  EXPECT_THAT(loaded.message(), HasSubstr("no longer as live"));
   const auto revision = room->info("first").at("revision").get<std::uint64_t>();
   EXPECT_TRUE(wait_until([&] { return room->status->last().revision() == revision; }));
   EXPECT_THAT(save.call({}).message(), HasSubstr("first: "));  // it is the node's own now

@@ -60,11 +60,21 @@ bool Player::is_heard(const Status& status, std::uint32_t scan_publishers) const
 void Player::publish(const Message& message) const {
   using namespace sensor_msgs::msg::dds_;
   using tf2_msgs::msg::dds_::TFMessage_PubSubType;
-  if (message.topic == "/camera/depth/image") images.publish(deserialised<Image_PubSubType>(message.cdr));
+  const auto shift = [this](auto& header) { header.stamp().sec(header.stamp().sec() + shift_s); };
+  const auto transforms = [&] {
+    auto moved = deserialised<TFMessage_PubSubType>(message.cdr);
+    for (auto& transform : moved.transforms()) shift(transform.header());
+    return moved;
+  };
+  if (message.topic == "/camera/depth/image") {
+    auto image = deserialised<Image_PubSubType>(message.cdr);
+    shift(image.header());
+    images.publish(image);
+  }
   if (message.topic == "/camera/depth/camera_info")
     cameras.publish(deserialised<CameraInfo_PubSubType>(message.cdr));
   if (message.topic == "/lidar/points") clouds.publish(deserialised<PointCloud2_PubSubType>(message.cdr));
-  if (message.topic == "/tf") tf.publish(deserialised<TFMessage_PubSubType>(message.cdr));
+  if (message.topic == "/tf") tf.publish(transforms());
   if (message.topic == "/tf_static") tf_static.publish(deserialised<TFMessage_PubSubType>(message.cdr));
 }
 

@@ -30,6 +30,7 @@ class Player {
   bool is_heard(const Status& status, std::uint32_t scan_publishers = 1) const;
   /// Messages up to and with the scans [first, last).
   void play(std::size_t first, std::size_t last);
+  std::int32_t shift_s = 0;  ///< added to their time stamps
 
   Publisher<sensor_msgs::msg::dds_::Image_PubSubType> images;
   Publisher<sensor_msgs::msg::dds_::CameraInfo_PubSubType> cameras;

@@ -37,8 +37,13 @@ Vendor::Vendor(std::uint32_t domain) {
   auto& builtin = qos.wire_protocol().builtin;
   builtin.initialPeersList.push_back(here);
   builtin.metatrafficUnicastLocatorList.push_back(here);
-  participant_ =
-      made(fast::DomainParticipantFactory::get_instance()->create_participant(domain, qos), "participant");
+  listener_.discovered = [this](const std::string& topic, const std::string& user_data) {
+    const std::lock_guard lock(mutex_);
+    user_data_[topic] = user_data;
+  };
+  participant_ = made(fast::DomainParticipantFactory::get_instance()->create_participant(
+                          domain, qos, &listener_, fast::StatusMask::none()),
+                      "participant");
   publisher_ = made(participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT), "publisher");
   subscriber_ = made(participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT), "subscriber");
 }
@@ -55,18 +60,27 @@ fast::Topic* Vendor::topic(const std::string& name, const fast::TypeSupport& typ
               "topic " + name);
 }
 
-fast::DataWriter* Vendor::writer(const std::string& name, const fast::TypeSupport& type, Qos qos, int depth) {
+std::string Vendor::user_data(const std::string& topic) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = user_data_.find(topic);
+  return found == user_data_.end() ? std::string() : found->second;
+}
+
+fast::DataWriter* Vendor::writer(const std::string& name, const fast::TypeSupport& type, Qos qos, int depth,
+                                 const std::string& user_data) {
   fast::DataWriterQos wanted = fast::DATAWRITER_QOS_DEFAULT;
   apply(qos, depth, wanted);
   wanted.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;  // what sends messages larger than a datagram
   // Cyclone takes what a reliable writer sends before its first heartbeat for the past; that comes every 3 s.
   set_heartbeat(wanted, 50'000'000);
+  wanted.user_data().setValue({user_data.begin(), user_data.end()});
   return made(publisher_->create_datawriter(topic(name, type), wanted), "writer");
 }
 
 fast::DataReader* Vendor::reader(const std::string& name, const fast::TypeSupport& type, Qos qos,
-                                 fast::DataReaderListener* listener) {
+                                 fast::DataReaderListener* listener, const std::string& user_data) {
   fast::DataReaderQos wanted = fast::DATAREADER_QOS_DEFAULT;
+  wanted.user_data().setValue({user_data.begin(), user_data.end()});
   apply(qos, 10, wanted);
   return made(subscriber_->create_datareader(topic(name, type), wanted, listener), "reader");
 }

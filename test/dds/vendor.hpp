@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
@@ -48,13 +49,19 @@ class Vendor {
   Vendor(const Vendor&) = delete;
   Vendor& operator=(const Vendor&) = delete;
 
-  fast::DataWriter* writer(const std::string& topic, const fast::TypeSupport& type, Qos qos, int depth);
+  fast::DataWriter* writer(const std::string& topic, const fast::TypeSupport& type, Qos qos, int depth,
+                           const std::string& user_data = {});
   fast::DataReader* reader(const std::string& topic, const fast::TypeSupport& type, Qos qos,
-                           fast::DataReaderListener* listener);
+                           fast::DataReaderListener* listener, const std::string& user_data = {});
+  /// Of the publishers of a topic that were discovered, the last one's.
+  std::string user_data(const std::string& topic) const;
 
  private:
   fast::Topic* topic(const std::string& name, const fast::TypeSupport& type);
 
+  mutable std::mutex mutex_;  // of the next
+  std::map<std::string, std::string> user_data_;
+  WriterListener listener_;
   fast::DomainParticipant* participant_ = nullptr;
   fast::Publisher* publisher_ = nullptr;
   fast::Subscriber* subscriber_ = nullptr;
@@ -65,8 +72,9 @@ class Publisher {
  public:
   using Message = typename Support::type;
 
-  Publisher(Vendor& vendor, const std::string& topic, Qos qos, int depth = 100)
-      : writer_(vendor.writer(topic, fast::TypeSupport(new Support), qos, depth)) {}
+  Publisher(Vendor& vendor, const std::string& topic, Qos qos, int depth = 100,
+            const std::string& user_data = {})
+      : writer_(vendor.writer(topic, fast::TypeSupport(new Support), qos, depth, user_data)) {}
   bool publish(Message message) const { return succeeded(writer_->write(&message)); }
 
  private:
@@ -83,8 +91,8 @@ class Subscription : private fast::DataReaderListener {
  public:
   using Message = typename Support::type;
 
-  Subscription(Vendor& vendor, const std::string& topic, Qos qos)
-      : reader_(vendor.reader(topic, fast::TypeSupport(new Support), qos, this)) {}
+  Subscription(Vendor& vendor, const std::string& topic, Qos qos, const std::string& user_data = {})
+      : reader_(vendor.reader(topic, fast::TypeSupport(new Support), qos, this, user_data)) {}
   ~Subscription() override { reader_->set_listener(nullptr); }
 
   Message last() const {

@@ -1,6 +1,7 @@
 // The octree's way to and from bytes. OctoMap's own readers recurse without a limit and read on
 // past the end of a file, so its two formats are parsed here, with both checked.
 #include "geometry/morton.hpp"
+#include "occupancy/key_box.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
 
@@ -35,8 +36,10 @@ geometry::VoxelKey child_key(geometry::VoxelKey key, unsigned child, int level) 
 /// OctoMap's .bt: two bits a child, in preorder; undivided where eight children are equal.
 class BtWriter {
  public:
-  explicit BtWriter(const occupancy::VoxelTree& tree) : tree_(tree) {
-    if (!tree.empty()) write(tree.root());
+  /// Of cubes that meet `box`.
+  explicit BtWriter(const occupancy::VoxelTree& tree, const occupancy::KeyBox& box = {})
+      : tree_(tree), box_(box) {
+    if (!tree.empty()) write(tree.root(), {0, 0, 0}, occupancy::VoxelTree::top_level);
   }
   const std::string& bytes() const { return bytes_; }
   std::size_t nodes() const { return nodes_; }
@@ -44,8 +47,9 @@ class BtWriter {
  private:
   enum Kind : unsigned { unknown = 0, free = 1, occupied = 2, inner = 3 };
 
-  /// Appends the subtree of `node`; nothing if it is uniform.
-  Kind write(const occupancy::VoxelTree::Node& node) {
+  /// Appends the subtree of `node`; nothing if it is uniform or beside the box.
+  Kind write(const occupancy::VoxelTree::Node& node, const occupancy::Key3& corner, int level) {
+    if (!box_.meets(occupancy::KeyBox::cube(corner, level))) return unknown;
     ++nodes_;
     if (!node.has_children()) return tree_.occupied(node.log_odds()) ? occupied : free;
     const std::size_t start = bytes_.size(), nodes_before = nodes_;
@@ -53,11 +57,11 @@ class BtWriter {
     unsigned bits = 0;
     for (unsigned c = 0; c < 8; ++c)
       if (const occupancy::VoxelTree::Node child = node.child(c); child.exists())
-        bits |= write(child) << (2 * c);
-    if (bits == all_free || bits == all_occupied) {
+        bits |= write(child, occupancy::child_corner(corner, c, level - 1), level - 1) << (2 * c);
+    if (bits == 0 || bits == all_free || bits == all_occupied) {
       bytes_.resize(start);
       nodes_ = nodes_before;
-      return bits == all_free ? free : occupied;
+      return bits == 0 ? unknown : bits == all_free ? free : occupied;
     }
     bytes_[start] = static_cast<char>(bits & 0xff);
     bytes_[start + 1] = static_cast<char>(bits >> 8);
@@ -66,6 +70,7 @@ class BtWriter {
 
   static constexpr unsigned all_free = 0x5555, all_occupied = 0xaaaa;
   const occupancy::VoxelTree& tree_;
+  const occupancy::KeyBox box_;
   std::string bytes_;
   std::size_t nodes_ = 0;
 };
@@ -339,7 +344,11 @@ void occupancy::OccupancyMap::write_bt(std::ostream& out) const {
   out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
 }
 
-std::string OccupancyView::octomap_data() const { return tree_ ? BtWriter(*tree_).bytes() : std::string(); }
+std::string OccupancyView::octomap_data(const Eigen::AlignedBox3d& box) const {
+  if (!tree_) return {};
+  return BtWriter(*tree_, box.isEmpty() ? occupancy::KeyBox() : occupancy::keys_that_meet(box, resolution_))
+      .bytes();
+}
 
 void occupancy::OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
   if (tree_->empty()) return;

@@ -42,13 +42,13 @@ std::function<void(io::MessageWriter&)> io::header(const std::string& frame, std
 }
 
 void io::write_grid_map(io::MessageWriter& out, const HeightGrid& grid, const io::GridLayers& layers,
-                        const std::string& frame) {
+                        const std::string& frame, std::int64_t stamp_ns) {
   const Eigen::Isometry3d center(Eigen::Translation3d(grid.center.x(), grid.center.y(), 0));
   const auto write_name = [](io::MessageWriter& to, const auto& layer) { to.write(layer.first); };
   // ROS 1 has the header in `info`, ROS 2 before it; serialised, both are the same.
   out.message(
       "info",
-      io::message_of("header", io::header(frame), "resolution", grid.cell, "length_x",
+      io::message_of("header", io::header(frame, stamp_ns), "resolution", grid.cell, "length_x",
                      grid.cell * static_cast<double>(grid.elevation.rows()), "length_y",
                      grid.cell * static_cast<double>(grid.elevation.cols()), "pose", center),
       "layers", io::each(layers, write_name),

@@ -146,11 +146,11 @@ io::TerrainRegions io::terrain_regions(const std::vector<PlannerSurface>& surfac
 }
 
 void io::write_planar_terrain(io::MessageWriter& out, const std::vector<io::TerrainRegion>& regions,
-                              const HeightGrid& grid, const std::string& frame) {
+                              const HeightGrid& grid, const std::string& frame, std::int64_t stamp_ns) {
   const Eigen::MatrixXf elevation = io::without_gaps(grid.elevation);
   const Eigen::MatrixXf smooth = io::mean_over(elevation, 0.2 / grid.cell);
   const auto write_grid = [&](io::MessageWriter& to) {
-    io::write_grid_map(to, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
+    io::write_grid_map(to, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame, stamp_ns);
   };
   out.message("planarRegions", io::each(regions, write_region), "gridmap", write_grid);
 }

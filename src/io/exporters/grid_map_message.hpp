@@ -18,7 +18,7 @@ using GridLayers = std::vector<std::pair<std::string, const Eigen::MatrixXf*>>;
 
 /// grid_map_msgs/GridMap with these layers of the grid's size.
 void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers& layers,
-                    const std::string& frame);
+                    const std::string& frame, std::int64_t stamp_ns = 0);
 
 /// The layers of export_grid_map(), taken from the grid.
 GridLayers layers_of(const HeightGrid& grid);

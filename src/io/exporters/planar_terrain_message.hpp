@@ -28,7 +28,7 @@ TerrainRegions terrain_regions(const std::vector<PlannerSurface>& surfaces);
 /// convex_plane_decomposition_msgs/PlanarTerrain as in export_planar_terrain(), with a grid that has cells.
 /// Without regions it is a terrain without footholds.
 void write_planar_terrain(MessageWriter& out, const std::vector<TerrainRegion>& regions,
-                          const HeightGrid& grid, const std::string& frame);
+                          const HeightGrid& grid, const std::string& frame, std::int64_t stamp_ns = 0);
 
 /// Gaps (NaN) get the lowest height on their boundary.
 Eigen::MatrixXf without_gaps(Eigen::MatrixXf heights);

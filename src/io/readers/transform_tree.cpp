@@ -165,18 +165,23 @@ std::string TransformTree::robot_below(const std::string& frame) const {
   return {};  // a ring
 }
 
-bool TransformTree::settled(const std::string& to, const std::string& from, std::int64_t stamp_ns) const {
-  if (to == from) return true;
+std::optional<std::int64_t> TransformTree::newest(const std::string& to, const std::string& from) const {
+  std::int64_t earliest = std::numeric_limits<std::int64_t>::max();
+  if (to == from) return earliest;
   const std::vector<std::string> above = ancestors(from), above_target = ancestors(to);
   const auto met = std::find_first_of(above.begin(), above.end(), above_target.begin(), above_target.end());
-  if (met == above.end()) return false;
-  const auto has_come = [&](const std::string& name) {
+  if (met == above.end()) return {};
+  const auto note = [&](const std::string& name) {
     const auto& samples = frames_[indices_.at(name)].track.samples();
-    return samples.empty() || samples.back().stamp_ns >= stamp_ns;
+    if (!samples.empty()) earliest = std::min(earliest, samples.back().stamp_ns);
   };
-  return std::all_of(above.begin(), met, has_come) &&
-         std::all_of(above_target.begin(), std::find(above_target.begin(), above_target.end(), *met),
-                     has_come);
+  std::for_each(above.begin(), met, note);
+  std::for_each(above_target.begin(), std::find(above_target.begin(), above_target.end(), *met), note);
+  return earliest;
+}
+
+void TransformTree::forget_moving() {
+  for (Frame& frame : frames_) frame.track = {};
 }
 
 TransformTree::Way TransformTree::up(std::uint32_t start, std::optional<std::uint32_t> stop,

@@ -83,9 +83,16 @@ class TransformTree {
   /// or several.
   std::string robot_below(const std::string& frame) const;
 
-  /// True if later transforms, in order of time, cannot change lookup(): the frames are connected, and each
-  /// moving one between them has a transform at that time or later.
-  bool settled(const std::string& to, const std::string& from, std::int64_t stamp_ns) const;
+  /// The time until which later transforms, in order of time, cannot change lookup(): the earliest of the
+  /// last ones of all moving frames between these two; the largest number if none moves. Empty: not
+  /// connected.
+  std::optional<std::int64_t> newest(const std::string& to, const std::string& from) const;
+  bool settled(const std::string& to, const std::string& from, std::int64_t stamp_ns) const {
+    const auto last = newest(to, from);
+    return last && *last >= stamp_ns;
+  }
+  /// Moving frames lose their transforms, as tf2 forgets them when time is set back.
+  void forget_moving();
 
   /// T_to_from at that time; throws as PoseTrack::at(), with the frames' names, and NoPose if the frames are
   /// not connected.

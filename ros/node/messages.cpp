@@ -5,10 +5,9 @@
 #include <array>
 #include <vector>
 
-#include <octosurf/adapters/octomap_files.hpp>
 #include <octosurf/planning.hpp>
 
-namespace octosurf::dds {
+namespace octosurf::node {
 namespace {
 
 /// std_msgs/ColorRGBA.
@@ -71,12 +70,13 @@ struct Marker {
   std::vector<Eigen::Vector3d> points;
 };
 
-void write_marker(io::MessageWriter& out, const Marker& marker, const std::string& frame) {
+void write_marker(io::MessageWriter& out, const Marker& marker, const std::string& frame,
+                  std::int64_t stamp_ns) {
   const auto none = [](io::MessageWriter& to) { to.begin_list(0), to.end_list(); };
   const std::span<const std::int8_t> no_bytes;
-  out.message("header", io::header(frame), "ns", "surfaces", "id", marker.id, "type", marker.type, "action",
-              marker.action, "pose", Eigen::Isometry3d::Identity(), "scale", Eigen::Vector3d(1, 1, 1),
-              "color", color_of(marker.color, 0.9F), "lifetime",
+  out.message("header", io::header(frame, stamp_ns), "ns", "surfaces", "id", marker.id, "type", marker.type,
+              "action", marker.action, "pose", Eigen::Isometry3d::Identity(), "scale",
+              Eigen::Vector3d(1, 1, 1), "color", color_of(marker.color, 0.9F), "lifetime",
               io::message_of("sec", std::int32_t{0}, "nanosec", std::uint32_t{0}), "frame_locked", false,
               "points", marker.points, "colors", none, "texture_resource", "", "texture",
               io::message_of("header", io::header(""), "format", "", "data", no_bytes), "uv_coordinates",
@@ -128,21 +128,40 @@ void write_footstep(io::MessageWriter& out, const Footstep& step) {
               step.yaw_rad, "margin", step.margin_m);
 }
 
-void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame) {
+void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
+                   std::int64_t stamp_ns) {
   constexpr std::int32_t delete_all = 3;
   out.message("markers", [&](io::MessageWriter& to) {
     to.begin_list(snapshot.surfaces.size() + 1);
-    write_marker(to, {0, 0, delete_all, {}, {}}, frame);
-    for (const SurfacePtr& surface : snapshot.surfaces) write_marker(to, marker_of(*surface), frame);
+    write_marker(to, {0, 0, delete_all, {}, {}}, frame, stamp_ns);
+    for (const SurfacePtr& surface : snapshot.surfaces)
+      write_marker(to, marker_of(*surface), frame, stamp_ns);
     to.end_list();
   });
 }
 
-void write_octomap(io::MessageWriter& out, const octomap::OcTree& tree, const std::string& frame) {
-  const std::string bytes = octomap_message_data(tree);
-  out.message("header", io::header(frame), "binary", true, "id", tree.getTreeType(), "resolution",
-              tree.getResolution(), "data",
+void write_octomap(io::MessageWriter& out, const OccupancyView& octree, const Eigen::AlignedBox3d& box,
+                   const std::string& frame, std::int64_t stamp_ns) {
+  const std::string bytes = octree.octomap_data(box);
+  out.message("header", io::header(frame, stamp_ns), "binary", true, "id", "OcTree", "resolution",
+              octree.resolution(), "data",
               std::span(reinterpret_cast<const std::int8_t*>(bytes.data()), bytes.size()));
 }
 
-}  // namespace octosurf::dds
+void write_heights(io::MessageWriter& out, const std::vector<float>& heights, std::size_t rows,
+                   std::size_t columns) {
+  const auto dimensions = [&](io::MessageWriter& to) {
+    const auto write = [&to](const char* label, std::size_t size, std::size_t stride) {
+      to.message("label", label, "size", static_cast<std::uint32_t>(size), "stride",
+                 static_cast<std::uint32_t>(stride));
+    };
+    to.begin_list(2);
+    write("x", rows, rows * columns);
+    write("y", columns, columns);
+    to.end_list();
+  };
+  out.message("layout", io::message_of("dim", dimensions, "data_offset", std::uint32_t{0}), "data",
+              std::span<const float>(heights));
+}
+
+}  // namespace octosurf::node

@@ -1,13 +1,14 @@
 #include "mapping.hpp"
 
 #include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 
-namespace octosurf::dds {
+namespace octosurf::node {
 namespace {
 
 /// "maps/office: 12 surfaces of revision 34 saved".
@@ -59,7 +60,7 @@ void Mapping::refuse(const std::string& what, std::uint64_t& count) {
 }
 
 void Mapping::add_transforms(const RawMessage& message, bool fixed) try {
-  sensors_.add_transforms(message.bytes(), fixed);
+  warn(sensors_.add_transforms(message.bytes, fixed));
   const std::lock_guard lock(mutex_);
   ++counts_.transforms;
 } catch (const std::runtime_error& error) {
@@ -67,7 +68,7 @@ void Mapping::add_transforms(const RawMessage& message, bool fixed) try {
 }
 
 void Mapping::add_camera(const RawMessage& message) try {
-  sensors_.add_camera(message.bytes());
+  sensors_.add_camera(message.bytes);
 } catch (const std::runtime_error& error) {
   refuse(std::string("CameraInfo: ") + error.what(), counts_.messages_refused);
 }
@@ -86,10 +87,15 @@ void Mapping::run(const std::stop_token& stop) try {
         tasks_.pop_front();
       } else if (more) {
         item = queue_.pop();
+        idle_ = false;
       }
     }
     if (task.valid()) task();
     if (item) map_scan(*item, stop);
+    if (item) {
+      const std::lock_guard lock(mutex_);
+      idle_ = true;
+    }
     save_checkpoint();
   }
 } catch (...) {
@@ -101,12 +107,12 @@ void Mapping::run(const std::stop_token& stop) try {
 void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop) try {
   const auto latest = item.came + std::chrono::duration_cast<Sensors::Clock::duration>(
                                       std::chrono::duration<double>(options_.wait_s));
-  const ReceivedScan received = sensors_.scan_of(item.message.bytes(), item.message.sent_ns(), latest, stop);
-  if (last_stamp_ns_ && received.stamp_ns - *last_stamp_ns_ > pause_ns) mapper_->drain();
+  const ReceivedScan received = sensors_.scan_of(item.message.bytes, item.message.sent_ns, latest, stop);
+  if (last_stamp_ns_ && std::abs(received.stamp_ns - *last_stamp_ns_) > pause_ns) mapper_->drain();
   const ScanReport report = mapper_->insert(received.scan);
   last_stamp_ns_ = received.stamp_ns;
   changed_ = true;
-  show(received.stamp_ns);
+  show(&received);
   const std::lock_guard lock(mutex_);
   counts_.scan_ms = report.total_ms;
   ++(report.alignment.outcome == AlignmentOutcome::rejected ? counts_.rejected : counts_.mapped);
@@ -116,10 +122,20 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   refuse(options_.scans() + ": no memory for a scan", counts_.refused);
 }
 
-void Mapping::show(std::optional<std::int64_t> stamp_ns) {
+void Mapping::warn(const std::string& what) {
+  if (what.empty()) return;
+  const std::lock_guard lock(mutex_);
+  counts_.last_refusal = what;
+  std::fprintf(stderr, "warning: %s\n", what.c_str());
+}
+
+void Mapping::show(const ReceivedScan* received) {
   const std::lock_guard lock(mutex_);
   shown_ = mapper_;
-  stamp_ns_ = stamp_ns.value_or(stamp_ns_);
+  if (received != nullptr) {
+    stamp_ns_ = received->stamp_ns;
+    sensor_ = received->scan.T_map_sensor.translation();
+  }
   up_ = mapper_->map().parameters().up.value_or(Eigen::Vector3d::UnitZ());
 }
 
@@ -168,10 +184,24 @@ std::string Mapping::load(const std::string& stem) {
     auto mapper = std::make_shared<Mapper>(std::move(loaded.map), options_.threads, paper_detector());
     mapper->share_octree();
     mapper_ = std::move(mapper);
+    done = kept_line(from, *mapper_->snapshot(), "loaded");
+    if (from != own_) done += "; saved there from now on, and no longer as " + own_;
     own_ = from;
     changed_ = false;
     show();
-    done = kept_line(from, *mapper_->snapshot(), "loaded");
+  });
+  std::fprintf(stderr, "%s\n", done.c_str());
+  return done;
+}
+
+std::string Mapping::clear(const SpacePart& part, bool as_free) {
+  std::string done;
+  do_between_scans([&] {
+    const ScanReport report = mapper_->clear(part, as_free);
+    changed_ = true;
+    show();
+    done = std::to_string(report.vanished) + " points taken back; " + std::to_string(report.gone.size()) +
+           " surfaces gone, " + std::to_string(report.shrunk.size()) + " smaller";
   });
   return done;
 }
@@ -179,7 +209,7 @@ std::string Mapping::load(const std::string& stem) {
 MapMoment Mapping::moment() const {
   std::unique_lock lock(mutex_);
   const std::shared_ptr<const Mapper> mapper = shown_;
-  MapMoment moment{nullptr, stamp_ns_, up_};
+  MapMoment moment{nullptr, stamp_ns_, sensor_, up_};
   lock.unlock();  // the thread need not wait while outlines are made
   moment.snapshot = mapper->snapshot();
   return moment;
@@ -205,7 +235,13 @@ bool Mapping::failed() const {
   return failure_ != nullptr;
 }
 
-void Mapping::finish() {
+void Mapping::finish(const std::function<bool()>& hurry) {
+  sensors_.end();
+  for (std::size_t waiting = 1; waiting > 0 && !failed() && !hurry();) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    const std::lock_guard lock(mutex_);
+    waiting = queue_.size() + (idle_ ? 0 : 1);
+  }
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
   if (failure_) std::rethrow_exception(failure_);
@@ -213,4 +249,4 @@ void Mapping::finish() {
   if (changed_) save_map(mapper_->map(), own_);
 }
 
-}  // namespace octosurf::dds
+}  // namespace octosurf::node

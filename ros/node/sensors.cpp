@@ -14,13 +14,16 @@
 #include <octosurf/error.hpp>
 #include <octosurf/ros_messages.hpp>
 
-namespace octosurf::dds {
+namespace octosurf::node {
 namespace {
 
 // Longer than scans wait: 256 MB of depth images are 14 s at 30 Hz, of a lidar's clouds half a minute.
 constexpr std::int64_t transforms_kept_ns = 60'000'000'000;
 // A robot has some hundred. A flood of unknown names must not fill the memory.
 constexpr std::size_t most_frames = 10000;
+// Of one frame: what is earlier by more was not overtaken on its way (reliable writers send again what was
+// lost within Fast DDS's 3 s), a simulator was reset or a recording begins anew.
+constexpr std::int64_t out_of_order_ns = 3'000'000'000;
 
 std::unique_ptr<io::MessageReader> reader_of(std::string_view message) {
   return io::message_reader(message, MessageEncoding::cdr);
@@ -35,7 +38,8 @@ std::string name_of(const std::string& topic, std::int64_t stamp_ns) {
 
 }  // namespace
 
-void Sensors::add_transforms(std::string_view message, bool fixed) {
+std::string Sensors::add_transforms(std::string_view message, bool fixed) {
+  std::string warning;
   std::vector<io::TransformMessage> transforms;
   io::for_each_transform(*reader_of(message), [&](const io::TransformMessage& transform) {
     io::rigid(io::pose_from(transform.translation, transform.rotation),
@@ -47,13 +51,31 @@ void Sensors::add_transforms(std::string_view message, bool fixed) {
   {
     const std::lock_guard lock(mutex_);
     for (const io::TransformMessage& transform : transforms) {
+      const std::int64_t stamp = transform.header.stamp_ns;
+      if (const auto last = newest_ns_.find(transform.child_frame);
+          !fixed && last != newest_ns_.end() && stamp < last->second - out_of_order_ns) {
+        warning = "time was set back by " + std::to_string((last->second - stamp) / 1'000'000'000) +
+                  " s at frame " + transform.child_frame + ": earlier transforms are forgotten";
+        tree_.forget_moving();
+        newest_ns_.clear();
+      }
       const bool known = tree_.knows(transform.child_frame) && tree_.knows(transform.header.frame);
       if (!known && tree_.size() + 2 > most_frames)
         throw std::runtime_error("more than " + std::to_string(most_frames) + " frames");
       tree_.add({transform.header.frame, transform.child_frame, fixed},
-                {transform.header.stamp_ns, 0, transform.translation, transform.rotation});
+                {stamp, 0, transform.translation, transform.rotation});
+      if (!fixed) newest_ns_[transform.child_frame] = std::max(newest_ns_[transform.child_frame], stamp);
     }
     tree_sorted_ = false;
+  }
+  news_.notify_all();
+  return warning;
+}
+
+void Sensors::end() {
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
   }
   news_.notify_all();
 }
@@ -86,6 +108,14 @@ Eigen::Isometry3d Sensors::pose(const io::MessageHeader& header, const std::stri
   return tree_.lookup(frame, header.frame, header.stamp_ns, gap_ns);
 }
 
+std::pair<Eigen::Isometry3d, std::int64_t> Sensors::base_pose() {
+  const std::lock_guard lock(mutex_);
+  sort_tree();
+  const auto stamp = tree_.newest(options_.frame, options_.base);
+  if (!stamp) throw io::NoPose("tf does not connect " + options_.base + " with " + options_.frame);
+  return {tree_.lookup(options_.frame, options_.base, *stamp, 0), *stamp};
+}
+
 ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
                               const std::stop_token& stop) {
   io::MessageHeader header = io::read_header(*reader_of(message));
@@ -95,7 +125,8 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
   {
     std::unique_lock lock(mutex_);
     // A scan whose pose may still change must not be the last one of a map that is ended.
-    if (!news_.wait_until(lock, stop, latest, [&] { return ready(header); }) && stop.stop_requested())
+    if (!news_.wait_until(lock, stop, latest, [&] { return ended_ || ready(header); }) &&
+        stop.stop_requested())
       throw std::runtime_error("the node was ended while it waited for its pose");
     T_map_sensor = pose(header, options_.frame);
     camera = camera_;
@@ -124,4 +155,4 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
   return received;
 }
 
-}  // namespace octosurf::dds
+}  // namespace octosurf::node

@@ -8,9 +8,13 @@
 #include <filesystem>
 #include <variant>
 
+#include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/queries.hpp>
+#include <octosurf/ros_messages.hpp>
+#include <octosurf/space_part.hpp>
 
-namespace octosurf::dds {
+namespace octosurf::node {
 namespace {
 
 Eigen::Vector3d read_point(io::MessageReader& in) {
@@ -42,53 +46,49 @@ void write_outcome(io::MessageWriter& out, const std::function<std::string()>& w
 
 }  // namespace
 
-Services::Services(const Participant& participant, Mapping& mapping, const NodeOptions& options)
-    : mapping_(mapping), options_(options) {
-  services_.reserve(5);
-  add(participant, "save", "Save", [this](auto& in, auto& out) { save(in, out); });
-  add(participant, "load", "Load", [this](auto& in, auto& out) { load(in, out); });
-  add(participant, "query", "Query", [this](auto& in, auto& out) { query(in, out); });
-  add(participant, "contact_regions", "ContactRegions",
-      [this](auto& in, auto& out) { contact_regions(in, out); });
-  add(participant, "plan", "Plan", [this](auto& in, auto& out) { plan(in, out); });
-  std::vector<const Reader*> readers;
-  for (const Service& service : services_) readers.push_back(&service.requests);
-  requests_.emplace(participant, readers);
+Services::Services(Middleware& middleware, Mapping& mapping, Publications& publications,
+                   const NodeOptions& options)
+    : mapping_(mapping), publications_(publications), options_(options) {
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  serve(middleware, "save", "Save", &Services::save);
+  serve(middleware, "load", "Load", &Services::load);
+  serve(middleware, "query", "Query", &Services::query);
+  serve(middleware, "contact_regions", "ContactRegions", &Services::contact_regions);
+  serve(middleware, "plan", "Plan", &Services::plan);
+  serve(middleware, "changes", "Changes", &Services::changes);
+  serve(middleware, "publish", "Publish", &Services::publish);
+  serve(middleware, "clear", "Clear", &Services::clear);
 }
 
-void Services::add(const Participant& participant, const std::string& name, const std::string& type,
-                   Answer answer) {
-  const std::string place = topic_over_dds(options_.name + "/" + name).substr(2);
-  const std::string types = "octosurf_msgs::srv::dds_::" + type;
-  services_.push_back(
-      {place, Reader(participant, "rq" + place + "Request", types + "_Request_", Profile::reliable, 10),
-       Writer(participant, "rr" + place + "Reply", types + "_Response_", Profile::reliable),
-       std::move(answer)});
+Services::~Services() { services_.clear(); }
+
+void Services::serve(Middleware& middleware, const std::string& name, const std::string& type,
+                     Answer method) {
+  const std::string place = options_.name + "/" + name;
+  services_.push_back(middleware.serve(place, type, [this, place, method](Request request) {
+    const std::lock_guard lock(mutex_);
+    requests_.emplace_back(
+        [this, place, method, request = std::move(request)] { answer(place, method, request); });
+    news_.notify_all();
+  }));
 }
 
 void Services::run(const std::stop_token& stop) {
-  while (!stop.stop_requested()) {
-    requests_->wait(std::chrono::milliseconds(100));
-    for (const Service& service : services_)
-      while (const std::optional<RawMessage> request = service.requests.take()) answer(service, *request);
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    if (!news_.wait(lock, stop, [&] { return !requests_.empty(); }) || stop.stop_requested()) return;
+    const auto work = std::move(requests_.front());
+    requests_.pop_front();
+    lock.unlock();
+    work();
   }
 }
 
-void Services::answer(const Service& service, const RawMessage& request) try {
-  const auto in = io::message_reader(request.bytes(), MessageEncoding::cdr);
-  const std::uint64_t client = in->u64(), number = in->u64();
-  std::string reply = io::cdr_of([&](io::MessageWriter& out) {
-    out.write(client);
-    out.write(number);
-    service.answer(*in, out);
-  });
-  // A new client's request writer may be discovered before its reply reader.
-  for (int tenths = 0; tenths < 10 && service.replies.readers() == 0; ++tenths)
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  service.replies.write(std::move(reply));
+void Services::answer(const std::string& name, Answer method, const Request& request) try {
+  const auto in = io::message_reader(request.message.bytes, MessageEncoding::cdr);
+  request.reply(io::cdr_of([&](io::MessageWriter& out) { (this->*method)(*in, out); }));
 } catch (const std::exception& error) {
-  std::fprintf(stderr, "refused: a request of %s: %s\n", service.name.c_str(), error.what());
+  std::fprintf(stderr, "refused: a request of %s: %s\n", name.c_str(), error.what());
 }
 
 /// Restricted to the folder of the node's own map: clients on the network must not write or read elsewhere.
@@ -207,4 +207,56 @@ void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
              static_cast<std::uint32_t>(plan.expansions));
 }
 
-}  // namespace octosurf::dds
+void Services::changes(io::MessageReader& in, io::MessageWriter& out) {
+  const std::uint64_t since = in.u64();
+  const Eigen::Vector3d one = read_point(in), other = read_point(in);
+  const MapMoment moment = mapping_.moment();
+  MapChanges changes;
+  Snapshot changed = *moment.snapshot;
+  write_outcome(out, [&] {
+    changes = changes_since(*moment.snapshot, since);
+    std::vector<SurfaceId> within;
+    if (one != other)
+      within = mapping_.asked(moment)->index.in(ConvexSpace::box({one.cwiseMin(other), one.cwiseMax(other)}));
+    std::erase_if(changed.surfaces, [&](const SurfacePtr& surface) {
+      return surface->revision <= since || (one != other && !std::ranges::binary_search(within, surface->id));
+    });
+    std::erase_if(changed.cylinders,
+                  [&](const CylinderPtr& cylinder) { return cylinder->revision <= since; });
+    return std::string();
+  });
+  const auto write_successor = [](io::MessageWriter& to, const auto& successor) {
+    to.message("before", successor.before, "now", successor.now);
+  };
+  out.fields("changed",
+             [&](io::MessageWriter& to) { write_surfaces(to, changed, options_.frame, moment.stamp_ns); });
+  out.fields("gone", changes.gone, "merged", io::each(changes.merged, write_successor), "cylinders_gone",
+             changes.cylinders_gone, "cylinders_merged", io::each(changes.cylinders_merged, write_successor));
+}
+
+void Services::publish(io::MessageReader& in, io::MessageWriter& out) {
+  const double radius = in.f64();
+  write_outcome(out, [&] {
+    if (!(radius >= 0)) throw Error(Error::Kind::usage, "radius", "is negative", "give 0 for everything");
+    publications_.publish_all(radius);
+    return std::string();
+  });
+}
+
+void Services::clear(io::MessageReader& in, io::MessageWriter& out) {
+  SpacePart part;
+  const Eigen::Vector3d middle = read_point(in);
+  Eigen::Quaterniond turn;
+  for (double& value : turn.coeffs()) value = in.f64();
+  part.half_size = read_point(in) / 2;
+  part.round = in.u8() != 0;
+  const bool as_free = in.u8() != 0;
+  write_outcome(out, [&] {
+    if (turn.coeffs().isZero()) turn.setIdentity();  // a message's orientation that nobody has set
+    part.T_map_part = pose_from_transform(middle, turn, "part");
+    return mapping_.clear(part, as_free);
+  });
+  out.fields("revision", mapping_.moment().snapshot->revision);
+}
+
+}  // namespace octosurf::node

@@ -4,9 +4,9 @@
 #include "planning/questions.hpp"
 
 #include <cstdint>
-#include <octomap/OcTree.h>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <octosurf/footsteps.hpp>
 #include <octosurf/stairs.hpp>
@@ -15,7 +15,7 @@
 // The ROS 2 messages written by the node, field by field as in their .msg files; those of octosurf_msgs are
 // in ros/octosurf_msgs/msg. `frame` is the map's frame.
 
-namespace octosurf::dds {
+namespace octosurf::node {
 
 /// octosurf_msgs/Surfaces. `stamp_ns`: of the last scan mapped.
 void write_surfaces(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
@@ -33,9 +33,15 @@ void write_footstep(io::MessageWriter& out, const Footstep& step);
 
 /// visualization_msgs/MarkerArray as of Humble: each surface as triangles in its colour, after all that was
 /// shown before is deleted.
-void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
+void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
+                   std::int64_t stamp_ns);
 
-/// octomap_msgs/Octomap, binary (octomap_message_data()).
-void write_octomap(io::MessageWriter& out, const octomap::OcTree& tree, const std::string& frame);
+/// octomap_msgs/Octomap, binary: of the leaves that meet `box`, everything if it is empty.
+void write_octomap(io::MessageWriter& out, const OccupancyView& octree, const Eigen::AlignedBox3d& box,
+                   const std::string& frame, std::int64_t stamp_ns);
 
-}  // namespace octosurf::dds
+/// std_msgs/Float32MultiArray of rows along x and columns along y.
+void write_heights(io::MessageWriter& out, const std::vector<float>& heights, std::size_t rows,
+                   std::size_t columns);
+
+}  // namespace octosurf::node

@@ -1,13 +1,13 @@
 #pragma once
 
-#include "raw_type.hpp"
+#include "middleware.hpp"
 
 #include <chrono>
 #include <cstddef>
 #include <deque>
 #include <optional>
 
-namespace octosurf::dds {
+namespace octosurf::node {
 
 /// A queue of received scans with a limit in bytes: beyond it the oldest are dropped, so that mapping stays
 /// near the robot's current place. Not thread-safe.
@@ -22,7 +22,7 @@ class ScanQueue {
 
   /// Returns how many made way; a message that is larger than all the queue is one of them.
   std::size_t push(Item item) {
-    bytes_ += item.message.bytes().size();
+    bytes_ += item.message.bytes.size();
     items_.push_back(std::move(item));
     std::size_t dropped = 0;
     for (; bytes_ > most_bytes_; ++dropped) pop();
@@ -33,7 +33,7 @@ class ScanQueue {
     if (items_.empty()) return std::nullopt;
     std::optional<Item> first = std::move(items_.front());
     items_.pop_front();
-    bytes_ -= first->message.bytes().size();
+    bytes_ -= first->message.bytes.size();
     return first;
   }
 
@@ -44,4 +44,4 @@ class ScanQueue {
   std::deque<Item> items_;
 };
 
-}  // namespace octosurf::dds
+}  // namespace octosurf::node

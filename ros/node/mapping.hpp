@@ -1,6 +1,6 @@
 #pragma once
 
-#include "options.hpp"
+#include "node_options.hpp"
 #include "planning/questions.hpp"
 #include "scan_queue.hpp"
 #include "sensors.hpp"
@@ -18,8 +18,9 @@
 #include <thread>
 
 #include <octosurf/mapper.hpp>
+#include <octosurf/space_part.hpp>
 
-namespace octosurf::dds {
+namespace octosurf::node {
 
 /// Counts of scans by state. Every received scan is waiting, in progress, or in one of the other counts.
 struct MappingCounts {
@@ -39,6 +40,7 @@ struct MappingCounts {
 struct MapMoment {
   std::shared_ptr<const Snapshot> snapshot;
   std::int64_t stamp_ns = 0;  ///< of the last scan mapped, since the node was started, or of the one before
+  std::optional<Eigen::Vector3d> sensor;  ///< where it was taken from; empty: none was
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
 };
 
@@ -57,7 +59,10 @@ class Mapping {
   /// `stem` empty: the node's own.
   std::string save(const std::string& stem);
   std::string load(const std::string& stem);
+  /// Likewise, as Mapper::clear().
+  std::string clear(const SpacePart& part, bool as_free);
 
+  Sensors& sensors() { return sensors_; }
   MapMoment moment() const;
   /// The map at that moment to be asked, kept up from the one before; its up is as the map's parameters have
   /// it, else z (REP 103).
@@ -65,8 +70,9 @@ class Mapping {
   MappingCounts counts() const;
   bool failed() const;  ///< the map is incomplete; finish() reports the reason
 
-  /// Ends after the scan at hand, saves, and throws what made mapping fail.
-  void finish();
+  /// Maps the scans that wait, unless `hurry`, saves, and throws what made mapping fail. Nothing is added any
+  /// more.
+  void finish(const std::function<bool()>& hurry);
 
  private:
   using Work = std::function<void()>;
@@ -75,7 +81,8 @@ class Mapping {
   void map_scan(const ScanQueue::Item& item, const std::stop_token& stop);
   void save_checkpoint();
   void do_between_scans(Work work);
-  void show(std::optional<std::int64_t> stamp_ns = {});
+  void show(const ReceivedScan* received = nullptr);
+  void warn(const std::string& what);
   void refuse(const std::string& what, std::uint64_t& count);
 
   const NodeOptions& options_;
@@ -89,11 +96,13 @@ class Mapping {
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable_any work_;
   ScanQueue queue_;
+  bool idle_ = true;  // no scan is at hand
   std::deque<std::packaged_task<void()>> tasks_;
   MappingCounts counts_;
   Sensors::Clock::time_point told_{};    // of a refusal
   std::shared_ptr<const Mapper> shown_;  // whose snapshot is read when somebody wants it
   std::int64_t stamp_ns_ = 0;            // of the last scan mapped
+  std::optional<Eigen::Vector3d> sensor_;
   Eigen::Vector3d up_;
   std::exception_ptr failure_;
   mutable std::mutex asking_;                                // of the next
@@ -102,4 +111,4 @@ class Mapping {
   std::jthread thread_;
 };
 
-}  // namespace octosurf::dds
+}  // namespace octosurf::node

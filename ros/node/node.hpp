@@ -1,0 +1,42 @@
+#pragma once
+
+#include "mapping.hpp"
+#include "middleware.hpp"
+#include "node_options.hpp"
+#include "patches.hpp"
+#include "publications.hpp"
+#include "services.hpp"
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace octosurf::node {
+
+/// The mapping node: hears scans, transforms and the camera, publishes the map, and answers services.
+class Node {
+ public:
+  /// Both must outlive it. Throws as start_of().
+  Node(Middleware& middleware, const NodeOptions& options);
+
+  bool failed() const { return mapping_.failed(); }  ///< finish() throws why
+
+  /// Hears no more, maps the scans that wait unless `hurry`, saves, and returns a line of summary. Throws
+  /// what made mapping fail.
+  std::string finish(const std::function<bool()>& hurry);
+
+ private:
+  InputState state();
+
+  const NodeOptions& options_;
+  Mapping mapping_;
+  std::vector<std::unique_ptr<Subscription>> inputs_;  // /tf_static, /tf, the camera's if any, scans
+  std::string mismatch_;                               // of the scans, reported last
+  std::optional<Publications> publications_;
+  std::optional<Patches> patches_;
+  std::optional<Services> services_;
+};
+
+}  // namespace octosurf::node
