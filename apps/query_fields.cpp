@@ -42,9 +42,6 @@ QuestionField standing_field(const char* name, const char* description, Standing
   return field;
 }
 
-// Ids are 32 bits.
-constexpr double last_id = 4294967295.0;
-
 template <PlaceQuestion::Kind kind>
 QuestionFields place_fields(AskedOfMap& asked) {
   PlaceQuestion& q = asked.place;

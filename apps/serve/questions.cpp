@@ -39,6 +39,10 @@ QuestionField since_field(AskedByUrl& asked, const char* description) {
 const std::vector<UrlQuestion> own_questions = {
     {"/api/regions/all", "likewise on every surface",
      [](AskedByUrl& asked) { return region_fields(asked.contact); }},
+    {"/api/surface", "a surface as in /api/surfaces",
+     [](AskedByUrl& asked) {
+       return Fields{number_field("id", "its id", asked.surface, 1, last_id).needed()};
+     }},
     {"/api/changes",
      "what became of the surfaces since a revision, and those that appeared or changed as they are now",
      [](AskedByUrl& asked) {

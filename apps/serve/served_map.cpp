@@ -14,7 +14,6 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/export.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/page.hpp>
 
@@ -49,6 +48,26 @@ bool same_outline(const Surface& a, const Surface& b) {
   return &a == &b ||
          (a.T_map_surface.matrix() == b.T_map_surface.matrix() &&
           std::equal(a.polygons.begin(), a.polygons.end(), b.polygons.begin(), b.polygons.end(), same));
+}
+
+/// Throws Error(data): there is no such surface, or what became of it.
+[[noreturn]] void refuse_missing(const planning::AskedMap& map, SurfaceId id) {
+  const std::string name = "surface " + std::to_string(id);
+  std::optional<std::uint64_t> removed;
+  map.snapshot->removals.for_each_since(0, [&](const Removal& one) {
+    if (one.of != Removal::Of::surface || one.id != id) return;
+    if (one.born < one.revision) removed = one.revision;  // else no reader saw it
+  });
+  if (!removed)
+    throw Error(Error::Kind::data, map.name, "has no " + name, "/api/surfaces lists those that it has");
+  std::string into;
+  for (const MapChanges::Successor& one : changes_since(*map.snapshot, *removed - 1).merged)
+    if (one.before == id) into += (into.empty() ? "" : ", ") + std::to_string(one.now);
+  const std::string when = " in revision " + std::to_string(*removed);
+  if (into.empty())
+    throw Error(Error::Kind::data, map.name, name + " went" + when, "no other surface goes on from it");
+  throw Error(Error::Kind::data, map.name, name + " was merged" + when + "; it goes on in " + into,
+              "ask for id " + into);
 }
 
 ServedMap::Text shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
@@ -136,17 +155,22 @@ ServedMap::Text ServedMap::make_info() const {
                 "\n");
 }
 
-ServedMap::Text ServedMap::make_surfaces() const {
-  ExportExtras extras;
-  extras.stairs = stairs.get();
+ServedMap::Export ServedMap::make_export() const {
+  Export all{shown.get(), {}};
   // What is clear of obstacles takes seconds, and a growing map has changed by then.
-  if (!map_) return shared(export_text(*shown.get(), extras));
+  if (!map_) return all;
   const GroundView ground = asked.bare_ground();
-  const std::shared_ptr<const Snapshot> supported = ground.supported();
-  extras.gaps = ground.gaps();
-  for (const SurfacePtr& surface : supported->surfaces)
-    extras.edges[surface->id] = label_edges(map_->map, *surface);
-  return shared(export_text(*supported, extras));
+  all.snapshot = ground.supported();
+  all.extras.gaps = ground.gaps();
+  for (const SurfacePtr& surface : all.snapshot->surfaces)
+    all.extras.edges[surface->id] = label_edges(map_->map, *surface);
+  return all;
+}
+
+ServedMap::Text ServedMap::make_surfaces() const {
+  ExportExtras extras = exported.get().extras;
+  extras.stairs = stairs.get();
+  return shared(export_text(*exported.get().snapshot, extras));
 }
 
 ServedMap::Text ServedMap::make_voxels(bool with_slices) const {
@@ -177,13 +201,25 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
   return event;
 }
 
+std::string ServedMap::surface_json(SurfaceId id) const {
+  const auto& [snapshot, all] = exported.get();
+  const auto at = std::find_if(snapshot->surfaces.begin(), snapshot->surfaces.end(),
+                               [id](const SurfacePtr& surface) { return surface->id == id; });
+  if (at == snapshot->surfaces.end()) refuse_missing(asked, id);
+  Snapshot alone{snapshot->revision, snapshot->resolution, {*at}};
+  ExportExtras extras;
+  if (const auto gaps = all.gaps.find(id); gaps != all.gaps.end()) extras.gaps.insert(*gaps);
+  if (const auto edges = all.edges.find(id); edges != all.edges.end()) extras.edges.insert(*edges);
+  return Json::parse(export_text(alone, extras))["surfaces"][0].dump();
+}
+
 std::string ServedMap::changes_json(std::uint64_t since) const {
   const Snapshot now = io::changed_part(*shown.get(), since);
   std::string text = io::changes_json(changes_since(*shown.get(), since)).dump();
   text.back() = ',';
-  std::string exported = export_text(now, {});
-  exported.pop_back();  // the end of its last line
-  return text + "\"now\":" + exported + "}";
+  std::string text_now = export_text(now, {});
+  text_now.pop_back();  // the end of its last line
+  return text + "\"now\":" + text_now + "}";
 }
 
 }  // namespace octosurf

@@ -4,6 +4,7 @@ import base64
 import contextlib
 import json
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -128,6 +129,14 @@ class Answers(Served):
                 self.assertIn(told, page)
                 page = page.replace(told, b"").replace(b" connect-src 'self';", b"")
                 self.assertEqual((status, page), (200, pathlib.Path(folder, "x.html").read_bytes()))
+
+    def test_one_surface(self):
+        for one in self.surfaces[:3] + self.surfaces[-1:]:
+            self.assertEqual(self.answer("/api/surface", id=one["id"]), one)
+        self.assertEqual({surface["id"] for surface in self.surfaces} & {last_id := 4294967295}, set())
+        status, refused = self.server.ask("/api/surface", id=last_id)
+        self.assertEqual((status, refused["error"]), (404, f"has no surface {last_id}"))
+        self.assertIn("/api/surfaces", refused["hint"])
 
     def test_changes(self):
         revision = self.server.ask("/api/info")[1]["revision"]
@@ -291,6 +300,36 @@ class Door(unittest.TestCase):
                 self.assertEqual(server.process.wait(timeout=60), 0)
                 stuck.close()
         self.assertGreater(wholes, 0)
+
+
+class Recording(unittest.TestCase):
+    """Of the office, and its map."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = folder.name
+        command("simulate", "office", "-o", f"{cls.folder}/scans", "--frames", 20)
+        command("map", f"{cls.folder}/scans", "-o", f"{cls.folder}/office", "--resolution", "0.04")
+
+    def test_a_surface_that_went_is_told_from_one_that_never_was(self):
+        with serving.Server(COMMAND, f"{self.folder}/office") as server:
+            there = {surface["id"] for surface in server.ask("/api/surfaces")[1]["surfaces"]}
+            kinds = set()
+            for missing in set(range(1, max(there))) - there:
+                status, refused = server.ask("/api/surface", id=missing)
+                self.assertEqual(status, 404)
+                kind, revision, into = re.fullmatch(
+                    rf"(?:has no )?surface {missing}(?: (was merged|went) in revision (\d+)(?:; it goes on in ([\d, ]+))?)?",
+                    refused["error"]).groups()
+                changes = server.ask("/api/changes", since=int(revision or 0) - bool(revision))[1]
+                successors = [one["into"] for one in changes["merged"] if one["id"] == missing]
+                self.assertEqual(", ".join(map(str, successors)), into or "")
+                self.assertLessEqual(set(successors), there)
+                self.assertEqual(missing in changes["gone"], kind == "went")
+                kinds.add(kind)
+            self.assertEqual(kinds, {None, "was merged", "went"})
 
 
 class WhileMapping(unittest.TestCase):
