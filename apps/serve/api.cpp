@@ -39,7 +39,7 @@ std::string answer_to(const ServedMap& map, const std::string& path, const Asked
   if (path == "/api/regions") return region_json(planning::find_region(map.asked, asked.contact));
   if (path == "/api/regions/all") return regions_answer(map, asked.contact);
   if (path == "/api/surface") return map.surface_json(asked.surface);
-  if (path == "/api/changes") return map.changes_json(*asked.since);
+  if (path == "/api/changes") return map.changes_json(*asked.since, asked.box);
   const planning::PlaceAnswer found = planning::answer(map.asked, asked.place);
   require_found(map.asked, asked.place, found);
   return place_json(map.asked, asked.place, found);

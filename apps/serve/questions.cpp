@@ -36,6 +36,15 @@ QuestionField since_field(AskedByUrl& asked, const char* description) {
   return field;
 }
 
+QuestionField box_field(AskedByUrl& asked, const char* description) {
+  QuestionField field{"box", description, 6, -farthest_m, farthest_m};
+  field.take = [&asked](const std::vector<double>& v) {
+    const Eigen::Vector3d one(v.data()), other(v.data() + 3);
+    asked.box.emplace(one.cwiseMin(other), one.cwiseMax(other));
+  };
+  return field;
+}
+
 const std::vector<UrlQuestion> own_questions = {
     {"/api/regions/all", "likewise on every surface",
      [](AskedByUrl& asked) { return region_fields(asked.contact); }},
@@ -46,7 +55,9 @@ const std::vector<UrlQuestion> own_questions = {
     {"/api/changes",
      "what became of the surfaces since a revision, and those that appeared or changed as they are now",
      [](AskedByUrl& asked) {
-       return Fields{since_field(asked, "a revision that /api/info or an earlier answer gave").needed()};
+       return Fields{
+           since_field(asked, "a revision that /api/info or an earlier answer gave").needed(),
+           box_field(asked, "two opposite corners, m: only surfaces with outlines whose own boxes meet it")};
      }},
     {"/api/plan", "footsteps from one place to another, or why there are none", path_fields},
     {"/api/voxels", "the octree's occupied voxels, packed as for the page",

@@ -14,6 +14,7 @@ namespace octosurf {
 struct AskedByUrl : AskedOfMap {
   PlanQuery plan;
   std::optional<std::uint64_t> since;
+  std::optional<Eigen::AlignedBox3d> box;
   SurfaceId surface = 0;
   std::uint8_t slices = 0;
   std::string run;

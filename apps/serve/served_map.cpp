@@ -7,6 +7,7 @@
 #include "up_option.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string_view>
@@ -48,6 +49,22 @@ bool same_outline(const Surface& a, const Surface& b) {
   return &a == &b ||
          (a.T_map_surface.matrix() == b.T_map_surface.matrix() &&
           std::equal(a.polygons.begin(), a.polygons.end(), b.polygons.begin(), b.polygons.end(), same));
+}
+
+Eigen::AlignedBox3d extent_of(const Surface& surface) {
+  Eigen::AlignedBox3d extent;
+  for (const Polygon& polygon : surface.polygons)
+    for (const Eigen::Vector2d& corner : polygon.outer) extent.extend(surface.to_map(corner));
+  return extent;
+}
+
+/// Of the whole circle, seen or not.
+Eigen::AlignedBox3d extent_of(const Cylinder& cylinder) {
+  const Eigen::Vector3d half = cylinder.axis * (cylinder.length_m / 2),
+                        around = cylinder.radius_m * (1 - cylinder.axis.array().square()).max(0).sqrt();
+  Eigen::AlignedBox3d extent(cylinder.axis_point - half);
+  extent.extend(cylinder.axis_point + half);
+  return {extent.min() - around, extent.max() + around};
 }
 
 /// Throws Error(data): there is no such surface, or what became of it.
@@ -213,9 +230,23 @@ std::string ServedMap::surface_json(SurfaceId id) const {
   return Json::parse(export_text(alone, extras))["surfaces"][0].dump();
 }
 
-std::string ServedMap::changes_json(std::uint64_t since) const {
-  const Snapshot now = io::changed_part(*shown.get(), since);
-  std::string text = io::changes_json(changes_since(*shown.get(), since)).dump();
+std::string ServedMap::changes_json(std::uint64_t since,
+                                    const std::optional<Eigen::AlignedBox3d>& box) const {
+  Snapshot now = io::changed_part(*shown.get(), since);
+  MapChanges changes = changes_since(*shown.get(), since);
+  std::vector<SurfaceId> outside;
+  if (box) {
+    const auto elsewhere = [&](const auto& one) { return !box->intersects(extent_of(*one)); };
+    std::erase_if(now.cylinders, elsewhere);
+    std::erase_if(now.surfaces, elsewhere);
+    const auto leave_out = [&](SurfaceId id) { return now.find(id) == nullptr; };
+    std::erase_if(changes.appeared, leave_out);
+    std::copy_if(changes.changed.begin(), changes.changed.end(), std::back_inserter(outside), leave_out);
+    std::erase_if(changes.changed, leave_out);
+  }
+  Json told = io::changes_json(changes);
+  if (box) told["outside"] = outside;
+  std::string text = told.dump();
   text.back() = ',';
   std::string text_now = export_text(now, {});
   text_now.pop_back();  // the end of its last line

@@ -93,8 +93,11 @@ class ServedMap {
 
   /// One of `surfaces`. Throws Error(data) if there is none of this id, which says what became of it.
   std::string surface_json(SurfaceId id) const;
-  /// Changes since an earlier revision. Throws Error(usage) for a later one.
-  std::string changes_json(std::uint64_t since) const;
+  /// Changes since an earlier revision. Throws Error(usage) for a later one. With a box only of surfaces and
+  /// cylinders that touch it: whose own box, along the map's axes, meets it. What changed elsewhere, and may
+  /// have touched it before, is listed as "outside". What is gone or merged is all told: its extent is not
+  /// kept.
+  std::string changes_json(std::uint64_t since, const std::optional<Eigen::AlignedBox3d>& box) const;
   /// io::surfaces_message() as a server-sent event: since an earlier revision, or everything.
   Text changes_event(std::optional<std::uint64_t> since) const;
 

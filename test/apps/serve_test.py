@@ -38,6 +38,12 @@ def in_words(parameters):
     return words
 
 
+def touches(surface, box):
+    """Whether the box of its outlines meets this one."""
+    corners = [corner for polygon in surface["polygons"] for corner in polygon["outer"]]
+    return all(min(c[i] for c in corners) <= box[i + 3] and max(c[i] for c in corners) >= box[i] for i in range(3))
+
+
 class Served(unittest.TestCase):
     """One server for all."""
 
@@ -147,6 +153,17 @@ class Answers(Served):
             self.assertEqual(sorted(changes["appeared"] + changes["changed"]), now)
             self.assertEqual(changes["revision"], revision)
         self.assertEqual(self.server.ask("/api/changes", since=revision + 1)[0], 400)
+
+    def test_changes_in_a_box(self):
+        box = [self.at[i] + d for d in (-0.5, 0.5) for i in range(3)]
+        inside = [s for s in self.answer("/api/changes", since=0)["now"]["surfaces"] if touches(s, box)]
+        for corners in (box, box[3:] + box[:3]):
+            self.assertEqual(self.answer("/api/changes", since=0, box=corners)["now"]["surfaces"], inside)
+        self.assertTrue(0 < len(inside) < len(self.surfaces))
+        line = self.server.connection()
+        self.addCleanup(line.close)
+        line.request("GET", "/api/changes?since=0&box=90,90,90,91,91,91")
+        self.assertLess(len(line.getresponse().read()), 400, "nothing is there")
 
     def test_the_list_says_what_is_asked(self):
         listed = {one["path"]: one["parameters"] for one in self.server.ask("/api")[1]["questions"]}
@@ -330,6 +347,25 @@ class Recording(unittest.TestCase):
                 self.assertEqual(missing in changes["gone"], kind == "went")
                 kinds.add(kind)
             self.assertEqual(kinds, {None, "was merged", "went"})
+
+    def test_changes_in_a_box_are_those_of_the_map_that_touch_it(self):
+        with serving.Server(COMMAND, f"{self.folder}/office") as server:
+            counts = {"changed": 0, "appeared": 0, "outside": 0}
+            for since in range(server.ask("/api/info")[1]["revision"] + 1):
+                whole = server.ask("/api/changes", since=since)[1]
+                center = whole["now"]["surfaces"][0]["polygons"][0]["outer"][0] if whole["now"]["surfaces"] else [0, 0, 0]
+                box = [x + d for d in (-0.3, 0.3) for x in center]
+                there = [s for s in whole["now"]["surfaces"] if touches(s, box)]
+                ids = {s["id"] for s in there}
+                part = server.ask("/api/changes", since=since, box=box)[1]
+                self.assertEqual(part["now"]["surfaces"], there)
+                for kind in ("appeared", "changed"):
+                    self.assertEqual(part[kind], [i for i in whole[kind] if i in ids])
+                self.assertEqual(part["outside"], [i for i in whole["changed"] if i not in ids])
+                self.assertEqual([part[kind] for kind in ("gone", "merged", "split")], [whole[kind] for kind in ("gone", "merged", "split")])
+                for kind in counts:
+                    counts[kind] += len(part[kind])
+            self.assertGreater(min(counts.values()), 0, counts)
 
 
 class WhileMapping(unittest.TestCase):
