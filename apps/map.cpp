@@ -266,6 +266,8 @@ void add_map(CLI::App& app) {
       ->capture_default_str();
   verb->add_option("--serve", options->serve_port,
                    "PORT: serve the map while it grows, as the verb serve does; 0: any free port");
+  verb->add_flag("--allow-clear", options->allow_clear,
+                 "--serve: clients on this machine may take back a part of the map (POST /api/clear)");
   verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
       ->capture_default_str();
   verb->add_flag("--again", options->again, "--resume: also map scans that the map already holds");

@@ -68,6 +68,18 @@ HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
   return refusal(404, "there is no such page", path.substr(0, 64), "GET /api lists the questions");
 }
 
+HttpReply Api::clear(const std::string& body) {
+  if (!clear_)
+    return refusal(403, "this server does not change its map", clear_path,
+                   "map --serve with --allow-clear does; octosurf clear changes a saved map");
+  AskedByUrl asked;
+  read(*find_question(clear_path), parameters_in(body), asked);
+  if (asked.box.has_value() == asked.cylinder.has_value())
+    throw Error(Error::Kind::usage, "box", asked.box ? "is given with a cylinder" : "is missing",
+                "give a box or a cylinder");
+  return clear_(asked.box ? SpacePart::box(*asked.box) : *asked.cylinder, asked.as_free);
+}
+
 Follower Api::follower(const QueryParameters& given) const {
   AskedByUrl asked;
   read(*find_question(live_path), given, asked);
