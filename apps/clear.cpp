@@ -70,8 +70,7 @@ void add_clear(CLI::App& app) {
       ->expected(5);
   part->require_option(1);
   verb->add_flag("--free", options->as_free, "what was known becomes free");
-  verb->add_option("-o,--output", options->output,
-                   "map to write: name without ending (default: the same map)");
+  verb->add_option("-o,--output", options->output, "map to write: name without ending [the same map]");
   verb->add_flag("--force", options->force, "overwrite the map");
   verb->callback([options] { run_clear(*options); });
 }
