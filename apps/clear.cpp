@@ -3,6 +3,7 @@
 #include "output_files.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -49,9 +50,11 @@ void run_clear(const ClearOptions& options) {
   Mapper mapper(std::move(loaded.map), 1, paper_detector());
   const ScanReport report = mapper.clear(part_of(options), options.as_free);
   save_map(mapper.map(), output);
-  std::printf("%s.surfaces: %zu points taken back; %zu surfaces gone, %zu smaller, %zu left\n",
-              output.c_str(), report.vanished, report.gone.size(), report.shrunk.size(),
-              mapper.snapshot()->surfaces.size());
+  const std::shared_ptr<const Snapshot> left = mapper.snapshot();
+  const auto smaller = std::count_if(report.shrunk.begin(), report.shrunk.end(),
+                                     [&](SurfaceId id) { return left->find(id) != nullptr; });
+  std::printf("%s.surfaces: %zu points taken back; %zu surfaces gone, %td smaller, %zu left\n",
+              output.c_str(), report.vanished, report.gone.size(), smaller, left->surfaces.size());
 }
 
 }  // namespace
@@ -67,8 +70,7 @@ void add_clear(CLI::App& app) {
       ->expected(5);
   part->require_option(1);
   verb->add_flag("--free", options->as_free, "what was known becomes free");
-  verb->add_option("-o,--output", options->output,
-                   "map to write: name without ending (default: the same map)");
+  verb->add_option("-o,--output", options->output, "map to write: name without ending [the same map]");
   verb->add_flag("--force", options->force, "overwrite the map");
   verb->callback([options] { run_clear(*options); });
 }

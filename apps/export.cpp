@@ -205,8 +205,7 @@ void add_export(CLI::App& app) {
   verb->add_option("--min-radius", arguments->min_radius, "m: smallest circle of --what circles")
       ->check(more_than(0))
       ->capture_default_str();
-  verb->add_option("--thickness", arguments->thickness,
-                   "m: of --what meshes; default: the map's mesh_thickness")
+  verb->add_option("--thickness", arguments->thickness, "m: of --what meshes [the map's mesh_thickness]")
       ->check(more_than(0));
   verb->add_option("--bridge", arguments->bridge,
                    "m: widest unseen gap to close, where the spacing of the readings explains it, as between "

@@ -142,7 +142,8 @@ void add_localize(CLI::App& app) {
   verb->add_option("map", options->map, "finished map")->required();
   verb->add_option("scans", options->scans, "folders or files")->required();
   verb->add_option("--write-poses", options->write_poses,
-                   "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found keeps its guess");
+                   "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found keeps its guess")
+      ->type_name("FILE");
   verb->add_option("--reach", options->reach_m, "largest error of a guess, m")->capture_default_str();
   verb->add_option("--turn", options->turn_deg, "largest error of its rotation, degrees")
       ->capture_default_str();

@@ -238,13 +238,17 @@ void add_map(CLI::App& app) {
   options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("input", options->inputs, "folders or files");
   verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
-  verb->add_option("--resume", options->resume, "map to continue; may be the one of -o");
-  verb->add_option("--report", options->report, "write a report of the run to this file (JSON)");
-  verb->add_option("--keep-scans", options->keep_scans, "keep the scans in this folder, for remap");
+  verb->add_option("--resume", options->resume, "map to continue; may be the one of -o")->type_name("MAP");
+  verb->add_option("--report", options->report, "write a report of the run to this file (JSON)")
+      ->type_name("FILE");
+  verb->add_option("--keep-scans", options->keep_scans, "keep the scans in this folder, for remap")
+      ->type_name("FOLDER");
   verb->add_option("--write-poses", options->write_poses,
-                   "write the poses with which this run's scans were mapped (stamp tx ty tz qx qy qz qw)");
+                   "write the poses with which this run's scans were mapped (stamp tx ty tz qx qy qz qw)")
+      ->type_name("FILE");
   verb->add_option("--mcap", options->mcap,
-                   "write the scans' poses and the surfaces as they change, for Foxglove (MCAP)");
+                   "write the scans' poses and the surfaces as they change, for Foxglove (MCAP)")
+      ->type_name("FILE");
   verb->add_option("--checkpoint", options->checkpoint_s,
                    "save every SECONDS, between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
@@ -265,7 +269,10 @@ void add_map(CLI::App& app) {
       ->check(between(1, 256))
       ->capture_default_str();
   verb->add_option("--serve", options->serve_port,
-                   "PORT: serve the map while it grows, as the verb serve does; 0: any free port");
+                   "serve the map while it grows, as the verb serve does; 0: any free port [not served]")
+      ->type_name("PORT");
+  verb->add_flag("--allow-clear", options->allow_clear,
+                 "--serve: clients on this machine may take back a part of the map (POST /api/clear)");
   verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
       ->capture_default_str();
   verb->add_flag("--again", options->again, "--resume: also map scans that the map already holds");

@@ -56,7 +56,7 @@ MapRun::~MapRun() = default;
 void MapRun::serve() {
   HttpPlace place;
   place.port = *options_.serve_port;
-  server_ = std::make_unique<LiveServer>(mapper_, title_of(options_.output), place);
+  server_ = std::make_unique<LiveServer>(mapper_, title_of(options_.output), place, options_.allow_clear);
   std::printf("serving %s\n", server_->url().c_str());
   std::fflush(stdout);
 }
@@ -279,6 +279,7 @@ void MapRun::insert_all(ScanFeed& feed) {
       if (pose_check_.full()) require_sensible_poses();
     }
     ahead = read_next();
+    clear_as_asked();
     const double start_s = now_s();
     insert(scans);
     backlog_.mapped(now_s() - start_s);
@@ -348,10 +349,16 @@ void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, 
   if (server_) server_->add_pose(scan.sensor, report.alignment.T_map_sensor);
 }
 
-void MapRun::wait_for(double arrival_s) const {
-  constexpr double longest_s = 0.05;  // to notice interrupts
-  for (double left_s; !interrupted() && (left_s = arrival_s - now_s()) > 0;)
+void MapRun::wait_for(double arrival_s) {
+  constexpr double longest_s = 0.05;  // to notice interrupts, and who asks
+  for (double left_s; !interrupted() && (left_s = arrival_s - now_s()) > 0; clear_as_asked())
     std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left_s, longest_s)));
+}
+
+void MapRun::clear_as_asked() {
+  if (!server_ || !server_->clear_as_asked(mapper_)) return;
+  changed_ = true;
+  if (last_stamp_s_) scene_.add_surfaces(*last_stamp_s_, mapper_);
 }
 
 void MapRun::checkpoint() {
@@ -364,6 +371,7 @@ void MapRun::checkpoint() {
 
 void MapRun::finish() {
   const Map& map = mapper_.map();
+  if (server_) server_->end_clearing();
   keeper_.finish();
   finishing_ = true;
   checkpoints_.save(map, statistics_.scans(), keeper_.kept());

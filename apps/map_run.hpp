@@ -44,6 +44,7 @@ struct MapOptions {
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
   std::size_t together = 16;  ///< maximum of scans mapped together: half a second of a camera's, 60 MB
+  bool allow_clear = false;   ///< to those who are served
   bool realtime = false, again = false, forget_scans = false, force = false, show_parameters = false;
 };
 
@@ -94,7 +95,8 @@ class MapRun {
   /// Saves as much as possible, then throws the last line.
   [[noreturn]] void end_early(const std::exception& failure);
   void print_alignment() const;
-  void wait_for(double arrival_s) const;
+  void wait_for(double arrival_s);
+  void clear_as_asked();
   void checkpoint();
   void keep_past();
   void write_report();

@@ -420,11 +420,14 @@ void add_merge(CLI::App& app) {
       ->required()
       ->expected(2, 1 << 20);
   verb->add_option("-o,--output", options->output, "map to write: name without ending")->required();
-  auto* pose = verb->add_option("--pose", options->pose,
-                                "X Y Z ROLL PITCH YAW: the second map's frame in the first's, m and degrees")
-                   ->expected(6);
+  auto* pose =
+      verb->add_option(
+              "--pose", options->pose,
+              "X Y Z ROLL PITCH YAW: the second map's frame in the first's, m and degrees [the same]")
+          ->expected(6);
   verb->add_option("--pose-file", options->pose_file,
                    "the same from a file with one pose; the formats of map's --poses")
+      ->type_name("FILE")
       ->excludes(pose);
   auto* align = verb->add_flag("--align", options->align,
                                "find the pose by the surfaces of both maps; --pose is a guess");
@@ -434,7 +437,8 @@ void add_merge(CLI::App& app) {
   verb->add_option("--turn", options->turn_deg, "largest error of its rotation, degrees")
       ->needs(align)
       ->capture_default_str();
-  verb->add_option("--report", options->report, "write what became of the surfaces to this file (JSON)");
+  verb->add_option("--report", options->report, "write what became of the surfaces to this file (JSON)")
+      ->type_name("FILE");
   verb->add_flag("--anyway", options->anyway, "merge even if the maps do not fit");
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->callback([options] { run_merge(*options); });

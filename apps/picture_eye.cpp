@@ -5,11 +5,12 @@
 namespace octosurf {
 
 EyeOptions add_eye_options(CLI::App& verb, CLI::Option* png, PictureEye& eye) {
-  return {
-      verb.add_option("--eye", eye.eye, "X Y Z: draw the picture as seen from here")->expected(3)->needs(png),
-      verb.add_option("--target", eye.target, "X Y Z: look at this; default: the map's middle")
-          ->expected(3)
-          ->needs(png)};
+  return {verb.add_option("--eye", eye.eye, "X Y Z: draw the picture as seen from here [from one side above]")
+              ->expected(3)
+              ->needs(png),
+          verb.add_option("--target", eye.target, "X Y Z: look at this [the map's middle]")
+              ->expected(3)
+              ->needs(png)};
 }
 
 void look_from(const PictureEye& eye, PictureOptions& options) {

@@ -137,14 +137,15 @@ void add_plan(CLI::App& app) {
   verb->add_option("--improving", arguments->query.budget.improving,
                    "further expansions to find a better one")
       ->capture_default_str();
-  verb->add_option("--seconds,--time", arguments->query.budget.time_s, "most seconds of search")
+  verb->add_option("--seconds,--time", arguments->query.budget.time_s, "most seconds of search [no limit]")
       ->check(at_least(0));
   verb->add_flag("--json", arguments->json, "print JSON");
-  verb->add_option(
-      "-o,--output", arguments->outputs,
-      "FILE.json: the plan; FILE.glb: surfaces and footprints for a 3-D viewer; may be repeated");
+  verb->add_option("-o,--output", arguments->outputs,
+                   "FILE.json: the plan; FILE.glb: surfaces and footprints for a 3-D viewer; may be repeated")
+      ->type_name("FILE");
   CLI::Option* png =
-      verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green");
+      verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green")
+          ->type_name("FILE");
   add_eye_options(*verb, png, arguments->eye);
   verb->add_flag("--force", arguments->force, "overwrite files");
   verb->callback([arguments] { run_plan(*arguments); });

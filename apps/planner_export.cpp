@@ -122,12 +122,13 @@ class PlannerExporter {
 void add_planner_options(CLI::App& verb, PlannerExport& options) {
   const std::string group = "For planners' own formats (--format)";
   verb.add_option("--format", options.format,
-                  "planar_terrain or grid_map (.json, .cdr); docs/formats.md, section 7. Without it --to's "
-                  "ending decides")
+                  "planar_terrain or grid_map (.json, .cdr); docs/formats.md, section 7 "
+                  "[--to's ending decides]")
       ->check(CLI::IsMember({"planar_terrain", "grid_map"}));
-  verb.add_option("--foot", options.foot, "LENGTHxWIDTH of a sole about its reference point, or a radius; m")
+  verb.add_option("--foot", options.foot,
+                  "LENGTHxWIDTH of a sole about its reference point, or a radius; m [--foot-radius]")
       ->group(group);
-  verb.add_option("--foot-radius", options.foot_radius, "m: a round foot; 0.06 unless there is a --foot")
+  verb.add_option("--foot-radius", options.foot_radius, "m: a round foot [0.06]")
       ->check(at_least(0))
       ->group(group);
   verb.add_option("--yaw", options.yaw_deg, "heading of --foot, degrees [any heading]")->group(group);
@@ -139,10 +140,11 @@ void add_planner_options(CLI::App& verb, PlannerExport& options) {
                   "m: height over the foot that must be clear; 0: not checked [0.6]")
       ->check(at_least(0))
       ->group(group);
-  verb.add_option("--cell", options.cell, "m: of height grids; default: the map's resolution")
+  verb.add_option("--cell", options.cell, "m: of height grids [the map's resolution]")
       ->check(more_than(0))
       ->group(group);
-  verb.add_option("--below", options.below, "m: height grids ignore what is above")->group(group);
+  verb.add_option("--below", options.below, "m: height grids ignore what is above [all counts]")
+      ->group(group);
   verb.add_option("--frame", options.frame, "frame id of planar_terrain and grid_map")
       ->capture_default_str()
       ->group(group);

@@ -42,8 +42,17 @@ QuestionField standing_field(const char* name, const char* description, Standing
   return field;
 }
 
-// Ids are 32 bits.
-constexpr double last_id = 4294967295.0;
+/// " [biped 0.3, quadruped 0.4]", in the limit's unit.
+std::string defaults_of(const RobotLimit& limit) {
+  std::string text;
+  for (Robot robot : {Robot(Biped()), Robot(Quadruped())})
+    if (const double* value = limit.of(robot)) {
+      char number[24];
+      std::snprintf(number, sizeof number, " %.4g", *value / limit.unit);
+      text += (text.empty() ? " [" : ", ") + name_of(robot) + number;
+    }
+  return text + "]";
+}
 
 template <PlaceQuestion::Kind kind>
 QuestionFields place_fields(AskedOfMap& asked) {
@@ -167,7 +176,8 @@ QuestionFields region_fields(planning::ContactQuestion& q) {
                                 3600, rad_per_deg));
   fields.push_back(
       number_field("pieces", "also the region as at most N convex pieces", q.pieces, 0, 200).by_default("0"));
-  fields.push_back(point_field("about", "X Y Z: of the region only what is near this place", q.at));
+  fields.push_back(
+      point_field("about", "X Y Z: of the region only what is near this place [all of it]", q.at));
   fields.push_back(
       number_field("reach_m", "m: from a place, along the surface's axes", q.reach_m, 0.001, largest_robot_m)
           .by_default("1"));
@@ -182,7 +192,7 @@ QuestionFields plan_fields(PlanQuery& q) {
       unknown_field(q.unknown_is_free)};
   for (const RobotLimit& limit : robot_limits()) {
     const bool angle = limit.unit != 1;
-    QuestionField field{limit.field(), limit.help, 1, 0, angle ? 180 : largest_robot_m};
+    QuestionField field{limit.field(), limit.help + defaults_of(limit), 1, 0, angle ? 180 : largest_robot_m};
     field.take = [&q, &limit](const std::vector<double>& v) {
       q.limits.emplace_back(&limit, v[0] * limit.unit);
     };

@@ -20,6 +20,7 @@ namespace octosurf {
 constexpr double farthest_m = 1e6;
 // Larger than any robot; what stands within it of a foot is looked at voxel by voxel.
 constexpr double largest_robot_m = 10;
+constexpr double last_id = 4294967295.0;  ///< of 32 bits
 
 /// A field of a question: a parameter of its URL, with a unit in its name ("max_slope_deg"), or an option of
 /// its command ("--max-slope").

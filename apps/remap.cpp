@@ -269,12 +269,16 @@ void add_remap(CLI::App& app) {
   const auto options = std::make_shared<RemapOptions>();
   options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("map", options->map, "map, built with --keep-scans")->required();
-  verb->add_option("--poses", options->poses, "file with a pose per scan, or a stamped trajectory");
+  verb->add_option("--poses", options->poses, "file with a pose per scan, or a stamped trajectory")
+      ->type_name("FILE");
   verb->add_option("-o,--output", options->output, "map to write [the same]");
-  verb->add_option("--scans", options->scans, "folder of the scans, if it is not where the map says");
-  verb->add_option("--report", options->report, "write a report of the run to this file (JSON)");
+  verb->add_option("--scans", options->scans, "folder of the scans, if it is not where the map says")
+      ->type_name("FOLDER");
+  verb->add_option("--report", options->report, "write a report of the run to this file (JSON)")
+      ->type_name("FILE");
   verb->add_option("--write-poses", options->write_poses,
-                   "write the poses with which the scans were mapped (stamp tx ty tz qx qy qz qw)");
+                   "write the poses with which the scans were mapped (stamp tx ty tz qx qy qz qw)")
+      ->type_name("FILE");
   verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
       ->capture_default_str();
   verb->add_flag("--force", options->force, "overwrite map, report and poses");

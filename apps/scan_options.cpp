@@ -66,8 +66,11 @@ void set_part(const std::string& text, ScanRange& range) {
 void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& range) {
   const char* const group = "Scans";
   verb.add_option("--poses", source.poses, "file with a pose per scan, or a stamped trajectory")
+      ->type_name("FILE")
       ->group(group);
-  verb.add_option("--intrinsics", source.intrinsics, "file with K (3x3) or fx fy cx cy")->group(group);
+  verb.add_option("--intrinsics", source.intrinsics, "file with K (3x3) or fx fy cx cy")
+      ->type_name("FILE")
+      ->group(group);
   verb.add_option("--depth-scale", source.depth_scale,
                   "units of a depth image per metre [5000 for TUM, else 1000]")
       ->group(group);
@@ -100,12 +103,15 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
       ->group(group);
   verb.add_flag("--skip-bad", source.skip_bad, "skip scans that cannot be read or have no rigid pose")
       ->group(group);
-  verb.add_option("--skip", range.skip, "leave out the first N scans")->group(group);
-  verb.add_option("--every", range.every, "take only every K-th scan")->check(at_least(1))->group(group);
-  verb.add_option("--first", range.first, "take at most N scans")->check(at_least(1))->group(group);
+  verb.add_option("--skip", range.skip, "leave out the first N scans")->capture_default_str()->group(group);
+  verb.add_option("--every", range.every, "take only every K-th scan")
+      ->check(at_least(1))
+      ->capture_default_str()
+      ->group(group);
+  verb.add_option("--first", range.first, "take at most N scans [all]")->check(at_least(1))->group(group);
   verb.add_option_function<std::string>(
           "--subset", [&range](const std::string& text) { set_part(text, range); },
-          "K/N: cut the scans that are left into N contiguous parts and take the K-th")
+          "K/N: cut the scans that are left into N contiguous parts and take the K-th [1/1]")
       ->group(group);
   add_bag_options(verb, source.bag);
 }

@@ -194,8 +194,9 @@ void add_view(CLI::App& app) {
   verb->add_option("map", arguments->maps,
                    "maps to look at, oldest first: names without ending, as given to map -o")
       ->required();
-  CLI::Option* html = verb->add_option("--html", arguments->html, "page to write");
-  CLI::Option* png = verb->add_option("--png", arguments->png, "picture to draw instead")->excludes(html);
+  CLI::Option* html = verb->add_option("--html", arguments->html, "page to write [NAME.html]");
+  CLI::Option* png =
+      verb->add_option("--png", arguments->png, "picture to draw instead")->type_name("FILE")->excludes(html);
   add_up_option(*verb, arguments->up);
   verb->add_option("--max-mb", arguments->max_mb,
                    "size limit of the page in MB (10⁶ bytes): voxels are merged until it fits")
@@ -205,7 +206,7 @@ void add_view(CLI::App& app) {
   verb->add_option(
           "--foot", arguments->feet,
           "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m, with @YAW "
-          "(degrees) for one heading; again for another; none")
+          "(degrees) for one heading; again for another; none [0.22x0.11 and 0.03]")
       ->allow_extra_args(false)
       ->excludes(png);
   verb->add_option("--plan", arguments->plans,

@@ -1,4 +1,4 @@
-# install, export, find_package(octosurf)
+# install, export, find_package(octosurf). What was not built is left out, and named.
 if(NOT OCTOSURF_INSTALL)
   return()
 endif()
@@ -7,11 +7,20 @@ set(OCTOSURF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/octosurf)
 
 get_property(components GLOBAL PROPERTY OCTOSURF_COMPONENTS)
 foreach(component ${components})
-  install(TARGETS octosurf_component_${component} EXPORT octosurf-${component}-targets)
+  install(TARGETS octosurf_component_${component} EXPORT octosurf-${component}-targets OPTIONAL)
 endforeach()
 install(TARGETS octosurf EXPORT octosurf-octosurf-targets)
 foreach(component ${components} octosurf)
   install(EXPORT octosurf-${component}-targets NAMESPACE octosurf:: DESTINATION ${OCTOSURF_CMAKE_DIR})
+endforeach()
+# CMake installs these files of a library that is not there, too, and who includes one fails.
+foreach(component ${components})
+  install(CODE "
+    if(NOT EXISTS \"$<TARGET_FILE:octosurf_component_${component}>\")
+      message(STATUS \"Not built, so not installed: octosurf::${component}\")
+      file(GLOB targets \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${OCTOSURF_CMAKE_DIR}/octosurf-${component}-targets*.cmake\")
+      file(REMOVE \${targets})
+    endif()")
 endforeach()
 install(DIRECTORY include/octosurf DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
 configure_package_config_file(cmake/octosurf-config.cmake.in octosurf-config.cmake
@@ -23,6 +32,10 @@ install(FILES ${PROJECT_BINARY_DIR}/octosurf-config.cmake ${PROJECT_BINARY_DIR}/
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 if(OCTOSURF_BUILD_APPS)
-  install(TARGETS octosurf_app)
+  install(TARGETS octosurf_app OPTIONAL)
+  install(CODE "
+    if(NOT EXISTS \"$<TARGET_FILE:octosurf_app>\")
+      message(STATUS \"Not built, so not installed: the command octosurf\")
+    endif()")
   install(DIRECTORY workflow DESTINATION ${CMAKE_INSTALL_DATADIR}/octosurf USE_SOURCE_PERMISSIONS)
 endif()

@@ -87,7 +87,8 @@ void validate(const Parameters& parameters, const std::vector<Setting>& settings
 
 void add_parameter_options(CLI::App& verb, ParameterOptions& options, bool live) {
   verb.add_option("--config", options.config,
-                  "file with lines 'name = value' and # comments; flags override it");
+                  "file with lines 'name = value' and # comments; flags override it")
+      ->type_name("FILE");
   verb.add_option_function<std::string>(
           "--up",
           [&options](const std::string& text) {

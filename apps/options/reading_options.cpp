@@ -42,13 +42,14 @@ void add_reading_options(CLI::App& verb, ScanSourceOptions& source) {
   verb.add_option_function<std::vector<std::string>>(
           "--self-box", [&source](const std::vector<std::string>& words) { add_self_boxes(words, source); },
           "[FRAME] X Y Z X Y Z: two corners of a box, m, in the sensor's frame or a frame of the bag's tf; "
-          "readings in it are the robot itself and are left out; may be given several times")
+          "readings in it are the robot itself and are left out; may be given several times [none]")
       ->expected(6, 7)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->group(group);
   verb.add_option("--clear-no-return", source.clear_no_return_m,
                   "m: rays without a return free space up to this range; 0: they do not")
       ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
       ->group(group);
   verb.add_option_function<std::string>(
           "--sensor",

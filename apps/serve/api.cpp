@@ -38,7 +38,8 @@ std::string answer_to(const ServedMap& map, const std::string& path, const Asked
   if (path == "/api/query/foothold") return foothold_json(planning::find_foothold(map.asked, asked.contact));
   if (path == "/api/regions") return region_json(planning::find_region(map.asked, asked.contact));
   if (path == "/api/regions/all") return regions_answer(map, asked.contact);
-  if (path == "/api/changes") return map.changes_json(*asked.since);
+  if (path == "/api/surface") return map.surface_json(asked.surface);
+  if (path == "/api/changes") return map.changes_json(*asked.since, asked.box);
   const planning::PlaceAnswer found = planning::answer(map.asked, asked.place);
   require_found(map.asked, asked.place, found);
   return place_json(map.asked, asked.place, found);
@@ -65,6 +66,18 @@ HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
   if (path == "/api/info") return {200, "application/json", map->info.get()};
   if (path == "/api/surfaces") return {200, "application/json", map->surfaces.get()};
   return refusal(404, "there is no such page", path.substr(0, 64), "GET /api lists the questions");
+}
+
+HttpReply Api::clear(const std::string& body) {
+  if (!clear_)
+    return refusal(403, "this server does not change its map", clear_path,
+                   "map --serve with --allow-clear does; octosurf clear changes a saved map");
+  AskedByUrl asked;
+  read(*find_question(clear_path), parameters_in(body), asked);
+  if (asked.box.has_value() == asked.cylinder.has_value())
+    throw Error(Error::Kind::usage, "box", asked.box ? "is given with a cylinder" : "is missing",
+                "give a box or a cylinder");
+  return clear_(asked.box ? SpacePart::box(*asked.box) : *asked.cylinder, asked.as_free);
 }
 
 Follower Api::follower(const QueryParameters& given) const {

@@ -27,10 +27,15 @@ struct Follower {
 class Api {
  public:
   using Source = std::function<std::shared_ptr<const ServedMap>()>;  ///< the map as it is now
-  explicit Api(Source map) : map_(std::move(map)) {}
+  using Clear = std::function<HttpReply(const SpacePart&, bool as_free)>;
+  /// `clear` takes back a part of the map; none: nobody may.
+  explicit Api(Source map, Clear clear = {}) : map_(std::move(map)), clear_(std::move(clear)) {}
 
   /// Throws Error(usage) for questions that make no sense, Error(data) where the map has no answer.
   HttpReply answer(const std::string& path, const QueryParameters& given);
+
+  /// What was posted to `clear_path`. Throws Error(usage) likewise.
+  HttpReply clear(const std::string& body);
 
   /// A new client of `live_path`. Throws Error(usage).
   Follower follower(const QueryParameters& given) const;
@@ -42,6 +47,7 @@ class Api {
   std::string plan(const ServedMap& map, const PlanQuery& query);
 
   Source map_;
+  Clear clear_;
   std::mutex planning_;  ///< of what follows
   std::string planned_for_;
   std::unique_ptr<FootstepPlanner> planner_;  ///< of the map and robot of the last plan

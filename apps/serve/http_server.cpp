@@ -32,6 +32,7 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr int most_threads = 64, most_followers = 32;
+constexpr std::size_t largest_body = 4096;
 constexpr auto event_interval = 200ms;  // pictures need no more, and the mapper has its processor
 constexpr auto silence = 10s;           // of a stream, in which a proxy may take it for dead
 
@@ -127,7 +128,6 @@ void set_fields(httplib::Response& response) {
 void set_reply(httplib::Response& response, const HttpReply& reply) {
   response.status = reply.status;
   set_fields(response);
-  if (reply.status == 405) response.set_header("Allow", "GET, HEAD");
   if (reply.status == 401)
     response.set_header("WWW-Authenticate", R"(Bearer, Basic realm="octosurf: any user, the token")");
   if (reply.status == 503) response.set_header("Retry-After", "1");
@@ -138,7 +138,7 @@ void set_reply(httplib::Response& response, const HttpReply& reply) {
 void set_refusal(const httplib::Request&, httplib::Response& response) {
   if (!response.has_header("X-Frame-Options"))
     set_reply(response, refusal(response.status, "no HTTP request, or too long a one", "request",
-                                "send HTTP/1.1, and no line of more than 8 KB"));
+                                "send HTTP/1.1, no line of more than 8 KB and no body of more than 4"));
 }
 
 /// The threads that are made in its scope take no signals, which are for the main thread.
@@ -229,9 +229,13 @@ struct HttpServer::Impl {
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
     });
+    http.set_payload_max_length(largest_body);
     http.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-      answer(request, response);
-      return httplib::Server::HandlerResponse::Handled;
+      using Routing = httplib::Server::HandlerResponse;
+      return answered(request, response) ? Routing::Handled : Routing::Unhandled;
+    });
+    http.Post(clear_path, [this](const httplib::Request& request, httplib::Response& response) {
+      set_reply(response, safe(clear_path, [&] { return api.clear(request.body); }));
     });
     http.set_error_handler(httplib::Server::Handler(set_refusal));
     errno = 0;
@@ -267,21 +271,44 @@ struct HttpServer::Impl {
     ended = true;
   }
 
-  void answer(const httplib::Request& request, httplib::Response& response) {
+  /// Whether it is answered: what is posted has its body read first.
+  bool answered(const httplib::Request& request, httplib::Response& response) {
     // Answers are sent whole, and as they are: parts that overlap may take more memory than there is, and the
     // library's packing more time than the answer.
     auto& changed = const_cast<httplib::Request&>(request);
     changed.ranges.clear();
     changed.headers.erase("Accept-Encoding");
+    changed.headers.erase("Content-Encoding");
     const std::string& path = request.path;
-    if (const auto refused = guard(place, request)) return set_reply(response, *refused);
-    if (request.method != "GET" && request.method != "HEAD")
-      return set_reply(response, refusal(405, "this method is not supported", path, "use GET"));
-    if (request.has_header("Transfer-Encoding") || field(request, "Content-Length").value_or("0") != "0")
-      return set_reply(response, refusal(413, "a question has no body", "body",
-                                         "put the parameters into the URL's query"));
-    if (path == live_path) return follow(request, response);
-    set_reply(response, safe(path, [&] { return api.answer(path, request.params); }));
+    if (const auto refused = refusal_of(request)) {
+      set_reply(response, *refused);
+      if (refused->status == 405) response.set_header("Allow", path == clear_path ? "POST" : "GET, HEAD");
+      return true;
+    }
+    if (path == clear_path) return false;
+    if (path == live_path)
+      follow(request, response);
+    else
+      set_reply(response, safe(path, [&] { return api.answer(path, request.params); }));
+    return true;
+  }
+
+  std::optional<HttpReply> refusal_of(const httplib::Request& request) const {
+    if (auto refused = guard(place, request)) return refused;
+    const bool posted = request.path == clear_path;
+    if (posted ? request.method != "POST" : request.method != "GET" && request.method != "HEAD")
+      return refusal(405, "this method is not supported", request.path, posted ? "use POST" : "use GET");
+    const std::optional<std::string> length = field(request, "Content-Length");
+    if (posted) {
+      // Another site's page can send other types without asking first.
+      if (lower(request.get_header_value("Content-Type")).rfind("application/json", 0) != 0)
+        return refusal(415, "is not said to be JSON", "body", "send 'Content-Type: application/json'");
+      if (request.has_header("Transfer-Encoding") || !length)
+        return refusal(411, "has no length", "body", "send Content-Length");
+    } else if (request.has_header("Transfer-Encoding") || length.value_or("0") != "0") {
+      return refusal(413, "a question has no body", "body", "put the parameters into the URL's query");
+    }
+    return std::nullopt;
   }
 
   void follow(const httplib::Request& request, httplib::Response& response) {

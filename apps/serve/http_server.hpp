@@ -16,8 +16,8 @@ struct HttpPlace {
 /// Whether `address` is one that only this machine can reach.
 bool is_loopback(const std::string& address);
 
-/// Answers HTTP requests; GET and HEAD only, without a body. For a few clients on this machine or of one
-/// owner: a client that is slow keeps one of its threads, of which there are 64.
+/// Answers HTTP requests; GET and HEAD without a body, and POST of JSON to `clear_path`. For a few clients on
+/// this machine or of one owner: a client that is slow keeps one of its threads, of which there are 64.
 ///
 /// 1. A connection is closed after its answer. A request that is not HTTP is refused (4xx).
 /// 2. With a token: "Authorization: Bearer TOKEN", or Basic with it as the password, so that browsers

@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <sys/resource.h>
 #include <utility>
 
 #include <octosurf/page.hpp>
+#include <octosurf/space_part.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
@@ -28,7 +30,7 @@ std::string new_run() {
 
 }  // namespace
 
-LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
+LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place, bool allow_clear)
     : mapper_(mapper),
       name_(std::move(name)),
       run_{new_run(),
@@ -37,7 +39,9 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
              return track_;
            }},
       up_(mapper.map().parameters().up),
-      api_([this] { return latest(); }) {
+      api_([this] { return latest(); },
+           allow_clear ? [this](const SpacePart& part, bool as_free) { return clear(part, as_free); }
+                       : Api::Clear()) {
   mapper.share_octree();
   server_.emplace(place, api_);
 }
@@ -45,6 +49,49 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
 void LiveServer::add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor) {
   const std::lock_guard lock(tracking_);
   track_.add(sensor, T_map_sensor);
+}
+
+bool LiveServer::clear_as_asked(Mapper& mapper) {
+  std::vector<Clearing> all;
+  {
+    const std::lock_guard lock(asking_);
+    all.swap(clearings_);
+  }
+  for (Clearing& one : all) one(mapper);
+  return !all.empty();
+}
+
+void LiveServer::end_clearing() {
+  const std::lock_guard lock(asking_);
+  clearing_ended_ = true;
+  clearings_.clear();
+}
+
+HttpReply LiveServer::clear(const SpacePart& part, bool as_free) {
+  std::future<HttpReply> answer;
+  {
+    Clearing clearing([part, as_free](Mapper& mapper) {
+      ScanReport report = mapper.clear(part, as_free);
+      const std::shared_ptr<const Snapshot> left = mapper.snapshot();
+      std::erase_if(report.shrunk, [&](SurfaceId id) { return left->find(id) == nullptr; });
+      return reply_of(nlohmann::ordered_json{{"revision", left->revision},
+                                             {"points", report.vanished},
+                                             {"gone", report.gone},
+                                             {"merged", report.merged},
+                                             {"smaller", report.shrunk},
+                                             {"left", left->surfaces.size()}}
+                          .dump() +
+                      "\n");
+    });
+    answer = clearing.get_future();
+    const std::lock_guard lock(asking_);
+    if (!clearing_ended_) clearings_.push_back(std::move(clearing));
+  }
+  try {
+    return answer.get();
+  } catch (const std::future_error&) {  // nobody carries it out
+    return refusal(503, "the run is over", clear_path, "octosurf clear changes the saved map");
+  }
 }
 
 std::shared_ptr<const ServedMap> LiveServer::latest() {

@@ -36,13 +36,39 @@ QuestionField since_field(AskedByUrl& asked, const char* description) {
   return field;
 }
 
+QuestionField box_field(AskedByUrl& asked, const char* description) {
+  QuestionField field{"box", description, 6, -farthest_m, farthest_m};
+  field.take = [&asked](const std::vector<double>& v) {
+    const Eigen::Vector3d one(v.data()), other(v.data() + 3);
+    asked.box.emplace(one.cwiseMin(other), one.cwiseMax(other));
+  };
+  return field;
+}
+
 const std::vector<UrlQuestion> own_questions = {
     {"/api/regions/all", "likewise on every surface",
      [](AskedByUrl& asked) { return region_fields(asked.contact); }},
+    {"/api/surface", "a surface as in /api/surfaces",
+     [](AskedByUrl& asked) {
+       return Fields{number_field("id", "its id", asked.surface, 1, last_id).needed()};
+     }},
     {"/api/changes",
      "what became of the surfaces since a revision, and those that appeared or changed as they are now",
      [](AskedByUrl& asked) {
-       return Fields{since_field(asked, "a revision that /api/info or an earlier answer gave").needed()};
+       return Fields{
+           since_field(asked, "a revision that /api/info or an earlier answer gave").needed(),
+           box_field(asked, "two opposite corners, m: only surfaces with outlines whose own boxes meet it")};
+     }},
+    {clear_path, "takes back what the map knows of a box or a cylinder, if the server allows it",
+     [](AskedByUrl& asked) {
+       QuestionField cylinder{"cylinder", "upright: the middle of its base, radius, height, m", 5,
+                              -farthest_m, farthest_m};
+       cylinder.take = [&asked](const std::vector<double>& v) {
+         asked.cylinder = SpacePart::cylinder({v[0], v[1], v[2]}, v[3], v[4]);
+       };
+       return Fields{box_field(asked, "two opposite corners, m"), cylinder,
+                     number_field("free", "what was known becomes free, not unknown", asked.as_free, 0, 1)
+                         .by_default("0")};
      }},
     {"/api/plan", "footsteps from one place to another, or why there are none", path_fields},
     {"/api/voxels", "the octree's occupied voxels, packed as for the page",
@@ -119,7 +145,10 @@ Json list_of_questions() {
     AskedByUrl asked;
     Json parameters = Json::object();
     for (const QuestionField& field : question.fields(asked)) parameters[field.name] = described(field);
-    all.push_back({{"path", question.path}, {"summary", question.summary}, {"parameters", parameters}});
+    all.push_back({{"path", question.path},
+                   {"method", question.path == clear_path ? "POST" : "GET"},
+                   {"summary", question.summary},
+                   {"parameters", parameters}});
   }
   return all;
 }
@@ -128,6 +157,18 @@ const UrlQuestion* find_question(std::string_view path) {
   for (const UrlQuestion& question : all_questions())
     if (question.path == path) return &question;
   return nullptr;
+}
+
+QueryParameters parameters_in(const std::string& json) {
+  const Json body = Json::parse(json, nullptr, false);
+  if (!body.is_object()) refuse("body", "is no JSON object", R"(send one as {"box": [0, 0, 0, 1, 1, 2]})");
+  QueryParameters given;
+  for (const auto& [name, value] : body.items()) {
+    std::string text = value.is_boolean() ? (value.get<bool>() ? "1" : "0") : value.dump();
+    std::erase_if(text, [](char c) { return c == '[' || c == ']'; });
+    given.emplace(name, text);
+  }
+  return given;
 }
 
 void read(const UrlQuestion& question, const QueryParameters& given, AskedByUrl& asked) {

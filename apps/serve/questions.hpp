@@ -8,12 +8,18 @@
 #include <string>
 #include <string_view>
 
+#include <octosurf/space_part.hpp>
+
 namespace octosurf {
 
 /// What a request may ask for; each question has its part of it.
 struct AskedByUrl : AskedOfMap {
   PlanQuery plan;
   std::optional<std::uint64_t> since;
+  std::optional<Eigen::AlignedBox3d> box;
+  std::optional<SpacePart> cylinder;
+  bool as_free = false;
+  SurfaceId surface = 0;
   std::uint8_t slices = 0;
   std::string run;
 };
@@ -24,7 +30,7 @@ struct UrlQuestion {
   std::function<QuestionFields(AskedByUrl&)> fields;
 };
 
-/// As GET /api lists them: [{"path", "summary", "parameters": {NAME: {"description", …}}}]. A
+/// As GET /api lists them: [{"path", "method", "summary", "parameters": {NAME: {"description", …}}}]. A
 /// parameter is a text, with the "words" that it may be (none: anything short), or has as many "numbers" as
 /// it says, with commas, each within "limits"; "whole"; "required"; "default", as it would be given.
 nlohmann::ordered_json list_of_questions();
@@ -35,8 +41,14 @@ const UrlQuestion* find_question(std::string_view path);
 /// The question whose answer is a stream of events: HttpServer.
 constexpr const char* live_path = "/live";
 
+/// The one that changes the map: POST, with its parameters as a JSON object.
+constexpr const char* clear_path = "/api/clear";
+
 /// What stands in the query of a request's URL, decoded.
 using QueryParameters = std::multimap<std::string, std::string>;
+
+/// What stands in a JSON object. Throws Error(usage) for anything else.
+QueryParameters parameters_in(const std::string& json);
 
 /// Reads a request's parameters: each of its kind and within its limits, no other ones. Throws Error(usage)
 /// naming the parameter.

@@ -7,6 +7,7 @@
 #include "up_option.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string_view>
@@ -14,7 +15,6 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/export.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/page.hpp>
 
@@ -49,6 +49,42 @@ bool same_outline(const Surface& a, const Surface& b) {
   return &a == &b ||
          (a.T_map_surface.matrix() == b.T_map_surface.matrix() &&
           std::equal(a.polygons.begin(), a.polygons.end(), b.polygons.begin(), b.polygons.end(), same));
+}
+
+Eigen::AlignedBox3d extent_of(const Surface& surface) {
+  Eigen::AlignedBox3d extent;
+  for (const Polygon& polygon : surface.polygons)
+    for (const Eigen::Vector2d& corner : polygon.outer) extent.extend(surface.to_map(corner));
+  return extent;
+}
+
+/// Of the whole circle, seen or not.
+Eigen::AlignedBox3d extent_of(const Cylinder& cylinder) {
+  const Eigen::Vector3d half = cylinder.axis * (cylinder.length_m / 2),
+                        around = cylinder.radius_m * (1 - cylinder.axis.array().square()).max(0).sqrt();
+  Eigen::AlignedBox3d extent(cylinder.axis_point - half);
+  extent.extend(cylinder.axis_point + half);
+  return {extent.min() - around, extent.max() + around};
+}
+
+/// Throws Error(data): there is no such surface, or what became of it.
+[[noreturn]] void refuse_missing(const planning::AskedMap& map, SurfaceId id) {
+  const std::string name = "surface " + std::to_string(id);
+  std::optional<std::uint64_t> removed;
+  map.snapshot->removals.for_each_since(0, [&](const Removal& one) {
+    if (one.of != Removal::Of::surface || one.id != id) return;
+    if (one.born < one.revision) removed = one.revision;  // else no reader saw it
+  });
+  if (!removed)
+    throw Error(Error::Kind::data, map.name, "has no " + name, "/api/surfaces lists those that it has");
+  std::string into;
+  for (const MapChanges::Successor& one : changes_since(*map.snapshot, *removed - 1).merged)
+    if (one.before == id) into += (into.empty() ? "" : ", ") + std::to_string(one.now);
+  const std::string when = " in revision " + std::to_string(*removed);
+  if (into.empty())
+    throw Error(Error::Kind::data, map.name, name + " went" + when, "no other surface goes on from it");
+  throw Error(Error::Kind::data, map.name, name + " was merged" + when + "; it goes on in " + into,
+              "ask for id " + into);
 }
 
 ServedMap::Text shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
@@ -136,17 +172,22 @@ ServedMap::Text ServedMap::make_info() const {
                 "\n");
 }
 
-ServedMap::Text ServedMap::make_surfaces() const {
-  ExportExtras extras;
-  extras.stairs = stairs.get();
+ServedMap::Export ServedMap::make_export() const {
+  Export all{shown.get(), {}};
   // What is clear of obstacles takes seconds, and a growing map has changed by then.
-  if (!map_) return shared(export_text(*shown.get(), extras));
+  if (!map_) return all;
   const GroundView ground = asked.bare_ground();
-  const std::shared_ptr<const Snapshot> supported = ground.supported();
-  extras.gaps = ground.gaps();
-  for (const SurfacePtr& surface : supported->surfaces)
-    extras.edges[surface->id] = label_edges(map_->map, *surface);
-  return shared(export_text(*supported, extras));
+  all.snapshot = ground.supported();
+  all.extras.gaps = ground.gaps();
+  for (const SurfacePtr& surface : all.snapshot->surfaces)
+    all.extras.edges[surface->id] = label_edges(map_->map, *surface);
+  return all;
+}
+
+ServedMap::Text ServedMap::make_surfaces() const {
+  ExportExtras extras = exported.get().extras;
+  extras.stairs = stairs.get();
+  return shared(export_text(*exported.get().snapshot, extras));
 }
 
 ServedMap::Text ServedMap::make_voxels(bool with_slices) const {
@@ -177,13 +218,39 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
   return event;
 }
 
-std::string ServedMap::changes_json(std::uint64_t since) const {
-  const Snapshot now = io::changed_part(*shown.get(), since);
-  std::string text = io::changes_json(changes_since(*shown.get(), since)).dump();
+std::string ServedMap::surface_json(SurfaceId id) const {
+  const auto& [snapshot, all] = exported.get();
+  const auto at = std::find_if(snapshot->surfaces.begin(), snapshot->surfaces.end(),
+                               [id](const SurfacePtr& surface) { return surface->id == id; });
+  if (at == snapshot->surfaces.end()) refuse_missing(asked, id);
+  Snapshot alone{snapshot->revision, snapshot->resolution, {*at}};
+  ExportExtras extras;
+  if (const auto gaps = all.gaps.find(id); gaps != all.gaps.end()) extras.gaps.insert(*gaps);
+  if (const auto edges = all.edges.find(id); edges != all.edges.end()) extras.edges.insert(*edges);
+  return Json::parse(export_text(alone, extras))["surfaces"][0].dump();
+}
+
+std::string ServedMap::changes_json(std::uint64_t since,
+                                    const std::optional<Eigen::AlignedBox3d>& box) const {
+  Snapshot now = io::changed_part(*shown.get(), since);
+  MapChanges changes = changes_since(*shown.get(), since);
+  std::vector<SurfaceId> outside;
+  if (box) {
+    const auto elsewhere = [&](const auto& one) { return !box->intersects(extent_of(*one)); };
+    std::erase_if(now.cylinders, elsewhere);
+    std::erase_if(now.surfaces, elsewhere);
+    const auto leave_out = [&](SurfaceId id) { return now.find(id) == nullptr; };
+    std::erase_if(changes.appeared, leave_out);
+    std::copy_if(changes.changed.begin(), changes.changed.end(), std::back_inserter(outside), leave_out);
+    std::erase_if(changes.changed, leave_out);
+  }
+  Json told = io::changes_json(changes);
+  if (box) told["outside"] = outside;
+  std::string text = told.dump();
   text.back() = ',';
-  std::string exported = export_text(now, {});
-  exported.pop_back();  // the end of its last line
-  return text + "\"now\":" + exported + "}";
+  std::string text_now = export_text(now, {});
+  text_now.pop_back();  // the end of its last line
+  return text + "\"now\":" + text_now + "}";
 }
 
 }  // namespace octosurf

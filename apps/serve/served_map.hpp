@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include <octosurf/export.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/queries.hpp>
 #include <octosurf/stairs.hpp>
@@ -71,6 +72,10 @@ class ServedMap {
             double max_page_mb, Run run, const ServedMap* previous);
 
   using Text = std::shared_ptr<const std::string>;
+  struct Export {
+    std::shared_ptr<const Snapshot> snapshot;
+    ExportExtras extras;
+  };
 
   const planning::AskedMap asked;
   const Run run;  ///< without a name: of a finished map
@@ -79,14 +84,20 @@ class ServedMap {
   /// label_edges() of all shown surfaces; none of a map that goes on growing.
   const Lazy<std::map<SurfaceId, std::vector<PolygonEdges>>> all_edges{[this] { return make_edges(); }};
   const Lazy<Stairs> stairs{[this] { return asked.bare_ground().stairs(); }};
-  const Lazy<Text> page{[this] { return make_page_text(); }};     ///< HTML
-  const Lazy<Text> info{[this] { return make_info(); }};          ///< JSON
+  const Lazy<Text> page{[this] { return make_page_text(); }};  ///< HTML
+  const Lazy<Text> info{[this] { return make_info(); }};       ///< JSON
+  const Lazy<Export> exported{[this] { return make_export(); }};
   const Lazy<Text> surfaces{[this] { return make_surfaces(); }};  ///< the export as JSON
   const Lazy<Text> voxels{[this] { return make_voxels(false); }},
       slices{[this] { return make_voxels(true); }};
 
-  /// Changes since an earlier revision. Throws Error(usage) for a later one.
-  std::string changes_json(std::uint64_t since) const;
+  /// One of `surfaces`. Throws Error(data) if there is none of this id, which says what became of it.
+  std::string surface_json(SurfaceId id) const;
+  /// Changes since an earlier revision. Throws Error(usage) for a later one. With a box only of surfaces and
+  /// cylinders that touch it: whose own box, along the map's axes, meets it. What changed elsewhere, and may
+  /// have touched it before, is listed as "outside". What is gone or merged is all told: its extent is not
+  /// kept.
+  std::string changes_json(std::uint64_t since, const std::optional<Eigen::AlignedBox3d>& box) const;
   /// io::surfaces_message() as a server-sent event: since an earlier revision, or everything.
   Text changes_event(std::optional<std::uint64_t> since) const;
 
@@ -95,6 +106,7 @@ class ServedMap {
   std::shared_ptr<const Snapshot> make_shown() const;
   Text make_page_text() const;
   Text make_info() const;
+  Export make_export() const;
   Text make_surfaces() const;
   Text make_voxels(bool with_slices) const;
 

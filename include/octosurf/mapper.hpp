@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -97,9 +98,8 @@ class PreparedScan {
 ///
 /// 1. Same scans and parameters give the same map, byte for byte, for any `threads`.
 /// 2. All or nothing: if insert(), insert_all(), drain(), merge(), clear(), detect_in_occupancy() or
-/// resegment()
-///    throws (an Error on rejected input, or std::bad_alloc), the map is byte for byte as before the call and
-///    remains usable: free memory and insert the scan again, or skip it.
+///    resegment() throws (an Error on rejected input, or std::bad_alloc), the map is byte for byte as before
+///    the call and remains usable: free memory and insert the scan again, or skip it.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert(), nor insert() for it.
 ///    It makes the outlines that changed since it was last called, each once: after three scans of a camera
 ///    in a kitchen in 5 ms at 2 cm, 20 ms at 1 cm. Another reader waits for that. Throws std::bad_alloc if
@@ -118,7 +118,9 @@ class Mapper {
   explicit Mapper(const Parameters& parameters = {}, int threads = 1,
                   const detection::Detector* paper = nullptr);
   /// Continues a map with its own parameters. Throws likewise; the map then stays with the caller.
-  explicit Mapper(Map&& map, int threads = 1, const detection::Detector* paper = nullptr);
+  template <std::same_as<Map> Start>  // deduced, so that {} are parameters
+  explicit Mapper(Start&& map, int threads = 1, const detection::Detector* paper = nullptr)
+      : Mapper(threads, paper, map) {}
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();
@@ -217,6 +219,8 @@ class Mapper {
   Map release() &&;                                  ///< likewise
 
  private:
+  Mapper(int threads, const detection::Detector* paper, Map& taken_over);
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

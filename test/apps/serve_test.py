@@ -4,6 +4,7 @@ import base64
 import contextlib
 import json
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -35,6 +36,12 @@ def in_words(parameters):
         words += ["--" + name.removesuffix("_m").removesuffix("_deg").replace("_", "-")]
         words += value if isinstance(value, list) else [value]
     return words
+
+
+def touches(surface, box):
+    """Whether the box of its outlines meets this one."""
+    corners = [corner for polygon in surface["polygons"] for corner in polygon["outer"]]
+    return all(min(c[i] for c in corners) <= box[i + 3] and max(c[i] for c in corners) >= box[i] for i in range(3))
 
 
 class Served(unittest.TestCase):
@@ -129,6 +136,14 @@ class Answers(Served):
                 page = page.replace(told, b"").replace(b" connect-src 'self';", b"")
                 self.assertEqual((status, page), (200, pathlib.Path(folder, "x.html").read_bytes()))
 
+    def test_one_surface(self):
+        for one in self.surfaces[:3] + self.surfaces[-1:]:
+            self.assertEqual(self.answer("/api/surface", id=one["id"]), one)
+        self.assertEqual({surface["id"] for surface in self.surfaces} & {last_id := 4294967295}, set())
+        status, refused = self.server.ask("/api/surface", id=last_id)
+        self.assertEqual((status, refused["error"]), (404, f"has no surface {last_id}"))
+        self.assertIn("/api/surfaces", refused["hint"])
+
     def test_changes(self):
         revision = self.server.ask("/api/info")[1]["revision"]
         for since in (0, revision // 2, revision):
@@ -138,6 +153,17 @@ class Answers(Served):
             self.assertEqual(sorted(changes["appeared"] + changes["changed"]), now)
             self.assertEqual(changes["revision"], revision)
         self.assertEqual(self.server.ask("/api/changes", since=revision + 1)[0], 400)
+
+    def test_changes_in_a_box(self):
+        box = [self.at[i] + d for d in (-0.5, 0.5) for i in range(3)]
+        inside = [s for s in self.answer("/api/changes", since=0)["now"]["surfaces"] if touches(s, box)]
+        for corners in (box, box[3:] + box[:3]):
+            self.assertEqual(self.answer("/api/changes", since=0, box=corners)["now"]["surfaces"], inside)
+        self.assertTrue(0 < len(inside) < len(self.surfaces))
+        line = self.server.connection()
+        self.addCleanup(line.close)
+        line.request("GET", "/api/changes?since=0&box=90,90,90,91,91,91")
+        self.assertLess(len(line.getresponse().read()), 400, "nothing is there")
 
     def test_the_list_says_what_is_asked(self):
         listed = {one["path"]: one["parameters"] for one in self.server.ask("/api")[1]["questions"]}
@@ -149,7 +175,9 @@ class Answers(Served):
                 fewer = {name: value for name, value in required.items() if name != missing}
                 status, refused = self.server.ask(path, **fewer)
                 self.assertEqual((status, refused["where"]), (400, missing))
-            if path != "/live":
+            if path == "/api/clear":
+                self.assertEqual(self.server.ask(path)[0], 405)
+            elif path != "/live":
                 self.assertIn(self.server.ask(path, **required)[0], (200, 404), path)
 
     def test_the_head_of_an_answer(self):
@@ -202,6 +230,8 @@ class Refusals(Served):
         self.refused(404, "/nothing", "/nothing")
         self.refused(405, "/api/info", "/api/info", method="POST", body="{}")
         self.refused(405, "/api/plan", "/api/plan", method="DELETE")
+        status, refused = clear(self.server, {"box": [0, 0, 0, 1, 1, 1]})
+        self.assertEqual((status, "octosurf clear" in refused["hint"]), (403, True), refused)
         self.refused(405, "/live", "/live", method="POST")
         self.refused(413, "body", "/api/plan", body="x" * 2000)
         self.refused(400, "request", "/", headers={"X-Long": "x" * 9000})
@@ -291,6 +321,136 @@ class Door(unittest.TestCase):
                 self.assertEqual(server.process.wait(timeout=60), 0)
                 stuck.close()
         self.assertGreater(wholes, 0)
+
+
+class Recording(unittest.TestCase):
+    """Of the office, and its map."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = folder.name
+        command("simulate", "office", "-o", f"{cls.folder}/scans", "--frames", 20)
+        command("map", f"{cls.folder}/scans", "-o", f"{cls.folder}/office", "--resolution", "0.04")
+
+    def test_a_surface_that_went_is_told_from_one_that_never_was(self):
+        with serving.Server(COMMAND, f"{self.folder}/office") as server:
+            there = {surface["id"] for surface in server.ask("/api/surfaces")[1]["surfaces"]}
+            kinds = set()
+            for missing in set(range(1, max(there))) - there:
+                status, refused = server.ask("/api/surface", id=missing)
+                self.assertEqual(status, 404)
+                kind, revision, into = re.fullmatch(
+                    rf"(?:has no )?surface {missing}(?: (was merged|went) in revision (\d+)(?:; it goes on in ([\d, ]+))?)?",
+                    refused["error"]).groups()
+                changes = server.ask("/api/changes", since=int(revision or 0) - bool(revision))[1]
+                successors = [one["into"] for one in changes["merged"] if one["id"] == missing]
+                self.assertEqual(", ".join(map(str, successors)), into or "")
+                self.assertLessEqual(set(successors), there)
+                self.assertEqual(missing in changes["gone"], kind == "went")
+                kinds.add(kind)
+            self.assertEqual(kinds, {None, "was merged", "went"})
+
+    def test_changes_in_a_box_are_those_of_the_map_that_touch_it(self):
+        with serving.Server(COMMAND, f"{self.folder}/office") as server:
+            counts = {"changed": 0, "appeared": 0, "outside": 0}
+            for since in range(server.ask("/api/info")[1]["revision"] + 1):
+                whole = server.ask("/api/changes", since=since)[1]
+                center = whole["now"]["surfaces"][0]["polygons"][0]["outer"][0] if whole["now"]["surfaces"] else [0, 0, 0]
+                box = [x + d for d in (-0.3, 0.3) for x in center]
+                there = [s for s in whole["now"]["surfaces"] if touches(s, box)]
+                ids = {s["id"] for s in there}
+                part = server.ask("/api/changes", since=since, box=box)[1]
+                self.assertEqual(part["now"]["surfaces"], there)
+                for kind in ("appeared", "changed"):
+                    self.assertEqual(part[kind], [i for i in whole[kind] if i in ids])
+                self.assertEqual(part["outside"], [i for i in whole["changed"] if i not in ids])
+                self.assertEqual([part[kind] for kind in ("gone", "merged", "split")], [whole[kind] for kind in ("gone", "merged", "split")])
+                for kind in counts:
+                    counts[kind] += len(part[kind])
+            self.assertGreater(min(counts.values()), 0, counts)
+
+
+def clear(server, body, headers=None, **more):
+    return server.ask("/api/clear", **{"method": "POST", **more}, body=body if isinstance(body, str) else json.dumps(body),
+                      headers={"Content-Type": "application/json", **(headers or {})})
+
+
+class Clearing(unittest.TestCase):
+    BOX = [-6.5, -2, 0.3, -3.5, 1, 1.8]
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
+        command("simulate", "office", "--sensor", "spinning", "-o", cls.folder / "scans", "--frames", 6)
+        poses = cls.folder / "scans/poses.txt"
+        lines = poses.read_text().splitlines()
+        lines[-1] = " ".join(["900", *lines[-1].split()[1:]])  # s: until then the map waits
+        poses.write_text("\n".join(lines) + "\n")
+
+    @contextlib.contextmanager
+    def waiting(self, name, *options):
+        """A server of the map of all scans but the last, which is saved at the end."""
+        server = serving.Server(COMMAND, f"{self.folder}/scans", "-o", f"{self.folder}/{name}", "--realtime", "--together", "1",
+                                "--detection-budget", "0", "--resolution", "0.04", *options, verb="map", port="--serve")
+        try:
+            while server.ask("/api/info")[1]["revision"] < 5:
+                time.sleep(0.05)
+            yield server
+        finally:
+            server.process.terminate()
+            self.assertIn("5 scans mapped and saved", server.process.communicate(timeout=60)[1])
+
+    def test_what_is_cleared_over_http_is_cleared_as_by_the_command(self):
+        with self.waiting("whole") as server:
+            self.assertEqual(clear(server, {"box": self.BOX})[0], 403)
+            before = server.ask("/api/surfaces")[1]["surfaces"]
+        said = command("clear", f"{self.folder}/whole", "--box", *self.BOX, "-o", f"{self.folder}/cleared")
+        with self.waiting("asked", "--allow-clear") as server:
+            self.refuses_all_else(server)
+            far = [*self.BOX[3:], *(x + 0.5 for x in self.BOX[3:])]
+            follower = serving.Live(server, f"?since=5&run={serving.Live(server).message()['run']}")
+            status, cleared = clear(server, {"box": self.BOX})
+            self.assertEqual(status, 200, cleared)
+            self.assertEqual(follower.message()["changes"]["gone"], cleared["gone"])
+            self.assertIn(f"{cleared['points']} points taken back; {len(cleared['gone'])} surfaces gone, "
+                          f"{len(cleared['smaller'])} smaller, {cleared['left']} left", said)
+            self.assertTrue(cleared["gone"] and cleared["smaller"] and cleared["revision"] == 6, cleared)
+            status, refused = server.ask("/api/surface", id=cleared["gone"][0])
+            self.assertEqual((status, refused["error"]), (404, f"surface {cleared['gone'][0]} went in revision 6"))
+            self.assertEqual(server.ask("/api/query/voxel", point=[sum(self.BOX[i::3]) / 2 for i in range(3)])[1]["state"], "unknown")
+            changes = server.ask("/api/changes", since=5, box=far)[1]
+            self.assertEqual(sorted(changes["changed"] + changes["outside"]), cleared["smaller"])
+            self.assertTrue(changes["outside"])
+            self.assertEqual({s["id"] for s in changes["now"]["surfaces"]}, set(changes["changed"]))
+            had = {s["id"] for s in before if touches(s, far)}
+            has = {s["id"] for s in server.ask("/api/surfaces")[1]["surfaces"] if touches(s, far)}
+            self.assertEqual((had - set(changes["gone"] + changes["outside"])) | set(changes["changed"]), has)
+        asked, by_command = (pathlib.Path(self.folder, f"{name}.surfaces").read_bytes() for name in ("asked", "cleared"))
+        self.assertEqual(asked, by_command)
+
+    def refuses_all_else(self, server):
+        revision = server.ask("/api/info")[1]["revision"]
+        self.assertEqual(revision, 5)
+        for status, where, body, more in [
+                (403, "Origin", {"box": self.BOX}, {"headers": {"Origin": "http://rebound.example"}}),
+                (421, "Host", {"box": self.BOX}, {"headers": {"Host": "rebound.example:80"}}),
+                (415, "body", {"box": self.BOX}, {"headers": {"Content-Type": "text/plain"}}),
+                (405, "/api/clear", {"box": self.BOX}, {"method": "PUT"}), (405, "/api/clear", "", {"method": "GET"}),
+                (400, "body", "[1, 2]", {}), (400, "body", '{"box": ', {}), (400, "body", "[" * 4000, {}), (400, "box", {}, {}),
+                (400, "box", {"box": self.BOX, "cylinder": [0, 0, 0, 1, 1]}, {}), (400, "box", {"box": self.BOX[:5]}, {}),
+                (400, "box", {"box": ["a"] * 6}, {}), (400, "box", {"box": {"a": 1}}, {}), (400, "cylinder", {"cylinder": 1e9}, {}),
+                (400, "half_size", {"box": self.BOX[:3] * 2}, {}), (400, "colour", {"box": self.BOX, "colour": 1}, {}),
+                (400, "half_size", {"cylinder": [0, 0, 0, 1, -1]}, {}), (400, "free", {"box": self.BOX, "free": "yes"}, {}),
+                (413, "request", " " * 5000, {})]:
+            got, refused = clear(server, body, **more)
+            self.assertEqual((got, refused.get("where")), (status, where), (body, more, refused))
+        with server.half_open(b"POST /api/clear HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n\r\n") as line:
+            self.assertIn(b" 411 ", line.recv(4096))
+        self.assertEqual(server.ask("/api/info")[1]["revision"], revision)
 
 
 class WhileMapping(unittest.TestCase):

@@ -14,7 +14,7 @@ import subprocess
 import urllib.parse
 
 QUESTIONS = {f"/api/query/{name}" for name in ("box", "sphere", "ray", "voxel", "nearest", "below", "foothold")} | {
-    "/api/regions", "/api/regions/all", "/api/changes", "/api/plan", "/api/voxels", "/live"}
+    "/api/regions", "/api/regions/all", "/api/surface", "/api/changes", "/api/clear", "/api/plan", "/api/voxels", "/live"}
 
 
 class Server:

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <numbers>
 #include <random>
+#include <type_traits>
 
 namespace octosurf::mapper {
 namespace {
@@ -29,6 +30,14 @@ Scene floor_with_box() {
   scene.rectangle({-1.2, -1.2, 0.01}, {2.4, 0, 0}, {0, 2.4, 0});
   scene.box({-0.2, -0.25, 0.01}, {0.2, 0.25, 0.41});
   return scene;
+}
+
+static_assert(std::is_constructible_v<Mapper, Map> && !std::is_constructible_v<Mapper, Map&> &&
+              !std::is_constructible_v<Mapper, const Map&>);
+
+TEST(Mapper, BracesAreTheUsualParameters) {
+  const Mapper under_test({}, 2);
+  EXPECT_EQ(under_test.map().parameters().occupancy.resolution, Parameters().occupancy.resolution);
 }
 
 TEST(Mapper, FloorWallAndBox) {

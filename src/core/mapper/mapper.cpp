@@ -111,7 +111,7 @@ struct Mapper::Impl {
 
 Mapper::Mapper(const Parameters& parameters, int threads, const detection::Detector* paper)
     : Mapper(Map(parameters), threads, paper) {}
-Mapper::Mapper(Map&& map, int threads, const detection::Detector* paper) {
+Mapper::Mapper(int threads, const detection::Detector* paper, Map& map) {
   require_threads(threads);
   // Throws for an incomplete map or a missing detector, while the caller still owns the map.
   const detection::Detector& detector = detection::detector_of(std::as_const(map).state().parameters, paper);
