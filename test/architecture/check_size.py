@@ -9,18 +9,18 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_903),
+    "include": (["include"], 4_059),
     "core": (["src/core"], 21_740),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
-    "io": (["src/io"], 13_330),
-    "planning": (["src/planning"], 6_844),
+    "io": (["src/io"], 13_491),
+    "planning": (["src/planning"], 7_649),
     "footsteps": (["src/footsteps"], 2_828),
-    "apps": (["apps"], 9_040),
+    "apps": (["apps"], 9_094),
     "ros": (["ros"], 2_071),
     "bindings": (["bindings"], 3_222),
     "web": (["web"], 2_848),
-    "lab": (["lab", "-lab/test"], 6_947),
-    "tests": (["test", "lab/test"], 47_652),
+    "lab": (["lab", "-lab/test"], 7_048),
+    "tests": (["test", "lab/test"], 48_234),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
