@@ -43,6 +43,7 @@ Examples:
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
   octosurf export maps/office --to office.ot                   the octree with its log-odds, for OctoMap's tools
   octosurf export maps/office --to office.mcap                 surfaces, points, voxels and poses, for Foxglove
+  octosurf export maps/office --to nav2/                       a grid per storey and a route over stairs, for Nav2
   octosurf export maps/office --to terrain.cdr --format planar_terrain --foot-radius 0.04
 )";
 
@@ -195,7 +196,7 @@ void add_export(CLI::App& app) {
       ->required();
   verb->add_option(
           "--to", arguments->file,
-          "file to write: .json, .ply, .glb, .obj, .stl, .csv, .ot or .mcap; with --format also a folder")
+          "file to write: .json, .ply, .glb, .obj, .stl, .csv, .ot or .mcap; a folder FOLDER/ is Nav2's")
       ->required();
   verb->add_option("--what", arguments->what,
                    "polygons, meshes, convex, circles, points; several with commas for .json")
@@ -227,9 +228,13 @@ void add_export(CLI::App& app) {
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   add_planner_options(*verb, arguments->planner);
-  verb->callback([arguments] {
-    arguments->planner.as_mapped = arguments->as_mapped;
-    arguments->planner.unknown_is_free = arguments->unknown == "free";
+  verb->callback([arguments, verb] {
+    PlannerExport& planner = arguments->planner;
+    if (planner.format.empty() && arguments->file.ends_with('/')) planner.format = "nav2";
+    planner.robot = arguments->robot;
+    if (verb->count("--bridge") > 0) planner.bridge = arguments->bridge;
+    planner.as_mapped = arguments->as_mapped;
+    planner.unknown_is_free = arguments->unknown == "free";
     run_export(*arguments);
   });
 }

@@ -2,6 +2,7 @@
 #include "planner_export.hpp"
 
 #include "bounds.hpp"
+#include "plan_query.hpp"
 #include "planning/questions.hpp"
 
 #include <CLI/CLI.hpp>
@@ -17,6 +18,7 @@
 #include <octosurf/ground.hpp>
 #include <octosurf/planner_formats.hpp>
 #include <octosurf/planning.hpp>
+#include <octosurf/storeys.hpp>
 
 namespace octosurf {
 namespace {
@@ -35,14 +37,15 @@ ContactShape chosen_foot(const PlannerExport& options) {
 
 GroundRules chosen_rules(const PlannerExport& options, const Eigen::Vector3d& up, double resolution) {
   planning::ContactQuestion query;
-  query.robot = Quadruped{};
+  const bool nav2 = options.format == "nav2";
+  query.robot = nav2 ? robot_in(options.robot) : Quadruped{};
   query.max_slope_rad = options.max_slope_deg * degree;
   query.clearance_m = options.clearance;
   query.as_mapped = options.as_mapped;
   query.unknown_is_free = options.unknown_is_free;
   GroundRules rules = planning::rules_of(query, up, resolution);
-  rules.foot = chosen_foot(options);
-  rules.widest_unseen_m = {};
+  if (!nav2) rules.foot = chosen_foot(options);
+  rules.widest_unseen_m = nav2 ? options.bridge : std::nullopt;
   return rules;
 }
 
@@ -58,7 +61,6 @@ class PlannerExporter {
   PlannerExporter(const Map& map, const Up& up, const PlannerExport& options, std::string file, bool force)
       : octree_(map.octree()),
         ground_(map.snapshot(), octree_, chosen_rules(options, up.direction, octree_.resolution())),
-        snapshot_(ground_.solid()),
         options_(options),
         turn_(turn_of(up)),
         file_(std::move(file)),
@@ -68,6 +70,7 @@ class PlannerExporter {
     const std::string& format = options_.format;
     if (format == "planar_terrain") write_terrain();
     if (format == "grid_map") write_grid();
+    if (format == "nav2") write_nav2();
     if (turn_.angularDistance(Eigen::Quaterniond::Identity()) > 0)
       std::printf("turned so that up is +z, by the quaternion x %.9g y %.9g z %.9g w %.9g\n", turn_.x(),
                   turn_.y(), turn_.z(), turn_.w());
@@ -80,7 +83,7 @@ class PlannerExporter {
     contact.limits = ground_.rules().limits;
     if (options_.yaw_deg) contact.yaw_rad = *options_.yaw_deg * degree;
     contact.turn = turn_;
-    return planner_surfaces(*snapshot_, contact, &octree_);
+    return planner_surfaces(*ground_.solid(), contact, &octree_);
   }
 
   HeightGrid grid(double steepest) const {
@@ -89,7 +92,7 @@ class PlannerExporter {
     wanted.turn = turn_;
     wanted.max_slope_rad = std::min(options_.max_slope_deg * degree, steepest);
     wanted.below = options_.below;
-    return height_grid(*snapshot_, wanted);
+    return height_grid(*ground_.solid(), wanted);
   }
 
   void write_terrain() const {
@@ -108,9 +111,32 @@ class PlannerExporter {
                 heights.elevation.cols(), heights.cell);
   }
 
+  void write_nav2() const {
+    StoreyLimits limits = StoreyLimits::of(robot_in(options_.robot));
+    limits.radius_m = options_.radius.value_or(limits.radius_m);
+    limits.headroom_m = options_.headroom.value_or(limits.headroom_m);
+    limits.cell_m = options_.cell.value_or(limits.cell_m);
+    limits.max_step_m = options_.max_step;
+    limits.min_area_m2 = options_.min_area;
+    limits.turn = turn_;
+    const std::vector<Storey> storeys = find_storeys(ground_, limits);
+    const StoreyRoute route = find_route(ground_, storeys, limits);
+    const std::vector<Stair>& stairs = ground_.stairs().stairs;
+    export_nav2(storeys, route, stairs, file_, {options_.frame, options_.stair_operation, force_});
+    for (std::size_t i = 0; i < storeys.size(); ++i)
+      std::printf("storey_%zu: %zu x %zu cells of %g m at z = %.2f m, %.1f m2 free\n", i, storeys[i].columns,
+                  storeys[i].rows, storeys[i].cell_m, storeys[i].height_m, storeys[i].area_m2);
+    if (route.edges.empty())
+      std::printf("no route.geojson: no stair or seam connects two places\n");
+    else
+      std::printf("route.geojson: %zu nodes, %zu edges, %zu stairs\n", route.nodes.size(), route.edges.size(),
+                  stairs.size() - route.without_landing.size());
+    for (const std::size_t i : route.without_landing)
+      std::fprintf(stderr, "left out: stair %u, an end of which is in no storey\n", stairs[i].id);
+  }
+
   OccupancyView octree_;
   GroundView ground_;
-  std::shared_ptr<const Snapshot> snapshot_;
   const PlannerExport& options_;
   Eigen::Quaterniond turn_;
   std::string file_;
@@ -122,9 +148,9 @@ class PlannerExporter {
 void add_planner_options(CLI::App& verb, PlannerExport& options) {
   const std::string group = "For planners' own formats (--format)";
   verb.add_option("--format", options.format,
-                  "planar_terrain or grid_map (.json, .cdr); docs/formats.md, section 7 "
-                  "[--to's ending decides]")
-      ->check(CLI::IsMember({"planar_terrain", "grid_map"}));
+                  "planar_terrain or grid_map (.json, .cdr), nav2 (a folder); docs/formats.md, section 7 "
+                  "[--to's ending decides: nav2 for one with a slash]")
+      ->check(CLI::IsMember({"planar_terrain", "grid_map", "nav2"}));
   verb.add_option("--foot", options.foot,
                   "LENGTHxWIDTH of a sole about its reference point, or a radius; m [--foot-radius]")
       ->group(group);
@@ -140,13 +166,30 @@ void add_planner_options(CLI::App& verb, PlannerExport& options) {
                   "m: height over the foot that must be clear; 0: not checked [0.6]")
       ->check(at_least(0))
       ->group(group);
-  verb.add_option("--cell", options.cell, "m: of height grids [the map's resolution]")
+  verb.add_option("--cell", options.cell, "m: of height grids [the map's resolution], of nav2's [0.05]")
       ->check(more_than(0))
       ->group(group);
   verb.add_option("--below", options.below, "m: height grids ignore what is above [all counts]")
       ->group(group);
-  verb.add_option("--frame", options.frame, "frame id of planar_terrain and grid_map")
+  verb.add_option("--frame", options.frame, "frame id of planar_terrain, grid_map and nav2's route")
       ->capture_default_str()
+      ->group(group);
+  verb.add_option("--radius", options.radius, "m: nav2: of the robot's footprint [of --robot]")
+      ->check(more_than(0))
+      ->group(group);
+  verb.add_option("--headroom", options.headroom, "m: nav2: what is higher is no obstacle [of --robot]")
+      ->check(more_than(0))
+      ->group(group);
+  verb.add_option("--max-step", options.max_step, "m: nav2: the highest step within a storey")
+      ->check(more_than(0))
+      ->capture_default_str()
+      ->group(group);
+  verb.add_option("--min-area", options.min_area, "m2: nav2: of a storey to which no stair leads")
+      ->check(at_least(0))
+      ->capture_default_str()
+      ->group(group);
+  verb.add_option("--stair-operation", options.stair_operation,
+                  "nav2: the route server's operation where a stair is entered and left [none]")
       ->group(group);
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <octosurf/map.hpp>
+#include <octosurf/storeys.hpp>
 #include <octosurf/up.hpp>
 
 namespace CLI {
@@ -20,8 +21,13 @@ struct PlannerExport {
   std::optional<double> yaw_deg;      ///< of a foot that is no disc; empty: any heading
   double max_slope_deg = 30;
   std::optional<double> cell, below, clearance;  ///< m
-  bool as_mapped = false;                        ///< outlines alone, see GroundRules
-  bool unknown_is_free = false;                  ///< see ContactLimits::unknown_to_m
+  std::optional<double> radius, headroom;        ///< m, of nav2; empty: the robot's
+  double max_step = StoreyLimits().max_step_m, min_area = StoreyLimits().min_area_m2;  ///< m, m²
+  std::string stair_operation;                                                         ///< of nav2
+  std::string robot;             ///< of nav2: as plan_query.hpp's robot_in()
+  std::optional<double> bridge;  ///< m, of nav2
+  bool as_mapped = false;        ///< outlines alone, see GroundRules
+  bool unknown_is_free = false;  ///< see ContactLimits::unknown_to_m
   std::string frame = "map";
 };
 

@@ -30,6 +30,7 @@ Examples:
 Scenes:
   room      table and box in a room          stones    tilted blocks, some of them close together
   office    stair, tables, clutter, a ball   corridor  rooms at its sides, as long as you like
+  storeys   two floors and a stair between them
   stairs    six steps and a landing          change    a box goes, one is moved, one comes midway
   flight, landing, spiral, open   a stair of its kind, all its measures by the seed
 

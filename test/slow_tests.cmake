@@ -69,6 +69,7 @@ set(OCTOSURF_SLOW_simulation Cameras/DepthFolder.IsASevenScenesFolder* Folder.Sa
     Recording.TheRealCameraDropsOfWhatThePerfectOneSees VisibleCells.EachIsInSightOfSomeScan
     VisibleCells.LieInPolygonsInOrderAndSumUp)
 set(OCTOSURF_SLOW_soak *)
+set(OCTOSURF_SLOW_stairs Storeys.*)
 set(OCTOSURF_SLOW_surfaces SurfaceModel.PolygonsAreTheAlphaShapeOfAllInliers
     SurfaceModel.PolygonsThatAreNotStaleAreRight)
 set(OCTOSURF_SLOW_dds *)

@@ -54,6 +54,7 @@ double default_depth_frames(const SimulationOptions& options, const Scene& scene
   if (!options.mesh.empty()) return path_length_m(scene.path) / walking_step;
   if (scene.of_stairs) return std::max(80.0, path_length_m(scene.path) / (3 * walking_step));
   if (options.scene == "corridor") return 12 * options.length;
+  if (options.scene == "storeys") return 240;
   return options.scene == "change" ? 120 : 80;
 }
 

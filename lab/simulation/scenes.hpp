@@ -17,6 +17,7 @@ Scene make_flight(Random& random);
 Scene make_landing(Random& random);
 Scene make_spiral(Random& random);
 Scene make_open(Random& random);
+Scene make_storeys(Random& random);
 
 // Shared by the scenes.
 

@@ -25,7 +25,8 @@ constexpr std::pair<std::string_view, Maker> makers[] = {
     {"flight", [](Random& random, double) { return make_flight(random); }},
     {"landing", [](Random& random, double) { return make_landing(random); }},
     {"spiral", [](Random& random, double) { return make_spiral(random); }},
-    {"open", [](Random& random, double) { return make_open(random); }}};
+    {"open", [](Random& random, double) { return make_open(random); }},
+    {"storeys", [](Random& random, double) { return make_storeys(random); }}};
 
 }  // namespace
 

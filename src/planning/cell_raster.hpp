@@ -57,6 +57,16 @@ class CellRaster {
   Mask two_wide(const Mask& mask) const;               ///< in a square of 2 × 2 cells of it
 
   bool any_beside(const Mask& mask, std::size_t cell) const;  ///< of the four
+  /// Calls `visit(cell)` for the up to four that share a side with one.
+  template <class Visit>
+  void for_each_beside(std::size_t cell, const Visit& visit) const {
+    const auto width = static_cast<std::size_t>(width_);
+    const std::size_t x = cell % width, y = cell / width;
+    if (x > 0) visit(cell - 1);
+    if (x + 1 < width) visit(cell + 1);
+    if (y > 0) visit(cell - width);
+    if (y + 1 < static_cast<std::size_t>(height_)) visit(cell + width);
+  }
   /// The cells connected with one by their sides; `taken` marks them. `beside` sees what borders
   /// them.
   template <class Member, class Beside>
@@ -85,15 +95,6 @@ class CellRaster {
   std::vector<Ring2> rows(const std::vector<std::size_t>& cells, int more = 0) const;
 
  private:
-  template <class Visit>
-  void for_each_beside(std::size_t cell, const Visit& visit) const {
-    const auto width = static_cast<std::size_t>(width_);
-    const std::size_t x = cell % width, y = cell / width;
-    if (x > 0) visit(cell - 1);
-    if (x + 1 < width) visit(cell + 1);
-    if (y > 0) visit(cell - width);
-    if (y + 1 < static_cast<std::size_t>(height_)) visit(cell + width);
-  }
   Mask within(const std::vector<float>& distances, double radius, bool inclusive) const;
 
   double edge_;

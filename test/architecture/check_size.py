@@ -9,18 +9,18 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 3_907),
-    "core": (["src/core"], 21_740),
+    "include": (["include"], 4_064),
+    "core": (["src/core"], 21_749),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
-    "io": (["src/io"], 13_330),
-    "planning": (["src/planning"], 6_844),
+    "io": (["src/io"], 13_503),
+    "planning": (["src/planning"], 7_650),
     "footsteps": (["src/footsteps"], 2_828),
-    "apps": (["apps"], 9_333),
-    "ros": (["ros"], 2_071),
+    "apps": (["apps"], 9_387),
+    "ros": (["ros"], 3_334),
     "bindings": (["bindings"], 3_222),
     "web": (["web"], 2_848),
-    "lab": (["lab", "-lab/test"], 6_947),
-    "tests": (["test", "lab/test"], 47_876),
+    "lab": (["lab", "-lab/test"], 7_048),
+    "tests": (["test", "lab/test"], 48_711),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}

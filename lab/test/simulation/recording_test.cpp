@@ -63,13 +63,12 @@ TEST_P(EveryRecording, NoiseFreeReadingsAreRayPlaneIntersectionsOnTheFacesTheyNa
   EXPECT_TRUE(scene == "change" || static_cast<double>(outside) < 2e-4 * static_cast<double>(labelled) + 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, EveryRecording,
-                         testing::Combine(testing::Values("room", "office", "stairs", "stones", "corridor",
-                                                          "change", "flight", "landing", "spiral", "open"),
-                                          testing::Values("depth", "tilting", "spinning")),
-                         [](const auto& test) {
-                           return std::get<0>(test.param) + "_" + std::get<1>(test.param);
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    All, EveryRecording,
+    testing::Combine(testing::Values("room", "office", "stairs", "stones", "corridor", "change", "flight",
+                                     "landing", "spiral", "open", "storeys"),
+                     testing::Values("depth", "tilting", "spinning")),
+    [](const auto& test) { return std::get<0>(test.param) + "_" + std::get<1>(test.param); });
 
 // A scene of a stair is as large as it says, an office is scaled.
 TEST(Truth, StairsStandWhereTheirFacesAre) {
