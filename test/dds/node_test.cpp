@@ -252,7 +252,8 @@ TEST_F(NodeTest, PublishesWhatLiesAboutTheRobotAndEverythingOnRequest) {
   EXPECT_EQ(changes.call(asked).changed().surfaces().size(), all);
   asked.low() = asked.high() = place;
   asked.high().x(place.x() + 2);
-  asked.high().z(place.z() - 3);
+  asked.high().z(z - 1);
+  asked.low().z(z + 1);
   const auto below = changes.call(asked).changed().surfaces().size();
   EXPECT_GT(below, 0u);
   EXPECT_LT(below, all);
