@@ -4,8 +4,8 @@
 #include "io/readers/bag.hpp"
 #include "support/bag_writer.hpp"
 
+#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstring>
 #include <functional>
 #include <map>
@@ -19,6 +19,8 @@
 #include <string>
 #include <thread>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 namespace octosurf::test {
 namespace {
@@ -63,7 +65,7 @@ class RosNode : public CommandTest {
   typename Service::Response call(const std::string& name, typename Service::Request request) const {
     const auto client = robot->create_client<Service>(name);
     EXPECT_TRUE(spin_until([&] { return client->service_is_ready(); })) << name;
-    const auto reply = client->async_send_request(std::make_shared<typename Service::Request>(request));
+    auto reply = client->async_send_request(std::make_shared<typename Service::Request>(request));
     EXPECT_EQ(rclcpp::spin_until_future_complete(robot, reply, std::chrono::minutes(1)),
               rclcpp::FutureReturnCode::SUCCESS);
     return *reply.future.get();
@@ -71,33 +73,33 @@ class RosNode : public CommandTest {
 
   /// The bag's messages, as they came.
   void play() {
+    std::vector<std::pair<io::BagTopic, rclcpp::SerializedMessage>> messages;
     const auto source = io::open_bag({folder / "walk.db3"});
-    std::map<std::string, rclcpp::GenericPublisher::SharedPtr> publishers;
-    for (const io::BagTopic& topic : source->topics()) {
-      rclcpp::QoS qos{rclcpp::KeepLast(1000)};
-      if (topic.name == "/tf_static") qos.transient_local();
-      publishers[topic.name] = robot->create_generic_publisher(
-          topic.name, std::string(topic.type).insert(topic.type.find('/'), "/msg"), qos);
-    }
-    ASSERT_TRUE(spin_until([&] {
-      for (const auto& [name, publisher] : publishers)
-        if (publisher->get_subscription_count() == 0) return false;
-      return true;
-    }));
     source->read_all(
         [&](const io::BagMessage& message) {
-          rclcpp::SerializedMessage raw(message.bytes.size());
-          std::memcpy(raw.get_rcl_serialized_message().buffer, message.bytes.data(), message.bytes.size());
-          raw.get_rcl_serialized_message().buffer_length = message.bytes.size();
-          publishers[source->topics()[message.topic].name]->publish(raw);
+          auto& raw = messages.emplace_back(source->topics()[message.topic], message.bytes.size())
+                          .second.get_rcl_serialized_message();
+          std::memcpy(raw.buffer, message.bytes.data(), message.bytes.size());
+          raw.buffer_length = message.bytes.size();
         },
         nullptr);
-    played = std::move(publishers);
+    for (auto [topic, raw] : messages) {
+      if (publishers.contains(topic.name)) continue;
+      rclcpp::QoS qos{rclcpp::KeepLast(1000)};
+      if (topic.name == "/tf_static") qos.transient_local();
+      const std::string type = topic.type.insert(topic.type.find('/'), "/msg");
+      publishers[topic.name] = robot->create_generic_publisher(topic.name, type, qos);
+    }
+    ASSERT_TRUE(spin_until([&] {
+      return std::ranges::all_of(publishers,
+                                 [](const auto& one) { return one.second->get_subscription_count() > 0; });
+    }));
+    for (const auto& [topic, raw] : messages) publishers[topic.name]->publish(raw);
   }
 
   rclcpp::Node::SharedPtr robot;
   std::vector<rclcpp::SubscriptionBase::SharedPtr> heard;
-  std::map<std::string, rclcpp::GenericPublisher::SharedPtr> played;
+  std::map<std::string, rclcpp::GenericPublisher::SharedPtr> publishers;
 };
 
 TEST_F(RosNode, MapsABagsMessagesToTheMapOfTheBag) {
@@ -124,7 +126,8 @@ TEST_F(RosNode, MapsABagsMessagesToTheMapOfTheBag) {
   ASSERT_EQ(heights->layout.dim.size(), 2u);
   EXPECT_EQ(heights->layout.dim[0].size * heights->layout.dim[1].size, heights->data.size());
 
-  const auto changes = call<octosurf_msgs::srv::Changes>("/mapper/changes", {});
+  const auto changes =
+      call<octosurf_msgs::srv::Changes>("/mapper/changes", octosurf_msgs::srv::Changes::Request());
   EXPECT_EQ(changes.changed.surfaces.size(), all);
   octosurf_msgs::srv::Save::Request copy;
   copy.file = "copy";
