@@ -15,6 +15,8 @@ inline std::string_view type_hash(const std::string& type) {
   static constexpr Entry all[] = {
       {"convex_plane_decomposition_msgs/msg/PlanarTerrain",
        "RIHS01_99aee1c3ff6087f377e927f40eb25509760eba180f3cfcc7f479b7c49b23d2dd"},
+      {"grid_map_msgs/msg/GridMap",
+       "RIHS01_343b0e72887541beda6b035cc053f2d6fffaad9d6dcb2773c15a808dfca31fde"},
       {"octomap_msgs/msg/Octomap", "RIHS01_9891a19a05b70ec20aa8f45db3f8300b9ab80afff32c61c549d25087da9625b0"},
       {"octosurf_msgs/msg/Stairs", "RIHS01_7380cf8d28607f06138b51736528eef0593bc8ad69ef1b9250037a043ff04729"},
       {"octosurf_msgs/msg/Status", "RIHS01_8cb4a2d9dc67fec2cc05b6e40554fa7a1cfc9cf4ae2f2a70f7eb4a30c00207dc"},
@@ -59,6 +61,8 @@ inline std::string_view type_hash(const std::string& type) {
       {"sensor_msgs/msg/Image", "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47"},
       {"sensor_msgs/msg/PointCloud2",
        "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"},
+      {"std_msgs/msg/Float32MultiArray",
+       "RIHS01_0599f6f85b4bfca379873a0b4375a0aca022156bd2d7021275d116ed1fa8bfe0"},
       {"tf2_msgs/msg/TFMessage", "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"},
       {"visualization_msgs/msg/MarkerArray",
        "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf"},

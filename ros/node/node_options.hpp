@@ -35,7 +35,7 @@ struct NodeOptions {
   std::string name = "/octosurf";     ///< before the topics and services
   double publish_s = 1;               ///< between two publications of the map
   double radius_m = 8;                ///< about the robot, of what is published; 0: everything
-  double grid_cell_m = 0.04;          ///< of GridMap and PlanarTerrain, at least the map's resolution
+  double grid_cell_m = 0.05;          ///< of GridMap and PlanarTerrain, at least the map's resolution
   double patch_hz = 50;               ///< of patches; 0: none
   double patch_length_m = 1.6, patch_width_m = 1, patch_cell_m = 0.05;
   double foot_radius_m = 0.06;                 ///< of PlanarTerrain's insets

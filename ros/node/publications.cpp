@@ -93,7 +93,7 @@ Publications::Part Publications::part_of(const MapMoment& moment, double radius)
   Part part{{}, *moment.snapshot};
   if (!(radius > 0) || !moment.sensor) return part;
   if (!middle_ || (*middle_ - *moment.sensor).norm() > box_follows * radius) middle_ = moment.sensor;
-  const Eigen::Vector3d half = Eigen::Vector3d::Constant((1 + box_follows) * radius);
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius);
   part.box = {*middle_ - half, *middle_ + half};
   const std::vector<SurfaceId> near = mapping_.asked(moment)->index.in(ConvexSpace::box(part.box));
   std::erase_if(part.snapshot.surfaces,

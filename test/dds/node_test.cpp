@@ -167,7 +167,9 @@ TEST_F(NodeTest, IsShownToTheToolsOfRos2) {
     EXPECT_TRUE(wait_until([&] { return !vendor->user_data(topic).empty(); })) << topic;
     return vendor->user_data(topic);
   };
-  EXPECT_THAT(hash_of("rt/robot/octosurf/octomap_binary"), HasSubstr("typehash=RIHS01_"));
+  for (const std::string topic : {"surfaces", "stairs", "markers", "planar_terrain", "octomap_binary",
+                                  "grid_map", "status", "heights", "patch"})
+    EXPECT_THAT(hash_of("rt/robot/octosurf/" + topic), HasSubstr("typehash=RIHS01_"));
   EXPECT_THAT(hash_of("rr/robot/octosurf/saveReply"), HasSubstr("typehash=RIHS01_"));
   EXPECT_THAT(hash_of("rr/robot/octosurf/saveReply"), HasSubstr("serviceid="));
   EXPECT_EQ(end(*node), 0);
@@ -222,7 +224,7 @@ TEST_F(NodeTest, PublishesWhatLiesAboutTheRobotAndEverythingOnRequest) {
   const double z = 0;  // of the floor
   std::ostringstream box;
   box << "query offline --json --box";
-  for (const double side : {-1.125, 1.125})
+  for (const double side : {-1., 1.})
     box << ' ' << place.x() + side << ' ' << place.y() + side << ' ' << z + 1.5 + 2 * side;
   const auto within =
       nlohmann::json::parse(run_well(box.str()).out).at("surfaces").get<std::vector<std::uint32_t>>();

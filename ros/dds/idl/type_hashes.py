@@ -17,6 +17,8 @@ IDS = {"float": 10, "double": 11, "octet": 3, "int8": 2, "short": 4, "unsigned s
        "long long": 8, "unsigned long long": 9, "boolean": 15, "string": 17}
 COLUMNS = 111  # .clang-format's, and the line's end
 BOUNDED_STRING, ARRAY, SEQUENCE = 21, 48, 144
+# Topics' types that are parts of others, too.
+NESTED_ELSEWHERE = {"octosurf_msgs/msg/Surfaces", "grid_map_msgs/msg/GridMap", "std_msgs/msg/Float32MultiArray"}
 HEAD = """\
 #pragma once
 
@@ -99,7 +101,7 @@ def hash_of(name, types):
 def text():
     types = described()
     used = {field["type"]["nested_type_name"] for fields in types.values() for field in fields}
-    outermost = sorted(name for name in types if name not in used or name == "octosurf_msgs/msg/Surfaces")
+    outermost = sorted(name for name in types if name not in used or name in NESTED_ELSEWHERE)
     entries = []
     for name in outermost:
         one_line = f'      {{"{name}", "{hash_of(name, types)}"}},\n'
