@@ -62,7 +62,7 @@ struct GroundPatch {
 /// `view` gives map, up, slope and widest gap. Throws Error(usage) for a pose that is not rigid, no points,
 /// points that are not finite or farther than 5 m from the base, and a step that is not in (0, 1] m
 /// or a headroom that is not between it and 5 m.
-/// O(occupied voxels around the points); 0.5 to 1 ms for 640 points in a map of 2 cm. Any thread.
+/// O(occupied voxels around the points): 0.5 to 0.9 ms for 640 in a map of 2 cm, at most 1.5. Any thread.
 GroundPatch ground_patch(const GroundView& view, const Eigen::Isometry3d& T_map_base,
                          const PatchLayout& layout = PatchLayout::grid());
 

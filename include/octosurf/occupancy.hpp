@@ -124,10 +124,10 @@ class OccupancyView {
     std::uint8_t level = 2;                 ///< as a Leaf's; 2 or more
     std::uint64_t known = 0;     ///< a bit for each voxel, in Morton order; of a larger cube all or none
     std::uint64_t occupied = 0;  ///< likewise
-    std::array<SurfaceId, 64> surface{};  ///< of each occupied voxel; 0: pending
-    std::uint64_t points = 0;             ///< voxels whose point is stored, among the occupied ones
+    std::uint64_t points = 0;    ///< voxels whose point is stored, among the occupied ones
     /// Of these, in their order, as stored: src/core/occupancy/payload.hpp decodes it.
     const occupancy::VoxelPayload* payloads = nullptr;
+    SurfaceId surface(unsigned voxel) const;  ///< of an occupied voxel, by Morton index; 0: pending
   };
   /// Calls `visit` for the cubes with known voxels (or only those with occupied ones) that meet `box`, in
   /// Morton order, until it returns false. The fastest way to read all of a region: some 50 ns for 4³ voxels.

@@ -60,8 +60,8 @@ void Columns::copy(const OccupancyView::Cube& cube) {
           for (std::uint64_t m = cube.known; m != 0; m &= m - 1)
             contents[std::countr_zero(m)] = Content::free;
         for (std::uint64_t m = cube.occupied; m != 0; m &= m - 1) {
-          const auto i = static_cast<std::size_t>(std::countr_zero(m));
-          const SurfaceId id = cube.surface[i];
+          const auto i = static_cast<unsigned>(std::countr_zero(m));
+          const SurfaceId id = cube.surface(i);
           contents[i] = id == plane_.id ? Content::own : id != 0 ? Content::other : Content::pending;
         }
       }

@@ -114,7 +114,8 @@ GAPS = {"near m²": total("near_m2", digits=1), "in sight": share("seen_m2", "ne
         "> √2 d off": total("beyond_m2", digits=4)}
 
 PATCHES = {"cells": total("cells"), "with a height": share("known", "cells"), "within 1 cm": share("right", "known", 2), "a voxel aside": share("beside", "known", 2),
-           "ground": total("supported"), "false": total("wrong"), "p50 ms": most("p50_ms", 2), "p99 ms": most("p99_ms", 2)}
+           "ground": total("supported"), "false": total("wrong"), "p50 ms": most("p50_ms", 2), "p99 ms": most("p99_ms", 2),
+           "p50 beside mapping": most("mapping_p50_ms", 2), "p99": most("mapping_p99_ms", 2)}
 
 FOOTHOLDS = {"accepted": total("accepted"), "off > 1 cm": total("off_1cm"), "of it": share("off_1cm", "accepted", 2),
              "off > 2 cm": total("off_2cm"), "false": total("false"), "room unseen": total("room_unseen"), "good ones": total("good"),

@@ -363,7 +363,8 @@ TEST(OccupancyView, ReadsCubesAsVoxelByVoxel) {
         const Eigen::Vector3d point = load_point(payload, grid, k).cast<double>();
         EXPECT_TRUE(point.isApprox(view.at(grid.centre_of(k).cast<double>()).point, 1e-6));
       }
-      if ((cube.known >> i & 1) != 0) read[k] = {occupied, occupied ? cube.surface[i] : 0};
+      if ((cube.known >> i & 1) != 0)
+        read[k] = {occupied, occupied ? cube.surface(static_cast<unsigned>(i)) : 0};
     });
     return true;
   });

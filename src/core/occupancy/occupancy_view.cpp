@@ -253,6 +253,10 @@ OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const 
   return count;
 }
 
+SurfaceId OccupancyView::Cube::surface(unsigned voxel) const {
+  return (points >> voxel & 1) == 0 ? 0 : payloads[geometry::bit_count(points & ~(~0ULL << voxel))].surface;
+}
+
 void OccupancyView::for_each_cube(const Eigen::AlignedBox3d& box,
                                   const std::function<bool(const Cube&)>& visit, bool occupied_only) const {
   require_box(box);
@@ -265,15 +269,11 @@ void OccupancyView::for_each_cube(const Eigen::AlignedBox3d& box,
                 if (const occupancy::VoxelTree::Brick* brick = node.brick()) {
                   cube.known = brick->known;
                   cube.occupied = occupancy::occupied_in(*tree_, *brick);
-                  const occupancy::VoxelPayload* payload = cube.payloads = tree_->payloads_of(*brick);
+                  cube.payloads = tree_->payloads_of(*brick);
                   cube.points = brick->points;
-                  for (std::uint64_t m = cube.occupied; m != 0; m &= m - 1)
-                    cube.surface[static_cast<std::size_t>(std::countr_zero(m))] =
-                        (brick->points & m & ~(m - 1)) != 0 ? (payload++)->surface : 0;
                 } else {
                   cube.known = ~std::uint64_t{0};
                   cube.occupied = tree_->occupied(node.log_odds()) ? cube.known : 0;
-                  if (cube.occupied != 0) cube.surface.fill(0);
                   cube.points = 0;
                 }
                 return visit(cube);

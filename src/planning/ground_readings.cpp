@@ -1,0 +1,266 @@
+#include "planning/ground_readings.hpp"
+
+#include "geometry/lanes.hpp"
+#include "geometry/morton.hpp"
+#include "geometry/voxel_grid.hpp"
+#include "occupancy/voxel_payload.hpp"
+#include "sensing/reading_model.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+namespace octosurf::planning {
+namespace {
+
+// What decides.
+constexpr float margin_m = 0.1F;  ///< about the points, in which edges are looked for
+constexpr double deepest_m = 2;   ///< below the base that ground is looked for
+/// Voxels: a pending reading nearer to a plane may be of it.
+constexpr float beside_plane = 1.5;
+/// Of the radius in which readings are looked for: the least offset of their mean that is none of chance.
+/// Half a disc's mean lies at 4/(3 π) = 0.42.
+constexpr float lopsided = 0.3F;
+/// m, of a reading to its plane: farther ones are not moved onto it.
+constexpr auto farthest_off = static_cast<float>(sensing::ReadingModel::clutter_depth / 2);
+
+using geometry::Lanes;
+constexpr std::size_t lanes = 4;
+
+/// A level plane beside a place, by its readings.
+struct LevelPlane {
+  std::uint32_t plane = 0;
+  float height = 0, nearest = 0;                    // over the place; squared distance of the nearest reading
+  Eigen::Vector3f aside = Eigen::Vector3f::Zero();  // sum of their offsets, and their number
+  float off_middle() const { return aside.hnormalized().norm(); }
+};
+
+}  // namespace
+
+GroundReadings::GroundReadings(const GroundView& view, const Eigen::Isometry3d& T_map_patch,
+                               const PatchLayout& layout, float highest_ground)
+    : view_(view),
+      layout_(layout),
+      T_map_patch_(T_map_patch),
+      T_patch_map_(T_map_patch.inverse().cast<float>()),
+      d_(static_cast<float>(view.octree().resolution())),
+      covered_(d_ / std::numbers::sqrt2_v<float>),
+      bridged_(std::max(covered_, (d_ + static_cast<float>(view.widest_unseen_m())) / 2)),
+      reach_(std::max(bridged_, 0.4999F * cell_m)) {  // in the middle of a cell its own readings suffice
+  per_part_ = T_patch_map_.linear() * (d_ / 256);
+  for (unsigned i = 0; i < 64; ++i)
+    for (unsigned axis = 0; axis < 3; ++axis)
+      in_cube_[axis][i] = 256 * static_cast<float>(geometry::compact_bits(i >> axis));
+  Eigen::AlignedBox2f box(Eigen::Vector2f::Zero());
+  for (const Eigen::Vector2d& point : layout.points) box.extend(point.cast<float>());
+  low_ = cell_m * ((box.min().array() - margin_m) / cell_m).floor();
+  size_ = ((box.max().array() + margin_m - low_.array()) / cell_m).floor().cast<int>() + 1;
+  const Eigen::Vector2f high = low_ + cell_m * size_.cast<float>().matrix();
+  Eigen::AlignedBox3d part;
+  for (const float x : {low_.x(), high.x()})
+    for (const float y : {low_.y(), high.y()})
+      for (const double z : {-deepest_m, highest_ground + layout.max_step_m + layout.headroom_m})
+        part.extend(T_map_patch * Eigen::Vector3d(x, y, z));
+  first_.assign(static_cast<std::size_t>(size_.prod()) + 1, 0);
+  readings_.reserve(1 << 13);
+  cell_of_.reserve(1 << 13);
+  view.octree().for_each_cube(
+      part, [this](const OccupancyView::Cube& cube) { return add(cube), true; }, true);
+  sort_by_cell();
+}
+
+/// Of a surface whose plane is not at hand.
+std::uint32_t GroundReadings::find_plane(SurfaceId id) {
+  const auto at = std::lower_bound(known_.begin(), known_.end(), std::pair(id, std::uint32_t{0}));
+  if (at != known_.end() && at->first == id) return at->second;
+  std::uint32_t index = 0;
+  if (const Surface* surface = view_.mapped().find(id)) {
+    const Plane& plane = surface->plane;
+    PlaneOver over;
+    over.normal = T_patch_map_.linear() * plane.normal.cast<float>();
+    over.offset = static_cast<float>(-plane.signed_distance(T_map_patch_.translation()));
+    over.slope_rad = std::acos(std::clamp(over.normal.z(), -1.0F, 1.0F));
+    over.level = over.slope_rad <= view_.rules().limits.max_slope_rad;
+    if (over.level)
+      over.height << -over.normal.x() / over.normal.z(), -over.normal.y() / over.normal.z(),
+          over.offset / over.normal.z();
+    index = static_cast<std::uint32_t>(planes_.size());
+    planes_.push_back(over);
+  }
+  known_.insert(at, {id, index});
+  return index;
+}
+
+void GroundReadings::add(const OccupancyView::Cube& cube) {
+  const geometry::VoxelGrid grid(view_.octree().resolution());
+  const Eigen::Vector3d low = grid.corner_of({cube.corner[0], cube.corner[1], cube.corner[2]});
+  const Eigen::Vector3f corner = T_patch_map_.linear() * (low - T_map_patch_.translation()).cast<float>();
+  // A larger cube, imported from an OctoMap, holds no readings: it counts as 4³ large voxels.
+  const auto scale = static_cast<float>(1 << (cube.level - 2));
+  const Eigen::Vector2f middle = (corner + scale * 512 * per_part_.rowwise().sum()).head<2>();
+  const float reach = 3.5F * d_ * scale;  // half a cube's diagonal
+  if (((middle - low_).array() < -reach).any() ||
+      ((middle - low_).array() > reach + cell_m * size_.cast<float>()).any())
+    return;
+  std::array<std::array<float, 64>, 3> part;  // in 256 parts of a voxel's edge, from the cube's corner
+  std::array<std::uint32_t, 64> plane;
+  std::size_t count = 0;
+  const occupancy::VoxelPayload* payload = cube.payloads;
+  for (std::uint64_t m = cube.occupied; m != 0; m &= m - 1, ++count) {
+    const auto i = static_cast<unsigned>(std::countr_zero(m));
+    Eigen::Array3f in_voxel = Eigen::Array3f::Constant(128);
+    plane[count] = 0;
+    if ((cube.points >> i & 1) != 0) {
+      in_voxel = Eigen::Array3i(payload->offset_x, payload->offset_y, payload->offset_z).cast<float>() + 0.5F;
+      plane[count] = plane_of(payload->surface);
+      ++payload;
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      part[axis][count] = in_cube_[axis][i] + in_voxel[static_cast<Eigen::Index>(axis)];
+  }
+  for (std::size_t i = count; i % lanes != 0; ++i) plane[i] = 0, part[0][i] = part[1][i] = part[2][i] = 0;
+  const auto along = [&](Eigen::Index row, std::size_t i) {
+    Lanes sum = Lanes{} + corner[row];
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      sum += scale * per_part_(row, axis) * geometry::load_lanes(&part[static_cast<std::size_t>(axis)][i]);
+    return sum;
+  };
+  for (std::size_t i = 0; i < count; i += lanes) {
+    Lanes normal_x{}, normal_y{}, normal_z{}, offset{};
+    for (std::size_t k = 0; k < lanes; ++k) {
+      const PlaneOver& over = planes_[plane[i + k]];
+      normal_x[k] = over.normal.x(), normal_y[k] = over.normal.y(), normal_z[k] = over.normal.z();
+      offset[k] = over.offset;
+    }
+    Lanes x = along(0, i), y = along(1, i), z = along(2, i);
+    Lanes off = normal_x * x + normal_y * y + normal_z * z - offset;
+    off = geometry::where((off <= farthest_off) & (off >= -farthest_off), off);
+    x -= off * normal_x, y -= off * normal_y, z -= off * normal_z;
+    const Lanes at_x = (x - low_.x()) * (1 / cell_m), at_y = (y - low_.y()) * (1 / cell_m);
+    const geometry::LaneMask row = __builtin_convertvector(at_x, geometry::LaneMask),
+                             column = __builtin_convertvector(at_y, geometry::LaneMask),
+                             inside = (at_x >= 0) & (at_y >= 0) & (row < size_.x()) & (column < size_.y()),
+                             cell = row * size_.y() + column;
+    for (std::size_t k = 0; k < std::min(lanes, count - i); ++k) {
+      if (inside[k] == 0) continue;
+      readings_.push_back({{x[k], y[k]}, z[k], plane[i + k]});
+      cell_of_.push_back(static_cast<std::uint32_t>(cell[k]));
+      ++first_[static_cast<std::size_t>(cell[k]) + 1];
+    }
+  }
+}
+
+void GroundReadings::sort_by_cell() {
+  for (std::size_t cell = 1; cell < first_.size(); ++cell) first_[cell] += first_[cell - 1];
+  std::vector<Reading> sorted(readings_.size());
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (std::size_t i = 0; i < readings_.size(); ++i) sorted[next[cell_of_[i]]++] = readings_[i];
+  readings_ = std::move(sorted);
+}
+
+float GroundReadings::highest_below_base(std::size_t cell) const {
+  float surface = no_height, reading = no_height;
+  for (std::uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
+    const Reading& one = readings_[i];
+    if (one.height > 0) continue;
+    float& highest = planes_[one.plane].level ? surface : reading;
+    if (!(one.height <= highest)) highest = one.height;  // NaN fails
+  }
+  return std::isnan(surface) ? reading : surface;
+}
+
+bool GroundReadings::is_free(const Eigen::Vector2f& place, float height, bool or_occupied) const {
+  const Eigen::Vector3d p = T_map_patch_ * Eigen::Vector3f(place.x(), place.y(), height).cast<double>();
+  const OccupancyView::State state = view_.octree().at(p).state;
+  return state == OccupancyView::State::free || (or_occupied && state == OccupancyView::State::occupied);
+}
+
+/// Free, and free below it to a depth in voxels, or to something else two voxels lower.
+bool GroundReadings::is_open(const Eigen::Vector2f& place, float height, float depth) const {
+  for (float below = 0; below < depth; ++below)
+    if (!is_free(place, height - below * d_, below > 1)) return false;
+  return is_free(place, height - depth * d_, true);
+}
+
+Look GroundReadings::look(const Eigen::Vector2f& place, float ground, float depth) const {
+  const auto step = static_cast<float>(layout_.max_step_m), headroom = static_cast<float>(layout_.headroom_m);
+  constexpr float none = -std::numeric_limits<float>::infinity();
+  float hanging = none, topmost = none, steep = none, lower = none;  // above a step, within it, below it
+  std::array<LevelPlane, 8> planes;
+  std::size_t count = 0;
+  /// Of what covers the place.
+  const auto note = [&](float height, float& within_step) {
+    if (height < ground - step)
+      lower = std::max(lower, height);
+    else if (height <= ground + step)
+      within_step = std::max(within_step, height);
+    else if (height <= ground + headroom)
+      hanging = std::max(hanging, height);
+  };
+  const Eigen::Array2i from = array_at(place.array() - reach_).max(0),
+                       to = array_at(place.array() + reach_).min(size_ - 1);
+  for (int x = from.x(); x <= to.x(); ++x)
+    for (std::uint32_t i = first_[index({x, from.y()})]; i < first_[index({x, to.y()}) + 1]; ++i) {
+      const Reading& one = readings_[i];
+      const Eigen::Vector2f off = one.place - place;
+      const float distance = off.squaredNorm();
+      if (distance > reach_ * reach_) continue;
+      std::size_t k = 0;
+      while (k < count && planes[k].plane != one.plane) ++k;
+      if (k == count) {
+        const PlaneOver& over = planes_[one.plane];
+        if (over.level && count < planes.size())
+          planes[count++] = {one.plane, over.height.dot(place.homogeneous()), distance};
+      }
+      if (k < count) {
+        planes[k].nearest = std::min(planes[k].nearest, distance);
+        planes[k].aside += off.homogeneous();
+      } else if (distance <= covered_ * covered_) {
+        // A riser is seen from above only where its step's planes are not.
+        note(one.height, one.plane == 0 ? topmost : steep);
+      }
+    }
+  // The highest whose readings lie all around; else, as at the edge of a step, that of the nearest reading.
+  const auto is_around = [this](const LevelPlane& p) {
+    return p.nearest <= covered_ * covered_ && p.off_middle() <= lopsided * reach_;
+  };
+  const LevelPlane* best = nullptr;
+  for (std::size_t k = 0; k < count; ++k) {
+    const LevelPlane& one = planes[k];
+    if (std::fabs(one.height - ground) > step) {
+      float none_within = none;
+      if (one.nearest <= covered_ * covered_) note(one.height, none_within);
+      continue;
+    }
+    if (one.nearest > bridged_ * bridged_) continue;
+    const bool around = is_around(one);
+    if (best == nullptr || (around != is_around(*best) ? around
+                            : around                   ? one.height > best->height
+                                                       : one.nearest < best->nearest))
+      best = &one;
+  }
+  const float on_plane = best != nullptr ? best->height : none;
+  if (hanging > none) return {PatchCell::occupied, hanging};
+  if (topmost > on_plane + beside_plane * d_) return {PatchCell::occupied, topmost};
+  if (best != nullptr && (best->nearest <= covered_ * covered_ || !is_open(place, on_plane, depth)))
+    return {PatchCell::supported, on_plane, planes_[best->plane].slope_rad,
+            best->off_middle() > lopsided * reach_};
+  if (steep > none) return {PatchCell::occupied, steep};
+  const float level = best != nullptr ? on_plane : ground;
+  if (lower > none) return is_free(place, level) ? Look{PatchCell::below, lower} : Look{};
+  return is_open(place, level, depth) ? Look{PatchCell::below} : Look{};
+}
+
+Look GroundReadings::without_edge(Look here, const Eigen::Vector2f& place) const {
+  if (here.cell != PatchCell::supported || !here.lopsided) return here;
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Rotation2Df turn(static_cast<float>(k) * std::numbers::pi_v<float> / 4);
+    const Eigen::Vector2f beside = place + turn * Eigen::Vector2f(d_, 0);
+    // A voxel of air is evidence enough where readings end.
+    if (look(beside, here.height, 1).cell == PatchCell::below) here.cell = PatchCell::below;
+  }
+  return here;
+}
+
+}  // namespace octosurf::planning
