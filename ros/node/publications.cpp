@@ -6,6 +6,7 @@
 #include "messages.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 
@@ -73,20 +74,21 @@ void Publications::tell(const std::string& what, const std::exception& error) {
   problem_ = problem;
 }
 
-/// Unless nobody listens, or it looks as it was sent last. False if it is to be tried again, because readers
-/// were too slow.
-bool Publications::publish(Topic& topic, const Write& message) try {
-  const bool is_status = &topic == &status_;
-  if (!is_status && !all_ && (topic.out->subscribers() == 0 || topic.sent == look_)) return true;
+/// Somebody listens, and it looks otherwise than it was sent last.
+bool Publications::is_due(const Topic& topic) const {
+  return all_ || (topic.out->subscribers() > 0 && topic.sent != look_);
+}
+
+/// If it is due. One that readers were too slow for stays due.
+void Publications::publish(Topic& topic, const Write& message) try {
+  if (!is_due(topic)) return;
   std::string cdr = io::cdr_of(message);
   const std::size_t size = cdr.size();
-  if (!topic.out->publish(std::move(cdr))) return false;
+  if (!topic.out->publish(std::move(cdr))) return;
   bytes_ += size;
-  if (!is_status) topic.sent = look_;
-  return true;
+  topic.sent = look_;
 } catch (const std::exception& error) {
   tell(topic.name, error);
-  return true;
 }
 
 Publications::Part Publications::part_of(const MapMoment& moment, double radius) {
@@ -140,6 +142,9 @@ void Publications::publish_map() try {
     all_ = all_within_m_.has_value();
     radius = std::exchange(all_within_m_, {}).value_or(radius);
   }
+  const std::array<const Topic*, 6> topics{&surfaces_, &stairs_, &markers_, &terrain_, &octomap_, &grid_map_};
+  if (!all_ && std::ranges::all_of(topics, [](const Topic* one) { return one->out->subscribers() == 0; }))
+    return;
   const auto middle = middle_;
   const Part part = part_of(moment, radius);
   if (moment.snapshot != last_ || middle != middle_) {
@@ -166,14 +171,13 @@ void Publications::publish_map() try {
     publish(octomap_, [&](io::MessageWriter& out) {
       write_octomap(out, part.snapshot.octree, part.box, frame, moment.stamp_ns);
     });
-  if (all_ || grid_map_.out->subscribers() + terrain_.out->subscribers() > 0) publish_ground(moment, part);
+  if (is_due(grid_map_) || is_due(terrain_)) publish_ground(moment, part);
   map_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 } catch (const std::exception& error) {
   tell("map", error);
 }
 
 void Publications::publish_ground(const MapMoment& moment, const Part& part) {
-  if (!all_ && grid_map_.sent == look_ && terrain_.sent == look_) return;
   const GroundView view =
       mapping_.asked(moment)->ground(rules_of(options_, moment.up, moment.snapshot->resolution));
   PlannerContact contact;
@@ -197,11 +201,11 @@ void Publications::publish_ground(const MapMoment& moment, const Part& part) {
   });
 }
 
-void Publications::publish_status() {
+void Publications::publish_status() try {
   const MappingCounts counts = mapping_.counts();
   const InputState inputs = inputs_();
   const MapMoment moment = mapping_.moment();
-  publish(status_, [&](io::MessageWriter& out) {
+  status_.out->publish(io::cdr_of([&](io::MessageWriter& out) {
     out.message("header", io::header(options_.frame, moment.stamp_ns), "revision", moment.snapshot->revision,
                 "surfaces", static_cast<std::uint32_t>(moment.snapshot->surfaces.size()), "received",
                 counts.received, "waiting", counts.waiting, "mapped", counts.mapped, "rejected",
@@ -210,7 +214,9 @@ void Publications::publish_status() {
                 "scan_publishers", inputs.scan_publishers, "camera_publishers", inputs.camera_publishers,
                 "transform_publishers", inputs.transform_publishers, "last_refusal", counts.last_refusal,
                 "scan_ms", counts.scan_ms, "published_bytes", bytes_.load(), "publish_ms", map_ms_.load());
-  });
+  }));
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "warning: no status: %s\n", error.what());
 }
 
 }  // namespace octosurf::node

@@ -66,7 +66,8 @@ class Publications {
   void publish_map();
   Part part_of(const MapMoment& moment, double radius);
   Look look_of(const MapMoment& moment, const Part& part);
-  bool publish(Topic& topic, const Write& message);
+  bool is_due(const Topic& topic) const;
+  void publish(Topic& topic, const Write& message);
   void publish_ground(const MapMoment& moment, const Part& part);
   void tell(const std::string& what, const std::exception& error);
   void publish_status();
