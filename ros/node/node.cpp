@@ -15,9 +15,9 @@ Node::Node(Middleware& middleware, const NodeOptions& options)
     inputs_.push_back(middleware.subscribe(topic, type, profile, depth, receive));
   };
   // In this order: a scan is better mapped when what fixes its pose was read.
-  hear("/tf_static", "tf2_msgs/TFMessage", Profile::latched, 1000,
+  hear(options.tf + "_static", "tf2_msgs/TFMessage", Profile::latched, 1000,
        [this](const RawMessage& message) { mapping_.add_transforms(message, true); });
-  hear("/tf", "tf2_msgs/TFMessage", Profile::reliable, 1000,
+  hear(options.tf, "tf2_msgs/TFMessage", Profile::reliable, 1000,
        [this](const RawMessage& message) { mapping_.add_transforms(message, false); });
   if (options.takes_depth())
     hear(options.info.value_or(camera_info_topic(options.depth)), "sensor_msgs/CameraInfo", Profile::sensor,
@@ -38,8 +38,13 @@ InputState Node::state() {
     std::fprintf(stderr, "warning: a publisher of %s is not heard, as it offers less %s%s\n",
                  options_.scans().c_str(), mismatch.c_str(),
                  options_.reliable ? "; without --reliable it would be" : "");
-  return {scans.lost(), heard(scans), options_.takes_depth() ? heard(*inputs_[2]) : 0,
-          heard(*inputs_[0]) + heard(*inputs_[1])};
+  const InputState state{scans.lost(), heard(scans), options_.takes_depth() ? heard(*inputs_[2]) : 0,
+                         heard(*inputs_[0]) + heard(*inputs_[1])};
+  if (state.scan_publishers > 0 && state.transform_publishers == 0 && !std::exchange(told_of_tf_, true))
+    std::fprintf(
+        stderr, "warning: nobody publishes %s or %s_static, which pose the scans; --tf names another topic\n",
+        options_.tf.c_str(), options_.tf.c_str());
+  return state;
 }
 
 std::string Node::finish(const std::function<bool()>& hurry) {

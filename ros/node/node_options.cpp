@@ -21,6 +21,8 @@ void add_options(CLI::App& app, NodeOptions& options) {
                  "depth's units per metre [1000 of integers, 1 of floats]")
       ->check(CLI::PositiveNumber);
   app.add_option("--frame", options.frame, "the map's, in tf")->capture_default_str();
+  app.add_option("--tf", options.tf, "topic of transforms; of fixed ones the same with _static")
+      ->capture_default_str();
   app.add_option("--base", options.base, "the robot's frame in tf, about which patches are read")
       ->capture_default_str();
   app.add_option("--max-pose-gap", options.max_pose_gap_s,

@@ -22,6 +22,7 @@ struct NodeOptions {
   std::optional<std::string> info;    ///< CameraInfo of the depth images; empty: beside them
   std::optional<double> depth_scale;  ///< units per metre; empty: by the encoding
   std::string frame = "map";          ///< the map's, in tf
+  std::string tf = "/tf";             ///< topic of transforms; of the fixed ones with _static
   std::string base = "base_link";     ///< the robot's, about which patches are read
   double max_pose_gap_s = 0.25;       ///< as for bags
   ScanSourceOptions readings;         ///< no_return, self_boxes, clear_no_return_m, sensor

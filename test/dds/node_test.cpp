@@ -118,6 +118,10 @@ TEST_F(NodeTest, NamesAPublisherThatIsNotHeard) {
   EXPECT_TRUE(wait_until([&] { return node->errors().find("less reliability") != std::string::npos; }));
   EXPECT_THAT(node->errors(), HasSubstr("without --reliable"));
   EXPECT_EQ(end(*node), 0);
+  const auto other = start({"--depth", image_topic, "-o", "live", "--tf", "/robot/tf"});
+  EXPECT_TRUE(
+      wait_until([&] { return other->errors().find("nobody publishes /robot/tf") != std::string::npos; }));
+  EXPECT_EQ(end(*other), 0);
 }
 
 TEST_F(NodeTest, IsFoundAsTheVariablesOfRos2Say) {
