@@ -40,7 +40,9 @@ InputState Node::state() {
                  options_.reliable ? "; without --reliable it would be" : "");
   const InputState state{scans.lost(), heard(scans), options_.takes_depth() ? heard(*inputs_[2]) : 0,
                          heard(*inputs_[0]) + heard(*inputs_[1])};
-  if (state.scan_publishers > 0 && state.transform_publishers == 0 && !std::exchange(told_of_tf_, true))
+  // Not at once: publishers are discovered one after the other.
+  without_tf_ = state.scan_publishers > 0 && state.transform_publishers == 0 ? without_tf_ + 1 : 0;
+  if (without_tf_ == 3)
     std::fprintf(
         stderr, "warning: nobody publishes %s or %s_static, which pose the scans; --tf names another topic\n",
         options_.tf.c_str(), options_.tf.c_str());

@@ -34,7 +34,7 @@ class Node {
   Mapping mapping_;
   std::vector<std::unique_ptr<Subscription>> inputs_;  // /tf_static, /tf, the camera's if any, scans
   std::string mismatch_;                               // of the scans, reported last
-  bool told_of_tf_ = false;                            // that there is none
+  int without_tf_ = 0;                                 // rounds with scans and without transforms
   std::optional<Publications> publications_;
   std::optional<Patches> patches_;
   std::optional<Services> services_;
