@@ -1,5 +1,5 @@
 # Installs a build of which core alone was made; find_package() finds that, and names the components that are not there.
-cmake_minimum_required(VERSION 3.25)
+cmake_minimum_required(VERSION 3.22)
 file(REMOVE_RECURSE ${WORK})
 set(how -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=${COMPILER})
 execute_process(COMMAND ${CMAKE_COMMAND} -S ${OCTOSURF} -B ${WORK}/octosurf ${how} -DOCTOSURF_BUILD_TESTS=OFF
@@ -16,7 +16,7 @@ if(said MATCHES "not installed: octosurf::core" OR NOT EXISTS ${WORK}/prefix/inc
   message(FATAL_ERROR "octosurf::core is not installed:\n${said}")
 endif()
 
-file(WRITE ${WORK}/user/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+file(WRITE ${WORK}/user/CMakeLists.txt "cmake_minimum_required(VERSION 3.22)
 project(user LANGUAGES CXX)
 find_package(octosurf 0.1 REQUIRED COMPONENTS \${WANTED} OPTIONAL_COMPONENTS pcl)
 if(NOT TARGET octosurf::core OR TARGET octosurf::pcl)
