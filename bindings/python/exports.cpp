@@ -71,7 +71,7 @@ void bind_height_grid(Module& module) {
       "height_grid",
       [](const SnapshotPtr& snapshot, double cell, const std::optional<Eigen::Vector3d>& up,
          double max_slope_rad, std::optional<double> below) {
-        return height_grid(*snapshot, {cell, upright(up_in(snapshot, up)), max_slope_rad, below});
+        return height_grid(*snapshot, {cell, upright(up_in(snapshot, up)), max_slope_rad, below, {}});
       },
       "snapshot"_a, py::kw_only(), "cell"_a = 0.0, "up"_a = py::none(),
       "max_slope_rad"_a = std::numbers::pi / 6, "below"_a = py::none(), Released(),
