@@ -101,6 +101,36 @@ TEST_F(OccupancyFiles, BtIsOctomapsOwn) {
   }
 }
 
+/// Every voxel of the box as in the whole, and whatever is beside the box in a cube that it cuts, or unknown.
+TEST_F(OccupancyFiles, BtOfABoxIsThatOfTheCubesThatMeetIt) {
+  std::mt19937_64 rng = test::rng();
+  Both both = mapped(test::seed(), 0.1, 3, 3000);
+  both.theirs.toMaxLikelihood();
+  std::uniform_real_distribution<double> anywhere(-3, 3), beside(-0.5, 0.5), share(0, 1);
+  for (int round = 0; round < 20; ++round) {
+    const Eigen::AlignedBox3d box = [&] {
+      Eigen::AlignedBox3d made;
+      for (int i = 0; i < 2; ++i) made.extend(Eigen::Vector3d(anywhere(rng), anywhere(rng), anywhere(rng)));
+      return made;
+    }();
+    const std::string part = both.ours.share().octomap_data(box);
+    EXPECT_LT(part.size(), both.ours.share().octomap_data().size());
+    octomap::OcTree read(0.1);
+    std::istringstream stream(part);
+    if (!part.empty()) read.readBinaryData(stream);
+    for (int i = 0; i < 500; ++i) {
+      const Eigen::Vector3d at = box.min() + inside.cwiseProduct(box.sizes()) +
+                                 (i % 2) * Eigen::Vector3d(beside(rng), beside(rng), beside(rng));
+      const octomap::point3d point(static_cast<float>(at.x()), static_cast<float>(at.y()),
+                                   static_cast<float>(at.z()));
+      const auto *known = both.theirs.search(point), *here = part.empty() ? nullptr : read.search(point);
+      if (here == nullptr && (known == nullptr || !box.contains(at))) continue;
+      ASSERT_TRUE(here != nullptr && known != nullptr) << at.transpose();
+      EXPECT_EQ(read.isNodeOccupied(here), both.theirs.isNodeOccupied(known)) << at.transpose();
+    }
+  }
+}
+
 TEST_F(OccupancyFiles, WhatIsLeftOverIsAnError) {
   using ::testing::HasSubstr;
   Both both = mapped(11, 0.6, 1, 12);

@@ -99,6 +99,24 @@ TEST(HeightGrid, CellsBeginAtMultiplesOfTheirSizeAndCoverAllThatIsLevel) {
   EXPECT_GE((grid.center + half).y(), 4 - 1e-9);
 }
 
+TEST(HeightGrid, PartIsCutOutOfTheWhole) {
+  const Snapshot room = test::make_room();
+  HeightGridOptions options;
+  options.within = {Eigen::Vector2d(1.01, -5), Eigen::Vector2d(2.5, 2.2)};
+  const HeightGrid all = height_grid(room), part = height_grid(room, options);
+  EXPECT_EQ(part.elevation.rows(), 75);  // 1.0 to 2.5 m
+  EXPECT_LT(part.elevation.cols(), all.elevation.cols());
+  for (Eigen::Index row = 0; row < part.elevation.rows(); ++row)
+    for (Eigen::Index column = 0; column < part.elevation.cols(); ++column) {
+      const Eigen::Vector2d off = (all.center_of(0, 0) - part.center_of(row, column)) / all.cell;
+      const auto at = [&](Eigen::Index axis) { return static_cast<Eigen::Index>(std::lround(off[axis])); };
+      ASSERT_EQ(part.surface(row, column), all.surface(at(0), at(1)));
+      ASSERT_EQ(part.elevation(row, column), all.elevation(at(0), at(1)));
+    }
+  options.within = {Eigen::Vector2d(100, 100), Eigen::Vector2d(101, 101)};
+  EXPECT_EQ(height_grid(room, options).elevation.size(), 0);
+}
+
 TEST(HeightGrid, ResolutionIsTheMapsUnlessGiven) {
   EXPECT_EQ(height_grid(test::make_room()).cell, 0.02);
   EXPECT_EQ(height_grid(test::make_room()).elevation.rows(), 300);
