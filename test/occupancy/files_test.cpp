@@ -119,6 +119,7 @@ TEST_F(OccupancyFiles, BtOfABoxIsThatOfTheCubesThatMeetIt) {
     std::istringstream stream(part);
     if (!part.empty()) read.readBinaryData(stream);
     for (int i = 0; i < 500; ++i) {
+      const Eigen::Vector3d inside(share(rng), share(rng), share(rng));
       const Eigen::Vector3d at = box.min() + inside.cwiseProduct(box.sizes()) +
                                  (i % 2) * Eigen::Vector3d(beside(rng), beside(rng), beside(rng));
       const octomap::point3d point(static_cast<float>(at.x()), static_cast<float>(at.y()),
