@@ -1,5 +1,7 @@
 #include "mapping.hpp"
 
+#include "surfaces/map_state.hpp"
+
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -108,7 +110,10 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   const auto latest = item.came + std::chrono::duration_cast<Sensors::Clock::duration>(
                                       std::chrono::duration<double>(options_.wait_s));
   const ReceivedScan received = sensors_.scan_of(item.message.bytes, item.message.sent_ns, latest, stop);
-  if (last_stamp_ns_ && std::abs(received.stamp_ns - *last_stamp_ns_) > pause_ns) mapper_->drain();
+  if (last_stamp_ns_ && std::abs(received.stamp_ns - *last_stamp_ns_) > pause_ns) {
+    mapper_->drain();
+    show();
+  }
   const ScanReport report = mapper_->insert(received.scan);
   last_stamp_ns_ = received.stamp_ns;
   changed_ = true;
@@ -132,6 +137,7 @@ void Mapping::warn(const std::string& what) {
 void Mapping::show(const ReceivedScan* received) {
   const std::lock_guard lock(mutex_);
   shown_ = mapper_;
+  revision_ = mapper_->map().state().revision;
   if (received != nullptr) {
     stamp_ns_ = received->stamp_ns;
     sensor_ = received->scan.T_map_sensor.translation();
@@ -207,12 +213,17 @@ std::string Mapping::clear(const SpacePart& part, bool as_free) {
 }
 
 MapMoment Mapping::moment() const {
-  std::unique_lock lock(mutex_);
-  const std::shared_ptr<const Mapper> mapper = shown_;
-  MapMoment moment{nullptr, stamp_ns_, sensor_, up_};
-  lock.unlock();  // the thread need not wait while outlines are made
-  moment.snapshot = mapper->snapshot();
-  return moment;
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    const std::shared_ptr<const Mapper> mapper = shown_;
+    const std::uint64_t revision = revision_;
+    MapMoment moment{nullptr, stamp_ns_, sensor_, up_};
+    lock.unlock();  // the thread need not wait while outlines are made
+    moment.snapshot = mapper->snapshot();
+    if (moment.snapshot->revision <= revision) return moment;
+    // A scan is mapped, but not yet shown: its time and place follow at once.
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
 }
 
 std::shared_ptr<const planning::AskedMap> Mapping::asked(const MapMoment& moment) const {

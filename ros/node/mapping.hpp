@@ -101,6 +101,7 @@ class Mapping {
   MappingCounts counts_;
   Sensors::Clock::time_point told_{};    // of a refusal
   std::shared_ptr<const Mapper> shown_;  // whose snapshot is read when somebody wants it
+  std::uint64_t revision_ = 0;           // that is shown
   std::int64_t stamp_ns_ = 0;            // of the last scan mapped
   std::optional<Eigen::Vector3d> sensor_;
   Eigen::Vector3d up_;

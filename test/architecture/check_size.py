@@ -16,7 +16,7 @@ FENCE = {
     "planning": (["src/planning"], 7_748),
     "footsteps": (["src/footsteps"], 2_828),
     "apps": (["apps"], 9_387),
-    "ros": (["ros"], 3_358),
+    "ros": (["ros"], 3_370),
     "bindings": (["bindings"], 3_222),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 7_048),
