@@ -1,6 +1,5 @@
 // Which points a change leaves to the next one.
 #include "mapper/map_change.hpp"
-
 #include "support/pending_points.hpp"
 
 #include <gmock/gmock.h>
