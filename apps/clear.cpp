@@ -3,7 +3,6 @@
 #include "output_files.hpp"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -50,11 +49,9 @@ void run_clear(const ClearOptions& options) {
   Mapper mapper(std::move(loaded.map), 1, paper_detector());
   const ScanReport report = mapper.clear(part_of(options), options.as_free);
   save_map(mapper.map(), output);
-  const std::shared_ptr<const Snapshot> left = mapper.snapshot();
-  const auto smaller = std::count_if(report.shrunk.begin(), report.shrunk.end(),
-                                     [&](SurfaceId id) { return left->find(id) != nullptr; });
-  std::printf("%s.surfaces: %zu points taken back; %zu surfaces gone, %td smaller, %zu left\n",
-              output.c_str(), report.vanished, report.gone.size(), smaller, left->surfaces.size());
+  std::printf("%s.surfaces: %zu points taken back; %zu surfaces gone, %zu smaller, %zu left\n",
+              output.c_str(), report.vanished, report.gone.size(), report.shrunk.size(),
+              mapper.snapshot()->surfaces.size());
 }
 
 }  // namespace

@@ -71,9 +71,8 @@ HttpReply LiveServer::clear(const SpacePart& part, bool as_free) {
   std::future<HttpReply> answer;
   {
     Clearing clearing([part, as_free](Mapper& mapper) {
-      ScanReport report = mapper.clear(part, as_free);
+      const ScanReport report = mapper.clear(part, as_free);
       const std::shared_ptr<const Snapshot> left = mapper.snapshot();
-      std::erase_if(report.shrunk, [&](SurfaceId id) { return left->find(id) == nullptr; });
       return reply_of(nlohmann::ordered_json{{"revision", left->revision},
                                              {"points", report.vanished},
                                              {"gone", report.gone},

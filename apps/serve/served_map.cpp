@@ -51,20 +51,13 @@ bool same_outline(const Surface& a, const Surface& b) {
           std::equal(a.polygons.begin(), a.polygons.end(), b.polygons.begin(), b.polygons.end(), same));
 }
 
+using planning::extent_of;
+
 Eigen::AlignedBox3d extent_of(const Surface& surface) {
   Eigen::AlignedBox3d extent;
   for (const Polygon& polygon : surface.polygons)
     for (const Eigen::Vector2d& corner : polygon.outer) extent.extend(surface.to_map(corner));
   return extent;
-}
-
-/// Of the whole circle, seen or not.
-Eigen::AlignedBox3d extent_of(const Cylinder& cylinder) {
-  const Eigen::Vector3d half = cylinder.axis * (cylinder.length_m / 2),
-                        around = cylinder.radius_m * (1 - cylinder.axis.array().square()).max(0).sqrt();
-  Eigen::AlignedBox3d extent(cylinder.axis_point - half);
-  extent.extend(cylinder.axis_point + half);
-  return {extent.min() - around, extent.max() + around};
 }
 
 /// Throws Error(data): there is no such surface, or what became of it.

@@ -314,14 +314,14 @@ std::shared_ptr<void> Cyclone::serve(const std::string& name, const std::string&
   const auto take = [replies = service->replies, receive = std::move(receive)](
                         const RawMessage& message, const Reader& reader, dds_instance_handle_t writer) {
     auto bytes = std::make_shared<std::string>(message.bytes);
-    std::string asked = bytes->size() < head + call ? std::string() : bytes->substr(head, call);
+    std::string identity = bytes->size() < head + call ? std::string() : bytes->substr(head, call);
     bytes->erase(std::min(head, bytes->size()), call);
-    const auto reply = [replies, asked = std::move(asked),
+    const auto reply = [replies, identity = std::move(identity),
                         client = reader.client_of(writer)](std::string cdr) {
       // A new client's request writer may be discovered before its reply reader.
       for (int tenths = 0; tenths < 10 && !replies->reaches(client); ++tenths)
         std::this_thread::sleep_for(std::chrono::milliseconds(100));
-      replies->publish(cdr.insert(head, asked));
+      replies->publish(cdr.insert(head, identity));
     };
     receive({{*bytes, bytes, message.sent_ns}, reply});
   };

@@ -66,7 +66,7 @@ void Mapping::add_transforms(const RawMessage& message, bool fixed) try {
   const std::lock_guard lock(mutex_);
   ++counts_.transforms;
 } catch (const std::runtime_error& error) {
-  refuse(std::string(fixed ? "/tf_static: " : "/tf: ") + error.what(), counts_.messages_refused);
+  refuse(options_.tf + (fixed ? "_static: " : ": ") + error.what(), counts_.messages_refused);
 }
 
 void Mapping::add_camera(const RawMessage& message) try {

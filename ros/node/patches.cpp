@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
@@ -20,8 +19,10 @@ namespace {
 /// The map is looked at anew as often; the robot's pose is that of each patch.
 constexpr std::chrono::milliseconds map_age{100};
 
-std::size_t cells_of(double length, double cell) {
-  return static_cast<std::size_t>(std::max(1.0, std::round(length / cell)));
+/// Cells along y of a PatchLayout::grid().
+std::size_t columns_of(const PatchLayout& layout) {
+  const auto beside = [&](const Eigen::Vector2d& point) { return point.x() != layout.points.front().x(); };
+  return static_cast<std::size_t>(std::ranges::find_if(layout.points, beside) - layout.points.begin());
 }
 
 }  // namespace
@@ -35,7 +36,7 @@ Patches::Patches(Middleware& middleware, Mapping& mapping, const NodeOptions& op
           middleware.advertise(options.name + "/heights", "std_msgs/Float32MultiArray", Profile::sensor)) {
   const double side = std::max(options.patch_length_m, options.patch_width_m);
   square_ = PatchLayout::grid(side, side, options.patch_cell_m);
-  side_ = static_cast<Eigen::Index>(cells_of(side, options.patch_cell_m));
+  side_ = static_cast<Eigen::Index>(columns_of(square_));
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
@@ -71,9 +72,9 @@ void Patches::publish(const GroundView& view) {
   const auto [T_map_base, stamp_ns] = mapping_.sensors().base_pose();
   if (heights_->subscribers() > 0) {
     const GroundPatch patch = ground_patch(view, T_map_base, heading_);
-    const std::size_t rows = cells_of(options_.patch_length_m, options_.patch_cell_m);
-    heights_->publish(io::cdr_of(
-        [&](io::MessageWriter& out) { write_heights(out, patch.height, rows, patch.height.size() / rows); }));
+    const std::size_t columns = columns_of(heading_), rows = patch.height.size() / columns;
+    heights_->publish(
+        io::cdr_of([&](io::MessageWriter& out) { write_heights(out, patch.height, rows, columns); }));
   }
   if (patch_->subscribers() == 0) return;
   Eigen::Isometry3d T_map_patch = Eigen::Isometry3d::Identity();

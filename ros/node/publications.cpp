@@ -1,6 +1,7 @@
 #include "publications.hpp"
 
 #include "geometry/degrees.hpp"
+#include "geometry/voxel_grid.hpp"
 #include "io/exporters/grid_map_message.hpp"
 #include "io/exporters/planar_terrain_message.hpp"
 #include "messages.hpp"
@@ -101,10 +102,7 @@ Publications::Part Publications::part_of(const MapMoment& moment, double radius)
   std::erase_if(part.snapshot.surfaces,
                 [&](const SurfacePtr& surface) { return !std::ranges::binary_search(near, surface->id); });
   std::erase_if(part.snapshot.cylinders, [&](const CylinderPtr& cylinder) {
-    const Eigen::Vector3d other = cylinder->axis_point + cylinder->length_m * cylinder->axis;
-    const Eigen::AlignedBox3d extent(cylinder->axis_point.cwiseMin(other),
-                                     cylinder->axis_point.cwiseMax(other));
-    return part.box.exteriorDistance(extent.center()) > extent.diagonal().norm() / 2 + cylinder->radius_m;
+    return !part.box.intersects(planning::extent_of(*cylinder));
   });
   return part;
 }
@@ -121,9 +119,7 @@ Publications::Look Publications::look_of(const MapMoment& moment, const Part& pa
   bool changed = d != octree_.resolution();
   if (d > 0 && !changed)
     octree.for_each_changed_cube(octree_, [&](const std::array<std::uint16_t, 3>& corner, int level) {
-      constexpr double origin = 32768;
-      const Eigen::Vector3d low =
-          d * (Eigen::Vector3d(corner[0], corner[1], corner[2]).array() - origin).matrix();
+      const Eigen::Vector3d low = geometry::VoxelGrid(d).corner_of({corner[0], corner[1], corner[2]});
       const double edge = d * static_cast<double>(1 << level);
       changed |= part.box.isEmpty() || part.box.intersects({low, low + Eigen::Vector3d::Constant(edge)});
     });

@@ -212,4 +212,12 @@ FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question
   return found;
 }
 
+Eigen::AlignedBox3d extent_of(const Cylinder& cylinder) {
+  const Eigen::Vector3d half = cylinder.axis * (cylinder.length_m / 2),
+                        around = cylinder.radius_m * (1 - cylinder.axis.array().square()).max(0).sqrt();
+  Eigen::AlignedBox3d extent(cylinder.axis_point - half);
+  extent.extend(cylinder.axis_point + half);
+  return {extent.min() - around, extent.max() + around};
+}
+
 }  // namespace octosurf::planning

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -103,6 +104,9 @@ struct FoundFoothold {
   Foothold foothold;
   std::array<double, ground_names.size()> ground{};  ///< shares of the foot's area over each, [0, 1]
 };
+
+/// Along the map's axes, of the whole circle, seen or not.
+Eigen::AlignedBox3d extent_of(const Cylinder& cylinder);
 
 /// LENGTHxWIDTH of a sole or the radius of a disc, m.
 ContactShape foot_of(const std::string& text);

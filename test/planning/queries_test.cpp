@@ -1,4 +1,5 @@
 // The index against looking at every surface and every edge.
+#include "planning/questions.hpp"
 #include "shapes.hpp"
 #include "support/seed.hpp"
 
@@ -246,6 +247,27 @@ TEST(SurfaceIndex, NothingFromNothingAndNonsenseIsRefused) {
   EXPECT_THROW(index.in_sphere({0, 0, 0}, -1), Error);
   EXPECT_THROW(index.in({{Plane{{nan, 0, 0}, 0}}}), Error);
   EXPECT_THROW(SurfaceIndex(nullptr), Error);
+}
+
+/// A pole of which one half was seen lies to both sides of its axis' middle.
+TEST(Extent, OfACylinderIsThatOfAllPointsAtItsEnds) {
+  std::mt19937_64 rng = test::rng();
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int round = 0; round < 50; ++round) {
+    Cylinder pole;
+    pole.axis_point = 3 * Eigen::Vector3d(any(rng), any(rng), any(rng));
+    pole.axis = Eigen::Vector3d(any(rng), any(rng), any(rng) + 2).normalized();
+    pole.radius_m = 0.3 + 0.2 * any(rng);
+    pole.length_m = 2 + any(rng);
+    Eigen::AlignedBox3d all;
+    const Eigen::Vector3d side = pole.axis.unitOrthogonal();
+    for (const double end : {-0.5, 0.5})
+      for (int i = 0; i < 3600; ++i)
+        all.extend(pole.axis_point + end * pole.length_m * pole.axis +
+                   pole.radius_m * (Eigen::AngleAxisd(i * std::numbers::pi / 1800, pole.axis) * side));
+    const Eigen::AlignedBox3d extent = planning::extent_of(pole);
+    EXPECT_LT((extent.min() - all.min()).norm() + (extent.max() - all.max()).norm(), 1e-5);
+  }
 }
 
 }  // namespace

@@ -54,6 +54,7 @@ void CheckedMapper::expect_told(const Snapshot& before, const Snapshot& after, c
     if (was == s.get()) continue;
     EXPECT_EQ(s->revision, after.revision) << "changed, but not by this scan";
   }
+  for (const SurfaceId id : report.shrunk) EXPECT_NE(after.find(id), nullptr) << "surface " << id;
   for (const SurfacePtr& s : before.surfaces)
     if (after.find(s->id) == nullptr) {
       EXPECT_TRUE(tells(report.gone, s->id) || tells(report.merged, s->id)) << "surface " << s->id;

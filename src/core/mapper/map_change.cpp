@@ -6,6 +6,7 @@
 #include "update/retract.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <type_traits>
 #include <utility>
 
@@ -135,7 +136,9 @@ std::shared_ptr<const surfaces::Published::State> MapChange::next_state() {
   ScanReport& report = reports_.back();
   report.born.assign(changes.born.begin(), changes.born.end());
   report.grown.assign(changes.grown.begin(), changes.grown.end());
-  report.shrunk.assign(changes.shrunk.begin(), changes.shrunk.end());
+  std::ranges::copy_if(changes.shrunk, std::back_inserter(report.shrunk), [&](SurfaceId id) {
+    return !changes.gone.contains(id) && !changes.merged.contains(id);
+  });
   report.merged.assign(changes.merged.begin(), changes.merged.end());
   report.gone.assign(changes.gone.begin(), changes.gone.end());
   return Stopwatch(report)(Stage::derive, [&] {
