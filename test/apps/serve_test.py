@@ -377,6 +377,31 @@ def clear(server, body, headers=None, **more):
                       headers={"Content-Type": "application/json", **(headers or {})})
 
 
+class WaitingMap:
+    """A server of the map of all of a recording's scans but the last, which is saved at the end."""
+
+    def __init__(self, folder, sensor, scene, scans):
+        self.folder, self.scans = pathlib.Path(folder), scans
+        command("simulate", scene, "--sensor", sensor, "-o", self.folder / "scans", "--frames", scans + 1)
+        poses = self.folder / "scans/poses.txt"
+        lines = poses.read_text().splitlines()
+        lines[-1] = " ".join(["900", *lines[-1].split()[1:]])  # s: until then the map waits
+        poses.write_text("\n".join(lines) + "\n")
+
+    @contextlib.contextmanager
+    def served(self, test, name, *options):
+        server = serving.Server(COMMAND, f"{self.folder}/scans", "-o", f"{self.folder}/{name}", "--realtime", "--together", "1",
+                                "--detection-budget", "0", "--resolution", "0.04", *options, verb="map", port="--serve")
+        try:
+            yield server
+        finally:
+            server.process.terminate()
+            test.assertIn(f"{self.scans} scans mapped and saved", server.process.communicate(timeout=60)[1])
+
+    def saved(self, name):
+        return pathlib.Path(self.folder, f"{name}.surfaces").read_bytes()
+
+
 class Clearing(unittest.TestCase):
     BOX = [-6.5, -2, 0.3, -3.5, 1, 1.8]
 
@@ -384,31 +409,20 @@ class Clearing(unittest.TestCase):
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
-        command("simulate", "office", "--sensor", "spinning", "-o", cls.folder / "scans", "--frames", 6)
-        poses = cls.folder / "scans/poses.txt"
-        lines = poses.read_text().splitlines()
-        lines[-1] = " ".join(["900", *lines[-1].split()[1:]])  # s: until then the map waits
-        poses.write_text("\n".join(lines) + "\n")
+        cls.map = WaitingMap(folder.name, "spinning", "office", 5)
 
     @contextlib.contextmanager
     def waiting(self, name, *options):
-        """A server of the map of all scans but the last, which is saved at the end."""
-        server = serving.Server(COMMAND, f"{self.folder}/scans", "-o", f"{self.folder}/{name}", "--realtime", "--together", "1",
-                                "--detection-budget", "0", "--resolution", "0.04", *options, verb="map", port="--serve")
-        try:
+        with self.map.served(self, name, *options) as server:
             while server.ask("/api/info")[1]["revision"] < 5:
                 time.sleep(0.05)
             yield server
-        finally:
-            server.process.terminate()
-            self.assertIn("5 scans mapped and saved", server.process.communicate(timeout=60)[1])
 
     def test_what_is_cleared_over_http_is_cleared_as_by_the_command(self):
         with self.waiting("whole") as server:
             self.assertEqual(clear(server, {"box": self.BOX})[0], 403)
             before = server.ask("/api/surfaces")[1]["surfaces"]
-        said = command("clear", f"{self.folder}/whole", "--box", *self.BOX, "-o", f"{self.folder}/cleared")
+        said = command("clear", self.map.folder / "whole", "--box", *self.BOX, "-o", self.map.folder / "cleared")
         with self.waiting("asked", "--allow-clear") as server:
             self.refuses_all_else(server)
             far = [*self.BOX[3:], *(x + 0.5 for x in self.BOX[3:])]
@@ -429,8 +443,7 @@ class Clearing(unittest.TestCase):
             had = {s["id"] for s in before if touches(s, far)}
             has = {s["id"] for s in server.ask("/api/surfaces")[1]["surfaces"] if touches(s, far)}
             self.assertEqual((had - set(changes["gone"] + changes["outside"])) | set(changes["changed"]), has)
-        asked, by_command = (pathlib.Path(self.folder, f"{name}.surfaces").read_bytes() for name in ("asked", "cleared"))
-        self.assertEqual(asked, by_command)
+        self.assertEqual(self.map.saved("asked"), self.map.saved("cleared"))
 
     def refuses_all_else(self, server):
         revision = server.ask("/api/info")[1]["revision"]
@@ -454,36 +467,30 @@ class Clearing(unittest.TestCase):
 
 
 class WhileMapping(unittest.TestCase):
+    SCANS = 40
+
     def test_what_is_told_adds_up_and_the_map_is_the_same(self):
         with tempfile.TemporaryDirectory() as folder:
-            command("simulate", "stairs", "-o", f"{folder}/scans", "--frames", "120", "--noise-scale", "0")
-            coarse = ["--resolution", "0.04"]  # for the server to keep up
-            command("map", f"{folder}/scans", "-o", f"{folder}/alone", *coarse)
-            with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime", "--together", "1", *coarse,
-                                "--detection-budget", "0", verb="map", port="--serve") as server:
+            growing = WaitingMap(folder, "spinning", "stairs", self.SCANS)
+            with growing.served(self, "served") as server:
                 stuck = [server.half_open(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n") for _ in range(3)]
                 stuck.append(serving.Live(server))
-                with contextlib.suppress(OSError):  # the run is over
-                    self.follow(server)
-                self.assertEqual(server.process.wait(timeout=60), 0)
+                self.follow(server)
                 for line in stuck:
                     line.close()
-            self.assertGreater(min(self.counts.values()), 0, self.counts)
-            alone, served = (pathlib.Path(folder, f"{name}.surfaces").read_bytes() for name in ("alone", "served"))
-            self.assertEqual(alone, served)
+            command("map", growing.folder / "scans", "-o", growing.folder / "alone", "--first", self.SCANS, "--resolution", "0.04")
+            self.assertEqual(growing.saved("alone"), growing.saved("served"))
 
     def follow(self, server):
-        """By events, and by asking for what has changed."""
-        self.counts = {"messages": 0, "resyncs": 0, "compared": 0, "with stairs": 0}
-        live, asked, told_of, revision = serving.Live(server), {}, {}, 0
-        states = {}  # of each revision, by event or whole, whichever comes first: they rarely meet at one time
+        """By events, and by asking for what has changed, until the map waits: then the two meet at one revision."""
+        messages, live, asked, told_of, since, revision = 0, serving.Live(server), {}, {}, None, 0
+        states = {}  # of each revision, by event or whole, whichever comes first: before the end they rarely meet
         status, page = server.ask("/")
         self.assertIn(status, (200, 400))  # 400: built without the page
         self.assertEqual(status == 200, b'name="octosurf-run"' in (page if status == 200 else b""))
-        while True:
+        while since != self.SCANS:
             told = live.message()
-            if self.counts["messages"] > 0:
-                self.assertEqual(told["since"], since)  # an unknown `since` would be the whole map
+            self.assertEqual(told["since"], since)  # an unknown `since` would be the whole map
             since, gone = told["map"]["revision"], told["changes"] or {"gone": [], "merged": []}
             self.take_over(told_of, gone, told["map"])
             changes = server.ask("/api/changes", since=revision)[1]
@@ -496,22 +503,21 @@ class WhileMapping(unittest.TestCase):
             by_whole = [(s["id"], s["revision"]) for s in whole["surfaces"]], whole["stairs"]
             self.compare(states, since, "event", by_event)
             self.compare(states, whole["revision"], "whole", by_whole)
-            self.counts["messages"] += 1
-            if self.counts["messages"] % 3 == 0:  # comes back with what it knows
-                self.counts["resyncs"] += 1
+            messages += 1
+            if messages % 3 == 1 and since != self.SCANS:  # comes back with what it knows
                 live.close()
                 live = serving.Live(server, f"?since={since}&run={told['run']}")
+        self.assertEqual((since, revision, whole["revision"]), (self.SCANS,) * 3)
+        self.assertGreater(messages, 1)  # some by way of a resync
+        self.assertTrue(whole["stairs"])
 
     def compare(self, states, revision, way, state):
         ways = states.setdefault(revision, {})
-        if len(ways) == 1 and way not in ways:
-            self.counts["compared"] += 1
-            self.counts["with stairs"] += bool(state[1])
         ways[way] = state
         self.assertEqual(ways.get("event", state), ways.get("whole", state))
 
     def take_over(self, known, changes, now):
-        for gone in changes["gone"] + [successor["id"] for successor in changes["merged"]]:
+        for gone in {*changes["gone"], *(successor["id"] for successor in changes["merged"])}:
             del known[gone]
         known.update((s["id"], s) for s in now["surfaces"])
 
