@@ -10,7 +10,7 @@ import sys
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
     "include": (["include"], 4_064),
-    "core": (["src/core"], 21_752),
+    "core": (["src/core"], 21_785),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
     "io": (["src/io"], 13_503),
     "planning": (["src/planning"], 7_760),
@@ -20,7 +20,7 @@ FENCE = {
     "bindings": (["bindings"], 3_222),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 7_048),
-    "tests": (["test", "lab/test"], 48_997),
+    "tests": (["test", "lab/test"], 49_720),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
