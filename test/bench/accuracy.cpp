@@ -1,11 +1,16 @@
 // How exact the surfaces are on simulated scenes: with default parameters, with the paper's detector from
-// PCL's parts, and by CGAL's region growing and Efficient RANSAC, all on the same scans and scored alike.
+// PCL's parts, and by CGAL's region growing and Efficient RANSAC, all on the same scans and scored alike; and
+// what each departure from the paper is worth.
 
 #include "bench/bench.hpp"
+#include "detection/likelihood_detector.hpp"
 #include "evaluation/evaluate.hpp"
 #include "evaluation/stairs.hpp"
+#include "geometry/voxel_grid.hpp"
 
 #include <cmath>
+#include <map>
+#include <set>
 
 #include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
@@ -18,7 +23,8 @@ namespace {
 struct Method {
   std::string name;
   Parameters parameters;
-  CgalMethod cgal = nullptr;  ///< in place of a Mapper
+  CgalMethod cgal = nullptr;                              ///< in place of a Mapper
+  std::shared_ptr<const detection::Detector> detector{};  ///< in place of the paper's
 };
 
 std::vector<Method> methods_of(const Options& options) {
@@ -28,6 +34,37 @@ std::vector<Method> methods_of(const Options& options) {
                               {"ours/paper/r=0.06", paper_parameters(d, 0.06)},
                               {"cgal/growing", parameters_at(d), cgal_region_growing},
                               {"cgal/ransac", parameters_at(d), cgal_efficient_ransac}};
+  return methods;
+}
+
+/// The default, and without one thing that the paper does not do or does otherwise.
+std::vector<Method> departures_of(const Options& options) {
+  const Parameters ours = parameters_at(options.resolutions.front(), options.set);
+  std::vector<Method> methods{{"as it is", ours}};
+  const auto without = [&](const std::string& name, const detection::Departures& departures) {
+    methods.push_back({name, ours, nullptr, std::make_shared<detection::LikelihoodDetector>(departures)});
+    methods.back().parameters.detection.detector = DetectorKind::paper;  // the one that is handed over
+  };
+  without("owned points stay", {.takes_back = false});
+  without("no guards of expansion", {.guards = false});
+  without("no see-through", {.see_through = false});
+  without("200 RANSAC trials", {.ransac_iterations = 200});
+  const auto set = [&](const std::string& name, const std::vector<std::string>& values) {
+    std::vector<std::string> all = options.set;
+    all.insert(all.end(), values.begin(), values.end());
+    methods.push_back({name, parameters_at(options.resolutions.front(), all)});
+  };
+  const double s = Parameters::paper(ours.occupancy.resolution).surface_tolerance();
+  set("s, not measured noise", {"surface_tolerance=" + std::to_string(s)});
+  set("no alignment", {"align=off"});
+  set("no cylinders", {"detect_cylinders=off"});
+  // Cells are at most h / 4 wide (surfaces/cells.hpp).
+  if (ours.occupancy.resolution < 0.02)
+    set("no coarse cells", {"max_hole_size=" + std::to_string(0.99 * ours.max_hole_size())});
+  return methods;
+}
+
+std::vector<Method> wanted(std::vector<Method> methods, const Options& options) {
   if (!options.only.empty())
     std::erase_if(methods, [&](const Method& method) {
       return std::none_of(options.only.begin(), options.only.end(),
@@ -40,7 +77,7 @@ std::vector<Method> methods_of(const Options& options) {
 /// Snapshot, and its time: CGAL's is that of normals and planes of all scans' voxels together.
 std::pair<Snapshot, double> run_method(const Method& method, const std::vector<Scan>& scans, int threads) {
   if (method.cgal != nullptr) return cgal_surfaces(method.cgal, scans, method.parameters);
-  Mapper mapper(method.parameters, threads, paper_detector());
+  Mapper mapper(method.parameters, threads, method.detector ? method.detector.get() : paper_detector());
   const double ms = time_ms([&] {
     for (const Scan& scan : scans) mapper.insert(scan);
     mapper.drain();
@@ -48,27 +85,161 @@ std::pair<Snapshot, double> run_method(const Method& method, const std::vector<S
   return {*mapper.snapshot(), ms};
 }
 
-}  // namespace
+/// The voxels, each once, in which a face has readings.
+using VoxelsByFace = std::map<std::uint32_t, std::vector<Eigen::Vector3d>>;
 
-void accuracy(const Options& options) {
-  const std::vector<Method> methods = methods_of(options);
+VoxelsByFace voxels_by_face(const Recorded& recorded, double resolution) {
+  const geometry::VoxelGrid grid(resolution);
+  std::set<std::pair<std::uint32_t, std::uint64_t>> known;
+  VoxelsByFace voxels;
+  for (std::size_t k = 0; k < recorded.scans.size(); ++k)
+    for (std::size_t i = 0; i < recorded.labels[k].size(); ++i) {
+      geometry::VoxelKey key;
+      const Eigen::Vector3d p = recorded.scans[k].T_map_sensor * recorded.scans[k].points[i].cast<double>();
+      if (p.allFinite() && grid.key_of(p.cast<float>(), key) &&
+          known.emplace(recorded.labels[k][i], key.packed()).second)
+        voxels[recorded.labels[k][i]].push_back(p);
+    }
+  return voxels;
+}
+
+/// Whether a face was seen well enough to be one. Its readings are in at least n voxels, as many as a surface
+/// must have, and most of them hang together, by gaps of at most h, in a piece as wide as the smallest edge
+/// that a foot needs. A line of one ring is not seen well, nor are strips farther apart than h.
+bool seen_well(const evaluation::TrueFace& face, const VoxelsByFace& voxels, const Parameters& parameters) {
+  constexpr double least_width = 0.08, most = 0.8;  // m; the share: Hoover's
+  const double d = parameters.occupancy.resolution;
+  const int reach = static_cast<int>(parameters.max_hole_size() / d);
+  std::set<std::pair<int, int>> left;
+  std::size_t all = 0;
+  std::vector<std::uint32_t> parts{face.joined};
+  parts.push_back(face.id);
+  for (const std::uint32_t part : parts) {
+    const auto its = voxels.find(part);
+    if (its == voxels.end()) continue;
+    all += its->second.size();
+    for (const Eigen::Vector3d& p : its->second) {
+      const Eigen::Vector3d at = face.T_map_face.inverse() * p;
+      left.emplace(static_cast<int>(std::floor(at.y() / d)), static_cast<int>(std::floor(at.x() / d)));
+    }
+  }
+  if (all < static_cast<std::size_t>(parameters.min_surface_points())) return false;
+  const double needed = most * static_cast<double>(left.size());
+  while (static_cast<double>(left.size()) >= needed) {
+    std::vector<std::pair<int, int>> group{*left.begin()};
+    left.erase(left.begin());
+    for (std::size_t k = 0; k < group.size(); ++k)
+      for (int row = -reach; row <= reach; ++row) {
+        const int across = static_cast<int>(std::sqrt(reach * reach - row * row));
+        auto at = left.lower_bound({group[k].first + row, group[k].second - across});
+        while (at != left.end() && at->first == group[k].first + row &&
+               at->second <= group[k].second + across) {
+          group.push_back(*at);
+          at = left.erase(at);
+        }
+      }
+    if (static_cast<double>(group.size()) < needed) continue;
+    Eigen::Matrix2Xd places(2, static_cast<Eigen::Index>(group.size()));
+    for (std::size_t k = 0; k < group.size(); ++k)
+      places.col(static_cast<Eigen::Index>(k)) = d * Eigen::Vector2d(group[k].second, group[k].first);
+    places.colwise() -= Eigen::Vector2d(places.rowwise().mean());
+    const Eigen::Matrix2d spread = places * places.transpose() / static_cast<double>(group.size());
+    const double narrow = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvalues()[0];
+    return std::sqrt(12 * narrow) >= least_width;  // of a rectangle
+  }
+  return false;
+}
+
+Json rings_of(const std::vector<Polygon>& polygons, const Eigen::Isometry3d& to_face) {
+  const auto ring = [&](const Ring2& points) {
+    Json list = Json::array();
+    for (const Eigen::Vector2d& p : points) {
+      const Eigen::Vector3d at = to_face * Eigen::Vector3d(p.x(), p.y(), 0);
+      list.push_back({std::round(1e3 * at.x()) / 1e3, std::round(1e3 * at.y()) / 1e3});
+    }
+    return list;
+  };
+  Json all = Json::array();
+  for (const Polygon& polygon : polygons) {
+    Json holes = Json::array();
+    for (const Ring2& hole : polygon.holes) holes.push_back(ring(hole));
+    all.push_back({{"outer", ring(polygon.outer)}, {"holes", holes}});
+  }
+  return all;
+}
+
+/// What a picture shows of a wrong face (sheet.py): the truth, and the surfaces within 5 cm and 30° of it.
+Json outlines_at(const evaluation::TrueFace& face, const Snapshot& snapshot) {
+  constexpr double near = 0.05;  // m
+  const Eigen::Isometry3d to_face = face.T_map_face.inverse();
+  Json found = Json::array(), seen = Json::array();
+  Eigen::AlignedBox2d box;
+  for (const Polygon& polygon : face.polygons)
+    for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    const Eigen::Isometry3d T = to_face * surface->T_map_surface;
+    bool meets = false;
+    double off = 0, corners = 0;  // m
+    for (const Polygon& polygon : surface->polygons)
+      for (const Eigen::Vector2d& p : polygon.outer) {
+        const Eigen::Vector3d at = T * Eigen::Vector3d(p.x(), p.y(), 0);
+        off += at.z();
+        ++corners;
+        meets |= std::fabs(at.z()) < near && box.contains(Eigen::Vector2d(at.head<2>()));
+      }
+    const double cosine = surface->plane.normal.dot(face.plane.normal);
+    if (!meets || cosine < std::cos(max_slope)) continue;
+    found.push_back({{"id", surface->id},
+                     {"angle_deg", deg * std::acos(std::min(1.0, cosine))},
+                     {"offset_mm", 1e3 * off / corners},
+                     {"polygons", rings_of(surface->polygons, T)}});
+  }
+  for (const evaluation::CellRun& run : face.visible) seen.push_back({run.row, run.column, run.count});
+  return {
+      {"truth", rings_of(face.polygons, Eigen::Isometry3d::Identity())}, {"seen", seen}, {"found", found}};
+}
+
+void score(const std::vector<Method>& methods, const Options& options) {
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
+    const VoxelsByFace voxels = voxels_by_face(recorded, options.resolutions.front());
     for (const Method& method : methods) {
       const auto [snapshot, ms] = run_method(method, recorded.scans, options.threads);
       const evaluation::Evaluation evaluation = evaluation::evaluate(snapshot, recorded.truth);
+      const evaluation::Truth truth =
+          evaluation::join_faces(recorded.truth, evaluation.options.one_plane_at(evaluation.resolution_m));
       Json row = Json::parse(to_json(evaluation));
       row.update(Json{
           {"method", method.name}, {"scans", recorded.scans.size()}, {"ms", ms}, {"wrong", Json::array()}});
-      for (const evaluation::FaceScore& face : evaluation.face_scores)  // judged and not correct
-        if (face.verdict != evaluation::TruthVerdict::correct &&
-            face.verdict != evaluation::TruthVerdict::not_judged)
-          row["wrong"].push_back(face.id);
+      std::size_t well = 0, well_correct = 0;
+      for (std::size_t k = 0; k < evaluation.face_scores.size(); ++k) {
+        const evaluation::FaceScore& face = evaluation.face_scores[k];
+        if (face.verdict == evaluation::TruthVerdict::not_judged) continue;
+        const bool correct = face.verdict == evaluation::TruthVerdict::correct;
+        const auto its = std::find_if(truth.faces.begin(), truth.faces.end(),
+                                      [&](const evaluation::TrueFace& one) { return one.id == face.id; });
+        const bool is_seen_well = seen_well(*its, voxels, method.parameters);
+        well += is_seen_well;
+        well_correct += is_seen_well && correct;
+        if (correct) continue;
+        Json wrong = row["face_scores"][k];
+        wrong["seen_well"] = is_seen_well;
+        wrong["cell"] = truth.cell;
+        if (options.outlines) wrong.update(outlines_at(*its, snapshot));
+        row["wrong"].push_back(wrong);
+      }
+      row["seen_well"] = well;
+      row["seen_well_correct"] = well_correct;
       if (!options.verbose)
         for (const char* list : {"face_scores", "surface_scores", "hole_scores"}) row.erase(list);
       write(recording, row);
     }
   });
 }
+
+}  // namespace
+
+void accuracy(const Options& options) { score(wanted(methods_of(options), options), options); }
+void departures(const Options& options) { score(wanted(departures_of(options), options), options); }
 
 void stairs(const Options& options) {
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {

@@ -52,12 +52,14 @@ void for_each_recording(const Options& options,
         simulation.drift_m = options.drift_m;
         simulation.drift_rad = options.drift_deg / deg;
         simulation.laps = options.laps;
-        Recorded recorded{std::make_shared<const simulation::Recording>(simulation), {}, {}};
+        Recorded recorded{std::make_shared<const simulation::Recording>(simulation), {}, {}, {}};
         simulation::Recording::Visibility visibility = recorded.simulated->visibility();
         for (std::size_t i = 0; i < recorded.simulated->size(); ++i) {
           const simulation::Readings ideal = recorded.simulated->ideal(i);
           visibility.add(i, ideal);
-          recorded.scans.push_back(recorded.simulated->labelled_scan(i, ideal).scan);
+          auto labelled = recorded.simulated->labelled_scan(i, ideal);
+          recorded.scans.push_back(std::move(labelled.scan));
+          recorded.labels.push_back(std::move(labelled.labels));
         }
         recorded.truth = visibility.truth();
         visit(recorded,
@@ -219,28 +221,20 @@ std::string scratch(const std::string& name) {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Options, scenes, sensors, seeds, resolutions, only, set,
                                                 inputs, count, frames, every, octomap_every, way, noise_scale,
                                                 drift_m, drift_deg, laps, threads, length, robot, mosd, brief,
-                                                verbose)
+                                                verbose, outlines)
 
 }  // namespace octosurf::bench
 
 /// octosurf_bench NAME OPTIONS. What goes wrong is one line on stderr and exit code 1.
 int main(int argc, char** argv) {
   using namespace octosurf::bench;
-  const std::map<std::string, void (*)(const Options&)> benchmarks{{"accuracy", accuracy},
-                                                                   {"dynamics", dynamics},
-                                                                   {"floor", octosurf::bench::floor},
-                                                                   {"footholds", footholds},
-                                                                   {"gaps", gaps},
-                                                                   {"ground", ground},
-                                                                   {"kitchen", kitchen},
-                                                                   {"labelled", labelled},
-                                                                   {"patches", patches},
-                                                                   {"plans", plans},
-                                                                   {"queries", queries},
-                                                                   {"speed", speed},
-                                                                   {"stairs", stairs},
-                                                                   {"steadiness", steadiness},
-                                                                   {"table1", table1}};
+  // clang-format off
+  const std::map<std::string, void (*)(const Options&)> benchmarks{
+      {"accuracy", accuracy}, {"departures", departures}, {"dynamics", dynamics}, {"floor", octosurf::bench::floor},
+      {"footholds", footholds}, {"gaps", gaps}, {"ground", ground}, {"kitchen", kitchen}, {"labelled", labelled},
+      {"patches", patches}, {"plans", plans}, {"queries", queries}, {"repeatability", repeatability},
+      {"speed", speed}, {"stairs", stairs}, {"steadiness", steadiness}, {"table1", table1}};
+  // clang-format on
   try {
     benchmarks.at(argc == 3 ? argv[1] : "")(nlohmann::json::parse(argv[2]).get<Options>());
     return 0;

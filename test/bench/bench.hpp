@@ -47,11 +47,12 @@ struct Options {
   int laps = 1, threads = 1;
   double length = 500;  ///< m, of floor
   std::string robot{"biped"};
-  bool mosd = false, brief = false, verbose = false;
+  bool mosd = false, brief = false, verbose = false, outlines = false;
 };
 
 // Each is a benchmark.
 void accuracy(const Options& options);
+void departures(const Options& options);
 void dynamics(const Options& options);
 void floor(const Options& options);
 void footholds(const Options& options);
@@ -62,6 +63,7 @@ void labelled(const Options& options);
 void patches(const Options& options);
 void plans(const Options& options);
 void queries(const Options& options);
+void repeatability(const Options& options);
 void speed(const Options& options);
 void stairs(const Options& options);
 void steadiness(const Options& options);
@@ -74,6 +76,7 @@ void write(Json row, const Json& more = Json::object());
 struct Recorded {
   std::shared_ptr<const simulation::Recording> simulated;
   std::vector<Scan> scans;
+  std::vector<std::vector<std::uint16_t>> labels;  ///< of each scan's points: faces
   evaluation::Truth truth;
 };
 
@@ -163,6 +166,8 @@ using CgalMethod = CgalPlanes (*)(const std::vector<Eigen::Vector3f>&, const Cga
 /// manual. Fewer than 30 points give nothing.
 CgalPlanes cgal_region_growing(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings);
 CgalPlanes cgal_efficient_ransac(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings);
+/// PCL's region growing by normals and curvature, in the same form; it has no tolerance.
+CgalPlanes pcl_region_growing(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings);
 
 /// Surfaces, and their time, of one centroid per voxel of all scans, as octosurf starts from; s, h, n and the
 /// angle are octosurf's. Least-squares planes toward where they were seen from; outlines: the paper's alpha

@@ -9,6 +9,9 @@ import subprocess
 import sys
 import tempfile
 
+import terrains
+
+GENERATED = tempfile.TemporaryDirectory(prefix="octosurf-terrains-")
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DATA = ROOT.parent / "shared/data"
 KITCHEN = DATA / "rgbd_7scenes_redkitchen"
@@ -68,6 +71,7 @@ ACCURACY = {
                                                f'{share("false_m2", "area_m2", 2)(rows)}',
     "normal mean/max": lambda rows: f'{mean(rows, "normal_deg"):.2f}°/{max(row["normal_deg"]["max"] for row in rows):.1f}°',
     "offset": lambda rows: f'{1000 * mean(rows, "offset_m"):.2f} mm',
+    "seen well": lambda rows: f'{share("seen_well_correct", "seen_well")(rows)} of {add(rows, "seen_well")}',
     "all faces": lambda rows: f'{mean(rows, "normal_all_deg"):.2f}°, {1000 * mean(rows, "offset_all_m"):.2f} mm',
     "ms a scan": lambda rows: f'{ratio(rows, "ms", "scans"):.1f}',
 }
@@ -134,6 +138,7 @@ BENCHES = {
     "accuracy": (("sensor", "scene", "method"), ACCURACY, {"seeds": [1, 2, 3, 4, 5]},
                  "Faces with at least 0.05 m² visible. Unsafe is off what is there, or off the true outline by 1 cm, 1.5 cm, 5 cm "
                  "(false); errors of correct faces, and of all matched ones."),
+    "departures": (("method",), ACCURACY, {}, "As accuracy, each without one thing that the paper does not do, or does otherwise."),
     "dynamics": (("sensor", "scene", "method"), DYNAMICS,
                  {"scenes": ["office", "room"], "sensors": ["depth", "tilting", "spinning"], "resolutions": [0.05], "count": 3},
                  "What walking boxes leave in the octree: readings of what stands whose voxel is occupied at the end, and of movers "
@@ -158,6 +163,9 @@ BENCHES = {
               "Ways: found with --way expansions; truth: on the true surfaces. Soles off: a part lies more than 1 cm beside all true "
               "ground, or 1 cm off its plane; touch: body or leg meets a true point; refuted: by verify_plan(). ms of CPU."),
     "queries": ((), None, {"count": 20000, "frames": 120}, "What a planner's questions cost, and an index that follows the map."),
+    "repeatability": ((), None, {"scenes": ["kitchen"]},
+                      "Maps of every second scan, and of the others, of kitchen or hall (or folders): of what both have seen, the share "
+                      "of the surfaces' area where the other has one within d, across and along it; where it has points only, where nothing."),
     "stairs": (("sensor", "scene"), STAIRS,
                {"scenes": ["flight", "landing", "spiral", "open"], "sensors": ["depth", "depth-real", "spinning", "tilting"],
                 "seeds": [1, 2, 3]},
@@ -317,7 +325,7 @@ def lag(report):
 OPTIONS = {
     "scenes": ([str], "names; also of meshes of ../shared/data/terrain_meshes, or files of meshes; rows of table1"),
     "sensors": ([str], "depth, depth-real, tilting, spinning"), "seeds": ([int], ""), "resolutions": ([float], "d, m"),
-    "only": ([str], "methods by how they begin (ours/default, ours/paper, cgal); of labelled: growing, ransac, paper, none; "
+    "only": ([str], "methods by how they begin (ours/default, ours/paper, cgal); of labelled: growing, pcl, ransac, paper, none; "
                     "of table1: likelihood, paper; of speed: regular expressions"),
     "inputs": ([str], "recordings or labelled clouds in place of those of ../shared/data"),
     "set": ([str], "NAME=VALUE, parameters of ours"), "count": (int, "of footholds, goals, queries, movers"),
@@ -326,7 +334,8 @@ OPTIONS = {
     "noise_scale": (float, "times the sensor's noise"), "drift_m": (float, "m a lap by which the poses slide away, in two laps"),
     "drift_deg": (float, "degrees a lap by which they turn"), "laps": (int, "times the path is walked"), "length": (float, "m, of floor"),
     "way": (int, "expansions after which plans says that there is no way"), "robot": (("biped", "quadruped"), ""), "threads": (int, ""),
-    "terrain": (bool, "the meshes of ../shared/data/terrain_meshes as scenes"), "brief": (bool, "few scans each"),
+    "terrain": (bool, "the meshes of ../shared/data/terrain_meshes as scenes"), "generated": (bool, "those of terrains.py, seeds 1 and 2"),
+    "outlines": (bool, "in --json: of wrong faces what sheet.py draws"), "brief": (bool, "few scans each"),
     "mosd": (bool, "labelled: the supporting table of mOSD's frames"), "verbose": (bool, "faces and surfaces in --json"),
     "json": (pathlib.Path, "write the rows there")}
 
@@ -348,6 +357,8 @@ def complete(options):
     """What follows from the other options: drift shows in what is visited again only."""
     if options.pop("terrain", False):
         options = {"seeds": [1], **options, "scenes": terrain()}
+    if options.pop("generated", False):
+        options = {"frames": 200, "seeds": [1], **options, "scenes": list(map(str, terrains.write(GENERATED.name, (1, 2))))}
     if options.get("drift_m") or options.get("drift_deg"):
         options = {"laps": 2, **options}
     return options

@@ -6,11 +6,14 @@ import io
 import json
 import pathlib
 import re
+import subprocess
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 import bench
 import results
+import sheet
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 
@@ -96,6 +99,27 @@ class Results(unittest.TestCase):
         self.assertEqual(len(header), len(lines[0]))
         self.assertEqual(bench.complete(bench.options_of("accuracy", ["--drift-m", "0.01", "--seeds", "1,2"])),
                          {"laps": 2, "drift_m": 0.01, "seeds": [1, 2]})
+
+    def test_the_worst_faces_are_drawn_once_and_in_order(self):
+        square = [{"outer": [[0, 0], [1, 0], [1, 1], [0, 1]], "holes": []}]
+        faces = [{"id": k, "name": f"<face {k}>", "verdict": "missed", "visible_m2": area, "covered": 0, "by_surface": 0, "of_surface": 0,
+                  "normal_deg": 0, "offset_m": 0, "fused_with": [], "cell": 0.01, "truth": square, "seen": [[0, 0, 100]], "found": []}
+                 for k, area in enumerate((0.1, 0.3, 0.2))]
+        rows = [{"sensor": "depth", "scene": "room", "seed": 1, "wrong": faces}] * 2
+        worst = sheet.worst(rows, 2)
+        self.assertEqual([face["id"] for face in worst], [1, 2])
+        text = "".join(xml.etree.ElementTree.fromstring(sheet.sheet("depth", worst)).itertext())
+        self.assertIn("nothing found", text)
+        self.assertLess(text.index("<face 1>"), text.index("<face 2>"))
+
+    def test_the_figures_are_not_old(self):
+        text = (SOURCE / "docs/results.md").read_text(encoding="utf-8")
+        commit = re.search(r"at commit \*\*([0-9a-f]+)", text)[1]
+        since = subprocess.run(["git", "-C", SOURCE, "rev-list", "--count", f"{commit}..HEAD", "--", "src/core", "src/pcl", "src/planning"],
+                               capture_output=True, text=True, check=False)
+        if since.returncode != 0:
+            self.skipTest(f"no history back to {commit}: {since.stderr.strip()}")
+        self.assertLessEqual(int(since.stdout), 20, "commits to src/core, src/pcl, src/planning since: ./dev bench results")
 
     def test_the_readme_shows_what_the_document_does(self):
         block = re.search(r"<!-- results -->\n(.*?)<!-- /results -->", (SOURCE / "README.md").read_text(encoding="utf-8"), re.DOTALL)[1]

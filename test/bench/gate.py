@@ -39,7 +39,7 @@ SPEED_SHARE = 0.05  # by so much one build differs from another of the same sour
 
 def recording(name, scene, seed):
     row = run("accuracy", complete({"only": ["ours/default"], "scenes": [scene], "seeds": [seed], **SETS[name]}))[0]
-    return {"wrong": [f"{seed}:{face}" for face in row["wrong"]], **{key: row[key] for key in ("faces", "noise", "area_m2", "unsafe_m2")}}
+    return {"wrong": [f"{seed}:{face['id']}" for face in row["wrong"]], **{key: row[key] for key in ("faces", "noise", "area_m2", "unsafe_m2")}}
 
 
 def measure_accuracy():

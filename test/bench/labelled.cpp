@@ -15,6 +15,10 @@ namespace octosurf::bench {
 namespace {
 
 constexpr double out_of_sight = 100;  // m: labelled clouds are rooms
+// From the upper clamp to below one half by misses: ln(0.971 / 0.029) / ln(0.6 / 0.4) = 8.7; 0.3 s of a
+// camera.
+constexpr int scans_to_forget = 9;
+constexpr std::uint32_t support = 1;  // label of mOSD's table
 
 /// A labelled cloud as every method gets it: grouped by voxels of edge d, and the centroid of each.
 struct VoxelCloud {
@@ -108,18 +112,28 @@ Segmentation best_of(const VoxelCloud& cloud, const std::string& method, CgalMet
   return best;
 }
 
-Segmentation segment_ours(const VoxelCloud& cloud, Parameters parameters, const std::string& name) {
+Parameters in_a_room(Parameters parameters) {
   parameters.occupancy.max_range = out_of_sight;
+  return parameters;
+}
+
+Segmentation judged(const VoxelCloud& cloud, const Mapper& mapper) {
   Segmentation result;
-  result.method = name;
-  Mapper mapper(parameters, 1, paper_detector());
-  result.ms = time_ms([&] {
-    mapper.insert(cloud.scan);
-    mapper.drain();
-  });
   result.snapshot = *mapper.snapshot();
   for (const Eigen::Vector3d& point : cloud.points) result.found.push_back(mapper.map().at(point).surface);
   result.judge(cloud);
+  return result;
+}
+
+Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters, const std::string& name) {
+  Mapper mapper(in_a_room(parameters), 1, paper_detector());
+  const double ms = time_ms([&] {
+    mapper.insert(cloud.scan);
+    mapper.drain();
+  });
+  Segmentation result = judged(cloud, mapper);
+  result.method = name;
+  result.ms = ms;
   return result;
 }
 
@@ -136,6 +150,8 @@ std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& option
   const double h = ours.max_hole_size();
   if (wanted("growing"))
     results.push_back(best_of(cloud, "CGAL region growing", cgal_region_growing, {15 / deg, 25 / deg}, {h}));
+  if (wanted("pcl"))  // it has no tolerance; a region's angle is between neighbours: 3° is of PCL's manual
+    results.push_back(best_of(cloud, "PCL region growing", pcl_region_growing, {3 / deg, 8 / deg}, {h}));
   if (wanted("ransac"))
     results.push_back(best_of(cloud, "CGAL Efficient RANSAC", cgal_efficient_ransac,
                               {std::acos(0.87), std::acos(0.95)}, {2.5 * cloud.resolution, h}));
@@ -146,13 +162,33 @@ std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& option
   return results;
 }
 
+/// Share of the support's readings before which the map has a surface, by more than `clear` along the ray:
+/// what was there and was taken away.
+double behind_what_went(const VoxelCloud& cloud, const Segmentation& segmentation) {
+  constexpr double clear = 0.03;  // m: no noise of that camera, at a metre
+  std::vector<std::pair<const Surface*, evaluation::PlanarRegion>> surfaces;
+  for (const SurfacePtr& surface : segmentation.snapshot.surfaces)
+    surfaces.emplace_back(surface.get(), surface->polygons);
+  double behind = 0, all = 0;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (cloud.cloud.labels[i] != support) continue;
+    const Eigen::Vector3d& p = cloud.points[i];
+    ++all;
+    behind += std::any_of(surfaces.begin(), surfaces.end(), [&](const auto& one) {
+      const double stretch = one.first->plane.offset / one.first->plane.normal.dot(p);
+      return stretch > 0 && stretch < 1 - clear / p.norm() &&
+             one.second.within((one.first->T_map_surface.inverse() * (stretch * p)).template head<2>(), 0);
+    });
+  }
+  return behind / all;
+}
+
 /// How well one surface is the support (a table, label 1) of a labelled cloud seen from the origin.
 /// `iou_points`: of label 1 and the points whose voxel is the surface's. `iou_pixels`: the same as one sees
 /// it, label 1 and the pixels whose ray meets the surface's polygons; what lies on the table hides what is
 /// behind it, so polygons that run on under or behind a thing count against the surface. Offset and angle are
 /// to the least-squares plane of the label.
 Json support_score(const VoxelCloud& cloud, const Segmentation& segmentation) {
-  constexpr std::uint32_t support = 1;
   const auto& labels = segmentation.evaluation.label_scores;
   const auto label =
       std::find_if(labels.begin(), labels.end(), [](const auto& l) { return l.label == support; });
@@ -171,6 +207,7 @@ Json support_score(const VoxelCloud& cloud, const Segmentation& segmentation) {
     both += meets && cloud.cloud.labels[i] == support;
     either += meets || cloud.cloud.labels[i] == support;
   }
+  if (label->surface == 0) return Json::object();
   return {{"iou_points", label->iou},
           {"iou_pixels", both / either},
           {"offset_m", label->offset_m},
@@ -180,6 +217,8 @@ Json support_score(const VoxelCloud& cloud, const Segmentation& segmentation) {
 }  // namespace
 
 void labelled(const Options& options) {
+  std::optional<Mapper> growing;  // of a folder's frames one after the other, in which things were moved
+  std::filesystem::path folder;
   for (const std::filesystem::path& input : inputs_of(options)) {
     evaluation::LabelledCloud cloud = evaluation::load_labelled_cloud(input);
     // Named within the folder of data, if it lies there: rows look the same wherever that folder is.
@@ -192,6 +231,12 @@ void labelled(const Options& options) {
                                 : Json::parse(to_json(segmentation.evaluation));
         row.erase("label_scores");
         row["settings"] = segmentation.settings;
+        if (options.mosd) {
+          if (std::exchange(folder, input.parent_path()) != input.parent_path()) growing.reset();
+          if (!growing) growing.emplace(in_a_room(parameters_at(resolution, options.set)));
+          for (int k = 0; k < scans_to_forget; ++k) growing->insert(voxels.scan);
+          row["behind_what_went"] = behind_what_went(voxels, judged(voxels, *growing));
+        }
         write({{"cloud", cloud.name},
                {"resolution", resolution},
                {"method", segmentation.method},

@@ -113,10 +113,15 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
   return inliers;
 }
 
-SegmentLimits limits_in_cells(const MapView& map) { return limits_of(map.cells.map().parameters); }
+SegmentLimits limits_in_cells(const MapView& map, const Departures& departures) {
+  SegmentLimits limits = limits_of(map.cells.map().parameters);
+  limits.see_through = departures.see_through;
+  return limits;
+}
 
-Proposal segmented(const MapView& map, const Readings& readings, Segmentation known) {
-  return proposal_of(map, readings, segment(readings, limits_in_cells(map), std::move(known)));
+Proposal segmented(const MapView& map, const Readings& readings, const Departures& departures,
+                   Segmentation known) {
+  return proposal_of(map, readings, segment(readings, limits_in_cells(map, departures), std::move(known)));
 }
 
 using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
@@ -125,13 +130,13 @@ using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
 /// points: others are parts of the surfaces that expanded there. In the blocks of the seed patches no
 /// candidate has a label besides theirs.
 Segmentation with_seed_patches_of(const MapView& map, const Readings& readings, const VoxelBlocks& blocks,
-                                  std::span<const PointId> candidates) {
+                                  std::span<const PointId> candidates, int trials) {
   constexpr Label not_searched = 1;
   Segmentation seed_patches;
   seed_patches.labels.assign(readings.size_with_context(), not_searched);
   seed_patches.patches.resize(2);
   for (const PointId i : candidates) seed_patches.labels[readings.find(i)] = clutter;
-  seed_patches = with_seed_patches(readings, std::move(seed_patches));
+  seed_patches = with_seed_patches(readings, std::move(seed_patches), trials);
   std::vector<int> majority(seed_patches.patches.size(), 0);  // pending readings less others
   for (Readings::Index i = 0; i < readings.size(); ++i)
     majority[seed_patches.labels[i]] += readings[i].surface == 0 ? 1 : -1;
@@ -155,9 +160,13 @@ Segmentation with_seed_patches_of(const MapView& map, const Readings& readings, 
   return known;
 }
 
-Proposal segment_all(const MapView& map) {
+Proposal segment_all(const MapView& map, const Departures& departures) {
   const Readings readings(map);
-  Proposal proposal = proposal_of(map, readings, segment(readings, limits_in_cells(map)));
+  Segmentation nothing;
+  nothing.labels.assign(readings.size_with_context(), clutter);
+  Proposal proposal =
+      segmented(map, readings, departures,
+                with_seed_patches(readings, std::move(nothing), departures.ransac_iterations));
   proposal.unprocessed.clear();
   return proposal;
 }
@@ -166,7 +175,7 @@ Proposal segment_all(const MapView& map) {
 /// patches with a seed patch of points due: it may extend into them. Surrounding surfaces take part as sums,
 /// and are merged across gaps up to h (neighbourhood.hpp).
 std::optional<Proposal> segment_points(const MapView& map, std::span<const PointId> points,
-                                       std::span<const Assignment> expanded) {
+                                       std::span<const Assignment> expanded, const Departures& departures) {
   const MapView& cells = map.cells.map();
   std::vector<PointId> candidates = map.cells.of(points);
   const VoxelBlocks blocks(seed_patch_edge(cells.grid.resolution()));
@@ -174,7 +183,7 @@ std::optional<Proposal> segment_points(const MapView& map, std::span<const Point
   for (const PointId i : candidates) with_due.insert(blocks.of(cells.window[i].key));
   std::vector<PointId> beside;
   std::vector<Assignment> elsewhere;
-  for (const Assignment& assignment : expanded)
+  for (const Assignment& assignment : departures.takes_back ? expanded : std::span<const Assignment>())
     if (with_due.contains(blocks.of(cells.cell_of(map.window[assignment.point].key))))
       beside.push_back(assignment.point);
     else
@@ -183,12 +192,14 @@ std::optional<Proposal> segment_points(const MapView& map, std::span<const Point
   const Neighbourhood around = neighbourhood_of(map, candidates, map.cells.of(touching(map, elsewhere)));
   if (around.points.empty()) return {};
   const Readings readings(map, around);
-  return segmented(map, readings, with_seed_patches_of(cells, readings, blocks, candidates));
+  return segmented(map, readings, departures,
+                   with_seed_patches_of(cells, readings, blocks, candidates, departures.ransac_iterations));
 }
 
 /// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
 /// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
-std::optional<Proposal> segment_surfaces(const MapView& map, std::span<const SurfaceId> surfaces) {
+std::optional<Proposal> segment_surfaces(const MapView& map, std::span<const SurfaceId> surfaces,
+                                         const Departures& departures) {
   const sensing::ReadingModel model(map.noise, map.grid.resolution());
   const std::size_t largest = largest_looked_at_whole << 2 * map.cells.map().level;
   std::vector<SurfaceId> anew;
@@ -212,8 +223,9 @@ std::optional<Proposal> segment_surfaces(const MapView& map, std::span<const Sur
   if (around.points.empty()) return {};
   const Readings readings(map, around);
   return segmented(
-      map, readings,
-      with_seed_patches(readings, known_about(readings, map.surfaces, anew, map.cells.of(unlabelled))));
+      map, readings, departures,
+      with_seed_patches(readings, known_about(readings, map.surfaces, anew, map.cells.of(unlabelled)),
+                        departures.ransac_iterations));
 }
 
 }  // namespace
@@ -224,7 +236,7 @@ std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
 }
 
 std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> left) const {
-  return detection::expand(map, left);
+  return detection::expand(map, left, departures_.guards ? Guards::on : Guards::off);
 }
 
 Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
@@ -233,9 +245,9 @@ Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& qu
 }
 
 std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Part& part) const {
-  if (part.all) return segment_all(map);
-  return part.surfaces.empty() ? segment_points(map, part.points, part.expanded)
-                               : segment_surfaces(map, part.surfaces);
+  if (part.all) return segment_all(map, departures_);
+  return part.surfaces.empty() ? segment_points(map, part.points, part.expanded, departures_)
+                               : segment_surfaces(map, part.surfaces, departures_);
 }
 
 std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
@@ -243,7 +255,7 @@ std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView&
   const Readings readings(map, neighbourhood_of(map, map.cells.of(pending), {}));
   std::vector<Refused> refused;
   const Segmentation found =
-      detection::segment(readings, limits_in_cells(map),
+      detection::segment(readings, limits_in_cells(map, departures_),
                          with_seed_patches(readings, known_about(readings, map.surfaces, {})), &refused);
   std::map<PointId, surfaces::Refusal> reasons;
   for (const Refused& plane : refused)

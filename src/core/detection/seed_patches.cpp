@@ -13,18 +13,14 @@ namespace {
 
 using Index = Readings::Index;
 
-// Effort: where three planes share a block equally, one triple in nine lies within one of them, and at least
-// one of this many does with a probability of 94 % (Fischler and Bolles 1981: ln(1 − 0.94) / ln(1 − 1/9)).
-// Missed planes are found in the larger block, or join their neighbours.
-constexpr int ransac_iterations = 24;
 constexpr std::size_t scored = 200;  // maximum number of readings that score a hypothesis
 
 /// RANSAC among the readings of one block, plane after plane. Hypotheses are scored by likelihood instead of
 /// by a count of inliers within s (as MLESAC, Torr and Zisserman 2000), and the best is refitted.
 class Ransac {
  public:
-  Ransac(const Readings& readings, std::vector<Index> indices, std::uint64_t seed)
-      : readings_(readings), left_(std::move(indices)), random_(seed) {}
+  Ransac(const Readings& readings, std::vector<Index> indices, std::uint64_t seed, int trials)
+      : readings_(readings), left_(std::move(indices)), random_(seed), trials_(trials) {}
 
   struct FittedPlane {
     Patch patch;
@@ -95,7 +91,7 @@ class Ransac {
   Plane best_plane() {
     Plane best = least_squares();
     double most = score(best);
-    for (int k = 0; k < ransac_iterations; ++k) {
+    for (int k = 0; k < trials_; ++k) {
       const std::optional<Plane> plane = through_three();
       if (!plane) continue;
       const double of_plane = score(*plane);
@@ -109,6 +105,7 @@ class Ransac {
   const Readings& readings_;
   std::vector<Index> left_;  // ascending
   std::mt19937_64 random_;   // seeded by the block, so that the order of blocks does not matter
+  int trials_;
 };
 
 /// Readings without a label that may seed a plane, by block.
@@ -130,12 +127,12 @@ int seed_patch_edge(double resolution) {
   return std::max(4, static_cast<int>(std::lround(Constants::smallest_edge / resolution)));
 }
 
-Segmentation with_seed_patches(const Readings& readings, Segmentation segmentation) {
+Segmentation with_seed_patches(const Readings& readings, Segmentation segmentation, int trials) {
   std::vector<Patch>& patches = segmentation.patches;
   for (int level = 0; level < seed_patch_levels; ++level) {
     const int edge = seed_patch_edge(readings.resolution()) << level;
     for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
-      Ransac ransac(readings, std::move(indices), place);
+      Ransac ransac(readings, std::move(indices), place, trials);
       while (const std::optional<Ransac::FittedPlane> found = ransac.next()) {
         for (const Index i : found->indices) segmentation.labels[i] = static_cast<Label>(patches.size());
         patches.push_back(found->patch);

@@ -217,13 +217,14 @@ struct Verdict {
 /// Decides which planes exist, in descending order of explained nats: a plane is rejected unless it explains
 /// more than the rays that passed through it, or through planes accepted before to reach it, speak against
 /// both. Such rays are as rare as outliers.
-std::vector<Verdict> resolve_see_through(Crossings& crossings, const Segmentation& segmentation,
+std::vector<Verdict> resolve_see_through(Crossings* crossings, const Segmentation& segmentation,
                                          const std::vector<double>& explained) {
   std::vector<std::vector<std::pair<Label, double>>> crossed(explained.size());
-  for (const auto& [pair, rays] : crossings.count(segmentation.labels, segmentation.patches)) {
-    crossed[pair.first].emplace_back(pair.second, rays);
-    crossed[pair.second].emplace_back(pair.first, rays);
-  }
+  if (crossings != nullptr)
+    for (const auto& [pair, rays] : crossings->count(segmentation.labels, segmentation.patches)) {
+      crossed[pair.first].emplace_back(pair.second, rays);
+      crossed[pair.second].emplace_back(pair.first, rays);
+    }
   std::vector<Label> order(explained.size());
   std::iota(order.begin(), order.end(), Label{0});
   std::stable_sort(order.begin(), order.end(), [&](Label a, Label b) { return explained[a] > explained[b]; });
@@ -297,7 +298,8 @@ void accept(const Readings& readings, const SegmentLimits& limits, Crossings& cr
     if (outside.label != clutter)
       explained[outside.label] += outside.sums.hits / outside.sums.readings *
                                   outside.sums.explained_by(segmentation.patches[outside.label].plane);
-  const std::vector<Verdict> verdicts = resolve_see_through(crossings, segmentation, explained);
+  const std::vector<Verdict> verdicts =
+      resolve_see_through(limits.see_through ? &crossings : nullptr, segmentation, explained);
   keep_labels(readings, segmentation, refused, [&](Label label, const auto&) -> std::optional<Refusal> {
     if (verdicts[label].accepted()) return {};
     if (refused == nullptr) return Refusal{Reason::clutter};  // reason not requested: O(readings)

@@ -15,6 +15,7 @@ struct SegmentLimits {
   double gap = 0.08;               ///< m, h: largest gap across which patches merge
   std::size_t fewest_points = 50;  ///< n
   double least_width = 0;          ///< m, across the narrow side
+  bool see_through = true;         ///< rays through a plane speak against it
 };
 inline SegmentLimits limits_of(const Parameters& parameters) {
   return {parameters.max_hole_size(), static_cast<std::size_t>(parameters.min_surface_points()),

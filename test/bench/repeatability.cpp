@@ -1,0 +1,110 @@
+// Whether two maps of one place agree, each of every second scan of a real recording: no labels are needed.
+
+#include "bench/bench.hpp"
+#include "evaluation/planar_region.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf::bench {
+namespace {
+
+constexpr double same_normal_deg = 20;  // noise tilts a plane of n points by less
+constexpr double step = 0.01;           // m, between samples
+
+struct Face {
+  const Surface& surface;
+  evaluation::PlanarRegion region;
+  Eigen::Isometry3d T_face_map;
+};
+
+std::vector<Face> faces_of(const Snapshot& snapshot) {
+  std::vector<Face> faces;
+  for (const SurfacePtr& surface : snapshot.surfaces)
+    faces.push_back(
+        {*surface, evaluation::PlanarRegion(surface->polygons), surface->T_map_surface.inverse()});
+  return faces;
+}
+
+/// Samples of one map's surfaces where the other has seen something, and how far its surfaces are off there.
+class Agreement {
+ public:
+  explicit Agreement(double tolerance) : tolerance_(tolerance) {}
+
+  void add(const Snapshot& snapshot, const Map& other, const std::vector<Face>& others) {
+    for (const Face& face : faces_of(snapshot))
+      face.region.for_each_cell(step, [&](const Eigen::Vector2d& uv) {
+        const Eigen::Vector3d p = face.surface.to_map(uv), n = face.surface.plane.normal;
+        bool seen = false, full = false;
+        for (const double off : {-tolerance_, 0.0, tolerance_}) {
+          const Map::Voxel voxel = other.at(p + off * n);
+          seen |= voxel.occupancy != Map::Occupancy::unknown;
+          full |= voxel.occupancy == Map::Occupancy::occupied;
+        }
+        if (!seen) return;
+        ++samples_;
+        const Face* nearest = nullptr;
+        double least = tolerance_;
+        for (const Face& one : others) {
+          const double off = std::fabs(one.surface.plane.signed_distance(p));
+          if (off > least || one.surface.plane.normal.dot(n) < std::cos(same_normal_deg / deg)) continue;
+          if (!one.region.within((one.T_face_map * p).head<2>(), tolerance_)) continue;
+          least = off;
+          nearest = &one;
+        }
+        if (nearest == nullptr) {
+          full ? ++pending_ : ++free_;
+          return;
+        }
+        offsets_mm_.push_back(1e3 * least);
+        angles_deg_.push_back(deg * std::acos(std::min(1.0, nearest->surface.plane.normal.dot(n))));
+      });
+  }
+  Json numbers() const {
+    const double all = static_cast<double>(samples_);
+    return {{"both_saw_m2", step * step * all / 2},
+            {"agreeing", static_cast<double>(offsets_mm_.size()) / all},
+            {"without_surface", static_cast<double>(pending_) / all},
+            {"seen_empty", static_cast<double>(free_) / all},
+            {"offset_p50_mm", percentile(offsets_mm_, 0.5)},
+            {"offset_p95_mm", percentile(offsets_mm_, 0.95)},
+            {"angle_p50_deg", percentile(angles_deg_, 0.5)},
+            {"angle_p95_deg", percentile(angles_deg_, 0.95)}};
+  }
+
+ private:
+  double tolerance_;  // m
+  std::size_t samples_ = 0, pending_ = 0, free_ = 0;
+  std::vector<double> offsets_mm_, angles_deg_;
+};
+
+}  // namespace
+
+void repeatability(const Options& options) {
+  for (const std::string& name : options.scenes) {
+    ScanSourceOptions how;
+    if (name == "hall") how.poses = data_path("lidar_balm_realworld/poses_subset.csv");
+    const auto source = open_scans({name == "hall"      ? data_path("lidar_balm_realworld/scans")
+                                    : name == "kitchen" ? data_path("rgbd_7scenes_redkitchen")
+                                                        : std::filesystem::path(name)},
+                                   how);
+    std::vector<Scan> scans;
+    while (std::optional<Scan> scan = source->next()) scans.push_back(std::move(*scan));
+    for (const double d : options.resolutions) {
+      std::array<Mapper, 2> halves{Mapper(parameters_at(d, options.set), options.threads),
+                                   Mapper(parameters_at(d, options.set), options.threads)};
+      for (std::size_t k = 0; k < scans.size(); ++k) halves[k % 2].insert(scans[k]);
+      for (Mapper& half : halves) half.drain();
+      const auto a = halves[0].snapshot(), b = halves[1].snapshot();
+      Agreement agreement(d);
+      agreement.add(*a, halves[1].map(), faces_of(*b));
+      agreement.add(*b, halves[0].map(), faces_of(*a));
+      write({{"recording", name}, {"scans", scans.size()}, {"resolution", d}}, agreement.numbers());
+    }
+  }
+}
+
+}  // namespace octosurf::bench
