@@ -279,6 +279,8 @@ void add_map(CLI::App& app) {
   verb->add_flag("--forget-scans", options->forget_scans,
                  "do not record in the map which scans it holds (8 bytes each): --resume will not know them");
   verb->add_flag("--force", options->force, "overwrite map and report");
+  verb->add_flag("--strict", options->strict,
+                 "write no map if scans contradict those before them; exit code 1");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
   add_scan_options(*verb, options->source, options->range);
   verb->add_option("--viewpoint", options->viewpoint,

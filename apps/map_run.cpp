@@ -363,10 +363,17 @@ void MapRun::clear_as_asked() {
 
 void MapRun::checkpoint() {
   if (!checkpoints_.due(now_s())) return;
+  if (options_.strict && statistics_.agreement().contradiction()) return;
   keeper_.finish();
   checkpoints_.try_to_save(mapper_.map(), statistics_.scans(), keeper_.kept());
   poses_.try_to_save();
   checkpoints_.start(now_s());
+}
+
+void MapRun::require_agreement() {
+  if (!options_.strict) return;
+  if (const std::string text = contradiction_text(statistics_.agreement()); !text.empty())
+    throw Error(Error::Kind::data, options_.output, text, "no map is written; without --strict it would be");
 }
 
 void MapRun::finish() {
@@ -374,6 +381,7 @@ void MapRun::finish() {
   if (server_) server_->end_clearing();
   keeper_.finish();
   finishing_ = true;
+  require_agreement();
   checkpoints_.save(map, statistics_.scans(), keeper_.kept());
   keep_past();
   poses_.save();
@@ -418,6 +426,9 @@ void MapRun::print_summary() const {
               statistics_.totals().appeared);
   print_dropped();
   print_alignment();
+  if (const RunAgreement& agreement = statistics_.agreement(); agreement.scans() > 0)
+    std::printf("%-12s %.1f %%, least %.1f %%\n", "agreement", 100 * agreement.median(),
+                100 * agreement.least());
   std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*snapshot));
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", now_s(),

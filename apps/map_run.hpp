@@ -46,6 +46,7 @@ struct MapOptions {
   std::size_t together = 16;  ///< maximum of scans mapped together: half a second of a camera's, 60 MB
   bool allow_clear = false;   ///< to those who are served
   bool realtime = false, again = false, forget_scans = false, force = false, show_parameters = false;
+  bool strict = false;  ///< no map of scans that contradict one another
 };
 
 class LiveServer;
@@ -92,6 +93,7 @@ class MapRun {
   void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
   /// Saves map and report, prints the summary.
   void finish();
+  void require_agreement();
   /// Saves as much as possible, then throws the last line.
   [[noreturn]] void end_early(const std::exception& failure);
   void print_alignment() const;

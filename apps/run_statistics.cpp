@@ -88,6 +88,16 @@ Json alignment_json(const AlignmentTotals& totals) {
   return json;
 }
 
+Json agreement_json(const RunAgreement& agreement) {
+  Json json{{"scans", agreement.scans()}, {"median", agreement.median()}, {"least", agreement.least()}};
+  if (const auto found = agreement.contradiction())
+    json["contradiction"] = {{"scans", found->scans},          {"first", found->first},
+                             {"stamp_s", found->stamp_s},      {"share", found->share},
+                             {"jump_m", found->jump_m},        {"jump_deg", deg_per_rad * found->jump_rad},
+                             {"alternates", found->alternates}};
+  return json;
+}
+
 Json closures_json(const std::vector<LoopClosure>& closures) {
   Json list = Json::array();
   for (const LoopClosure& closure : closures)
@@ -134,6 +144,7 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
     const Eigen::AngleAxisd turn(used.linear() * scan.T_map_sensor.linear().transpose());
     alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
   }
+  agreement_.add(scan, report.agreement);
   closures_.add(scan, alignment, parameters_.occupancy.resolution);
   add_occupancy(report, arrival_s, done_s);
 }
@@ -215,6 +226,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["waiting_points"] = spread(waiting_, {{"p50", 0.5}, {"p95", 0.95}});
   json["drain_ms"] = drain_ms_;
   json["alignment"] = alignment_json(alignment_);
+  json["agreement"] = agreement_json(agreement_);
   json["alignment"]["closures"] = closures_json(closures_.all());
   json["alignment"]["sensor_error"] =
       sensor_error_json(alignment::sensor_error_of(alignment::record_of(map.state()).state));

@@ -59,6 +59,7 @@ class RunStatistics {
   std::size_t scans_with(AlignmentOutcome outcome) const {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
+  const RunAgreement& agreement() const { return agreement_; }
   const std::vector<LoopClosure>& closures() const { return closures_.all(); }
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
@@ -79,6 +80,7 @@ class RunStatistics {
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
   LoopClosures closures_;
+  RunAgreement agreement_;
 };
 
 /// A gap between scans after which everything waiting is processed: 1 s, 30 of a camera's frames, in which a

@@ -7,6 +7,7 @@
 #include "up_option.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -178,11 +179,52 @@ std::string memory_warning(const Map& map) {
          "; readers' snapshots and one scan's working set cannot leave memory";
 }
 
+std::string contradiction_text(const RunAgreement& agreement) {
+  const auto found = agreement.contradiction();
+  if (!found) return {};
+  std::array<char, 200> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "%zu of %zu scans contradict those before them, from scan %zu (%.2f s) on: %.0f %% of their readings "
+      "agree with the map, in most scans %.1f %%",
+      found->scans, agreement.scans(), found->first + 1, found->stamp_s, 100 * found->share,
+      100 * agreement.median());
+  return text.data();
+}
+
+namespace {
+
+void warn_of_contradiction(const RunAgreement& agreement) {
+  const auto found = agreement.contradiction();
+  if (!found) return;
+  const std::string text = contradiction_text(agreement);
+  std::fprintf(stderr, "warning: %s\n", text.c_str());
+  if (found->alternates)
+    std::fprintf(
+        stderr,
+        "  scans that agree and scans that do not take turns: two tracks, two robots or two passes of "
+        "one clock\n  map one of them: --pose-topic, --tf, --skip and --first choose\n");
+  else if (found->jump_m > 0 || found->jump_rad > 0)
+    std::fprintf(
+        stderr,
+        "  the poses jump there, by %.2f m and %.1f degrees: a restart of odometry, or a correction\n"
+        "  map up to there (--first %zu), the rest with poses of one frame (--fixed-frame, --poses)\n",
+        found->jump_m, deg_per_rad * found->jump_rad, found->first);
+  else
+    std::fprintf(
+        stderr,
+        "  no step of the poses stands out: clock (late stamps), unit or form of the poses, or another "
+        "sensor\n  --pose-form, --depth-scale and --rate say what is known; --strict writes no such map\n");
+}
+
+}  // namespace
+
 void print_warnings(const RunStatistics& statistics, const Map& map, bool reported) {
   std::fflush(stdout);  // so that they follow the summary
   warn_of_missing_poses(statistics);
   warn_of_limit(statistics, map);
   warn_of_up(map, "");
+  warn_of_contradiction(statistics.agreement());
   warn_of_closures(statistics);
   warn_of_sensor_error(map);
   warn_of_double_layers(*map.snapshot(), reported);

@@ -115,11 +115,15 @@ auto changed(Answer (Mapper::*change)(Arguments...)) {
 }
 
 void bind_reports(Module& module) {
+  Value<Agreement>(module, "Agreement")
+      .fields(OCTOSURF_FIELDS(Agreement, agrees, in_free_space, behind_matter))
+      .def("compared", &Agreement::compared)
+      .def("share", &Agreement::share);
   using R = ScanReport;
   Value<R>(module, "ScanReport")
       .fields(OCTOSURF_FIELDS(R, points_raw, points_not_finite, points_too_near, points_beyond_range,
                               points_out_of_map, voxels, appeared, vanished, categorized, added, expanded,
-                              detected, waiting, alignment, born, grown, shrunk, merged, gone))
+                              detected, waiting, alignment, agreement, born, grown, shrunk, merged, gone))
       .field("stage_ms", &R::stage_ms, stage_names)
       .fields(OCTOSURF_FIELDS(R, total_ms))
       .text([](const R& report) {

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/agreement.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
@@ -55,6 +56,12 @@ struct OccupancyDelta {
     std::uint32_t end;  ///< index into the scan's ends
   };
   std::vector<Confirmed> confirmed;
+};
+
+/// From where a reading was taken, m, map frame, and how far from it matter may be the same.
+struct SightLine {
+  Eigen::Vector3d start, end;
+  double reach;
 };
 
 /// Finds the plane of a surface; called when a ray passed through one of its voxels.
@@ -111,6 +118,8 @@ class OccupancyMap {
   /// What is known of voxels whose middle lies in a part of space becomes unknown, or as after one miss.
   OccupancyDelta clear(const SpacePart& part, bool as_free);
   bool empty() const;  ///< everything is unknown
+  /// Of readings that are not inserted yet. Some 0.5 µs each, 2 µs where they disagree.
+  Agreement agreement_with(std::span<const SightLine> lines) const;
 
   /// Creates points in occupied voxels with an open neighbour of the six (OpenSpace), seen from there, or in
   /// the middle of the up to 6 along that direction, unless one of those has a point. For maps without

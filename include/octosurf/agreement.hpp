@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <octosurf/scan.hpp>
+
+namespace octosurf {
+
+/// How samples of a scan agree with what the octree held before it, at the scan's pose in the map.
+struct Agreement {
+  std::size_t agrees = 0;         ///< an occupied voxel is within the noise
+  std::size_t in_free_space = 0;  ///< none is, and at least three rays went through there
+  std::size_t behind_matter = 0;  ///< neither, but the ray passes through a voxel hit at least three times
+
+  std::size_t compared() const { return agrees + in_free_space + behind_matter; }  ///< the rest is new
+  /// Of what was compared, [0, 1]; 1 if nothing was.
+  double share() const {
+    return compared() > 0 ? static_cast<double>(agrees) / static_cast<double>(compared()) : 1;
+  }
+};
+
+/// Whether the scans of a run contradict one another, judged against the run itself: a map that holds two
+/// versions of a wall agrees with both, so that only the scans at which poses, clock or sensor change stand
+/// out.
+class RunAgreement {
+ public:
+  /// Of right recordings half of the scans agree by more, whatever drifts or walks about in them.
+  static constexpr double usual = 0.9;
+  /// Of the run's median, or of `usual`: a scan that agrees by less contradicts the map.
+  static constexpr double much_less = 0.8;
+  /// Samples that must have been compared for a scan to be judged.
+  static constexpr std::size_t fewest_compared = 100;
+
+  /// A scan at its stated pose, and its report's agreement. O(1).
+  void add(const Scan& scan, const Agreement& agreement);
+
+  std::size_t scans() const { return judged_.size(); }  ///< that could be judged
+  double median() const;                                ///< share; 1 if no scan could be judged
+  double least() const;                                 ///< likewise
+
+  /// Scans that contradict the map.
+  struct Contradiction {
+    std::size_t scans = 0;  ///< how many
+    std::size_t first = 0;  ///< index of the first among all that were added
+    double stamp_s = 0;     ///< of it
+    double share = 0;       ///< mean agreement of these
+    double jump_m =
+        0;  ///< between the pose before the first and its own, if most steps are far smaller, else 0
+    double jump_rad = 0;      ///< likewise
+    bool alternates = false;  ///< scans that agree and scans that do not take turns: two tracks
+  };
+  /// None if no scan does. O(scans).
+  std::optional<Contradiction> contradiction() const;
+
+ private:
+  struct Judged {
+    std::size_t scan;
+    double stamp_s, share, step_m, step_rad;
+  };
+  std::vector<Judged> judged_;
+  std::vector<double> steps_m_, steps_rad_;  // between all scans
+  std::optional<Eigen::Isometry3d> last_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,79 @@
+#include "geometry/median.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <octosurf/agreement.hpp>
+
+namespace octosurf {
+namespace {
+
+/// Times the usual step from one scan to the next: no walk or drive is that uneven.
+constexpr double unusual_step = 10;
+/// m and rad: smaller steps are jitter of poses that stand still.
+constexpr double least_jump_m = 0.05, least_jump_rad = 0.02;
+/// Share of scans after the first contradiction at which agreement turns, for two tracks: half of these.
+constexpr double turns_of_two_tracks = 0.25;
+
+double median_of(std::vector<double> values, double none) {
+  return values.empty() ? none : geometry::median_of(values);
+}
+
+double jump(double step, const std::vector<double>& steps, double least) {
+  return step > std::max(least, unusual_step * median_of(steps, 0)) ? step : 0;
+}
+
+}  // namespace
+
+void RunAgreement::add(const Scan& scan, const Agreement& agreement) {
+  double step_m = 0, step_rad = 0;
+  if (last_) {
+    const Eigen::Isometry3d step = last_->inverse() * scan.T_map_sensor;
+    steps_m_.push_back(step_m = step.translation().norm());
+    steps_rad_.push_back(step_rad = Eigen::AngleAxisd(step.linear()).angle());
+  }
+  const std::size_t index = last_ ? steps_m_.size() : 0;
+  last_ = scan.T_map_sensor;
+  if (agreement.compared() >= fewest_compared)
+    judged_.push_back({index, scan.stamp_s, agreement.share(), step_m, step_rad});
+}
+
+double RunAgreement::median() const {
+  std::vector<double> shares;
+  for (const Judged& scan : judged_) shares.push_back(scan.share);
+  return median_of(std::move(shares), 1);
+}
+
+double RunAgreement::least() const {
+  double least = 1;
+  for (const Judged& scan : judged_) least = std::min(least, scan.share);
+  return least;
+}
+
+std::optional<RunAgreement::Contradiction> RunAgreement::contradiction() const {
+  const double enough = much_less * std::max(usual, median());
+  Contradiction found;
+  std::size_t since = 0, turns = 0;
+  bool before = false;
+  for (const Judged& scan : judged_) {
+    const bool contradicts = scan.share < enough;
+    if (contradicts && found.scans++ == 0) {
+      found.first = scan.scan;
+      found.stamp_s = scan.stamp_s;
+      found.jump_m = jump(scan.step_m, steps_m_, least_jump_m);
+      found.jump_rad = jump(scan.step_rad, steps_rad_, least_jump_rad);
+    }
+    if (found.scans == 0) continue;
+    ++since;
+    turns += contradicts != before;
+    before = contradicts;
+    if (contradicts) found.share += scan.share;
+  }
+  if (found.scans == 0) return {};
+  found.share /= static_cast<double>(found.scans);
+  found.alternates =
+      turns > 2 && static_cast<double>(turns) >= turns_of_two_tracks * static_cast<double>(since);
+  return found;
+}
+
+}  // namespace octosurf
