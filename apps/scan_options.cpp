@@ -29,6 +29,13 @@ void add_bag_options(CLI::App& verb, BagOptions& bag) {
       ->group(group);
   verb.add_option("--info-topic", bag.info_topic, "CameraInfo of the depth images [camera_info beside them]")
       ->group(group);
+  verb.add_option("--tf", bag.tf, "of trees with the same frames, as /a/tf and /b/tf [the scans' namespace]")
+      ->group(group);
+  verb.add_option_function<std::string>(
+          "--stamps", [&bag](const std::string& name) { bag.recorded_stamps = name == "recorded"; },
+          "header, recorded: whose time to take, if clocks of drivers differ [header]")
+      ->check(CLI::IsMember({"header", "recorded"}))
+      ->group(group);
 }
 
 /// "auto", or three numbers.

@@ -63,7 +63,7 @@ std::string Sensors::add_transforms(std::string_view message, bool fixed) {
       if (!known && tree_.size() + 2 > most_frames)
         throw std::runtime_error("more than " + std::to_string(most_frames) + " frames");
       tree_.add({transform.header.frame, transform.child_frame, fixed},
-                {stamp, 0, transform.translation, transform.rotation});
+                {stamp, transform.translation, transform.rotation});
       if (!fixed) newest_ns_[transform.child_frame] = std::max(newest_ns_[transform.child_frame], stamp);
     }
     tree_sorted_ = false;

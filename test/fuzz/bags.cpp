@@ -47,9 +47,9 @@ void read_message(io::MessageReader& message, int type, std::size_t size) {
   } else if (type == 4) {
     io::TransformTree tree;
     io::for_each_transform(message, [&](const io::TransformMessage& one) {
-      tree.add({one.header.frame, one.child_frame, one.header.stamp_ns % 2 == 0},
-               {one.header.stamp_ns, 0, one.translation,
-                Eigen::Quaternion<double, Eigen::DontAlign>(one.rotation)});
+      tree.add(
+          {one.header.frame, one.child_frame, one.header.stamp_ns % 2 == 0},
+          {one.header.stamp_ns, one.translation, Eigen::Quaternion<double, Eigen::DontAlign>(one.rotation)});
     });
     tree.finish();
     tree.lookup("map", "lidar", 1000000000, 1000000000);

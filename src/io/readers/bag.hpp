@@ -85,6 +85,9 @@ std::vector<std::filesystem::path> files_of_bag(const std::filesystem::path& inp
 /// with metadata.yaml and such files.
 bool is_bag(const std::filesystem::path& input);
 
+/// In bytes, with the log that SQLite has beside it.
+std::uint64_t size_of_bag_file(const std::filesystem::path& file);
+
 /// "sensor_msgs/msg/Image" without its "msg/".
 std::string ros_type(std::string_view type);
 

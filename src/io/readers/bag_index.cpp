@@ -1,10 +1,16 @@
 #include "io/readers/bag_index.hpp"
 
 #include "io/readers/bounded_file.hpp"
+#include "io/text_file.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
 #include <map>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 
 #include <octosurf/error.hpp>
 
@@ -12,7 +18,7 @@ namespace octosurf::io {
 namespace {
 
 // Memory per scan until it is read: its place, here and in the list of scans to map.
-constexpr std::uint64_t bytes_of_scan = 512;
+constexpr std::uint64_t bytes_of_scan = 640;
 // Memory per two new frames, without their names.
 constexpr std::uint64_t bytes_of_frame = 1024;
 
@@ -24,17 +30,32 @@ void count(const BagMessage& message, TopicContents& contents) {
   contents.bytes += message.bytes.size();
 }
 
+/// a + b, or the nearest number to it that there is.
+std::int64_t sum(std::int64_t a, std::int64_t b) {
+  std::int64_t result = 0;
+  if (!__builtin_add_overflow(a, b, &result)) return result;
+  return a < 0 ? std::numeric_limits<std::int64_t>::min() : std::numeric_limits<std::int64_t>::max();
+}
+
+double distance(std::int64_t a, std::int64_t b) {
+  return std::abs(static_cast<double>(a) - static_cast<double>(b));
+}
+
 /// Adds the data of one message.
 class Indexer {
  public:
-  Indexer(std::string name, std::uint64_t bytes, std::vector<std::string>* left_out)
-      : name_(std::move(name)), budget_(largest_index(bytes)), left_out_(left_out) {}
+  Indexer(std::string name, std::uint64_t bytes, bool recorded, std::vector<std::string>* left_out)
+      : name_(std::move(name)), budget_(largest_index(bytes)), recorded_(recorded), left_out_(left_out) {}
 
   void add(const BagTopic& topic, const BagMessage& message) {
     while (index_.topics.size() <= message.topic) index_.topics.emplace_back();
     TopicContents& contents = index_.topics[message.topic];
     if (contents.messages == 0) contents.topic = topic;
     count(message, contents);
+    // The order within a file is that of recording, though the recorder's clock be set back.
+    now_ns_ = std::exchange(file_, message.place.file) == message.place.file
+                  ? std::max(now_ns_, message.logged_ns)
+                  : message.logged_ns;
     if (topic.encoding == MessageEncoding::other) return;
     if (is_cloud_type(topic.type) || topic.type == "sensor_msgs/Image" ||
         topic.type == "sensor_msgs/CompressedImage")
@@ -54,12 +75,149 @@ class Indexer {
   }
 
   BagIndex finish() {
-    index_.tree.finish();
-    for (TopicContents& contents : index_.topics) contents.poses.finish();
+    if (!std::ranges::is_sorted(events_, {}, &Event::recorded_ns))  // of several files
+      std::ranges::stable_sort(events_, {}, &Event::recorded_ns);
+    give_stamps();
+    const std::vector<std::uint32_t> passes = find_passes();
+    const std::vector<std::int64_t> later = shifts_of(passes);
+    for (std::size_t i = 0; !events_.empty(); events_.pop_front(), ++i) {
+      Event& event = events_.front();
+      const Stream& stream = streams_[event.stream];
+      event.sample.stamp_ns = sum(event.sample.stamp_ns, later[passes[i]]);
+      TopicContents& contents = index_.topics[stream.topic];
+      if (stream.tree != nullptr)
+        stream.tree->add(stream.edge, event.sample);
+      else if (stream.moves)
+        contents.poses.add(event.sample);
+      else if (contents.scans.empty())
+        contents.cameras[event.index].stamp_ns = event.sample.stamp_ns;
+      else
+        contents.scans[event.index].stamp_ns = event.sample.stamp_ns;
+    }
+    for (auto& [space, tree] : index_.trees) tree.finish();
+    for (TopicContents& contents : index_.topics) {
+      contents.poses.finish();
+      std::ranges::stable_sort(contents.cameras, {}, &ListedCamera::stamp_ns);
+    }
     return std::move(index_);
   }
 
  private:
+  /// What has a time.
+  struct Event {
+    std::int64_t recorded_ns = 0;
+    std::uint32_t stream = 0, index = 0;  ///< into streams_; of scans and cameras, in their topic
+    PoseTrack::Sample sample;             ///< of a pose; of all, their stamp
+  };
+  /// What is stamped by one clock: one transform of tf, one topic.
+  struct Stream {
+    std::size_t topic = 0;
+    TransformTree* tree = nullptr;
+    TransformTree::Edge edge{};
+    bool moves = false;  ///< poses, but for fixed ones
+    // While passes are told apart: the one that it is in, and its last two stamps there.
+    std::uint32_t pass = 0;
+    std::int64_t last_ns = std::numeric_limits<std::int64_t>::min(), before_last_ns = last_ns;
+  };
+
+  void add_event(std::uint32_t stream, std::size_t index, const PoseTrack::Sample& sample) {
+    events_.push_back({now_ns_, stream, static_cast<std::uint32_t>(index), sample});
+  }
+
+  std::uint32_t stream_of(const Stream& stream) {
+    const auto [found, is_new] = stream_indices_.try_emplace(
+        {stream.topic, stream.edge.parent, stream.edge.child}, static_cast<std::uint32_t>(streams_.size()));
+    if (is_new) streams_.push_back(stream);
+    return found->second;
+  }
+
+  /// Some drivers have no clock and stamp with 0; a simulation begins there, and goes on from it.
+  void give_stamps() {
+    constexpr std::int64_t near_ns = 500000000;  // poses and scans come at 2 Hz at least
+    const bool from_zero = std::ranges::any_of(events_, [&](const Event& event) {
+      const Stream& stream = streams_[event.stream];
+      const std::int64_t stamp = event.sample.stamp_ns;
+      return (stream.moves || stream.tree == nullptr) && stamp != 0 && std::abs(stamp) < near_ns;
+    });
+    for (Event& event : events_)
+      if (recorded_ || (event.sample.stamp_ns == 0 && !from_zero)) event.sample.stamp_ns = event.recorded_ns;
+    for (TopicContents& contents : index_.topics)
+      for (ListedMessage& scan : contents.scans)
+        if (scan.header_ns == 0 && !from_zero) scan.header_ns = scan.stamp_ns;  // when it was recorded
+  }
+
+  /// The stream was set back by more than its spacing, and not by one message that came late: what follows is
+  /// before the last but one, too.
+  bool goes_back(std::size_t event) const {
+    const Stream& stream = streams_[events_[event].stream];
+    const std::int64_t before = std::min(stream.last_ns, stream.before_last_ns);
+    if (events_[event].sample.stamp_ns >= before) return false;
+    for (std::size_t next = event + 1; next < events_.size(); ++next)
+      if (events_[next].stream == events_[event].stream) return events_[next].sample.stamp_ns < before;
+    return false;
+  }
+
+  /// The pass that each event is of. Streams do not notice at the same time that a clock was set back: until
+  /// a stream's stamps are nearer to the new time than to the old, they are of the pass before.
+  std::vector<std::uint32_t> find_passes() {
+    std::vector<std::uint32_t> passes(events_.size());
+    std::uint32_t pass = 0;
+    std::int64_t now = lowest, ended = 0;  // of the pass, of the one before
+    double back_s = 0;                     // of the first
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      std::int64_t& stamp = events_[i].sample.stamp_ns;
+      Stream& stream = streams_[events_[i].stream];
+      passes[i] = pass;
+      if (stream.tree != nullptr && !stream.moves) {
+        stamp = now;  // it holds from now on, whatever clock its sender has
+        continue;
+      }
+      if (stream.pass < pass && distance(stamp, ended) < distance(stamp, now)) {
+        passes[i] = pass - 1;
+        if (stream.moves) ended = stamp;
+        continue;
+      }
+      if (stream.pass < pass) stream.last_ns = stream.before_last_ns = lowest;
+      if (stream.moves && goes_back(i)) {
+        if (pass == 0) back_s = distance(stream.last_ns, stamp) / 1e9;
+        ended = now;
+        passes[i] = ++pass;
+        stream.last_ns = lowest;
+        for (std::size_t j = i;
+             j-- > 0 && events_[j].stream != events_[i].stream;)  // scans that noticed first
+          if (!streams_[events_[j].stream].moves && streams_[events_[j].stream].tree == nullptr &&
+              distance(events_[j].sample.stamp_ns, stamp) < distance(events_[j].sample.stamp_ns, ended))
+            streams_[events_[j].stream].pass = passes[j] = pass;
+      }
+      stream.pass = pass;
+      stream.before_last_ns = std::exchange(stream.last_ns, stamp);
+      if (stream.moves) now = stamp;
+    }
+    if (pass > 0)
+      index_.notes.push_back("clock: set back " + count_of(pass, "time") + ", the first by " +
+                             std::to_string(back_s) +
+                             " s; what follows is mapped as another pass, with poses "
+                             "of its own, and stamps that go on counting");
+    return passes;
+  }
+
+  /// What each pass's stamps are later by.
+  std::vector<std::int64_t> shifts_of(const std::vector<std::uint32_t>& passes) const {
+    // A pause (is_pause()) that poses are hardly interpolated over.
+    constexpr std::int64_t between_ns = 10000000000;
+    std::vector<std::int64_t> first(1 + (passes.empty() ? 0 : *std::ranges::max_element(passes)),
+                                    std::numeric_limits<std::int64_t>::max()),
+        last(first.size(), lowest), later(first.size());
+    for (std::size_t i = 0; i < passes.size(); ++i)
+      if (streams_[events_[i].stream].moves) {
+        first[passes[i]] = std::min(first[passes[i]], events_[i].sample.stamp_ns);
+        last[passes[i]] = std::max(last[passes[i]], events_[i].sample.stamp_ns);
+      }
+    for (std::size_t pass = 1; pass < first.size(); ++pass)
+      later[pass] = sum(sum(sum(last[pass - 1], later[pass - 1]), between_ns), -first[pass]);
+    return later;
+  }
+
   /// A damaged one is listed, too, as a bad scan.
   void add_scan(TopicContents& contents, const BagMessage& message) {
     MessageHeader header;
@@ -76,8 +234,10 @@ class Indexer {
     }
     if (!contents.is_depth) contents.is_depth = is_depth(contents.topic, message.bytes);
     keep(bytes_of_scan);
-    contents.scans.push_back({message.place, header.stamp_ns != 0 ? header.stamp_ns : message.logged_ns,
-                              static_cast<std::uint32_t>(message.topic), frame_index(header.frame)});
+    add_event(stream_of({message.topic}), contents.scans.size(), {header.stamp_ns});
+    contents.scans.push_back({message.place, header.stamp_ns != 0 ? header.stamp_ns : now_ns_,
+                              header.stamp_ns, static_cast<std::uint32_t>(message.topic),
+                              frame_index(header.frame)});
   }
 
   static bool is_depth(const BagTopic& topic, std::string_view bytes) {
@@ -97,33 +257,46 @@ class Indexer {
     const auto reader = message_reader(message.bytes, contents.topic.encoding);
     if (type == "tf2_msgs/TFMessage" || type == "tf/tfMessage") {
       const bool fixed = contents.topic.name.ends_with("tf_static");
-      for_each_transform(*reader,
-                         [&](const TransformMessage& transform) { add_transform(transform, fixed); });
+      TransformTree& tree = index_.trees[namespace_of(contents.topic.name)];
+      for_each_transform(*reader, [&](const TransformMessage& transform) {
+        keep(sizeof(Event));
+        const TransformTree::Edge edge{transform.header.frame, transform.child_frame, fixed};
+        const std::size_t streams = streams_.size();
+        add_event(stream_of({message.topic, &tree, edge, !fixed}), 0, sample_of(transform));
+        if (streams_.size() > streams)
+          keep(bytes_of_frame + 6 * (transform.header.frame.size() + transform.child_frame.size()));
+      });
     } else if (is_pose_type(type)) {
       const TransformMessage pose = read_pose_message(*reader, type);
-      if (contents.poses.samples().empty()) {
+      if (contents.pose_parent.empty()) {
         contents.pose_parent = pose.header.frame;
         contents.pose_child = pose.child_frame;
       }
-      keep(sizeof(PoseTrack::Sample));
-      contents.poses.add(sample_of(pose));
+      keep(sizeof(Event));
+      add_event(stream_of({message.topic, nullptr, {}, true}), 0, sample_of(pose));
     } else if (type == "sensor_msgs/CameraInfo") {
-      const CameraInfoMessage camera = read_camera_info(*reader);
-      if (!contents.camera) contents.camera = camera;
-      contents.camera_changes |= *contents.camera != camera;
+      add_camera(contents, message.topic,
+                 read_header(*message_reader(message.bytes, contents.topic.encoding)),
+                 read_camera_info(*reader));
     }
   }
 
-  void add_transform(const TransformMessage& transform, bool fixed) {
-    const std::size_t frames = index_.tree.size();
-    index_.tree.add({transform.header.frame, transform.child_frame, fixed}, sample_of(transform));
-    keep(sizeof(PoseTrack::Sample));
-    if (index_.tree.size() > frames)
-      keep(bytes_of_frame + 4 * (transform.header.frame.size() + transform.child_frame.size()));
+  /// Where it changes; one that is not calibrated, as before a driver is up, only until another comes.
+  void add_camera(TopicContents& contents, std::size_t topic, const MessageHeader& header,
+                  const CameraInfoMessage& camera) {
+    std::vector<ListedCamera>& cameras = contents.cameras;
+    if (!cameras.empty() && (cameras.back().camera == camera || !camera.calibrated())) return;
+    if (!cameras.empty() && !cameras.back().camera.calibrated()) {
+      cameras.back().camera = camera;  // it holds from the first on
+      return;
+    }
+    keep(bytes_of_scan);
+    add_event(stream_of({topic}), cameras.size(), {header.stamp_ns});
+    cameras.push_back({header.stamp_ns, camera});
   }
 
   static PoseTrack::Sample sample_of(const TransformMessage& transform) {
-    return {transform.header.stamp_ns, 0, transform.translation,
+    return {transform.header.stamp_ns, transform.translation,
             Eigen::Quaternion<double, Eigen::DontAlign>(transform.rotation)};
   }
 
@@ -144,18 +317,28 @@ class Indexer {
                   "record it with less compression, or in parts");
   }
 
+  static constexpr std::int64_t lowest = std::numeric_limits<std::int64_t>::min();
+
   std::string name_;
   std::uint64_t budget_ = 0, kept_ = 0;
+  bool recorded_;
   std::vector<std::string>* left_out_;
+  std::size_t file_ = 0;
+  std::int64_t now_ns_ = lowest;  // when the message was recorded
+  std::deque<Event> events_;
+  std::vector<Stream> streams_;
+  std::map<std::tuple<std::size_t, std::string, std::string>, std::uint32_t> stream_indices_;
   BagIndex index_;
   std::map<std::string, std::uint32_t> frame_indices_;
 };
 
 }  // namespace
 
-BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes,
+std::string namespace_of(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+
+BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes, bool recorded,
                    std::vector<std::string>* left_out) {
-  Indexer indexer(name, bytes, left_out);
+  Indexer indexer(name, bytes, recorded, left_out);
   bag.read_all([&](const BagMessage& message) { indexer.add(bag.topics()[message.topic], message); },
                left_out);
   return indexer.finish();

@@ -5,7 +5,7 @@
 #include "io/readers/transform_tree.hpp"
 
 #include <cstdint>
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,35 +14,46 @@ namespace octosurf::io {
 /// A cloud or an image in a bag, found but not read.
 struct ListedMessage {
   MessagePlace place;
-  std::int64_t stamp_ns = 0;  ///< of its header, or else the recording time
+  std::int64_t stamp_ns = 0;   ///< of its header, or else the recording time; later passes are moved behind
+  std::int64_t header_ns = 0;  ///< as it was, for names and its points' times
   std::uint32_t topic = 0;
   std::uint32_t frame = 0;  ///< index into BagIndex::frames
+};
+
+struct ListedCamera {
+  std::int64_t stamp_ns = 0;
+  CameraInfoMessage camera;
 };
 
 /// Contents of a topic found in one pass; only the fields of its type are set.
 struct TopicContents {
   BagTopic topic;
   std::uint64_t messages = 0, bytes = 0;
-  std::int64_t first_ns = 0, last_ns = 0;   ///< when they were recorded
-  std::vector<ListedMessage> scans;         ///< of clouds and images, those of no point left out
-  std::uint64_t empty_scans = 0;            ///< these
-  bool is_depth = false;                    ///< clouds, and images one of which is of depth
-  PoseTrack poses;                          ///< of messages that hold one pose
-  std::string pose_parent, pose_child;      ///< frames of the first one; a child is optional
-  std::optional<CameraInfoMessage> camera;  ///< the first
-  bool camera_changes = false;
+  std::int64_t first_ns = 0, last_ns = 0;  ///< when they were recorded
+  std::vector<ListedMessage> scans;        ///< of clouds and images, those of no point left out
+  std::uint64_t empty_scans = 0;           ///< these
+  bool is_depth = false;                   ///< clouds, and images one of which is of depth
+  PoseTrack poses;                         ///< of messages that hold one pose
+  std::string pose_parent, pose_child;     ///< frames of the first one; a child is optional
+  std::vector<ListedCamera> cameras;       ///< by time, where they change; calibrated ones, if any is
 };
 
 struct BagIndex {
   std::vector<TopicContents> topics;
   std::vector<std::string> frames;
-  TransformTree tree;
+  std::map<std::string, TransformTree> trees;  ///< by namespace: "" has /tf and /tf_static, "/a" /a/tf
+  std::vector<std::string> notes;              ///< of clocks that were set back
 };
 
-/// Reads the bag once. Throws Error(data) for damage, also in messages of poses, transforms or cameras, and
-/// if their total would exceed the limit for a bag of `bytes`; with `left_out`, damaged ones are skipped with
-/// a line each.
-BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes,
+/// "/a" of "/a/tf".
+std::string namespace_of(const std::string& topic);
+
+/// Reads the bag once, and brings its messages into the order in which they were recorded. Where the clock of
+/// the poses is set back, all begins anew, as in tf2: the pass that follows gets stamps behind those before.
+/// `recorded`: the recorder's time is taken for all stamps. Throws Error(data) for damage, also in messages
+/// of poses, transforms or cameras, and if their total would exceed the limit for a bag of `bytes`; with
+/// `left_out`, damaged ones are skipped with a line each.
+BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes, bool recorded,
                    std::vector<std::string>* left_out);
 
 /// Topics, counts and times of a bag of any messages; `damage` gets a line for each damaged part.

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -23,7 +24,10 @@ constexpr double default_gap_s = 0.25;
 bool holds_scans(const TopicContents& topic) { return topic.is_depth && !topic.scans.empty(); }
 bool holds_empty_scans(const TopicContents& topic) { return topic.empty_scans > 0; }
 bool holds_poses(const TopicContents& topic) { return !topic.poses.samples().empty(); }
-bool holds_camera(const TopicContents& topic) { return topic.camera.has_value(); }
+bool holds_camera(const TopicContents& topic) { return !topic.cameras.empty(); }
+bool holds_transforms(const TopicContents& topic) {
+  return topic.topic.type == "tf2_msgs/TFMessage" || topic.topic.type == "tf/tfMessage";
+}
 
 std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const TopicContents&)) {
   std::string list;
@@ -60,13 +64,24 @@ BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, cons
       depth_scale_(options.depth_scale),
       none_(options.clear_no_return_m > 0 ? NoReturn::far : NoReturn::left_out),
       posed_(!options.poses) {
-  for (const auto& file : files_) bytes_ += std::filesystem::file_size(file);
+  for (const auto& file : files_) bytes_ += size_of_bag_file(file);
   gap_ns_ = static_cast<std::int64_t>(1e9 * std::min(options.max_pose_gap_s.value_or(default_gap_s), 1e9));
-  index_ = index_bag(*bag_, files_.front().string(), bytes_, options.skip_bad ? &left_out : nullptr);
+  index_ = index_bag(*bag_, files_.front().string(), bytes_, options.bag.recorded_stamps,
+                     options.skip_bad ? &left_out : nullptr);
+}
+
+bool BagRecording::has_scans() const { return std::ranges::any_of(index_.topics, holds_scans); }
+
+void BagRecording::choose(const ScanSourceOptions& options) {
   choose_scans(options.bag);
   choose_cameras(options);
-  if (posed_) choose_poses(options.bag);
-  if (posed_) note_left_out();
+  choose_tree(options.bag);
+  notes_.insert(notes_.end(), index_.notes.begin(), index_.notes.end());
+  if (!posed_) return;
+  choose_poses(options.bag);
+  require_one_clock(options.bag);
+  settle_doubts(options.bag);
+  note_left_out();
 }
 
 void BagRecording::refuse(const std::string& what, const std::string& hint) const {
@@ -121,7 +136,7 @@ void BagRecording::choose_cameras(const ScanSourceOptions& options) {
                 "map them one after the other");
   for (const std::uint32_t topic : topics) {
     if (options.intrinsics)
-      cameras_[topic] = {read_intrinsics(*options.intrinsics), {}, {}};
+      cameras_[topic] = {read_intrinsics(*options.intrinsics)};
     else
       choose_camera(index_.topics[topic], options.bag.info_topic);
   }
@@ -137,20 +152,120 @@ void BagRecording::choose_camera(const TopicContents& images, const std::optiona
     refuse("no camera for " + images.topic.name + ": no CameraInfo on " + name +
                "; there are: " + list_of(index_.topics, holds_camera),
            "choose by --info-topic, or give --intrinsics FILE");
-  const CameraInfoMessage& info = *found->camera;
+  const CameraInfoMessage& first = found->cameras.front().camera;
   const bool rectified = is_rectified(images.topic.name);
-  with_place(
-      [&] {
-        cameras_[images.scans.front().topic] = {intrinsics_for(info, rectified), info.width, info.height};
-      },
-      [&](const std::string& what) {
-        return Error(Error::Kind::data, files_.front().string() + " " + name, what, "give --intrinsics FILE");
-      });
-  notes_.push_back("camera: " + name + " (its " + (rectified ? "P, of rectified images)" : "K)"));
-  if (info.distorted && !rectified)
+  const bool of_p = with_place([&] { return &intrinsics_for(first, rectified) == &first.rectified; },
+                               [&](const std::string& what) {
+                                 return Error(Error::Kind::data, files_.front().string() + " " + name, what,
+                                              "give --intrinsics FILE");
+                               });
+  cameras_[images.scans.front().topic] = {{}, &*found, rectified};
+  notes_.push_back("camera: " + name + " (its " + (of_p ? "P, of rectified images)" : "K)"));
+  if (first.distorted && !of_p)
     notes_.push_back("camera: the lens' distortion that " + name + " tells of is not undone");
-  if (found->camera_changes)
-    notes_.push_back("camera: " + name + " changes in the course of the bag; its first message is taken");
+  if (const std::size_t changes = found->cameras.size() - 1; changes > 0)
+    notes_.push_back("camera: " + name + " changes " + count_of(changes, "time") +
+                     "; each image is read by the last before it of its size");
+}
+
+/// That of a robot: of several trees that say where a frame is, the one in whose namespace the scans are.
+void BagRecording::choose_tree(const BagOptions& options) {
+  const auto topic_of = [](const std::string& space) { return space + "/tf"; };
+  std::map<std::string, TransformTree>& trees = index_.trees;
+  if (options.tf && !trees.contains(namespace_of(*options.tf)))
+    refuse("no topic " + *options.tf + " with transforms, as --tf requires",
+           "there are: " + list_of(index_.topics, holds_transforms));
+  const auto own = [&](const ListedMessage& scan) {
+    const std::string& topic = index_.topics[scan.topic].topic.name;
+    auto found = trees.end();
+    for (auto at = trees.begin(); at != trees.end(); ++at)  // "/a/b" after "/a"
+      if (at->second.knows(index_.frames[scan.frame]) &&
+          (found == trees.end() || topic.starts_with(at->first + "/")))
+        found = at;
+    return found;
+  };
+  const auto chosen = options.tf ? trees.find(namespace_of(*options.tf)) : own(scans_.front());
+  if (chosen == trees.end()) {
+    for (auto& [space, tree] : trees) tree_.join(tree);
+    return;
+  }
+  tree_ = chosen->second;
+  std::string others;
+  for (auto at = trees.begin(); at != trees.end(); ++at)
+    if (at != chosen && !tree_.join(at->second)) others += (others.empty() ? "" : ", ") + topic_of(at->first);
+  if (others.empty()) return;
+  const bool in_it = index_.topics[scans_.front().topic].topic.name.starts_with(chosen->first + "/");
+  const bool one = std::ranges::all_of(scans_, [&](const ListedMessage& scan) {
+    return scan.topic == scans_.front().topic || own(scan) == chosen;
+  });
+  if (!options.tf && (!in_it || !one))
+    refuse("the same frames are in " + topic_of(chosen->first) + " and " + others + ", and " +
+               (one ? "none is in the namespace of the scans" : "the scans are of more than one"),
+           one ? "choose by --tf" : "map them one after the other");
+  notes_.push_back("tf: " + topic_of(chosen->first) + ", not " + others + " (--tf chooses another)");
+}
+
+/// Poses and scans that a driver stamps by another clock, such as the time since it began.
+void BagRecording::require_one_clock(const BagOptions& options) const {
+  const auto& samples = pose_topic_ ? pose_topic_->poses.samples() : std::vector<PoseTrack::Sample>();
+  const auto times = !pose_topic_ ? tree_.times(robot_.empty() ? index_.frames[scans_.front().frame] : robot_)
+                     : samples.empty()
+                         ? std::nullopt
+                         : std::optional(std::pair(samples.front().stamp_ns, samples.back().stamp_ns));
+  if (!times || options.recorded_stamps) return;
+  const double first_s = static_cast<double>(times->first) / 1e9,
+               last_s = static_cast<double>(times->second) / 1e9;
+  // s; no recorder keeps a message for a minute.
+  constexpr double least_s = 60;
+  double nearest_s = std::numeric_limits<double>::infinity();
+  for (const ListedMessage& scan : scans_) {
+    const double stamp_s = static_cast<double>(scan.stamp_ns) / 1e9;
+    nearest_s = std::min(nearest_s, std::max(first_s - stamp_s, stamp_s - last_s));
+  }
+  const TopicContents& scans = index_.topics[scans_.front().topic];
+  const auto recorded_with_scans = [&](const TopicContents& topic) {
+    return (pose_topic_ ? &topic == pose_topic_ : holds_transforms(topic)) && topic.messages > 0 &&
+           topic.first_ns <= scans.last_ns && topic.last_ns >= scans.first_ns;
+  };
+  if (nearest_s < least_s || std::ranges::none_of(index_.topics, recorded_with_scans)) return;
+  std::array<char, 200> what{};
+  std::snprintf(
+      what.data(), what.size(),
+      " is stamped %.3f s, its poses %.3f ... %.3f s: two clocks, %.3g %s apart, though they were recorded "
+      "together",
+      static_cast<double>(scans_.front().stamp_ns) / 1e9, first_s, last_s,
+      nearest_s < 1e7 ? nearest_s / 3600 : nearest_s / 31557600, nearest_s < 1e7 ? "hours" : "years");
+  refuse(scans.topic.name + what.data(), "--stamps recorded takes the recorder's time for all");
+}
+
+/// Where tf says two things, --fixed-frame or another source of poses decides, or nothing does.
+void BagRecording::settle_doubts(const BagOptions& options) {
+  if (pose_topic_) return;
+  const auto [parents, disagreement, changed] =
+      tree_.doubts_of(robot_.empty() ? index_.frames[scans_.front().frame] : robot_);
+  if (!changed.empty())
+    notes_.push_back("poses: tf's place of " + changed +
+                     ", a fixed one, changes; each holds from its time on");
+  if (!options.fixed_frame && !parents.empty()) refuse("tf: " + parents, "choose by --fixed-frame");
+  if (disagreement.empty()) return;
+  if (!options.fixed_frame)
+    refuse("tf: " + disagreement,
+           "record one of them; --fixed-frame takes a frame below, or both as they are, --pose-topic an "
+           "odometry");
+  notes_.push_back("poses: " + disagreement);
+}
+
+/// The way out where a frame above has no pose, and something moves below it.
+std::string BagRecording::without(const NoPose& none, const std::string& frame) const {
+  const std::vector<std::string> names = tree_.ancestors(frame);
+  const auto broken = std::ranges::find(names, none.frame());
+  if (pose_topic_ || broken == names.end() || broken == names.begin()) return {};
+  const auto moves_below = [&](const std::string& name) {
+    return tree_.moves(name) && !tree_.ancestors(name).empty();
+  };
+  return std::any_of(names.begin(), broken, moves_below) && is_map_frame(none.frame())
+             ? ", --fixed-frame " + none.frame() + " maps without it"
+             : "";
 }
 
 void BagRecording::choose_poses(const BagOptions& options) {
@@ -164,11 +279,11 @@ void BagRecording::choose_poses(const BagOptions& options) {
     return choose_pose_topic(named(*options.pose_topic, "--pose-topic", "poses", holds_poses), options);
   if (choose_registered(frame, options)) return;
   if (options.fixed_frame) {
-    if (!index_.tree.knows(*options.fixed_frame))
+    if (!tree_.knows(*options.fixed_frame))
       refuse("tf has no frame " + *options.fixed_frame, "octosurf info lists the bag's topics and frames");
     return choose_fixed_frame(*options.fixed_frame, "");
   }
-  if (!options.pose_frame && index_.tree.moves(frame))
+  if (!options.pose_frame && tree_.moves(frame))
     return choose_fixed_frame("", "--fixed-frame or --pose-topic choose others");
   std::vector<const TopicContents*> topics;
   for (const TopicContents& topic : index_.topics)
@@ -178,7 +293,7 @@ void BagRecording::choose_poses(const BagOptions& options) {
     refuse("tf does not move frame '" + frame + "', and " + std::to_string(topics.size()) +
                " topics have poses: " + list_of(index_.topics, holds_poses),
            "choose by --pose-topic");
-  if (index_.tree.knows(frame)) return choose_fixed_frame("", "nothing moves it");
+  if (tree_.knows(frame)) return choose_fixed_frame("", "nothing moves it");
   refuse("no poses: neither tf of frame '" + frame + "' nor a topic with poses",
          "give --poses FILE, or record /tf and /tf_static");
 }
@@ -191,12 +306,12 @@ bool BagRecording::choose_registered(const std::string& frame, const BagOptions&
     return holds_poses(topic) && topic.pose_parent == frame && topic.pose_child != frame;
   };
   const bool by_topic = std::ranges::any_of(index_.topics, poses_in_it);
-  std::string robot = index_.tree.robot_below(frame);
-  const bool stands = is_map_frame(frame) || (index_.tree.ancestors(frame).size() == 1 && !robot.empty() &&
-                                              !is_named_as_part(frame));
+  std::string robot = tree_.robot_below(frame);
+  const bool stands = is_map_frame(frame) ||
+                      (tree_.ancestors(frame).size() == 1 && !robot.empty() && !is_named_as_part(frame));
   if (!stands && !by_topic) return false;
   if (options.pose_frame) {
-    const auto above = index_.tree.ancestors(*options.pose_frame);
+    const auto above = tree_.ancestors(*options.pose_frame);
     robot = std::ranges::find(above, frame) != above.end() ? *options.pose_frame : std::string();
   }
   if (robot.empty() && by_topic) return false;             // choose_pose_topic() goes on
@@ -218,7 +333,7 @@ void BagRecording::choose_fixed_frame(const std::string& frame, const std::strin
   const std::string& sensor = index_.frames[scans_.front().frame];
   fixed_frame_ = frame;
   if (frame.empty()) {
-    const auto names = index_.tree.ancestors(sensor);
+    const auto names = tree_.ancestors(sensor);
     fixed_frame_ = std::find(names.begin(), names.end(), "map") != names.end() ? "map" : names.back();
   }
   notes_.push_back("poses: tf of " + sensor + " in " + fixed_frame_ + (why.empty() ? "" : " (" + why + ")"));
@@ -226,6 +341,7 @@ void BagRecording::choose_fixed_frame(const std::string& frame, const std::strin
 
 void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOptions& options) {
   pose_topic_ = &topic;
+  tree_.hold_steady();
   pose_child_ = options.pose_frame.value_or(topic.pose_child);
   const std::string& sensor = index_.frames[scans_.front().frame];
   const bool one_frame = std::all_of(scans_.begin(), scans_.end(), [&](const ListedMessage& scan) {
@@ -248,8 +364,8 @@ void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOption
 }
 
 void BagRecording::note_left_out() {
-  const auto [bad, frame] = pose_topic_ ? std::pair(pose_topic_->poses.left_out(), pose_topic_->topic.name)
-                                        : index_.tree.left_out();
+  const auto [bad, frame] =
+      pose_topic_ ? std::pair(pose_topic_->poses.left_out(), pose_topic_->topic.name) : tree_.left_out();
   if (bad == 0) return;
   notes_.push_back("poses: " + count_of(bad, "sample") +
                    " left out, not finite or with a quaternion farther " + "than 1 % from length 1 (" +
@@ -262,45 +378,61 @@ SensorKind BagRecording::sensor(std::size_t scan) const {
 
 std::string BagRecording::name_of(const ListedMessage& scan) const {
   std::array<char, 48> time{};
-  std::snprintf(time.data(), time.size(), "%lld.%09lld", static_cast<long long>(scan.stamp_ns / 1000000000),
-                static_cast<long long>(std::abs(scan.stamp_ns % 1000000000)));
+  std::snprintf(time.data(), time.size(), "%lld.%09lld", static_cast<long long>(scan.header_ns / 1000000000),
+                static_cast<long long>(std::abs(scan.header_ns % 1000000000)));
   return files_[scan.place.file].string() + " " + index_.topics[scan.topic].topic.name + " at " + time.data();
 }
 
 Eigen::Isometry3d BagRecording::pose_on_topic(std::int64_t stamp_ns) const {
   try {
-    return pose_topic_->poses.at(stamp_ns, gap_ns_).T_parent_child;
+    return pose_topic_->poses.at(stamp_ns, gap_ns_);
   } catch (const NoPose& none) {
     throw NoPose("no pose on " + pose_topic_->topic.name + " at its time: " + none.what());
   }
 }
 
 Eigen::Isometry3d BagRecording::pose(const std::string& frame, std::int64_t stamp_ns) const {
-  if (!pose_topic_)
-    return index_.tree.lookup(fixed_frame_, robot_.empty() ? frame : robot_, stamp_ns, gap_ns_);
+  if (!pose_topic_) return tree_.lookup(fixed_frame_, robot_.empty() ? frame : robot_, stamp_ns, gap_ns_);
   const Eigen::Isometry3d T = pose_on_topic(stamp_ns);
   if (!robot_.empty() || pose_child_.empty() || pose_child_ == frame) return T;
-  return T * index_.tree.lookup(pose_child_, frame, stamp_ns, gap_ns_);
+  return T * tree_.lookup(pose_child_, frame, stamp_ns, gap_ns_);
+}
+
+/// By the last message before the image, or else the first, of those for its size.
+Intrinsics BagRecording::camera_of(const ListedMessage& listed, int width, int height,
+                                   const std::string& where) const {
+  const Camera& camera = cameras_.at(listed.topic);
+  std::optional<Intrinsics> found;
+  if (camera.info == nullptr) found = camera.given;
+  std::optional<std::string> why_not;
+  bool part = false;
+  for (const ListedCamera& info : camera.info ? camera.info->cameras : std::vector<ListedCamera>()) {
+    if (found && info.stamp_ns > listed.stamp_ns) break;
+    try {
+      found = intrinsics_for(info.camera, camera.rectified, width, height);
+      part = info.camera.columns > 0;
+    } catch (const std::runtime_error& error) {
+      if (!why_not) why_not = error.what();
+    }
+  }
+  if (!found) fail_reading(*why_not);
+  if (!part) require_same_size(*found, width, height, where);
+  return *found;
 }
 
 void BagRecording::read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const {
   const TopicContents& topic = index_.topics[listed.topic];
-  const Camera& camera = cameras_.at(listed.topic);
-  const auto check_size = [&](int width, int height) {
-    if (camera.width) require_size(width, height, *camera.width, *camera.height);
-    require_same_size(camera.intrinsics, width, height, scan.name);
-  };
   const auto reader = message_reader(bytes, topic.topic.encoding);
   if (topic.topic.type == "sensor_msgs/CompressedImage") {
     const DepthImage image =
         depth_of(read_compressed_image_message(*reader), scan.name, largest_scan(bytes_));
-    check_size(image.width, image.height);
-    scan.points = back_project(image, camera.intrinsics, depth_scale_.value_or(image.default_scale()), none_);
+    scan.points = back_project(image, camera_of(listed, image.width, image.height, scan.name),
+                               depth_scale_.value_or(image.default_scale()), none_);
     return;
   }
   const ImageMessage image = read_image_message(*reader);
-  check_size(image.width, image.height);
-  scan.points = points_of(image, camera.intrinsics, depth_scale_, largest_scan(bytes_), none_);
+  scan.points = points_of(image, camera_of(listed, image.width, image.height, scan.name), depth_scale_,
+                          largest_scan(bytes_), none_);
 }
 
 bool BagRecording::holds_clouds(std::size_t scan) const {
@@ -313,8 +445,7 @@ Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const 
 
 Eigen::Isometry3d BagRecording::sensor_in(const std::string& frame, std::size_t scan) const {
   const ListedMessage& listed = scans_[scan];
-  return index_.tree.lookup(frame, robot_.empty() ? index_.frames[listed.frame] : robot_, listed.stamp_ns,
-                            gap_ns_);
+  return tree_.lookup(frame, robot_.empty() ? index_.frames[listed.frame] : robot_, listed.stamp_ns, gap_ns_);
 }
 
 RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
@@ -335,6 +466,7 @@ RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
       scan.points = std::move(cloud.points);
       shift = cloud.shift;
       raw.times = std::move(cloud.times);
+      raw.times.later_s = static_cast<double>(listed.stamp_ns - listed.header_ns) / 1e9;
     } else {
       read_image(bytes, listed, scan);
     }
@@ -342,7 +474,7 @@ RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
     if (!robot_.empty()) {
       const Eigen::Isometry3d T_cloud_robot =
           pose_topic_ ? scan.T_map_sensor
-                      : index_.tree.lookup(index_.frames[listed.frame], robot_, listed.stamp_ns, gap_ns_);
+                      : tree_.lookup(index_.frames[listed.frame], robot_, listed.stamp_ns, gap_ns_);
       const Eigen::Isometry3d T_robot_cloud = T_cloud_robot.inverse();
       for (Eigen::Vector3f& point : scan.points)
         point = (T_robot_cloud * (point.cast<double>() + shift)).cast<float>();
@@ -350,7 +482,8 @@ RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
     }
   } catch (const NoPose& none) {
     throw Error(Error::Kind::data, scan.name, none.what(),
-                "--skip-bad leaves such scans out, --max-pose-gap allows more");
+                "--skip-bad leaves such scans out, --max-pose-gap allows more" +
+                    without(none, robot_.empty() ? index_.frames[listed.frame] : robot_));
   } catch (const Error&) {
     throw;
   } catch (const std::runtime_error& error) {

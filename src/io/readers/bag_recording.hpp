@@ -22,11 +22,16 @@ namespace octosurf::io {
 /// The posed scans of a bag: its clouds and depth images by header time.
 class BagRecording {
  public:
-  /// Reads the bag once and chooses topics, camera and poses by the options; with options.poses, no poses.
-  /// Throws Error(data) for a damaged bag, if requested topics or frames are missing, or if a choice is
-  /// ambiguous. With options.skip_bad, damaged parts add a line to `left_out` instead.
+  /// Reads the bag once. Throws Error(data) for a damaged one; with options.skip_bad, damaged parts add a
+  /// line to `left_out` instead.
   BagRecording(const std::vector<std::filesystem::path>& files, const ScanSourceOptions& options,
                std::vector<std::string>& left_out);
+
+  /// Some topic has scans.
+  bool has_scans() const;
+  /// Chooses topics, camera and poses by the options; with options.poses, no poses. Call it once. Throws
+  /// Error(data) if requested topics or frames are missing, or if a choice is ambiguous.
+  void choose(const ScanSourceOptions& options);
 
   std::size_t size() const { return scans_.size(); }
   double stamp_s(std::size_t scan) const { return static_cast<double>(scans_[scan].stamp_ns) / 1e9; }
@@ -54,10 +59,14 @@ class BagRecording {
   void choose_scans(const BagOptions& options);
   void choose_cameras(const ScanSourceOptions& options);
   void choose_camera(const TopicContents& images, const std::optional<std::string>& info_topic);
+  void choose_tree(const BagOptions& options);
   void choose_poses(const BagOptions& options);
   bool choose_registered(const std::string& frame, const BagOptions& options);
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
   void note_left_out();
+  void settle_doubts(const BagOptions& options);
+  void require_one_clock(const BagOptions& options) const;
+  std::string without(const NoPose& none, const std::string& frame) const;
   void choose_fixed_frame(const std::string& frame, const std::string& why);
   [[noreturn]] void refuse(const std::string& what, const std::string& hint) const;
   const TopicContents& named(const std::string& topic, const char* option, const char* what,
@@ -68,14 +77,17 @@ class BagRecording {
   std::string name_of(const ListedMessage& scan) const;
 
   struct Camera {
-    Intrinsics intrinsics;
-    std::optional<int> width, height;  ///< of its images, if known
+    Intrinsics given;                     ///< for all its images, unless there are
+    const TopicContents* info = nullptr;  ///< messages, in index_
+    bool rectified = false;
   };
+  Intrinsics camera_of(const ListedMessage& listed, int width, int height, const std::string& where) const;
 
   std::vector<std::filesystem::path> files_;
   std::uint64_t bytes_ = 0;  // of the files
   std::unique_ptr<Bag> bag_;
   BagIndex index_;
+  TransformTree tree_;  // of index_.trees
   std::vector<ListedMessage> scans_;
   std::map<std::uint32_t, Camera> cameras_;  // by the images' topic
   std::optional<double> depth_scale_;

@@ -245,7 +245,7 @@ bool is_picture(const std::filesystem::path& file) {
 
 namespace {
 
-/// Sets pixels without a reading to `no_return_depth`, unless one is so near that an edge's blur reaches it.
+/// Sets pixels of 0 to `no_return_depth`, unless a reading is so near that an edge's blur reaches it.
 void set_far(std::vector<float>& depth, std::size_t width) {
   constexpr std::size_t reach = ramp_width;
   const std::size_t height = width == 0 ? 0 : depth.size() / width;
@@ -264,7 +264,7 @@ void set_far(std::vector<float>& depth, std::size_t width) {
   near = grown(near, height, width, width, 1);
   near = grown(near, width, 1, height, width);
   for (std::size_t i = 0; i < depth.size(); ++i)
-    if (!near[i]) depth[i] = no_return_depth;
+    if (!near[i] && depth[i] == 0) depth[i] = no_return_depth;
 }
 
 }  // namespace
@@ -299,7 +299,8 @@ std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrins
   if (image.quant_a == 0) return back_project(width, height, camera, scale, pixel, none);
   const auto metres = [&](std::size_t u, std::size_t v) {
     const std::uint16_t p = pixel(u, v);
-    return p == 0 ? 0.0F : image.quant_a / (static_cast<float>(p) - image.quant_b);
+    return p == 0 ? std::numeric_limits<float>::infinity()
+                  : image.quant_a / (static_cast<float>(p) - image.quant_b);
   };
   return back_project(width, height, camera, scale, metres, none);
 }

@@ -60,6 +60,13 @@ bool is_picture(const std::filesystem::path& file);
 inline bool is_reading(std::uint16_t pixel) { return pixel != 0 && pixel != 65535; }
 /// REP 118: NaN, ±∞ and, by some drivers, 0 are no readings.
 inline bool is_reading(float pixel) { return pixel > 0 && pixel <= std::numeric_limits<float>::max(); }
+/// What a pixel that is no reading says: 0, that there may be nothing within range; -1, that nothing is
+/// known. REP 117: only +∞ is nothing within range; -∞ is too near, NaN not measured. Whole numbers do not
+/// tell.
+inline float depth_without_reading(std::uint16_t) { return 0; }
+inline float depth_without_reading(float pixel) {
+  return pixel > std::numeric_limits<float>::max() ? 0.0F : -1.0F;
+}
 
 /// What becomes of pixels without a return.
 enum class NoReturn {
@@ -69,7 +76,7 @@ enum class NoReturn {
 inline constexpr float no_return_depth = 2e8F;  ///< m: beyond the earth
 
 /// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel that has a
-/// reading of a surface (erase_flying_pixels). `depth`: m, row by row; 0: no reading.
+/// reading of a surface (erase_flying_pixels). `depth`: m, row by row; others: depth_without_reading().
 std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
                                           const Intrinsics& camera, NoReturn none = NoReturn::left_out);
 /// `scale`: units per metre. `pixel(u, v)`: in units, row by row.
@@ -82,7 +89,8 @@ std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height,
   for (std::size_t v = 0; v < height; ++v)
     for (std::size_t u = 0; u < width; ++u) {
       const auto reading = pixel(u, v);
-      depth[v * width + u] = is_reading(reading) ? static_cast<float>(reading) * metres : 0;
+      depth[v * width + u] =
+          is_reading(reading) ? static_cast<float>(reading) * metres : depth_without_reading(reading);
     }
   return back_project(std::move(depth), width, camera, none);
 }

@@ -60,10 +60,9 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
   return naming(where, [&] {
     ReceivedScan received = begin_scan(image, encoding, where);
     const io::CameraInfoMessage info = io::read_camera_info(*io::message_reader(camera_info, encoding));
-    const io::Intrinsics& camera = io::intrinsics_for(info, rectified);
     const auto reader = io::message_reader(image, encoding);
     const io::ImageMessage read = io::read_image_message(*reader);
-    io::require_size(read.width, read.height, info.width, info.height);
+    const io::Intrinsics camera = io::intrinsics_for(info, rectified, read.width, read.height);
     received.scan.sensor = SensorKind::depth_camera;
     const bool clear = clear_no_return_m > 0;
     received.scan.points = io::points_of(read, camera, depth_scale, io::largest_scan(image.size()),

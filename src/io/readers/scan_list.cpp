@@ -92,19 +92,43 @@ void open_graph(ListedRecording& recording) {
   for (std::size_t i = 0; i < recording.scans.size(); ++i) recording.scans[i].index = i;
 }
 
-/// One recording per bag, or per bags of one folder, with its scans.
-void open_bags(ListedRecording& recording, const ScanSourceOptions& options, ScanList& list) {
-  if (recording.scans.front().kind != FileKind::bag) return;
+std::vector<fs::path> files_of(const ListedRecording& recording) {
   std::vector<fs::path> files;
   for (const auto& scan : recording.scans) files.push_back(scan.file);
-  recording.bag = std::make_shared<BagRecording>(files, options, list.left_out);
-  recording.scans.assign(recording.bag->size(), recording.scans.front());
-  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-    recording.scans[i].index = i;
-    recording.scans[i].stamp_s = recording.bag->stamp_s(i);
+  return files;
+}
+
+/// One recording per bag, or per bags of one folder, with its scans; but where one has no scans, as of
+/// another recorder of the same drive, all are one.
+void open_bags(const ScanSourceOptions& options, ScanList& list) {
+  const auto is_bag = [](const ListedRecording& one) { return one.scans.front().kind == FileKind::bag; };
+  std::vector<ListedRecording>& all = list.recordings;
+  const std::size_t lines = list.left_out.size();
+  for (ListedRecording& one : all)
+    if (is_bag(one)) one.bag = std::make_shared<BagRecording>(files_of(one), options, list.left_out);
+  const auto lacks_scans = [](const ListedRecording& one) { return one.bag && !one.bag->has_scans(); };
+  const auto first = std::ranges::find_if(all, is_bag);
+  if (std::ranges::any_of(all, lacks_scans) && std::ranges::count_if(all, is_bag) > 1) {
+    for (ListedRecording& one : all)
+      if (one.bag && &one != &*first) {
+        first->scans.insert(first->scans.end(), one.scans.begin(), one.scans.end());
+        one.scans.clear();
+      }
+    std::erase_if(all, [](const ListedRecording& one) { return one.scans.empty(); });
+    list.left_out.resize(lines);
+    first->bag = std::make_shared<BagRecording>(files_of(*first), options, list.left_out);
   }
-  for (const std::string& note : recording.bag->notes())
-    list.notes.push_back(files.front().string() + ": " + note);
+  for (ListedRecording& recording : all) {
+    if (!recording.bag) continue;
+    recording.bag->choose(options);
+    const std::string name = recording.scans.front().file.string();
+    recording.scans.assign(recording.bag->size(), recording.scans.front());
+    for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+      recording.scans[i].index = i;
+      recording.scans[i].stamp_s = recording.bag->stamp_s(i);
+    }
+    for (const std::string& note : recording.bag->notes()) list.notes.push_back(name + ": " + note);
+  }
 }
 
 void check_options(const ScanSourceOptions& options) {
@@ -148,9 +172,9 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
       last_is_files = false;
     }
   }
+  open_bags(options, list);
   for (auto& recording : list.recordings) {
     open_graph(recording);
-    open_bags(recording, options, list);
     find_camera(recording, options);
     find_floats(recording, options, list.notes);
     find_stamps(recording);

@@ -69,7 +69,7 @@ bool is_time_field(std::string_view name) {
 
 std::optional<TimedCloud> timed_cloud(double stamp_s, const std::vector<Eigen::Vector3f>& points,
                                       const PointTimes& times) {
-  TimedCloud cloud{stamp_s, std::numeric_limits<double>::infinity(),
+  TimedCloud cloud{stamp_s - times.later_s, std::numeric_limits<double>::infinity(),
                    -std::numeric_limits<double>::infinity()};
   for (std::size_t i = 0; i < times.values.size(); ++i) {
     if (!points[i].allFinite() || !std::isfinite(times.values[i])) continue;
@@ -104,7 +104,7 @@ std::vector<float> PointClock::after_stamp(double stamp_s, const std::vector<Eig
                                            const PointTimes& times) const {
   const auto cloud = timed_cloud(stamp_s, points, times);
   double begin = 0;  // the stamp in the field's unit
-  if (zero == Zero::epoch) begin = stamp_s / unit_s;
+  if (zero == Zero::epoch) begin = (stamp_s - times.later_s) / unit_s;
   if (zero == Zero::other_clock && cloud) begin = cloud->first;
   std::vector<float> after;
   after.reserve(times.values.size());

@@ -17,6 +17,7 @@ namespace octosurf::io {
 struct PointTimes {
   std::string field;           ///< empty: it has none
   std::vector<double> values;  ///< one for each point
+  double later_s = 0;          ///< a scan's stamp_s is as much later than its stamp by their clock
 };
 
 /// True for names that drivers give to a point's time.

@@ -259,25 +259,46 @@ CameraInfoMessage read_camera_info(MessageReader& message) {
   for (double& value : k) value = message.f64();
   for (double& value : r) value = message.f64();
   for (double& value : p) value = message.f64();
-  check_positive_side(width, height);
-  info.width = static_cast<int>(width);
-  info.height = static_cast<int>(height);
   info.raw = {k[0], k[4], k[2], k[5]};
   info.rectified = {p[0], p[5], p[2], p[6]};
+  if (info.calibrated()) check_positive_side(width, height);  // or else of a driver that is not up yet
+  const auto side = [&] { return static_cast<int>(std::min(message.u32(), largest_side)); };
+  info.binning_x = std::max(1, side());
+  info.binning_y = std::max(1, side());
+  info.left = side();
+  info.top = side();
+  info.rows = side();
+  info.columns = side();
+  info.width = static_cast<int>(width);
+  info.height = static_cast<int>(height);
   return info;
 }
 
 const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, bool rectified) {
-  const Intrinsics& chosen = rectified ? camera.rectified : camera.raw;
+  const Intrinsics& chosen = rectified && camera.rectified.fx != 0 ? camera.rectified : camera.raw;
   if (!std::isfinite(chosen.fx + chosen.fy + chosen.cx + chosen.cy) || chosen.fx == 0 || chosen.fy == 0)
     fail_reading("a camera whose focal length is zero or not finite: it is not calibrated");
   return chosen;
 }
 
-void require_size(int width, int height, int camera_width, int camera_height) {
-  if (width != camera_width || height != camera_height)
-    fail_reading("an image of " + size_text(width, height) + " pixels, but its camera has " +
-                 size_text(camera_width, camera_height));
+Intrinsics intrinsics_for(const CameraInfoMessage& camera, bool rectified, int width, int height) {
+  Intrinsics part = intrinsics_for(camera, rectified);
+  const bool whole = camera.columns == 0 || camera.rows == 0;
+  const int columns = whole ? camera.width : camera.columns, rows = whole ? camera.height : camera.rows;
+  if (columns / camera.binning_x == width && rows / camera.binning_y == height) {
+    if (!whole) part.cx -= camera.left, part.cy -= camera.top;
+    // A pixel's middle is a whole number, and that of binned ones is between theirs.
+    part.cx = (part.cx + 0.5) / camera.binning_x - 0.5;
+    part.cy = (part.cy + 0.5) / camera.binning_y - 0.5;
+    part.fx /= camera.binning_x;
+    part.fy /= camera.binning_y;
+  } else if (width != camera.width || height != camera.height) {
+    fail_reading(
+        "an image of " + size_text(static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height)) +
+        " pixels, but its camera has " +
+        size_text(static_cast<std::uint64_t>(camera.width), static_cast<std::uint64_t>(camera.height)));
+  }
+  return part;
 }
 
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {

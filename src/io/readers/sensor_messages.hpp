@@ -82,18 +82,23 @@ DepthImage depth_of(const CompressedImageMessage& image, const std::string& wher
                     std::uint64_t largest_size);
 
 struct CameraInfoMessage {
-  int width = 0, height = 0;
-  Intrinsics raw;        ///< K
-  Intrinsics rectified;  ///< P's left part
+  int width = 0, height = 0;  ///< of the sensor; drivers write that of a part or of binned images, too
+  Intrinsics raw;             ///< K, of the whole sensor
+  Intrinsics rectified;       ///< P's left part
   bool distorted = false;
+  int binning_x = 1, binning_y = 1;              ///< pixels that are one in an image
+  int left = 0, top = 0, columns = 0, rows = 0;  ///< the part of the sensor (roi); 0 columns: the whole
+  bool calibrated() const { return raw.fx != 0 || rectified.fx != 0; }
   bool operator==(const CameraInfoMessage&) const = default;
 };
 CameraInfoMessage read_camera_info(MessageReader& message);
 
-/// The intrinsics of its images; `rectified`: is_rectified(). Throws if the camera is not calibrated.
+/// The intrinsics, K or P; `rectified`: is_rectified(), and P where it is set. Throws if the camera is not
+/// calibrated.
 const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, bool rectified);
-/// Throws if the image's size differs from the camera's.
-void require_size(int width, int height, int camera_width, int camera_height);
+/// Of its images of this size: part and binning are taken off, as REP 104 says, unless the size is that of
+/// the message. Throws if it is neither.
+Intrinsics intrinsics_for(const CameraInfoMessage& camera, bool rectified, int width, int height);
 
 struct TransformMessage {
   MessageHeader header;

@@ -2,6 +2,8 @@
 #include "io/readers/bag.hpp"
 #include "io/readers/bounded_file.hpp"
 
+#include <array>
+#include <cstdio>
 #include <map>
 #include <sqlite3.h>
 
@@ -15,10 +17,12 @@ namespace {
 constexpr int steps_between_looks = 1000;
 constexpr std::uint64_t steps_per_byte = 10, free_steps = 1000000;
 
+std::filesystem::path log_of(const std::filesystem::path& file) { return file.string() + "-wal"; }
+
 class SqliteBag : public Bag {
  public:
   explicit SqliteBag(const std::filesystem::path& file)
-      : file_(file), size_(BoundedFile(file).size()), base_(opened(file), &sqlite3_close) {
+      : file_(file), size_(size_of_bag_file(file)), base_(opened(file), &sqlite3_close) {
     // The file is untrusted: no value larger than the file itself, no functions in its schema.
     sqlite3_limit(
         base_.get(), SQLITE_LIMIT_LENGTH,
@@ -58,11 +62,26 @@ class SqliteBag : public Bag {
  private:
   using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
 
+  /// Of a recorder that was killed, much lies in a log beside the file. It is read as it is, in memory alone:
+  /// without locks, which need another file, and not written into the base at the end.
   static sqlite3* opened(const std::filesystem::path& file) {
+    const bool logged = std::filesystem::exists(log_of(file));
+    std::string name = "file:";
+    for (const char c : file.string()) {
+      std::array<char, 4> code{};
+      std::snprintf(code.data(), code.size(), "%%%02X", static_cast<unsigned char>(c));
+      name += code.data();
+    }
+    if (!logged && !std::filesystem::exists(file.string() + "-journal")) name += "?immutable=1";
     sqlite3* base = nullptr;
-    const int error = sqlite3_open_v2(file.c_str(), &base, SQLITE_OPEN_READONLY, nullptr);
+    const int error = sqlite3_open_v2(name.c_str(), &base, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI,
+                                      logged ? "unix-none" : nullptr);
     if (base == nullptr) throw std::bad_alloc();
-    if (error == SQLITE_OK) return base;
+    if (error == SQLITE_OK) {
+      sqlite3_db_config(base, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+      if (logged) sqlite3_exec(base, "PRAGMA locking_mode = EXCLUSIVE", nullptr, nullptr, nullptr);
+      return base;
+    }
     const std::string what = sqlite3_errmsg(base);
     sqlite3_close(base);
     throw Error(Error::Kind::data, file.string(), "cannot be read (SQLite says " + what + ")");
@@ -132,6 +151,11 @@ class SqliteBag : public Bag {
 };
 
 }  // namespace
+
+std::uint64_t size_of_bag_file(const std::filesystem::path& file) {
+  const std::filesystem::path log = log_of(file);
+  return BoundedFile(file).size() + (std::filesystem::exists(log) ? BoundedFile(log).size() : 0);
+}
 
 std::unique_ptr<Bag> open_sqlite_bag(const std::filesystem::path& file) {
   return std::make_unique<SqliteBag>(file);

@@ -40,6 +40,33 @@ std::int64_t distance(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(std::min<std::uint64_t>(apart, std::numeric_limits<std::int64_t>::max()));
 }
 
+/// Up to what float and a product of rotations may round.
+bool is_same(const PoseTrack::Sample& a, const PoseTrack::Sample& b) {
+  constexpr double rounding = 1e-6;  // m and rad
+  const Eigen::Vector4d q = a.rotation.coeffs(), p = b.rotation.coeffs();
+  return (a.translation - b.translation).norm() <= rounding &&
+         2 * std::min((q - p).norm(), (q + p).norm()) <= rounding;  // half of the angle
+}
+
+/// m, the median of how far two publishers that take turns are apart: A B A, sorted by time. One robot's
+/// odometry and localisers stay within 5 cm of themselves from one sample to the next but one. Every
+/// twentieth sample must be so: a publisher at 50 Hz and another at 2.5 Hz.
+double to_and_fro(const std::vector<PoseTrack::Sample>& samples) {
+  constexpr double least_m = 0.05;
+  constexpr std::size_t least_share = 20;
+  std::vector<double> apart;
+  for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
+    const Eigen::Vector3d &before = samples[i - 1].translation, &at = samples[i].translation,
+                          &after = samples[i + 1].translation;
+    const double there = std::min((at - before).norm(), (after - at).norm());
+    if (there > least_m && 3 * (after - before).norm() < there) apart.push_back(there);
+  }
+  if (apart.size() < 3 || apart.size() * least_share < samples.size()) return 0;
+  const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2);
+  std::nth_element(apart.begin(), middle, apart.end());
+  return *middle;
+}
+
 }  // namespace
 
 bool is_map_frame(std::string_view frame) {
@@ -52,6 +79,9 @@ void PoseTrack::finish() {
   if (std::ranges::any_of(samples_, is_pose))
     left_out_ += std::erase_if(samples_, [](const Sample& sample) { return !is_pose(sample); });
   std::ranges::stable_sort(samples_, {}, &Sample::stamp_ns);
+  disagreement_m_ = std::max(disagreement_m_, to_and_fro(samples_));
+  const auto differs = [&](const Sample& sample) { return !is_same(sample, samples_.front()); };
+  changes_ = changes_ || std::ranges::any_of(samples_, differs);
   // Of equal times keep the last: unique() over the reversed sequence keeps its first.
   const auto kept = std::unique(samples_.rbegin(), samples_.rend(),
                                 [](const Sample& a, const Sample& b) { return a.stamp_ns == b.stamp_ns; });
@@ -62,63 +92,93 @@ void PoseTrack::forget_before(std::int64_t stamp_ns) {
   samples_.erase(samples_.begin(), std::ranges::lower_bound(samples_, stamp_ns, {}, &Sample::stamp_ns));
 }
 
-PoseTrack::At PoseTrack::at(std::int64_t stamp_ns, std::int64_t gap_ns) const {
+Eigen::Isometry3d PoseTrack::at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady) const {
   const auto after = std::ranges::lower_bound(samples_, stamp_ns, {}, &Sample::stamp_ns);
-  if (after != samples_.end() && after->stamp_ns == stamp_ns) return {after->parent, transform(*after)};
+  if (after != samples_.end() && after->stamp_ns == stamp_ns) return transform(*after);
+  if (steady && !changes_ && samples_.size() > 1) return transform(samples_.front());
   if (after == samples_.begin() || after == samples_.end()) {
     if (samples_.empty()) throw NoPose("there is none");
     const Sample& nearest = after == samples_.end() ? samples_.back() : samples_.front();
     const std::int64_t away =
         distance(std::min(nearest.stamp_ns, stamp_ns), std::max(nearest.stamp_ns, stamp_ns));
-    if (away <= std::min(nearest_within_ns, gap_ns)) return {nearest.parent, transform(nearest)};
+    if (away <= std::min(nearest_within_ns, gap_ns)) return transform(nearest);
     throw NoPose(std::string(after == samples_.end() ? "the last is " : "the first is ") + seconds(away) +
                  (after == samples_.end() ? " earlier" : " later"));
   }
   const Sample &a = *std::prev(after), &b = *after;
+  if (is_same(a, b)) return transform(a);
   const std::int64_t apart = distance(a.stamp_ns, b.stamp_ns);
   if (apart > gap_ns) throw NoPose("its neighbours in time are " + seconds(apart) + " apart");
-  if (a.parent != b.parent) throw NoPose("its parent changes between its neighbours in time");
-  return {a.parent, pose_between(transform(a), transform(b),
-                                 static_cast<double>(stamp_ns - a.stamp_ns) / static_cast<double>(apart))};
+  return pose_between(transform(a), transform(b),
+                      static_cast<double>(stamp_ns - a.stamp_ns) / static_cast<double>(apart));
+}
+
+Eigen::Isometry3d PoseTrack::held_at(std::int64_t stamp_ns) const {
+  const auto after = std::ranges::upper_bound(samples_, stamp_ns, {}, &Sample::stamp_ns);
+  return transform(after == samples_.begin() ? *after : *std::prev(after));
 }
 
 std::uint32_t TransformTree::index_of(const std::string& frame) {
   const auto [found, is_new] = indices_.emplace(frame, static_cast<std::uint32_t>(frames_.size()));
-  if (is_new) frames_.push_back({frame, {}, {}});
+  if (is_new) frames_.push_back({frame, {}});
   return found->second;
 }
 
-void TransformTree::add(const Edge& edge, PoseTrack::Sample sample) {
-  sample.parent = index_of(edge.parent);
-  Frame& child = frames_[index_of(edge.child)];
-  if (edge.fixed && (is_pose(sample) || !child.fixed))
-    child.fixed = sample;
-  else if (!edge.fixed)
-    child.track.add(sample);
+TransformTree::Above& TransformTree::above_of(std::uint32_t child, std::uint32_t parent, bool fixed) {
+  std::vector<Above>& above = frames_[child].above;
+  for (Above& one : above)
+    if (one.parent == parent && one.fixed == fixed) return one;
+  const auto place = fixed ? above.end() : std::ranges::find(above, true, &Above::fixed);
+  return *above.insert(place, {parent, fixed, {}});
+}
+
+void TransformTree::add(const Edge& edge, const PoseTrack::Sample& sample) {
+  if (edge.parent == edge.child || edge.parent.empty() || edge.child.empty()) return;
+  const std::uint32_t parent = index_of(edge.parent);
+  above_of(index_of(edge.child), parent, edge.fixed).track.add(sample);
 }
 
 void TransformTree::finish() {
-  for (Frame& frame : frames_) frame.track.finish();
+  for (Frame& frame : frames_)
+    for (Above& above : frame.above) {
+      above.track.finish();
+      steady_ = steady_ || (!above.fixed && above.track.changes());
+    }
+}
+
+bool TransformTree::join(const TransformTree& other) {
+  for (const Frame& frame : other.frames_)
+    if (const auto own = indices_.find(frame.name);
+        !frame.above.empty() && own != indices_.end() && !frames_[own->second].above.empty())
+      return false;
+  for (const Frame& frame : other.frames_)
+    for (const Above& above : frame.above) {
+      const std::uint32_t parent = index_of(other.frames_[above.parent].name);
+      above_of(index_of(frame.name), parent, above.fixed).track = above.track;
+    }
+  steady_ = steady_ || other.steady_;
+  return true;
 }
 
 std::pair<std::size_t, std::string> TransformTree::left_out() const {
   std::pair<std::size_t, std::string> all;
-  for (const Frame& frame : frames_) {
-    if (all.first == 0) all.second = frame.name;
-    all.first += frame.track.left_out();
-  }
+  for (const Frame& frame : frames_)
+    for (const Above& above : frame.above) {
+      if (all.first == 0) all.second = frame.name;
+      if (!above.fixed) all.first += above.track.left_out();
+    }
   return all;
 }
 
 void TransformTree::keep_last(std::int64_t duration_ns) {
   for (Frame& frame : frames_)
-    if (!frame.track.samples().empty())
-      frame.track.forget_before(frame.track.samples().back().stamp_ns - duration_ns);
+    for (Above& above : frame.above)
+      if (!above.fixed && !above.track.samples().empty())
+        above.track.forget_before(above.track.samples().back().stamp_ns - duration_ns);
 }
 
 std::optional<std::uint32_t> TransformTree::parent_of(const Frame& frame) const {
-  if (!frame.track.samples().empty()) return frame.track.samples().front().parent;
-  return frame.fixed ? std::optional(frame.fixed->parent) : std::nullopt;
+  return frame.above.empty() ? std::nullopt : std::optional(frame.above.front().parent);
 }
 
 std::vector<std::uint32_t> TransformTree::children_of(std::uint32_t frame) const {
@@ -142,16 +202,54 @@ std::vector<std::string> TransformTree::ancestors(const std::string& frame) cons
 
 bool TransformTree::moves(const std::string& frame) const {
   const auto names = ancestors(frame);
-  return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
-    return !frames_[indices_.at(name)].track.samples().empty();
-  });
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return frames_[indices_.at(name)].moves(); });
+}
+
+std::optional<std::pair<std::int64_t, std::int64_t>> TransformTree::times(const std::string& frame) const {
+  std::optional<std::pair<std::int64_t, std::int64_t>> all;
+  for (const std::string& name : ancestors(frame)) {
+    const Frame& at = frames_[indices_.at(name)];
+    if (!at.moves()) continue;
+    const auto& samples = at.above.front().track.samples();
+    if (!all) all.emplace(samples.front().stamp_ns, samples.back().stamp_ns);
+    all->first = std::min(all->first, samples.front().stamp_ns);
+    all->second = std::max(all->second, samples.back().stamp_ns);
+  }
+  return all;
+}
+
+TransformTree::Doubts TransformTree::doubts_of(const std::string& frame) const {
+  Doubts doubts;
+  for (const std::string& name : ancestors(frame)) {
+    const std::vector<Above>& above = frames_[indices_.at(name)].above;
+    for (const Above& one : above) {
+      const std::string& parent = frames_[one.parent].name;
+      if (one.fixed) {
+        if (one.track.changes() && doubts.changed.empty()) doubts.changed = name + " in " + parent;
+        continue;
+      }
+      std::array<char, 32> apart{};
+      std::snprintf(apart.data(), apart.size(), ", by %.2f m", one.track.disagreement());
+      if (one.track.disagreement() > 0 && doubts.disagreement.empty())
+        doubts.disagreement = "two publishers of " + parent + " -> " + name + " disagree" + apart.data();
+      // Not one after the other, as of a thing that is handed over.
+      const auto &samples = above.front().track.samples(), &others = one.track.samples();
+      if (one.parent != above.front().parent && doubts.parents.empty() &&
+          std::max(samples.front().stamp_ns, others.front().stamp_ns) <
+              std::min(samples.back().stamp_ns, others.back().stamp_ns))
+        doubts.parents =
+            name + " has two parents at a time, " + frames_[above.front().parent].name + " and " + parent;
+    }
+  }
+  return doubts;
 }
 
 std::string TransformTree::robot_below(const std::string& frame) const {
   const auto found = indices_.find(frame);
   if (found == indices_.end()) return {};
   std::uint32_t at = found->second;
-  const auto moving = [&](std::uint32_t i) { return !frames_[i].track.samples().empty(); };
+  const auto moving = [&](std::uint32_t i) { return frames_[i].moves(); };
   for (std::size_t steps = 0; steps < frames_.size(); ++steps) {
     std::vector<std::uint32_t> children = children_of(at);
     const bool stands = at == found->second || is_map_frame(frames_[at].name);
@@ -172,8 +270,8 @@ std::optional<std::int64_t> TransformTree::newest(const std::string& to, const s
   const auto met = std::find_first_of(above.begin(), above.end(), above_target.begin(), above_target.end());
   if (met == above.end()) return {};
   const auto note = [&](const std::string& name) {
-    const auto& samples = frames_[indices_.at(name)].track.samples();
-    if (!samples.empty()) earliest = std::min(earliest, samples.back().stamp_ns);
+    const Frame& frame = frames_[indices_.at(name)];
+    if (frame.moves()) earliest = std::min(earliest, frame.above.front().track.samples().back().stamp_ns);
   };
   std::for_each(above.begin(), met, note);
   std::for_each(above_target.begin(), std::find(above_target.begin(), above_target.end(), *met), note);
@@ -181,31 +279,34 @@ std::optional<std::int64_t> TransformTree::newest(const std::string& to, const s
 }
 
 void TransformTree::forget_moving() {
-  for (Frame& frame : frames_) frame.track = {};
+  for (Frame& frame : frames_) std::erase_if(frame.above, [](const Above& above) { return !above.fixed; });
+  steady_ = false;
 }
 
 TransformTree::Way TransformTree::up(std::uint32_t start, std::optional<std::uint32_t> stop,
                                      std::int64_t stamp_ns, std::int64_t gap_ns) const {
   Way way{{{start, Eigen::Isometry3d::Identity()}}, {}};
-  while (way.steps.back().frame != stop) {
-    const Step& last = way.steps.back();
-    const Frame& frame = frames_[last.frame];
-    PoseTrack::At at;
-    if (!frame.track.samples().empty()) {
+  const auto seen = [&](std::uint32_t frame) {  // rings end
+    return std::ranges::find(way.steps, frame, &Step::frame) != way.steps.end();
+  };
+  for (std::size_t i = 0; i < way.steps.size(); ++i) {
+    const Step step = way.steps[i];
+    if (step.frame == stop) break;
+    const Frame& frame = frames_[step.frame];
+    for (const Above& above : frame.above) {
+      const bool moves_too = above.fixed && std::ranges::any_of(frame.above, [&](const Above& other) {
+                               return other.parent == above.parent && !other.fixed;
+                             });
+      if (moves_too || seen(above.parent)) continue;
       try {
-        at = frame.track.at(stamp_ns, gap_ns);
-      } catch (const NoPose& none) {  // ignored if the other frame is below this one
-        way.broken = "no pose of frame " + frame.name + " at its time: " + none.what();
-        break;
+        const Eigen::Isometry3d T =
+            above.fixed ? above.track.held_at(stamp_ns) : above.track.at(stamp_ns, gap_ns, steady_);
+        way.steps.push_back({above.parent, T * step.T_frame_start});
+      } catch (const NoPose& none) {  // ignored if another way leads there
+        if (!way.broken)
+          way.broken.emplace("no pose of frame " + frame.name + " at its time: " + none.what(), frame.name);
       }
-    } else if (frame.fixed) {
-      at = {frame.fixed->parent, transform(*frame.fixed)};
-    } else {
-      break;  // the root
     }
-    if (way.steps.size() > frames_.size())
-      throw NoPose("the frames above " + frames_[start].name + " form a ring");
-    way.steps.push_back({at.parent, at.T_parent_child * last.T_frame_start});
   }
   return way;
 }
@@ -217,13 +318,14 @@ Eigen::Isometry3d TransformTree::lookup(const std::string& to, const std::string
   if (source == indices_.end()) throw NoPose("tf has no frame '" + from + "'");
   if (target == indices_.end()) throw NoPose("tf has no frame '" + to + "'");
   const Way way = up(source->second, target->second, stamp_ns, gap_ns);
-  if (way.steps.back().frame == target->second) return way.steps.back().T_frame_start;
-  const Way back = up(target->second, {}, stamp_ns, gap_ns);
+  const bool below = std::ranges::find(way.steps, target->second, &Step::frame) != way.steps.end();
+  const Way back = below ? Way{{{target->second, Eigen::Isometry3d::Identity()}}, {}}
+                         : up(target->second, {}, stamp_ns, gap_ns);
   for (const Step& step : back.steps)
     for (const Step& other : way.steps)
       if (other.frame == step.frame) return step.T_frame_start.inverse() * other.T_frame_start;
-  if (!way.broken.empty() || !back.broken.empty())
-    throw NoPose(way.broken.empty() ? back.broken : way.broken);
+  if (way.broken) throw NoPose(*way.broken);
+  if (back.broken) throw NoPose(*back.broken);
   throw NoPose("tf does not connect " + from + " with " + to);
 }
 

@@ -318,6 +318,7 @@ McapMessage camera(const std::string& topic, double focal_length, double distort
   for (const double f : {K, 0., 0., 0., K, 0., 0., 0., 1.}) info.f64(f);
   for (int i = 0; i < 9; ++i) info.f64(0);
   for (const double f : {P, 0., 0., 0., 0., P, 0., 0., 0., 0., 1., 0.}) info.f64(f);
+  for (const std::uint32_t zero : {0, 0, 0, 0, 0, 0}) info.u32(zero);  // binning, roi
   return {topic, "sensor_msgs/msg/CameraInfo", 1, info.all()};
 }
 
