@@ -30,11 +30,9 @@ void count(const BagMessage& message, TopicContents& contents) {
   contents.bytes += message.bytes.size();
 }
 
-/// a + b, or the nearest number to it that there is.
+/// Wraps around where a damaged bag's stamps are too many years apart.
 std::int64_t sum(std::int64_t a, std::int64_t b) {
-  std::int64_t result = 0;
-  if (!__builtin_add_overflow(a, b, &result)) return result;
-  return a < 0 ? std::numeric_limits<std::int64_t>::min() : std::numeric_limits<std::int64_t>::max();
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
 
 double distance(std::int64_t a, std::int64_t b) {
@@ -78,8 +76,8 @@ class Indexer {
     if (!std::ranges::is_sorted(events_, {}, &Event::recorded_ns))  // of several files
       std::ranges::stable_sort(events_, {}, &Event::recorded_ns);
     give_stamps();
-    const std::vector<std::uint32_t> passes = find_passes();
-    const std::vector<std::int64_t> later = shifts_of(passes);
+    std::vector<std::int64_t> later;
+    const std::vector<std::uint32_t> passes = find_passes(later);
     for (std::size_t i = 0; !events_.empty(); events_.pop_front(), ++i) {
       Event& event = events_.front();
       const Stream& stream = streams_[event.stream];
@@ -94,6 +92,8 @@ class Indexer {
       else
         contents.scans[event.index].stamp_ns = event.sample.stamp_ns;
     }
+    for (const Stream& stream : streams_)
+      if (std::isfinite(stream.apart_s)) index_.topics[stream.topic].apart_s = stream.apart_s;
     for (auto& [space, tree] : index_.trees) tree.finish();
     for (TopicContents& contents : index_.topics) {
       contents.poses.finish();
@@ -118,6 +118,7 @@ class Indexer {
     // While passes are told apart: the one that it is in, and its last two stamps there.
     std::uint32_t pass = 0;
     std::int64_t last_ns = std::numeric_limits<std::int64_t>::min(), before_last_ns = last_ns;
+    double apart_s = std::numeric_limits<double>::infinity();  // from the poses recorded before
   };
 
   void add_event(std::uint32_t stream, std::size_t index, const PoseTrack::Sample& sample) {
@@ -159,11 +160,19 @@ class Indexer {
 
   /// The pass that each event is of. Streams do not notice at the same time that a clock was set back: until
   /// a stream's stamps are nearer to the new time than to the old, they are of the pass before.
-  std::vector<std::uint32_t> find_passes() {
+  /// `later`: what is added to the stamps of each.
+  std::vector<std::uint32_t> find_passes(std::vector<std::int64_t>& later) {
     std::vector<std::uint32_t> passes(events_.size());
     std::uint32_t pass = 0;
     std::int64_t now = lowest, ended = 0;  // of the pass, of the one before
     double back_s = 0;                     // of the first
+    struct Span {
+      std::int64_t first = std::numeric_limits<std::int64_t>::max(), last = lowest;
+    };
+    std::vector<Span> spans(1);  // of the passes' poses
+    const auto note = [&](Span& span, std::int64_t stamp) {
+      span = {std::min(span.first, stamp), std::max(span.last, stamp)};
+    };
     for (std::size_t i = 0; i < events_.size(); ++i) {
       std::int64_t& stamp = events_[i].sample.stamp_ns;
       Stream& stream = streams_[events_[i].stream];
@@ -174,7 +183,7 @@ class Indexer {
       }
       if (stream.pass < pass && distance(stamp, ended) < distance(stamp, now)) {
         passes[i] = pass - 1;
-        if (stream.moves) ended = stamp;
+        if (stream.moves) note(spans[pass - 1], ended = stamp);
         continue;
       }
       if (stream.pass < pass) stream.last_ns = stream.before_last_ns = lowest;
@@ -182,6 +191,7 @@ class Indexer {
         if (pass == 0) back_s = distance(stream.last_ns, stamp) / 1e9;
         ended = now;
         passes[i] = ++pass;
+        spans.emplace_back();
         stream.last_ns = lowest;
         for (std::size_t j = i;
              j-- > 0 && events_[j].stream != events_[i].stream;)  // scans that noticed first
@@ -189,33 +199,22 @@ class Indexer {
               distance(events_[j].sample.stamp_ns, stamp) < distance(events_[j].sample.stamp_ns, ended))
             streams_[events_[j].stream].pass = passes[j] = pass;
       }
+      if (!stream.moves && now != lowest)
+        stream.apart_s = std::min(stream.apart_s, distance(stamp, now) / 1e9);
       stream.pass = pass;
       stream.before_last_ns = std::exchange(stream.last_ns, stamp);
-      if (stream.moves) now = stamp;
+      if (stream.moves) note(spans[pass], now = stamp);
     }
+    constexpr std::int64_t between_ns = 10000000000;  // a pause that poses are hardly interpolated over
+    later.assign(1, 0);
+    for (std::size_t i = 1; i < spans.size(); ++i)
+      later.push_back(sum(sum(spans[i - 1].last, later.back()), between_ns - spans[i].first));
     if (pass > 0)
       index_.notes.push_back("clock: set back " + count_of(pass, "time") + ", the first by " +
                              std::to_string(back_s) +
                              " s; what follows is mapped as another pass, with poses "
                              "of its own, and stamps that go on counting");
     return passes;
-  }
-
-  /// What each pass's stamps are later by.
-  std::vector<std::int64_t> shifts_of(const std::vector<std::uint32_t>& passes) const {
-    // A pause (is_pause()) that poses are hardly interpolated over.
-    constexpr std::int64_t between_ns = 10000000000;
-    std::vector<std::int64_t> first(1 + (passes.empty() ? 0 : *std::ranges::max_element(passes)),
-                                    std::numeric_limits<std::int64_t>::max()),
-        last(first.size(), lowest), later(first.size());
-    for (std::size_t i = 0; i < passes.size(); ++i)
-      if (streams_[events_[i].stream].moves) {
-        first[passes[i]] = std::min(first[passes[i]], events_[i].sample.stamp_ns);
-        last[passes[i]] = std::max(last[passes[i]], events_[i].sample.stamp_ns);
-      }
-    for (std::size_t pass = 1; pass < first.size(); ++pass)
-      later[pass] = sum(sum(sum(last[pass - 1], later[pass - 1]), between_ns), -first[pass]);
-    return later;
   }
 
   /// A damaged one is listed, too, as a bad scan.

@@ -32,6 +32,7 @@ struct TopicContents {
   std::int64_t first_ns = 0, last_ns = 0;  ///< when they were recorded
   std::vector<ListedMessage> scans;        ///< of clouds and images, those of no point left out
   std::uint64_t empty_scans = 0;           ///< these
+  double apart_s = 0;                      ///< of the scans, from the poses then recorded, at least
   bool is_depth = false;                   ///< clouds, and images one of which is of depth
   PoseTrack poses;                         ///< of messages that hold one pose
   std::string pose_parent, pose_child;     ///< frames of the first one; a child is optional

@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -79,7 +78,7 @@ void BagRecording::choose(const ScanSourceOptions& options) {
   notes_.insert(notes_.end(), index_.notes.begin(), index_.notes.end());
   if (!posed_) return;
   choose_poses(options.bag);
-  require_one_clock(options.bag);
+  require_one_clock();
   settle_doubts(options.bag);
   note_left_out();
 }
@@ -168,104 +167,64 @@ void BagRecording::choose_camera(const TopicContents& images, const std::optiona
                      "; each image is read by the last before it of its size");
 }
 
-/// That of a robot: of several trees that say where a frame is, the one in whose namespace the scans are.
+/// Of several trees that place the same frames, that of the robot: the one in whose namespace the scans are.
 void BagRecording::choose_tree(const BagOptions& options) {
-  const auto topic_of = [](const std::string& space) { return space + "/tf"; };
   std::map<std::string, TransformTree>& trees = index_.trees;
-  if (options.tf && !trees.contains(namespace_of(*options.tf)))
-    refuse("no topic " + *options.tf + " with transforms, as --tf requires",
-           "there are: " + list_of(index_.topics, holds_transforms));
   const auto own = [&](const ListedMessage& scan) {
-    const std::string& topic = index_.topics[scan.topic].topic.name;
     auto found = trees.end();
     for (auto at = trees.begin(); at != trees.end(); ++at)  // "/a/b" after "/a"
       if (at->second.knows(index_.frames[scan.frame]) &&
-          (found == trees.end() || topic.starts_with(at->first + "/")))
+          index_.topics[scan.topic].topic.name.starts_with(at->first + "/"))
         found = at;
     return found;
   };
-  const auto chosen = options.tf ? trees.find(namespace_of(*options.tf)) : own(scans_.front());
-  if (chosen == trees.end()) {
-    for (auto& [space, tree] : trees) tree_.join(tree);
-    return;
-  }
-  tree_ = chosen->second;
+  auto chosen = options.tf ? trees.find(namespace_of(*options.tf)) : own(scans_.front());
+  if (options.tf && chosen == trees.end())
+    refuse("no topic " + *options.tf + " with transforms, as --tf requires",
+           "there are: " + list_of(index_.topics, holds_transforms));
+  const bool sure = options.tf || std::ranges::all_of(scans_, [&](const ListedMessage& scan) {
+                      return chosen != trees.end() && own(scan) == chosen;
+                    });
+  if (chosen == trees.end()) chosen = trees.begin();
+  if (chosen != trees.end()) tree_ = std::move(chosen->second);
   std::string others;
   for (auto at = trees.begin(); at != trees.end(); ++at)
-    if (at != chosen && !tree_.join(at->second)) others += (others.empty() ? "" : ", ") + topic_of(at->first);
+    if (at != chosen && !tree_.join(at->second)) others += (others.empty() ? "" : ", ") + at->first + "/tf";
   if (others.empty()) return;
-  const bool in_it = index_.topics[scans_.front().topic].topic.name.starts_with(chosen->first + "/");
-  const bool one = std::ranges::all_of(scans_, [&](const ListedMessage& scan) {
-    return scan.topic == scans_.front().topic || own(scan) == chosen;
-  });
-  if (!options.tf && (!in_it || !one))
-    refuse("the same frames are in " + topic_of(chosen->first) + " and " + others + ", and " +
-               (one ? "none is in the namespace of the scans" : "the scans are of more than one"),
-           one ? "choose by --tf" : "map them one after the other");
-  notes_.push_back("tf: " + topic_of(chosen->first) + ", not " + others + " (--tf chooses another)");
+  if (!sure)
+    refuse(
+        "frames of " + chosen->first + "/tf are in " + others + ", too, and the scans in no one's namespace",
+        "choose by --tf");
+  notes_.push_back("tf: " + chosen->first + "/tf, not " + others + " (--tf chooses another)");
 }
 
-/// Poses and scans that a driver stamps by another clock, such as the time since it began.
-void BagRecording::require_one_clock(const BagOptions& options) const {
-  const auto& samples = pose_topic_ ? pose_topic_->poses.samples() : std::vector<PoseTrack::Sample>();
-  const auto times = !pose_topic_ ? tree_.times(robot_.empty() ? index_.frames[scans_.front().frame] : robot_)
-                     : samples.empty()
-                         ? std::nullopt
-                         : std::optional(std::pair(samples.front().stamp_ns, samples.back().stamp_ns));
-  if (!times || options.recorded_stamps) return;
-  const double first_s = static_cast<double>(times->first) / 1e9,
-               last_s = static_cast<double>(times->second) / 1e9;
-  // s; no recorder keeps a message for a minute.
-  constexpr double least_s = 60;
-  double nearest_s = std::numeric_limits<double>::infinity();
-  for (const ListedMessage& scan : scans_) {
-    const double stamp_s = static_cast<double>(scan.stamp_ns) / 1e9;
-    nearest_s = std::min(nearest_s, std::max(first_s - stamp_s, stamp_s - last_s));
-  }
+/// A driver may stamp scans by a clock of its own, such as the time since it began.
+void BagRecording::require_one_clock() const {
   const TopicContents& scans = index_.topics[scans_.front().topic];
-  const auto recorded_with_scans = [&](const TopicContents& topic) {
-    return (pose_topic_ ? &topic == pose_topic_ : holds_transforms(topic)) && topic.messages > 0 &&
-           topic.first_ns <= scans.last_ns && topic.last_ns >= scans.first_ns;
-  };
-  if (nearest_s < least_s || std::ranges::none_of(index_.topics, recorded_with_scans)) return;
-  std::array<char, 200> what{};
-  std::snprintf(
-      what.data(), what.size(),
-      " is stamped %.3f s, its poses %.3f ... %.3f s: two clocks, %.3g %s apart, though they were recorded "
-      "together",
-      static_cast<double>(scans_.front().stamp_ns) / 1e9, first_s, last_s,
-      nearest_s < 1e7 ? nearest_s / 3600 : nearest_s / 31557600, nearest_s < 1e7 ? "hours" : "years");
-  refuse(scans.topic.name + what.data(), "--stamps recorded takes the recorder's time for all");
+  constexpr double least_s = 60;  // no recorder keeps a message for a minute
+  if (scans.apart_s < least_s || !(pose_topic_ || tree_.moves(index_.frames[scans_.front().frame]))) return;
+  constexpr double hour_s = 3600, year_s = 365.25 * 24 * hour_s;
+  const bool years = scans.apart_s > year_s;
+  std::array<char, 120> what{};
+  std::snprintf(what.data(), what.size(),
+                " is stamped %.3f s, %.3g %s from the poses recorded then: two clocks",
+                static_cast<double>(scans_.front().header_ns) / 1e9,
+                scans.apart_s / (years ? year_s : hour_s), years ? "years" : "hours");
+  refuse(scans.topic.name + what.data(), "--stamps recorded takes the recorder's time for both");
 }
 
-/// Where tf says two things, --fixed-frame or another source of poses decides, or nothing does.
+/// Where tf says two things, the options decide, or nothing does.
 void BagRecording::settle_doubts(const BagOptions& options) {
   if (pose_topic_) return;
   const auto [parents, disagreement, changed] =
       tree_.doubts_of(robot_.empty() ? index_.frames[scans_.front().frame] : robot_);
   if (!changed.empty())
-    notes_.push_back("poses: tf's place of " + changed +
-                     ", a fixed one, changes; each holds from its time on");
+    notes_.push_back("poses: " + changed + " is fixed, but changes: each holds from its time on");
   if (!options.fixed_frame && !parents.empty()) refuse("tf: " + parents, "choose by --fixed-frame");
-  if (disagreement.empty()) return;
-  if (!options.fixed_frame)
+  if (!options.fixed_frame && !disagreement.empty())
     refuse("tf: " + disagreement,
-           "record one of them; --fixed-frame takes a frame below, or both as they are, --pose-topic an "
-           "odometry");
-  notes_.push_back("poses: " + disagreement);
-}
-
-/// The way out where a frame above has no pose, and something moves below it.
-std::string BagRecording::without(const NoPose& none, const std::string& frame) const {
-  const std::vector<std::string> names = tree_.ancestors(frame);
-  const auto broken = std::ranges::find(names, none.frame());
-  if (pose_topic_ || broken == names.end() || broken == names.begin()) return {};
-  const auto moves_below = [&](const std::string& name) {
-    return tree_.moves(name) && !tree_.ancestors(name).empty();
-  };
-  return std::any_of(names.begin(), broken, moves_below) && is_map_frame(none.frame())
-             ? ", --fixed-frame " + none.frame() + " maps without it"
-             : "";
+           "record one; --fixed-frame takes a frame below, or both as they are, --pose-topic an odometry");
+  if (!disagreement.empty()) notes_.push_back("poses: " + disagreement);
 }
 
 void BagRecording::choose_poses(const BagOptions& options) {
@@ -404,18 +363,19 @@ Intrinsics BagRecording::camera_of(const ListedMessage& listed, int width, int h
   const Camera& camera = cameras_.at(listed.topic);
   std::optional<Intrinsics> found;
   if (camera.info == nullptr) found = camera.given;
-  std::optional<std::string> why_not;
+  std::string why_not;
   bool part = false;
-  for (const ListedCamera& info : camera.info ? camera.info->cameras : std::vector<ListedCamera>()) {
+  for (std::size_t i = 0; camera.info != nullptr && i < camera.info->cameras.size(); ++i) {
+    const ListedCamera& info = camera.info->cameras[i];
     if (found && info.stamp_ns > listed.stamp_ns) break;
     try {
       found = intrinsics_for(info.camera, camera.rectified, width, height);
       part = info.camera.columns > 0;
     } catch (const std::runtime_error& error) {
-      if (!why_not) why_not = error.what();
+      why_not = error.what();
     }
   }
-  if (!found) fail_reading(*why_not);
+  if (!found) fail_reading(why_not);
   if (!part) require_same_size(*found, width, height, where);
   return *found;
 }
@@ -483,7 +443,9 @@ RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
   } catch (const NoPose& none) {
     throw Error(Error::Kind::data, scan.name, none.what(),
                 "--skip-bad leaves such scans out, --max-pose-gap allows more" +
-                    without(none, robot_.empty() ? index_.frames[listed.frame] : robot_));
+                    (is_map_frame(none.frame()) && !pose_topic_
+                         ? ", --fixed-frame " + none.frame() + " does without it"
+                         : ""));
   } catch (const Error&) {
     throw;
   } catch (const std::runtime_error& error) {

@@ -65,8 +65,7 @@ class BagRecording {
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
   void note_left_out();
   void settle_doubts(const BagOptions& options);
-  void require_one_clock(const BagOptions& options) const;
-  std::string without(const NoPose& none, const std::string& frame) const;
+  void require_one_clock() const;
   void choose_fixed_frame(const std::string& frame, const std::string& why);
   [[noreturn]] void refuse(const std::string& what, const std::string& hint) const;
   const TopicContents& named(const std::string& topic, const char* option, const char* what,

@@ -2,8 +2,6 @@
 #include "io/readers/bag.hpp"
 #include "io/readers/bounded_file.hpp"
 
-#include <array>
-#include <cstdio>
 #include <map>
 #include <sqlite3.h>
 
@@ -66,16 +64,9 @@ class SqliteBag : public Bag {
   /// without locks, which need another file, and not written into the base at the end.
   static sqlite3* opened(const std::filesystem::path& file) {
     const bool logged = std::filesystem::exists(log_of(file));
-    std::string name = "file:";
-    for (const char c : file.string()) {
-      std::array<char, 4> code{};
-      std::snprintf(code.data(), code.size(), "%%%02X", static_cast<unsigned char>(c));
-      name += code.data();
-    }
-    if (!logged && !std::filesystem::exists(file.string() + "-journal")) name += "?immutable=1";
     sqlite3* base = nullptr;
-    const int error = sqlite3_open_v2(name.c_str(), &base, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI,
-                                      logged ? "unix-none" : nullptr);
+    const int error =
+        sqlite3_open_v2(file.c_str(), &base, SQLITE_OPEN_READONLY, logged ? "unix-none" : nullptr);
     if (base == nullptr) throw std::bad_alloc();
     if (error == SQLITE_OK) {
       sqlite3_db_config(base, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);

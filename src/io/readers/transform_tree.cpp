@@ -79,7 +79,6 @@ void PoseTrack::finish() {
   if (std::ranges::any_of(samples_, is_pose))
     left_out_ += std::erase_if(samples_, [](const Sample& sample) { return !is_pose(sample); });
   std::ranges::stable_sort(samples_, {}, &Sample::stamp_ns);
-  disagreement_m_ = std::max(disagreement_m_, to_and_fro(samples_));
   const auto differs = [&](const Sample& sample) { return !is_same(sample, samples_.front()); };
   changes_ = changes_ || std::ranges::any_of(samples_, differs);
   // Of equal times keep the last: unique() over the reversed sequence keeps its first.
@@ -206,19 +205,6 @@ bool TransformTree::moves(const std::string& frame) const {
                      [&](const std::string& name) { return frames_[indices_.at(name)].moves(); });
 }
 
-std::optional<std::pair<std::int64_t, std::int64_t>> TransformTree::times(const std::string& frame) const {
-  std::optional<std::pair<std::int64_t, std::int64_t>> all;
-  for (const std::string& name : ancestors(frame)) {
-    const Frame& at = frames_[indices_.at(name)];
-    if (!at.moves()) continue;
-    const auto& samples = at.above.front().track.samples();
-    if (!all) all.emplace(samples.front().stamp_ns, samples.back().stamp_ns);
-    all->first = std::min(all->first, samples.front().stamp_ns);
-    all->second = std::max(all->second, samples.back().stamp_ns);
-  }
-  return all;
-}
-
 TransformTree::Doubts TransformTree::doubts_of(const std::string& frame) const {
   Doubts doubts;
   for (const std::string& name : ancestors(frame)) {
@@ -229,10 +215,11 @@ TransformTree::Doubts TransformTree::doubts_of(const std::string& frame) const {
         if (one.track.changes() && doubts.changed.empty()) doubts.changed = name + " in " + parent;
         continue;
       }
-      std::array<char, 32> apart{};
-      std::snprintf(apart.data(), apart.size(), ", by %.2f m", one.track.disagreement());
-      if (one.track.disagreement() > 0 && doubts.disagreement.empty())
+      if (const double apart_m = to_and_fro(one.track.samples()); apart_m > 0) {
+        std::array<char, 32> apart{};
+        std::snprintf(apart.data(), apart.size(), ", by %.2f m", apart_m);
         doubts.disagreement = "two publishers of " + parent + " -> " + name + " disagree" + apart.data();
+      }
       // Not one after the other, as of a thing that is handed over.
       const auto &samples = above.front().track.samples(), &others = one.track.samples();
       if (one.parent != above.front().parent && doubts.parents.empty() &&

@@ -43,8 +43,6 @@ class PoseTrack {
   /// Removes older samples of a finished track.
   void forget_before(std::int64_t stamp_ns);
   bool changes() const { return changes_; }  ///< some sample differed from the first, ever
-  /// m between what two publishers say, if the samples go to and fro so; 0: they do not.
-  double disagreement() const { return disagreement_m_; }
 
   /// The sample at exactly that time; else between neighbours that are equal, that pose; else slerp and
   /// linear interpolation between them, if they are at most `gap_ns` apart; else, before the first and after
@@ -58,7 +56,6 @@ class PoseTrack {
   std::vector<Sample> samples_;
   std::size_t left_out_ = 0;
   bool changes_ = false;
-  double disagreement_m_ = 0;
 };
 
 /// True for the frames that stand still: REP 105's, and LOAM's camera_init.
@@ -92,8 +89,6 @@ class TransformTree {
   std::vector<std::string> ancestors(const std::string& frame) const;
   /// True if a frame between these two, or they themselves, moves.
   bool moves(const std::string& frame) const;
-  /// The first and the last time of those of these that move; empty: none does.
-  std::optional<std::pair<std::int64_t, std::int64_t>> times(const std::string& frame) const;
 
   /// What tf says of a frame, or of one above it, in two ways.
   struct Doubts {

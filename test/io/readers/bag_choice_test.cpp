@@ -1,7 +1,10 @@
 // What is taken of a bag: chosen where there is no choice, else asked for.
 #include "io/readers/bag_files.hpp"
+#include "io/readers/sensor_messages.hpp"
 
+#include <algorithm>
 #include <gmock/gmock.h>
+#include <limits>
 
 #include <octosurf/ros_messages.hpp>
 
@@ -398,6 +401,235 @@ TEST_F(BagChoice, RectifiedImagesHaveTheProjectionMatrixAndNoneIsUncalibrated) {
   ASSERT_EQ(scans.size(), 1U);
   EXPECT_EQ(scans[0].points[1], Eigen::Vector3f(1, 0, 2));
   EXPECT_THAT(refusal(seen(0, "/a/depth")), HasSubstr("not calibrated"));
+}
+
+/// The message as recorded at another time than its stamp's.
+McapMessage at(double logged_s, McapMessage message) {
+  message.logged_s = logged_s;
+  return message;
+}
+
+class BagClocks : public BagChoice {
+ protected:
+  /// tf at 10 Hz and a cloud between each two, from 10 s on and again from 9.3 s on, 100 m farther: as when a
+  /// simulation is reset, or NTP sets a clock.
+  static std::vector<McapMessage> set_back(double logged_s) {
+    std::vector<McapMessage> all{fixed("base", "lidar", 0)};
+    for (int i = 0; i < 20; ++i) {
+      const double stamp_s = (i < 10 ? 10 : 8.3) + 0.1 * i, now_s = logged_s + 0.1 * i;
+      all.push_back(at(now_s, tf(stamp_s, "odom", "base", (i < 10 ? 0 : 100) + 0.1 * i)));
+      if (i != 9 && i != 19) all.push_back(at(now_s + 0.06, cloud(stamp_s + 0.05)));
+    }
+    return all;
+  }
+};
+
+TEST_F(BagClocks, AClockThatIsSetBackBeginsAnotherPass) {
+  const auto source = open_scans({bag(set_back(1000))});
+  EXPECT_THAT(source->notes()[1], AllOf(HasSubstr("clock: set back 1 time"), HasSubstr("by 1.6")));
+  const auto scans = read_all(*source);
+  ASSERT_EQ(scans.size(), 18U);
+  for (std::size_t i = 0; i < 18; ++i) {
+    const double x = i < 9 ? 0.05 + 0.1 * static_cast<double>(i) : 100.15 + 0.1 * static_cast<double>(i);
+    EXPECT_NEAR(scans[i].T_map_sensor.translation().x(), x, 1e-6) << i;
+    if (i > 0) {
+      EXPECT_GT(scans[i].stamp_s, scans[i - 1].stamp_s);
+    }
+  }
+}
+
+TEST_F(BagClocks, ACloudMayNoticeSoonerOrLaterThanTf) {
+  std::vector<McapMessage> messages = set_back(1000);
+  const auto reset = std::ranges::find_if(messages, [](const McapMessage& m) { return m.logged_s == 1001; });
+  ASSERT_NE(reset, messages.end());
+  const auto place = reset - messages.begin();
+  messages.insert(messages.begin() + place, at(1000.99, cloud(9.32)));       // of the new time
+  messages.insert(messages.begin() + place + 2, at(1001.01, cloud(10.88)));  // of the old
+  const std::vector<double> found = places(messages);
+  EXPECT_THAT(found, ::testing::Contains(::testing::DoubleNear(101.02, 1e-6)));
+  EXPECT_THAT(found, ::testing::Contains(::testing::DoubleNear(0.88, 1e-6)));
+}
+
+TEST_F(BagClocks, OneLateMessageIsNoPass) {
+  std::vector<McapMessage> messages;
+  for (const double stamp_s : {1.0, 1.1, 1.2, 1.3, 1.05, 1.4})
+    messages.push_back(tf(stamp_s, "odom", "lidar", stamp_s));
+  messages.push_back(cloud(1.25));
+  EXPECT_THAT(places(messages), ElementsAre(::testing::DoubleNear(1.25, 1e-9)));
+}
+
+TEST_F(BagClocks, ClocksThatDifferAreNamedAndTheRecordersTimeIsTakenIfAsked) {
+  std::vector<McapMessage> messages;
+  for (int i = 0; i < 10; ++i) {
+    messages.push_back(at(1000 + 0.1 * i, tf(1.7e9 + 0.1 * i, "odom", "lidar", 0.1 * i)));
+    messages.push_back(at(1000.02 + 0.1 * i, cloud(3484 + 0.1 * i)));
+  }
+  EXPECT_THAT(refusal(messages), AllOf(HasSubstr("/points is stamped 3484.000 s"),
+                                       HasSubstr("53.9 years from the poses recorded then: two clocks"),
+                                       HasSubstr("--stamps recorded")));
+  BagOptions options;
+  options.recorded_stamps = true;
+  const std::vector<double> found = places(messages, options);
+  ASSERT_EQ(found.size(), 10U);
+  EXPECT_NEAR(found[3], 0.32, 1e-6);
+}
+
+TEST_F(BagClocks, ZeroIsATimeWhereOthersAreNearIt) {
+  const auto stamps = [&](double begin_s) {
+    std::vector<McapMessage> messages{at(50, cloud(0))};
+    for (int i = 0; i < 3; ++i)
+      messages.push_back(at(50 + 0.1 * i, tf(begin_s + 0.1 * i, "odom", "lidar", i)));
+    messages.push_back(at(50.1, cloud(begin_s + 0.1)));
+    std::vector<double> all;
+    for (const Scan& scan : read_all({bag(messages)})) all.push_back(scan.stamp_s);
+    return all;
+  };
+  EXPECT_THAT(stamps(0), ElementsAre(0, ::testing::DoubleNear(0.1, 1e-9)));
+  EXPECT_THAT(stamps(50), ElementsAre(50, ::testing::DoubleNear(50.1, 1e-9)));
+}
+
+TEST_F(BagChoice, OfTwoRobotsTreesTheScansOneIsTaken) {
+  std::vector<McapMessage> messages;
+  for (const std::string robot : {"/a", "/b"})
+    for (McapMessage message :
+         {fixed("base", "lidar", robot == "/a" ? 1 : 2), tf(1, "odom", "base", robot == "/a" ? 10 : 20)}) {
+      message.topic = robot + message.topic;
+      messages.push_back(message);
+    }
+  std::vector<McapMessage> named = messages;
+  named.push_back(cloud(1, "/b/points"));
+  EXPECT_THAT(places(named), ElementsAre(22));
+  BagOptions options;
+  options.tf = "/a/tf";
+  EXPECT_THAT(places(named, options), ElementsAre(11));
+  options.tf = "/c/tf";
+  EXPECT_THAT(refusal(named, options),
+              AllOf(HasSubstr("no topic /c/tf"), HasSubstr("/a/tf (tf2_msgs/TFMessage)")));
+  messages.push_back(cloud(1, "/points"));
+  EXPECT_THAT(refusal(messages), AllOf(HasSubstr("/a/tf are in /b/tf"), HasSubstr("--tf")));
+}
+
+TEST_F(BagChoice, WhatTfSaysTwiceIsNamedWithTheOptionThatDecides) {
+  std::vector<McapMessage> parents{fixed("base", "lidar", 0)}, publishers = parents;
+  for (int i = 0; i < 20; ++i) {
+    const double stamp_s = 1 + 0.1 * i;
+    parents.push_back(tf(stamp_s, "odom", "base", 5));
+    parents.push_back(tf(stamp_s + 0.03, "map", "base", 7));
+    publishers.push_back(tf(stamp_s, "map", "base", 5));
+    publishers.push_back(tf(stamp_s + 0.03, "map", "base", 7));
+  }
+  parents.push_back(cloud(2));
+  publishers.push_back(cloud(2));
+  EXPECT_THAT(refusal(parents),
+              AllOf(HasSubstr("two parents at a time, odom and map"), HasSubstr("--fixed-frame")));
+  EXPECT_THAT(refusal(publishers), HasSubstr("two publishers of map -> base disagree, by 2.00 m"));
+  BagOptions options;
+  options.fixed_frame = "odom";
+  EXPECT_THAT(places(parents, options), ElementsAre(5));
+  options.fixed_frame = "map";
+  EXPECT_THAT(places(parents, options), ElementsAre(7));
+  EXPECT_THAT(places(publishers, options), ElementsAre(5));
+}
+
+TEST_F(BagChoice, AMapsFrameThatEndsEarlyIsToldWithTheWayOut) {
+  std::vector<McapMessage> messages{tf(1, "map", "odom", 10), tf(1.1, "map", "odom", 11)};
+  for (int i = 0; i < 20; ++i) messages.push_back(tf(1 + 0.1 * i, "odom", "lidar", 0.1 * i));
+  messages.push_back(cloud(2.5));
+  EXPECT_THAT(refusal(messages),
+              AllOf(HasSubstr("no pose of frame odom at its time: the last is 1.400 s earlier"),
+                    HasSubstr("--fixed-frame odom does without it")));
+}
+
+TEST_F(BagChoice, AFixedPlaceThatChangesHoldsFromWhenItWasSent) {
+  std::vector<McapMessage> messages{at(1, fixed("base", "lidar", 1))};
+  for (int i = 0; i < 20; ++i) {
+    messages.push_back(tf(1 + 0.1 * i, "odom", "base", 0.1 * i));
+    if (i == 10) messages.push_back(at(2, fixed("base", "lidar", 100)));  // stamped as the first is
+    messages.push_back(cloud(1 + 0.1 * i));
+  }
+  const std::vector<double> found = places(messages);
+  ASSERT_EQ(found.size(), 20U);
+  EXPECT_NEAR(found[9], 1.9, 1e-9);
+  EXPECT_NEAR(found[10], 101, 1e-9);
+}
+
+TEST_F(BagChoice, CloudsAndPosesMayLieInTwoBags) {
+  const std::vector<McapMessage> scans{cloud(1), cloud(2)};
+  const std::vector<McapMessage> poses{fixed("base", "lidar", 1), tf(1, "odom", "base", 10),
+                                       tf(2, "odom", "base", 20)};
+  const auto clouds = write("sensors/a.mcap", mcap_of(scans)), state = write("state/b.mcap", mcap_of(poses));
+  for (const auto& inputs : {std::vector{clouds, state}, {state, clouds}}) {
+    const auto all = read_all(inputs);
+    ASSERT_EQ(all.size(), 2U);
+    EXPECT_EQ(all[0].T_map_sensor.translation().x(), 11);
+    EXPECT_EQ(all[1].T_map_sensor.translation().x(), 21);
+  }
+  // Two whole recordings stay two.
+  std::vector<McapMessage> other{tf(1, "odom", "lidar", 5), cloud(1, "/other")},
+      one{tf(1, "odom", "lidar", 4), cloud(1)};
+  EXPECT_EQ(read_all({write("x/a.mcap", mcap_of(one)), write("y/b.mcap", mcap_of(other))}).size(), 2U);
+}
+
+/// The focal length by which the second pixel, 2 m deep, was read.
+std::vector<double> focal_lengths(const std::vector<Scan>& scans) {
+  std::vector<double> all;
+  for (const Scan& scan : scans)
+    all.push_back(2 / static_cast<double>(scan.points[1].x() - scan.points[0].x() * 2));
+  return all;
+}
+
+TEST_F(BagChoice, EachImageIsReadByTheCameraOfItsTime) {
+  const auto info = [](double stamp_s, double focal_length) {
+    McapMessage message = camera("/a/camera_info", focal_length);
+    const std::string later = CdrBytes().header(stamp_s, "camera").all();
+    message.bytes.replace(0, later.size(), later);
+    return at(stamp_s, message);
+  };
+  const auto scans =
+      read_all({bag({fixed("map", "camera", 0), image(1, "/a/depth", "16UC1"), info(1.5, 0), info(2, 1),
+                     image(2.5, "/a/depth", "16UC1"), info(3, 4), image(3, "/a/depth", "16UC1")})});
+  EXPECT_THAT(focal_lengths(scans), ElementsAre(1, 1, 4));
+}
+
+TEST(CameraInfo, OfPartsAndBinnedImagesIsOfTheWholeSensor) {
+  io::CameraInfoMessage info;
+  info.width = 160;
+  info.height = 120;
+  info.raw = {140, 150, 79.5, 59.5};
+  EXPECT_EQ(io::intrinsics_for(info, false, 160, 120), info.raw);
+  EXPECT_EQ(io::intrinsics_for(info, true, 160, 120), info.raw) << "P is not set";
+  info.binning_x = 2;
+  info.binning_y = 4;
+  EXPECT_EQ(io::intrinsics_for(info, false, 80, 30),
+            (io::Intrinsics{70, 37.5, 39.5, 14.5}));  // its middle stays
+  info.left = 40;
+  info.top = 30;
+  info.columns = 100;
+  info.rows = 80;
+  EXPECT_EQ(io::intrinsics_for(info, false, 50, 20), (io::Intrinsics{70, 37.5, 19.5, 7}));
+  EXPECT_EQ(io::intrinsics_for(info, false, 160, 120), info.raw) << "the image is as the message says";
+  EXPECT_THROW(io::intrinsics_for(info, false, 80, 30), std::runtime_error);
+}
+
+TEST_F(BagChoice, OnlyInfinityFreesSpace) {
+  const auto free_rays = [&](float value) {
+    std::vector<float> pixels(20, value);
+    for (std::size_t i = 0; i < 4; ++i) pixels[i] = 1;
+    std::string bytes;
+    for (const float pixel : pixels) bytes += bytes_of(pixel);
+    CdrBytes message;
+    message.header(1, "camera").u32(1).u32(20).text("32FC1").u8(0).u32(80).bytes(bytes);
+    ScanSourceOptions options;
+    options.clear_no_return_m = 3;
+    options.intrinsics = write("k.txt", "10 10 9 0\n");
+    const auto scans = read_all(
+        {bag({fixed("map", "camera", 0), {"/a/depth", "sensor_msgs/msg/Image", 1, message.all()}})}, options);
+    return scans.at(0).free_rays.size();
+  };
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(free_rays(infinity), 20U - 4 - 4) << "but beside readings";
+  EXPECT_EQ(free_rays(-infinity), 0U);
+  EXPECT_EQ(free_rays(std::numeric_limits<float>::quiet_NaN()), 0U);
 }
 
 TEST_F(BagChoice, TwoSourcesOfPosesAreRefused) {

@@ -1,6 +1,7 @@
 // Damaged, foreign and hostile bags; every byte of some is test/fuzz's.
 #include "io/readers/bag_files.hpp"
 
+#include <cstdlib>
 #include <cstring>
 #include <gmock/gmock.h>
 #include <zstd.h>
@@ -58,6 +59,31 @@ TEST_F(BagFiles, ABagWithoutIndexIsRead) {
     EXPECT_EQ(active[i].points, whole[i].points);
     EXPECT_EQ(active[i].T_map_sensor.matrix(), whole[i].T_map_sensor.matrix());
   }
+}
+
+/// SQLite writes the log into the base when the last one closes it; a recorder that was killed did not.
+TEST_F(BagFiles, ABaseIsReadWithTheLogBesideIt) {
+  const fs::path whole = write_bag(write_images(), "whole.db3"), killed = folder / "killed/a.db3";
+  fs::create_directories(killed.parent_path());
+  ASSERT_EQ(
+      std::system(
+          ("python3 -c \"import os, sqlite3; b = sqlite3.connect('" + killed.string() +
+           "', isolation_level=None); b.execute('PRAGMA journal_mode=WAL'); "
+           "b.execute('PRAGMA wal_autocheckpoint=0'); w = sqlite3.connect('" +
+           whole.string() +
+           "'); [b.execute(line) for line in w.iterdump() if line not in ('COMMIT;', 'BEGIN TRANSACTION;')]"
+           "; os._exit(0)\"")
+              .c_str()),
+      0);
+  ASSERT_TRUE(fs::exists(killed.string() + "-wal"));
+  fs::remove(killed.string() + "-shm");
+  const auto size = fs::file_size(killed), log_size = fs::file_size(killed.string() + "-wal");
+  const auto expected = read_all({whole}), scans = read_all({killed});
+  ASSERT_EQ(scans.size(), expected.size());
+  for (std::size_t i = 0; i < scans.size(); ++i) EXPECT_EQ(scans[i].points, expected[i].points);
+  EXPECT_EQ(fs::file_size(killed), size) << "nothing is written";
+  EXPECT_EQ(fs::file_size(killed.string() + "-wal"), log_size);
+  EXPECT_FALSE(fs::exists(killed.string() + "-shm"));
 }
 
 class ForgedBags : public ScanFiles {};
