@@ -299,8 +299,7 @@ std::optional<PreparedScan> MapRun::next(ScanFeed& feed) const {
 
 void MapRun::wait_and_join(std::vector<PreparedScan>& scans, ScanFeed& feed) {
   const Scan& first = scans.front().scan();
-  // By then all that waited is found and saved (--checkpoint); a clock that is set takes years.
-  constexpr double longest_pause_s = 60;
+  constexpr double longest_pause_s = 60;  // by then all is found and saved; a clock that is set takes years
   const double pause_s = last_stamp_s_ ? first.stamp_s - *last_stamp_s_ : 0;
   if (pause_s > longest_pause_s)
     std::fprintf(stderr, "warning: stamps go on by %.0f s at %s: not waited for\n", pause_s,

@@ -29,7 +29,7 @@ void add_bag_options(CLI::App& verb, BagOptions& bag) {
       ->group(group);
   verb.add_option("--info-topic", bag.info_topic, "CameraInfo of the depth images [camera_info beside them]")
       ->group(group);
-  verb.add_option("--tf", bag.tf, "of trees with the same frames, as /a/tf and /b/tf [the scans' namespace]")
+  verb.add_option("--tf", bag.tf, "as /a/tf, if /b/tf has the same frames [by the scans' topic]")
       ->group(group);
   verb.add_option_function<std::string>(
           "--stamps", [&bag](const std::string& name) { bag.recorded_stamps = name == "recorded"; },

@@ -66,7 +66,6 @@ struct ScanSourceOptions {
   /// metres near the first scan if it lies farther than `origin_beyond_m` from 0 (UTM, ECEF).
   std::optional<Eigen::Vector3d> origin;
   double origin_beyond_m = 8192;  ///< m; from here on float rounds by more than half a millimetre
-  /// Options of bags.
   BagOptions bag;
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
@@ -81,9 +80,8 @@ struct ScanSourceOptions {
   std::vector<double> no_return = {};
   /// Readings in them are the robot itself: no readings, nor do their rays free space.
   std::vector<SelfBox> self_boxes = {};
-  /// m: rays without a return free space up to this range: pixels of depth images at least four pixels from
-  /// any reading, and readings of clouds that stand for no return. 0: off, because dark, shining and near
-  /// things give no return either.
+  /// m: rays without a return free space up to this range: pixels of depth images (float: +∞) four from
+  /// any reading at least, and readings of clouds that stand for no return. 0: off, as dark things give none.
   double clear_no_return_m = 0;
 };
 
@@ -123,7 +121,6 @@ class ScanSource {
   virtual Eigen::Vector3d origin() const { return Eigen::Vector3d::Zero(); }
 };
 
-/// Kind of an input.
 enum class InputKind {
   scans,         ///< a folder or file that open_scans reads
   occupancy_map  ///< OctoMap's .bt or .ot
@@ -141,23 +138,22 @@ InputKind classify(const std::filesystem::path& input);
 ///   Intrinsics default to 525 525 319.5 239.5.
 /// - 16-bit depth images (PNG; PGM P5, P2), in the folder, `frames/` or `depth/`. If some are named
 ///   `*depth*`, only those.
-/// - PCD (of any version, padding and counts of 0 included) and PLY (either byte order, lists), in the
-/// folder, `scans/` or `clouds/`; in the sensor's frame. A PCD's VIEWPOINT is
-///   its pose; a PLY has none.
+/// - PCD (any version, padding, counts of 0) and PLY (either byte order, lists), in the folder, `scans/` or
+///   `clouds/`; in the sensor's frame. A PCD's VIEWPOINT is its pose; a PLY has none.
 /// - KITTI velodyne: `*.bin`, in the folder or `velodyne/`, of 4 floats a point, or of 3 to 8 as told apart
-///   by their values (nuScenes has 5). KITTI poses (3×4) are the camera's: if
-///   `calib.txt` has a line `Tr:` (velodyne to camera), T_map_velodyne = pose · Tr. `times.txt`.
+///   by their values. KITTI poses (3×4) are the camera's: if `calib.txt` has a line `Tr:` (velodyne to
+///   camera), T_map_velodyne = pose · Tr. `times.txt`.
 /// - OctoMap `.graph`.
-/// - Bags of ROS 1 (2.0; chunks plain, bz2 or lz4) and ROS 2 (`.db3`, `.mcap`; a file, or the folder with
-///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64, or Livox' CustomMsg,
-///   without its noise; those without points are no scans; depth as Image (16UC1, mono16 in millimetres,
-///   32FC1 in metres) or CompressedImage (16-bit PNG; compressedDepth as PNG or RVL, in millimetres or
-///   quantised) with CameraInfo, whose K (P for images called `rect`) is used; lens distortion is not
-///   corrected. In the order of their headers' time stamps. Poses come from tf, static and moving, or from a
-///   topic, interpolated unless one has the scan's exact time; a scan without a pose is a bad one. Damaged
-///   samples of poses are left out, as tf2 does. Clouds in a frame that stands still (map, odom, camera_init,
-///   …) are seen from the robot, by odometry or tf in it. No index is needed. A truncated bag is rejected, or
-///   with skip_bad read up to the cut. Opening one reads it once.
+/// - Bags of ROS 1 (2.0) and ROS 2 (`.db3`, also with its -wal, `.mcap`; a file, or the folder with
+///   `metadata.yaml`; if one has no scans, all are one recording): PointCloud2 of any layout with x, y, z as
+///   float32 or float64, or Livox' CustomMsg, without its noise; depth as Image (16UC1, mono16 in
+///   millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG; compressedDepth as PNG or RVL) with the
+///   last CameraInfo before it, whose K (P for images called `rect`), binning and roi are used; lens
+///   distortion is not corrected. In the order of their headers' time stamps; where the poses' clock is set
+///   back, another pass begins. Poses come from tf, static and moving, or from a topic, interpolated unless
+///   one has the scan's exact time; a scan without a pose is a bad one. Clouds in a frame that stands still
+///   (map, odom, camera_init, …) are seen from the robot. No index is needed. A truncated bag is rejected, or
+///   with skip_bad read up to the cut.
 ///
 /// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`, `intrinsics.txt`,
 /// `camera.txt`, `K.txt` or `*.K` beside them, in the folder above or beside the file of poses. Scans of a
@@ -170,10 +166,9 @@ InputKind classify(const std::filesystem::path& input);
 /// Clouds whose points lie farther than 8192 m from 0 (no sensor reaches so far) are in the map's frame, and
 /// their VIEWPOINT or pose says where the sensor was.
 ///
-/// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
-/// depths 0 and 65535 are no readings and give no points, nor do flying pixels: up to four pixels at an edge,
-/// between the nearer and the farther surface. Points exactly at a cloud's origin and values that stand for
-/// no return are no readings either, and are set to NaN.
+/// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z). Depths 0 and
+/// 65535 give no points, nor do flying pixels: up to four at an edge, between the nearer and the farther
+/// surface. Points exactly at a cloud's origin and values that stand for no return are set to NaN.
 ///
 /// The sensor of a cloud is recognised by its readings' directions, in any order: an even raster is a depth
 /// camera's. The first of up to 20 scans of each topic or folder that has 100 readings decides, on opening;
