@@ -302,8 +302,7 @@ void MapRun::wait_and_join(std::vector<PreparedScan>& scans, ScanFeed& feed) {
   constexpr double longest_pause_s = 60;  // by then all is found and saved; a clock that is set takes years
   const double pause_s = last_stamp_s_ ? first.stamp_s - *last_stamp_s_ : 0;
   if (pause_s > longest_pause_s)
-    std::fprintf(stderr, "warning: stamps go on by %.0f s at %s: not waited for\n", pause_s,
-                 first.name.c_str());
+    std::fprintf(stderr, "warning: %.0f s until %s are not waited for\n", pause_s, first.name.c_str());
   if (!last_stamp_s_ || pause_s > longest_pause_s) stamp_zero_s_ = now_s() - first.stamp_s;
   const double arrival_s = arrival_of(first);
   backlog_.next(first.stamp_s, now_s() - arrival_s);

@@ -441,11 +441,11 @@ RawScan BagRecording::read(std::size_t index, Eigen::Vector3d& shift) {
       shift.setZero();
     }
   } catch (const NoPose& none) {
-    throw Error(Error::Kind::data, scan.name, none.what(),
-                "--skip-bad leaves such scans out, --max-pose-gap allows more" +
-                    (is_map_frame(none.frame()) && !pose_topic_
-                         ? ", --fixed-frame " + none.frame() + " does without it"
-                         : ""));
+    throw Error(
+        Error::Kind::data, scan.name, none.what(),
+        "--skip-bad leaves such scans out, --max-pose-gap allows more" +
+            (is_map_frame(none.frame) && !pose_topic_ ? ", --fixed-frame " + none.frame + " does without it"
+                                                      : ""));
   } catch (const Error&) {
     throw;
   } catch (const std::runtime_error& error) {

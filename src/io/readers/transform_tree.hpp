@@ -14,14 +14,10 @@
 namespace octosurf::io {
 
 /// No pose is available at the requested time; what() names the frames and the reason.
-class NoPose : public std::runtime_error {
- public:
-  explicit NoPose(const std::string& what, std::string frame = {})
-      : std::runtime_error(what), frame_(std::move(frame)) {}
-  const std::string& frame() const { return frame_; }  ///< it has no pose in its parent then; empty: not so
-
- private:
-  std::string frame_;
+struct NoPose : std::runtime_error {
+  explicit NoPose(const std::string& what, std::string of = {})
+      : std::runtime_error(what), frame(std::move(of)) {}
+  std::string frame;  ///< has no pose in its parent then; empty: not so
 };
 
 /// One frame's poses in another over time.
