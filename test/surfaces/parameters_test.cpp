@@ -248,7 +248,7 @@ TEST(Parameters, ValidateNamesFieldValueAndRule) {
       {"sensor_noise", {-0.001, 1e6}},
       {"range_noise", {-0.001, 1e6}},
       {"surface_tolerance", {0, -0.01, 1e6}},
-      {"max_hole_size", {0, -1, 0.001, 1e6}},
+      {"max_hole_size", {0, -1, 0.001, 0.65, 1e6}},
       {"min_surface_width", {-0.01, 1e6}},
       {"mesh_thickness", {0, -0.02, 1e6}},
       {"search_radius", {0, -0.15, 1e6}},

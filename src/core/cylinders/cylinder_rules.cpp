@@ -42,7 +42,7 @@ geometry::CylinderSample CylinderRules::sample(PointId i) {
   const occupancy::VoxelPoint& p = map_.window[i];
   return {p.position.cast<double>(),
           local.known ? Eigen::Vector3d(local.normal.cast<double>()) : Eigen::Vector3d::Zero(),
-          std::max(map_.noise.sigma(p.range_class), 1e-6)};
+          map_.noise.sigma(p.range_class)};
 }
 
 std::vector<geometry::CylinderSample> CylinderRules::samples(std::span<const PointId> points,

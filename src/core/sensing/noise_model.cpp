@@ -11,6 +11,9 @@
 namespace octosurf::sensing {
 namespace {
 
+// Standard deviation of a stored point's coordinate, in voxels: it lies in one of 256 steps of equal chance,
+// 1/256/√12.
+constexpr double step_deviation = 1 / 886.810013;
 constexpr double bin_width = 0.0015;              // m
 constexpr std::uint64_t min_observations = 1000;  // before a class is estimated
 constexpr double kept_share = 0.95;               // the largest differences are edges, not noise
@@ -42,7 +45,8 @@ double variance_of(std::vector<double> values) {
 }  // namespace
 
 NoiseModel::NoiseModel(const Parameters& parameters)
-    : sensor_noise_(parameters.surfaces.sensor_noise),
+    : sensor_noise_(
+          std::max(parameters.surfaces.sensor_noise, step_deviation * parameters.occupancy.resolution)),
       base_tolerance_(parameters.surface_tolerance()),
       range_noise_(parameters.surfaces.range_noise.value_or(0)),
       stated_tolerance_(parameters.surfaces.surface_tolerance),

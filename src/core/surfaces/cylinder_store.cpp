@@ -13,8 +13,8 @@ std::vector<geometry::CylinderSample> CylinderModel::samples(const sensing::Nois
   std::size_t k = 0;
   for (const auto& [key, inlier] : inliers)
     if (k++ % stride == 0)
-      samples.push_back({inlier.position.cast<double>(), Eigen::Vector3d::Zero(),
-                         std::max(noise.sigma(inlier.range_class), 1e-6)});
+      samples.push_back(
+          {inlier.position.cast<double>(), Eigen::Vector3d::Zero(), noise.sigma(inlier.range_class)});
   return samples;
 }
 

@@ -250,8 +250,11 @@ void Parameters::validate() const {
   check("range_noise", !s.range_noise || (*s.range_noise >= 0 && *s.range_noise <= 1), "from 0 to 1 1/m");
   check("surface_tolerance", surface_tolerance() > 0 && surface_tolerance() <= 1,
         "more than 0 and at most 1 m");
-  check("max_hole_size", max_hole_size() >= o.resolution && max_hole_size() <= 100,
-        "at least the resolution and at most 100 m");
+  // Voxels: the effort of a scan grows with their cube, and with these is ten times that of the default.
+  constexpr double widest_gap = 32;
+  check("max_hole_size",
+        max_hole_size() >= o.resolution && max_hole_size() <= std::max(0.08, widest_gap * o.resolution),
+        "from 1 to 32 voxels, or up to 0.08 m");
   check("min_surface_width", s.min_surface_width >= 0 && s.min_surface_width <= 10, "from 0 to 10 m");
   check("mesh_thickness", s.mesh_thickness > 0 && s.mesh_thickness <= 10, "more than 0 and at most 10 m");
   const DetectionParameters& d = detection;

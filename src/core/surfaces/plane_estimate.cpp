@@ -83,7 +83,7 @@ geometry::Moments PlaneEstimate::moments(const sensing::NoiseModel* noise) const
   for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c) {
     if (moments_of_class(c).count <= 0) continue;
     // Weighted as the evidence: by the measured noise relative to the nearest class's allowed noise.
-    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->measured_sigma(c), 1e-6) : 1;
+    const double ratio = noise != nullptr ? noise->sigma(1) / noise->measured_sigma(c) : 1;
     sum.add(moments_of_class(c), ratio * ratio);
   }
   if (noise != nullptr) sum.add(evidence().moments);

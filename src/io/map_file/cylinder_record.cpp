@@ -43,7 +43,8 @@ surfaces::CylinderModel read_cylinder(map_file::Cylinder& record, const surfaces
     const auto key = steps.from(step);
     if (!key) damage.fail("has voxels outside the octree, or out of order");
     const auto point = state.occupancy.at(*key).point;
-    require(point && point->surface == 0 && state.cylinders.owner(*key) == 0,
+    const CylinderId owner = state.cylinders.owner(*key);
+    require(point && point->surface == 0 && (owner == 0 || owner == cylinder.id),
             "has a voxel that is not pending, or another's");
     const double misfit = std::fabs(cylinder.shape.distance(point->position.cast<double>()));
     require(misfit <= 1.5 * state.noise.largest_tolerance(), "has a voxel off its lateral");

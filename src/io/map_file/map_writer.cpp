@@ -5,6 +5,9 @@
 #include "map_file.pb.h"
 
 #include <algorithm>
+#include <utility>
+
+#include <octosurf/error.hpp>
 
 namespace octosurf::io {
 namespace {
@@ -16,6 +19,19 @@ constexpr std::size_t patches_in_record = 1000;
 
 void put_record(const map_file::Record& record, RecordWriter& records) {
   records.put(record.SerializeAsString());
+}
+
+/// Reads a record as it will be read: what a reader would refuse shall not replace a map that it takes.
+template <class Read>
+void read_back(const Read& read) {
+  try {
+    read();
+  } catch (const Error& error) {
+    const std::string what = error.what();
+    throw Error(Error::Kind::output, "the map",
+                what.substr(0, what.size() - error.hint().size() - 2) + ", and is not saved so",
+                "what was saved before is left as it is; report this with the map's parameters");
+  }
 }
 
 void write_header(const surfaces::MapState& state, const FileSum& bt, const KeptScans& scans,
@@ -44,6 +60,7 @@ void write_header(const surfaces::MapState& state, const FileSum& bt, const Kept
     for (const double coordinate : state.origin) header.add_origin(coordinate);
   if (const alignment::AlignmentState& known = alignment::record_of(state).state; !known.hypotheses.empty())
     write_alignment(known, *header.mutable_alignment());
+  if (header.has_alignment()) read_back([&] { read_alignment(*header.mutable_alignment(), {}); });
   header.set_bt_bytes(bt.bytes);
   header.set_bt_crc32(bt.crc32);
   if (scans.folder.empty()) return;
@@ -116,6 +133,14 @@ std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans)
   return (bytes + checking) / 4 * 5;
 }
 
+void put_surface(surfaces::SurfaceModel::State surface, const surfaces::MapState& state,
+                 RecordWriter& records) {
+  map_file::Record record;
+  write_surface(surface, *record.mutable_surface());
+  read_back([&] { read_surface(*record.mutable_surface(), std::move(surface.inliers), state, {}); });
+  put_record(record, records);
+}
+
 }  // namespace
 
 void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream& out,
@@ -139,14 +164,11 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
   put_in_records(state.held, keys_in_record, records,
                  [](std::uint64_t scan, auto& record) { record.mutable_scan_poses()->add_held(scan); });
   const std::shared_ptr<const Snapshot> snapshot = state.snapshot.read();
-  for (const auto& [id, surface] : state.surfaces) {
-    map_file::Record record;
-    write_surface(surface.state(snapshot.get()), *record.mutable_surface());
-    put_record(record, records);
-  }
+  for (const auto& [id, surface] : state.surfaces) put_surface(surface.state(snapshot.get()), state, records);
   for (const auto& [id, cylinder] : state.cylinders) {
     map_file::Record record;
     write_cylinder(cylinder, *record.mutable_cylinder());
+    read_back([&] { read_cylinder(*record.mutable_cylinder(), state, {}); });
     put_record(record, records);
   }
   put_removals(state.removals, records);

@@ -20,7 +20,7 @@ namespace octosurf::io {
 // possible and consistent with the others and with `state`.
 
 /// Without its inliers, which the reader takes from the octree: the points with the record's id.
-void write_surface(surfaces::SurfaceModel::State surface, map_file::Surface& record);
+void write_surface(surfaces::SurfaceModel::State& surface, map_file::Surface& record);
 surfaces::SurfaceModel::State read_surface(map_file::Surface& record, std::vector<surfaces::Inlier> inliers,
                                            const surfaces::MapState& state, const std::string& where);
 

@@ -130,7 +130,7 @@ void check_moments(const State& s, const Damage& damage, double reach) {
 
 }  // namespace
 
-void write_surface(State surface, map_file::Surface& record) {
+void write_surface(State& surface, map_file::Surface& record) {
   record.set_id(surface.id);
   visit(record, surface, nullptr);
   visit(*record.mutable_polygons(), surface.polygons, nullptr, 0);

@@ -46,6 +46,40 @@ TEST_F(MapFiles, LineageAndUsedUpIdsComeBack) {
   EXPECT_EQ(difference(a.map, load_map(folder / "b").map), "");
 }
 
+/// Both ends of what a parameter may be, with others that it needs.
+TEST_F(MapFiles, OfParametersAtTheirEndsLoad) {
+  for (const char* const given :
+       {"sensor_noise=0", "sensor_noise=1e-12", "sensor_noise=1 surface_tolerance=1", "range_noise=0",
+        "range_noise=1", "sensor_noise=0 range_noise=0", "sensor_noise=0 range_noise=1e-12",
+        "surface_tolerance=1e-12", "surface_tolerance=1", "max_hole_size=0.05", "max_hole_size=1.6",
+        "resolution=1 surface_tolerance=1e-3", "resolution=10 surface_tolerance=1", "min_surface_width=0",
+        "min_surface_width=10", "mesh_thickness=1e-12", "mesh_thickness=10", "min_surface_points=3",
+        "search_radius=0.05 normal_radius=0.05", "search_radius=3.2 normal_radius=3.2", "detection_budget=1",
+        "hit=0.999999 clamp_max=0.9999999", "miss=1e-6 clamp_min=1e-7", "occupied=0.13", "occupied=0.97",
+        "ransac_iterations=1", "max_range=1e-3", "max_range=1e6 min_range=1"}) {
+    Parameters parameters = coarse();
+    std::istringstream words(given);
+    for (std::string word; words >> word;)
+      set_parameter(parameters, word.substr(0, word.find('=')), word.substr(word.find('=') + 1));
+    const Map map = map_of(changing_room(6), parameters);
+    save_map(map, folder / "a");
+    EXPECT_EQ(difference(map, load_map(folder / "a").map), "") << given;
+    EXPECT_THAT(check_invariants(map), IsEmpty()) << given;
+  }
+}
+
+/// What could not be read is not written, and names what is wrong.
+TEST_F(MapFiles, OneThatWouldNotLoadDoesNotReplaceOneThatDoes) {
+  Map map = map_of(changing_room(5));
+  save_map(map, folder / "a");
+  const std::string before = read_file(folder / "a.surfaces");
+  Parameters& parameters = map.state().parameters;
+  parameters.surfaces.max_hole_size = parameters.occupancy.resolution / 10;  // shorter than its edges
+  const std::string told = failure(Error::Kind::output, [&] { save_map(map, folder / "a"); });
+  EXPECT_THAT(told, AllOf(HasSubstr("surface "), HasSubstr("more than h apart"), HasSubstr("not saved")));
+  EXPECT_TRUE(read_file(folder / "a.surfaces") == before);
+}
+
 TEST_F(MapFiles, EmptyMap) {
   const Map map(coarse());
   save_map(map, folder / "empty");
