@@ -1,5 +1,6 @@
 #include "bounds.hpp"
 
+#include <cmath>
 #include <functional>
 #include <sstream>
 #include <string>
@@ -36,6 +37,14 @@ CLI::Validator more_than(double low) {
 CLI::Validator between(double low, double high) {
   return bound("from " + text_of(low) + " to " + text_of(high),
                [low, high](double value) { return value >= low && value <= high; });
+}
+
+void require_finite(CLI::App& app) {
+  for (CLI::Option* option : app.get_options())
+    if (option->get_type_name().starts_with("FLOAT"))
+      option->check(
+          bound("a finite number", [](double value) { return std::isfinite(value); }).description(""));
+  for (CLI::App* inner : app.get_subcommands([](CLI::App*) { return true; })) require_finite(*inner);
 }
 
 }  // namespace octosurf

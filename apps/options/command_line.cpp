@@ -1,5 +1,7 @@
 #include "command_line.hpp"
 
+#include "bounds.hpp"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -125,6 +127,7 @@ int run_command(CLI::App& app, int argc, char** argv) {
   app.set_version_flag("--version", program + " " OCTOSURF_VERSION);
   app.require_subcommand(1);
   for (CLI::App* verb : app.get_subcommands({})) verb->group("Verbs");
+  require_finite(app);
   std::vector<std::string> words(argv + 1, argv + argc);
   if (words.empty())
     return complain(program, {}, "a verb is missing; " + program + " --help lists them", wrong_use);

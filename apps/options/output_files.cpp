@@ -50,6 +50,9 @@ void require_apart(const std::string& option, const std::string& output,
                    const std::vector<std::string>& others) {
   for (const std::string& other : others) {
     if (output.empty() || other.empty()) continue;
+    if (other.ends_with(".surfaces"))  // which stands for what is kept beside it
+      for (const char* const ending : {".past", ".before", ".lock"})
+        require_apart(option, output, {io::file_of_map(other, ending).string()});
     if (same_file(output, other))
       throw Error(Error::Kind::usage, option + " " + output, "is the file " + other + " itself",
                   "give another name");

@@ -69,11 +69,9 @@ int main(int argc, char** argv) {
     return 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const Error& error) {
-    std::fprintf(stderr, "octosurf-dds: %s\n", error.what());
-    return error.kind() == Error::Kind::usage ? 2 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "octosurf-dds: %s\n", error.what());
-    return 1;
+    const auto* const own = dynamic_cast<const Error*>(&error);
+    return own != nullptr && own->kind() == Error::Kind::usage ? 2 : 1;
   }
 }

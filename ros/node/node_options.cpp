@@ -1,5 +1,6 @@
 #include "node_options.hpp"
 
+#include "bounds.hpp"
 #include "reading_options.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -79,6 +80,7 @@ void add_options(CLI::App& app, NodeOptions& options) {
   app.add_option("--threads", options.threads, "result does not depend on it")->capture_default_str();
   add_reading_options(app, options.readings);
   add_parameter_options(app, options.parameters, true);
+  require_finite(app);
 }
 
 Map start_of(const NodeOptions& options) {

@@ -2,6 +2,7 @@
 #include "apps/command.hpp"
 
 #include <gmock/gmock.h>
+#include <sstream>
 
 namespace octosurf::test {
 namespace {
@@ -87,6 +88,11 @@ const std::vector<Refused>& refused() {
       {"map floor -o n --up down", {"'down'"}},
       {"map floor -o n --mcap n.bt", {"--mcap"}},
       {"map floor -o n --mcap r --report r", {"--mcap"}},
+      {"map floor -o m --force --report m.past", {"--report m.past", "give another name"}},
+      {"map floor -o m --resume m --write-poses m.before", {"--write-poses m.before"}},
+      {"export m --to m.past --force", {"--to m.past"}},
+      {"view m -o m.lock --force", {"m.lock"}},
+      {"map floor -o n --max-hole-size 5", {"max_hole_size", "from 1 to 32 voxels"}},
       {"map floor -o n --viewpoint 0 0 1", {"has a pose already"}},
       {"map floor -o n --detector best", {"likelihood or paper"}},
       // map: parameters, with value and rule
@@ -118,7 +124,7 @@ const std::vector<Refused>& refused() {
       // explain and query
       {"explain m", {"--at"}},
       {"explain m --at 1 2", {"--at"}},
-      {"explain m --at 1 2 nan", {"not finite"}},
+      {"explain m --at 1 2 nan", {"'nan' must be a finite number"}},
       {"explain nothing --at 1 2 3", {"nothing.surfaces"}, 1},
       {"query m", {}},
       {"query m --below 0 0 1 --nearest 0 0 1", {}},
@@ -181,6 +187,30 @@ TEST_F(WrongUse, IsSaidInOneLineAndLeavesNothing) {
   for (const char* file :
        {"n.surfaces", "n.ply", "n.ot", "n.mcap", "p.json", "g.cdr", "g.png", "n.png", "p.png", "m.html"})
     EXPECT_FALSE(exists(file)) << file;
+}
+
+/// Every option that takes numbers, as each verb's help lists them.
+TEST_F(WrongUse, NumbersAreFinite) {
+  int options = 0;
+  std::istringstream verbs_help(run_well("--help").out);
+  for (std::string verb, line; std::getline(verbs_help, line);) {
+    std::istringstream words(line);
+    if (!line.starts_with("  ") || !(words >> verb) || verb.starts_with("-")) continue;
+    std::istringstream help(run_well(verb + " --help").out);
+    while (std::getline(help, line)) {
+      const auto at = line.find(" FLOAT");
+      if (!line.starts_with("  -") || at > 40) continue;
+      const std::string option = line.substr(line.find("--"), at - line.find("--"));
+      const auto x = line.find(" x ", at);
+      for (const std::string number : {" nan", " inf"}) {
+        std::string all = verb + " " + option;
+        for (int k = x < at + 12 ? std::stoi(line.substr(x + 3)) : 1; k > 0; --k) all += number;
+        EXPECT_THAT(error_of(all, 2), HasSubstr(option)) << all;
+      }
+      ++options;
+    }
+  }
+  EXPECT_GT(options, 40);
 }
 
 TEST_F(WrongUse, PosesDoNotMatchOrIntrinsicsAreMissing) {
