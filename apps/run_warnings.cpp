@@ -176,7 +176,8 @@ std::string memory_warning(const Map& map) {
   if (limit == nullptr || limit->peak() <= limit->limit()) return {};
   const auto mib = [](std::size_t bytes) { return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB"; };
   return "--max-memory: used " + mib(limit->peak()) + ", limit " + mib(limit->limit()) +
-         "; readers' snapshots and one scan's working set cannot leave memory";
+         "; readers' snapshots and one scan's working set cannot leave memory: --max-memory " +
+         std::to_string((limit->enough() >> 20) + 1) + "M is the least that works for certain";
 }
 
 std::string contradiction_text(const RunAgreement& agreement) {

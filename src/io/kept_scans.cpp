@@ -74,11 +74,12 @@ std::multimap<std::uint64_t, fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Creates the folder, or removes its scans from number `scans` on.
+/// Creates the folder, or removes its scans from number `scans` on, and what killed runs left of others.
 void make_folder(const fs::path& folder, std::uint64_t scans) {
   std::error_code failure;
   fs::create_directories(folder, failure);
   if (failure) fail_writing(folder, "cannot be made", failure);
+  remove_left_overs(folder);
   for (const auto& [number, file] : files_in(folder)) {
     if (number >= scans) fs::remove(file, failure);
     if (failure) fail_writing(file, "cannot be replaced", failure);
@@ -137,7 +138,9 @@ void require_room_for_scans(const fs::path& folder, bool force) {
   if (!fs::exists(there)) return;
   if (!fs::is_directory(there))
     throw Error(Error::Kind::output, folder.string(), "is not a folder", "name a folder for the scans");
-  const auto is_kept = [](const fs::directory_entry& entry) { return number_of(entry.path()).has_value(); };
+  const auto is_kept = [](const fs::directory_entry& entry) {
+    return number_of(entry.path()) || !whole_of_part(entry.path()).empty();
+  };
   const fs::directory_iterator begin(folder, ignored), end;
   if (begin == end) return;
   if (!std::all_of(fs::directory_iterator(folder, ignored), end, is_kept))

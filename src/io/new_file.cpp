@@ -39,14 +39,6 @@ int sync_failure(int descriptor) {
 constexpr std::string_view part_suffix = ".part-";
 constexpr std::size_t random_digits = 16;
 
-bool is_part_of(const std::string& name, const std::string& file) {
-  if (name.size() != file.size() + part_suffix.size() + random_digits ||
-      !name.starts_with(file + std::string(part_suffix)))
-    return false;
-  return std::all_of(name.end() - random_digits, name.end(),
-                     [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
-
 /// The open file is a regular file of this user, at `path` and without other links.
 bool is_own(int descriptor, const fs::path& path) {
   struct stat opened {
@@ -72,16 +64,6 @@ std::string new_part_ending() {
   std::array<char, random_digits + 1> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
   return std::string(part_suffix) + text.data();
-}
-
-/// Removes temporary files of `file` left by terminated processes: regular files of this user beside it with
-/// such a name, a single link, and a free lock. Files that cannot be examined or locked stay.
-void remove_left_overs(const fs::path& file) {
-  const std::string name = file.filename().string();
-  std::error_code failure;
-  fs::directory_iterator entry(file.has_parent_path() ? file.parent_path() : ".", failure);
-  for (; !failure && entry != fs::directory_iterator(); entry.increment(failure))
-    if (is_part_of(entry->path().filename().string(), name)) remove_if_left_over(entry->path());
 }
 
 /// Writes to a file and keeps the error code, which std::filebuf does not.
@@ -124,6 +106,22 @@ bool still_there(int descriptor) {
 
 }  // namespace
 
+std::string whole_of_part(const fs::path& part) {
+  const std::string ending = part.extension().string(), digits = "0123456789abcdef";
+  return ending.size() == part_suffix.size() + random_digits && ending.starts_with(part_suffix) &&
+                 ending.find_first_not_of(digits, part_suffix.size()) == std::string::npos
+             ? part.stem().string()
+             : std::string();
+}
+
+void remove_left_overs(const fs::path& folder, const std::string& of) {
+  std::error_code failure;
+  fs::directory_iterator entry(folder.empty() ? "." : folder, failure);
+  for (; !failure && entry != fs::directory_iterator(); entry.increment(failure))
+    if (const std::string whole = whole_of_part(entry->path()); !whole.empty() && (of.empty() || whole == of))
+      remove_if_left_over(entry->path());
+}
+
 fs::path file_of_map(fs::path stem, const char* ending) {
   if (stem.extension() == ".surfaces" || stem.extension() == ".bt") stem.replace_extension();
   stem += ending;
@@ -163,7 +161,7 @@ void NewFile::fail(const char* what, int failure) const {
 }
 
 void NewFile::make() {
-  if (left_overs_ == LeftOvers::remove) remove_left_overs(file_);
+  if (left_overs_ == LeftOvers::remove) remove_left_overs(file_.parent_path(), file_.filename().string());
   do {
     if (descriptor_ >= 0) ::close(descriptor_);
     temporary_ = file_;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <ostream>
+#include <string>
 
 namespace octosurf::io {
 
@@ -50,6 +51,13 @@ class NewFile {
   LeftOvers left_overs_;
   bool committed_ = false;
 };
+
+/// The name of the file of which this is an unfinished NewFile's; empty if it is none.
+std::string whole_of_part(const std::filesystem::path& part);
+
+/// Removes unfinished files left by terminated processes in a folder, `of` one file or all: regular files of
+/// this user with such a name, a single link, and a free lock. Files that cannot be examined or locked stay.
+void remove_left_overs(const std::filesystem::path& folder, const std::string& of = {});
 
 /// A map's file of this ending, or of none; `stem` may have that of either of its two files.
 std::filesystem::path file_of_map(std::filesystem::path stem, const char* ending);

@@ -140,8 +140,12 @@ TEST_F(MapRun, ALimitOfMemoryChangesNoByte) {
   EXPECT_TRUE(read("within.bt") == read("free.bt"));
   EXPECT_THAT(limited.err, AllOf(HasSubstr("warning: --max-memory: used "), HasSubstr(" MiB, limit 1 MiB")));
   EXPECT_THAT(read_json("within.json").at("warnings").dump(), HasSubstr(" MiB, limit 1 MiB"));
+  // What is said to be enough is.
+  const std::string enough = limited.err.substr(limited.err.rfind("--max-memory "));
+  EXPECT_THAT(run_well("map floor -o roomy --force " + enough.substr(0, enough.find(" is "))).err,
+              Not(HasSubstr("max-memory")));
   // And with room to spare nothing is said.
-  EXPECT_THAT(run_well("map floor -o roomy --max-memory 4G").err, Not(HasSubstr("max-memory")));
+  EXPECT_THAT(run_well("map floor -o roomy --force --max-memory 4G").err, Not(HasSubstr("max-memory")));
   EXPECT_TRUE(read("roomy.surfaces") == read("free.surfaces"));
   // A map that was made without one is resumed with one.
   run_well("map floor -o half --first 15");

@@ -76,6 +76,17 @@ TEST_F(KeptScansTest, AScanComesBackToTheBit) {
   }
 }
 
+/// A killed run leaves a scan unfinished: it is no scan, and goes with the next run.
+TEST_F(KeptScansTest, WhatAKilledRunLeftIsNoScanAndGoes) {
+  keep(room(3));
+  const fs::path left = folder / "scans" / "000003_100.3.pcd.part-0123456789abcdef";
+  fs::copy_file(io::kept_scans(folder / "scans", 3).back(), left);
+  EXPECT_EQ(open_scans({folder / "scans"})->size(), 3U);
+  EXPECT_NO_THROW(io::require_room_for_scans(folder / "scans", true));
+  keep({}, 3);
+  EXPECT_FALSE(fs::exists(left));
+}
+
 TEST_F(KeptScansTest, OneWithoutReadingsIsKeptToo) {
   for (const SensorKind sensor : {SensorKind::depth_camera, SensorKind::lidar}) {
     Scan empty;

@@ -46,11 +46,11 @@ void MemoryLimit::watch(const std::stop_token& stop) {
   for (; !stop.stop_requested(); std::this_thread::sleep_for(interval)) {
     const Resident now = resident();
     seen_ = std::max(seen_.load(), now.all);
+    const std::size_t own_files = now.of_files - std::min(others, now.of_files);
+    kept_ = std::max(kept_.load(), now.all - own_files);
     // Dropping less than an eighth at a time would cost more in faults than it gains. What was new last is
     // where the robot is.
-    if (now.all <= near ||
-        std::min(pages_->used(), now.of_files - std::min(others, now.of_files)) < limit_ / 8)
-      continue;
+    if (now.all <= near || std::min(pages_->used(), own_files) < limit_ / 8) continue;
     pages_->drop(limit_ / 4);
     if (resident().all > near - limit_ / 8) pages_->drop();
   }

@@ -27,14 +27,17 @@ class MemoryLimit {
   /// The most that the process had since this was made, bytes: over the limit where what cannot leave takes
   /// more, or more came back at once than left.
   std::size_t peak() const;
+  /// A limit that can be kept, by what could not leave so far: watch() acts a sixteenth below it, if an
+  /// eighth can go.
+  std::size_t enough() const { return kept_ / 13 * 16; }
 
  private:
   void watch(const std::stop_token& stop);
 
   std::size_t limit_;
   std::shared_ptr<PageFile> pages_;
-  std::size_t peak_before_;            // of the process
-  std::atomic<std::size_t> seen_ = 0;  // the most that watch() saw
+  std::size_t peak_before_;                       // of the process
+  std::atomic<std::size_t> seen_ = 0, kept_ = 0;  // the most that watch() saw, of that what cannot leave
   std::jthread watcher_;
 };
 

@@ -1,3 +1,4 @@
+#include "io/new_file.hpp"
 #include "io/readers/scan_list.hpp"
 #include "io/text_file.hpp"
 
@@ -44,7 +45,7 @@ std::vector<ListedScan> files_of(const fs::path& folder, FileKind family) {
   std::vector<ListedScan> scans;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (!entry->is_regular_file()) continue;
+    if (!entry->is_regular_file() || !whole_of_part(entry->path()).empty()) continue;
     const FileKind kind = kind_of(entry->path());
     if (same_family(kind, family)) {
       scans.emplace_back();
