@@ -1,7 +1,13 @@
 #pragma once
 
+#include "io/map_file/past.hpp"
+
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <octosurf/map.hpp>
 
@@ -11,24 +17,31 @@ namespace octosurf {
 /// previous one.
 class Checkpoints {
  public:
-  /// Every `period_s` seconds; 0: never.
-  Checkpoints(std::string stem, double period_s) : stem_(std::move(stem)), period_s_(period_s) {}
+  /// Every `period_s` seconds; 0: never. `force`: over a map that has come, or was written, since now.
+  Checkpoints(std::string stem, double period_s, bool force);
 
   /// The period runs from here.
   void start(double now_s) { tried_s_ = now_s; }
   bool due(double now_s) const { return period_s_ > 0 && now_s - tried_s_ >= period_s_; }
   /// Saves, or warns.
-  void try_to_save(const Map& map, std::size_t scans, const KeptScans& kept);
-  /// Saves, or throws what save_map() throws. `scans`: of this run, in the map.
-  void save(const Map& map, std::size_t scans, const KeptScans& kept);
+  void try_to_save(const Map& map, std::size_t scans, const KeptScans& kept, io::PastKeeper& past);
+  /// Saves, or throws what save_map() throws, or Error(output) for a map there that is not as this run knew
+  /// it. `scans`: of this run, in the map.
+  void save(const Map& map, std::size_t scans, const KeptScans& kept, io::PastKeeper& past);
 
   bool any() const { return any_; }
   std::size_t scans() const { return scans_; }  ///< in the last complete one
   const std::string& stem() const { return stem_; }
 
  private:
+  /// Size and time of the file that is there; none: it is not.
+  using Version = std::optional<std::pair<std::uintmax_t, std::filesystem::file_time_type>>;
+  Version version() const;
+
   std::string stem_;
   double period_s_;
+  bool force_;
+  Version known_;
   double tried_s_ = 0;
   std::size_t scans_ = 0;
   bool any_ = false, failing_ = false;

@@ -1,4 +1,5 @@
 // `octosurf clear`: takes back what a map knows of a part of space.
+#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "output_files.hpp"
 
@@ -42,6 +43,7 @@ SpacePart part_of(const ClearOptions& options) {
 void run_clear(const ClearOptions& options) {
   const std::string output = options.output.empty() ? options.map : options.output;
   make_folder_of(output);
+  const io::MapLock lock(output);
   for (const std::string& file : files_of_map(output))
     io::NewFile(file, options.force).write([](std::ostream&) {});
   LoadedMap loaded = load_map(options.map);

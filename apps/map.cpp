@@ -1,6 +1,7 @@
 // `octosurf map`: scans in, map out.
 #include "bounds.hpp"
 #include "io/map_file/map_file.hpp"
+#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "map_run.hpp"
@@ -137,6 +138,12 @@ void probe_map_outputs(const MapOptions& options) {
     if (!file.empty()) probe(file, options.force);
 }
 
+void warn(const std::string& warning, RunContext& context) {
+  if (warning.empty()) return;
+  std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  context.warnings.push_back(warning);
+}
+
 /// The map the run starts from: a saved one, an octree, or an empty one; with a scratch file in `folder` if
 /// its memory is limited.
 Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inputs& inputs,
@@ -147,10 +154,7 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     LoadedMap loaded = io::load_map_within(std::move(limit), options.resume);
     choice.require_same(loaded.map.parameters());
     loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
-    if (!loaded.warning.empty()) {
-      std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
-      context.warnings.push_back(loaded.warning);
-    }
+    warn(loaded.warning, context);
     kept = std::move(loaded.scans);
     return std::move(loaded.map);
   }
@@ -176,11 +180,10 @@ void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
 /// Where the scans of the run are kept.
 KeptScans folder_of_scans(const MapOptions& options, const Map& start, const KeptScans& before,
                           RunContext& context) {
-  const std::size_t printed = context.warnings.size();
-  KeptScans kept = choose_folder({options.keep_scans, goes_on_in_place(options), options.force}, start,
-                                 before, context.warnings);
-  for (std::size_t i = printed; i < context.warnings.size(); ++i)
-    std::fprintf(stderr, "warning: %s\n", context.warnings[i].c_str());
+  std::vector<std::string> warnings;
+  KeptScans kept =
+      choose_folder({options.keep_scans, goes_on_in_place(options), options.force}, start, before, warnings);
+  for (const std::string& warning : warnings) warn(warning, context);
   return kept;
 }
 
@@ -209,10 +212,11 @@ void run_map(MapOptions& options) {
   require_output(options);
   if (options.resume.empty()) choice.in_force();  // reject invalid values before reading anything
   probe_map_outputs(options);
-
   const Inputs inputs = sort_inputs(options);
   RunContext context;
   context.input = options.inputs;
+  const io::MapLock lock(options.output);
+  warn(lock.note(), context);
   KeptScans before;
   Map start = start_of(options, choice, inputs, fs::path(options.output).parent_path(), context, before);
   std::unique_ptr<ScanSource> source;
@@ -221,13 +225,6 @@ void run_map(MapOptions& options) {
   KeptScans kept = folder_of_scans(options, start, before, context);
   MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree.has_value(), std::move(source));
-}
-
-/// Empty, or the error; CLI11's own checks accept nan in any range.
-std::string not_seconds(const std::string& text) {
-  double seconds = -1;
-  const bool number = !text.empty() && CLI::detail::lexical_cast(text, seconds);
-  return number && seconds >= 0 && std::isfinite(seconds) ? "" : text + " is not a number of seconds";
 }
 
 }  // namespace
@@ -251,7 +248,7 @@ void add_map(CLI::App& app) {
       ->type_name("FILE");
   verb->add_option("--checkpoint", options->checkpoint_s,
                    "save every SECONDS, between scans; 0: only at the end")
-      ->check(CLI::Validator(not_seconds, ""))
+      ->check(at_least(0))
       ->capture_default_str();
   verb->add_option(
           "--max-memory", options->max_memory,

@@ -38,8 +38,8 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       statistics_(mapper_.map().parameters()),
       context_(std::move(context)),
       begin_(begin),
-      checkpoints_(options.output, options.checkpoint_s),
-      past_(options.output, options.resume),
+      checkpoints_(options.output, options.checkpoint_s, options.force && options.resume.empty()),
+      past_(options.output, options.resume, mapper_.map()),
       keeper_(std::move(kept)),
       poses_(options.write_poses, options.force, mapper_.map().origin()),
       backlog_(options.together),
@@ -369,7 +369,7 @@ void MapRun::checkpoint() {
   if (!checkpoints_.due(now_s())) return;
   if (options_.strict && statistics_.agreement().contradiction()) return;
   keeper_.finish();
-  checkpoints_.try_to_save(mapper_.map(), statistics_.scans(), keeper_.kept());
+  checkpoints_.try_to_save(mapper_.map(), statistics_.scans(), keeper_.kept(), past_);
   poses_.try_to_save();
   checkpoints_.start(now_s());
 }
@@ -386,7 +386,7 @@ void MapRun::finish() {
   keeper_.finish();
   finishing_ = true;
   require_agreement();
-  checkpoints_.save(map, statistics_.scans(), keeper_.kept());
+  checkpoints_.save(map, statistics_.scans(), keeper_.kept(), past_);
   keep_past();
   poses_.save();
   scene_.save(last_stamp_s_.value_or(0), *mapper_.snapshot());

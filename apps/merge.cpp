@@ -1,6 +1,7 @@
 // `octosurf merge`: several maps into one.
 #include "geometry/degrees.hpp"
 #include "io/map_file/map_file.hpp"
+#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/text_file.hpp"
@@ -406,6 +407,7 @@ void probe_merge_outputs(const MergeOptions& options) {
 
 void run_merge(const MergeOptions& options) {
   probe_merge_outputs(options);
+  const io::MapLock lock(options.output);
   Merge(options).run();
 }
 

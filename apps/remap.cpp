@@ -1,5 +1,6 @@
 // `octosurf remap`: a map anew, from the scans it was built from and corrected poses.
 #include "io/kept_scans.hpp"
+#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/readers/scan_list.hpp"
@@ -259,6 +260,7 @@ void probe_remap_outputs(const RemapOptions& options) {
 void run_remap(RemapOptions& options) {
   if (options.output.empty()) options.output = options.map;
   probe_remap_outputs(options);
+  const io::MapLock lock(options.output);
   Remap(options).run();
 }
 

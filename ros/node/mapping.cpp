@@ -28,6 +28,7 @@ Mapping::Mapping(Map start, const NodeOptions& options)
       sensors_(options),
       mapper_(std::make_shared<Mapper>(std::move(start), options.threads, paper_detector())),
       own_(options.output),
+      lock_(own_),
       queue_(options.queue_mb << 20) {
   mapper_->share_octree();
   show();
@@ -186,9 +187,11 @@ std::string Mapping::load(const std::string& stem) {
   std::string done;
   do_between_scans([&] {
     const std::string from = stem.empty() ? own_ : stem;
+    io::MapLock lock(from);
     LoadedMap loaded = load_map(from);
     auto mapper = std::make_shared<Mapper>(std::move(loaded.map), options_.threads, paper_detector());
     mapper->share_octree();
+    lock_ = std::move(lock);
     mapper_ = std::move(mapper);
     done = kept_line(from, *mapper_->snapshot(), "loaded");
     if (from != own_) done += "; saved there from now on, and no longer as " + own_;

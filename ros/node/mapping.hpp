@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/map_lock.hpp"
 #include "node_options.hpp"
 #include "planning/questions.hpp"
 #include "scan_queue.hpp"
@@ -89,6 +90,7 @@ class Mapping {
   Sensors sensors_;
   std::shared_ptr<Mapper> mapper_;  // of the thread, as are the next four
   std::string own_;                 // stem of the node's own map
+  io::MapLock lock_;                // of it
   Sensors::Clock::time_point saved_ = Sensors::Clock::now();
   std::optional<std::int64_t> last_stamp_ns_;
   bool changed_ = false;  // since it was saved

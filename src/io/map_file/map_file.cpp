@@ -1,5 +1,6 @@
 #include "io/map_file/map_file.hpp"
 
+#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 
 #include <array>
@@ -76,6 +77,7 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   const MapPaths files(stem);
   KeptScans from_there = scans;
   if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
+  const io::MapLock lock(stem);
   io::NewFile bt(files.bt, true), surfaces(files.surfaces, true);
   bt.write([&](std::ostream& out) { map.state().occupancy.write_bt(out); });
   const std::optional<io::FileSum> sum = io::sum_of(bt.temporary());

@@ -4,6 +4,7 @@
 #include "io/map_file/record_stream.hpp"
 #include "io/new_file.hpp"
 #include "map_file.pb.h"
+#include "memory/page_file.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -31,6 +32,9 @@ constexpr std::uint64_t skippable_head = 8;                   // bytes of a skip
 constexpr int undo_level = 9;  // a sixth smaller than level 3, in twice its time
 constexpr int least_undo_window = 20, largest_undo_window = 30;  // log2 of bytes
 
+/// Records of a whole map, far more than its file: within a limit of memory they are in its scratch file.
+using Bytes = std::basic_string<char, std::char_traits<char>, memory::PagedAllocator<char>>;
+
 FileSum sum_or_none(const fs::path& file) { return sum_of(file).value_or(FileSum{}); }
 
 std::string with_length(const std::string& record) {
@@ -42,15 +46,16 @@ std::string with_length(const std::string& record) {
 }
 
 /// The head of a map file and its records, each behind its length. Throws Error(data).
-std::string plain_of(const fs::path& file) {
+Bytes plain_of(const fs::path& file, memory::PageFile* pages = nullptr) {
   std::error_code failure;
   const std::uintmax_t bytes = fs::file_size(file, failure);
   std::ifstream in(file, std::ios::binary);
-  std::string plain(map_head, '\0'), record;
+  Bytes plain(map_head, '\0', pages);
+  std::string record;
   in.read(plain.data(), static_cast<std::streamsize>(plain.size()));
   if (failure || !in) throw Error(Error::Kind::data, file.string(), "cannot be read", "check its rights");
   RecordReader reader(in, map_stream.most(bytes), file.string());
-  while (reader.next(record)) plain += with_length(record);
+  while (reader.next(record)) plain += std::string_view(with_length(record));
   return plain;
 }
 
@@ -59,22 +64,21 @@ int window_for(std::size_t bytes) {
 }
 
 /// `before`, as a frame that needs `after` to be read.
-std::string undo_of(const std::string& before, const std::string& after) {
+std::string undo_of(const Bytes& before, const Bytes& after) {
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), &ZSTD_freeCCtx);
   if (!context) throw std::bad_alloc();
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, undo_level);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, window_for(before.size() + after.size()));
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_enableLongDistanceMatching, 1);
   ZSTD_CCtx_refPrefix(context.get(), after.data(), after.size());
-  std::string undo(ZSTD_compressBound(before.size()), '\0');
-  const std::size_t size =
-      ZSTD_compress2(context.get(), undo.data(), undo.size(), before.data(), before.size());
+  const std::size_t most = ZSTD_compressBound(before.size());
+  const auto undo = std::make_unique_for_overwrite<char[]>(most);  // takes memory as it is written
+  const std::size_t size = ZSTD_compress2(context.get(), undo.get(), most, before.data(), before.size());
   if (ZSTD_isError(size)) throw Error(Error::Kind::output, "zstd", ZSTD_getErrorName(size));
-  undo.resize(size);
-  return undo;
+  return {undo.get(), size};
 }
 
-std::string records_before(const std::string& after, const Session& session, const Damage& damage) {
+Bytes records_before(const Bytes& after, const Session& session, const Damage& damage) {
   // As much as a map file's records may be, of all that is there.
   damage.require(session.before_plain <= map_stream.most(after.size() + session.undo.size()),
                  "an undo gives far more than its size allows");
@@ -82,7 +86,7 @@ std::string records_before(const std::string& after, const Session& session, con
   if (!context) throw std::bad_alloc();
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, largest_undo_window + 1);
   ZSTD_DCtx_refPrefix(context.get(), after.data(), after.size());
-  std::string before(session.before_plain, '\0');
+  Bytes before(session.before_plain, '\0');
   const std::size_t size = ZSTD_decompressDCtx(context.get(), before.data(), before.size(),
                                                session.undo.data(), session.undo.size());
   damage.require(size == before.size(), "an undo does not fit the map after it");
@@ -90,7 +94,7 @@ std::string records_before(const std::string& after, const Session& session, con
 }
 
 /// A map file of these records, of `bytes` bytes if the compressor is that of then.
-std::string map_of_records(const std::string& plain, std::uint64_t bytes, const Damage& damage) {
+std::string map_of_records(const Bytes& plain, std::uint64_t bytes, const Damage& damage) {
   std::ostringstream out;
   out << plain.substr(0, map_head);
   RecordWriter writer(out);
@@ -220,12 +224,13 @@ KnownPast known_of(const fs::path& stem) {
   return {{}, map};
 }
 
-void describe_session(Session& session, const Snapshot& snapshot, std::uint64_t scans) {
-  session.revision = snapshot.revision;
-  session.scans = scans;
-  session.surfaces = snapshot.surfaces.size();
+void describe_session(Session& session, const Map& map) {
+  const std::shared_ptr<const Snapshot> snapshot = map.snapshot();
+  session.revision = snapshot->revision;
+  session.scans = map.size().scans;
+  session.surfaces = snapshot->surfaces.size();
   session.area_m2 = 0;
-  for (const SurfacePtr& surface : snapshot.surfaces) session.area_m2 += surface->area_m2;
+  for (const SurfacePtr& surface : snapshot->surfaces) session.area_m2 += surface->area_m2;
 }
 
 }  // namespace
@@ -235,38 +240,40 @@ std::vector<Session> sessions_of(const fs::path& stem) { return known_of(stem).s
 Map map_after(const fs::path& stem, const std::vector<Session>& sessions, std::size_t at) {
   const KnownPast known = known_of(stem);
   const Damage damage{file_of_map(stem, ".past").string(), {}};
-  std::string plain = plain_of(known.file);
+  Bytes plain = plain_of(known.file);
   for (std::size_t k = sessions.size(); --k > at;) plain = records_before(plain, sessions[k], damage);
   const std::string file = map_of_records(plain, sessions.at(at).map.bytes, damage);
   std::istringstream in(file);
   return Map(std::move(read_map(in, file.size(), damage.where).state));
 }
 
-PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed) : stem_(std::move(stem)) {
-  std::error_code failure;
-  const fs::path before = file_of_map(stem_, ".before");
-  if (resumed.empty()) {
-    fs::remove(before, failure);
-    return;
-  }
-  KnownPast known{{}, file_of_map(resumed, ".surfaces")};
+PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed, const Map& start)
+    : stem_(std::move(stem)), resumed_(file_of_map(resumed, ".surfaces")), resumes_(!resumed.empty()) {
+  if (!resumes_) return;
   try {
-    known = known_of(resumed);
-    if (known.sessions.empty() && fs::exists(file_of_map(resumed, ".past"), failure))
+    KnownPast known = known_of(resumed);
+    resumed_ = std::move(known.file);
+    sessions_ = std::move(known.sessions);
+    std::error_code ignored;
+    if (sessions_.empty() && fs::exists(file_of_map(resumed, ".past"), ignored))
       warning_ = file_of_map(resumed, ".past").string() + ": is of another map; the past begins anew";
   } catch (const Error& error) {
     warning_ = std::string(error.what()) + "; the past begins anew";
   }
-  sessions_ = std::move(known.sessions);
-  if (sessions_.empty()) {  // a map from before there was a past
-    const LoadedMap first = load_map(known.file);
-    describe_session(sessions_.emplace_back(), *first.map.snapshot(), first.map.size().scans);
-    sessions_.back().map = sum_or_none(known.file);
-  }
-  if (fs::equivalent(known.file, before, failure)) return;
+  if (!sessions_.empty()) return;
+  describe_session(sessions_.emplace_back(), start);  // a map from before there was a past
+  sessions_.back().map = sum_or_none(resumed_);
+}
+
+void PastKeeper::begin() {
+  if (std::exchange(begun_, true)) return;
+  std::error_code failure;
+  const fs::path before = file_of_map(stem_, ".before");
+  if (resumes_ && fs::equivalent(resumed_, before, failure)) return;
   fs::remove(before, failure);
-  fs::create_hard_link(known.file, before, failure);
-  if (failure) fs::copy_file(known.file, before, fs::copy_options::overwrite_existing, failure);
+  if (!resumes_) return;
+  fs::create_hard_link(resumed_, before, failure);
+  if (failure) fs::copy_file(resumed_, before, fs::copy_options::overwrite_existing, failure);
   if (failure)
     throw Error(Error::Kind::output, before.string(), "cannot be written: " + failure.message(),
                 "check the disk");
@@ -276,7 +283,8 @@ PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed) : stem_(std::move
 PastKeeper::~PastKeeper() {
   std::error_code failure;
   const fs::path before = file_of_map(stem_, ".before"), after = file_of_map(stem_, ".surfaces");
-  if (!fs::exists(after, failure) || fs::equivalent(before, after, failure)) fs::remove(before, failure);
+  if (begun_ && (!fs::exists(after, failure) || fs::equivalent(before, after, failure)))
+    fs::remove(before, failure);
 }
 
 void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) {
@@ -284,7 +292,7 @@ void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) 
   std::error_code ignored;
   Session session;
   session.date_s = date_s;
-  describe_session(session, *map.snapshot(), map.size().scans);
+  describe_session(session, map);
   session.map = sum_or_none(after);
   if (fs::exists(before, ignored)) {
     session.before = sum_or_none(before);
@@ -292,9 +300,10 @@ void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) 
       fs::remove(before, ignored);
       return;
     }
-    const std::string plain = plain_of(before);
+    memory::PageFile* const pages = map.state().pages().get();
+    const Bytes plain = plain_of(before, pages);
     session.before_plain = plain.size();
-    session.undo = undo_of(plain, plain_of(after));
+    session.undo = undo_of(plain, plain_of(after, pages));
     session.appeared = changes.appeared;
     session.changed = changes.changed;
     session.gone = changes.gone;

@@ -50,8 +50,8 @@ Map map_after(const std::filesystem::path& stem, const std::vector<Session>& ses
 /// Keeps the past of a run.
 class PastKeeper {
  public:
-  /// `resumed`: the map that is gone on with; empty: none.
-  PastKeeper(std::filesystem::path stem, const std::filesystem::path& resumed);
+  /// `resumed`: the map that is gone on with, as `start`; empty: none.
+  PastKeeper(std::filesystem::path stem, const std::filesystem::path& resumed, const Map& start);
   PastKeeper(const PastKeeper&) = delete;
   PastKeeper& operator=(const PastKeeper&) = delete;
   ~PastKeeper();
@@ -60,6 +60,8 @@ class PastKeeper {
   std::optional<std::uint64_t> since() const {
     return sessions_.empty() ? std::nullopt : std::optional(sessions_.back().revision);
   }
+  /// Before the map is saved for the first time: until then the files are those of the run before.
+  void begin();
   /// After the map has been saved in `stem`; `changes` since then. Throws Error(output).
   void save(const Map& map, double date_s, const MapChanges& changes);
   /// Of the session in the file; sessions in it.
@@ -69,7 +71,8 @@ class PastKeeper {
   const std::string& warning() const { return warning_; }
 
  private:
-  std::filesystem::path stem_;
+  std::filesystem::path stem_, resumed_;  // the latter: the file that the last session known of is of
+  bool resumes_, begun_ = false;
   std::vector<Session> sessions_;
   std::uint64_t bytes_ = 0;
   std::string warning_;

@@ -1,0 +1,92 @@
+#include "io/map_lock.hpp"
+
+#include "io/new_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <fcntl.h>
+#include <map>
+#include <mutex>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <system_error>
+#include <unistd.h>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What the holder wrote: "process 123 of HOST". Empty if it has not yet.
+std::string holder_in(int descriptor) {
+  std::array<char, 512> text{};
+  const ssize_t size = std::max<ssize_t>(::pread(descriptor, text.data(), text.size(), 0), 0);
+  return {text.data(), std::find(text.data(), text.data() + size, '\n')};
+}
+
+bool is_at(int descriptor, const fs::path& path) {
+  struct stat opened {
+  }, named{};
+  return ::fstat(descriptor, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 &&
+         named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
+}
+
+}  // namespace
+
+struct MapLock::Held {
+  explicit Held(fs::path path) : file(std::move(path)) {}
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+  ~Held() {
+    if (descriptor < 0) return;
+    if (locked) ::unlink(file.c_str());
+    ::close(descriptor);  // last: it frees the lock
+  }
+
+  /// Returns whose it was.
+  std::string take() {
+    do {  // the one before may have removed the file after it was opened here
+      if (descriptor >= 0) ::close(descriptor);
+      descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+      if (descriptor < 0)
+        throw Error(Error::Kind::output, file.string(),
+                    "cannot be written: " + std::generic_category().message(errno),
+                    "check the folder and its rights");
+      if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        throw Error(Error::Kind::output, file.string(), holder_in(descriptor) + " is writing the map",
+                    "wait until it ends, or name another map to write");
+    } while (!is_at(descriptor, file));
+    const std::string before = holder_in(descriptor);
+    std::array<char, 256> host{};
+    ::gethostname(host.data(), host.size() - 1);
+    const std::string own = "process " + std::to_string(::getpid()) + " of " + host.data() + "\n";
+    locked = true;
+    if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, own.data(), own.size(), 0) < 0)
+      throw Error(Error::Kind::output, file.string(), "cannot be written", "check the space left");
+    return before;
+  }
+
+  fs::path file;
+  int descriptor = -1;
+  bool locked = false;
+};
+
+MapLock::MapLock(const fs::path& stem) {
+  static std::mutex mutex;
+  static std::map<fs::path, std::weak_ptr<Held>> all;
+  const fs::path file = file_of_map(stem, ".lock");
+  const std::lock_guard lock(mutex);
+  std::error_code ignored;
+  std::weak_ptr<Held>& known = all[fs::weakly_canonical(fs::absolute(file, ignored), ignored)];
+  held_ = known.lock();
+  if (held_) return;
+  auto held = std::make_shared<Held>(file);
+  if (const std::string before = held->take(); !before.empty())
+    note_ = file.string() + ": " + before + " had locked the map and is gone; taken over";
+  known = held_ = std::move(held);
+}
+
+}  // namespace octosurf::io
