@@ -9,18 +9,18 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 4_064),
-    "core": (["src/core"], 21_785),
+    "include": (["include"], 4_134),
+    "core": (["src/core"], 22_014),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
-    "io": (["src/io"], 13_503),
+    "io": (["src/io"], 14_158),
     "planning": (["src/planning"], 7_760),
     "footsteps": (["src/footsteps"], 2_828),
-    "apps": (["apps"], 9_387),
-    "ros": (["ros"], 3_370),
-    "bindings": (["bindings"], 3_222),
+    "apps": (["apps"], 9_516),
+    "ros": (["ros"], 3_372),
+    "bindings": (["bindings"], 3_245),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 7_048),
-    "tests": (["test", "lab/test"], 49_720),
+    "tests": (["test", "lab/test"], 50_193),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
