@@ -8,8 +8,8 @@ shift
 command -v debootstrap >/dev/null || { echo "skipped: debootstrap is missing" >&2; exit 77; }
 [[ ! -e $root ]] || { echo "$root is there already" >&2; exit 1; }
 
-mirror=$(cat /etc/apt/sources.list /etc/apt/sources.list.d/*.{list,sources} 2>/dev/null |
-  sed -nE 's/^URIs: *([^ ]+).*/\1/p; s/^deb (\[[^]]*\] )?([^ ]+).*/\2/p' | head -1)
+mirror=$({ cat /etc/apt/sources.list /etc/apt/sources.list.d/*.{list,sources} 2>/dev/null || true; } |
+  sed -nE 's/^URIs: *([^ ]+).*/\1/p; s/^deb (\[[^]]*\] )?([^ ]+).*/\2/p' | sed -n 1p)
 clean_up() {
   umount -l "$root/proc" "$root/dev" 2>/dev/null || true
   rm -rf --one-file-system "$root"
@@ -18,7 +18,7 @@ trap clean_up EXIT
 debootstrap --variant=minbase --include=ca-certificates,git bookworm "$root" "$mirror" >/dev/null
 cp -rL /etc/apt/. "$root/etc/apt"
 cp -L /etc/resolv.conf /etc/hosts "$root/etc"
-[[ ! -d /etc/ssl/certs ]] || cp -rL /etc/ssl/certs/. "$root/etc/ssl/certs"
+[[ ! -d /etc/ssl/certs ]] || cp -rL --remove-destination /etc/ssl/certs/. "$root/etc/ssl/certs"
 mount -t proc proc "$root/proc"
 mount --rbind --make-rslave /dev "$root/dev"
 git clone -q "file://$source" "$root/octosurf"

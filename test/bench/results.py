@@ -162,10 +162,11 @@ def content(records, *names):
     return [row for name in names if name in records for row in records[name]["content"]]
 
 
-def table(benchmark, *tasks):
+def table(benchmark, *tasks, folded=""):
     def section(records):
         rows = content(records, *tasks)
-        return markdown(*bench.table_of(benchmark, rows)) if rows else ""
+        text = markdown(*bench.table_of(benchmark, rows)) if rows else ""
+        return details(folded, text) if text and folded else text
     return section
 
 
@@ -190,7 +191,7 @@ def accuracy_section(records):
     scenes = {(name, scene): rows for name in names for (scene,), rows in bench.groups(content(records, name), ("scene",)).items()
               if scene != "all"}
     pictures = "\n".join(f"![{TASKS[name].title}: the ten worst faces](worst/{name}.svg)\n" for name in names)
-    return text and text + details("By scene", lines_of(scenes, COLUMNS, "", "scene")) + details("The ten worst faces of each", pictures)
+    return text and text + details("By scene: faces", lines_of(scenes, COLUMNS, "", "scene")) + details("The ten worst faces of each", pictures)
 
 
 def terrain_section(records):
@@ -209,10 +210,15 @@ def departures_section(records):
         usual = [row for row in rows if row["method"] == "as it is"]
         time_of = {"time": lambda its: f'{bench.add(its, "ms") / (bench.add(usual, "ms") or 1):.2f}'}
         return lines_of(bench.groups(rows, ("method",)), {**columns, **time_of}, "")
-    sets = [f"departures-{name}" for name in SETS if f"departures-{name}" in records]
+    sets = {name: content(records, f"departures-{name}") for name in SETS if f"departures-{name}" in records}
+    by_set = {name: dict(bench.groups(rows, ("method",))) for name, rows in sets.items()}
+    methods = dict.fromkeys(method for groups in by_set.values() for method in groups)
+    cells = [[*method, *(f'{bench.add(rows, "correct")} of {bench.add(rows, "faces")}, {bench.add(rows, "noise")}, '
+                         f'{bench.share("unsafe_m2", "area_m2", 2)(rows)}' for groups in by_set.values() if (rows := groups.get(method)))]
+             for method in methods]
     fine = table_of(["departures-1cm"])
-    by_set = "\n".join(f"{SETS[name.removeprefix('departures-')][0]}:\n\n{table_of([name])}" for name in sets)
-    return table_of(sets) + (fine and f"\nDepth camera, d = 1 cm:\n\n{fine}") + (sets and details("By set", by_set) or "")
+    return table_of([f"departures-{name}" for name in sets]) + (fine and f"\nDepth camera, d = 1 cm:\n\n{fine}") \
+        + (cells and details("By set: correct, noise, unsafe", markdown(["", *sets], cells)) or "")
 
 
 def sides(records):
@@ -232,7 +238,12 @@ def mosd_section(records):
 
 def speed_section(records):
     found = sides(records)
-    return markdown(*bench.speed_table(found)) + "\n" + bench.SPEED_NOTE if found else ""
+    if not found:
+        return ""
+    header, lines = bench.speed_table(found)
+    besides = [line for line in lines if re.search("heap|loading|plain", line[0])]
+    return markdown(header, [line for line in lines if line not in besides]) + "\n" + bench.SPEED_NOTE \
+        + details("Memory, loading, a plain octree", markdown(header, besides))
 
 
 SECTIONS = [
@@ -259,13 +270,13 @@ SECTIONS = [
     ("The kitchen", "kitchen", table("kitchen", "kitchen-2cm", "kitchen-1cm"),
      "A real recording without truth. A double layer is a pair of surfaces within 15° and 5 cm that overlap by a fifth of the "
      "smaller one: on a good map there is none."),
-    ("Surfaces where nothing changed", "ground", table("steadiness", "steadiness"),
+    ("Surfaces where nothing changed", "ground", table("steadiness", "steadiness", folded="By scene: surfaces where nothing changed"),
      "Of the area of polygons about which no voxel changed from one scan to the next: the share that came or went, and that got another "
      "id; beside it, the same map segmented anew at each scan."),
-    ("Ground kept up", "ground", table("ground", "ground"),
+    ("Ground kept up", "ground", table("ground", "ground", folded="By scene: ground kept up"),
      "Medians over scans: of the scan itself, of ground for planners kept from the snapshot before, of what is read of it near the sensor, "
      "and of all of it, kept and made from nothing."),
-    ("Labelled clouds", "labelled", table("labelled", "labelled"),
+    ("Labelled clouds", "labelled", table("labelled", "labelled", folded="By cloud and method"),
      "Every method gets the same voxels; CGAL's get the best of several settings, octosurf its defaults. Milliseconds have normals "
      "and planes for CGAL, downsampling, occupancy and outlines as well for octosurf."),
     ("A real table with things on it", "labelled", mosd_section,
@@ -344,8 +355,18 @@ def document(records, commit, reasons):
             f'`{name}` {record["seconds"] / 60:.1f} ({record["load"]:.1f})')
     parts += ["## When and where", "", "Minutes of each task, and the machine's load at its end: above one it was busy with other work.", ""]
     parts += [f'- {place}: {", ".join(tasks)}.' for place, tasks in where.items()]
-    parts += ["", "## Not measured at this commit", "", *(f"- `{name}`" + (f": {reason}" if reason != NONE else "") for name, reason in reasons.items()), ""]
+    parts += ["", *(["## Not measured at this commit", ""] if reasons else []), *(f"- `{name}`" + (f": {reason}" if reason != NONE else "") for name, reason in reasons.items()), ""]
     return "\n".join(parts)
+
+
+def unfolded(text):
+    """The document with links in place of what is folded away, and a page of that."""
+    folded = ["# What was measured, by scene\n\nWritten with [results.md](results.md).\n"]
+
+    def link(block):
+        folded.append(f"## {block[1]}\n\n{block[2].strip()}\n")
+        return f"[{block[1]}](results_by_scene.md)\n"
+    return re.sub(r"<details><summary>(.*?)</summary>\n(.*?)</details>\n+", link, text, flags=re.DOTALL), "\n".join(folded)
 
 
 def put_between(file, mark, text):
@@ -365,7 +386,9 @@ def write_documents(commit, reasons):
         if name in records:
             text = sheet.sheet(SETS[name][0], sheet.worst(records[name]["content"]))
             (ROOT / f"docs/worst/{name}.svg").write_text(text, encoding="utf-8")
-    (ROOT / "docs/results.md").write_text(document(records, commit, reasons), encoding="utf-8")
+    short, folded = unfolded(document(records, commit, reasons))
+    (ROOT / "docs/results.md").write_text(short, encoding="utf-8")
+    (ROOT / "docs/results_by_scene.md").write_text(folded, encoding="utf-8")
     put_between(ROOT / "README.md", "results", f"At d = 2 cm, commit {commit}; [all figures](docs/results.md).\n\n"
                 + markdown(["what", "result"], [row[:2] for row in ten(records)]))
     print(f"wrote docs/results.md and README.md: {len(records)} of {len(TASKS)} tasks at {commit}")
