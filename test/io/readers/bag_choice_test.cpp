@@ -439,15 +439,15 @@ TEST_F(BagClocks, AClockThatIsSetBackBeginsAnotherPass) {
 }
 
 TEST_F(BagClocks, ACloudMayNoticeSoonerOrLaterThanTf) {
-  std::vector<McapMessage> messages = set_back(1000);
-  const auto reset = std::ranges::find_if(messages, [](const McapMessage& m) { return m.logged_s == 1001; });
-  ASSERT_NE(reset, messages.end());
-  const auto place = reset - messages.begin();
-  messages.insert(messages.begin() + place, at(1000.99, cloud(9.32)));       // of the new time
-  messages.insert(messages.begin() + place + 2, at(1001.01, cloud(10.88)));  // of the old
-  const std::vector<double> found = places(messages);
-  EXPECT_THAT(found, ::testing::Contains(::testing::DoubleNear(101.02, 1e-6)));
-  EXPECT_THAT(found, ::testing::Contains(::testing::DoubleNear(0.88, 1e-6)));
+  const auto places_with = [&](std::ptrdiff_t after, const McapMessage& other) {
+    std::vector<McapMessage> messages = set_back(1000);
+    const auto reset = std::ranges::find(messages, 1001, &McapMessage::logged_s);
+    messages.insert(reset + after, other);
+    return places(messages);
+  };
+  using ::testing::Contains;
+  EXPECT_THAT(places_with(0, at(1000.99, cloud(9.32))), Contains(::testing::DoubleNear(101.02, 1e-6)));
+  EXPECT_THAT(places_with(1, at(1001.01, cloud(10.88))), Contains(::testing::DoubleNear(0.88, 1e-6)));
 }
 
 TEST_F(BagClocks, OneLateMessageIsNoPass) {
