@@ -333,7 +333,9 @@ class Indexer {
 
 }  // namespace
 
-std::string namespace_of(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+std::string namespace_of(const std::string& topic) {
+  return topic.substr(0, topic.find('/') == std::string::npos ? 0 : topic.rfind('/'));  // ROS 1 has "tf", too
+}
 
 BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes, bool recorded,
                    std::vector<std::string>* left_out) {
