@@ -65,7 +65,8 @@ struct MapLock::Held {
     const std::string own = "process " + std::to_string(::getpid()) + " of " + host.data() + "\n";
     locked = true;
     if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, own.data(), own.size(), 0) < 0)
-      throw Error(Error::Kind::output, file.string(), "cannot be written", "check the space left");
+      throw Error(Error::Kind::output, file.string(),
+                  "cannot be written: " + std::generic_category().message(errno), "check the space left");
     return before;
   }
 

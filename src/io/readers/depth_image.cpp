@@ -253,7 +253,7 @@ void set_far(std::vector<float>& depth, std::size_t width) {
                         std::size_t step) {
     std::vector<bool> wider(set.size());
     for (std::size_t k = 0; k < lines; ++k)
-      for (std::size_t i = 0, since = length; i < length + reach; ++i, ++since) {
+      for (std::size_t i = 0, since = 2 * reach + 1; i < length + reach; ++i, ++since) {
         if (i < length && set[k * line + i * step]) since = 0;
         if (since <= 2 * reach && i >= reach) wider[k * line + (i - reach) * step] = true;
       }

@@ -191,7 +191,7 @@ std::vector<std::string> TransformTree::ancestors(const std::string& frame) cons
   std::vector<std::string> names;
   auto found = indices_.find(frame);
   if (found == indices_.end()) return names;
-  for (std::optional<std::uint32_t> at = found->second; at && names.size() <= frames_.size();) {
+  for (std::optional<std::uint32_t> at = found->second; at && names.size() < frames_.size();) {
     const Frame& f = frames_[*at];
     names.push_back(f.name);
     at = parent_of(f);
