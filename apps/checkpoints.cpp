@@ -21,7 +21,7 @@ Checkpoints::Version Checkpoints::version() const {
 }
 
 void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept, io::PastKeeper& past) {
-  if (!force_ && version() != known_)
+  if (const Version now = version(); !force_ && now && now != known_)
     throw Error(Error::Kind::output, files_of_map(stem_).front(),
                 "was written by another since this run began", "move it elsewhere before this run ends");
   past.begin();

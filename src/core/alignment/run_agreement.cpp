@@ -8,8 +8,10 @@
 namespace octosurf {
 namespace {
 
-/// Times the usual step from one scan to the next: no walk or drive is that uneven.
-constexpr double unusual_step = 10;
+/// Of the steps from one scan to the next, a jump's is above the median by this many standard deviations (as
+/// the median deviation of a normal distribution estimates them), and by as much as the median: a walk is
+/// uneven.
+constexpr double jump_deviations = 6, of_median_deviation = 1.4826;
 /// m and rad: smaller steps are jitter of poses that stand still.
 constexpr double least_jump_m = 0.05, least_jump_rad = 0.02;
 /// Share of scans after the first contradiction at which agreement turns, for two tracks: half of these.
@@ -20,7 +22,11 @@ double median_of(std::vector<double> values, double none) {
 }
 
 double jump(double step, const std::vector<double>& steps, double least) {
-  return step > std::max(least, unusual_step * median_of(steps, 0)) ? step : 0;
+  const double usual = median_of(steps, 0);
+  std::vector<double> off;
+  for (const double one : steps) off.push_back(std::fabs(one - usual));
+  const double most = usual + std::max(usual, jump_deviations * of_median_deviation * median_of(off, 0));
+  return step > std::max(least, most) ? step : 0;
 }
 
 }  // namespace
