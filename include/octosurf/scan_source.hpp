@@ -66,7 +66,7 @@ struct ScanSourceOptions {
   /// metres near the first scan if it lies farther than `origin_beyond_m` from 0 (UTM, ECEF).
   std::optional<Eigen::Vector3d> origin;
   double origin_beyond_m = 8192;  ///< m; from here on float rounds by more than half a millimetre
-  BagOptions bag;
+  BagOptions bag;                 ///< of bags
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
   /// Whether the motion within scans is undone.
@@ -121,6 +121,7 @@ class ScanSource {
   virtual Eigen::Vector3d origin() const { return Eigen::Vector3d::Zero(); }
 };
 
+/// Kind of an input.
 enum class InputKind {
   scans,         ///< a folder or file that open_scans reads
   occupancy_map  ///< OctoMap's .bt or .ot

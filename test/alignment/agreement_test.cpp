@@ -9,9 +9,9 @@
 namespace octosurf {
 namespace {
 
-/// A room of 4 m × 5 m × 2.4 m about the origin, seen from `at` in 2,000 directions.
+/// A room of 4 m × 5 m × 2.4 m about the origin, seen from `at` in 20,000 directions.
 Scan seen_from(const Eigen::Vector3d& at) {
-  constexpr int rays = 2000;
+  constexpr int rays = 20000;
   const Eigen::Vector3d half(2, 2.5, 1.2);
   Scan scan;
   scan.sensor = SensorKind::lidar;

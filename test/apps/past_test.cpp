@@ -132,23 +132,6 @@ TEST_F(Past, OutlivesAKilledRun) {
   EXPECT_EQ(read("then.surfaces"), read("day3.surfaces"));
 }
 
-/// Until a run has saved something, the files are those of the run before.
-TEST_F(Past, StaysWhereARunFailsAtItsFirstScan) {
-  map_day(0);
-  map_day(1);
-  write_day(2);
-  std::filesystem::rename(folder / "day1.surfaces", folder / "map.before");  // the map is a killed run's
-  std::filesystem::copy_file(folder / "day0.surfaces", folder / "map.surfaces",
-                             std::filesystem::copy_options::overwrite_existing);
-  write("day2/" + std::filesystem::directory_iterator(folder / "day2")->path().filename().string(),
-        "P5\n80 60\n");
-  for (const char* how : {" --resume map", " --force"}) {
-    run(std::string("map day2 -o map --pose-form as-given") + how);
-    EXPECT_TRUE(exists("map.before")) << how;
-  }
-  EXPECT_EQ(json::parse(run_well("log map --json").out).size(), 2U);
-}
-
 TEST_F(Past, GoesWithAMapThatIsGoneOnWithElsewhere) {
   map_day(0);
   write_day(1);

@@ -385,7 +385,8 @@ class WaitingMap:
         command("simulate", scene, "--sensor", sensor, "-o", self.folder / "scans", "--frames", scans + 1)
         poses = self.folder / "scans/poses.txt"
         lines = poses.read_text().splitlines()
-        lines[-1] = " ".join(["900", *lines[-1].split()[1:]])  # s: until then the map waits
+        before = float(lines[-2].split()[0])
+        lines[-1] = " ".join([f"{before + 55:.6f}", *lines[-1].split()[1:]])  # s: so long the map waits, a minute at most
         poses.write_text("\n".join(lines) + "\n")
 
     @contextlib.contextmanager

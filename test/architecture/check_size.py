@@ -9,10 +9,10 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 4_134),
-    "core": (["src/core"], 22_014),
+    "include": (["include"], 4_135),
+    "core": (["src/core"], 22_020),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
-    "io": (["src/io"], 14_158),
+    "io": (["src/io"], 14_161),
     "planning": (["src/planning"], 7_760),
     "footsteps": (["src/footsteps"], 2_828),
     "apps": (["apps"], 9_516),

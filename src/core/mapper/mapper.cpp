@@ -1,4 +1,4 @@
-#include "alignment/agreement.hpp"
+#include "alignment/scan_agreement.hpp"
 #include "alignment/scan_aligner.hpp"
 #include "mapper/adopt_surfaces.hpp"
 #include "mapper/map_change.hpp"

@@ -1,4 +1,4 @@
-#include "alignment/agreement.hpp"
+#include "alignment/scan_agreement.hpp"
 
 #include "sensing/reading_code.hpp"
 
