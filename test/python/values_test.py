@@ -57,7 +57,7 @@ def results():
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])),
         *octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])).steps,
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[9, 0, 0])).refusal,
-        mapper.drain(), whole.at([0, 0, 0]), whole.at([0, 0, 9]), whole.size(), octosurf.up_of(whole),
+        mapper.drain(), mapper.drain().agreement, whole.at([0, 0, 0]), whole.at([0, 0, 9]), whole.size(), octosurf.up_of(whole),
         octree.at([0, 0, 0]), octree.count([-1, -1, -1], [1, 1, 1]), grid, planned,
         octosurf.export_planar_terrain([planned], grid, "map", world.FOLDER / "values.json", force=True),
         octosurf.nearest(snapshot, [0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),
