@@ -48,15 +48,34 @@ TEST_F(MapFiles, LineageAndUsedUpIdsComeBack) {
 
 /// Both ends of what a parameter may be, with others that it needs.
 TEST_F(MapFiles, OfParametersAtTheirEndsLoad) {
-  for (const char* const given :
-       {"sensor_noise=0", "sensor_noise=1e-12", "sensor_noise=1 surface_tolerance=1", "range_noise=0",
-        "range_noise=1", "sensor_noise=0 range_noise=0", "sensor_noise=0 range_noise=1e-12",
-        "surface_tolerance=1e-12", "surface_tolerance=1", "max_hole_size=0.05", "max_hole_size=1.6",
-        "resolution=1 surface_tolerance=1e-3", "resolution=10 surface_tolerance=1", "min_surface_width=0",
-        "min_surface_width=10", "mesh_thickness=1e-12", "mesh_thickness=10", "min_surface_points=3",
-        "search_radius=0.05 normal_radius=0.05", "search_radius=3.2 normal_radius=3.2", "detection_budget=1",
-        "hit=0.999999 clamp_max=0.9999999", "miss=1e-6 clamp_min=1e-7", "occupied=0.13", "occupied=0.97",
-        "ransac_iterations=1", "max_range=1e-3", "max_range=1e6 min_range=1"}) {
+  for (const char* const given : {"sensor_noise=0",
+                                  "sensor_noise=1e-12",
+                                  "sensor_noise=1 surface_tolerance=1",
+                                  "range_noise=0",
+                                  "range_noise=1",
+                                  "sensor_noise=0 range_noise=0",
+                                  "sensor_noise=0 range_noise=1e-12",
+                                  "surface_tolerance=1e-12",
+                                  "surface_tolerance=1",
+                                  "max_hole_size=0.05",
+                                  "max_hole_size=1.6",
+                                  "resolution=1 surface_tolerance=1e-3",
+                                  "resolution=10 surface_tolerance=1",
+                                  "min_surface_width=0",
+                                  "min_surface_width=10",
+                                  "mesh_thickness=1e-12",
+                                  "mesh_thickness=10",
+                                  "min_surface_points=3",
+                                  "search_radius=0.05 normal_radius=0.05",
+                                  "search_radius=3.2 normal_radius=3.2",
+                                  "detection_budget=1",
+                                  "hit=0.999999 clamp_max=0.9999999",
+                                  "miss=1e-6 clamp_min=1e-7",
+                                  "occupied=0.13",
+                                  "occupied=0.97",
+                                  "ransac_iterations=1",
+                                  "max_range=1e-3",
+                                  "max_range=1e6 min_range=1"}) {
     Parameters parameters = coarse();
     std::istringstream words(given);
     for (std::string word; words >> word;)

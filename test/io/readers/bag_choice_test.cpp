@@ -290,7 +290,8 @@ TEST_F(BagChoice, ScansComeInTheOrderOfTheirHeaders) {
   std::vector<double> stamps;
   for (const Scan& scan : read_all({bag(messages)})) stamps.push_back(scan.stamp_s);
   EXPECT_THAT(stamps, ElementsAre(1001, 1002, 1003));
-  messages.push_back({"/points", cloud_type, 1003.5, one_point(0, "lidar").all()});  // its driver has no clock
+  messages.push_back(
+      {"/points", cloud_type, 1003.5, one_point(0, "lidar").all()});  // its driver has no clock
   stamps.clear();
   for (const Scan& scan : read_all({bag(messages)})) stamps.push_back(scan.stamp_s);
   EXPECT_THAT(stamps, ElementsAre(1001, 1002, 1003, 1003.5));
