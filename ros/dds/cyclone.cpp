@@ -306,7 +306,7 @@ std::shared_ptr<void> Cyclone::serve(const std::string& name, const std::string&
   const std::string place = topic_over_dds(name).substr(2), types = "octosurf_msgs::srv::dds_::" + type;
   std::random_device random;
   std::string id;  // as rmw_cyclonedds_cpp prints it
-  for (int i = 0; i < 16; ++i) id += (i > 0 ? "." : "") + std::to_string(random() % 256);
+  for (int i = 0; i < 16; ++i) (id += i > 0 ? "." : "") += std::to_string(random() % 256);
   const std::string user_data = "serviceid=" + id + ";";
   auto service = std::make_shared<Service>();
   service->replies = std::make_shared<Writer>(participant_, "rr" + place + "Reply", types + "_Response_",
