@@ -1,6 +1,6 @@
 // `octosurf clear`: takes back what a map knows of a part of space.
 #include "io/map_lock.hpp"
-#include "io/new_file.hpp"
+#include "map_past.hpp"
 #include "output_files.hpp"
 
 #include <CLI/CLI.hpp>
@@ -44,13 +44,12 @@ void run_clear(const ClearOptions& options) {
   const std::string output = options.output.empty() ? options.map : options.output;
   make_folder_of(output);
   const io::MapLock lock(output);
-  for (const std::string& file : files_of_map(output))
-    io::NewFile(file, options.force).write([](std::ostream&) {});
+  for (const std::string& file : files_of_map(output)) require_writable(file, options.force);
   LoadedMap loaded = load_map(options.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   Mapper mapper(std::move(loaded.map), 1, paper_detector());
   const ScanReport report = mapper.clear(part_of(options), options.as_free);
-  save_map(mapper.map(), output);
+  save_session(mapper.map(), output, {options.map});
   std::printf("%s.surfaces: %zu points taken back; %zu surfaces gone, %zu smaller, %zu left\n",
               output.c_str(), report.vanished, report.gone.size(), report.shrunk.size(),
               mapper.snapshot()->surfaces.size());

@@ -130,12 +130,9 @@ void probe_map_outputs(const MapOptions& options) {
   refuse_collisions(options);
   make_folder_of(options.output);
   const std::vector<std::string> written = files_of_map(options.output);
-  const auto probe = [](const std::string& file, bool force) {
-    io::NewFile(file, force).write([](std::ostream&) {});
-  };
-  for (const std::string& file : written) probe(file, options.force || goes_on_in_place(options));
+  for (const std::string& file : written) require_writable(file, options.force || goes_on_in_place(options));
   for (const std::string& file : {options.report, options.write_poses, options.mcap})
-    if (!file.empty()) probe(file, options.force);
+    require_writable(file, options.force);
 }
 
 void warn(const std::string& warning, RunContext& context) {

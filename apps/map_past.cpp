@@ -1,11 +1,12 @@
 #include "map_past.hpp"
 
-#include "io/map_file/past.hpp"
 #include "io/text_file.hpp"
+#include "last_line.hpp"
 #include "output_files.hpp"
 #include "surface_table.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -18,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf {
@@ -30,9 +32,10 @@ Examples:
   octosurf log maps/office --json                    with the surfaces' ids
   octosurf diff maps/office@2026-11-20 maps/office   between the end of that day and now
 
-A session is one run of map. Its date, UTC, is that of its last scan where the time stamps are calendar times, else
-that of the run's end. A line has its surfaces, those that came, changed, went and were merged, and the bytes that
-maps/office.past keeps to undo it.
+A session is one run of map, or of remap, merge or clear in place. Its date, UTC, is that of its last scan where the
+time stamps are calendar times, else that of the run's end, when it was written. A line has its surfaces, those that
+came, changed, went and were merged, and the bytes that its file maps/office.past-* keeps to undo it. A date names the
+last session before which, and in which, no later scan was mapped.
 )";
 
 constexpr const char* checkout_description = R"(Writes a map as it was.
@@ -54,25 +57,27 @@ std::string past_of(const std::string& stem) {
   throw Error(Error::Kind::usage, stem + "@" + moment, what, "octosurf log " + stem + " lists its sessions");
 }
 
-/// The last second that a date names: of a day, a minute, or itself. Empty: it is none.
+/// The end of the day, minute or second that a date names. Empty: it is none.
 std::optional<double> end_of_date(const std::string& text) {
-  std::tm time{};
   const std::array<const char*, 4> forms{"%Y-%m-%dT%H:%M:%SZ", "%Y-%m-%dT%H:%M:%S", "%Y-%m-%dT%H:%M",
                                          "%Y-%m-%d"};
   const std::array<double, 4> lengths_s{1, 1, 60, 86400};
   for (std::size_t k = 0; k < lengths_s.size(); ++k) {
-    time = {};
+    std::tm time{};
     const char* rest = strptime(text.c_str(), forms[k], &time);
     if (rest == nullptr || *rest != '\0') continue;
-    return static_cast<double>(timegm(&time)) + lengths_s[k];
+    const int day = time.tm_mday;
+    const auto begin = static_cast<double>(timegm(&time));  // which makes 3 March of 31 February
+    if (time.tm_mday == day) return begin + lengths_s[k];
   }
   return {};
 }
 
-std::size_t session_at(const std::string& stem, const std::string& moment,
-                       const std::vector<io::Session>& all) {
+std::size_t session_at(const std::string& stem, const std::string& moment, const io::Past& past) {
+  const std::vector<io::Session>& all = past.sessions;
   if (all.empty())
-    throw Error(Error::Kind::data, past_of(stem), "holds no past of this map",
+    throw Error(Error::Kind::data, past.warnings.empty() ? past_of(stem) : past.warnings.front(),
+                "no past of this map is known",
                 "runs of octosurf map keep it; " + stem + " itself is the map of now");
   if (!moment.empty() && moment.size() < 9 && moment.find_first_not_of("0123456789") == std::string::npos) {
     const std::size_t number = std::stoul(moment);
@@ -83,14 +88,23 @@ std::size_t session_at(const std::string& stem, const std::string& moment,
   const std::optional<double> end = end_of_date(moment);
   if (!end)
     refuse_moment(stem, moment, "names no date, as in 2026-11-27 or 2026-11-27T09:30, and no session");
-  for (std::size_t k = all.size(); k-- > 0;)
-    if (all[k].date_s < *end) return k;
-  refuse_moment(stem, moment, "is before its first session, " + date_text(all.front().date_s));
+  std::optional<std::size_t> found, first;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (all[k].date_s == 0) continue;  // before no date, and after none
+    if (!first) first = k;
+    if (all[k].date_s >= *end) break;
+    found = k;
+  }
+  if (found) return *found;
+  refuse_moment(stem, moment,
+                first ? "is before its first session, " + date_text(all[*first].date_s)
+                      : "cannot be found, as its sessions have no dates");
 }
 
 nlohmann::ordered_json session_json(const io::Session& session, std::size_t number) {
   nlohmann::ordered_json json{{"session", number},
                               {"date", nullptr},
+                              {"written", nullptr},
                               {"revision", session.revision},
                               {"scans", session.scans},
                               {"surfaces", session.surfaces},
@@ -99,17 +113,21 @@ nlohmann::ordered_json session_json(const io::Session& session, std::size_t numb
                               {"changed", session.changed},
                               {"gone", session.gone},
                               {"merged", session.merged},
-                              {"bytes", session.undo.size()}};
+                              {"bytes", session.undo_bytes},
+                              {"file", session.file.filename().string()}};
   if (session.date_s != 0) json["date"] = date_text(session.date_s);
+  if (session.written_s != 0) json["written"] = date_text(session.written_s);
   return json;
 }
 
 void run_log(const std::string& name, bool as_json) {
-  const std::vector<io::Session> sessions = io::sessions_of(name);
+  const io::Past past = io::past_of(name);
+  const std::vector<io::Session>& sessions = past.sessions;
   if (sessions.empty()) {
     load_map(name);  // there is one
-    session_at(name, "", sessions);
+    session_at(name, "", past);
   }
+  for (const std::string& warning : past.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
   if (as_json) {
     nlohmann::ordered_json json = nlohmann::ordered_json::array();
     for (std::size_t k = 0; k < sessions.size(); ++k) json.push_back(session_json(sessions[k], k + 1));
@@ -117,14 +135,17 @@ void run_log(const std::string& name, bool as_json) {
     return;
   }
   std::printf(
-      "session  date                     scans  surfaces        m²  came  changed  went  merged     bytes\n");
+      "session  date                 written                  scans  surfaces        m²  came  changed  went "
+      " "
+      "merged     bytes\n");
   for (std::size_t k = 0; k < sessions.size(); ++k) {
     const io::Session& one = sessions[k];
-    std::printf("%7zu  %-20s %9llu %9llu %9.2f %5zu %8zu %5zu %7zu %9zu\n", k + 1,
+    std::printf("%7zu  %-20s %-20s %9llu %9llu %9.2f %5zu %8zu %5zu %7zu %9llu\n", k + 1,
                 one.date_s == 0 ? "not known" : date_text(one.date_s).c_str(),
+                one.written_s == 0 ? "not known" : date_text(one.written_s).c_str(),
                 static_cast<unsigned long long>(one.scans), static_cast<unsigned long long>(one.surfaces),
                 one.area_m2, one.appeared.size(), one.changed.size(), one.gone.size(), one.merged.size(),
-                one.undo.size());
+                static_cast<unsigned long long>(one.undo_bytes));
   }
 }
 
@@ -141,7 +162,7 @@ void run_checkout(const std::string& name, const std::string& output, bool force
     for (const std::string& written : files_of_map(output)) require_apart("-o", written, {file});
   const LoadedMap then = load_map_at(name);
   make_folder_of(output);
-  save_map(then.map, output);
+  save_session(then.map, output);
   const Map::Size size = then.map.size();
   std::printf("%-12s %llu\n%-12s %zu, %.2f m²\n", "scans", static_cast<unsigned long long>(size.scans),
               "surfaces", size.surfaces, total_area(*then.map.snapshot()));
@@ -167,9 +188,32 @@ LoadedMap load_map_at(const std::string& name) {
   if (at == std::string::npos || std::filesystem::exists(files_of_map(name).front(), ignored))
     return load_map(name);
   const std::string stem = name.substr(0, at);
-  const std::vector<io::Session> sessions = io::sessions_of(stem);
-  if (sessions.empty()) load_map(stem);  // there is one
-  return {io::map_after(stem, sessions, session_at(stem, name.substr(at + 1), sessions)), ""};
+  const io::Past past = io::past_of(stem);
+  if (past.sessions.empty()) load_map(stem);  // there is one
+  return {io::map_after(past, session_at(stem, name.substr(at + 1), past)), ""};
+}
+
+void keep_session(io::PastKeeper& past, const Map& map, std::optional<double> stamp_s) try {
+  // Stamps of a recording since 2001, or else of the clock: others count from a start of their own.
+  constexpr double calendar_s = 1e9, beyond_s = 1e10;
+  const std::optional<std::uint64_t> since = past.since();
+  const std::shared_ptr<const Snapshot> now = map.snapshot();
+  past.save(map, stamp_s > calendar_s && stamp_s < beyond_s ? stamp_s : std::nullopt,
+            since && *since <= now->revision ? changes_since(*now, *since) : MapChanges());
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "warning: the map's past is not kept: %s\n", reason_of(error));
+}
+
+void save_session(const Map& map, const std::string& output, const std::vector<std::string>& begun_as,
+                  std::optional<double> stamp_s, const KeptScans& kept) {
+  const auto at = std::find_if(begun_as.begin(), begun_as.end(), [&](const std::string& one) {
+    return same_file(files_of_map(one).front(), files_of_map(output).front());
+  });
+  io::PastKeeper past(output, at != begun_as.end() ? output : std::string());
+  for (const std::string& warning : past.warnings()) std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  past.begin();
+  save_map(map, output, kept);
+  keep_session(past, map, stamp_s);
 }
 
 void add_log(CLI::App& app) {

@@ -1,7 +1,10 @@
 #pragma once
 
-#include <cstdint>
+#include "io/map_file/past.hpp"
+
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <octosurf/map.hpp>
 
@@ -11,6 +14,14 @@ namespace octosurf {
 /// NAME@K after its K-th session, as `octosurf log` counts them. Throws Error(usage) if it has no such
 /// session.
 LoadedMap load_map_at(const std::string& name);
+
+/// Adds a run to the past of a map that was just saved; `stamp_s`: of its last scan. The map does without:
+/// what fails is a warning.
+void keep_session(io::PastKeeper& past, const Map& map, std::optional<double> stamp_s);
+
+/// Saves a map as a session of the one that is there, if it began as that one; else says whose past ends.
+void save_session(const Map& map, const std::string& output, const std::vector<std::string>& begun_as = {},
+                  std::optional<double> stamp_s = {}, const KeptScans& kept = {});
 
 /// UTC, as in 2026-11-27T09:30:00Z.
 std::string date_text(double date_s);

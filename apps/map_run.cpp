@@ -5,6 +5,7 @@
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "last_line.hpp"
+#include "map_past.hpp"
 #include "output_files.hpp"
 #include "progress.hpp"
 #include "run_warnings.hpp"
@@ -39,16 +40,17 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       context_(std::move(context)),
       begin_(begin),
       checkpoints_(options.output, options.checkpoint_s, options.force && options.resume.empty()),
-      past_(options.output, options.resume, mapper_.map()),
+      past_(options.output, options.resume, &mapper_.map()),
       keeper_(std::move(kept)),
       poses_(options.write_poses, options.force, mapper_.map().origin()),
       backlog_(options.together),
       scene_(options.mcap, options.force, mapper_.map().parameters().up.value_or(Eigen::Vector3d::UnitZ())),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
   if (!options.forget_scans) mapper_.remember_scans();
-  if (past_.warning().empty()) return;
-  std::fprintf(stderr, "warning: %s\n", past_.warning().c_str());
-  context_.warnings.push_back(past_.warning());
+  for (const std::string& warning : past_.warnings()) {
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    context_.warnings.push_back(warning);
+  }
 }
 
 MapRun::~MapRun() = default;
@@ -387,7 +389,7 @@ void MapRun::finish() {
   finishing_ = true;
   require_agreement();
   checkpoints_.save(map, statistics_.scans(), keeper_.kept(), past_);
-  keep_past();
+  keep_session(past_, map, last_stamp_s_);
   poses_.save();
   scene_.save(last_stamp_s_.value_or(0), *mapper_.snapshot());
   if (const std::string warning = memory_warning(map); !warning.empty()) context_.warnings.push_back(warning);
@@ -395,20 +397,6 @@ void MapRun::finish() {
   if (!options_.report.empty()) write_report();
   print_summary();
   print_warnings(statistics_, map, !options_.report.empty());
-}
-
-/// The map is saved by then, and does without its past.
-void MapRun::keep_past() try {
-  // Stamps of a recording since 2001, or else of the clock: others count from a start of their own.
-  constexpr double calendar_s = 1e9, beyond_s = 1e10;
-  const double stamp_s = last_stamp_s_.value_or(0);
-  const double clock_s =
-      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-  const std::optional<std::uint64_t> since = past_.since();
-  past_.save(mapper_.map(), stamp_s > calendar_s && stamp_s < beyond_s ? stamp_s : clock_s,
-             since ? changes_since(*mapper_.snapshot(), *since) : MapChanges());
-} catch (const std::exception& error) {
-  std::fprintf(stderr, "warning: the map's past is not kept: %s\n", reason_of(error));
 }
 
 void MapRun::write_report() {
@@ -437,9 +425,9 @@ void MapRun::print_summary() const {
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", now_s(),
               statistics_.scan_ms_percentile(0.5), statistics_.scan_ms_percentile(0.95));
-  if (past_.sessions() > 1)
-    std::printf("%-12s session %zu, %llu bytes\n", "past", past_.sessions(),
-                static_cast<unsigned long long>(past_.bytes()));
+  if (const std::vector<io::Session>& sessions = past_.sessions(); sessions.size() > 1)
+    std::printf("%-12s session %zu, %llu bytes\n", "past", sessions.size(),
+                static_cast<unsigned long long>(sessions.back().undo_bytes));
   std::printf("%-12s %s.surfaces, %s.bt", "written", options_.output.c_str(), options_.output.c_str());
   for (const std::string& file :
        {keeper_.kept().folder.string(), options_.write_poses, options_.mcap, options_.report})

@@ -100,7 +100,6 @@ class MapRun {
   void wait_for(double arrival_s);
   void clear_as_asked();
   void checkpoint();
-  void keep_past();
   void write_report();
   void print_summary() const;
   void print_dropped() const;

@@ -5,6 +5,7 @@
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/text_file.hpp"
+#include "map_past.hpp"
 #include "output_files.hpp"
 #include "surface_table.hpp"
 #include "surfaces/map_state.hpp"
@@ -109,7 +110,7 @@ class Merge {
       if (names_.size() > 2) print_step(mapper.map());
       steps.push_back(report_of(mapper.map(), second.map));
       if (at_ + 1 == names_.size()) {
-        save_map(mapper.map(), options_.output);
+        save_session(mapper.map(), options_.output, options_.maps);
         wall_s_ = std::chrono::duration<double>(Clock::now() - begin_).count();
         if (!options_.report.empty()) write_report(steps);
         if (names_.size() == 2) print_summary(mapper.map(), second.map);
@@ -398,11 +399,8 @@ void probe_merge_outputs(const MergeOptions& options) {
   require_apart("--report", options.report, written);
   require_apart("--report", options.report, {options.pose_file});
   make_folder_of(options.output);
-  const auto probe = [&](const std::string& file) {
-    if (!file.empty()) io::NewFile(file, options.force).write([](std::ostream&) {});
-  };
-  for (const std::string& file : written) probe(file);
-  probe(options.report);
+  for (const std::string& file : written) require_writable(file, options.force);
+  require_writable(options.report, options.force);
 }
 
 void run_merge(const MergeOptions& options) {

@@ -5,6 +5,7 @@
 #include "io/readers/pose_file.hpp"
 #include "io/readers/scan_list.hpp"
 #include "io/text_file.hpp"
+#include "map_past.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "progress.hpp"
@@ -195,7 +196,7 @@ class Remap {
   }
 
   void save(const Map& map, const Identities& identities) {
-    save_map(map, options_.output, kept_);
+    save_session(map, options_.output, {options_.map}, stamps_.back(), kept_);
     poses_log_.save();
     context_.wall_s = now_s();
     if (!options_.report.empty()) write_report(map, identities);
@@ -249,12 +250,8 @@ void probe_remap_outputs(const RemapOptions& options) {
   require_apart("--write-poses", options.write_poses, {options.report});
   for (const std::string& file : written) require_apart("-o", file, {options.poses, options.scans});
   make_folder_of(options.output);
-  const auto probe = [](const std::string& file, bool force) {
-    if (!file.empty()) io::NewFile(file, force).write([](std::ostream&) {});
-  };
-  for (const std::string& file : written) probe(file, options.force || in_place);
-  probe(options.report, options.force);
-  probe(options.write_poses, options.force);
+  for (const std::string& file : written) require_writable(file, options.force || in_place);
+  for (const std::string& file : {options.report, options.write_poses}) require_writable(file, options.force);
 }
 
 void run_remap(RemapOptions& options) {

@@ -44,6 +44,10 @@ void make_folder_of(const std::string& stem) {
                 "choose another place for the map");
 }
 
+void require_writable(const std::string& file, bool force) {
+  if (!file.empty()) io::NewFile(file, force).write([](std::ostream&) {});
+}
+
 std::string title_of(const std::string& stem) { return io::file_of_map(stem, "").filename().string(); }
 
 void require_apart(const std::string& option, const std::string& output,
@@ -52,7 +56,10 @@ void require_apart(const std::string& option, const std::string& output,
     if (output.empty() || other.empty()) continue;
     if (other.ends_with(".surfaces"))  // which stands for what is kept beside it
       for (const char* const ending : {".past", ".before", ".lock"})
-        require_apart(option, output, {io::file_of_map(other, ending).string()});
+        if (const fs::path file = io::file_of_map(other, ending);
+            resolved(output).string().starts_with(resolved(file).string()))
+          throw Error(Error::Kind::usage, option + " " + output, "is kept with the map " + other,
+                      "give another name");
     if (same_file(output, other))
       throw Error(Error::Kind::usage, option + " " + output, "is the file " + other + " itself",
                   "give another name");

@@ -15,6 +15,9 @@ std::vector<std::string> files_of_map(const std::string& stem);
 /// Creates a map's output folder if necessary. Throws Error(output).
 void make_folder_of(const std::string& stem);
 
+/// Throws as io::NewFile for a file that cannot, or must not, be written. Empty names are ignored.
+void require_writable(const std::string& file, bool force);
+
 /// A map's name without folder and ending.
 std::string title_of(const std::string& stem);
 

@@ -4,6 +4,7 @@
 #include "header_docs.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <regex>
 #include <stdexcept>
 
@@ -126,6 +127,13 @@ void set_fields(const SettingsWords& words, const py::object& settings, const py
     }
     set(settings.attr(at->group.c_str()), at->field, value);
   }
+}
+
+void set_field(const py::object& settings, const py::str& name, const py::object& value) {
+  const double number = PyFloat_AsDouble(value.ptr());  // -1 if it is none
+  if (PyErr_Occurred() != nullptr) PyErr_Clear();
+  if (!std::isfinite(number)) throw Error(Error::Kind::usage, name, "is not finite", "give a number");
+  if (PyObject_GenericSetAttr(settings.ptr(), name.ptr(), value.ptr()) != 0) throw py::error_already_set();
 }
 
 void require_fields(const SettingsWords& words, const py::dict& values) {

@@ -6,18 +6,14 @@
 #include <boost/preprocessor/seq/enum.hpp>
 #include <boost/preprocessor/seq/transform.hpp>
 #include <boost/preprocessor/variadic/to_seq.hpp>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
-
-#include <octosurf/error.hpp>
 
 /// Fields of a struct with their names, for fields(): OCTOSURF_FIELDS(Circle, center, radius).
 #define OCTOSURF_FIELDS(Class, ...) \
@@ -213,13 +209,8 @@ void set_fields(const SettingsWords& words, const py::object& settings, const py
 /// Throws Error(usage) for a name that is no field.
 void require_fields(const SettingsWords& words, const py::dict& values);
 
-/// The number, or none. Throws Error(usage) for one that is not finite.
-template <class Number>
-const Number& finite(const char* name, const Number& value) {
-  if (!std::isfinite(std::optional<double>(value).value_or(0)))
-    throw Error(Error::Kind::usage, name, "is not finite", "give a number");
-  return value;
-}
+/// Throws Error(usage) for a number that is not finite.
+void set_field(const py::object& settings, const py::str& name, const py::object& value);
 
 /// A struct of settings: fields can be set, given by name to the constructor, compared, and put into a dict.
 template <class T>
@@ -253,6 +244,7 @@ class Settings : public Class<T> {
     });
     this->def(py::pickle(dict, read));
     this->attr("__hash__") = py::none();
+    this->def("__setattr__", &set_field);
   }
 
   /// OCTOSURF_FIELDS(T, …).
@@ -282,14 +274,7 @@ class Settings : public Class<T> {
   template <class Field>
   void field(const char* name, Field T::*member) {
     words_->fields.emplace_back(name);
-    const std::string doc = this->template doc_of_field<Field>(name);
-    if constexpr (std::is_convertible_v<Field, std::optional<double>>)
-      this->def_property(
-          name, [member](const T& settings) { return settings.*member; },
-          [name, member](T& settings, const Field& value) { settings.*member = finite(name, value); },
-          doc.c_str());
-    else
-      this->def_readwrite(name, member, doc.c_str());
+    this->def_readwrite(name, member, this->template doc_of_field<Field>(name).c_str());
   }
 
   static T with(const SettingsWords& words, T settings, const py::dict& given) {

@@ -51,10 +51,7 @@ struct MapLock::Held {
     do {  // the one before may have removed the file after it was opened here
       if (descriptor >= 0) ::close(descriptor);
       descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
-      if (descriptor < 0)
-        throw Error(Error::Kind::output, file.string(),
-                    "cannot be written: " + std::generic_category().message(errno),
-                    "check the folder and its rights");
+      if (descriptor < 0) fail();
       if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
         throw Error(Error::Kind::output, file.string(), holder_in(descriptor) + " is writing the map",
                     "wait until it ends, or name another map to write");
@@ -64,10 +61,14 @@ struct MapLock::Held {
     ::gethostname(host.data(), host.size() - 1);
     const std::string own = "process " + std::to_string(::getpid()) + " of " + host.data() + "\n";
     locked = true;
-    if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, own.data(), own.size(), 0) < 0)
-      throw Error(Error::Kind::output, file.string(),
-                  "cannot be written: " + std::generic_category().message(errno), "check the space left");
+    if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, own.data(), own.size(), 0) < 0) fail();
     return before;
+  }
+
+  [[noreturn]] void fail() const {
+    throw Error(Error::Kind::output, file.string(),
+                "cannot be written: " + std::generic_category().message(errno),
+                "check the folder, its rights and the space left");
   }
 
   fs::path file;

@@ -46,7 +46,7 @@ TEST_F(Lock, AMapThatCameDuringARunStays) {
   for (const char* stem : {"m", "new"}) {
     const LoadedMap loaded = load_map(folder / "m");
     Checkpoints run((folder / stem).string(), 1, false);
-    io::PastKeeper past(folder / stem, {}, loaded.map);
+    io::PastKeeper past(folder / stem, {});
     if (stem == std::string("m")) run.save(loaded.map, 1, {}, past);  // its own
     write(stem + std::string(".surfaces"), "of another");
     EXPECT_THROW(run.save(loaded.map, 1, {}, past), Error) << stem;

@@ -48,7 +48,8 @@ class Past : public CommandTest {
   std::string map_day(int day) const {
     write_day(day);
     const std::string name = "day" + std::to_string(day);
-    const std::string told = run_well("map " + name + " -o map" + (day == 0 ? "" : " --resume map")).out;
+    const std::string told =
+        run_well("map " + name + " -o map" + (exists("map.surfaces") ? " --resume map" : "")).out;
     std::filesystem::copy_file(folder / "map.surfaces", folder / (name + ".surfaces"));
     std::filesystem::copy_file(folder / "map.bt", folder / (name + ".bt"));
     return told;
@@ -86,6 +87,8 @@ TEST_F(Past, RefusesMomentsThatItDoesNotHave) {
   EXPECT_THAT(error_of("checkout map@2026-11-26 -o then", 2),
               HasSubstr("before its first session, 2026-11-27"));
   EXPECT_THAT(error_of("checkout map@3 -o then", 2), HasSubstr("none of its 2 sessions"));
+  for (const char* date : {"2026-02-31", "2026-13-01", "2026-11-31T09:30"})
+    EXPECT_THAT(error_of(std::string("checkout -o then map@") + date, 2), HasSubstr("names no date"));
   EXPECT_THAT(error_of("checkout map@yesterday -o then", 2), HasSubstr("names no date"));
   EXPECT_THAT(error_of("checkout map -o then", 2), HasSubstr("names no date"));
   EXPECT_THAT(error_of("checkout map@1 -o map --force", 2), HasSubstr("map.surfaces"));
@@ -93,21 +96,67 @@ TEST_F(Past, RefusesMomentsThatItDoesNotHave) {
   EXPECT_FALSE(exists("then.surfaces"));
 }
 
-/// Whatever becomes of the past, the map is read and gone on with.
-TEST_F(Past, ItsDamageDoesNotCostTheMap) {
-  map_day(0);
-  map_day(1);
-  std::string past = read("map.past");
-  past[past.size() / 2] = static_cast<char>(~past[past.size() / 2]);
-  write("map.past", past);
-  EXPECT_THAT(error_of("log map", 1), HasSubstr("map.past"));
-  EXPECT_EQ(info("map").at("scans"), 12);
-  write_day(2);
-  const Outcome resumed = run("map day2 -o map --resume map");
-  EXPECT_EQ(resumed.code, 0) << resumed.err;
-  EXPECT_THAT(resumed.err, HasSubstr("begins anew"));
-  EXPECT_EQ(json::parse(run_well("log map --json").out).size(), 2U) << "what it resumed, and what came of it";
+/// Whatever becomes of a session's file, the map is read and gone on with; only what lies before it is lost.
+TEST_F(Past, OfADamagedSessionWhatLiesBeforeIsLostAlone) {
+  for (int day = 0; day < 4; ++day) map_day(day);
+  const auto session_file = [this](int number) {
+    const json log = json::parse(run_well("log map --json").out);
+    return log.at(static_cast<std::size_t>(number - 1)).at("file").get<std::string>();
+  };
+  const std::string second = session_file(2), whole = read(second);
+  std::string damaged = whole;
+  damaged[damaged.size() / 2] = static_cast<char>(~damaged[damaged.size() / 2]);
+  for (const std::string& content : {damaged, std::string(), std::string("gone")}) {
+    write(second, content);
+    if (content == "gone") std::filesystem::remove(folder / second);
+    const Outcome log = run("log map --json");
+    EXPECT_EQ(json::parse(log.out).size(), 2U);
+    EXPECT_THAT(log.err, HasSubstr("what lies before it is not known"));
+    EXPECT_EQ(log.err.find(second) != std::string::npos, content != "gone");
+    run_well("checkout map@1 -o then --force");
+    EXPECT_EQ(read("then.surfaces"), read("day2.surfaces"));
+  }
+  write_day(4);
+  EXPECT_EQ(run("map day4 -o map --resume map").code, 0);
+  EXPECT_EQ(json::parse(run_well("log map --json").out).size(), 3U);
+  write(second, whole);  // from a backup: all of it is there again
+  EXPECT_EQ(json::parse(run_well("log map --json").out).size(), 5U);
+  run_well("checkout map@1 -o then --force");
+  EXPECT_EQ(read("then.surfaces"), read("day0.surfaces"));
   EXPECT_FALSE(exists("map.before"));
+}
+
+TEST_F(Past, VerbsThatWriteAMapInPlaceAreSessionsOfIt) {
+  write_day(0);
+  run_well("map day0 -o map --keep-scans scans");
+  map_day(1);
+  run_well("remap map");
+  run_well("clear map --box -1 -1 -1 0 1 1 --force");
+  write_day(2);
+  run_well("map day2 -o other");
+  const std::string before = read("map.surfaces");
+  run_well("merge map other -o map --force");
+  EXPECT_EQ(json::parse(run_well("log map --json").out).size(), 5U);
+  run_well("checkout map@4 -o then");
+  EXPECT_EQ(read("then.surfaces"), before);
+  run_well("checkout map@2 -o then --force");
+  EXPECT_EQ(read("then.surfaces"), read("day1.surfaces"));
+  EXPECT_THAT(run_well("merge then other -o map --force").err, HasSubstr("ends here, after 5 sessions"));
+}
+
+/// A recording of October that is mapped in November.
+TEST_F(Past, OfScansThatCameLateNoDateBeforeThem) {
+  map_day(3);
+  write_day(0);
+  run_well("map day0 -o map --resume map");
+  const json log = json::parse(run_well("log map --json").out);
+  EXPECT_EQ(log.at(0).at("date"), "2026-11-30T12:00:00Z");
+  EXPECT_EQ(log.at(1).at("date"), "2026-11-27T12:00:00Z");
+  for (const json& session : log) EXPECT_NE(session.at("written"), session.at("date"));
+  EXPECT_THAT(error_of("checkout map@2026-11-28 -o then", 2),
+              HasSubstr("before its first session, 2026-11-30"));
+  run_well("checkout map@2026-11-30 -o then");
+  EXPECT_EQ(read("then.surfaces"), read("map.surfaces"));
 }
 
 /// A run that is killed after a checkpoint leaves the session before as the last that is known, and the next

@@ -242,6 +242,11 @@ class Settings(unittest.TestCase):
         with self.assertRaises(octosurf.Error) as raised:
             parameters.validate()
         self.assertEqual(raised.exception.where, "smoothness_angle")
+        for kind, field in ((octosurf.Biped, "max_up_m"), (octosurf.ContactLimits, "clearance_m")):
+            for number in (float("nan"), float("inf"), np.float32("nan")):
+                with self.assertRaises(octosurf.Error) as raised:
+                    kind(**{field: number})
+                self.assertEqual(raised.exception.where, field)
         for settings in (octosurf.Parameters.paper(), octosurf.Biped(max_up_m=0.1), octosurf.Quadruped(),
                          octosurf.ContactLimits(clearance_m=0.3)):
             self.assertEqual(pickle.loads(pickle.dumps(settings)), settings)

@@ -7,8 +7,11 @@
 #include "memory/page_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <new>
@@ -34,8 +37,6 @@ constexpr int least_undo_window = 20, largest_undo_window = 30;  // log2 of byte
 
 /// Records of a whole map, far more than its file: within a limit of memory they are in its scratch file.
 using Bytes = std::basic_string<char, std::char_traits<char>, memory::PagedAllocator<char>>;
-
-FileSum sum_or_none(const fs::path& file) { return sum_of(file).value_or(FileSum{}); }
 
 std::string with_length(const std::string& record) {
   std::string bytes;
@@ -122,6 +123,7 @@ void write_session(const Session& session, RecordWriter& records) {
   map_file::PastRecord record;
   map_file::PastSession& to = *record.mutable_session();
   if (session.date_s != 0) to.set_date_s(session.date_s);
+  if (session.written_s != 0) to.set_written_s(session.written_s);
   to.set_revision(session.revision);
   to.set_scans(session.scans);
   to.set_surfaces(session.surfaces);
@@ -148,11 +150,13 @@ void write_session(const Session& session, RecordWriter& records) {
 Session read_session(const map_file::PastSession& from, const Damage& damage) {
   Session session;
   session.date_s = from.date_s();
+  session.written_s = from.written_s();
   session.revision = from.revision();
   session.scans = from.scans();
   session.surfaces = from.surfaces();
   session.area_m2 = from.area_m2();
-  damage.require(std::isfinite(session.date_s) && std::isfinite(session.area_m2), "a number is not finite");
+  damage.require(std::isfinite(session.date_s + session.written_s + session.area_m2),
+                 "a number is not finite");
   session.appeared.assign(from.appeared().begin(), from.appeared().end());
   session.changed.assign(from.changed().begin(), from.changed().end());
   session.gone.assign(from.gone().begin(), from.gone().end());
@@ -163,10 +167,9 @@ Session read_session(const map_file::PastSession& from, const Damage& damage) {
   return session;
 }
 
-/// All of the file; empty if there is none.
-std::vector<Session> read_past(const fs::path& file) {
+/// All sessions of a file, of the undo its length and what `keep` says. Throws Error(data).
+std::vector<Session> read_past(const fs::path& file, bool keep = false) {
   std::error_code failure;
-  if (!fs::exists(file, failure)) return {};
   const Damage damage{file.string(), {}};
   const std::uintmax_t bytes = fs::file_size(file, failure);
   std::ifstream in(file, std::ios::binary);
@@ -182,9 +185,11 @@ std::vector<Session> read_past(const fs::path& file) {
     damage.require(!ended && record.ParseFromString(text), "a record cannot be read");
     if (record.has_session()) {
       sessions.push_back(read_session(record.session(), damage));
+      sessions.back().file = file;
     } else if (record.has_undo()) {
       damage.require(!sessions.empty(), "an undo has no session");
-      sessions.back().undo += record.undo();
+      sessions.back().undo_bytes += record.undo().size();
+      if (keep) sessions.back().undo += record.undo();
     } else {
       ended = true;
       damage.require(record.has_footer() && record.footer().records() + 1 == reader.records() &&
@@ -196,32 +201,40 @@ std::vector<Session> read_past(const fs::path& file) {
   return sessions;
 }
 
-/// Those that lead to the map file `end`, oldest first.
-std::vector<Session> chain_to(FileSum end, const std::vector<Session>& all) {
+/// With its undo.
+Session read_again(const Session& session) {
+  for (Session& one : read_past(session.file, true))
+    if (one.map == session.map && one.before == session.before) return std::move(one);
+  throw Error(Error::Kind::data, session.file.string(), "was written anew while it was read", "try again");
+}
+
+/// Where sessions are kept: NAME.past of older versions, which has several, and NAME.past-*.
+std::vector<fs::path> files_of_past(const fs::path& stem) {
+  const fs::path one = file_of_map(stem, ".past");
+  std::vector<fs::path> files;
+  std::error_code failure;
+  fs::directory_iterator entry(one.has_parent_path() ? one.parent_path() : ".", failure);
+  for (; !failure && entry != fs::directory_iterator(); entry.increment(failure)) {
+    const std::string name = entry->path().filename().string(), own = one.filename().string();
+    if ((name == own || name.starts_with(own + "-")) && whole_of_part(name).empty())
+      files.push_back(one.parent_path() / name);
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Takes out of `all` those that lead to the map file `end`, oldest first.
+std::vector<Session> chain_to(FileSum end, std::vector<Session>& all) {
   std::vector<Session> chain;
-  for (auto one = all.rbegin(); one != all.rend() && end.bytes != 0; ++one) {
-    if (!(one->map == end)) continue;
-    chain.push_back(*one);
+  while (end.bytes != 0) {
+    const auto one = std::find_if(all.begin(), all.end(), [&](const Session& s) { return s.map == end; });
+    if (one == all.end()) break;
     end = one->before;
+    chain.push_back(std::move(*one));
+    all.erase(one);
   }
   std::reverse(chain.begin(), chain.end());
   return chain;
-}
-
-/// The sessions of a map, and the file after the last of them.
-struct KnownPast {
-  std::vector<Session> sessions;
-  fs::path file;
-};
-
-KnownPast known_of(const fs::path& stem) {
-  const std::vector<Session> all = read_past(file_of_map(stem, ".past"));
-  const fs::path map = file_of_map(stem, ".surfaces"), before = file_of_map(stem, ".before");
-  if (std::vector<Session> chain = chain_to(sum_or_none(map), all); !chain.empty())
-    return {std::move(chain), map};
-  if (std::vector<Session> chain = chain_to(sum_or_none(before), all); !chain.empty())
-    return {std::move(chain), before};
-  return {{}, map};
 }
 
 void describe_session(Session& session, const Map& map) {
@@ -235,45 +248,66 @@ void describe_session(Session& session, const Map& map) {
 
 }  // namespace
 
-std::vector<Session> sessions_of(const fs::path& stem) { return known_of(stem).sessions; }
+Past past_of(const fs::path& stem) {
+  Past past;
+  std::vector<Session> all;
+  for (const fs::path& file : files_of_past(stem)) try {
+      for (Session& session : read_past(file)) all.push_back(std::move(session));
+    } catch (const Error& error) {
+      past.warnings.emplace_back(error.what());
+    }
+  // One that knows what was before goes before one that began anew at the same state.
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Session& a, const Session& b) { return a.before.bytes > b.before.bytes; });
+  const fs::path now = file_of_map(stem, ".surfaces"), before = file_of_map(stem, ".before");
+  past.sessions = chain_to(sum_of(past.map = now).value_or(FileSum{}), all);
+  if (past.sessions.empty()) past.sessions = chain_to(sum_of(past.map = before).value_or(FileSum{}), all);
+  if (past.sessions.empty()) past.map = now;
+  const std::vector<Session>& known = past.sessions;
+  if (!known.empty() && known.front().before.bytes != 0)
+    past.warnings.push_back(known.front().file.string() + ": what lies before it is not known");
+  for (const Session& other : all)
+    if (std::none_of(known.begin(), known.end(), [&](const Session& one) { return one.map == other.map; }))
+      past.warnings.push_back(other.file.string() + ": leads to none of the map's states; it is kept");
+  return past;
+}
 
-Map map_after(const fs::path& stem, const std::vector<Session>& sessions, std::size_t at) {
-  const KnownPast known = known_of(stem);
-  const Damage damage{file_of_map(stem, ".past").string(), {}};
-  Bytes plain = plain_of(known.file);
-  for (std::size_t k = sessions.size(); --k > at;) plain = records_before(plain, sessions[k], damage);
-  const std::string file = map_of_records(plain, sessions.at(at).map.bytes, damage);
+Map map_after(const Past& past, std::size_t at) {
+  Bytes plain = plain_of(past.map);
+  for (std::size_t k = past.sessions.size(); --k > at;)
+    plain = records_before(plain, read_again(past.sessions[k]), {past.sessions[k].file.string(), {}});
+  const Damage damage{past.sessions.at(at).file.string(), {}};
+  const std::string file = map_of_records(plain, past.sessions[at].map.bytes, damage);
   std::istringstream in(file);
   return Map(std::move(read_map(in, file.size(), damage.where).state));
 }
 
-PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed, const Map& start)
-    : stem_(std::move(stem)), resumed_(file_of_map(resumed, ".surfaces")), resumes_(!resumed.empty()) {
-  if (!resumes_) return;
-  try {
-    KnownPast known = known_of(resumed);
-    resumed_ = std::move(known.file);
-    sessions_ = std::move(known.sessions);
-    std::error_code ignored;
-    if (sessions_.empty() && fs::exists(file_of_map(resumed, ".past"), ignored))
-      warning_ = file_of_map(resumed, ".past").string() + ": is of another map; the past begins anew";
-  } catch (const Error& error) {
-    warning_ = std::string(error.what()) + "; the past begins anew";
+PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed, const Map* start)
+    : stem_(std::move(stem)), resumes_(!resumed.empty()), past_(past_of(resumes_ ? resumed : stem_)) {
+  if (!resumes_) {
+    if (past_.sessions.size() > 1)
+      past_.warnings = {past_.sessions.back().file.string() +
+                        ": the map that is written over ends here, after " +
+                        std::to_string(past_.sessions.size()) + " sessions, which are kept"};
+    past_.sessions.clear();
+  } else if (past_.sessions.empty()) {  // a map from before there was a past
+    const std::optional<Map> loaded =
+        start != nullptr ? std::nullopt : std::optional(load_map(past_.map).map);
+    describe_session(past_.sessions.emplace_back(), start != nullptr ? *start : *loaded);
+    past_.sessions.back().map = sum_of(past_.map).value_or(FileSum{});
+    if (!past_.warnings.empty()) past_.warnings.push_back(past_.map.string() + ": its past begins anew");
   }
-  if (!sessions_.empty()) return;
-  describe_session(sessions_.emplace_back(), start);  // a map from before there was a past
-  sessions_.back().map = sum_or_none(resumed_);
 }
 
 void PastKeeper::begin() {
   if (std::exchange(begun_, true)) return;
   std::error_code failure;
   const fs::path before = file_of_map(stem_, ".before");
-  if (resumes_ && fs::equivalent(resumed_, before, failure)) return;
+  if (resumes_ && fs::equivalent(past_.map, before, failure)) return;
   fs::remove(before, failure);
   if (!resumes_) return;
-  fs::create_hard_link(resumed_, before, failure);
-  if (failure) fs::copy_file(resumed_, before, fs::copy_options::overwrite_existing, failure);
+  fs::create_hard_link(past_.map, before, failure);
+  if (failure) fs::copy_file(past_.map, before, fs::copy_options::overwrite_existing, failure);
   if (failure)
     throw Error(Error::Kind::output, before.string(), "cannot be written: " + failure.message(),
                 "check the disk");
@@ -287,15 +321,38 @@ PastKeeper::~PastKeeper() {
     fs::remove(before, failure);
 }
 
-void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) {
+void PastKeeper::write(Session& session) const {
+  std::array<char, 40> states{};
+  std::snprintf(states.data(), states.size(), ".past-%08x-%08x", session.before.crc32, session.map.crc32);
+  session.file = file_of_map(stem_, states.data());
+  std::error_code ignored;
+  if (fs::exists(session.file, ignored)) return;  // the same again
+  NewFile file(session.file, false);
+  file.write([&](std::ostream& out) {
+    out.write(past_magic.data(), past_magic.size());
+    RecordWriter records(out);
+    write_session(session, records);
+    map_file::PastRecord footer;
+    footer.mutable_footer()->set_records(records.records());
+    footer.mutable_footer()->set_crc32(records.crc32());
+    put_past(footer, records);
+    records.finish(map_stream.least_file(records.bytes()));
+  });
+  file.commit();
+  session.undo.clear();
+}
+
+void PastKeeper::save(const Map& map, std::optional<double> date_s, const MapChanges& changes) {
   const fs::path before = file_of_map(stem_, ".before"), after = file_of_map(stem_, ".surfaces");
   std::error_code ignored;
   Session session;
-  session.date_s = date_s;
+  session.written_s =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  session.date_s = date_s.value_or(session.written_s);
   describe_session(session, map);
-  session.map = sum_or_none(after);
+  session.map = sum_of(after).value_or(FileSum{});
   if (fs::exists(before, ignored)) {
-    session.before = sum_or_none(before);
+    session.before = sum_of(before).value_or(FileSum{});
     if (session.before == session.map) {  // nothing new
       fs::remove(before, ignored);
       return;
@@ -304,6 +361,7 @@ void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) 
     const Bytes plain = plain_of(before, pages);
     session.before_plain = plain.size();
     session.undo = undo_of(plain, plain_of(after, pages));
+    session.undo_bytes = session.undo.size();
     session.appeared = changes.appeared;
     session.changed = changes.changed;
     session.gone = changes.gone;
@@ -311,20 +369,14 @@ void PastKeeper::save(const Map& map, double date_s, const MapChanges& changes) 
       if (session.merged.empty() || session.merged.back() != successor.before)
         session.merged.push_back(successor.before);
   }
-  bytes_ = session.undo.size();
-  sessions_.push_back(std::move(session));
-  NewFile file(file_of_map(stem_, ".past"), true);
-  file.write([&](std::ostream& out) {
-    out.write(past_magic.data(), past_magic.size());
-    RecordWriter records(out);
-    for (const Session& one : sessions_) write_session(one, records);
-    map_file::PastRecord footer;
-    footer.mutable_footer()->set_records(records.records());
-    footer.mutable_footer()->set_crc32(records.crc32());
-    put_past(footer, records);
-    records.finish(map_stream.least_file(records.bytes()));
-  });
-  file.commit();
+  const std::vector<fs::path> own = files_of_past(stem_);
+  for (Session& one : past_.sessions) {
+    const auto is_it = [&](const fs::path& file) { return fs::equivalent(file, one.file, ignored); };
+    if (std::any_of(own.begin(), own.end(), is_it)) continue;
+    if (!one.file.empty()) one = read_again(one);  // of the map that this one began as
+    write(one);
+  }
+  write(past_.sessions.emplace_back(std::move(session)));
   fs::remove(before, ignored);
 }
 
