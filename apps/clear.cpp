@@ -1,5 +1,4 @@
 // `octosurf clear`: takes back what a map knows of a part of space.
-#include "io/map_lock.hpp"
 #include "map_past.hpp"
 #include "output_files.hpp"
 
@@ -43,7 +42,7 @@ SpacePart part_of(const ClearOptions& options) {
 void run_clear(const ClearOptions& options) {
   const std::string output = options.output.empty() ? options.map : options.output;
   make_folder_of(output);
-  const io::MapLock lock(output);
+  const io::MapLock lock = lock_map(output);
   for (const std::string& file : files_of_map(output)) require_writable(file, options.force);
   LoadedMap loaded = load_map(options.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());

@@ -1,7 +1,6 @@
 // `octosurf map`: scans in, map out.
 #include "bounds.hpp"
 #include "io/map_file/map_file.hpp"
-#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "map_run.hpp"
@@ -135,12 +134,6 @@ void probe_map_outputs(const MapOptions& options) {
     require_writable(file, options.force);
 }
 
-void warn(const std::string& warning, RunContext& context) {
-  if (warning.empty()) return;
-  std::fprintf(stderr, "warning: %s\n", warning.c_str());
-  context.warnings.push_back(warning);
-}
-
 /// The map the run starts from: a saved one, an octree, or an empty one; with a scratch file in `folder` if
 /// its memory is limited.
 Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inputs& inputs,
@@ -151,7 +144,7 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     LoadedMap loaded = io::load_map_within(std::move(limit), options.resume);
     choice.require_same(loaded.map.parameters());
     loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
-    warn(loaded.warning, context);
+    context.warn(loaded.warning);
     kept = std::move(loaded.scans);
     return std::move(loaded.map);
   }
@@ -180,7 +173,7 @@ KeptScans folder_of_scans(const MapOptions& options, const Map& start, const Kep
   std::vector<std::string> warnings;
   KeptScans kept =
       choose_folder({options.keep_scans, goes_on_in_place(options), options.force}, start, before, warnings);
-  for (const std::string& warning : warnings) warn(warning, context);
+  for (const std::string& warning : warnings) context.warn(warning);
   return kept;
 }
 
@@ -212,8 +205,7 @@ void run_map(MapOptions& options) {
   const Inputs inputs = sort_inputs(options);
   RunContext context;
   context.input = options.inputs;
-  const io::MapLock lock(options.output);
-  warn(lock.note(), context);
+  const io::MapLock lock = lock_map(options.output);
   KeptScans before;
   Map start = start_of(options, choice, inputs, fs::path(options.output).parent_path(), context, before);
   std::unique_ptr<ScanSource> source;

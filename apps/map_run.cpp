@@ -47,10 +47,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       scene_(options.mcap, options.force, mapper_.map().parameters().up.value_or(Eigen::Vector3d::UnitZ())),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
   if (!options.forget_scans) mapper_.remember_scans();
-  for (const std::string& warning : past_.warnings()) {
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
-    context_.warnings.push_back(warning);
-  }
+  for (const std::string& warning : past_.warnings()) context_.warn(warning);
 }
 
 MapRun::~MapRun() = default;

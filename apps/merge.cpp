@@ -1,7 +1,6 @@
 // `octosurf merge`: several maps into one.
 #include "geometry/degrees.hpp"
 #include "io/map_file/map_file.hpp"
-#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/text_file.hpp"
@@ -405,7 +404,7 @@ void probe_merge_outputs(const MergeOptions& options) {
 
 void run_merge(const MergeOptions& options) {
   probe_merge_outputs(options);
-  const io::MapLock lock(options.output);
+  const io::MapLock lock = lock_map(options.output);
   Merge(options).run();
 }
 

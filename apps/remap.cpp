@@ -1,6 +1,5 @@
 // `octosurf remap`: a map anew, from the scans it was built from and corrected poses.
 #include "io/kept_scans.hpp"
-#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/readers/scan_list.hpp"
@@ -72,7 +71,7 @@ class Remap {
         statistics_(before_.map.parameters()),
         poses_log_(options.write_poses, options.force, before_.map.origin()) {
     context_.input = {options.map};
-    if (!before_.warning.empty()) warn(before_.warning);
+    context_.warn(before_.warning);
   }
 
   void run() {
@@ -96,11 +95,6 @@ class Remap {
  private:
   using Clock = std::chrono::steady_clock;
   double now_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
-
-  void warn(const std::string& warning) {
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
-    context_.warnings.push_back(warning);
-  }
 
   void find_scans() {
     const std::uint64_t scans = before_.map.size().scans;
@@ -257,7 +251,7 @@ void probe_remap_outputs(const RemapOptions& options) {
 void run_remap(RemapOptions& options) {
   if (options.output.empty()) options.output = options.map;
   probe_remap_outputs(options);
-  const io::MapLock lock(options.output);
+  const io::MapLock lock = lock_map(options.output);
   Remap(options).run();
 }
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
@@ -241,6 +242,12 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["wall_s"] = context.wall_s;
   // A file name may be invalid UTF-8; the bytes in question are replaced.
   return json.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+void RunContext::warn(const std::string& warning) {
+  if (warning.empty()) return;
+  std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  warnings.push_back(warning);
 }
 
 }  // namespace octosurf

@@ -21,6 +21,9 @@ struct RunContext {
   std::size_t mapped_before = 0;           ///< scans left out, as the map has them
   std::vector<std::string> warnings;
   double wall_s = 0;  ///< the whole run, reading and saving included
+
+  /// Prints a warning, and keeps it; nothing if it is empty.
+  void warn(const std::string& warning);
 };
 
 /// Alignment of one run's poses.
