@@ -35,8 +35,6 @@ Mapping::Mapping(Map start, const NodeOptions& options)
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
-Mapping::~Mapping() = default;
-
 void Mapping::add_scan(RawMessage message) {
   {
     const std::lock_guard lock(mutex_);

@@ -49,7 +49,6 @@ struct MapMoment {
 class Mapping {
  public:
   Mapping(Map start, const NodeOptions& options);
-  ~Mapping();
 
   void add_scan(RawMessage message);
   void add_transforms(const RawMessage& message, bool fixed);
@@ -88,7 +87,7 @@ class Mapping {
 
   const NodeOptions& options_;
   Sensors sensors_;
-  std::shared_ptr<Mapper> mapper_;  // of the thread, as are the next four
+  std::shared_ptr<Mapper> mapper_;  // of the thread, as are the next five
   std::string own_;                 // stem of the node's own map
   io::MapLock lock_;                // of it
   Sensors::Clock::time_point saved_ = Sensors::Clock::now();

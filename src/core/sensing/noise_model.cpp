@@ -11,8 +11,7 @@
 namespace octosurf::sensing {
 namespace {
 
-// Standard deviation of a stored point's coordinate, in voxels: it lies in one of 256 steps of equal chance,
-// 1/256/√12.
+// A stored coordinate is one of 256 steps of a voxel: its deviation in voxels is 1/256/√12.
 constexpr double step_deviation = 1 / 886.810013;
 constexpr double bin_width = 0.0015;              // m
 constexpr std::uint64_t min_observations = 1000;  // before a class is estimated

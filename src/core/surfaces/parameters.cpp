@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <ranges>
 #include <sstream>
 #include <string_view>
 
@@ -250,10 +251,9 @@ void Parameters::validate() const {
   check("range_noise", !s.range_noise || (*s.range_noise >= 0 && *s.range_noise <= 1), "from 0 to 1 1/m");
   check("surface_tolerance", surface_tolerance() > 0 && surface_tolerance() <= 1,
         "more than 0 and at most 1 m");
-  // Voxels: the effort of a scan grows with their cube, and with these is ten times that of the default.
-  constexpr double widest_gap = 32;
+  // The effort of a scan grows with the cube of h in voxels: with 32 it is ten times that of the default.
   check("max_hole_size",
-        max_hole_size() >= o.resolution && max_hole_size() <= std::max(0.08, widest_gap * o.resolution),
+        max_hole_size() >= o.resolution && max_hole_size() <= std::max(0.08, 32 * o.resolution),
         "from 1 to 32 voxels, or up to 0.08 m");
   check("min_surface_width", s.min_surface_width >= 0 && s.min_surface_width <= 10, "from 0 to 10 m");
   check("mesh_thickness", s.mesh_thickness > 0 && s.mesh_thickness <= 10, "more than 0 and at most 10 m");
@@ -274,12 +274,9 @@ void Parameters::validate() const {
 }
 
 const std::vector<ParameterInfo>& parameter_infos() {
-  static const std::vector<ParameterInfo> infos = [] {
-    std::vector<ParameterInfo> all;
-    for (const Entry& e : entries()) all.push_back(e.info);
-    return all;
-  }();
-  return infos;
+  static const auto infos = std::views::transform(entries(), &Entry::info);
+  static const std::vector<ParameterInfo> all(infos.begin(), infos.end());
+  return all;
 }
 
 std::string get_parameter(const Parameters& parameters, const std::string& name) {
