@@ -63,8 +63,9 @@ void require_apart(const std::string& option, const std::string& output,
     if (output.empty() || other.empty()) continue;
     if (other.ends_with(".surfaces"))  // which stands for what is kept beside it
       for (const char* const ending : {".past", ".before", ".lock"})
-        if (const fs::path file = io::file_of_map(other, ending);
-            resolved(output).string().starts_with(resolved(file).string()))
+        if (const std::string name = resolved(output).string(),
+            file = resolved(io::file_of_map(other, ending)).string();
+            name == file || name.starts_with(file + "-"))
           throw Error(Error::Kind::usage, option + " " + output, "is kept with the map " + other,
                       "give another name");
     if (same_file(output, other))

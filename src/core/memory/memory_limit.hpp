@@ -27,9 +27,8 @@ class MemoryLimit {
   /// The most that the process had since this was made, bytes: over the limit where what cannot leave takes
   /// more, or more came back at once than left.
   std::size_t peak() const;
-  /// A limit that can be kept, by what could not leave so far: watch() acts a sixteenth below it, if an
-  /// eighth can go.
-  std::size_t enough() const { return kept_ / 13 * 16; }
+  /// A limit within which nothing would have had to leave, nor faster than watch() sees.
+  std::size_t enough() const { return (kept_ + pages_->used()) / 15 * 16; }
 
  private:
   void watch(const std::stop_token& stop);
