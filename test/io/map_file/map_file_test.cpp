@@ -1,6 +1,7 @@
 // Map files: everything comes back, resuming changes nothing, the .bt is OctoMap's.
 #include "map_files.hpp"
 #include "support/paths.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <gmock/gmock.h>
 #include <octomap/OcTree.h>
