@@ -12,15 +12,15 @@ FENCE = {
     "include": (["include"], 4_135),
     "core": (["src/core"], 22_020),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
-    "io": (["src/io"], 14_161),
+    "io": (["src/io"], 14_223),
     "planning": (["src/planning"], 7_760),
     "footsteps": (["src/footsteps"], 2_828),
-    "apps": (["apps"], 9_516),
+    "apps": (["apps"], 9_563),
     "ros": (["ros"], 3_372),
     "bindings": (["bindings"], 3_245),
     "web": (["web"], 2_848),
     "lab": (["lab", "-lab/test"], 7_048),
-    "tests": (["test", "lab/test"], 50_348),
+    "tests": (["test", "lab/test"], 50_422),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
