@@ -125,7 +125,7 @@ void run_localize(const LocalizeOptions& options) {
     else
       print_line(found);
   }
-  poses.save();
+  poses.save(Saving::end);
   if (options.json)  // file names may be invalid UTF-8; the bytes in question are replaced
     std::printf("%s\n", json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   if (unexplained > 0)

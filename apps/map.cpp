@@ -6,6 +6,7 @@
 #include "map_run.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
+#include "scan_keeper.hpp"
 #include "scan_options.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -192,7 +193,7 @@ ScanSourceOptions source_options(const MapOptions& options, const Inputs& inputs
 }
 
 void run_map(MapOptions& options) {
-  const auto begin = MapRun::Clock::now();
+  const auto begin = RunState::Clock::now();
   const ParameterChoice choice(options.parameters, options.realtime);
   if (options.show_parameters) return show_parameters(options, choice);
   options.output = io::file_of_map(options.output.empty() ? options.resume : options.output, "").string();
@@ -248,12 +249,6 @@ void add_map(CLI::App& app) {
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps; when mapping falls behind, waiting scans are mapped "
                  "together. Sets --detection-budget to 1000 if it is not given");
-  verb->add_option(
-          "--together", options->together,
-          "--realtime: map up to N waiting scans together when mapping falls behind; 1: never, so that "
-          "the map does not depend on the machine's load")
-      ->check(between(1, 256))
-      ->capture_default_str();
   verb->add_option("--serve", options->serve_port,
                    "serve the map while it grows, as the verb serve does; 0: any free port [not served]")
       ->type_name("PORT");
@@ -262,8 +257,6 @@ void add_map(CLI::App& app) {
   verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
       ->capture_default_str();
   verb->add_flag("--again", options->again, "--resume: also map scans that the map already holds");
-  verb->add_flag("--forget-scans", options->forget_scans,
-                 "do not record in the map which scans it holds (8 bytes each): --resume will not know them");
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--strict", options->strict,
                  "write no map if scans contradict those before them; exit code 1");

@@ -21,8 +21,7 @@ void PoseLog::add(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
   lines_ += '\n';
 }
 
-void PoseLog::save() {
-  if (file_.empty()) return;
+void PoseLog::write() {
   io::NewFile file(file_, force_);
   file.write([&](std::ostream& out) { out << "# stamp tx ty tz qx qy qz qw, sensor to map\n" << lines_; });
   file.commit();
@@ -30,10 +29,11 @@ void PoseLog::save() {
   failing_ = false;
 }
 
-void PoseLog::try_to_save() try { save(); } catch (const Error& error) {
-  if (failing_) return;
-  failing_ = true;
-  std::fprintf(stderr, "warning: %s; the run goes on\n", error.what());
+void PoseLog::save(Saving saving) try {
+  if (!file_.empty()) write();
+} catch (const Error& error) {
+  if (saving == Saving::end) throw;
+  if (!std::exchange(failing_, true)) std::fprintf(stderr, "warning: %s; the run goes on\n", error.what());
 }
 
 }  // namespace octosurf

@@ -1,12 +1,14 @@
 #pragma once
 
+#include "run_observer.hpp"
+
 #include <Eigen/Geometry>
 #include <string>
 
 namespace octosurf {
 
 /// Writes the poses with which a run's scans were mapped (`--write-poses`).
-class PoseLog {
+class PoseLog : public RunObserver {
  public:
   /// No file is written if `file` is empty. `force`: overwrite a file from before the run. `origin`: of the
   /// map, added to the poses, so that they are in the frame of those given. Throws as save() for a file that
@@ -14,12 +16,15 @@ class PoseLog {
   PoseLog(std::string file, bool force, const Eigen::Vector3d& origin);
 
   void add(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
-  /// Writes all poses so far; throws Error(output), Error(usage).
-  void save();
-  /// As save(), but a failure is reported once on stderr, and may succeed the next time.
-  void try_to_save();
+  void after(const InsertedScan& inserted) override {
+    add(inserted.scan.stamp_s, inserted.report.alignment.T_map_sensor);
+  }
+  /// Writes all poses so far. Throws Error(output), Error(usage); of a checkpoint it warns once instead.
+  void save(Saving saving) override;
 
  private:
+  void write();
+
   std::string file_;
   bool force_, failing_ = false;
   Eigen::Vector3d origin_;

@@ -191,7 +191,7 @@ class Remap {
 
   void save(const Map& map, const Identities& identities) {
     save_session(map, options_.output, {options_.map}, stamps_.back(), kept_);
-    poses_log_.save();
+    poses_log_.save(Saving::end);
     context_.wall_s = now_s();
     if (!options_.report.empty()) write_report(map, identities);
     print_summary(map, identities);

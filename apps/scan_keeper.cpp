@@ -49,16 +49,16 @@ void ScanKeeper::keep(const Work& work) {
   }
 }
 
-void ScanKeeper::add(const Scan& scan, const Eigen::Isometry3d& T_map_sensor) {
+void ScanKeeper::after(const InsertedScan& inserted) {
   keep([&] {
-    Scan kept = scan;
-    kept.T_map_sensor = T_map_sensor;
+    Scan kept = inserted.scan;
+    kept.T_map_sensor = inserted.report.alignment.T_map_sensor;
+    kept_.poses.push_back(kept.T_map_sensor);
     writer_->add(std::move(kept));
-    kept_.poses.push_back(T_map_sensor);
   });
 }
 
-void ScanKeeper::finish() {
+void ScanKeeper::save(Saving) {
   keep([&] { writer_->finish(); });
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "io/kept_scans.hpp"
+#include "run_observer.hpp"
 
 #include <memory>
 #include <string>
@@ -12,9 +13,9 @@ namespace octosurf {
 
 /// Keeps the scans of a run in a folder, if it is to (`--keep-scans`).
 ///
-/// A scan is added only after it was mapped, and finish() is called before the map is saved: so every saved
-/// map finds all its scans in the folder it names, whenever the power fails.
-class ScanKeeper {
+/// A scan is added only after it was mapped, and this is saved before the map: so every saved map finds all
+/// its scans in the folder it names, whenever the power fails.
+class ScanKeeper : public RunObserver {
  public:
   /// Goes on behind the scans of the map; does nothing if kept.folder is empty. Throws Error(output),
   /// Error(data).
@@ -22,8 +23,8 @@ class ScanKeeper {
 
   /// Both throw Error(output). Then the folder misses a scan, and the map that is saved afterwards names
   /// none: a warning says so.
-  void add(const Scan& scan, const Eigen::Isometry3d& T_map_sensor);
-  void finish();
+  void after(const InsertedScan& inserted) override;
+  void save(Saving) override;
 
   /// What to save with the map.
   const KeptScans& kept() const { return kept_; }

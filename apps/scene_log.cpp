@@ -4,36 +4,44 @@
 #include <utility>
 
 namespace octosurf {
+namespace {
 
-SceneLog::SceneLog(std::string file, bool force, const Eigen::Vector3d& up) : name_(std::move(file)) {
-  if (name_.empty()) return;
-  file_.emplace(name_, force);
-  file_->write([](std::ostream&) {});
-  out_.open(file_->temporary(), std::ios::binary | std::ios::app);
-  log_.emplace(out_, up);
+std::ofstream opened(io::NewFile& file) {
+  file.write([](std::ostream&) {});
+  return std::ofstream(file.temporary(), std::ios::binary | std::ios::app);
 }
 
-void SceneLog::add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
-  if (!log_ || failing_) return;
-  log_->add_pose(stamp_s, T_map_sensor);
+}  // namespace
+
+SceneLog::SceneLog(std::string file, bool force, const Mapper& mapper)
+    : name_(std::move(file)),
+      mapper_(mapper),
+      file_(name_, force),
+      out_(opened(file_)),
+      log_(out_, mapper.map().parameters().up.value_or(Eigen::Vector3d::UnitZ())) {}
+
+void SceneLog::after(const InsertedScan& inserted) {
+  if (failing_) return;
+  log_.add_pose(inserted.scan.stamp_s, inserted.report.alignment.T_map_sensor);
   warn_of_failure();
 }
 
-void SceneLog::add_surfaces(double stamp_s, const Mapper& mapper) {
-  if (!log_ || failing_) return;
-  log_->add_changes(stamp_s, *mapper.snapshot());
+void SceneLog::changed(double stamp_s) {
+  stamp_s_ = stamp_s;
+  if (failing_) return;
+  log_.add_changes(stamp_s, *mapper_.snapshot());
   warn_of_failure();
 }
 
-void SceneLog::save(double stamp_s, const Snapshot& snapshot) {
-  if (!log_) return;
+void SceneLog::save(Saving saving) {
+  if (saving == Saving::checkpoint) return;
   if (!failing_) {
-    log_->add_surfaces(stamp_s, snapshot);
-    log_->finish();
+    log_.add_surfaces(stamp_s_, *mapper_.snapshot());
+    log_.finish();
     out_.close();
   }
   if (!out_) throw failure();
-  file_->commit();
+  file_.commit();
 }
 
 Error SceneLog::failure() const {

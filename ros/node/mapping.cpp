@@ -31,6 +31,7 @@ Mapping::Mapping(Map start, const NodeOptions& options)
       lock_(own_),
       queue_(options.queue_mb << 20) {
   mapper_->share_octree();
+  mapper_->remember_scans();
   show();
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
@@ -189,6 +190,7 @@ std::string Mapping::load(const std::string& stem) {
     LoadedMap loaded = load_map(from);
     auto mapper = std::make_shared<Mapper>(std::move(loaded.map), options_.threads, paper_detector());
     mapper->share_octree();
+    mapper->remember_scans();
     lock_ = std::move(lock);
     mapper_ = std::move(mapper);
     done = kept_line(from, *mapper_->snapshot(), "loaded");

@@ -387,8 +387,7 @@ TEST_F(MapRun, LocalizeTellsOfFoldersWhoseNamesAreNoUtf8) {
 
 TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {
   write_floor("floor", 4);
-  // Scans that wait are mapped together, which is another map: here each by itself, however slow the machine.
-  run_well("map floor -o m --realtime --rate 10 --together 1 --detection-budget 0 --report r.json");
+  run_well("map floor -o m --realtime --rate 10 --detection-budget 0 --report r.json");
   const json report = json::parse(read("r.json"));
   EXPECT_EQ(report.at("scans"), 4);
   EXPECT_GE(report.at("wall_s"), 0.3);  // the last one's stamp

@@ -384,14 +384,15 @@ class WaitingMap:
         self.folder, self.scans = pathlib.Path(folder), scans
         command("simulate", scene, "--sensor", sensor, "-o", self.folder / "scans", "--frames", scans + 1)
         poses = self.folder / "scans/poses.txt"
-        lines = poses.read_text().splitlines()
-        before = float(lines[-2].split()[0])
-        lines[-1] = " ".join([f"{before + 55:.6f}", *lines[-1].split()[1:]])  # s: so long the map waits, a minute at most
-        poses.write_text("\n".join(lines) + "\n")
+        lines = [line.split() for line in poses.read_text().splitlines()]
+        for number, line in enumerate(lines):
+            line[0] = f"{0.5 * number:.6f}"  # s: a slow machine falls behind, but joins no scans
+        lines[-1][0] = f"{0.5 * scans + 55:.6f}"  # so long the map waits, a minute at most
+        poses.write_text("".join(" ".join(line) + "\n" for line in lines))
 
     @contextlib.contextmanager
     def served(self, test, name, *options):
-        server = serving.Server(COMMAND, f"{self.folder}/scans", "-o", f"{self.folder}/{name}", "--realtime", "--together", "1",
+        server = serving.Server(COMMAND, f"{self.folder}/scans", "-o", f"{self.folder}/{name}", "--realtime",
                                 "--detection-budget", "0", "--resolution", "0.04", *options, verb="map", port="--serve")
         try:
             yield server

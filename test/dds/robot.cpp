@@ -115,8 +115,7 @@ void NodeTest::record(const std::string& simulate, const std::string& bag) const
 }
 
 void NodeTest::map_offline(const std::string& map, const std::string& more) const {
-  run_well("map walk.db3 --force -o " + map + " --resolution 0.05 --detection-budget 0 --forget-scans " +
-           more);
+  run_well("map walk.db3 --force -o " + map + " --resolution 0.05 --detection-budget 0 " + more);
 }
 
 void NodeTest::expect_live_is(const std::string& map) const {

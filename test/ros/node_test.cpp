@@ -36,7 +36,7 @@ class RosNode : public CommandTest {
     robot = std::make_shared<rclcpp::Node>("robot");
     simulate_for_bag("sim", "--frames 6");
     write_bag_of(folder / "sim", folder / "walk.db3", {});
-    run_well("map walk.db3 --force -o offline --resolution 0.05 --detection-budget 0 --forget-scans");
+    run_well("map walk.db3 --force -o offline --resolution 0.05 --detection-budget 0");
   }
   void TearDown() override {
     robot.reset();

@@ -1,0 +1,31 @@
+#include "arrivals.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <thread>
+#include <utility>
+
+namespace octosurf {
+
+void Arrivals::wait_and_join(std::vector<PreparedScan>& scans, ScanFeed& feed,
+                             std::optional<double> last_stamp_s) {
+  const Scan& first = scans.front().scan();
+  constexpr double longest_pause_s = 60;  // by then all is found and saved; a clock that is set takes years
+  const double pause_s = last_stamp_s ? first.stamp_s - *last_stamp_s : 0;
+  if (pause_s > longest_pause_s)
+    std::fprintf(stderr, "warning: %.0f s until %s are not waited for\n", pause_s, first.name.c_str());
+  if (!last_stamp_s || pause_s > longest_pause_s) zero_s_ = now_s_() - first.stamp_s;
+  backlog_.next(first.stamp_s, now_s_() - of(first));
+  constexpr double longest_s = 0.05;  // to notice interrupts and clients
+  for (double left_s; (left_s = of(first) - now_s_()) > 0 && !idle_();)
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left_s, longest_s)));
+  if (!backlog_.join()) return;
+  for (const Scan* next;
+       scans.size() < most_joined && (next = feed.peek()) != nullptr && of(*next) <= now_s_();) {
+    backlog_.joined(next->stamp_s);
+    scans.emplace_back(std::move(*feed.next()));
+  }
+}
+
+}  // namespace octosurf

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "parameter_options.hpp"
+#include "pose_check.hpp"
+#include "scan_feed.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+
+/// Options of `octosurf map`.
+struct MapOptions {
+  std::vector<std::string> inputs;
+  std::string output, resume, report;         ///< stems of maps; file
+  std::string keep_scans, write_poses, mcap;  ///< folder; files
+  std::uint64_t max_memory = 0;               ///< bytes; 0: no limit
+  ParameterOptions parameters;
+  ScanSourceOptions source;
+  ScanRange range;
+  std::vector<double> viewpoint;             ///< of clouds without a pose: none, or three
+  std::optional<PoseForm> pose_form;         ///< empty: as given, if they fit so
+  double checkpoint_s = 60;                  ///< 0: never
+  std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
+  int threads = 1;
+  bool allow_clear = false;  ///< to those who are served
+  bool realtime = false, again = false, force = false, show_parameters = false;
+  bool strict = false;  ///< no map of scans that contradict one another
+};
+
+}  // namespace octosurf

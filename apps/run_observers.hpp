@@ -1,0 +1,21 @@
+#pragma once
+
+#include "run_state.hpp"
+#include "scan_keeper.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace octosurf {
+
+using RunObservers = std::vector<std::unique_ptr<RunObserver>>;
+
+/// What refuses a run whose map would be useless, or warns of it: wrong units, forms of poses, resolutions.
+RunObservers checks_of(RunState& run);
+
+/// What writes or serves the outputs of a run, in the order of saving: first what a saved map refers to, then
+/// the map, then what describes it, the report and the summary last. `kept`: where the scans of the map that
+/// the run starts from are, and its own will be. Throws what prevents an output.
+RunObservers outputs_of(RunState& run, KeptScans kept);
+
+}  // namespace octosurf

@@ -1,0 +1,88 @@
+#include "run_scans.hpp"
+
+#include "arrivals.hpp"
+#include "cloud_viewpoint.hpp"
+#include "io/text_file.hpp"
+#include "pose_check.hpp"
+#include "run_warnings.hpp"
+#include "sensing/fingerprint.hpp"
+#include "surfaces/map_state.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+
+RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run), notes_(source->notes()) {
+  const ScanRange& range = run.options.range;
+  run.poses_elsewhere = run.options.source.poses.has_value();
+  for (const std::string& note : notes_) {
+    std::printf("%s\n", note.c_str());
+    run.poses_elsewhere = run.poses_elsewhere || note.find("poses: ") != std::string::npos;
+  }
+  run.scans_listed = source->size();
+  alone_ = run.scans_listed == 1 && !run.options.source.poses;
+  if (!run.options.again) held_ = run.mapper.map().state().held;
+  std::sort(held_.begin(), held_.end());
+  feed_ = std::make_unique<ScanFeed>(std::move(source), range, run.options.realtime ? most_joined : 1,
+                                     [this](Scan& scan) { return accept(scan); });
+  run.scans_left = feed_->size();
+  if (feed_->size() == 0 && range.parts > 1)
+    throw Error(Error::Kind::usage,
+                "--subset " + std::to_string(range.part) + "/" + std::to_string(range.parts),
+                "is empty, as there are fewer scans than parts", "take fewer parts");
+  if (range.parts > 1)
+    std::printf("part %zu of %zu: %s\n", range.part, range.parts,
+                io::count_of(feed_->size(), "scan").c_str());
+  if (feed_->size() == 0)
+    throw Error(Error::Kind::usage, "--skip",
+                "leaves none of the " + std::to_string(run.scans_listed) + " scans");
+}
+
+bool RunScans::accept(Scan& scan) {
+  if (std::exchange(first_, false) && !run_.options.source.cloud_scale)
+    require_metres(scan, run_.mapper.map().parameters());  // before its rays are traced
+  place(scan);
+  return held_.empty() || !std::binary_search(held_.begin(), held_.end(), sensing::fingerprint_of(scan));
+}
+
+void RunScans::place(Scan& cloud) const {
+  if (run_.options.pose_form) cloud.T_map_sensor = pose_from(*run_.options.pose_form, cloud.T_map_sensor);
+  const bool posed = cloud.T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
+  if (const std::vector<double>& viewpoint = run_.options.viewpoint; !viewpoint.empty()) {
+    if (posed || cloud.sensor != SensorKind::lidar)
+      throw Error(Error::Kind::usage, "--viewpoint", cloud.name + " has a pose already",
+                  "give it with clouds that have none");
+    return set_viewpoint(cloud, Eigen::Map<const Eigen::Vector3d>(viewpoint.data()));
+  }
+  if (posed || !alone_ || cloud.sensor != SensorKind::lidar) return;
+  const Parameters& parameters = run_.mapper.map().parameters();
+  const auto found = likely_viewpoint(cloud, parameters.up.value_or(Eigen::Vector3d::UnitZ()),
+                                      parameters.occupancy.resolution);
+  if (!found) return;
+  std::fprintf(
+      stderr,
+      "warning: %s does not say where it was seen from; from the origin %.0f %% of its readings would "
+      "lie behind others, from above %.0f %%: taken as seen from %.2f %.2f %.2f; --viewpoint X Y Z says "
+      "where it was\n",
+      cloud.name.c_str(), 100 * found->hidden_origin, 100 * found->hidden, found->at.x(), found->at.y(),
+      found->at.z());
+  set_viewpoint(cloud, found->at);
+}
+
+void RunScans::finish() {
+  // Values without a return that only later scans have.
+  const std::vector<std::string> notes = feed_->notes();
+  for (std::size_t i = notes_.size(); i < notes.size(); ++i) std::printf("%s\n", notes[i].c_str());
+  const std::vector<std::string> skipped = feed_->skipped();
+  run_.context.skipped_scans.insert(run_.context.skipped_scans.begin(), skipped.begin(), skipped.end());
+  run_.context.mapped_before = feed_->refused();
+  if (feed_->refused() > 0)
+    std::printf("%s left out: %s in the map already; --again maps them once more\n",
+                io::count_of(feed_->refused(), "scan").c_str(), feed_->refused() == 1 ? "it is" : "they are");
+}
+
+}  // namespace octosurf

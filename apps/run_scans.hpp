@@ -1,0 +1,38 @@
+#pragma once
+
+#include "run_state.hpp"
+#include "scan_feed.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+
+/// The scans of a run as they are inserted: in a selected range, posed, and without those that the map holds.
+class RunScans {
+ public:
+  /// Prints the source's notes. Throws Error(usage) if the range is empty.
+  RunScans(RunState& run, std::unique_ptr<ScanSource> source);
+
+  ScanFeed& feed() { return *feed_; }
+  /// After the last scan: prints later notes, and keeps for the report what was skipped.
+  void finish();
+
+ private:
+  /// ScanFeed's.
+  bool accept(Scan& scan);
+  /// Gives a cloud without a pose its viewpoint.
+  void place(Scan& cloud) const;
+
+  RunState& run_;
+  std::vector<std::string> notes_;   // printed
+  std::vector<std::uint64_t> held_;  // fingerprints of the map's scans when the run began, ascending
+  bool alone_ = false;               // there is one scan only, and no file of poses
+  bool first_ = true;
+  std::unique_ptr<ScanFeed> feed_;  // last, as its thread calls accept()
+};
+
+}  // namespace octosurf

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "checkpoints.hpp"
+#include "map_options.hpp"
+#include "run_statistics.hpp"
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+
+/// What a run of `octosurf map` has reached, for all that take part in it.
+struct RunState {
+  using Clock = std::chrono::steady_clock;
+
+  /// `begin_time`: of the whole run, reading of the map that it resumes included.
+  RunState(const MapOptions& map_options, Map start, RunContext run_context, Clock::time_point begin_time);
+
+  const MapOptions& options;
+  Mapper mapper;
+  RunStatistics statistics;
+  RunContext context;
+  Checkpoints checkpoints;
+  std::size_t scans_listed = 0;  ///< by the input; bad ones and those that --skip and --first leave out count
+  std::size_t scans_left = 0;    ///< to be inserted
+  bool poses_elsewhere = false;  ///< poses come from a file or a bag, not from the scans
+  bool changed = false;          ///< the map, by this run
+  bool saving_last = false;      ///< the last save has begun
+  std::optional<double> last_stamp_s;  ///< of the scans that were inserted
+  std::vector<std::string> written;    ///< files and folders, for the summary
+  std::size_t sessions = 0;            ///< of the map's past, with this one
+  std::uint64_t undo_bytes = 0;        ///< that this session added to the past
+
+  double now_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+  /// Throws Error(data): the run is not worth saving, and nothing is written.
+  [[noreturn]] void refuse(const std::string& what, const std::string& hint);
+
+ private:
+  Clock::time_point begin;
+};
+
+}  // namespace octosurf
