@@ -12,6 +12,14 @@ namespace octosurf {
 
 namespace {
 
+constexpr const char* rare_options =
+    "Rarely needed: --rate HZ of scans without time stamps [30, lidar 10]; --fields N floats of a point in "
+    "velodyne\nfiles [4, or what their values say]; of bags --pose-frame FRAME whose poses --pose-topic "
+    "gives "
+    "[Odometry's child\nframe, else the sensor's], --info-topic TOPIC with the CameraInfo [camera_info "
+    "beside "
+    "the images].\n";
+
 void add_bag_options(CLI::App& verb, BagOptions& bag) {
   const char* const group = "Bags";
   verb.add_option("--topic", bag.topics, "clouds or depth images; may be given several times [the only one]")
@@ -21,14 +29,11 @@ void add_bag_options(CLI::App& verb, BagOptions& bag) {
   verb.add_option("--pose-topic", bag.pose_topic,
                   "Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped [tf]")
       ->group(group);
-  verb.add_option("--pose-frame", bag.pose_frame,
-                  "the frame whose poses these are [Odometry's child frame, else the sensor's]")
-      ->group(group);
+  verb.add_option("--pose-frame", bag.pose_frame)->group(rare_group);
   verb.add_option("--fixed-frame", bag.fixed_frame,
                   "the map's frame in tf [map, else the root above the sensor]")
       ->group(group);
-  verb.add_option("--info-topic", bag.info_topic, "CameraInfo of the depth images [camera_info beside them]")
-      ->group(group);
+  verb.add_option("--info-topic", bag.info_topic)->group(rare_group);
   verb.add_option("--tf", bag.tf, "as /a/tf, if /b/tf has the same frames [by the scans' topic]")
       ->group(group);
   verb.add_option_function<std::string>(
@@ -81,16 +86,12 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
   verb.add_option("--depth-scale", source.depth_scale,
                   "units of a depth image per metre [5000 for TUM, else 1000]")
       ->group(group);
-  verb.add_option("--fields", source.fields,
-                  "floats of a point in velodyne files, x y z first [4, or what their values say]")
-      ->check(at_least(3))
-      ->group(group);
+  verb.add_option("--fields", source.fields)->check(at_least(3))->group(rare_group);
   verb.add_option("--cloud-scale", source.cloud_scale,
                   "units of a cloud per metre: 1000 for millimetres, 3.2808 for feet [1]")
       ->group(group);
   add_reading_options(verb, source);
-  verb.add_option("--rate", source.rate_hz, "scans per second, if they have no time stamps [30, lidar 10]")
-      ->group(group);
+  verb.add_option("--rate", source.rate_hz)->group(rare_group);
   verb.add_option("--max-pose-gap", source.max_pose_gap_s,
                   "longest gap between poses to interpolate over, s [0.1, bags 0.25]")
       ->group(group);
@@ -121,6 +122,8 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
           "K/N: cut the scans that are left into N contiguous parts and take the K-th [1/1]")
       ->group(group);
   add_bag_options(verb, source.bag);
+  leave_out_rare(verb);
+  verb.footer(verb.get_footer() + rare_options);
 }
 
 }  // namespace octosurf

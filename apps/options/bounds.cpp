@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace octosurf {
 namespace {
@@ -23,6 +25,14 @@ std::string text_of(double value) {
   out << value;
   return out.str();
 }
+
+class OftenFormatter : public CLI::Formatter {
+ public:
+  std::string make_group(std::string group, bool positional,
+                         std::vector<const CLI::Option*> options) const override {
+    return group == rare_group ? std::string() : CLI::Formatter::make_group(group, positional, options);
+  }
+};
 
 }  // namespace
 
@@ -46,5 +56,7 @@ void require_finite(CLI::App& app) {
           bound("a finite number", [](double value) { return std::isfinite(value); }).description(""));
   for (CLI::App* inner : app.get_subcommands([](CLI::App*) { return true; })) require_finite(*inner);
 }
+
+void leave_out_rare(CLI::App& verb) { verb.formatter(std::make_shared<OftenFormatter>()); }
 
 }  // namespace octosurf

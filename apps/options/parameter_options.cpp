@@ -1,10 +1,14 @@
 #include "parameter_options.hpp"
 
+#include "bounds.hpp"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 #include <octosurf/error.hpp>
 
@@ -13,6 +17,9 @@ namespace {
 
 using Setting = ParameterOptions::Setting;
 constexpr int budget_in_real_time = 1000;  // readings, see DetectionParameters::detection_budget
+constexpr std::size_t most_columns = 100;  // of a line of help, before the next name
+/// Which help lists; it names the others.
+constexpr std::array<std::string_view, 4> often_set{"resolution", "max_range", "detector", "align"};
 constexpr std::size_t largest_config = std::size_t{64} << 10;  // bytes; all parameters are a hundredth of it
 
 std::string with(std::string name, char from, char to) {
@@ -99,10 +106,13 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options, bool live)
       ->group("Parameters [default]");
   Parameters defaults;
   if (live) defaults.detection.detection_budget = budget_in_real_time;
+  std::string others = "\n ";
   for (const ParameterInfo& info : parameter_infos()) {
     if (info.name.starts_with("up_")) continue;  // --up gives all three
     const std::string dashed = with(info.name, '_', '-');
     const std::string names = "--" + info.name + (dashed == info.name ? "" : ",--" + dashed);
+    const bool often = std::find(often_set.begin(), often_set.end(), info.name) != often_set.end();
+    if (!often) others += (others.size() - others.rfind('\n') > most_columns ? "\n  " : " ") + dashed;
     const std::string help = info.help + " [" + get_parameter(defaults, info.name) +
                              (info.unit.empty() ? "" : " " + info.unit) + "]";
     verb.add_option_function<std::string>(
@@ -112,8 +122,11 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options, bool live)
             },
             help)
         ->type_name("VALUE")
-        ->group("Parameters [default]");
+        ->group(often ? "Parameters [default]" : rare_group);
   }
+  leave_out_rare(verb);
+  verb.footer(verb.get_footer() + "Parameters, too, as flags or in --config:" + others +
+              ". docs/parameters.md describes them.\n");
 }
 
 ParameterChoice::ParameterChoice(const ParameterOptions& options, bool live) : live_(live) {

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <sstream>
 
+#include <octosurf/parameters.hpp>
+
 namespace octosurf::test {
 namespace {
 
@@ -30,6 +32,21 @@ TEST_F(WrongUse, HelpOfEveryVerbBeginsWithExamples) {
 TEST_F(WrongUse, HelpListsTheVerbsALineEach) {
   const std::string help = run_well("--help").out;
   for (const std::string& verb : verbs) EXPECT_THAT(help, HasSubstr("\n  " + verb + " "));
+}
+
+TEST_F(WrongUse, HelpOfMapListsWhatOneSetsAndNamesTheRest) {
+  const std::string help = run_well("map --help").out;
+  std::istringstream lines(help);
+  int listed = 0;
+  for (std::string line; std::getline(lines, line);) listed += line.starts_with("  -");
+  EXPECT_LE(listed, 48);
+  for (const ParameterInfo& info : parameter_infos()) {
+    if (info.name.starts_with("up_")) continue;
+    std::string flag = info.name;
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    EXPECT_THAT(help, HasSubstr(flag));
+    EXPECT_THAT(error_of("map floor -o n --" + flag + " none", 2), HasSubstr(info.name));
+  }
 }
 
 TEST_F(WrongUse, VersionIsTold) { EXPECT_EQ(run_well("--version").out, "octosurf " OCTOSURF_VERSION "\n"); }
@@ -76,7 +93,7 @@ const std::vector<Refused>& refused() {
       {"map floor -o n --frobnicate", {"--frobnicate"}},
       {"map floor -o n --every 0", {"--every: '0' must be 1 or more"}},
       {"map floor -o n --max-memory 12Q", {"--max-memory: q unit not recognized"}},
-      {"map floor -o n --together 300", {"'300' must be from 1 to 256"}},
+      {"map floor -o n --fields 2", {"--fields: '2' must be 3 or more"}},
       {"map floor -o n --threads 0", {"threads"}},
       {"map floor -o n --depth-scale -3", {"-3"}},
       {"map floor -o n --skip 6", {"none of the 6 scans"}},
