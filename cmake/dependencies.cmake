@@ -9,7 +9,6 @@ find_package(Boost REQUIRED CONFIG)
 find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
 if(OCTOSURF_BUILD_IO)
   find_package(nlohmann_json REQUIRED)                   # src/io, lab: JSON
-  find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files and in bags
   find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema, messages in .mcap
   find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; lab: terrain meshes
   find_package(PkgConfig REQUIRED)
@@ -81,6 +80,7 @@ if(OCTOSURF_BUILD_PCL OR OCTOSURF_BUILD_TESTS)
 endif()
 if(OCTOSURF_BUILD_TESTS)
   find_package(GTest REQUIRED)                         # test
+  find_package(fastcdr REQUIRED)                       # test/io: ROS 2 messages, as others read them
   find_package(fcl REQUIRED)                           # test/adapters: collision checks
   octosurf_pcl_target(octosurf_pcl_io common io)       # test/io: what reads and wrote PCD and PLY files; test/adapters
 endif()

@@ -4,12 +4,9 @@
 #include "io/new_file.hpp"
 
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
-#include <fastcdr/Cdr.h>
-#include <fastcdr/FastBuffer.h>
-#include <fastcdr/config.h>
-#include <new>
 #include <nlohmann/json.hpp>
 
 #include <octosurf/error.hpp>
@@ -82,25 +79,9 @@ class JsonWriter : public MessageWriter {
   bool first_ = true;  // of a message or list; or the value of a field
 };
 
-namespace cdr = eprosima::fastcdr;
-
 /// Values in sequence, without names.
 class CdrWriter : public MessageWriter {
  public:
-  CdrWriter()
-      :
-#if FASTCDR_VERSION_MAJOR >= 2  // Ubuntu and Debian after 2023; the bytes are the same
-        cdr_(buffer_, cdr::Cdr::LITTLE_ENDIANNESS, cdr::CdrVersion::XCDRv1)
-#else
-        cdr_(buffer_, cdr::Cdr::LITTLE_ENDIANNESS, cdr::Cdr::DDS_CDR)
-#endif
-  {
-#if FASTCDR_VERSION_MAJOR >= 2
-    cdr_.set_encoding_flag(cdr::EncodingAlgorithmFlag::PLAIN_CDR);
-#endif
-    cdr_.serialize_encapsulation();
-  }
-
   void begin_message() override {}
   void end_message() override {}
   void field(const char*) override {}
@@ -110,45 +91,29 @@ class CdrWriter : public MessageWriter {
     std::visit([this](auto number) { put(number); }, value);
   }
   void write(std::string_view value) override {
-    pad_to(sizeof(std::uint32_t));  // its length stands first
-    cdr_ << std::string(value);
+    put(static_cast<std::uint32_t>(value.size() + 1));
+    bytes_.append(value).push_back('\0');
   }
   void write(std::span<const float> list) override { put_list(list); }
   void write(std::span<const std::int8_t> list) override { put_list(list); }
 
-  std::span<const char> bytes() const {
-#if FASTCDR_VERSION_MAJOR >= 2
-    return {buffer_.getBuffer(), cdr_.get_serialized_data_length()};
-#else
-    return {buffer_.getBuffer(), cdr_.getSerializedDataLength()};
-#endif
-  }
+  std::string with_head() const { return std::string("\0\1\0\0", 4) + bytes_; }
 
  private:
-  /// Fast CDR skips alignment bytes without writing them, which would leave uninitialised memory.
-  void pad_to(std::size_t alignment) {
-    constexpr std::size_t encapsulation = 4;  // not counted in the alignment
-    while ((bytes().size() - encapsulation) % alignment != 0) cdr_ << '\0';
-  }
+  /// Aligned to its size, counted from behind the head.
   template <class One>
   void put(One value) {
-    pad_to(sizeof value);
-    cdr_ << value;
+    static_assert(std::endian::native == std::endian::little);
+    bytes_.resize((bytes_.size() + sizeof value - 1) / sizeof value * sizeof value);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
-  void put(bool value) { put(static_cast<std::uint8_t>(value)); }
   template <class One>
   void put_list(std::span<const One> list) {
-    begin_list(list.size());
-    if (!list.empty()) pad_to(sizeof(One));
-#if FASTCDR_VERSION_MAJOR >= 2
-    cdr_.serialize_array(list.data(), list.size());
-#else
-    cdr_.serializeArray(list.data(), list.size());
-#endif
+    begin_list(list.size());  // aligns them, too
+    bytes_.append(reinterpret_cast<const char*>(list.data()), list.size_bytes());
   }
 
-  cdr::FastBuffer buffer_;
-  cdr::Cdr cdr_;
+  std::string bytes_;
 };
 
 void write_json(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
@@ -171,12 +136,8 @@ void MessageWriter::write(const Eigen::Isometry3d& pose) {
 
 std::string cdr_of(const std::function<void(MessageWriter&)>& message) {
   CdrWriter writer;
-  try {
-    message(writer);
-  } catch (const cdr::exception::NotEnoughMemoryException&) {
-    throw std::bad_alloc();
-  }
-  return {writer.bytes().begin(), writer.bytes().end()};
+  message(writer);
+  return writer.with_head();
 }
 
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,

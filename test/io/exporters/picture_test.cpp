@@ -167,7 +167,7 @@ Snapshot turned(const Snapshot& snapshot, const Eigen::Matrix3d& R) {
 }
 
 /// Share of the pixels that differ.
-double difference(const Picture& a, const Picture& b) {
+double pixel_difference(const Picture& a, const Picture& b) {
   std::size_t other = 0;
   for (std::size_t i = 0; i < a.rgb.size(); i += 3)
     other += !std::equal(
@@ -188,10 +188,10 @@ TEST_F(PictureTest, ATurnedMapWhoseUpIsGivenLooksTheSame) {
       options.points = {Eigen::Vector3d(3, 2, 1.5)};
       const Picture straight = render(room_, options, "straight.png");
       options.points[0] = R * options.points[0];
-      EXPECT_GT(difference(straight, render(turned(room_, R), options)), 0.2) << "z is not up here";
+      EXPECT_GT(pixel_difference(straight, render(turned(room_, R), options)), 0.2) << "z is not up here";
       options.up = up;
       const Picture image = render(turned(room_, R), options, "turned.png");
-      EXPECT_LT(difference(straight, image), 0.002) << up.transpose();  // rays that meet an edge
+      EXPECT_LT(pixel_difference(straight, image), 0.002) << up.transpose();  // rays that meet an edge
     }
 }
 
@@ -206,7 +206,7 @@ TEST_F(PictureTest, EyeAndTargetAreInTheMapsFrameWhateverIsUp) {
   options.eye = R * eye;
   options.target = R * target;
   options.up = up;
-  EXPECT_LT(difference(straight, render(turned(room_, R), options)), 0.002);
+  EXPECT_LT(pixel_difference(straight, render(turned(room_, R), options)), 0.002);
 }
 
 TEST_F(PictureTest, PointsAreDrawnUnlessHidden) {
