@@ -127,12 +127,13 @@ class Remap {
       for (const io::FilePose& pose : file.poses) kept_.poses.push_back(io::rigid(pose.T, pose.where));
       return;
     }
-    const io::Trajectory trajectory(file);
+    const io::Trajectory trajectory = io::trajectory_of(file.poses);
+    const std::int64_t gap_ns = io::to_ns(io::largest_pose_gap_s);
     for (std::size_t i = 0; i < files_.size(); ++i) {
-      if (!trajectory.covers(stamps_[i]))
+      if (!trajectory.covers(io::to_ns(stamps_[i]), gap_ns))
         throw Error(Error::Kind::data, files_[i].string(), "no pose in " + options_.poses + " at its time",
                     "give a trajectory that covers all scans");
-      kept_.poses.push_back(trajectory.at(stamps_[i], files_[i].string()));
+      kept_.poses.push_back(trajectory.at(io::to_ns(stamps_[i]), gap_ns));
     }
   }
 

@@ -28,7 +28,8 @@ LabelledCloud load_pcd(const fs::path& file) {
   result.kind = support ? LabelledCloud::Kind::support : LabelledCloud::Kind::planes;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     if (!cloud.points[i].allFinite()) continue;
-    const std::uint32_t id = labels.of_points[i];
+    const double label = labels.values[i];  // a whole number, and 0 for anything else
+    const auto id = label >= 0.5 && label < 4294967295.0 ? static_cast<std::uint32_t>(label + 0.5) : 0U;
     result.points.push_back(T_map_sensor * cloud.points[i]);
     result.labels.push_back(support && id >= 1 && id <= 9 ? 1 : id);  // parts of one table
   }
@@ -43,9 +44,8 @@ fs::path only(const fs::path& folder, const std::string& part, const std::string
     if (!match.empty()) refuse(folder, "holds more than one *" + part + "*" + ending);
     match = entry.path();
   }
-  if (match.empty()) {
+  if (match.empty())
     refuse(folder, "holds no *" + part + "*" + ending, "depth*.png, *labels*.png and *.K are expected");
-  }
   return match;
 }
 
@@ -54,9 +54,8 @@ LabelledCloud load_depth_folder(const fs::path& folder) {
   const fs::path label_file = only(folder, "labels", ".png");
   const io::DepthImage labels = io::read_depth_image(label_file);
   const io::Intrinsics k = io::read_intrinsics(only(folder, "", ".K"));
-  if (labels.width != depth.width || labels.height != depth.height) {
+  if (labels.width != depth.width || labels.height != depth.height)
     refuse(label_file, "has another size than the depth image");
-  }
   LabelledCloud result;
   std::size_t i = 0;
   for (int row = 0; row < depth.height; ++row)

@@ -1,7 +1,7 @@
 #include "sensors.hpp"
 
 #include "io/readers/pose_file.hpp"
-#include "io/readers/self_boxes.hpp"
+#include "io/readers/reading_rules.hpp"
 
 #include <array>
 #include <cmath>

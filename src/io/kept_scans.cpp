@@ -3,6 +3,7 @@
 #include "io/new_file.hpp"
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/scan_list.hpp"
+#include "io/text_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -26,12 +27,6 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little && sizeof(Eigen::Vector3f) == 12,
               "points are written as they lie in memory");
-
-/// The shortest text that reads back as the same number.
-std::string digits_of(double value, std::chars_format format = std::chars_format::general) {
-  std::array<char, 400> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, format).ptr};
-}
 
 std::string numbered(std::uint64_t number) {
   std::array<char, 24> text{};

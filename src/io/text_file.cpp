@@ -1,6 +1,7 @@
 #include "io/text_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -87,6 +88,11 @@ std::string text_of(const Eigen::Vector3d& place) {
 
 std::string count_of(std::size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+std::string digits_of(double value, std::chars_format format) {
+  std::array<char, 400> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, format).ptr};
 }
 
 std::string at_line(const std::filesystem::path& file, std::size_t line) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <charconv>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -46,6 +47,9 @@ std::string text_of(const Eigen::Vector3d& place);
 
 /// "1 scan", "2 scans", for messages.
 std::string count_of(std::size_t count, const char* what);
+
+/// The shortest text that reads back as the same number, in any locale.
+std::string digits_of(double value, std::chars_format format = std::chars_format::general);
 
 /// The whole word as a number; throws Error(data) naming file, line and word.
 double number(std::string_view word, const std::filesystem::path& file, std::size_t line);

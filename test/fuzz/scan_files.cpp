@@ -74,11 +74,12 @@ void fuzz_poses(Bytes bytes) {
   promise(!poses->poses.empty(), "a pose file has poses");
   for (const io::FilePose& pose : poses->poses) accepted([&] { return io::rigid(pose.T, pose.where); });
   if (!poses->stamped) return;
-  const io::Trajectory trajectory(*poses);
+  const auto trajectory = accepted([&] { return io::trajectory_of(poses->poses); });
+  if (!trajectory) return;
   for (const io::FilePose& pose : poses->poses)
     for (const double later : {0.0, 0.005, 1.0})
-      if (const double t = *pose.stamp_s + later; trajectory.covers(t))
-        accepted([&] { return trajectory.at(t, "there"); });
+      if (const std::int64_t t = io::to_ns(*pose.stamp_s + later); trajectory->covers(t, 100000000))
+        accepted([&] { return trajectory->at(t, 100000000); });
 }
 
 void fuzz_config(Bytes bytes) {

@@ -1,3 +1,5 @@
+#include "geometry/directions.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -38,15 +40,6 @@ struct Arc {
     return rotation * (p + moved + 0.5F * w.cross(moved)) + origin(t);
   }
 };
-
-Eigen::Isometry3d between(const StampedPose& a, const StampedPose& b, double stamp_s) {
-  const double t = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s);
-  const Eigen::AngleAxisd turn(a.T_map_sensor.linear().transpose() * b.T_map_sensor.linear());
-  Eigen::Isometry3d T = a.T_map_sensor;
-  T.linear() = T.linear() * Eigen::AngleAxisd(t * turn.angle(), turn.axis()).toRotationMatrix();
-  T.translation() += t * (b.T_map_sensor.translation() - a.T_map_sensor.translation());
-  return T;
-}
 
 }  // namespace
 
@@ -115,7 +108,8 @@ Scan deskew(Scan scan, std::span<const StampedPose> poses) {
       throw Error(Error::Kind::data, name, "no pose at some of its readings' times",
                   "give poses from its first to its last reading");
     for (const StampedPose* pose : {&a, &b}) require_rigid(pose->T_map_sensor, name);
-    return between(a, b, stamp_s);
+    return geometry::pose_between(a.T_map_sensor, b.T_map_sensor,
+                                  (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s));
   });
 }
 

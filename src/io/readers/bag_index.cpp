@@ -107,7 +107,7 @@ class Indexer {
   struct Event {
     std::int64_t recorded_ns = 0;
     std::uint32_t stream = 0, index = 0;  ///< into streams_; of scans and cameras, in their topic
-    PoseTrack::Sample sample;             ///< of a pose; of all, their stamp
+    Trajectory::Sample sample;            ///< of a pose; of all, their stamp
   };
   /// What is stamped by one clock: one transform of tf, one topic.
   struct Stream {
@@ -121,7 +121,7 @@ class Indexer {
     double apart_s = std::numeric_limits<double>::infinity();  // from the poses recorded before
   };
 
-  void add_event(std::uint32_t stream, std::size_t index, const PoseTrack::Sample& sample) {
+  void add_event(std::uint32_t stream, std::size_t index, const Trajectory::Sample& sample) {
     events_.push_back({now_ns_, stream, static_cast<std::uint32_t>(index), sample});
   }
 
@@ -294,7 +294,7 @@ class Indexer {
     cameras.push_back({header.stamp_ns, camera});
   }
 
-  static PoseTrack::Sample sample_of(const TransformMessage& transform) {
+  static Trajectory::Sample sample_of(const TransformMessage& transform) {
     return {transform.header.stamp_ns, transform.translation,
             Eigen::Quaternion<double, Eigen::DontAlign>(transform.rotation)};
   }

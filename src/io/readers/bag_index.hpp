@@ -34,7 +34,7 @@ struct TopicContents {
   std::uint64_t empty_scans = 0;           ///< these
   double apart_s = 0;                      ///< of the scans, from the poses then recorded, at least
   bool is_depth = false;                   ///< clouds, and images one of which is of depth
-  PoseTrack poses;                         ///< of messages that hold one pose
+  Trajectory poses;                        ///< of messages that hold one pose
   std::string pose_parent, pose_child;     ///< frames of the first one; a child is optional
   std::vector<ListedCamera> cameras;       ///< by time, where they change; calibrated ones, if any is
 };

@@ -19,6 +19,13 @@
 
 namespace octosurf::io {
 
+/// What the scans of one sensor have in common.
+struct RecordedSensor {
+  std::string name;           ///< its topic, or the folder of its files
+  bool images = false;        ///< depth images, not clouds
+  bool moves_within = false;  ///< points of its clouds may have times, and its motion meanwhile is in them
+};
+
 /// The posed scans of a bag: its clouds and depth images by header time.
 class BagRecording {
  public:
@@ -29,23 +36,21 @@ class BagRecording {
 
   /// Some topic has scans.
   bool has_scans() const;
-  /// Chooses topics, camera and poses by the options; with options.poses, no poses. Call it once. Throws
-  /// Error(data) if requested topics or frames are missing, or if a choice is ambiguous.
-  void choose(const ScanSourceOptions& options);
+  /// Chooses topics, camera and poses by the options; with options.poses, no poses. Scans where the poses
+  /// jump get a line in `left_out`. Call it once. Throws Error(data) if requested topics or frames are
+  /// missing, or if a choice is ambiguous.
+  void choose(const ScanSourceOptions& options, std::vector<std::string>& left_out);
 
   std::size_t size() const { return scans_.size(); }
   double stamp_s(std::size_t scan) const { return static_cast<double>(scans_[scan].stamp_ns) / 1e9; }
-  SensorKind sensor(std::size_t scan) const;  ///< by the messages' type: camera for images
-  const std::string& topic_name(std::size_t scan) const { return index_.topics[topic(scan)].topic.name; }
+  std::uint32_t sensor(std::size_t scan) const { return scans_[scan].topic; }  ///< of sensors()
+  /// One for each topic of the bag.
+  std::vector<RecordedSensor> sensors() const;
+  /// Where the poses of its scans jump.
+  const std::vector<Trajectory::Jump>& jumps() const { return jumps_; }
 
-  std::uint32_t topic(std::size_t scan) const { return scans_[scan].topic; }
-  bool holds_clouds(std::size_t scan) const;
-  /// Its clouds are in the map's frame, the motion within them undone.
-  bool registered() const { return !robot_.empty(); }
-
-  /// Throws Error(data) with topic and time if the scan or its pose is bad. `shift`: what was subtracted from
-  /// the points (cloud_file.hpp).
-  RawScan read(std::size_t scan, Eigen::Vector3d& shift);
+  /// Throws Error(data) with topic and time if the scan or its pose is bad.
+  RawScan read(std::size_t scan);
   /// Of the scan's frame at a time, or else NoPose.
   Eigen::Isometry3d pose_at(std::size_t scan, double stamp_s) const;
 
@@ -64,6 +69,7 @@ class BagRecording {
   bool choose_registered(const std::string& frame, const BagOptions& options);
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
   void note_left_out();
+  void leave_out_jumps(std::vector<std::string>& left_out);
   void settle_doubts(const BagOptions& options);
   void require_one_clock() const;
   void choose_fixed_frame(const std::string& frame, const std::string& why);
@@ -97,6 +103,7 @@ class BagRecording {
   std::string pose_child_;                     // frame of its poses; empty: the sensor's
   std::string fixed_frame_;
   std::string robot_;  // clouds are in a frame that stands still, and are seen from here; empty: they are not
+  std::vector<Trajectory::Jump> jumps_;
   std::vector<std::string> notes_;
 };
 

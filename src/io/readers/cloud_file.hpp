@@ -41,9 +41,9 @@ std::size_t floats_of_velodyne(const std::filesystem::path& file);
 
 /// Labels of a PCD's points.
 struct PcdLabels {
-  std::string field;                     ///< label, else intensity, four bytes wide; empty: none
-  std::vector<std::uint32_t> of_points;  ///< whole numbers, 0 for anything else
-  bool colored = false;                  ///< it has a field rgba, too
+  std::string field;           ///< label, else intensity, four bytes wide; empty: none
+  std::vector<double> values;  ///< of the points
+  bool colored = false;        ///< it has a field rgba, too
 };
 struct LabelledPcd {
   Cloud cloud;

@@ -66,7 +66,7 @@ class PcdReader {
       Lines rows = lines_;
       if (columns_ != columns_of_ones && columns_in(rows) == columns_of_ones) lay_out(1);
       take(text_points(lines_, xyz_, points_, columns_, file_), cloud);
-      read_text_labels(rows);
+      labels_.values = text_times(rows, label_, points_, file_).values;
       cloud.times = text_times(rows, time_, points_, file_);
     } else if (format == "binary") {
       std::string_view bytes = lines_.rest();
@@ -128,7 +128,7 @@ class PcdReader {
     if (sizes.size() != names.size() || types.size() != names.size() || counts.size() != names.size())
       refuse("PCD header lines FIELDS, SIZE, TYPE and COUNT differ in length");
     step_ = columns_ = 0;
-    label_.reset();
+    label_ = {};
     time_ = {};
     labels_ = {};
     std::array<int, 3> found{};
@@ -173,7 +173,7 @@ class PcdReader {
     const bool better = name == "label" || (name == "intensity" && labels_.field.empty());
     if (!better || size_of(type) != 4 || count != 1) return;
     labels_.field = name;
-    label_ = {step_, 0, columns_, type};
+    label_.place = {step_, 0, columns_, type};
   }
 
   void check_points() {
@@ -218,33 +218,14 @@ class PcdReader {
   template <class Change>
   void for_each_column(const Change& change) {
     for (Field& c : xyz_) change(c);
-    if (label_) change(*label_);
+    if (label_.place) change(*label_.place);
     if (time_.place) change(*time_.place);
   }
 
   void read_binary(std::string_view bytes, Cloud& cloud) {
     take(binary_points(bytes, xyz_, points_, !little_endian_host), cloud);
     cloud.times = binary_times(bytes, time_, points_, 1, 0, !little_endian_host);
-    if (!label_) return;
-    for (std::size_t i = 0; i < points_; ++i) {
-      const double value = value_of(bytes, *label_, i, !little_endian_host);
-      labels_.of_points.push_back(is_real(label_->type)
-                                      ? label_of(value)
-                                      : static_cast<std::uint32_t>(static_cast<std::int64_t>(value)));
-    }
-  }
-
-  /// Called after text_points() has checked the columns of all rows.
-  void read_text_labels(Lines rows) {
-    if (!label_) return;
-    for (std::string_view line; labels_.of_points.size() < points_ && rows.next(line);)
-      if (const Words words = words_of(line); !words.empty())
-        labels_.of_points.push_back(label_of(number(words[label_->column], file_, rows.number())));
-  }
-
-  /// A whole number, 0 for anything else.
-  static std::uint32_t label_of(double value) {
-    return value >= 0.5 && value < 1e6 ? static_cast<std::uint32_t>(std::lround(value)) : 0;
+    labels_.values = binary_times(bytes, label_, points_, 1, 0, !little_endian_host).values;
   }
 
   Eigen::Isometry3d viewpoint() const {
@@ -260,8 +241,7 @@ class PcdReader {
   Lines lines_;
   std::map<std::string_view, Words> header_;
   Coordinates xyz_;
-  std::optional<Field> label_;
-  TimeField time_;
+  TimeField label_, time_;
   PcdLabels labels_;
   std::size_t bytes_ = 0, step_ = 0, columns_ = 0, points_ = 0;
 };

@@ -9,7 +9,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
@@ -18,15 +17,15 @@ namespace octosurf::io {
 namespace {
 
 constexpr double quaternion_tolerance = 1e-2;
-constexpr double nearest_within_s = 0.02;  // TUM's associate.py
 
 [[noreturn]] void refuse_poses(const std::string& where, const std::string& what) {
   throw Error(Error::Kind::data, where, what,
               "a pose is 7, 12 or 16 numbers in a line, with a time stamp before or not, or four lines of 4");
 }
 
-Eigen::Isometry3d pose_of_seven(const double* v) {
-  return pose_from({v[0], v[1], v[2]}, Eigen::Quaterniond(v[6], v[3], v[4], v[5]));
+FilePose of_quaternion(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q,
+                       const std::optional<double>& stamp, const std::string& where) {
+  return {pose_from(translation, q), stamp, where, q};
 }
 
 /// A 4×4; its last row may carry a time stamp in place of the 1 (HKU-MARS' alidarPose.csv).
@@ -71,7 +70,8 @@ FilePose read_line(const TextLine& line, std::size_t columns, const std::filesys
     stamp = values.front();
     values.erase(values.begin());
   }
-  if (values.size() == 7) return {pose_of_seven(values.data()), stamp, where};
+  const auto& v = values;
+  if (v.size() == 7) return of_quaternion({v[0], v[1], v[2]}, {v[6], v[3], v[4], v[5]}, stamp, where);
   if (values.size() == 12) return {pose_from_rows(values), stamp, where};
   if (values.size() == 16) {
     FilePose pose = from_matrix(values, where);
@@ -149,11 +149,9 @@ FilePose read_named(const TextLine& line, const Columns& columns, const std::fil
   const auto value = [&](part::Part named) {
     return number(line.words[*columns.of[named]], file, line.number);
   };
-  FilePose pose{
-      pose_from({value(part::tx), value(part::ty), value(part::tz)},
-                Eigen::Quaterniond(value(part::qw), value(part::qx), value(part::qy), value(part::qz))),
-      {},
-      where};
+  FilePose pose =
+      of_quaternion({value(part::tx), value(part::ty), value(part::tz)},
+                    {value(part::qw), value(part::qx), value(part::qy), value(part::qz)}, {}, where);
   if (columns.of[part::time]) pose.stamp_s = value(part::time);
   if (pose.stamp_s && columns.of[part::nanoseconds]) *pose.stamp_s += 1e-9 * value(part::nanoseconds);
   return pose;
@@ -252,13 +250,10 @@ std::string tum_line(double stamp_s, const Eigen::Isometry3d& T) {
   const Eigen::Vector3d t = T.translation();
   std::string line;
   for (const double value : {stamp_s, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
-    std::array<char, 32> text{};
-    // The shortest text that reads back as the same number; without an exponent where that is readable.
+    // Without an exponent where that is readable.
     const bool plain = value == 0 || (std::fabs(value) >= 1e-6 && std::fabs(value) < 1e15);
-    const auto format = plain ? std::chars_format::fixed : std::chars_format::general;
-    char* const end = std::to_chars(text.data(), text.data() + text.size(), value, format).ptr;
     if (!line.empty()) line += ' ';
-    line.append(text.data(), end);
+    line += digits_of(value, plain ? std::chars_format::fixed : std::chars_format::general);
   }
   return line;
 }
@@ -287,76 +282,20 @@ Eigen::Isometry3d pose_from_rows(const std::vector<double>& v) {
   return T;
 }
 
-Eigen::Isometry3d pose_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double t) {
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.translation() = (1 - t) * a.translation() + t * b.translation();
-  T.linear() = Eigen::Quaterniond(a.linear()).slerp(t, Eigen::Quaterniond(b.linear())).toRotationMatrix();
-  return T;
-}
-
-Trajectory::Trajectory(const PoseFile& file, double largest_gap_s)
-    : poses_(file.poses), largest_gap_s_(largest_gap_s) {
-  std::ranges::stable_sort(poses_, {}, &FilePose::stamp_s);
-}
-
-Trajectory::Neighbours Trajectory::around(double stamp_s) const {
-  const auto after =
-      std::ranges::lower_bound(poses_, stamp_s, {}, [](const FilePose& pose) { return *pose.stamp_s; });
-  Neighbours found;
-  if (after != poses_.end()) found.after = &*after;
-  if (after != poses_.begin()) found.before = &*std::prev(after);
-  const auto distance = [&](const FilePose* pose) {
-    return pose ? std::abs(*pose->stamp_s - stamp_s) : std::numeric_limits<double>::infinity();
-  };
-  found.nearest = distance(found.before) < distance(found.after) ? found.before : found.after;
-  if (distance(found.nearest) > std::min(nearest_within_s, largest_gap_s_)) found.nearest = nullptr;
-  if (!found.before || !found.after || *found.after->stamp_s - *found.before->stamp_s > largest_gap_s_)
-    found.before = found.after = nullptr;
-  return found;
-}
-
-bool Trajectory::covers(double stamp_s) const {
-  const auto found = around(stamp_s);
-  return found.before || found.nearest;
-}
-
-std::string Trajectory::gap_at(double stamp_s) const {
-  const auto seconds = [](double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.3g s", value);
-    return std::string(text.data());
-  };
-  if (stamp_s < *poses_.front().stamp_s)
-    return seconds(*poses_.front().stamp_s - stamp_s) + " before the first";
-  if (stamp_s > *poses_.back().stamp_s) return seconds(stamp_s - *poses_.back().stamp_s) + " after the last";
-  const auto after =
-      std::ranges::lower_bound(poses_, stamp_s, {}, [](const FilePose& pose) { return *pose.stamp_s; });
-  return "those before and after are " + seconds(*after->stamp_s - *std::prev(after)->stamp_s) +
-         " apart, and --max-pose-gap is " + seconds(largest_gap_s_);
-}
-
-std::optional<double> Trajectory::step_at(double stamp_s) const {
-  const auto found = around(stamp_s);
-  if (!found.before || *found.after->stamp_s == stamp_s) return {};
-  return *found.after->stamp_s - *found.before->stamp_s;
-}
-
-Trajectory Trajectory::scaled(double factor) const {
-  Trajectory result = *this;
-  for (FilePose& pose : result.poses_) *pose.stamp_s *= factor;
-  return result;
-}
-
-Eigen::Isometry3d Trajectory::at(double stamp_s, const std::string& where) const {
-  const auto found = around(stamp_s);
-  const auto checked = [&](const FilePose& pose) {
-    return rigid(pose.T, where + " (pose at " + pose.where + ")");
-  };
-  if (!found.before) return checked(*found.nearest);
-  if (*found.after->stamp_s == stamp_s) return checked(*found.after);  // bit by bit, without rounding
-  const Eigen::Isometry3d a = checked(*found.before), b = checked(*found.after);
-  const double t = (stamp_s - *found.before->stamp_s) / (*found.after->stamp_s - *found.before->stamp_s);
-  return pose_between(a, b, t);
+Trajectory trajectory_of(const std::vector<FilePose>& poses) {
+  Trajectory trajectory;
+  for (const FilePose& pose : poses) {
+    const Eigen::Isometry3d T = rigid(pose.T, pose.where);
+    if (!std::isfinite(*pose.stamp_s))
+      throw Error(Error::Kind::data, pose.where, "the time stamp is not finite");
+    // As the file has it, a quaternion gives the same pose to the bit.
+    trajectory.add({to_ns(*pose.stamp_s), T.translation(),
+                    Eigen::Quaternion<double, Eigen::DontAlign>(
+                        pose.rotation.value_or(Eigen::Quaterniond(T.linear())))});
+  }
+  trajectory.finish();
+  trajectory.find_jumps();
+  return trajectory;
 }
 
 }  // namespace octosurf::io

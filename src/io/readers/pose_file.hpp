@@ -1,5 +1,7 @@
 #pragma once
 
+#include "io/readers/trajectory.hpp"
+
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <optional>
@@ -12,7 +14,8 @@ namespace octosurf::io {
 struct FilePose {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   std::optional<double> stamp_s;
-  std::string where;  ///< "file:line"
+  std::string where;                             ///< "file:line"
+  std::optional<Eigen::Quaterniond> rotation{};  ///< that T is of; empty: a matrix
 };
 
 struct PoseFile {
@@ -51,44 +54,10 @@ Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Qua
 /// Of the 12 numbers of a 3×4, row by row, at least.
 Eigen::Isometry3d pose_from_rows(const std::vector<double>& values);
 
-/// On a straight line and by slerp; `t` from 0 (a) to 1 (b).
-Eigen::Isometry3d pose_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double t);
-
-/// TUM's ground truth has 0.01 s from pose to pose, a robot's odometry 0.02 … 0.1.
+/// Of files: TUM's ground truth has 0.01 s from pose to pose, a robot's odometry 0.02 … 0.1.
 constexpr double largest_pose_gap_s = 0.1;
 
-/// A stamped trajectory with interpolation.
-class Trajectory {
- public:
-  explicit Trajectory(const PoseFile& file, double largest_gap_s = largest_pose_gap_s);
-
-  /// True if there are neighbours at most `largest_gap_s` apart around `stamp_s`, or a pose within 0.02 s
-  /// (and that gap).
-  bool covers(double stamp_s) const;
-
-  /// Why it does not cover that time.
-  std::string gap_at(double stamp_s) const;
-
-  /// s, from the pose before `stamp_s` to the one after it, if that would be interpolated between.
-  std::optional<double> step_at(double stamp_s) const;
-
-  /// The same poses with times `factor` times as large.
-  Trajectory scaled(double factor) const;
-
-  /// The pose at exactly that time; else linear and slerp between the neighbours, else the nearest. Requires
-  /// covers(stamp_s); throws Error(data) naming `where` if a pose used is not rigid.
-  Eigen::Isometry3d at(double stamp_s, const std::string& where) const;
-
- private:
-  struct Neighbours {
-    const FilePose* before = nullptr;
-    const FilePose* after = nullptr;
-    const FilePose* nearest = nullptr;
-  };
-  Neighbours around(double stamp_s) const;
-
-  std::vector<FilePose> poses_;  ///< ascending time
-  double largest_gap_s_ = 0;
-};
+/// By the poses' time stamps, which all have. Throws Error(data) with the line of a bad one.
+Trajectory trajectory_of(const std::vector<FilePose>& poses);
 
 }  // namespace octosurf::io

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,5 +54,10 @@ class ReadingRules {
 
 /// Readings at these places, ascending, become ends of free rays.
 void move_to_free_rays(Scan& scan, const std::vector<std::size_t>& places);
+
+/// Sets the readings in these boxes, which are the robot's own, to NaN; returns their number. `sensor_in`:
+/// T_frame_sensor at the scan's time.
+std::size_t erase_own(Scan& scan, std::span<const SelfBox> boxes,
+                      const std::function<Eigen::Isometry3d(const std::string& frame)>& sensor_in);
 
 }  // namespace octosurf::io

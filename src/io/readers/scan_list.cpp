@@ -2,8 +2,6 @@
 
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/cloud_rows.hpp"
-#include "io/readers/scan_poses.hpp"
-#include "io/readers/scan_stamps.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
@@ -120,15 +118,25 @@ void open_bags(const ScanSourceOptions& options, ScanList& list) {
   }
   for (ListedRecording& recording : all) {
     if (!recording.bag) continue;
-    recording.bag->choose(options);
+    recording.bag->choose(options, list.left_out);
     const std::string name = recording.scans.front().file.string();
     recording.scans.assign(recording.bag->size(), recording.scans.front());
     for (std::size_t i = 0; i < recording.scans.size(); ++i) {
       recording.scans[i].index = i;
       recording.scans[i].stamp_s = recording.bag->stamp_s(i);
+      recording.scans[i].sensor = recording.bag->sensor(i);
     }
+    recording.sensors = recording.bag->sensors();
     for (const std::string& note : recording.bag->notes()) list.notes.push_back(name + ": " + note);
   }
+}
+
+/// The files of a folder are of one.
+void name_sensor(ListedRecording& recording) {
+  if (recording.bag) return;
+  const FileKind kind = recording.scans.front().kind;
+  recording.sensors = {
+      {recording.folder.string(), kind == FileKind::image, kind == FileKind::pcd || kind == FileKind::ply}};
 }
 
 void check_options(const ScanSourceOptions& options) {
@@ -175,6 +183,7 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
   open_bags(options, list);
   for (auto& recording : list.recordings) {
     open_graph(recording);
+    name_sensor(recording);
     find_camera(recording, options);
     find_floats(recording, options, list.notes);
     find_stamps(recording);

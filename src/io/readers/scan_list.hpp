@@ -7,6 +7,7 @@
 #include "io/readers/scan_graph.hpp"
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -22,6 +23,7 @@ struct ListedScan {
   std::filesystem::path file;
   FileKind kind = FileKind::unknown;
   std::size_t index = 0;            ///< of the scans in a .graph or a bag
+  std::uint32_t sensor = 0;         ///< of ListedRecording::sensors
   std::optional<FilePose> pose;     ///< from a file that holds the poses of many scans
   std::filesystem::path pose_file;  ///< of this scan alone; empty: none
   std::optional<double> stamp_s;
@@ -31,12 +33,14 @@ struct ListedScan {
 struct ListedRecording {
   std::filesystem::path folder;  ///< the scans stand here
   std::vector<ListedScan> scans;
+  std::vector<RecordedSensor> sensors;
   std::optional<Intrinsics> camera;  ///< of images
   double depth_scale = 1000;
   std::size_t floats = 4;  ///< of a velodyne's point
   std::shared_ptr<const ScanGraphFile> graph;
   std::shared_ptr<BagRecording> bag;
   std::shared_ptr<const Trajectory> trajectory;  ///< poses by time; overrides the scans' own
+  std::int64_t pose_gap_ns = 0;                  ///< the largest between its poses
   /// Sensor frame to the frame of the pose file.
   Eigen::Isometry3d T_posed_sensor = Eigen::Isometry3d::Identity();
 };
@@ -57,6 +61,26 @@ std::optional<double> stamp_in_name(const std::filesystem::path& file);
 
 /// The scans of one folder, in natural order, without poses and intrinsics; depth.txt gives stamps.
 ListedRecording list_folder(const std::filesystem::path& folder);
+
+/// Stamps from times.txt, depth.txt, or the files' names, in seconds; none if there are none. Throws
+/// Error(data).
+void find_stamps(ListedRecording& recording);
+
+/// Poses beside the scans, if the scans need any.
+void find_poses(ListedRecording& recording, const ScanSourceOptions& options,
+                std::vector<std::string>& notes);
+
+/// Assigns the poses of one file: by time if both sides have it, else by order.
+void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
+              const ScanSourceOptions& options, std::vector<std::string>& notes);
+
+/// Files called like the scans, with one pose each (ScanNet's pose/12.txt for depth/12.png). False if there
+/// is none for the first.
+bool take_poses_in(const std::filesystem::path& folder, ListedRecording& recording,
+                   std::vector<std::string>& notes);
+
+/// Scans without a pose at their time are left out, as in TUM's own tools, but reported.
+void leave_out_unposed(ScanList& list);
 
 /// full2 before full10.
 bool natural_less(const std::string& a, const std::string& b);

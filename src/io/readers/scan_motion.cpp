@@ -1,6 +1,6 @@
 #include "io/readers/scan_motion.hpp"
 
-#include "io/text_file.hpp"
+#include "geometry/median.hpp"
 
 #include <algorithm>
 #include <array>
@@ -24,10 +24,7 @@ double median_gap(const std::vector<double>& stamps_s) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < stamps_s.size(); ++i)
     if (stamps_s[i] > stamps_s[i - 1]) gaps.push_back(stamps_s[i] - stamps_s[i - 1]);
-  if (gaps.empty()) return usual_sweep_s;
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle;
+  return gaps.empty() ? usual_sweep_s : geometry::median_of(gaps);
 }
 
 std::string centimetres(double metres) {
@@ -126,12 +123,13 @@ std::string PointClock::text() const {
 ScanMotion::ScanMotion(Recording recording)
     : recording_(std::move(recording)), period_s_(median_gap(recording_.stamps_s)) {
   for (const double stamp_s : recording_.stamps_s) {
-    if (!poses_.empty() && stamp_s <= poses_.back().stamp_s) continue;
     try {
-      poses_.push_back({stamp_s, recording_.pose_at(stamp_s)});
+      poses_.add(Trajectory::sample(stamp_s, recording_.pose_at(stamp_s)));
     } catch (const std::runtime_error&) {  // reported when that scan is read
     }
   }
+  poses_.finish();
+  poses_.set_jumps(std::move(recording_.jumps));
   std::vector<TimedCloud> timed;
   std::vector<RawScan> samples = read_samples();
   for (const RawScan& raw : samples) {
@@ -170,14 +168,10 @@ std::optional<Scan> ScanMotion::undone(const Scan& scan) const {
   } catch (const std::runtime_error&) {
   }
   // Poses as often as scans: between these, and half a scan on after the last.
-  const auto after = std::ranges::lower_bound(poses_, scan.stamp_s, {}, &StampedPose::stamp_s);
-  const auto begin = after - std::min<std::ptrdiff_t>(after - poses_.begin(), 3);
-  const auto end = after + std::min<std::ptrdiff_t>(poses_.end() - after, 3);
-  std::vector<StampedPose> near(begin, end);
-  const auto gap = std::ranges::adjacent_find(near, [&](const StampedPose& a, const StampedPose& b) {
-    return b.stamp_s - a.stamp_s > std::min(1.5 * period_s_, gap_between_scans_s);
-  });
-  if (gap != near.end()) return std::nullopt;
+  const double gap_s = std::min(1.5 * period_s_, gap_between_scans_s);
+  std::vector<StampedPose> near;
+  for (const Trajectory::Sample& pose : poses_.around(to_ns(scan.stamp_s), to_ns(gap_s), 3))
+    near.push_back({static_cast<double>(pose.stamp_ns) / 1e9, transform_of(pose)});
   try {
     return deskew(scan, near);
   } catch (const std::runtime_error&) {

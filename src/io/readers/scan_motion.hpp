@@ -1,5 +1,7 @@
 #pragma once
 
+#include "io/readers/trajectory.hpp"
+
 #include <Eigen/Geometry>
 #include <functional>
 #include <optional>
@@ -53,17 +55,25 @@ std::optional<PointClock> clock_of(std::span<const TimedCloud> clouds, double pe
 
 /// A scan as its file or message has it.
 struct RawScan {
-  Scan scan;
-  PointTimes times;
+  Scan scan;  ///< its pose is that of the same file, if there is one
+  PointTimes times{};
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< m, subtracted from the points (cloud_file.hpp)
+  int width = 0, height = 0;                        ///< of a file's image
+
+  /// The points of a survey lie in the map's frame, too far from its origin for floats.
+  bool shifted() const { return !shift.isZero(0); }
+  bool from_nowhere() const {
+    return shifted() && scan.T_map_sensor.matrix() == Eigen::Isometry3d::Identity().matrix();
+  }
 };
 
 /// Undoes the motion within the scans of a recording's one sensor.
 class ScanMotion {
  public:
   struct Recording {
-    std::string name;
-    std::vector<double> stamps_s;  ///< of its scans, ascending
-    PoseAtTime pose_at;            ///< throws std::runtime_error where there is none
+    std::vector<double> stamps_s;         ///< of its scans, ascending
+    PoseAtTime pose_at;                   ///< throws std::runtime_error where there is none
+    std::vector<Trajectory::Jump> jumps;  ///< of these poses
     std::function<RawScan(std::size_t scan)> read;
     bool undo = true;
     bool real = false;  ///< a lidar of it turns while it moves, whether or not its points have times
@@ -87,7 +97,7 @@ class ScanMotion {
 
   Recording recording_;
   double period_s_ = 0;
-  std::vector<StampedPose> poses_;  // at the scans' stamps
+  Trajectory poses_;  // at the scans' stamps
   std::optional<PointClock> clock_;
   std::string field_;      // of the times
   bool is_lidar_ = false;  // some sample

@@ -1,5 +1,4 @@
-#include "io/readers/scan_poses.hpp"
-
+#include "io/readers/scan_list.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
@@ -70,33 +69,16 @@ void drop_bad(PoseFile& poses) {
                           " left out, no rigid motion at a finite time, the first at " + first);
 }
 
-/// The trajectory with its times in the scans' unit, if they are covered by that alone.
-Trajectory in_unit_of(const std::vector<double>& stamps, Trajectory trajectory,
-                      std::vector<std::string>& notes) {
-  const auto covered = [&](const Trajectory& candidate) {
-    return std::ranges::count_if(stamps, [&](double stamp) { return candidate.covers(stamp); });
-  };
-  if (covered(trajectory) > 0) return trajectory;
-  for (const double factor : {1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9}) {
-    Trajectory scaled = trajectory.scaled(factor);
-    if (2 * covered(scaled) <= static_cast<std::ptrdiff_t>(stamps.size())) continue;
-    std::ostringstream text;
-    text << "its times are multiplied by " << factor << " to be in the scans' unit";
-    notes.push_back(text.str());
-    return scaled;
-  }
-  return trajectory;
-}
-
 /// What a user should know of poses matched by time.
-std::string describe_match(const std::vector<double>& stamps, const Trajectory& trajectory) {
+std::string describe_match(const std::vector<double>& stamps, const Trajectory& trajectory,
+                           std::int64_t gap_ns) {
   std::size_t found = 0, between = 0;
   double largest = 0;
   for (const double stamp : stamps) {
-    found += trajectory.covers(stamp) ? 1 : 0;
-    if (const auto step = trajectory.step_at(stamp)) {
+    found += trajectory.covers(to_ns(stamp), gap_ns) ? 1 : 0;
+    if (const auto step = trajectory.step_at(to_ns(stamp), gap_ns)) {
       ++between;
-      largest = std::max(largest, *step);
+      largest = std::max(largest, static_cast<double>(*step) / 1e9);
     }
   }
   std::ostringstream text;
@@ -118,11 +100,12 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
       if (scan.stamp_s) stamps.push_back(*scan.stamp_s);
     }
   std::shared_ptr<const Trajectory> trajectory;
+  const std::int64_t gap_ns = to_ns(options.max_pose_gap_s.value_or(largest_pose_gap_s));
   if (poses.stamped && stamps.size() == scans) {
     drop_bad(poses);
-    trajectory = std::make_shared<const Trajectory>(in_unit_of(
-        stamps, Trajectory(poses, options.max_pose_gap_s.value_or(largest_pose_gap_s)), poses.notes));
-    poses.notes.push_back(describe_match(stamps, *trajectory));
+    trajectory = std::make_shared<const Trajectory>(trajectory_of(poses.poses));
+    poses.notes.push_back(describe_match(stamps, *trajectory, gap_ns));
+    if (!trajectory->jumps().empty()) poses.notes.push_back(text_of_jumps(*trajectory));
   } else if (scans != poses.poses.size()) {
     fail_count(poses.file, scans, poses.poses.size(), "pose",
                poses.stamped ? "; or stamp the scans, by their names, to match them by time" : "");
@@ -135,6 +118,7 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)
       find_velodyne_in_camera(*recording, notes);
     recording->trajectory = trajectory;
+    recording->pose_gap_ns = gap_ns;
     if (trajectory) continue;
     for (auto& scan : recording->scans) {
       scan.pose = poses.poses[next++];
@@ -182,13 +166,19 @@ void find_poses(ListedRecording& recording, const ScanSourceOptions& options,
 void leave_out_unposed(ScanList& list) {
   for (auto& recording : list.recordings) {
     if (!recording.trajectory) continue;
-    const auto unposed = [&](const ListedScan& scan) { return !recording.trajectory->covers(*scan.stamp_s); };
-    for (const auto& scan : recording.scans)
-      if (unposed(scan))
-        list.left_out.push_back(scan.file.string() + ": no pose at its time (" +
-                                recording.trajectory->gap_at(*scan.stamp_s) + "); left out");
-    const std::string first_gap = recording.trajectory->gap_at(*recording.scans.front().stamp_s);
-    std::erase_if(recording.scans, unposed);
+    const auto gap_of = [&](const ListedScan& scan) {
+      const std::string gap = recording.trajectory->gap_at(to_ns(*scan.stamp_s), recording.pose_gap_ns);
+      std::ostringstream most;
+      most << ", and --max-pose-gap is " << static_cast<double>(recording.pose_gap_ns) / 1e9 << " s";
+      return gap.ends_with("apart") ? gap + most.str() : gap;
+    };
+    const std::string first_gap = gap_of(recording.scans.front());
+    std::erase_if(recording.scans, [&](const ListedScan& scan) {
+      const std::string gap = gap_of(scan);
+      if (!gap.empty())
+        list.left_out.push_back(scan.file.string() + ": no pose at its time (" + gap + "); left out");
+      return !gap.empty();
+    });
     if (recording.scans.empty())
       throw Error(
           Error::Kind::data, recording.folder.string(),

@@ -1,57 +1,20 @@
 #include "io/readers/transform_tree.hpp"
 
-#include "io/readers/pose_file.hpp"
+#include "geometry/median.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <stdexcept>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::io {
 namespace {
 
-constexpr std::int64_t nearest_within_ns = 20000000;  // as for pose files
-
-/// pose_from()'s limit: a quaternion of single precision is off by 1e-7, one that is off by 1 % is damaged.
-bool is_pose(const PoseTrack::Sample& sample) {
-  return sample.translation.allFinite() && std::abs(sample.rotation.norm() - 1) <= 1e-2;
-}
-
-std::string seconds(std::int64_t ns) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3f s", static_cast<double>(ns) / 1e9);
-  return text.data();
-}
-
-Eigen::Isometry3d transform(const PoseTrack::Sample& sample) try {
-  return rigid(pose_from(sample.translation, Eigen::Quaterniond(sample.rotation)),
-               "pose at " + seconds(sample.stamp_ns));
-} catch (const Error& error) {  // the caller adds the scan
-  throw std::runtime_error(error.what());
-}
-
-/// b − a, or the largest number if that overflows; a ≤ b.
-std::int64_t distance(std::int64_t a, std::int64_t b) {
-  const auto apart = static_cast<std::uint64_t>(b) - static_cast<std::uint64_t>(a);
-  return static_cast<std::int64_t>(std::min<std::uint64_t>(apart, std::numeric_limits<std::int64_t>::max()));
-}
-
-/// Up to what float and a product of rotations may round.
-bool is_same(const PoseTrack::Sample& a, const PoseTrack::Sample& b) {
-  constexpr double rounding = 1e-6;  // m and rad
-  const Eigen::Vector4d q = a.rotation.coeffs(), p = b.rotation.coeffs();
-  return (a.translation - b.translation).norm() <= rounding &&
-         2 * std::min((q - p).norm(), (q + p).norm()) <= rounding;  // half of the angle
-}
-
 /// m, the median of how far two publishers that take turns are apart: A B A, sorted by time. One robot's
 /// odometry and localisers stay within 5 cm of themselves from one sample to the next but one. Every
 /// twentieth sample must be so: a publisher at 50 Hz and another at 2.5 Hz.
-double to_and_fro(const std::vector<PoseTrack::Sample>& samples) {
+double to_and_fro(const std::vector<Trajectory::Sample>& samples) {
   constexpr double least_m = 0.05;
   constexpr std::size_t least_share = 20;
   std::vector<double> apart;
@@ -62,9 +25,7 @@ double to_and_fro(const std::vector<PoseTrack::Sample>& samples) {
     if (there > least_m && 3 * (after - before).norm() < there) apart.push_back(there);
   }
   if (apart.size() < 3 || apart.size() * least_share < samples.size()) return 0;
-  const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2);
-  std::nth_element(apart.begin(), middle, apart.end());
-  return *middle;
+  return geometry::median_of(apart);
 }
 
 }  // namespace
@@ -73,48 +34,6 @@ bool is_map_frame(std::string_view frame) {
   constexpr std::array<std::string_view, 5> names{"map", "odom", "world", "earth", "camera_init"};
   frame.remove_prefix(frame.rfind('/') + 1);  // a robot's namespace; npos + 1 is 0
   return std::ranges::find(names, frame) != names.end();
-}
-
-void PoseTrack::finish() {
-  if (std::ranges::any_of(samples_, is_pose))
-    left_out_ += std::erase_if(samples_, [](const Sample& sample) { return !is_pose(sample); });
-  std::ranges::stable_sort(samples_, {}, &Sample::stamp_ns);
-  const auto differs = [&](const Sample& sample) { return !is_same(sample, samples_.front()); };
-  changes_ = changes_ || std::ranges::any_of(samples_, differs);
-  // Of equal times keep the last: unique() over the reversed sequence keeps its first.
-  const auto kept = std::unique(samples_.rbegin(), samples_.rend(),
-                                [](const Sample& a, const Sample& b) { return a.stamp_ns == b.stamp_ns; });
-  samples_.erase(samples_.begin(), kept.base());
-}
-
-void PoseTrack::forget_before(std::int64_t stamp_ns) {
-  samples_.erase(samples_.begin(), std::ranges::lower_bound(samples_, stamp_ns, {}, &Sample::stamp_ns));
-}
-
-Eigen::Isometry3d PoseTrack::at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady) const {
-  const auto after = std::ranges::lower_bound(samples_, stamp_ns, {}, &Sample::stamp_ns);
-  if (after != samples_.end() && after->stamp_ns == stamp_ns) return transform(*after);
-  if (steady && !changes_ && samples_.size() > 1) return transform(samples_.front());
-  if (after == samples_.begin() || after == samples_.end()) {
-    if (samples_.empty()) throw NoPose("there is none");
-    const Sample& nearest = after == samples_.end() ? samples_.back() : samples_.front();
-    const std::int64_t away =
-        distance(std::min(nearest.stamp_ns, stamp_ns), std::max(nearest.stamp_ns, stamp_ns));
-    if (away <= std::min(nearest_within_ns, gap_ns)) return transform(nearest);
-    throw NoPose(std::string(after == samples_.end() ? "the last is " : "the first is ") + seconds(away) +
-                 (after == samples_.end() ? " earlier" : " later"));
-  }
-  const Sample &a = *std::prev(after), &b = *after;
-  if (is_same(a, b)) return transform(a);
-  const std::int64_t apart = distance(a.stamp_ns, b.stamp_ns);
-  if (apart > gap_ns) throw NoPose("its neighbours in time are " + seconds(apart) + " apart");
-  return pose_between(transform(a), transform(b),
-                      static_cast<double>(stamp_ns - a.stamp_ns) / static_cast<double>(apart));
-}
-
-Eigen::Isometry3d PoseTrack::held_at(std::int64_t stamp_ns) const {
-  const auto after = std::ranges::upper_bound(samples_, stamp_ns, {}, &Sample::stamp_ns);
-  return transform(after == samples_.begin() ? *after : *std::prev(after));
 }
 
 std::uint32_t TransformTree::index_of(const std::string& frame) {
@@ -131,7 +50,7 @@ TransformTree::Above& TransformTree::above_of(std::uint32_t child, std::uint32_t
   return *above.insert(place, {parent, fixed, {}});
 }
 
-void TransformTree::add(const Edge& edge, const PoseTrack::Sample& sample) {
+void TransformTree::add(const Edge& edge, const Trajectory::Sample& sample) {
   if (edge.parent == edge.child || edge.parent.empty() || edge.child.empty()) return;
   const std::uint32_t parent = index_of(edge.parent);
   above_of(index_of(edge.child), parent, edge.fixed).track.add(sample);
@@ -253,16 +172,35 @@ std::string TransformTree::robot_below(const std::string& frame) const {
 std::optional<std::int64_t> TransformTree::newest(const std::string& to, const std::string& from) const {
   std::int64_t earliest = std::numeric_limits<std::int64_t>::max();
   if (to == from) return earliest;
-  const std::vector<std::string> above = ancestors(from), above_target = ancestors(to);
-  const auto met = std::find_first_of(above.begin(), above.end(), above_target.begin(), above_target.end());
-  if (met == above.end()) return {};
-  const auto note = [&](const std::string& name) {
-    const Frame& frame = frames_[indices_.at(name)];
-    if (frame.moves()) earliest = std::min(earliest, frame.above.front().track.samples().back().stamp_ns);
-  };
-  std::for_each(above.begin(), met, note);
-  std::for_each(above_target.begin(), std::find(above_target.begin(), above_target.end(), *met), note);
+  if (!met(to, from)) return {};
+  for (const Trajectory* track : moving_between(to, from))
+    earliest = std::min(earliest, track->samples().back().stamp_ns);
   return earliest;
+}
+
+std::optional<std::string> TransformTree::met(const std::string& to, const std::string& from) const {
+  const std::vector<std::string> above = ancestors(from), above_target = ancestors(to);
+  const auto first = std::ranges::find_first_of(above, above_target);
+  return first == above.end() ? std::nullopt : std::optional(*first);
+}
+
+std::vector<const Trajectory*> TransformTree::moving_between(const std::string& to,
+                                                             const std::string& from) const {
+  std::vector<const Trajectory*> tracks;
+  const auto meeting = met(to, from);
+  for (const std::string& side : {from, to})
+    for (const std::string& name : meeting ? ancestors(side) : std::vector<std::string>()) {
+      if (name == meeting) break;
+      const Frame& frame = frames_[indices_.at(name)];
+      if (frame.moves()) tracks.push_back(&frame.above.front().track);
+    }
+  return tracks;
+}
+
+void TransformTree::find_jumps() {
+  for (Frame& frame : frames_)
+    for (Above& above : frame.above)
+      if (!above.fixed) above.track.find_jumps();
 }
 
 void TransformTree::forget_moving() {

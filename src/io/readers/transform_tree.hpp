@@ -1,58 +1,17 @@
 #pragma once
 
-#include <Eigen/Core>
+#include "io/readers/trajectory.hpp"
+
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace octosurf::io {
-
-/// No pose is available at the requested time; what() names the frames and the reason.
-struct NoPose : std::runtime_error {
-  explicit NoPose(const std::string& what, std::string of = {})
-      : std::runtime_error(what), frame(std::move(of)) {}
-  std::string frame;  ///< has no pose in its parent then; empty: not so
-};
-
-/// One frame's poses in another over time.
-class PoseTrack {
- public:
-  struct Sample {
-    std::int64_t stamp_ns = 0;
-    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-    Eigen::Quaternion<double, Eigen::DontAlign> rotation =
-        Eigen::Quaternion<double, Eigen::DontAlign>::Identity();
-  };
-
-  void add(const Sample& sample) { samples_.push_back(sample); }
-  /// Call after the last add(): sorts by time; of several at one time the last one added is kept. Leaves out
-  /// what is no pose, as tf2 does, unless all are.
-  void finish();
-  std::size_t left_out() const { return left_out_; }
-  const std::vector<Sample>& samples() const { return samples_; }
-  /// Removes older samples of a finished track.
-  void forget_before(std::int64_t stamp_ns);
-  bool changes() const { return changes_; }  ///< some sample differed from the first, ever
-
-  /// The sample at exactly that time; else between neighbours that are equal, that pose; else slerp and
-  /// linear interpolation between them, if they are at most `gap_ns` apart; else, before the first and after
-  /// the last, a sample at most min(20 ms, gap) away. `steady`: one that never changes() holds always. Throws
-  /// NoPose with the distance of the nearest ones, and std::runtime_error if a pose is no rigid motion.
-  Eigen::Isometry3d at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady = false) const;
-  /// The last sample until then, or else the first. There must be one.
-  Eigen::Isometry3d held_at(std::int64_t stamp_ns) const;
-
- private:
-  std::vector<Sample> samples_;
-  std::size_t left_out_ = 0;
-  bool changes_ = false;
-};
 
 /// True for the frames that stand still: REP 105's, and LOAM's camera_init.
 bool is_map_frame(std::string_view frame);
@@ -66,7 +25,7 @@ class TransformTree {
     bool fixed = false;  ///< holds from its time on, and the first one before it, too
   };
   /// Passes over a frame in itself, or without a name, as tf2 does.
-  void add(const Edge& edge, const PoseTrack::Sample& sample);
+  void add(const Edge& edge, const Trajectory::Sample& sample);
   void finish();
   /// Adds a finished tree, unless both say where one frame is: then nothing, and false.
   bool join(const TransformTree& other);
@@ -107,10 +66,14 @@ class TransformTree {
     const auto last = newest(to, from);
     return last && *last >= stamp_ns;
   }
+  /// Of all frames' tracks, once no more is added.
+  void find_jumps();
+  /// The tracks of what moves between these two, those of `from`'s side first.
+  std::vector<const Trajectory*> moving_between(const std::string& to, const std::string& from) const;
   /// Moving frames lose their transforms, as tf2 forgets them when time is set back.
   void forget_moving();
 
-  /// T_to_from at that time; throws as PoseTrack::at(), with the frames' names, and NoPose if the frames are
+  /// T_to_from at that time; throws as Trajectory::at(), with the frames' names, and NoPose if the frames are
   /// not connected.
   Eigen::Isometry3d lookup(const std::string& to, const std::string& from, std::int64_t stamp_ns,
                            std::int64_t gap_ns) const;
@@ -119,7 +82,7 @@ class TransformTree {
   struct Above {
     std::uint32_t parent = 0;
     bool fixed = false;
-    PoseTrack track;
+    Trajectory track;
   };
   struct Frame {
     std::string name;
@@ -133,6 +96,8 @@ class TransformTree {
   std::optional<std::uint32_t> parent_of(const Frame& frame) const;
   std::vector<std::uint32_t> children_of(std::uint32_t frame) const;
   std::uint32_t index_of(const std::string& frame);
+  /// The lowest frame that both are below, or are.
+  std::optional<std::string> met(const std::string& to, const std::string& from) const;
   Above& above_of(std::uint32_t child, std::uint32_t parent, bool fixed);
   struct Way {
     std::vector<Step> steps;       ///< the frame and all above it, nearest first

@@ -115,5 +115,24 @@ TEST_F(BagFiles, PosesAndIntrinsicsOfAFileWin) {
   EXPECT_EQ(scans[2].T_map_sensor.translation().z(), 3);
 }
 
+TEST_F(BagFiles, AScanWhereTheOdometryBeginsAnewIsLeftOut) {
+  std::vector<McapMessage> messages;
+  for (int i = 0; i < 100; ++i) {
+    const double now = 1000 + 0.05 * i, x = 0.02 * (i < 60 ? i : i - 60);
+    messages.push_back({"/tf", "tf2_msgs/msg/TFMessage", now, one_transform(now, "odom", "lidar", x).all()});
+    if (i % 10 != 9) continue;
+    const double between = now + 0.025;  // of which one is the jump
+    messages.push_back(
+        {"/points", "sensor_msgs/msg/PointCloud2", between, one_point(between, "lidar").all()});
+  }
+  messages.pop_back();  // after the last pose
+  const auto source = open_scans({write("a.mcap", mcap_of(messages))});
+  EXPECT_EQ(source->size(), 8U);
+  EXPECT_THAT(source->notes(),
+              testing::Contains(HasSubstr("poses jump by 1.18 m and 0.0 degrees 3.00 s after the first")));
+  EXPECT_THAT(source->skipped(), ElementsAre(HasSubstr("1002.975000000: no pose at its time (they jump")));
+  EXPECT_NEAR(read_all(*source).at(5).T_map_sensor.translation().x(), 0.19, 1e-9);
+}
+
 }  // namespace
 }  // namespace octosurf::test

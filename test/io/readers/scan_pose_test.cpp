@@ -5,7 +5,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <iomanip>
-#include <numbers>
 #include <sstream>
 
 namespace octosurf::test {
@@ -86,24 +85,6 @@ TEST_F(PoseFiles, OnlyRigidMotionsAreTaken) {
   EXPECT_THAT(refusal("2 0 0 0 0 2 0 0 0 0 2 0\n"), HasSubstr("poses.txt:1: pose is not a rigid motion"));
   EXPECT_THAT(refusal("1 0 0 0 0 1 0 0 0 0 -1 0\n"), HasSubstr("not a rigid motion"));  // mirrored
   EXPECT_THAT(refusal("inf 0 0 0 0 0 1\n"), HasSubstr("not finite"));
-}
-
-TEST_F(PoseFiles, TrajectoryIsInterpolatedAcrossSmallGapsOnly) {
-  // A quarter turn and 1 m in 0.1 s, then nothing for a second.
-  const io::Trajectory trajectory(io::read_poses(write("poses.txt",
-                                                       "10.1 1 0 0 0 0 0.70710678 0.70710678\n"
-                                                       "10.0 0 0 0 0 0 0 1\n"
-                                                       "11.1 5 0 0 0 0 0 1\n")));
-  const Eigen::Isometry3d half = trajectory.at(10.05, "scan");
-  EXPECT_NEAR(half.translation().x(), 0.5, 1e-9);
-  EXPECT_NEAR(Eigen::AngleAxisd(half.linear()).angle(), std::numbers::pi / 4, 1e-6);
-  EXPECT_NEAR(trajectory.at(10.1, "scan").translation().x(), 1, 1e-9);
-  EXPECT_NEAR(trajectory.at(10.115, "scan").translation().x(), 1, 1e-9);  // the nearest
-  EXPECT_NEAR(trajectory.at(11.085, "scan").translation().x(), 5, 1e-9);
-  EXPECT_TRUE(trajectory.covers(9.99));
-  EXPECT_FALSE(trajectory.covers(9.97));
-  EXPECT_FALSE(trajectory.covers(10.5));
-  EXPECT_FALSE(trajectory.covers(12));
 }
 
 TEST_F(PoseFiles, ColumnsAreFoundByTheNamesOfAHeader) {
@@ -253,13 +234,25 @@ TEST_F(TimedScans, LeaveOutBadPosesAndTellOfGaps) {
       AllOf(testing::SizeIs(4), testing::Each(HasSubstr("0.125 s apart, and --max-pose-gap is 0.1 s"))));
   options.poses = write("sparser.txt", poses(2, 500, 1));
   EXPECT_THAT(failure({folder / "scans"}, options),
-              AllOf(HasSubstr("no scan has a pose at its time"), HasSubstr("0.5 s apart"),
+              AllOf(HasSubstr("no scan has a pose at its time"), HasSubstr("0.500 s apart"),
                     HasSubstr("--max-pose-gap")));
   options.poses = folder / "sparse.txt";
   options.max_pose_gap_s = 0.13;
   EXPECT_EQ(read_all({folder / "scans"}, options).size(), 5U);
   options.poses = write("bad.txt", "1403636579 0 0 0 0 0 0 2\n");
   EXPECT_THAT(failure({folder / "scans"}, options), HasSubstr("nor is any"));
+}
+
+TEST_F(TimedScans, AreLeftOutWhereThePosesJump) {
+  write_scans(1);
+  std::ostringstream text;
+  for (int i = 0; i < 20; ++i)
+    text << std::fixed << std::setprecision(9) << static_cast<double>(first_ns) / 1e9 - 0.025 + 0.05 * i
+         << " " << (i < 5 ? 0.01 * i : 4) << " 0 0 0 0 0 1\n";
+  const auto source = open_scans({folder / "scans"}, with_poses(write("trajectory.txt", text.str())));
+  EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("poses jump by 3.96 m")));
+  EXPECT_THAT(source->skipped(), testing::ElementsAre(HasSubstr("(they jump there); left out")));
+  EXPECT_EQ(read_all(*source).size(), 4U);
 }
 
 }  // namespace

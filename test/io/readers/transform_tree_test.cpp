@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 
 constexpr std::int64_t second = 1000000000;
 
-io::PoseTrack::Sample sample(double stamp_s, double x, double yaw_rad = 0) {
+io::Trajectory::Sample sample(double stamp_s, double x, double yaw_rad = 0) {
   return {std::llround(stamp_s * 1e9), {x, 0, 0}, {std::cos(yaw_rad / 2), 0, 0, std::sin(yaw_rad / 2)}};
 }
 
@@ -28,13 +28,6 @@ std::string why_not(const io::TransformTree& tree, const std::string& to, const 
   return "there is a pose";
 }
 
-io::PoseTrack track_of(std::initializer_list<io::PoseTrack::Sample> samples) {
-  io::PoseTrack track;
-  for (const io::PoseTrack::Sample& one : samples) track.add(one);
-  track.finish();
-  return track;
-}
-
 /// Edges of parent, child, whether it is fixed, and x m at a time in s.
 struct Edge {
   const char *parent, *child;
@@ -45,16 +38,6 @@ void add(io::TransformTree& tree, std::initializer_list<Edge> edges) {
   for (const Edge& edge : edges)
     tree.add({edge.parent, edge.child, edge.fixed}, sample(edge.stamp_s, edge.x));
   tree.finish();
-}
-
-TEST(PoseTrack, IsExactAtItsSamplesAndSlerpsBetween) {
-  const io::PoseTrack track = track_of({sample(1.2, 4, 1.5), sample(1, 2, 0.5)});
-  EXPECT_EQ(track.at(second, 0).translation().x(), 2);
-  const auto middle = track.at(second * 11 / 10, second / 4);
-  EXPECT_NEAR(middle.translation().x(), 3, 1e-12);
-  EXPECT_NEAR(std::atan2(middle(1, 0), middle(0, 0)), 1.0, 1e-9);
-  const io::PoseTrack twice = track_of({sample(1, 2), sample(1, 5)});
-  EXPECT_EQ(twice.at(second, 0).translation().x(), 5) << "the last one holds";
 }
 
 TEST(TransformTree, IsSettledWhenNothingThatComesLaterCanChangeAnAnswer) {
@@ -82,37 +65,6 @@ TEST(TransformTree, ForgetsWhatIsOldOfEachMovingFrame) {
   EXPECT_THAT(why_not(tree, "map", "camera", 1), HasSubstr("the first is 1.000 s later"));
   EXPECT_EQ(tree.lookup("map", "camera", 2 * second, 0).translation().x(), 2);
   EXPECT_EQ(tree.lookup("map", "slow", second, 0).translation().x(), 1);
-}
-
-TEST(PoseTrack, DoesNotGuessOverGaps) {
-  const io::PoseTrack track = track_of({sample(1, 2), sample(1.3, 4)});
-  EXPECT_THROW(track.at(second * 12 / 10, second / 4), io::NoPose);
-  EXPECT_NO_THROW(track.at(second * 12 / 10, second / 2));
-  EXPECT_EQ(track.at(second * 99 / 100, second / 4).translation().x(), 2);  // 10 ms before
-  EXPECT_THROW(track.at(second * 9 / 10, second / 4), io::NoPose);
-  EXPECT_THROW(track.at(second * 2, second * 10), io::NoPose);
-  io::PoseTrack::Sample early = sample(0, 1), late = sample(0, 2);  // their distance is no int64
-  early.stamp_ns = std::numeric_limits<std::int64_t>::min();
-  late.stamp_ns = std::numeric_limits<std::int64_t>::max();
-  EXPECT_THROW(track_of({early, late}).at(0, second), io::NoPose);
-}
-
-TEST(PoseTrack, LeavesOutWhatIsNoPose) {
-  const double nan_m = std::numeric_limits<double>::quiet_NaN();
-  for (const double length : {1.014, 0.986, 0.0, nan_m}) {
-    io::PoseTrack::Sample bad = sample(1.1, 70);
-    bad.rotation.coeffs() *= length;
-    const io::PoseTrack track = track_of({sample(1, 2), bad, sample(1.2, 4)});
-    EXPECT_EQ(track.left_out(), 1U) << length;
-    EXPECT_NEAR(track.at(second * 11 / 10, second / 4).translation().x(), 3, 1e-12) << length;
-    EXPECT_THROW(track_of({bad}).at(second * 11 / 10, 0), std::runtime_error) << length;
-  }
-  io::PoseTrack::Sample rounded = sample(1.2, 5);
-  rounded.rotation.coeffs() *= 0.9996;
-  const io::PoseTrack track = track_of({sample(1.1, 3), sample(1.1, nan_m), rounded});  // two at one time
-  EXPECT_EQ(track.left_out(), 1U);
-  EXPECT_EQ(track.at(second * 11 / 10, second / 4).translation().x(), 3);
-  EXPECT_EQ(track.at(second * 12 / 10, second / 4).translation().x(), 5);
 }
 
 TEST(TransformTree, ABadFixedTransformReplacesNoGoodOne) {
@@ -266,7 +218,7 @@ TEST(TransformTree, EqualsTheProductOfItsEdges) {
   std::string parent = "0";
   for (int depth = 1; depth <= 8; ++depth) {
     const std::string child = std::to_string(depth);
-    io::PoseTrack::Sample one = sample(1, 0);
+    io::Trajectory::Sample one = sample(1, 0);
     one.translation = {uniform(random), uniform(random), uniform(random)};
     Eigen::Quaterniond q(uniform(random), uniform(random), uniform(random), 2);
     q.normalize();

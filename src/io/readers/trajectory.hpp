@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace octosurf::io {
+
+/// No pose is available at the requested time; what() names the frames and the reason.
+struct NoPose : std::runtime_error {
+  explicit NoPose(const std::string& what, std::string of = {})
+      : std::runtime_error(what), frame(std::move(of)) {}
+  std::string frame;  ///< has no pose in its parent then; empty: not so
+};
+
+/// Nearest within the numbers' range; `seconds` is finite.
+std::int64_t to_ns(double seconds);
+
+/// One frame's poses in another over time: the pose at any time, where samples are near enough.
+class Trajectory {
+ public:
+  struct Sample {
+    std::int64_t stamp_ns = 0;
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+    Eigen::Quaternion<double, Eigen::DontAlign> rotation =
+        Eigen::Quaternion<double, Eigen::DontAlign>::Identity();
+  };
+  static Sample sample(double stamp_s, const Eigen::Isometry3d& T);
+
+  /// A step far faster than the rest: there is no pose between its two samples.
+  struct Jump {
+    std::int64_t before_ns = 0, after_ns = 0;
+    double distance_m = 0, angle_rad = 0;
+    bool holds(std::int64_t stamp_ns) const { return before_ns < stamp_ns && stamp_ns < after_ns; }
+  };
+
+  void add(const Sample& sample) { samples_.push_back(sample); }
+  /// Call after the last add(): sorts by time; of several at one time the last one added is kept. Leaves out
+  /// what is no pose, as tf2 does, unless all are.
+  void finish();
+  std::size_t left_out() const { return left_out_; }
+  const std::vector<Sample>& samples() const { return samples_; }
+  /// Removes older samples of a finished track.
+  void forget_before(std::int64_t stamp_ns);
+  bool changes() const { return changes_; }  ///< some sample differed from the first, ever
+
+  /// Finds the steps by which an odometry began anew, or a localiser corrected itself. O(samples).
+  void find_jumps();
+  /// Ascending.
+  const std::vector<Jump>& jumps() const { return jumps_; }
+  void set_jumps(std::vector<Jump> jumps) { jumps_ = std::move(jumps); }
+
+  /// Why there is no pose at that time, such as "the first is 0.100 s later"; empty: there is one.
+  std::string gap_at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady = false) const;
+  bool covers(std::int64_t stamp_ns, std::int64_t gap_ns) const { return gap_at(stamp_ns, gap_ns).empty(); }
+  /// ns, from the sample before to the one after, if the pose is interpolated between them.
+  std::optional<std::int64_t> step_at(std::int64_t stamp_ns, std::int64_t gap_ns) const;
+  /// The sample at exactly that time; else between neighbours that are equal, that pose; else slerp and
+  /// linear interpolation between them, if they are at most `gap_ns` apart; else a sample at most
+  /// min(20 ms, gap) away; but none between the samples of a jump. `steady`: one that never changes() holds
+  /// always. Throws NoPose with gap_at(), and std::runtime_error if a pose is no rigid motion.
+  Eigen::Isometry3d at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady = false) const;
+  /// The last sample until then, or else the first. There must be one.
+  Eigen::Isometry3d held_at(std::int64_t stamp_ns) const;
+  /// Up to `count` samples before that time and as many from it on, without a longer gap or a jump on the way
+  /// from one to the next.
+  std::span<const Sample> around(std::int64_t stamp_ns, std::int64_t gap_ns, std::size_t count) const;
+
+ private:
+  struct Place {
+    const Sample *before = nullptr, *after = nullptr;  ///< equal: no interpolation; null: none
+    std::string gap;
+  };
+  Place place_of(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady) const;
+  bool leads_on(const Sample& a, const Sample& b, std::int64_t gap_ns) const;
+
+  std::vector<Sample> samples_;
+  std::vector<Jump> jumps_;
+  std::size_t left_out_ = 0;
+  bool changes_ = false;
+};
+
+/// T of a sample; throws std::runtime_error if it is no rigid motion.
+Eigen::Isometry3d transform_of(const Trajectory::Sample& sample);
+
+/// "poses jump by 0.70 m and 72.0 degrees 12.40 s after the first: …"; empty: they do not.
+std::string text_of_jumps(const Trajectory& poses);
+
+}  // namespace octosurf::io
