@@ -20,26 +20,24 @@ std::string compressed(std::string_view bytes) {
   return packed;
 }
 
-/// Content of a record, field by field; numbers are little-endian.
-class FieldBytes {
- public:
-  template <std::unsigned_integral Number>
-  FieldBytes& add(Number number) {
-    for (std::size_t i = 0; i < sizeof(Number); ++i)
-      bytes_ += static_cast<char>(static_cast<unsigned char>(number >> (8 * i)));
-    return *this;
-  }
-  /// A string, an array or a map: its size, then its bytes.
-  FieldBytes& text(std::string_view text) {
-    add(static_cast<std::uint32_t>(text.size()));
-    bytes_ += text;
-    return *this;
-  }
-  const std::string& bytes() const { return bytes_; }
+template <std::unsigned_integral Number>
+void add_field(std::string& content, Number number) {
+  for (std::size_t i = 0; i < sizeof(Number); ++i)
+    content += static_cast<char>(static_cast<unsigned char>(number >> (8 * i)));
+}
 
- private:
-  std::string bytes_;
-};
+void add_field(std::string& content, std::string_view text) {
+  add_field(content, static_cast<std::uint32_t>(text.size()));
+  content += text;
+}
+
+/// Content of a record: numbers little-endian; a string, an array or a map behind its size.
+template <class... Fields>
+std::string content_of(const Fields&... fields) {
+  std::string content;
+  (add_field(content, fields), ...);
+  return content;
+}
 
 }  // namespace
 
@@ -51,15 +49,12 @@ void McapWriter::Span::extend(std::uint64_t begin, std::uint64_t end) {
 
 McapWriter::McapWriter(std::ostream& out) : out_(out) {
   std::string bytes(mcap_magic);
-  add_record(bytes, Op::header, FieldBytes().text("").text("octosurf").bytes());  // profile, library
+  add_record(bytes, Op::header, content_of("", "octosurf"));  // profile, library
   put(bytes);
 }
 
 void McapWriter::add_record(std::string& to, Op op, std::string_view content, std::string_view rest) {
-  to += FieldBytes()
-            .add(static_cast<std::uint8_t>(op))
-            .add(static_cast<std::uint64_t>(content.size() + rest.size()))
-            .bytes();
+  to += content_of(static_cast<std::uint8_t>(op), static_cast<std::uint64_t>(content.size() + rest.size()));
   to += content;
   to += rest;
 }
@@ -75,9 +70,8 @@ std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view t
   channels_.emplace_back();
   const auto id = static_cast<std::uint16_t>(channels_.size());  // of its schema, too
   std::string schema, channel;
-  add_record(schema, Op::schema, FieldBytes().add(id).text(type).text("protobuf").text(descriptors).bytes());
-  add_record(channel, Op::channel,
-             FieldBytes().add(id).add(id).text(topic).text("protobuf").text("").bytes());
+  add_record(schema, Op::schema, content_of(id, type, "protobuf", descriptors));
+  add_record(channel, Op::channel, content_of(id, id, topic, "protobuf", ""));
   chunk_ += schema + channel;
   schema_records_ += schema;
   channel_records_ += channel;
@@ -88,8 +82,7 @@ void McapWriter::write(std::uint16_t channel, std::uint64_t time_ns, std::string
   Channel& to = channels_.at(channel - 1U);
   to.in_chunk.push_back({time_ns, chunk_.size()});
   const auto number = static_cast<std::uint32_t>(to.messages++);
-  add_record(chunk_, Op::message, FieldBytes().add(channel).add(number).add(time_ns).add(time_ns).bytes(),
-             message);
+  add_record(chunk_, Op::message, content_of(channel, number, time_ns, time_ns), message);
   chunk_span_.extend(time_ns, time_ns);
   if (chunk_.size() >= chunk_size) end_chunk();
 }
@@ -100,42 +93,29 @@ void McapWriter::end_chunk() {
   const std::uint64_t chunk_begin = written_, size = chunk_.size();
   std::string record;
   add_record(record, Op::chunk,
-             FieldBytes()
-                 .add(chunk_span_.begin_ns)
-                 .add(chunk_span_.end_ns)
-                 .add(size)
-                 .add(mcap_crc(chunk_))
-                 .text(compression)
-                 .add(static_cast<std::uint64_t>(packed.size()))
-                 .bytes(),
+             content_of(chunk_span_.begin_ns, chunk_span_.end_ns, size, mcap_crc(chunk_), compression,
+                        static_cast<std::uint64_t>(packed.size())),
              packed);
   put(record);
 
   const std::uint64_t index_begin = written_;
   std::string indexes;
-  FieldBytes offsets;  // of each channel's index
+  std::string offsets;  // of each channel's index
   for (std::uint16_t id = 1; id <= channels_.size(); ++id) {
     std::vector<Place>& places = channels_[id - 1U].in_chunk;
     if (places.empty()) continue;
-    FieldBytes entries;
-    for (const Place& place : places) entries.add(place.time_ns).add(place.offset);
-    offsets.add(id).add(index_begin + indexes.size());
-    add_record(indexes, Op::message_index, FieldBytes().add(id).text(entries.bytes()).bytes());
+    std::string entries;
+    for (const Place& place : places) entries += content_of(place.time_ns, place.offset);
+    offsets += content_of(id, index_begin + indexes.size());
+    add_record(indexes, Op::message_index, content_of(id, entries));
     places.clear();
   }
   put(indexes);
   add_record(chunk_indexes_, Op::chunk_index,
-             FieldBytes()
-                 .add(chunk_span_.begin_ns)
-                 .add(chunk_span_.end_ns)
-                 .add(chunk_begin)
-                 .add(static_cast<std::uint64_t>(record.size()))
-                 .text(offsets.bytes())
-                 .add(static_cast<std::uint64_t>(indexes.size()))
-                 .text(compression)
-                 .add(static_cast<std::uint64_t>(packed.size()))
-                 .add(size)
-                 .bytes());
+             content_of(chunk_span_.begin_ns, chunk_span_.end_ns, chunk_begin,
+                        static_cast<std::uint64_t>(record.size()), offsets,
+                        static_cast<std::uint64_t>(indexes.size()), compression,
+                        static_cast<std::uint64_t>(packed.size()), size));
   if (!chunk_span_.empty) span_.extend(chunk_span_.begin_ns, chunk_span_.end_ns);
   ++chunks_;
   chunk_.clear();
@@ -144,32 +124,24 @@ void McapWriter::end_chunk() {
 
 std::string McapWriter::statistics() const {
   std::uint64_t messages = 0;
-  FieldBytes counts;
+  std::string counts;
   for (std::uint16_t id = 1; id <= channels_.size(); ++id) {
     messages += channels_[id - 1U].messages;
-    counts.add(id).add(channels_[id - 1U].messages);
+    counts += content_of(id, channels_[id - 1U].messages);
   }
   const auto channels = static_cast<std::uint16_t>(channels_.size());
   std::string record;
   add_record(record, Op::statistics,
-             FieldBytes()
-                 .add(messages)
-                 .add(channels)  // schemas
-                 .add(std::uint32_t{channels})
-                 .add(std::uint32_t{0})  // attachments
-                 .add(std::uint32_t{0})  // metadata
-                 .add(chunks_)
-                 .add(span_.begin_ns)
-                 .add(span_.end_ns)
-                 .text(counts.bytes())
-                 .bytes());
+             content_of(messages, channels /* schemas */, std::uint32_t{channels},
+                        std::uint32_t{0} /* attachments */, std::uint32_t{0} /* metadata */, chunks_,
+                        span_.begin_ns, span_.end_ns, counts));
   return record;
 }
 
 void McapWriter::finish() {
   end_chunk();
   std::string record;
-  add_record(record, Op::data_end, FieldBytes().add(crc_).bytes());
+  add_record(record, Op::data_end, content_of(crc_));
   put(record);
 
   const std::uint64_t summary_begin = written_;
@@ -179,22 +151,19 @@ void McapWriter::finish() {
         std::pair(Op::statistics, statistics()), std::pair(Op::chunk_index, chunk_indexes_)}) {
     if (records.empty()) continue;
     add_record(offsets, Op::summary_offset,
-               FieldBytes()
-                   .add(static_cast<std::uint8_t>(op))
-                   .add(summary_begin + summary.size())
-                   .add(static_cast<std::uint64_t>(records.size()))
-                   .bytes());
+               content_of(static_cast<std::uint8_t>(op), summary_begin + summary.size(),
+                          static_cast<std::uint64_t>(records.size())));
     summary += records;
   }
   const std::uint64_t offsets_begin = summary_begin + summary.size();
   summary += offsets;
   // The footer's checksum covers the summary and the footer's fields before it.
   std::string footer;
-  add_record(footer, Op::footer, FieldBytes().add(summary_begin).add(offsets_begin).bytes(), "1234");
+  add_record(footer, Op::footer, content_of(summary_begin, offsets_begin), "1234");
   footer.resize(footer.size() - 4);
   summary += footer;
   put(summary);
-  put(FieldBytes().add(mcap_crc(summary)).bytes());
+  put(content_of(mcap_crc(summary)));
   put(mcap_magic);
 }
 

@@ -26,6 +26,7 @@ constexpr std::size_t largest_file = std::size_t{512} << 20;
 // its size.
 constexpr std::size_t pixel_cost = 2 + sizeof(Eigen::Vector3f), image_free_bytes = std::size_t{64} << 20;
 constexpr std::size_t bytes_per_file_byte = 7;
+constexpr std::string_view pgm_blanks = " \t\r\n\v\f";
 constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
 
 [[noreturn]] void refuse_image(const std::filesystem::path& file, const std::string& what,
@@ -63,54 +64,35 @@ DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file,
   return image;
 }
 
-/// Whitespace-separated unsigned numbers with `#` comments: a PGM's header and P2's pixels.
-class PgmNumbers {
- public:
-  explicit PgmNumbers(std::string_view text) : text_(text) {}
-
-  std::optional<std::uint32_t> next() {
-    skip_blanks();
-    std::uint32_t value = 0;
-    const char* begin = text_.data() + position_;
-    const auto [stop, error] = std::from_chars(begin, text_.data() + text_.size(), value);
-    if (error != std::errc()) return std::nullopt;
-    position_ += static_cast<std::size_t>(stop - begin);
-    return value;
-  }
-
-  std::size_t position() const { return position_; }
-
- private:
-  void skip_blanks() {
-    while (position_ < text_.size()) {
-      if (text_[position_] == '#')
-        position_ = std::min(text_.find('\n', position_), text_.size());
-      else if (std::string_view(" \t\r\n\v\f").find(text_[position_]) != std::string_view::npos)
-        ++position_;
-      else
-        return;
-    }
-  }
-
-  std::string_view text_;
-  std::size_t position_ = 2;  // after the magic number
-};
+/// Removes and returns the number at the front, behind blanks and `#` comments, of a PGM's header or P2's
+/// pixels.
+std::optional<std::uint32_t> pgm_number(std::string_view& text) {
+  const auto skip_to = [&](std::size_t place) { text.remove_prefix(std::min(place, text.size())); };
+  for (skip_to(text.find_first_not_of(pgm_blanks)); text.starts_with('#');
+       skip_to(text.find_first_not_of(pgm_blanks)))
+    skip_to(text.find('\n'));
+  std::uint32_t value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc()) return std::nullopt;
+  skip_to(static_cast<std::size_t>(stop - text.data()));
+  return value;
+}
 
 DepthImage decode_pgm(const std::string& bytes, const std::filesystem::path& file) {
-  PgmNumbers numbers(bytes);
-  const auto width = numbers.next(), height = numbers.next(), maximum = numbers.next();
+  std::string_view text = std::string_view(bytes).substr(2);  // after the magic number
+  const auto width = pgm_number(text), height = pgm_number(text), maximum = pgm_number(text);
   if (!width || !height || !maximum || *maximum > 65535)
     refuse_image(file, "truncated or damaged PGM header");
   if (*maximum <= 255) refuse_image(file, "a PGM of 8 bits");
   check_size(*width, *height, file);
   const std::size_t pixels = std::size_t{*width} * *height;
-  const std::size_t first = numbers.position() + 1;  // one whitespace ends the header
+  const std::size_t first = bytes.size() - text.size() + 1;  // one whitespace ends the header
   if (bytes.size() < first || bytes.size() - first + 1 < 2 * pixels) refuse_image(file, "truncated PGM");
   DepthImage image{static_cast<int>(*width), static_cast<int>(*height), {}};
   image.pixels.resize(pixels);
   if (bytes[1] == '2') {
     for (auto& pixel : image.pixels) {
-      const auto value = numbers.next();
+      const auto value = pgm_number(text);
       if (!value || *value > *maximum) refuse_image(file, "truncated or damaged PGM");
       pixel = static_cast<std::uint16_t>(*value);
     }
@@ -236,10 +218,10 @@ bool is_picture(const std::filesystem::path& file) {
   // IHDR is a PNG's first chunk: bit depth is byte 24, colour type byte 25 (0 is gray).
   if (head.starts_with(png_signature)) return head.size() > 25 && (head[24] != 16 || head[25] != 0);
   if (!is_pgm(head)) return false;
-  PgmNumbers numbers(head);
-  numbers.next();
-  numbers.next();
-  const auto maximum = numbers.next();
+  std::string_view text = std::string_view(head).substr(2);
+  pgm_number(text);  // width
+  pgm_number(text);
+  const auto maximum = pgm_number(text);
   return maximum && *maximum <= 255;
 }
 

@@ -28,24 +28,14 @@ constexpr std::array<std::string_view, 10> keywords{"VERSION", "FIELDS", "SIZE",
                                                     "WIDTH",   "HEIGHT", "VIEWPOINT", "POINTS", "DATA"};
 constexpr std::size_t page_bytes = 4096;
 
+/// None: not a type.
 Scalar scalar_of(std::string_view type, std::size_t size) {
-  constexpr std::array sizes{1, 2, 4, 8};
-  const auto found = std::find(sizes.begin(), sizes.end(), size);
-  if (found == sizes.end() || type.size() != 1) return Scalar::none;
-  const auto at = static_cast<std::size_t>(found - sizes.begin());
-  constexpr std::array signed_types{Scalar::int8, Scalar::int16, Scalar::int32, Scalar::int64};
-  constexpr std::array unsigned_types{Scalar::uint8, Scalar::uint16, Scalar::uint32, Scalar::uint64};
-  constexpr std::array real_types{Scalar::none, Scalar::none, Scalar::float32, Scalar::float64};
-  switch (type[0]) {
-    case 'I':
-      return signed_types[at];
-    case 'U':
-      return unsigned_types[at];
-    case 'F':
-      return real_types[at];
-    default:
-      return Scalar::none;
-  }
+  static const std::map<std::string, Scalar> all{
+      {"I1", Scalar::int8},    {"I2", Scalar::int16},  {"I4", Scalar::int32},  {"I8", Scalar::int64},
+      {"U1", Scalar::uint8},   {"U2", Scalar::uint16}, {"U4", Scalar::uint32}, {"U8", Scalar::uint64},
+      {"F4", Scalar::float32}, {"F8", Scalar::float64}};
+  const auto found = all.find(std::string(type.substr(0, 2)) + std::to_string(size));
+  return found == all.end() ? Scalar::none : found->second;
 }
 
 class PcdReader {

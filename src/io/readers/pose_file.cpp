@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <regex>
 
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
@@ -97,31 +98,20 @@ struct Columns {
 };
 
 std::optional<part::Part> part_named(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  name.erase(std::min(name.find_first_of("[("), name.size()));  // the unit
-  std::vector<std::string_view> words = words_between(" \t\r#%._-/:\"'", name, name.size());
-  if (words.empty()) return {};
-  const std::string_view last = words.back();
-  if (last.find("nsec") != last.npos || last.find("nanosec") != last.npos) return part::nanoseconds;
-  if (last.find("time") != last.npos || last.find("stamp") != last.npos || last == "t" || last == "sec" ||
-      last == "secs" || last == "s" || last == "ns")
-    return part::time;
-  const auto axis = std::string_view("xyzw").find(last.back());
-  if (axis == std::string_view::npos) return {};
-  words.back().remove_suffix(1);
-  if (words.back().empty()) words.pop_back();
-  const auto has = [&](const auto& test) { return std::any_of(words.begin(), words.end(), test); };
-  if (has([](std::string_view word) {
-        return word.starts_with('q') || word.starts_with("orient") || word.starts_with("rot");
-      }))
-    return static_cast<part::Part>(part::qx + axis);
-  const bool position = words.empty() || has([](std::string_view word) {
-                          return word == "p" || word == "t" || word.starts_with("pos") ||
-                                 word.starts_with("trans") || word.starts_with("loc");
-                        });
-  if (!position || axis == 3) return {};
-  return static_cast<part::Part>(part::tx + axis);
+  static const std::regex nanoseconds("n(ano)?secs?[a-z]*$"),
+      time("(time|stamp)[a-z]*$|(^|[^a-z])(t|secs?|s|ns)$"),
+      rotation("(^|[^a-z])(q|orient|rot)(.*[^a-z])?[a-z]*([xyzw])$"),
+      position("^[^a-z]*[pt]?([xyz])$|(^|[^a-z])((p|t)[^a-z]|(pos|trans|loc)).*([xyz])$");
+  std::ranges::transform(name, name.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  name = name.substr(0, name.find_first_of("[("));  // the unit
+  name.erase(name.find_last_not_of(" \t\r\"'") + 1);
+  if (std::regex_search(name, nanoseconds)) return part::nanoseconds;
+  if (std::regex_search(name, time)) return part::time;
+  const bool turns = std::regex_search(name, rotation);
+  if (!turns && !std::regex_search(name, position)) return {};
+  const std::size_t axis = std::string_view("xyzw").find(name.back());
+  return static_cast<part::Part>((turns ? part::qx : part::tx) + axis);
 }
 
 /// `width`: of the rows, which the last names are of.
