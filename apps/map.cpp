@@ -258,6 +258,8 @@ void add_map(CLI::App& app) {
       ->capture_default_str();
   verb->add_flag("--again", options->again, "--resume: also map scans that the map already holds");
   verb->add_flag("--force", options->force, "overwrite map and report");
+  verb->add_flag("--keep-all", options->keep_all,
+                 "also map scans that fit nowhere and contradict the map [left out]");
   verb->add_flag("--strict", options->strict,
                  "write no map if scans contradict those before them; exit code 1");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
@@ -270,14 +272,17 @@ void add_map(CLI::App& app) {
   verb->add_option_function<std::string>(
           "--pose-form",
           [options](const std::string& name) {
-            const auto at = std::find(pose_form_names.begin(), pose_form_names.end(), name);
-            options->pose_form = static_cast<PoseForm>(at - pose_form_names.begin());
+            const auto at = std::ranges::find(alignment::meaning_names, name);
+            options->pose_form = static_cast<alignment::Meaning>(at - alignment::meaning_names.begin());
           },
           "form of the poses: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl "
           "(cameras look along -z, y up), opengl-inverse, w-first (quaternions qw qx qy qz), of-camera (the "
-          "camera's poses for a lidar's scans, as KITTI's without calib.txt) [as-given; refused if another "
+          "camera's poses for a lidar's scans, as KITTI's without calib.txt), of-body (a body's, x forward, "
+          "for a "
+          "camera's) [as-given; refused if another "
           "form fits far better]")
-      ->check(CLI::IsMember(std::vector<std::string>(pose_form_names.begin(), pose_form_names.end())))
+      ->check(CLI::IsMember(std::vector<std::string>(
+          alignment::meaning_names.begin(), alignment::meaning_names.begin() + alignment::pose_forms)))
       ->group("Scans");
   add_parameter_options(*verb, options->parameters);
   verb->callback([options] { run_map(*options); });

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "alignment/recording_check.hpp"
 #include "parameter_options.hpp"
-#include "pose_check.hpp"
 #include "scan_feed.hpp"
 
 #include <cstdint>
@@ -22,14 +22,15 @@ struct MapOptions {
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
-  std::vector<double> viewpoint;             ///< of clouds without a pose: none, or three
-  std::optional<PoseForm> pose_form;         ///< empty: as given, if they fit so
-  double checkpoint_s = 60;                  ///< 0: never
-  std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
+  std::vector<double> viewpoint;                ///< of clouds without a pose: none, or three
+  std::optional<alignment::Meaning> pose_form;  ///< empty: as given, if they fit so
+  double checkpoint_s = 60;                     ///< 0: never
+  std::optional<unsigned short> serve_port;     ///< of this machine, to serve the map while it grows
   int threads = 1;
   bool allow_clear = false;  ///< to those who are served
   bool realtime = false, again = false, force = false, show_parameters = false;
-  bool strict = false;  ///< no map of scans that contradict one another
+  bool strict = false;    ///< no map of scans that contradict one another
+  bool keep_all = false;  ///< also map scans that fit nowhere and contradict the map
 };
 
 }  // namespace octosurf

@@ -6,6 +6,7 @@
 #include "progress.hpp"
 #include "run_observers.hpp"
 #include "run_scans.hpp"
+#include "run_warnings.hpp"
 
 #include <future>
 #include <iterator>
@@ -160,7 +161,7 @@ void MapRun::notify_of_change() {
 }
 
 void MapRun::save(Saving saving) {
-  if (saving == Saving::checkpoint && options_.strict && run_.statistics.agreement().contradiction()) return;
+  if (saving == Saving::checkpoint && options_.strict && !contradiction_text(run_.statistics).empty()) return;
   for (const auto& observer : observers_) observer->save(saving);
   run_.checkpoints.start(run_.now_s());
 }

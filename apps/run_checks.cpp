@@ -1,4 +1,3 @@
-#include "pose_check.hpp"
 #include "run_observers.hpp"
 #include "run_warnings.hpp"
 
@@ -57,26 +56,25 @@ class PosesCheck : public RunObserver {
  public:
   explicit PosesCheck(RunState& run) : run_(run) {}
 
-  void before(const Scan& scan) override {
-    if (check_.full()) return;
-    check_.add(scan);
-    if (check_.full()) require_sensible();
+  void before(const Scan&) override {
+    if (!checked_ && scans_.views() >= alignment::RecordingCheck::enough_views) require_sensible();
   }
   void after_all() override {
-    if (!check_.full()) require_sensible();
+    if (!checked_) require_sensible();
   }
 
  private:
   void require_sensible() {
+    checked_ = true;
     if (!run_.options.pose_form)
-      if (const auto form = check_.better_form()) {
-        const std::string name = pose_form_names.at(static_cast<std::size_t>(*form));
+      if (const auto form = scans_.better_form()) {
+        const std::string name = alignment::meaning_names.at(static_cast<std::size_t>(*form));
         run_.refuse(
             "scans do not fit each other at the poses as they are, but do if these are taken as " + name,
             "--pose-form " + name + "; or --pose-form as-given, if they are right");
       }
     if (run_.options.source.depth_scale || run_.options.source.cloud_scale) return;
-    const auto scale = check_.better_scale();
+    const auto scale = scans_.better_scale();
     if (!scale) return;
     const bool long_readings = *scale > 1;
     std::array<char, 300> hint{};
@@ -93,7 +91,8 @@ class PosesCheck : public RunObserver {
   }
 
   RunState& run_;
-  PoseCheck check_;
+  const alignment::RecordingCheck& scans_ = run_.statistics.recording();
+  bool checked_ = false;
 };
 
 }  // namespace

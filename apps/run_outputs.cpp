@@ -27,7 +27,8 @@ class LiveView : public RunObserver {
     std::fflush(stdout);
   }
   void after(const InsertedScan& inserted) override {
-    server_.add_pose(inserted.scan.sensor, inserted.report.alignment.T_map_sensor);
+    server_.add_pose(inserted.scan.sensor, inserted.report.alignment.T_map_sensor,
+                     inserted.report.agreement.share());
   }
   bool between_scans() override { return server_.clear_as_asked(run_.mapper); }
   void save(Saving saving) override {
@@ -72,7 +73,7 @@ class MapSaver : public RunObserver {
  private:
   void require_agreement() const {
     if (!run_.options.strict) return;
-    if (const std::string text = contradiction_text(run_.statistics.agreement()); !text.empty())
+    if (const std::string text = contradiction_text(run_.statistics); !text.empty())
       throw Error(Error::Kind::data, run_.options.output, text,
                   "no map is written; without --strict it would be");
   }

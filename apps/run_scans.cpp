@@ -3,7 +3,6 @@
 #include "arrivals.hpp"
 #include "cloud_viewpoint.hpp"
 #include "io/text_file.hpp"
-#include "pose_check.hpp"
 #include "run_warnings.hpp"
 #include "sensing/fingerprint.hpp"
 #include "surfaces/map_state.hpp"
@@ -50,7 +49,8 @@ bool RunScans::accept(Scan& scan) {
 }
 
 void RunScans::place(Scan& cloud) const {
-  if (run_.options.pose_form) cloud.T_map_sensor = pose_from(*run_.options.pose_form, cloud.T_map_sensor);
+  if (run_.options.pose_form)
+    cloud.T_map_sensor = alignment::pose_from(*run_.options.pose_form, cloud.T_map_sensor);
   const bool posed = cloud.T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
   if (const std::vector<double>& viewpoint = run_.options.viewpoint; !viewpoint.empty()) {
     if (posed || cloud.sensor != SensorKind::lidar)

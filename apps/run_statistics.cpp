@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include <octosurf/diagnosis.hpp>
 
@@ -89,12 +90,22 @@ Json alignment_json(const AlignmentTotals& totals) {
   return json;
 }
 
-Json agreement_json(const RunAgreement& agreement) {
+Json agreement_json(const RunAgreement& agreement,
+                    const std::optional<alignment::RecordingCheck::Finding>& better) {
   Json json{{"scans", agreement.scans()}, {"median", agreement.median()}, {"least", agreement.least()}};
+  if (better)
+    json["better"] = {{"meaning", alignment::meaning_names.at(static_cast<std::size_t>(better->meaning))},
+                      {"value", better->value},
+                      {"share", better->share},
+                      {"share_as_given", better->as_given}};
   if (const auto found = agreement.contradiction())
-    json["contradiction"] = {{"scans", found->scans},          {"first", found->first},
-                             {"stamp_s", found->stamp_s},      {"share", found->share},
-                             {"jump_m", found->jump_m},        {"jump_deg", deg_per_rad * found->jump_rad},
+    json["contradiction"] = {{"scans", found->scans},
+                             {"moved", found->moved},
+                             {"first", found->first},
+                             {"stamp_s", found->stamp_s},
+                             {"share", found->share},
+                             {"jump_m", found->jump_m},
+                             {"jump_deg", deg_per_rad * found->jump_rad},
                              {"alternates", found->alternates}};
   return json;
 }
@@ -145,9 +156,15 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
     const Eigen::AngleAxisd turn(used.linear() * scan.T_map_sensor.linear().transpose());
     alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
   }
-  agreement_.add(scan, report.agreement);
+  agreement_.add(scan, report.agreement, alignment);
+  recording_.add(scan);
   closures_.add(scan, alignment, parameters_.occupancy.resolution);
   add_occupancy(report, arrival_s, done_s);
+}
+
+const std::optional<alignment::RecordingCheck::Finding>& RunStatistics::better_meaning() const {
+  if (std::exchange(compared_, scans_) != scans_) better_meaning_ = recording_.better_meaning();
+  return better_meaning_;
 }
 
 bool RunStatistics::drain(Mapper& mapper, const std::function<double()>& now_s) {
@@ -227,7 +244,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["waiting_points"] = spread(waiting_, {{"p50", 0.5}, {"p95", 0.95}});
   json["drain_ms"] = drain_ms_;
   json["alignment"] = alignment_json(alignment_);
-  json["agreement"] = agreement_json(agreement_);
+  json["agreement"] = agreement_json(agreement_, better_meaning());
   json["alignment"]["closures"] = closures_json(closures_.all());
   json["alignment"]["sensor_error"] =
       sensor_error_json(alignment::sensor_error_of(alignment::record_of(map.state()).state));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "alignment/recording_check.hpp"
 #include "loop_closures.hpp"
 
 #include <array>
@@ -63,6 +64,9 @@ class RunStatistics {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
   const RunAgreement& agreement() const { return agreement_; }
+  const alignment::RecordingCheck& recording() const { return recording_; }
+  /// RecordingCheck::better_meaning() of all scans.
+  const std::optional<alignment::RecordingCheck::Finding>& better_meaning() const;
   const std::vector<LoopClosure>& closures() const { return closures_.all(); }
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
@@ -84,6 +88,9 @@ class RunStatistics {
   AlignmentTotals alignment_;
   LoopClosures closures_;
   RunAgreement agreement_;
+  alignment::RecordingCheck recording_;
+  mutable std::optional<alignment::RecordingCheck::Finding> better_meaning_;
+  mutable std::uint64_t compared_ = 0;  // scans of which that is
 };
 
 /// A gap between scans after which everything waiting is processed: 1 s, 30 of a camera's frames, in which a

@@ -30,8 +30,7 @@ void print_alignment(const RunStatistics& statistics) {
   if (corrected + recovered + rejected + unexplained == 0) return;
   std::printf("%-12s %zu corrected", "poses", corrected + recovered);
   if (recovered > 0) std::printf(", %zu of them far off", recovered);
-  if (rejected > 0)
-    std::printf("; %s left out: far off, and not to be found", io::count_of(rejected, "scan").c_str());
+  if (rejected > 0) std::printf("; %s left out: they fit nowhere", io::count_of(rejected, "scan").c_str());
   if (unexplained > 0) std::printf("; %zu fit nowhere and are mapped as given", unexplained);
   std::printf("\n");
 }

@@ -180,26 +180,86 @@ std::string memory_warning(const Map& map) {
          std::to_string((limit->enough() >> 20) + 1) + "M is the least that works for certain";
 }
 
-std::string contradiction_text(const RunAgreement& agreement) {
+namespace {
+
+/// How scans agree far better than as given, and what helps.
+std::pair<std::string, std::string> texts_of(const alignment::RecordingCheck::Finding& better) {
+  using alignment::Meaning;
+  std::array<char, 160> what{};
+  const auto print = [&](const char* format, double value) {
+    std::snprintf(what.data(), what.size(), format, value);
+    return std::string(what.data());
+  };
+  const double value = better.value;
+  const auto turned = [&](const char* axis) {
+    return std::pair(print("with the sensor turned by %.1f degrees about its ", deg_per_rad * value) + axis,
+                     std::string("correct the sensor's mount (extrinsic calibration)"));
+  };
+  switch (better.meaning) {
+    case Meaning::mirrored_x:
+      return {"with their x axis reversed", "mirror the images, or give right-handed coordinates"};
+    case Meaning::mirrored_y:
+      return {"with their y axis reversed", "turn the images, or give right-handed coordinates"};
+    case Meaning::late:
+      return {print("at the poses of %+.2f s after their stamps", value),
+              print("add %.2f s to the scans' stamps, or take it from the poses'", value)};
+    case Meaning::scale:
+      return {print("if they are taken as %.2f times as long", 1 / value),
+              "--depth-scale of depth images, --cloud-scale of clouds"};
+    case Meaning::focal:
+      return {print("with %.2f times the focal length", 1 / value), "--intrinsics FILE of this camera"};
+    case Meaning::turned_x:
+      return turned("x axis");
+    case Meaning::turned_y:
+      return turned("y axis");
+    case Meaning::turned_z:
+      return turned("z axis");
+    default:
+      return {std::string("at poses taken as ") +
+                  alignment::meaning_names.at(static_cast<std::size_t>(better.meaning)),
+              "--pose-form"};
+  }
+}
+
+std::string dip_text(const RunAgreement& agreement) {
   const auto found = agreement.contradiction();
   if (!found) return {};
-  std::array<char, 200> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "%zu of %zu scans contradict those before them, from scan %zu (%.2f s) on: %.0f %% of their readings "
-      "agree with the map, in most scans %.1f %%",
-      found->scans, agreement.scans(), found->first + 1, found->stamp_s, 100 * found->share,
-      100 * agreement.median());
+  std::array<char, 240> text{};
+  if (found->moved == found->scans)
+    std::snprintf(
+        text.data(), text.size(),
+        "the poses jump at scan %zu (%.2f s): %zu scans were far off, and moved onto the map or left out",
+        found->first + 1, found->stamp_s, found->scans);
+  else
+    std::snprintf(
+        text.data(), text.size(),
+        "%zu of %zu scans contradict those before them, from scan %zu (%.2f s) on: %.0f %% of their readings "
+        "agree with the map, in most scans %.1f %%",
+        found->scans, agreement.scans(), found->first + 1, found->stamp_s, 100 * found->share,
+        100 * agreement.median());
   return text.data();
 }
 
-namespace {
+std::string better_text(const RunStatistics& statistics) {
+  const auto& better = statistics.better_meaning();
+  if (!better) return {};
+  std::array<char, 120> shares{};
+  std::snprintf(shares.data(), shares.size(),
+                " (%.0f %% of a scan's readings meet earlier ones, as given %.0f %%)", 100 * better->share,
+                100 * better->as_given);
+  return "the readings fit one another far better " + texts_of(*better).first + shares.data();
+}
 
-void warn_of_contradiction(const RunAgreement& agreement) {
-  const auto found = agreement.contradiction();
+void warn_of_contradiction(const RunStatistics& statistics) {
+  const std::string dip = dip_text(statistics.agreement()), better = better_text(statistics);
+  if (!dip.empty()) std::fprintf(stderr, "warning: %s\n", dip.c_str());
+  if (!better.empty()) {
+    std::fprintf(stderr, "%s%s\n  %s\n", dip.empty() ? "warning: " : "  ", better.c_str(),
+                 texts_of(*statistics.better_meaning()).second.c_str());
+    return;
+  }
+  const auto found = statistics.agreement().contradiction();
   if (!found) return;
-  const std::string text = contradiction_text(agreement);
-  std::fprintf(stderr, "warning: %s\n", text.c_str());
   if (found->alternates)
     std::fprintf(
         stderr,
@@ -208,24 +268,29 @@ void warn_of_contradiction(const RunAgreement& agreement) {
   else if (found->jump_m > 0 || found->jump_rad > 0)
     std::fprintf(
         stderr,
-        "  the poses jump there, by %.2f m and %.1f degrees: a restart of odometry, or a correction\n"
+        "  poses jump there by %.2f m and %.1f degrees: a restart of odometry, or a correction\n"
         "  map up to there (--first %zu), the rest with poses of one frame (--fixed-frame, --poses)\n",
         found->jump_m, deg_per_rad * found->jump_rad, found->first);
   else
     std::fprintf(
         stderr,
-        "  no step of the poses stands out: clock (late stamps), unit or form of the poses, or another "
-        "sensor\n  --pose-form, --depth-scale and --rate say what is known; --strict writes no such map\n");
+        "  no step of the poses stands out, nor would another clock, unit or mount mend it: what was there "
+        "has changed, or poses drift\n  --keep-all maps such scans, --strict writes no such map\n");
 }
 
 }  // namespace
+
+std::string contradiction_text(const RunStatistics& statistics) {
+  const std::string dip = dip_text(statistics.agreement());
+  return dip.empty() ? better_text(statistics) : dip;
+}
 
 void print_warnings(const RunStatistics& statistics, const Map& map, bool reported) {
   std::fflush(stdout);  // so that they follow the summary
   warn_of_missing_poses(statistics);
   warn_of_limit(statistics, map);
   warn_of_up(map, "");
-  warn_of_contradiction(statistics.agreement());
+  warn_of_contradiction(statistics);
   warn_of_closures(statistics);
   warn_of_sensor_error(map);
   warn_of_double_layers(*map.snapshot(), reported);

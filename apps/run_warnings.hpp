@@ -23,8 +23,8 @@ bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs
 /// By how much a run exceeded the map's limit of memory; empty if it did not.
 std::string memory_warning(const Map& map);
 
-/// What scans contradict; empty if none does.
-std::string contradiction_text(const RunAgreement& agreement);
+/// What scans contradict, or how they would agree far better; empty if none does.
+std::string contradiction_text(const RunStatistics& statistics);
 
 /// After a run's summary, warns on stderr of problems with poses, sensor, surfaces and memory. `reported`: a
 /// report exists, which lists the double layers.

@@ -46,9 +46,10 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place,
   server_.emplace(place, api_);
 }
 
-void LiveServer::add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor) {
+void LiveServer::add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor, double agreement) {
   const std::lock_guard lock(tracking_);
   track_.add(sensor, T_map_sensor);
+  track_.agreement = agreement;
 }
 
 bool LiveServer::clear_as_asked(Mapper& mapper) {

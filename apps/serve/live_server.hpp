@@ -28,7 +28,7 @@ class LiveServer {
   std::string url() const { return server_->url(); }
 
   /// Where the scan was seen from that was mapped last.
-  void add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor);
+  void add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor, double agreement);
 
   /// By the thread that maps, between two scans: takes back what clients wait for. Whether there was any.
   bool clear_as_asked(Mapper& mapper);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include <octosurf/alignment.hpp>
 #include <octosurf/scan.hpp>
 
 namespace octosurf {
@@ -34,21 +35,24 @@ class RunAgreement {
   /// Samples that must have been compared for a scan to be judged.
   static constexpr std::size_t fewest_compared = 100;
 
-  /// A scan at its stated pose, and its report's agreement. O(1).
-  void add(const Scan& scan, const Agreement& agreement);
+  /// A scan at its stated pose, and of its report agreement and alignment. O(1).
+  void add(const Scan& scan, const Agreement& agreement, const Alignment& alignment = {});
 
   std::size_t scans() const { return judged_.size(); }  ///< that could be judged
   double median() const;                                ///< share; 1 if no scan could be judged
   double least() const;                                 ///< likewise
 
-  /// Scans that contradict the map.
+  /// Scans that contradict the map; also those that did so before alignment moved them or left them out, if
+  /// the poses jump there.
   struct Contradiction {
     std::size_t scans = 0;  ///< how many
+    std::size_t moved = 0;  ///< of these, by alignment, or left out
     std::size_t first = 0;  ///< index of the first among all that were added
     double stamp_s = 0;     ///< of it
     double share = 0;       ///< mean agreement of these
-    double jump_m =
-        0;  ///< between the pose before the first and its own, if most steps are far smaller, else 0
+    /// Where alignment moved the scans that follow onto the map: by how much more than those before, m. Else
+    /// the step from the pose before the first to its own, if most steps are far smaller, or 0.
+    double jump_m = 0;
     double jump_rad = 0;      ///< likewise
     bool alternates = false;  ///< scans that agree and scans that do not take turns: two tracks
   };
@@ -59,10 +63,13 @@ class RunAgreement {
   struct Judged {
     std::size_t scan;
     double stamp_s, share, step_m, step_rad;
+    bool relocated;             // or left out
+    double moved_m, moved_rad;  // by alignment, if it was relocated, against the last scan that was not
   };
   std::vector<Judged> judged_;
   std::vector<double> steps_m_, steps_rad_;  // between all scans
   std::optional<Eigen::Isometry3d> last_;
+  Eigen::Isometry3d correction_ = Eigen::Isometry3d::Identity();  // of the last scan that was not relocated
 };
 
 }  // namespace octosurf

@@ -24,8 +24,10 @@ enum class AlignmentOutcome {
   agrees,         ///< no significant drift: the given pose, bit by bit
   corrected,      ///< moved onto the surfaces that the scan sees again
   recovered,      ///< far off, as the previous scan was; relocated by matching planes
-  rejected,       ///< far off, and no other scan confirms it so far: not inserted
-  unexplained     ///< fits nowhere within reach: the given pose with the previous corrections
+  /// Not inserted: far off, and no other scan confirms it; or it fits nowhere and most of it contradicts the
+  /// octree (Mapper::keep_all_scans).
+  rejected,
+  unexplained  ///< fits nowhere within reach: the given pose with the previous corrections
 };
 /// By AlignmentOutcome, as in reports.
 inline constexpr std::array<std::string_view, 7> alignment_outcome_names{

@@ -19,7 +19,7 @@ inline std::string_view type_hash(const std::string& type) {
        "RIHS01_343b0e72887541beda6b035cc053f2d6fffaad9d6dcb2773c15a808dfca31fde"},
       {"octomap_msgs/msg/Octomap", "RIHS01_9891a19a05b70ec20aa8f45db3f8300b9ab80afff32c61c549d25087da9625b0"},
       {"octosurf_msgs/msg/Stairs", "RIHS01_7380cf8d28607f06138b51736528eef0593bc8ad69ef1b9250037a043ff04729"},
-      {"octosurf_msgs/msg/Status", "RIHS01_8cb4a2d9dc67fec2cc05b6e40554fa7a1cfc9cf4ae2f2a70f7eb4a30c00207dc"},
+      {"octosurf_msgs/msg/Status", "RIHS01_caec836f319343b77aa2bc0959e04eef4f7f90218b7a290640816aecf8d4654c"},
       {"octosurf_msgs/msg/Surfaces",
        "RIHS01_1234aac2b340a7b7cff70872cfc4c1633ceb57ed6835ea76c6d0302acee11525"},
       {"octosurf_msgs/srv/Changes_Request",

@@ -120,6 +120,7 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   show(&received);
   const std::lock_guard lock(mutex_);
   counts_.scan_ms = report.total_ms;
+  counts_.agreement = report.agreement.share();
   ++(report.alignment.outcome == AlignmentOutcome::rejected ? counts_.rejected : counts_.mapped);
 } catch (const std::runtime_error& error) {
   refuse(options_.scans() + ": " + error.what(), counts_.refused);

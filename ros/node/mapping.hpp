@@ -34,7 +34,8 @@ struct MappingCounts {
   std::uint64_t transforms = 0;        ///< messages of tf
   std::uint64_t messages_refused = 0;  ///< of tf and CameraInfo
   std::string last_refusal;
-  double scan_ms = 0;  ///< of work on the last scan mapped
+  double scan_ms = 0;    ///< of work on the last scan mapped
+  double agreement = 1;  ///< of the last scan with the map before it, Agreement::share()
 };
 
 /// The map after some scan.

@@ -412,6 +412,7 @@ TEST_F(LiveMap, IsPublishedAsTheOfflineMap) {
   EXPECT_EQ(published.header().stamp(), room->last_stamp);
   EXPECT_EQ(room->status->last().header().stamp(), room->last_stamp);
   EXPECT_GT(room->status->last().scan_ms(), 0);
+  EXPECT_GT(room->status->last().agreement(), 0.9);
   for (const auto& surface : published.surfaces()) {
     const auto same_id = [&](const nlohmann::json& other) { return other.at("id") == surface.id(); };
     const auto found = std::find_if(expected.at("surfaces").begin(), expected.at("surfaces").end(), same_id);

@@ -2,10 +2,12 @@
 
 #include "alignment/drift_filter.hpp"
 #include "alignment/revisit.hpp"
+#include "alignment/scan_agreement.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -29,6 +31,15 @@ constexpr double not_by_chance = 15.5;
 /// Maximum difference between two consecutive scans' jumps: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
 
+/// Half of what was compared contradicts the map, in both ways: what came stands in free space, what went is
+/// seen through, but a wrong pose does both.
+bool contradicts(const Agreement& agreement) {
+  constexpr std::size_t both_ways = 10;  // a tenth each
+  const std::size_t compared = agreement.compared();
+  return compared >= RunAgreement::fewest_compared && 2 * agreement.agrees < compared &&
+         both_ways * agreement.in_free_space >= compared && both_ways * agreement.behind_matter >= compared;
+}
+
 /// Alignment of one scan.
 class ScanAlignment {
  public:
@@ -46,7 +57,8 @@ class ScanAlignment {
     expected_ = drift_.pose();
   }
 
-  void align(const PoseSearch& search);
+  /// `rejects`: whether the scan contradicts the octree at the expected pose; called if it fits nowhere.
+  void align(const PoseSearch& search, const std::function<bool()>& rejects);
   const Eigen::Isometry3d& expected() const { return expected_; }
 
  private:
@@ -144,7 +156,7 @@ bool ScanAlignment::is_worth_a_search(double known_share) const {
          result_.alignment.explained_share() < much_less * failed_search->share;
 }
 
-void ScanAlignment::align(const PoseSearch& search) {
+void ScanAlignment::align(const PoseSearch& search, const std::function<bool()>& rejects) {
   Alignment& alignment = result_.alignment;
   const Layout layout = search.lay(expected_);
   alignment.samples = search.samples();
@@ -180,6 +192,10 @@ void ScanAlignment::align(const PoseSearch& search) {
       fits = true;
     }
     if (!fits || strange) state_.failed_search = here;
+  }
+  if (!(known && fits) && rejects()) {
+    alignment.outcome = AlignmentOutcome::rejected;
+    return;
   }
   follow(layout);
   if (known) learn();
@@ -218,7 +234,9 @@ AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& s
   }
   ScanAlignment alignment(result, record.patches, scan, map.parameters);
   const PoseSearch search = search_from(alignment.expected());
-  alignment.align(search);
+  alignment.align(search, [&] {
+    return !keeps_all && contradicts(agreement_of(map, scan, alignment.expected(), limits));
+  });
   const AlignmentOutcome outcome = result.alignment.outcome;
   const bool rejected = outcome == AlignmentOutcome::rejected;
   if (!rejected)

@@ -25,6 +25,7 @@ struct SensorTrack {
 
   std::optional<SensorKind> sensor{};  ///< empty: no scan so far
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  double agreement = 1;                   ///< of the last scan with the map before it: Agreement::share()
   std::vector<Eigen::Vector3d> places{};  ///< map frame, oldest first, at least `step_m` from one to the next
   double step_m = 0.01;                   ///< doubled when there are too many places
 

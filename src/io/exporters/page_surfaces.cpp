@@ -95,6 +95,7 @@ Json sensor_json(const SensorTrack& track) {
     places.push_back(Eigen::Vector3d((place.array() * 1e3).round().matrix() / 1e3));
   return {{"kind", *track.sensor == SensorKind::lidar ? "lidar" : "depth_camera"},
           {"pose", std::move(pose)},
+          {"agreement", track.agreement},
           {"track", std::move(places)}};
 }
 
