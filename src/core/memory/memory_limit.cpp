@@ -39,9 +39,8 @@ MemoryLimit::MemoryLimit(std::size_t bytes, const std::filesystem::path& folder)
 }
 
 void MemoryLimit::watch(const std::stop_token& stop) {
-  // Within 2 ms two threads fault in some 2 GB/s · 2 ms = 4 MB; a sixteenth of 64 MB and more is as much.
   constexpr std::chrono::milliseconds interval(2);
-  const std::size_t near = limit_ - limit_ / 16;
+  const std::size_t near = limit_ - limit_ / 16;  // of 64 MB and more it leaves what is unseen
   const std::size_t others = resident().of_files;  // the program's, and other maps'
   for (; !stop.stop_requested(); std::this_thread::sleep_for(interval)) {
     const Resident now = resident();
