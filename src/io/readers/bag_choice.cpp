@@ -337,7 +337,7 @@ void BagRecording::leave_out_jumps(std::vector<std::string>& left_out) {
   for (const Trajectory* track : tracks) {
     if (track->jumps().empty()) continue;
     jumps_.insert(jumps_.end(), track->jumps().begin(), track->jumps().end());
-    notes_.push_back("poses: " + text_of_jumps(*track));
+    notes_.push_back(text_of_jumps(*track));
   }
   const auto in_jump = [&](const ListedMessage& scan) {
     return std::ranges::any_of(jumps_, [&](const auto& jump) { return jump.holds(scan.stamp_ns); });

@@ -49,11 +49,7 @@ std::vector<ListedScan> files_of(const fs::path& folder, FileKind family) {
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     if (!entry->is_regular_file() || !whole_of_part(entry->path()).empty()) continue;
     const FileKind kind = kind_of(entry->path());
-    if (same_family(kind, family)) {
-      scans.emplace_back();
-      scans.back().file = entry->path();
-      scans.back().kind = kind;
-    }
+    if (same_family(kind, family)) scans.push_back({entry->path(), kind});
   }
   if (error) throw Error(Error::Kind::data, folder.string(), "cannot be read (" + error.message() + ")");
   std::sort(scans.begin(), scans.end(), [](const ListedScan& a, const ListedScan& b) {
@@ -88,11 +84,8 @@ ListedRecording list_tum(const fs::path& folder) {
   for (const auto& line : read_text(index)) {
     if (line.words.size() != 2)
       throw Error(Error::Kind::data, at_line(index, line.number), "not 'time stamp, file name'");
-    ListedScan scan;
-    scan.stamp_s = time_stamp(line.words[0], index, line.number);
-    scan.file = folder / line.words[1];
-    scan.kind = FileKind::image;
-    recording.scans.push_back(std::move(scan));
+    recording.scans.push_back({folder / line.words[1], FileKind::image});
+    recording.scans.back().stamp_s = time_stamp(line.words[0], index, line.number);
   }
   if (recording.scans.empty()) throw Error(Error::Kind::data, index.string(), "lists no depth images");
   return recording;
@@ -102,11 +95,7 @@ ListedRecording list_tum(const fs::path& folder) {
 ListedRecording list_bag(const fs::path& folder) {
   ListedRecording recording;
   recording.folder = folder;
-  for (const fs::path& file : files_of_bag(folder)) {
-    recording.scans.emplace_back();
-    recording.scans.back().file = file;
-    recording.scans.back().kind = FileKind::bag;
-  }
+  for (const fs::path& file : files_of_bag(folder)) recording.scans.push_back({file, FileKind::bag});
   return recording;
 }
 
@@ -235,18 +224,9 @@ std::optional<double> stamp_in_name(const fs::path& file) {
   }
   // One number without a point is a time if it has as many digits as one since 1970 in s, ms, us or ns.
   if (text[0] == '0') return {};
-  switch (text.size()) {
-    case seconds_digits:
-      return *value;
-    case seconds_digits + 3:
-      return *value / 1e3;
-    case seconds_digits + 6:
-      return *value / 1e6;
-    case seconds_digits + 9:
-      return *value / 1e9;
-    default:
-      return {};
-  }
+  for (const auto& [more, per_s] : {std::pair(0U, 1.0), {3U, 1e3}, {6U, 1e6}, {9U, 1e9}})
+    if (text.size() == seconds_digits + more) return *value / per_s;
+  return {};
 }
 
 namespace {

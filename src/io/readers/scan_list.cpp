@@ -73,9 +73,7 @@ void add_file(const fs::path& input, std::vector<ListedRecording>& recordings, b
     recordings.emplace_back();
     recordings.back().folder = folder;
   }
-  recordings.back().scans.emplace_back();
-  recordings.back().scans.back().file = input;
-  recordings.back().scans.back().kind = kind;
+  recordings.back().scans.push_back({input, kind});
   last_is_files = kind != FileKind::graph;
 }
 

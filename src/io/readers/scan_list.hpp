@@ -22,11 +22,11 @@ namespace octosurf::io {
 struct ListedScan {
   std::filesystem::path file;
   FileKind kind = FileKind::unknown;
-  std::size_t index = 0;            ///< of the scans in a .graph or a bag
-  std::uint32_t sensor = 0;         ///< of ListedRecording::sensors
-  std::optional<FilePose> pose;     ///< from a file that holds the poses of many scans
-  std::filesystem::path pose_file;  ///< of this scan alone; empty: none
-  std::optional<double> stamp_s;
+  std::size_t index = 0;              ///< of the scans in a .graph or a bag
+  std::uint32_t sensor = 0;           ///< of ListedRecording::sensors
+  std::optional<FilePose> pose{};     ///< from a file that holds the poses of many scans
+  std::filesystem::path pose_file{};  ///< of this scan alone; empty: none
+  std::optional<double> stamp_s{};
 };
 
 /// Common data of the scans of one folder (or of consecutive files from one folder).
