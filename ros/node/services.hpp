@@ -1,7 +1,7 @@
 #pragma once
 
 #include "io/exporters/message_writer.hpp"
-#include "io/readers/message_reader.hpp"
+#include "io/readers/sensor_messages.hpp"
 #include "mapping.hpp"
 #include "middleware.hpp"
 #include "node_options.hpp"

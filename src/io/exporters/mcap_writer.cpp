@@ -99,8 +99,7 @@ void McapWriter::end_chunk() {
   put(record);
 
   const std::uint64_t index_begin = written_;
-  std::string indexes;
-  std::string offsets;  // of each channel's index
+  std::string indexes, offsets;  // of each channel
   for (std::uint16_t id = 1; id <= channels_.size(); ++id) {
     std::vector<Place>& places = channels_[id - 1U].in_chunk;
     if (places.empty()) continue;

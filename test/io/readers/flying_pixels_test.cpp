@@ -1,4 +1,4 @@
-#include "io/readers/flying_pixels.hpp"
+#include "io/readers/depth_image.hpp"
 
 #include <gtest/gtest.h>
 #include <tuple>

@@ -1,6 +1,6 @@
 // Bags as ROS 2's own recorder wrote them (../shared/data/ros2_bags), message by message.
 #include "io/readers/bag.hpp"
-#include "io/readers/message_reader.hpp"
+#include "io/readers/sensor_messages.hpp"
 #include "support/paths.hpp"
 
 #include <gtest/gtest.h>
