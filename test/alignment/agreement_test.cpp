@@ -159,6 +159,14 @@ TEST(Agreement, LeavesOutAScanThatContradictsAllThatIsKnown) {
 using alignment::Meaning;
 using alignment::RecordingCheck;
 
+TEST(RecordingCheck, ShortRunsGainNothingByScansThatOtherTimesLeaveOut) {
+  for (const int scans : {12, 16, 20}) {
+    RecordingCheck check;
+    for (const Scan& scan : walk(scans)) check.add(scan);
+    EXPECT_FALSE(check.better_meaning()) << scans;
+  }
+}
+
 TEST(RecordingCheck, FindsWhatWouldMendAConstantError) {
   struct Case {
     Meaning meaning;

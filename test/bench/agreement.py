@@ -142,7 +142,7 @@ def main():
             else:
                 print(f"{name}: skipped, {DATA / REAL[name][0]} is not there")
                 continue
-            for fault in ["", *faults]:
+            for fault in ["", *(fault for fault in faults if camera or fault != "focal")]:
                 folder = pathlib.Path(place) / "wrong"
                 folder.mkdir()
                 write(folder, with_fault(scans, fault), 0.1 if fault == "late" else 0)

@@ -188,7 +188,10 @@ RecordingCheck::Laid RecordingCheck::share_laid(Meaning meaning, double value, d
     std::size_t i = 0, laid = 0, all = 0;
     for (const Part& part : view.parts) {
       std::optional<Eigen::Isometry3d> T = pose_of(part, meaning, value);
-      if (!T) continue;
+      if (!T) {  // matches nothing, lest a meaning gain by what it leaves out
+        if (!seen.empty()) all += part.points.size() / thin;
+        continue;
+      }
       T->translation() /= cell;
       for (const Eigen::Vector3f& point : part.points) {
         const bool tested = !seen.empty() && i++ % thin == 0;

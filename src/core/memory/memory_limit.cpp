@@ -40,7 +40,7 @@ MemoryLimit::MemoryLimit(std::size_t bytes, const std::filesystem::path& folder)
 
 void MemoryLimit::watch(const std::stop_token& stop) {
   constexpr std::chrono::milliseconds interval(2);
-  const std::size_t near = limit_ - limit_ / 16;  // of 64 MB and more it leaves what is unseen
+  const std::size_t near = limit_ - limit_ / 16;   // of 64 MB and more it leaves what is unseen
   const std::size_t others = resident().of_files;  // the program's, and other maps'
   for (; !stop.stop_requested(); std::this_thread::sleep_for(interval)) {
     const Resident now = resident();
