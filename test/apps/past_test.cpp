@@ -12,6 +12,7 @@ namespace {
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double first_noon_s = 1795780800;  // 2026-11-27T12:00:00Z
 constexpr double day_s = 86400;
@@ -162,6 +163,18 @@ TEST_F(Past, OfScansThatCameLateNoDateBeforeThem) {
 
 /// A run that is killed after a checkpoint leaves the session before as the last that is known, and the next
 /// session counts from that.
+TEST_F(Past, OfAMapOfOneSessionGoesWithIt) {
+  map_day(0);
+  write_day(1);
+  for (int time = 0; time < 2; ++time)
+    EXPECT_THAT(run_well("map day1 -o map --force").err, Not(HasSubstr("past")));
+  EXPECT_EQ(json::parse(run_well("log map --json").out).size(), 1U);
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    files += entry.path().filename().string().starts_with("map.past");
+  EXPECT_EQ(files, 1);
+}
+
 TEST_F(Past, OutlivesAKilledRun) {
   map_day(0);
   map_day(1);

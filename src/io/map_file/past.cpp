@@ -285,10 +285,13 @@ Map map_after(const Past& past, std::size_t at) {
 PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed, const Map* start)
     : stem_(std::move(stem)), resumes_(!resumed.empty()), past_(past_of(resumes_ ? resumed : stem_)) {
   if (!resumes_) {
+    past_.warnings.clear();
     if (past_.sessions.size() > 1)
       past_.warnings = {past_.sessions.back().file.string() +
                         ": the map that is written over ends here, after " +
                         std::to_string(past_.sessions.size()) + " sessions, which are kept"};
+    else if (past_.sessions.size() == 1 && past_.sessions.front().before.bytes == 0)
+      replaced_ = past_.sessions.front().file;
     past_.sessions.clear();
   } else if (past_.sessions.empty()) {  // a map from before there was a past
     const std::optional<Map> loaded =
@@ -377,6 +380,7 @@ void PastKeeper::save(const Map& map, std::optional<double> date_s, const MapCha
     write(one);
   }
   write(past_.sessions.emplace_back(std::move(session)));
+  if (replaced_ != past_.sessions.back().file) fs::remove(replaced_, ignored);
   fs::remove(before, ignored);
 }
 

@@ -83,7 +83,8 @@ class PastKeeper {
 
   std::filesystem::path stem_;
   bool resumes_, begun_ = false;
-  Past past_;  // up to this run, and then with it
+  std::filesystem::path replaced_;  // the one session of a map that is written over: nothing lies before it
+  Past past_;                       // up to this run, and then with it
 };
 
 }  // namespace octosurf::io
