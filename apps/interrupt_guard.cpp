@@ -1,5 +1,7 @@
 #include "interrupt_guard.hpp"
 
+#include "geometry/interruption.hpp"
+
 #include <atomic>
 #include <cstdint>
 #include <ctime>
@@ -7,7 +9,6 @@
 namespace octosurf {
 namespace {
 
-std::atomic<bool> interrupted_once{false};
 std::atomic<std::int64_t> interrupted_s{0};
 // A signal handler must not wait for a lock.
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
@@ -17,7 +18,7 @@ static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t
 void interrupt(int signal) {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
-  if (!interrupted_once.exchange(true)) {
+  if (!geometry::interruption.exchange(true)) {
     interrupted_s = now.tv_sec;
   } else if (now.tv_sec - interrupted_s >= 2) {
     std::signal(signal, SIG_DFL);
@@ -27,7 +28,7 @@ void interrupt(int signal) {
 
 }  // namespace
 
-bool interrupted() { return interrupted_once; }
+bool interrupted() { return geometry::interruption; }
 
 InterruptGuard::InterruptGuard() {
   struct sigaction action {};

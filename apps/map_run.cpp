@@ -36,13 +36,13 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
   try {
     if (adopt) adopt_octree();
     if (source) map_scans(std::move(source));
-    cut_short = interrupted();
-    if (!cut_short) {
+    if (!interrupted()) {
       for (const auto& observer : observers_) observer->after_all();
       drain();
-    } else if (!run_.changed) {
-      throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
     }
+    cut_short = interrupted();
+    if (cut_short && !run_.changed)
+      throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
     save(Saving::end);
   } catch (const std::exception& failure) {
     const bool refused =
@@ -136,6 +136,7 @@ void MapRun::insert(std::span<const PreparedScan> scans) {
       notify_of_change();
       scans = scans.subspan(reports.size());
     } catch (const Error& error) {
+      if (interrupted()) return;  // within a scan, which is not in the map
       if (!options_.source.skip_bad || error.kind() != Error::Kind::data) throw;
       run_.context.skipped_scans.emplace_back(error.what());
       scans = scans.subspan(1);
@@ -143,8 +144,10 @@ void MapRun::insert(std::span<const PreparedScan> scans) {
   }
 }
 
-void MapRun::drain() {
+void MapRun::drain() try {
   if (run_.statistics.drain(run_.mapper, [this] { return run_.now_s(); })) notify_of_change();
+} catch (const Error&) {
+  if (!interrupted()) throw;
 }
 
 void MapRun::let_observers_change_the_map() {

@@ -4,7 +4,9 @@
 #include "io/readers/bag.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <gmock/gmock.h>
+#include <thread>
 
 namespace octosurf::test {
 namespace {
@@ -98,6 +100,17 @@ TEST_F(EarlyEnd, SignalsSaveWhatIsMapped) {
     EXPECT_LT(scans, 60);
     EXPECT_EQ(messages("m.mcap", "/tf"), scans) << "the log is whole, too";
   }
+}
+
+TEST_F(EarlyEnd, ASignalEndsTheScanThatIsBeingMapped) {
+  simulate_room();
+  Running run(folder, {"map", "room", "-o", "m", "--resolution", "0.003"});  // seconds a scan
+  ASSERT_TRUE(run.wait_until([&] { return exists("m.lock"); })) << run.errors();
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  run.send(SIGTERM);
+  EXPECT_EQ(run.wait(), 1);
+  EXPECT_THAT(run.errors(), HasSubstr("interrupted before a scan was mapped; nothing is written"));
+  EXPECT_FALSE(exists("m.surfaces") || exists("m.lock"));
 }
 
 }  // namespace

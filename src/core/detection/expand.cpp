@@ -7,6 +7,7 @@
 #include "detection/sure_plane.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "geometry/disjoint_sets.hpp"
+#include "geometry/interruption.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -137,6 +138,7 @@ class Flood {
 
   /// The surface that explains a pending point best, of those that end at most h away along their plane.
   SurfaceId surface_across_gap(PointId i) {
+    geometry::end_if_interrupted();
     // Points of cells h apart are up to a voxel farther apart.
     const surfaces::SurfaceStore::Ids known = ids_within(plane_gap_ + 1, i);
     std::set<SurfaceId> ids(known.begin(), known.end());
@@ -239,6 +241,7 @@ class Flood {
   }
 
   SurfaceId best_surface(PointId i) {
+    geometry::end_if_interrupted();
     NeighbourLabels near;
     map_.neighbours.for_each_within(i, reach_, [&](PointId j) {
       const SurfaceId id = owner(j);

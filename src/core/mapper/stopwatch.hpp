@@ -1,5 +1,7 @@
 #pragma once
 
+#include "geometry/interruption.hpp"
+
 #include <chrono>
 #include <cstddef>
 
@@ -7,7 +9,7 @@
 
 namespace octosurf::mapper {
 
-/// Runs one stage and records its time.
+/// Runs one stage, unless work is to end, and records its time.
 class Stopwatch {
   using Clock = std::chrono::steady_clock;
 
@@ -15,6 +17,7 @@ class Stopwatch {
   explicit Stopwatch(ScanReport& report) : report_(report) {}
   template <class Work>
   decltype(auto) operator()(Stage stage, Work&& work) {
+    geometry::end_if_interrupted();
     struct Note {
       ScanReport& report;
       std::size_t stage;

@@ -1,5 +1,6 @@
 #include "occupancy/ray_bits.hpp"
 
+#include "geometry/interruption.hpp"
 #include "geometry/morton.hpp"
 #include "geometry/parallel.hpp"
 #include "occupancy/walk_lanes.hpp"
@@ -49,6 +50,7 @@ void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const GridRay
   LaneWalker walker({marks.misses.data(), paged_ ? marks.pages.data() : nullptr, address_.mask}, start);
   auto next = [&, i = std::size_t{0}](GridWalk& out) mutable {
     while (i < rays.size()) {
+      if (i % 64 == 0) geometry::end_if_interrupted();
       const GridRay& ray = rays[i++];
       if (ray.key == from.key) continue;  // within the sensor's own voxel: OctoMap frees no voxel
       out = GridWalk(ray, from);
@@ -72,6 +74,7 @@ std::uint64_t* RayBits::stray_word(const std::array<std::uint16_t, 3>& key, bool
 
 /// OctoMap's loop as it stands, with its stopping rule by length.
 void RayBits::walk_slowly(const GridOrigin& from, const GridRay& ray) {
+  geometry::end_if_interrupted();
   GridWalk walk(ray, from);
   std::array<std::uint16_t, 3> key = from.key, brick{};
   std::uint64_t* word = nullptr;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "geometry/interruption.hpp"
 #include "geometry/morton.hpp"
 #include "geometry/voxel_key.hpp"
 #include "occupancy/payload_store.hpp"
@@ -285,6 +286,7 @@ template <class Policy>
 void VoxelTree::descend(Slot& slot, int level, std::span<const detail::TouchedBlock> blocks, Policy& policy) {
   if (level == brick_level + 1) return update_block(slot, blocks.front(), policy);
   if (saturated(slot) && !detail::any_hit(blocks)) return;  // misses change nothing below
+  geometry::end_if_interrupted();
   Group& children = divided(slot);
   detail::for_each_touched_child(blocks, 3 * (level - brick_level - 2),
                                  [&](unsigned child, std::span<const detail::TouchedBlock> below) {
