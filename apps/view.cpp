@@ -15,6 +15,7 @@
 #include <future>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -157,7 +158,8 @@ void draw_png(const ViewArguments& arguments) {
   options.from = static_cast<ViewFrom>(at - view_names.begin());
   look_from(arguments.eye, options);
   warn_of_up(loaded.map, arguments.up);
-  options.up = up_in_force(loaded.map, arguments.up).direction;
+  const std::optional<Up> suggested = suggested_up(loaded.map, arguments.up);
+  options.up = (suggested ? *suggested : up_in_force(loaded.map, arguments.up)).direction;
   options.cut = !arguments.whole;
   options.force = arguments.force;
   if (arguments.pending) {

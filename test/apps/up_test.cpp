@@ -77,6 +77,8 @@ TEST_F(UpOption, AnotherAxisIsSuggested) {
   EXPECT_THAT(errors("info y"), HasSubstr(suggestion));
   EXPECT_THAT(errors("export y --to y.ply"), HasSubstr(suggestion));
   EXPECT_THAT(errors("view y --png y.png --width 64 --height 64"), HasSubstr(suggestion));
+  run_well("view y --png as_y.png --width 64 --height 64 --up y");
+  EXPECT_EQ(read("y.png"), read("as_y.png")) << "drawn by what is suggested";
   EXPECT_THAT(run("view y --foot none --html y.html").err, HasSubstr(suggestion));  // with a page or without
   EXPECT_THAT(errors("export y --to auto.ply --up auto"), Not(HasSubstr(suggestion)));
   EXPECT_THAT(errors("map floor -o z"), Not(HasSubstr("suggest")));
