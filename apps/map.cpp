@@ -269,6 +269,9 @@ void add_map(CLI::App& app) {
                    "above a single cloud that cannot have been seen from there]")
       ->expected(3)
       ->group("Scans");
+  verb->add_flag("--static", options->stood_still,
+                 "the sensor stood still: clouds without poses are all from the map's origin")
+      ->group("Scans");
   verb->add_option_function<std::string>(
           "--pose-form",
           [options](const std::string& name) {

@@ -29,8 +29,9 @@ struct MapOptions {
   int threads = 1;
   bool allow_clear = false;  ///< to those who are served
   bool realtime = false, again = false, force = false, show_parameters = false;
-  bool strict = false;    ///< no map of scans that contradict one another
-  bool keep_all = false;  ///< also map scans that fit nowhere and contradict the map
+  bool stood_still = false;  ///< the sensor, for clouds without poses
+  bool strict = false;       ///< no map of scans that contradict one another
+  bool keep_all = false;     ///< also map scans that fit nowhere and contradict the map
 };
 
 }  // namespace octosurf

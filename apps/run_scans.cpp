@@ -3,6 +3,7 @@
 #include "arrivals.hpp"
 #include "cloud_viewpoint.hpp"
 #include "io/text_file.hpp"
+#include "run_forecast.hpp"
 #include "run_warnings.hpp"
 #include "sensing/fingerprint.hpp"
 #include "surfaces/map_state.hpp"
@@ -28,7 +29,7 @@ RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run
   std::sort(held_.begin(), held_.end());
   feed_ = std::make_unique<ScanFeed>(std::move(source), range, run.options.realtime ? most_joined : 1,
                                      [this](Scan& scan) { return accept(scan); });
-  run.scans_left = feed_->size();
+  run.feed = feed_.get();
   if (feed_->size() == 0 && range.parts > 1)
     throw Error(Error::Kind::usage,
                 "--subset " + std::to_string(range.part) + "/" + std::to_string(range.parts),
@@ -42,9 +43,12 @@ RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run
 }
 
 bool RunScans::accept(Scan& scan) {
-  if (std::exchange(first_, false) && !run_.options.source.cloud_scale)
-    require_metres(scan, run_.mapper.map().parameters());  // before its rays are traced
+  const bool first = std::exchange(first_, false);
+  const Parameters& parameters = run_.mapper.map().parameters();
+  if (first && !run_.options.source.cloud_scale) require_metres(scan, parameters);
   place(scan);
+  require_near(scan);
+  if (first) require_memory(scan, parameters.occupancy, available_memory());  // before its rays are traced
   return held_.empty() || !std::binary_search(held_.begin(), held_.end(), sensing::fingerprint_of(scan));
 }
 
@@ -73,7 +77,17 @@ void RunScans::place(Scan& cloud) const {
   set_viewpoint(cloud, found->at);
 }
 
+void RunScans::require_near(const Scan& scan) const {
+  constexpr double farthest = 1e8;  // m: nothing on Earth is, and doubles resolve 10 nm there
+  const Eigen::Vector3d place = scan.T_map_sensor.translation() + run_.mapper.map().origin();
+  if (place.lpNorm<Eigen::Infinity>() <= farthest) return;
+  throw Error(Error::Kind::data, scan.name, "its pose lies " + io::text_of(place) + " m from 0",
+              "check that poses are in metres, and of the form that --pose-form says");
+}
+
 void RunScans::finish() {
+  run_.feed = nullptr;
+
   // Values without a return that only later scans have.
   const std::vector<std::string> notes = feed_->notes();
   for (std::size_t i = notes_.size(); i < notes.size(); ++i) std::printf("%s\n", notes[i].c_str());

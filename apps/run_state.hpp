@@ -28,7 +28,7 @@ struct RunState {
   RunContext context;
   Checkpoints checkpoints;
   std::size_t scans_listed = 0;  ///< by the input; bad ones and those that --skip and --first leave out count
-  std::size_t scans_left = 0;    ///< to be inserted
+  ScanFeed* feed = nullptr;      ///< while scans are inserted
   bool poses_elsewhere = false;  ///< poses come from a file or a bag, not from the scans
   bool changed = false;          ///< the map, by this run
   bool saving_last = false;      ///< the last save has begun

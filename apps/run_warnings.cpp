@@ -146,29 +146,30 @@ void require_metres(const Scan& scan, const Parameters& parameters) {
               "--cloud-scale 1000 for millimetres, 100 for centimetres; 1, if they are metres");
 }
 
-bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs, bool poses_given,
-                        const Parameters& parameters) {
-  if (!poses_given && scan.T_map_sensor.matrix() == Eigen::Isometry3d::Identity().matrix())
-    if (const std::string file = pose_like_file(inputs); !file.empty())
-      std::fprintf(stderr,
-                   "warning: %s has no pose, or is at the origin, and %s lies beside it: --poses %s\n",
-                   scan.name.c_str(), file.c_str(), file.c_str());
-  // A lidar's rows of 0.2° and more are three voxels apart there: hardly any surface is dense enough.
-  constexpr double voxels_far = 1000;
-  const double range = usual_range(scan), d = parameters.occupancy.resolution;
-  if (scan.sensor == SensorKind::lidar && range > voxels_far * d)
-    std::fprintf(stderr,
-                 "warning: readings reach %.0f m, where they lie farther apart than voxels of %g m: "
-                 "--resolution %g or more finds surfaces there, in less time and memory\n",
-                 range, d, std::ceil(range / voxels_far * 100) / 100);
+void require_poses(const Scan& first, const Scan* second, const std::vector<std::string>& inputs) {
+  const auto without = [](const Scan& scan) {
+    return scan.T_map_sensor.matrix() == Eigen::Isometry3d::Identity().matrix();
+  };
+  if (!without(first)) return;
+  const std::string file = pose_like_file(inputs);
+  if (file.empty()) return;
+  if (second != nullptr && without(*second))
+    throw Error(Error::Kind::usage, first.name,
+                "has no pose, nor has the next scan, and " + file + " lies beside them",
+                "--poses " + file + ", --viewpoint X Y Z, or --static for a sensor that stood still");
+  std::fprintf(stderr, "warning: %s has no pose, or is at the origin, and %s lies beside it: --poses %s\n",
+               first.name.c_str(), file.c_str(), file.c_str());
+}
+
+bool warn_of_units(const Scan& scan, const Parameters& parameters) {
   constexpr double voxels_near = 5;  // no sensor measures so near with such voxels
-  const bool near = range > 0 && range < voxels_near * d;
-  if (near)
-    std::fprintf(stderr,
-                 "warning: 19 of 20 readings of %s lie within %.2g m of the sensor: check the units, "
-                 "--depth-scale, --cloud-scale\n",
-                 scan.name.c_str(), range);
-  return near;
+  const double range = usual_range(scan);
+  if (!(range > 0 && range < voxels_near * parameters.occupancy.resolution)) return false;
+  std::fprintf(stderr,
+               "warning: 19 of 20 readings of %s lie within %.2g m of the sensor: check the units, "
+               "--depth-scale, --cloud-scale\n",
+               scan.name.c_str(), range);
+  return true;
 }
 
 std::string memory_warning(const Map& map) {
@@ -285,9 +286,9 @@ std::string contradiction_text(const RunStatistics& statistics) {
   return dip.empty() ? better_text(statistics) : dip;
 }
 
-void print_warnings(const RunStatistics& statistics, const Map& map, bool reported) {
+void print_warnings(const RunStatistics& statistics, const Map& map, bool reported, bool stood_still) {
   std::fflush(stdout);  // so that they follow the summary
-  warn_of_missing_poses(statistics);
+  if (!stood_still) warn_of_missing_poses(statistics);
   warn_of_limit(statistics, map);
   warn_of_up(map, "");
   warn_of_contradiction(statistics);

@@ -14,11 +14,13 @@ namespace octosurf {
 /// given.
 void require_metres(const Scan& scan, const Parameters& parameters);
 
-/// Before a run's first scan is mapped, warns on stderr of problems that would make the map useless or
-/// expensive. `inputs`: of the run; `poses_given`: by a file or a bag, so that all come from there. True if
-/// nearly all readings lie within a few voxels of the sensor.
-bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs, bool poses_given,
-                        const Parameters& parameters);
+/// Where a run's first scans have no poses, which do not come from a file or a bag, and a file beside the
+/// `inputs` is called like one of poses: throws Error(usage) for two, warns of one. `second`: null if there
+/// is none.
+void require_poses(const Scan& first, const Scan* second, const std::vector<std::string>& inputs);
+
+/// Warns if nearly all readings lie within a few voxels of the sensor; true if they do.
+bool warn_of_units(const Scan& scan, const Parameters& parameters);
 
 /// By how much a run exceeded the map's limit of memory; empty if it did not.
 std::string memory_warning(const Map& map);
@@ -27,7 +29,7 @@ std::string memory_warning(const Map& map);
 std::string contradiction_text(const RunStatistics& statistics);
 
 /// After a run's summary, warns on stderr of problems with poses, sensor, surfaces and memory. `reported`: a
-/// report exists, which lists the double layers.
-void print_warnings(const RunStatistics& statistics, const Map& map, bool reported);
+/// report exists, which lists the double layers. `stood_still`: scans have no poses for that reason.
+void print_warnings(const RunStatistics& statistics, const Map& map, bool reported, bool stood_still);
 
 }  // namespace octosurf

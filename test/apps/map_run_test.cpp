@@ -275,20 +275,54 @@ TEST_F(MapRun, FarFromZeroAMapIsTheSameAndKeepsItsOrigin) {
   EXPECT_THAT(error_of("map near -o m --origin 1 2", 2), HasSubstr("X Y Z"));
 }
 
-TEST_F(MapRun, WarnsOfTheFirstScanBeforeItIsMapped) {
-  write_pcd("far.pcd", "30 0 0\n");
-  const std::string fine = run_well("map far.pcd -o m --resolution 0.02").err;
-  EXPECT_THAT(fine, HasSubstr("readings reach 30 m"));
-  EXPECT_LT(fine.find("readings reach"), fine.find("1/1 scans"));
-  EXPECT_THAT(fine, Not(HasSubstr("lies beside it")));
-  write("own/far.pcd", read("far.pcd"));
+/// Readings of a floor 2 m below the origin, in a square of 6 m, 10 cm apart.
+std::string sparse_floor() {
+  std::ostringstream rows;
+  for (int x = -30; x <= 30; ++x)
+    for (int y = -30; y <= 30; ++y) rows << 0.1 * x << ' ' << 0.1 * y << " -2\n";
+  return rows.str();
+}
+
+TEST_F(MapRun, WarnsBeforeTheFirstScanIsMappedThatItIsTooSparse) {
+  write_pcd("sparse.pcd", sparse_floor());
+  const std::string fine = run_well("map sparse.pcd -o fine").err;
+  EXPECT_THAT(fine, HasSubstr("sparse.pcd: readings lie 0.1 m apart"));
+  EXPECT_LT(fine.find("readings lie"), fine.find("1/1 scans"));
+  EXPECT_LT(info("fine").at("area_m2"), 1);
+  const std::string advice = fine.substr(fine.find("--resolution"));
+  const std::string good = run_well("map sparse.pcd -o m " + advice.substr(0, advice.find(" or "))).err;
+  EXPECT_THAT(good, Not(HasSubstr("readings lie")));
+  EXPECT_NEAR(info("m").at("area_m2").get<double>(), 36, 1);
+}
+
+TEST_F(MapRun, CloudsWithoutPosesAreRefusedWhereAFileOfPosesLiesBesideThem) {
+  write_pcd("one.pcd", "30 0 0\n");
+  write("own/0.pcd", read("one.pcd"));
   write("own/poses.txt", "0 0 0 0 0 0 1\n");  // used, and at the origin
   const Outcome used = run_well("map own -o own/m --resolution 0.05");
   EXPECT_THAT(used.err, Not(HasSubstr("lies beside it")));
   EXPECT_THAT(used.out, HasSubstr("poses.txt: one pose for each scan"));
-  write("my_trajectory.txt", "0 0 0 0 0 0 1\n");
-  const std::string coarse = run_well("map far.pcd -o n --resolution 0.05").err;
-  EXPECT_THAT(coarse, AllOf(HasSubstr("my_trajectory.txt lies beside it"), Not(HasSubstr("readings reach"))));
+  for (const char* name : {"two/0.pcd", "two/1.pcd", "moved/0.pcd"}) write(name, read("one.pcd"));
+  write_pcd("moved/1.pcd", "30 0 0\n", "0.5 0 0 1 0 0 0");
+  EXPECT_THAT(run_well("map two -o none --resolution 0.05").err, Not(HasSubstr("beside")));
+  write("my_trajectory.txt", "0 0 0 0 0 0 1\n1 0 0 0 0 0 1\n");
+  EXPECT_THAT(run_well("map one.pcd -o one --resolution 0.05").err,
+              HasSubstr("my_trajectory.txt lies beside it"));
+  EXPECT_THAT(error_of("map two -o m --resolution 0.05", 2),
+              AllOf(HasSubstr("0.pcd: has no pose"), HasSubstr("my_trajectory.txt"), HasSubstr("--poses"),
+                    HasSubstr("--viewpoint"), HasSubstr("--static")));
+  EXPECT_FALSE(exists("m.surfaces"));
+  run_well("map two -o m --resolution 0.05 --poses my_trajectory.txt");
+  EXPECT_THAT(run_well("map two -o still --resolution 0.05 --static").err, Not(HasSubstr("--poses")));
+  run_well("map two -o seen --resolution 0.05 --viewpoint 0 0 0");
+  run_well("map moved -o moved/m --resolution 0.05");
+}
+
+TEST_F(MapRun, APoseThatIsNoPlaceIsRefused) {
+  write_floor("floor", 2);
+  write("poses.txt", "1e30 0 0 1 0 0 0\n0.1 0 1 1 0 0 0\n");
+  EXPECT_THAT(error_of("map floor -o m --poses poses.txt", 1), AllOf(HasSubstr("0.pgm"), HasSubstr("1e+30")));
+  EXPECT_FALSE(exists("m.surfaces"));
 }
 
 TEST_F(MapRun, ResumingKeepsTheMapsParameters) {
