@@ -5,7 +5,7 @@ RUN apt-get update && apt-get install -y --no-install-recommends \
     libeigen3-dev liboctomap-dev libcgal-dev libboost-dev robin-map-dev libpcl-dev \
     liblzf-dev zlib1g-dev libspng-dev libassimp-dev nlohmann-json3-dev \
     libprotobuf-dev protobuf-compiler libzstd-dev \
-    libfastcdr-dev libsqlite3-dev liblz4-dev libbz2-dev \
+    libsqlite3-dev liblz4-dev libbz2-dev \
     libcli11-dev libcpp-httplib-dev libembree-dev \
     pybind11-dev python3-dev python3-numpy python3-pip \
     nodejs npm ca-certificates \
