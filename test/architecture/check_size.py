@@ -10,7 +10,7 @@ import sys
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
     "include": (["include"], 4_148),
-    "core": (["src/core"], 22_517),
+    "core": (["src/core"], 22_503),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
     "io": (["src/io"], 14_168),
     "planning": (["src/planning"], 7_760),

@@ -50,36 +50,26 @@ bool is_clear(double other, double given) {
 constexpr std::array scales{0.001, 0.01,   0.0254, 0.1, 0.125, 0.2,  0.25,  0.3048, 0.5,
                             2.0,   3.2808, 4.0,    5.0, 8.0,   10.0, 39.37, 100.0,  1000.0};
 
-/// A meaning to be tried, refined by steps from `step` on if that is not 0.
+/// A meaning to be tried with `value` and its opposite, refined by steps from `step` on.
 struct Trial {
   Meaning meaning;
-  double value = 0, step = 0;
+  double value, step;
+  double opposite() const {
+    return meaning == Meaning::scale || meaning == Meaning::focal ? 1 / value : -value;
+  }
 };
 constexpr double turn_rad = 5 * std::numbers::pi / 180;
 /// Of errors that are not of form or unit: sizes that scans show, and that people make.
-constexpr std::array trials{Trial{Meaning::mirrored_x},
-                            Trial{Meaning::mirrored_y},
-                            Trial{Meaning::late, -0.4, 0.1},
-                            Trial{Meaning::late, -0.2, 0.1},
-                            Trial{Meaning::late, -0.1, 0.05},
-                            Trial{Meaning::late, -0.05, 0.02},
-                            Trial{Meaning::late, 0.05, 0.02},
+constexpr std::array trials{Trial{Meaning::late, 0.05, 0.02},
                             Trial{Meaning::late, 0.1, 0.05},
                             Trial{Meaning::late, 0.2, 0.1},
                             Trial{Meaning::late, 0.4, 0.1},
-                            Trial{Meaning::scale, 0.8, 0.1},
-                            Trial{Meaning::scale, 0.9, 0.05},
                             Trial{Meaning::scale, 1.1, 0.05},
                             Trial{Meaning::scale, 1.25, 0.1},
-                            Trial{Meaning::focal, 0.8, 0.1},
-                            Trial{Meaning::focal, 0.9, 0.05},
                             Trial{Meaning::focal, 1.1, 0.05},
                             Trial{Meaning::focal, 1.25, 0.1},
-                            Trial{Meaning::turned_x, -turn_rad, turn_rad / 2},
                             Trial{Meaning::turned_x, turn_rad, turn_rad / 2},
-                            Trial{Meaning::turned_y, -turn_rad, turn_rad / 2},
                             Trial{Meaning::turned_y, turn_rad, turn_rad / 2},
-                            Trial{Meaning::turned_z, -turn_rad, turn_rad / 2},
                             Trial{Meaning::turned_z, turn_rad, turn_rad / 2}};
 
 std::uint64_t key_of(const Eigen::Vector3i& cell) {
@@ -150,13 +140,10 @@ void RecordingCheck::add(const Scan& scan) {
       every_ *= 2;
     }
     if (keeps_) views_.emplace_back();
-  } else if (taken_ == 0) {
-    place_ = scan.T_map_sensor;
   }
   open_readings_ += part.points.size();
   if (!keeps_) return;
-  views_.back().readings += part.points.size();
-  views_.back().parts.push_back(std::move(part));
+  views_.back().push_back(std::move(part));
 }
 
 std::optional<Eigen::Isometry3d> RecordingCheck::pose_of(const Part& part, Meaning meaning,
@@ -186,7 +173,7 @@ RecordingCheck::Laid RecordingCheck::share_laid(Meaning meaning, double value, d
   for (const View& view : views_) {
     std::vector<std::uint64_t> own;
     std::size_t i = 0, laid = 0, all = 0;
-    for (const Part& part : view.parts) {
+    for (const Part& part : view) {
       std::optional<Eigen::Isometry3d> T = pose_of(part, meaning, value);
       if (!T) {  // matches nothing, lest a meaning gain by what it leaves out
         if (!seen.empty()) all += part.points.size() / thin;
@@ -218,7 +205,7 @@ RecordingCheck::Laid RecordingCheck::share_laid(Meaning meaning, double value, d
 double RecordingCheck::usual_range() const {
   std::vector<float> ranges;
   for (const View& view : views_)
-    for (const Part& part : view.parts)
+    for (const Part& part : view)
       for (const Eigen::Vector3f& point : part.points) ranges.push_back(point.norm());
   return ranges.empty() ? 0 : static_cast<double>(geometry::median_of(ranges));
 }
@@ -249,7 +236,7 @@ double RecordingCheck::share_seen_through(double scale) const {
   };
   std::vector<double> shares;
   for (std::size_t k = 1; k < views_.size(); ++k) {
-    const Part& eye = views_[k - 1].parts.front();
+    const Part& eye = views_[k - 1].front();
     tsl::robin_map<std::uint64_t, double, geometry::PackedKeyHash> nearest;
     for (const Eigen::Vector3f& point : eye.points) {
       const auto p = point.cast<double>().eval();
@@ -257,7 +244,7 @@ double RecordingCheck::share_seen_through(double scale) const {
       range = std::min(range, p.norm());
     }
     std::size_t through = 0, met = 0;
-    for (const Part& part : views_[k].parts) {
+    for (const Part& part : views_[k]) {
       Eigen::Isometry3d T = eye.pose.inverse() * part.pose;
       T.translation() *= scale;
       for (const Eigen::Vector3f& point : part.points) {
@@ -312,8 +299,11 @@ std::optional<RecordingCheck::Finding> RecordingCheck::better_meaning() const {
   for (const Trial& trial : trials) {
     if ((trial.meaning == Meaning::focal && !cameras_) || (trial.meaning == Meaning::late && !ascending_))
       continue;
-    if (attempt(trial.meaning, trial.value)) step = trial.step;
+    for (const double value : {trial.value, trial.opposite()})
+      if (attempt(trial.meaning, value)) step = trial.step;
   }
+  for (const Meaning mirrored : {Meaning::mirrored_x, Meaning::mirrored_y})
+    if (attempt(mirrored, 0)) step = 0;
   if (!is_clear(best.share, given)) return {};
   for (; step > 0 && step > std::fabs(best.value) / 100; step /= 2) {
     const double value = best.value;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include <octosurf/deskew.hpp>
@@ -71,13 +70,10 @@ class RecordingCheck {
     std::vector<Eigen::Vector3f> points;
   };
   /// From nearly one place: one scan, or lines of one after another.
-  struct View {
-    std::vector<Part> parts;
-    std::size_t readings = 0;
-  };
+  using View = std::vector<Part>;
   /// m, the median of the readings' ranges; 0: no readings.
   double usual_range() const;
-  /// The pose of `part` at which its readings, changed by `point`, would lie; empty: not known.
+  /// Where the sensor would have been; empty: not known.
   std::optional<Eigen::Isometry3d> pose_of(const Part& part, Meaning meaning, double value) const;
   /// Share of a view's readings, one in `thin` of them, that lie within a cell or two of what earlier views
   /// saw.
