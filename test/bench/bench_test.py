@@ -57,7 +57,7 @@ class Results(unittest.TestCase):
         document, readme = self.written()
         self.assertNotIn("87.7", document + readme)
         self.assertNotIn("54.9", readme)
-        self.assertIn("## Not measured at this commit\n\n- `depth`\n", document)
+        self.assertIn("Not measured at this commit: `depth`; ", document)
         (results.STORE / "noise.json").write_text('{"commit": "new"', encoding="utf-8")  # damaged: none
         self.store("depth", "new", [accuracy_row("room", 1, 900), accuracy_row("room", 2, 924)])
         document, readme = self.written()
