@@ -104,6 +104,7 @@ class PosesCheck : public RunObserver {
     checked_ = true;
     if (!run_.options.pose_form)
       if (const auto form = scans_.better_form()) {
+        if (*form == alignment::Meaning::of_body && can_begin_anew()) throw PosesOfBody{};
         const std::string name = alignment::meaning_names.at(static_cast<std::size_t>(*form));
         run_.refuse(
             "scans do not fit each other at the poses as they are, but do if these are taken as " + name,
@@ -125,6 +126,9 @@ class PosesCheck : public RunObserver {
                   long_readings ? *scale : 1 / *scale, long_readings ? "long" : "short");
     run_.refuse(what.data(), hint.data());
   }
+
+  /// Nothing of this run is on disk yet.
+  bool can_begin_anew() const { return !run_.checkpoints.any() && run_.options.keep_scans.empty(); }
 
   RunState& run_;
   const alignment::RecordingCheck& scans_ = run_.statistics.recording();

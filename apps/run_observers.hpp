@@ -10,6 +10,10 @@ namespace octosurf {
 
 using RunObservers = std::vector<std::unique_ptr<RunObserver>>;
 
+/// Thrown, before anything is written, where a camera's scans fit each other only if their poses are a
+/// body's: x forward, z up (Meaning::of_body). The run is to begin anew with that.
+struct PosesOfBody {};
+
 /// What refuses a run whose map would be useless, or warns of it: wrong units, forms of poses, resolutions.
 RunObservers checks_of(RunState& run);
 

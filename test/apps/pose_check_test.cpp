@@ -65,6 +65,17 @@ TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
   }
   run_well("map inverse -o wrong --resolution 0.1 --pose-form as-given");
   EXPECT_TRUE(exists("wrong.surfaces"));
+
+  // Optical data with the frame of the body: the only form that is taken unasked.
+  Eigen::Matrix4d T_body_camera = Eigen::Matrix4d::Identity();
+  T_body_camera.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  change_poses("room", "body",
+               [&](const Eigen::Matrix4d& T) { return (T * T_body_camera.inverse()).eval(); });
+  EXPECT_THAT(run_well("map body -o maps/body --resolution 0.1").out,
+              HasSubstr("begun anew with --pose-form of-body"));
+  EXPECT_NEAR(info("maps/body")["area_m2"].get<double>(), area, 0.02 * area);
+  EXPECT_THAT(error_of("map body -o kept --resolution 0.1 --keep-scans kept", 1),
+              HasSubstr("--pose-form of-body"));
 }
 
 TEST_F(PoseCheck, PosesInAnotherUnitThanTheReadingsAreRefused) {
