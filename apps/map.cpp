@@ -6,6 +6,7 @@
 #include "map_run.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
+#include "run_observers.hpp"
 #include "scan_keeper.hpp"
 #include "scan_options.hpp"
 #include "surfaces/map_state.hpp"
@@ -42,6 +43,7 @@ Examples:
   octosurf map walk.mcap -o maps/walk                           a bag; info walk.mcap tells its topics
   octosurf map walk.bag --topic /lidar/points --fixed-frame odom -o maps/walk
   octosurf map old.bt -o maps/old                               surfaces of an OctoMap
+  octosurf map --resume maps/old --octree edited.bt -o maps/new   its ids, on the occupancy of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
   octosurf map kitchen -o maps/live --realtime --serve 8080     a page that follows it: http://127.0.0.1:8080/
   octosurf map kitchen -o maps/kitchen --mcap kitchen.mcap      poses and surfaces as they change, for Foxglove
@@ -68,7 +70,7 @@ and --max-curvature are for it alone, --search-radius and --ransac-iterations fo
 )";
 
 struct Inputs {
-  std::optional<fs::path> octree;  ///< .bt or .ot that the map starts from
+  std::optional<fs::path> octree;  ///< .bt or .ot that the map starts from, or whose occupancy it takes over
   std::vector<fs::path> scans;
 };
 
@@ -76,10 +78,11 @@ Inputs sort_inputs(const MapOptions& options) {
   Inputs inputs;
   for (const std::string& input : options.inputs) {
     if (classify(input) == InputKind::scans) {
+      if (input == options.octree)
+        throw Error(Error::Kind::usage, "--octree", input + " is no OctoMap", "give a .bt or .ot");
       inputs.scans.emplace_back(input);
-    } else if (inputs.octree || !options.resume.empty()) {
-      throw Error(Error::Kind::usage, input, "an octree starts a map, and this one has its start already",
-                  "give one .bt or .ot, and no --resume");
+    } else if (inputs.octree) {
+      throw Error(Error::Kind::usage, input, "is a second octree", "give one .bt or .ot");
     } else {
       inputs.octree = input;
     }
@@ -96,7 +99,12 @@ void require_output(const MapOptions& options) {
                 "name a map in it, as in -o maps/office");
 }
 
-/// Rejects outputs that equal each other or an input of the run, except the resumed map.
+bool goes_on_in_place(const MapOptions& options) {
+  return !options.resume.empty() &&
+         same_file(files_of_map(options.resume).front(), files_of_map(options.output).front());
+}
+
+/// Rejects outputs that equal each other or an input of the run, except the resumed map and its octree.
 void refuse_collisions(const MapOptions& options) {
   std::vector<std::string> read = options.inputs;
   read.push_back(options.source.poses.value_or("").string());
@@ -105,7 +113,8 @@ void refuse_collisions(const MapOptions& options) {
   const std::vector<std::string> written = files_of_map(options.output);
   for (const std::string& file : written)
     for (const std::string& input : read)
-      if (fs::is_regular_file(input)) require_apart("-o", file, {input});
+      if (fs::is_regular_file(input) && !(goes_on_in_place(options) && same_file(input, options.octree)))
+        require_apart("-o", file, {input});
   const std::vector<std::string> resumed =
       options.resume.empty() ? std::vector<std::string>{} : files_of_map(options.resume);
   for (const auto& [option, file] :
@@ -118,11 +127,6 @@ void refuse_collisions(const MapOptions& options) {
   require_apart("--write-poses", options.write_poses, {options.report});
   require_apart("--mcap", options.mcap, {options.report, options.write_poses});
   require_apart("--keep-scans", options.keep_scans, read);
-}
-
-bool goes_on_in_place(const MapOptions& options) {
-  return !options.resume.empty() &&
-         same_file(files_of_map(options.resume).front(), files_of_map(options.output).front());
 }
 
 /// Rejects outputs that cannot or must not be written, before any work is done.
@@ -145,6 +149,8 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     LoadedMap loaded = io::load_map_within(std::move(limit), options.resume);
     choice.require_same(loaded.map.parameters());
     loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
+    if (goes_on_in_place(options) && !same_file(options.octree, files_of_map(options.output).back()))
+      io::set_aside_edited_octree(loaded, options.output);
     context.warn(loaded.warning);
     kept = std::move(loaded.scans);
     return std::move(loaded.map);
@@ -192,10 +198,8 @@ ScanSourceOptions source_options(const MapOptions& options, const Inputs& inputs
   return source;
 }
 
-void run_map(MapOptions& options) {
+void map_scans(MapOptions& options, const ParameterChoice& choice) {
   const auto begin = RunState::Clock::now();
-  const ParameterChoice choice(options.parameters, options.realtime);
-  if (options.show_parameters) return show_parameters(options, choice);
   options.output = io::file_of_map(options.output.empty() ? options.resume : options.output, "").string();
   options.resume = io::file_of_map(options.resume, "").string();
   if (options.inputs.empty())
@@ -214,7 +218,22 @@ void run_map(MapOptions& options) {
   if (source) start.set_origin(source->origin());
   KeptScans kept = folder_of_scans(options, start, before, context);
   MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
-  mapping.run(inputs.octree.has_value(), std::move(source));
+  mapping.run(inputs.octree, std::move(source));
+}
+
+void run_map(MapOptions& options) {
+  const ParameterChoice choice(options.parameters, options.realtime);
+  if (!options.octree.empty()) options.inputs.push_back(options.octree);
+  if (options.show_parameters) return show_parameters(options, choice);
+  try {
+    map_scans(options, choice);
+  } catch (const PosesOfBody&) {
+    options.pose_form = alignment::Meaning::of_body;
+    std::printf(
+        "poses: as they are scans do not fit each other, but do if a camera's poses are a body's (x forward, "
+        "z up): begun anew with --pose-form of-body; --pose-form as-given keeps them\n");
+    map_scans(options, choice);
+  }
 }
 
 }  // namespace
@@ -226,6 +245,11 @@ void add_map(CLI::App& app) {
   verb->add_option("input", options->inputs, "folders or files");
   verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
   verb->add_option("--resume", options->resume, "map to continue; may be the one of -o")->type_name("MAP");
+  verb->add_option(
+          "--octree", options->octree,
+          "--resume: take over the occupancy of this OctoMap (.bt, .ot), where the map's surfaces stay "
+          "and grow on their planes; without --resume as an INPUT")
+      ->type_name("FILE");
   verb->add_option("--report", options->report, "write a report of the run to this file (JSON)")
       ->type_name("FILE");
   verb->add_option("--keep-scans", options->keep_scans, "keep the scans in this folder, for remap")

@@ -16,9 +16,9 @@ namespace octosurf {
 /// Options of `octosurf map`.
 struct MapOptions {
   std::vector<std::string> inputs;
-  std::string output, resume, report;         ///< stems of maps; file
-  std::string keep_scans, write_poses, mcap;  ///< folder; files
-  std::uint64_t max_memory = 0;               ///< bytes; 0: no limit
+  std::string output, resume, octree, report;  ///< stems of maps; files
+  std::string keep_scans, write_poses, mcap;   ///< folder; files
+  std::uint64_t max_memory = 0;                ///< bytes; 0: no limit
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;

@@ -30,11 +30,11 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
   std::ranges::move(outputs_of(run_, std::move(kept)), std::back_inserter(observers_));
 }
 
-void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
+void MapRun::run(const std::optional<std::filesystem::path>& octree, std::unique_ptr<ScanSource> source) {
   const InterruptGuard guard;
   bool cut_short = false;
   try {
-    if (adopt) adopt_octree();
+    if (octree) take_over(*octree);
     if (source) map_scans(std::move(source));
     if (!interrupted()) {
       for (const auto& observer : observers_) observer->after_all();
@@ -56,9 +56,12 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
                 "--resume " + options_.output + " goes on");
 }
 
-void MapRun::adopt_octree() {
+void MapRun::take_over(const std::filesystem::path& octree) {
   const double arrival_s = run_.now_s();
-  ScanReport report = run_.mapper.detect_in_occupancy();
+  ScanReport report =
+      options_.resume.empty()
+          ? run_.mapper.detect_in_occupancy()
+          : run_.mapper.replace_occupancy(map_from_octomap(octree, run_.mapper.map().parameters()));
   const double done_s = run_.now_s();
   report.total_ms = 1e3 * (done_s - arrival_s);
   run_.statistics.add_occupancy(report, arrival_s, done_s);

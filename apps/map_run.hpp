@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -29,11 +30,12 @@ class MapRun {
   MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context,
          RunState::Clock::time_point begin);
 
-  /// With `adopt` first detects surfaces in the octree, then maps the scans of `source`, if any.
-  void run(bool adopt, std::unique_ptr<ScanSource> source);
+  /// First takes over an octree, if any: the start's surfaces are detected in it, or those of a resumed map
+  /// carried over to it. Then maps the scans of `source`, if any.
+  void run(const std::optional<std::filesystem::path>& octree, std::unique_ptr<ScanSource> source);
 
  private:
-  void adopt_octree();
+  void take_over(const std::filesystem::path& octree);
   void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);
   /// The next scan, prepared if it has arrived and there is a thread for it. In any thread, one at a time.

@@ -55,6 +55,12 @@ struct PythonMapper {
         *other, [&](Mapper& mapper, const Map& theirs) { return mapper.merge(theirs, T_map_other); });
   }
 
+  ScanReport replace_occupancy(const MapPtr& other) {
+    if (other == map) return {};
+    return map->write_with(
+        *other, [](Mapper& mapper, const Map& theirs) { return mapper.replace_occupancy(theirs); });
+  }
+
   std::string text() const {
     const SnapshotPtr last = map->snapshot();
     return "<Mapper at revision " + std::to_string(last->revision) + ": " +
@@ -220,6 +226,7 @@ rays. Throws Error(usage).)")
            "metres.")
       .def("drain", changed(&Mapper::drain))
       .def("detect_in_occupancy", changed(&Mapper::detect_in_occupancy))
+      .def("replace_occupancy", &M::replace_occupancy, "other"_a)
       .def("merge", &M::merge, "other"_a, no_motion())
       .def("clear", changed(&Mapper::clear), "part"_a, "as_free"_a = false)
       .def("share_octree", changed(&Mapper::share_octree), "on"_a = true)

@@ -99,7 +99,8 @@ class PreparedScan {
 /// Updates a map and its surfaces scan by scan (the paper's system).
 ///
 /// 1. Same scans and parameters give the same map, byte for byte, for any `threads`.
-/// 2. All or nothing: if insert(), insert_all(), drain(), merge(), clear(), detect_in_occupancy() or
+/// 2. All or nothing: if insert(), insert_all(), drain(), merge(), clear(), detect_in_occupancy(),
+/// replace_occupancy() or
 ///    resegment() throws (an Error on rejected input, or std::bad_alloc), the map is byte for byte as before
 ///    the call and remains usable: free memory and insert the scan again, or skip it.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert(), nor insert() for it.
@@ -167,6 +168,16 @@ class Mapper {
   /// free space connected with a cube of 4³ free voxels; if there is none, any free space; if there is none
   /// either, unknown space.
   ScanReport detect_in_occupancy();
+
+  /// Gives the map the occupancy of another octree of the same frame, such as this map's own .bt after
+  /// another tool has edited it: map_from_octomap(), map_from_octree(). Every voxel becomes unknown, free or
+  /// occupied as there; log-odds stay where the other's are saturated, as all of a .bt, and say nothing new.
+  /// Points stay where both are occupied, and with them surfaces and ids; those that vanished leave their
+  /// surfaces, and voxels that became occupied get points as in detect_in_occupancy(), which surfaces claim
+  /// whose planes they lie on, before new ones are detected. The map's own octree changes nothing. Throws
+  /// Error(data), and leaves the map unchanged, if the resolutions differ by more than 1e-5 of it; see 2
+  /// above. O(nodes of both).
+  ScanReport replace_occupancy(const Map& other);
 
   /// Merges another map of the same or an adjacent place, which is not changed. `T_map_other`: the other
   /// map's frame to this one's, rigid; translation in m. It must be accurate to about a voxel: align_maps()

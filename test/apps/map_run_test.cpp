@@ -25,10 +25,10 @@ class MapRun : public CommandTest {
     EXPECT_TRUE(read(a + ".surfaces") == read(b + ".surfaces")) << a << " and " << b << " differ";
     EXPECT_TRUE(read(a + ".bt") == read(b + ".bt")) << a << " and " << b << " differ";
   }
-  /// A slab a voxel thick at z in [0, 0.05), 1 m × 1 m, with free space above it.
-  void write_slab(const std::string& name) const {
+  /// A slab a voxel thick at z in [0, 0.05), `length` voxels × 1 m, with free space above it.
+  void write_slab(const std::string& name, int length = 20) const {
     octomap::OcTree tree(0.05);
-    for (int x = 0; x < 20; ++x)
+    for (int x = 0; x < length; ++x)
       for (int y = 0; y < 20; ++y)
         for (int z = 0; z < 4; ++z)
           tree.updateNode(
@@ -451,7 +451,32 @@ TEST_F(MapRun, OctreesGiveSurfaces) {
   EXPECT_THAT(error_of("map slab.bt -o n --resolution 0.02", 2),
               AllOf(HasSubstr("resolution"), HasSubstr("0.05")));
   EXPECT_THAT(error_of("map slab.bt slab.bt -o n", 2), HasSubstr("slab.bt"));
-  EXPECT_THAT(error_of("map slab.bt --resume m", 2), HasSubstr("slab.bt"));
+}
+
+TEST_F(MapRun, AnEditedOctreeIsTakenOverOrKept) {
+  write_slab("slab.bt");
+  write_slab("wider.bt", 30);
+  run_well("map slab.bt -o m");
+  const json before = info("m").at("largest").at(0);
+  run_well("map --resume m --octree wider.bt -o n");
+  const json after = info("n").at("largest").at(0);
+  EXPECT_EQ(after.at("id"), before.at("id"));
+  EXPECT_EQ(after.at("inliers"), 600);
+  EXPECT_NEAR(after.at("area_m2").get<double>(), 1.45 * 0.95, 1e-6);
+
+  // Another tool has written over the map's own.
+  fs::copy_file(folder / "wider.bt", folder / "m.bt", fs::copy_options::overwrite_existing);
+  EXPECT_THAT(run("map slab.bt --resume m").err, HasSubstr("--octree m.edited.bt"));
+  EXPECT_TRUE(read("m.edited.bt") == read("wider.bt"));
+  EXPECT_EQ(info("m").at("points"), 400);
+  fs::copy_file(folder / "wider.bt", folder / "m.bt", fs::copy_options::overwrite_existing);
+  run_well("map --resume m --octree m.bt");
+  EXPECT_EQ(info("m").at("largest").at(0).at("id"), before.at("id"));
+  EXPECT_EQ(info("m").at("points"), 600);
+  EXPECT_FALSE(exists("m.edited-2.bt"));
+  EXPECT_THAT(error_of("map --resume m --octree slab.bt --octree wider.bt", 2), HasSubstr("--octree"));
+  octomap::OcTree(0.04).writeBinary((folder / "fine.bt").string());
+  EXPECT_THAT(error_of("map --resume m --octree fine.bt", 1), HasSubstr("voxels of 0.04"));
 }
 
 TEST_F(MapRun, APillarIsTold) {

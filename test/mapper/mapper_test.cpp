@@ -252,5 +252,45 @@ TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
   EXPECT_NEAR(mapper.map().state().noise.surface_variance(), d * d / 12, 1e-12);
 }
 
+/// A .bt in which a box is gone and the floor goes on, as from another tool, tilted against the octree.
+TEST(Mapper, SurfacesStayAndGrowOnAnotherOctree) {
+  std::mt19937_64 rng = test::rng();
+  Scene small, large;
+  const Eigen::Vector3d along(1, 0, 0.07), across(0, 1, 0.03);
+  const auto on_floor = [&](double x, double y) -> Eigen::Vector3d { return x * along + y * across; };
+  small.rectangle(on_floor(-0.9, -0.9), 1.8 * along, 1.8 * across);
+  small.box({0.3, -0.25, 0}, {0.6, 0.25, 0.4});
+  large.rectangle(on_floor(-0.9, -0.9), 3 * along, 1.8 * across);
+  Mapper mapper, other;
+  for (const Scan& scan : orbit(small, {0, 0, 0.2}, 1.0, 0.9, 8, rng)) mapper.insert(scan);
+  for (const Scan& scan : orbit(large, {0, 0, 0.2}, 1.0, 0.9, 8, rng)) other.insert(scan);
+  for (const Scan& scan : orbit(large, {1.3, 0, 0.2}, 1.0, 0.9, 8, rng)) other.insert(scan);
+  const auto floor_of = [](const Mapper& of) {
+    return *std::ranges::max_element(of.snapshot()->surfaces, {},
+                                     [](const SurfacePtr& s) { return s->area_m2; });
+  };
+  const SurfacePtr before = floor_of(mapper);
+  auto state = std::make_unique<surfaces::MapState>(Parameters{});
+  state->occupancy = test::octree_of_file(test::bt_of(other.map().state().occupancy));
+  const Map octree(std::move(state));
+  const ScanReport report = mapper.replace_occupancy(octree);
+  EXPECT_GT(report.appeared, 1000U);
+  EXPECT_FALSE(report.gone.empty()) << "the box's";
+  test::expect_guarantees(mapper.map());
+  EXPECT_EQ(test::bt_of(mapper.map().state().occupancy), test::bt_of(octree.state().occupancy));
+  const SurfacePtr after = floor_of(mapper);
+  EXPECT_EQ(after->id, before->id);
+  EXPECT_GT(after->area_m2, 0.95 * floor_of(other)->area_m2);
+  EXPECT_LT(std::acos(after->plane.normal.dot(along.cross(across).normalized())),
+            0.5 * std::numbers::pi / 180);
+
+  const std::shared_ptr<const Snapshot> once = mapper.snapshot();
+  EXPECT_EQ(mapper.replace_occupancy(octree).appeared, 0U);
+  EXPECT_EQ(mapper.snapshot()->surfaces.size(), once->surfaces.size());
+  Parameters coarse;
+  coarse.occupancy.resolution = 0.03;
+  EXPECT_THROW(mapper.replace_occupancy(Mapper(coarse).map()), Error);
+}
+
 }  // namespace
 }  // namespace octosurf::mapper

@@ -328,6 +328,17 @@ TEST_F(ChangesTogether, SurfacesOfAnOctreeAreAllOrNothing) {
       twins, [](Mapper& mapper) { mapper.detect_in_occupancy(); }, 16);
 }
 
+TEST_F(ChangesTogether, AnOctreeIsTakenOverAllOrNothing) {
+  const std::vector<Scan> scans = changing_room(8);
+  Twins twins(std::span<const Scan>(scans).first(4));
+  Mapper other(coarse());
+  for (const Scan& scan : std::span(scans).subspan(4)) other.insert(scan);
+  save_map(other.map(), folder / "other");
+  const Map octree = map_from_octomap(folder / "other.bt", coarse());
+  expect_all_or_nothing(
+      twins, [&](Mapper& mapper) { mapper.replace_occupancy(octree); }, 12);
+}
+
 TEST_F(OutOfMemory, ThreadsThatAreNotGrantedAreDoneWithout) {
   if (test::sanitized) GTEST_SKIP() << "a sanitizer needs more address space than the limit leaves";
   const std::string crash = crash_of([&] {

@@ -132,15 +132,71 @@ TEST(MergedOctrees, AreUndividedWhereAllIsEqual) {
   }
 }
 
+/// Beside the room, so that points stay occupied.
+void add_cubes(OccupancyMap& map, std::mt19937_64& rng) {
+  for (OccupancyView::Leaf& leaf : random_cubes(rng)) {
+    leaf.corner[0] = static_cast<std::uint16_t>(leaf.corner[0] + 32);
+    map.set_leaves({&leaf, 1});
+  }
+}
+
+TEST(ReplacedOctrees, AreTheOtherVoxelByVoxel) {
+  std::mt19937_64 rng = test::rng();
+  const float low = log_odds_of(coarse().clamp_min), high = log_odds_of(coarse().clamp_max);
+  for (const bool of_bt : {false, true}) {
+    OccupancyMap map = random_map(rng, coarse()), other = random_map(rng, coarse());
+    add_cubes(map, rng);
+    add_cubes(other, rng);
+    if (of_bt) other = test::octree_of_file(test::bt_of(other), coarse());
+    const Values before = test::voxels_of(map.share());
+    Values expected = test::voxels_of(other.share());
+    for (auto& [key, value] : expected)
+      if (const auto was = before.find(key);
+          was != before.end() && (value <= low || value >= high) && (was->second >= 0) == (value >= 0))
+        value = was->second;
+    const Points points_before = points_by_key(map);
+    const OccupancyDelta delta = map.replace(other);
+    EXPECT_EQ(test::voxels_of(map.share()), expected);
+    std::size_t leaves = 0;
+    map.share().for_each_leaf([&](std::span<const OccupancyView::Leaf> all) { leaves += all.size(); });
+    EXPECT_EQ(map.size().leaves, leaves) << "undivided where all is equal";
+
+    const Points points = points_by_key(map);
+    std::size_t kept = 0;
+    for (const auto& [key, was] : points_before) {
+      const auto value = expected.find(key), now = points.find(key);
+      const bool stays = value != expected.end() && value->second >= 0;
+      ASSERT_EQ(now != points.end(), stays);
+      if (stays) test::expect_same_point(now->second, was, was.surface);
+      kept += stays;
+    }
+    EXPECT_EQ(delta.vanished.size(), points_before.size() - kept);
+    EXPECT_EQ(delta.appeared.size(), points.size() - kept);
+    EXPECT_GT(kept, 0U);
+    EXPECT_FALSE(delta.vanished.empty() || delta.appeared.empty());
+    for (const VoxelPoint& p : delta.vanished)
+      test::expect_same_point(p, points_before.at(p.key), points_before.at(p.key).surface);
+    for (const VoxelPoint& p : delta.appeared) EXPECT_EQ(points.at(p.key).surface, 0U);
+  }
+}
+
+TEST(ReplacedOctrees, StayAsTheyAreByTheirOwnBt) {
+  std::mt19937_64 rng = test::rng();
+  OccupancyMap map = random_map(rng, coarse());
+  const Points points = points_by_key(map);
+  const Values before = test::voxels_of(map.share());
+  const OccupancyDelta delta = map.replace(test::octree_of_file(test::bt_of(map), coarse()));
+  EXPECT_TRUE(delta.vanished.empty() && delta.appeared.empty());
+  EXPECT_EQ(test::voxels_of(map.share()), before);
+  EXPECT_EQ(points_by_key(map).size(), points.size());
+}
+
 /// The rule, voxel by voxel.
 TEST(ResampledOctree, KnowsWhatTheOtherKnowsAtItsCentres) {
   std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> uniform(-1, 1);
   OccupancyMap from = random_map(rng, coarse());
-  for (OccupancyView::Leaf& leaf : random_cubes(rng)) {  // occupied without a point, and free cubes
-    leaf.corner[0] = static_cast<std::uint16_t>(leaf.corner[0] + 32);  // beside the room
-    from.set_leaves({&leaf, 1});
-  }
+  add_cubes(from, rng);  // free, and occupied without a point
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = 0.3 * Eigen::Vector3d(uniform(rng), uniform(rng), uniform(rng));
   T.rotate(

@@ -252,6 +252,26 @@ ScanReport Mapper::detect_in_occupancy() {
   });
 }
 
+ScanReport Mapper::replace_occupancy(const Map& other) {
+  surfaces::MapState& state = impl_->map.state();
+  const double d = state.parameters.occupancy.resolution, theirs = other.parameters().occupancy.resolution;
+  // Files have six digits of it. At the octree's edge, 2¹⁵ voxels away, places are then less than one off.
+  if (!(std::abs(theirs - d) <= 1e-5 * d))
+    throw Error(Error::Kind::data, "octree",
+                "has voxels of " + std::to_string(theirs) + " m, and the map of " + std::to_string(d) + " m",
+                "write it anew at the map's resolution");
+  if (&other == &impl_->map) return {};
+  return impl_->change_map("octree", 0, mapper::Effort::all, [&](mapper::MapChange& change) {
+    ScanReport& report = change.begin();
+    mapper::Stopwatch time(report);
+    const occupancy::OccupancyDelta delta =
+        time(Stage::occupancy, [&] { return state.occupancy.replace(other.state().occupancy); });
+    observe_voxel_centres(delta.appeared, state);
+    report.points_raw = report.voxels = delta.appeared.size();
+    change.retract(delta);
+  });
+}
+
 MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
   surfaces::MapState& state = impl_->map.state();
   const surfaces::MapState& theirs = other.state();

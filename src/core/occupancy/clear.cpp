@@ -29,8 +29,7 @@ struct Clearing {
                                 : VoxelTree::Meets::some;
   }
   void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
-    vanished_points.push_back({key, load_point(payload, grid, key), sensing::views[payload.view],
-                               static_cast<std::uint8_t>(payload.range_class), payload.surface});
+    vanished_points.push_back(point_of(payload, grid, key));
   }
 };
 

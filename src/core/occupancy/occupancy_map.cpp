@@ -13,17 +13,6 @@
 namespace octosurf::occupancy {
 namespace {
 
-VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
-                    PayloadPlace place = {}, float log_odds = 0) {
-  return {key,
-          load_point(payload, grid, key),
-          sensing::views[payload.view],
-          static_cast<std::uint8_t>(payload.range_class),
-          payload.surface,
-          log_odds,
-          place};
-}
-
 /// Lower limits of the classes' ranges, slightly raised, because the class itself decides.
 const std::array<float, 16> nearest_of = [] {
   std::array<float, 16> ranges;

@@ -117,6 +117,10 @@ class OccupancyMap {
                                 const OccupancyParameters& parameters, std::size_t& lost);
   /// What is known of voxels whose middle lies in a part of space becomes unknown, or as after one miss.
   OccupancyDelta clear(const SpacePart& part, bool as_free);
+  /// Every voxel becomes unknown, free or occupied as in `other`, on the same grid, whose points do not
+  /// count. Log-odds are the other's, clamped, unless those are saturated, as all of a .bt, and say nothing
+  /// new. Points stay where both are occupied; for the rest adopt_occupied_voxels() makes some, and throws.
+  OccupancyDelta replace(const OccupancyMap& other);
   bool empty() const;  ///< everything is unknown
   /// Of readings that are not inserted yet. Some 0.5 µs each, 2 µs where they disagree.
   Agreement agreement_with(std::span<const SightLine> lines) const;

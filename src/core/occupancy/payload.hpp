@@ -1,5 +1,6 @@
 #pragma once
 
+#include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_payload.hpp"
 #include "sensing/reading_code.hpp"
 
@@ -28,6 +29,16 @@ inline Eigen::Vector3f load_point(const VoxelPayload& payload, const geometry::V
   const auto place = [](unsigned offset) { return static_cast<std::uint8_t>(offset); };
   return sensing::point_at(grid, key,
                            {place(payload.offset_x), place(payload.offset_y), place(payload.offset_z)});
+}
+inline VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid,
+                           geometry::VoxelKey key, PayloadPlace place = {}, float log_odds = 0) {
+  return {key,
+          load_point(payload, grid, key),
+          sensing::views[payload.view],
+          static_cast<std::uint8_t>(payload.range_class),
+          payload.surface,
+          log_odds,
+          place};
 }
 
 }  // namespace octosurf::occupancy

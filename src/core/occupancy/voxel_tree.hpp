@@ -6,6 +6,7 @@
 #include "occupancy/payload_store.hpp"
 #include "occupancy/pool.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -77,6 +78,17 @@ class VoxelTree {
   template <class Policy>
   void clear(std::optional<float> becomes, Policy& policy) {
     clear(root_, top_level, 0, becomes, policy);
+  }
+
+  /// Every voxel becomes what `other`, on the same grid, says of it: unknown, or its log-odds, clamped as
+  /// here. A value at a clamp, such as all of a .bt, says only occupied or free: where it says so here
+  /// already, the log-odds stay. Policy: `void vanished(const VoxelPayload&, VoxelKey)`: as above. O(nodes of
+  /// both).
+  template <class Policy>
+  void replace(const VoxelTree& other, Policy& policy) {
+    without_points_ = true;  // until share() has checked
+    settled_ = false;
+    replace(root_, {other, other.root_}, top_level, 0, policy);
   }
 
   struct Lookup {
@@ -220,6 +232,17 @@ class VoxelTree {
   void add(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy);
   template <class Policy>
   void add_brick(Slot& slot, const Theirs& theirs, std::uint64_t brick_morton, Policy& policy);
+  template <class Policy>
+  void replace(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy);
+  template <class Policy>
+  void replace_brick(Slot& slot, const Theirs& theirs, std::uint64_t brick_morton, Policy& policy);
+  // What replace() makes of a voxel, known or not.
+  float stated(bool known, float value, float theirs) const {
+    const bool saturated = theirs <= model_.clamp_min || theirs >= model_.clamp_max;
+    return known && saturated && occupied(value) == occupied(theirs)
+               ? value
+               : std::clamp(theirs, model_.clamp_min, model_.clamp_max);
+  }
   float sum(float a, float b) const {
     const float both = a + b;
     return both < model_.clamp_min ? model_.clamp_min : both > model_.clamp_max ? model_.clamp_max : both;

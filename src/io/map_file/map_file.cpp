@@ -7,6 +7,7 @@
 #include <boost/crc.hpp>
 #include <fstream>
 #include <optional>
+#include <string>
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
@@ -90,6 +91,21 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   bt.commit();
   surfaces.commit();
   io::sync_folder(files.surfaces);
+}
+
+void io::set_aside_edited_octree(LoadedMap& loaded, const fs::path& stem) {
+  const fs::path bt = MapPaths(stem).bt;
+  std::error_code failure;
+  if (loaded.warning.empty() || !fs::exists(bt, failure)) return;
+  fs::path kept = file_of_map(stem, ".edited.bt");
+  for (int n = 2; fs::exists(kept, failure); ++n)
+    kept = file_of_map(stem, (".edited-" + std::to_string(n) + ".bt").c_str());
+  fs::rename(bt, kept, failure);
+  if (failure)
+    throw Error(Error::Kind::output, kept.string(), "cannot be written: " + failure.message(),
+                "move " + bt.string() + ", which is not the map's own, elsewhere");
+  loaded.warning = bt.string() + ": is not the one that was saved with the map; it is kept as " +
+                   kept.string() + ", and --octree " + kept.string() + " takes over its occupancy";
 }
 
 LoadedMap load_map(const fs::path& stem) { return io::load_map_within({}, stem); }
