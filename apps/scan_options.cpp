@@ -14,10 +14,9 @@ namespace {
 
 constexpr const char* rare_options =
     "Rarely needed: --rate HZ of scans without time stamps [30, lidar 10]; --fields N floats of a point in "
-    "velodyne\nfiles [4, or what their values say]; of bags --pose-frame FRAME whose poses --pose-topic "
-    "gives "
-    "[Odometry's child\nframe, else the sensor's], --info-topic TOPIC with the CameraInfo [camera_info "
-    "beside "
+    "velodyne\nfiles [4, or what their values say]; --deskew off: leave the sensor's motion within a scan "
+    "[auto: undo it by\nthe points' times]; of bags --pose-frame FRAME whose poses --pose-topic gives "
+    "[Odometry's child frame, else the\nsensor's], --info-topic TOPIC with the CameraInfo [camera_info beside "
     "the images].\n";
 
 void add_bag_options(CLI::App& verb, BagOptions& bag) {
@@ -101,14 +100,12 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
           "that is far away, as in UTM or ECEF]")
       ->expected(1, 3)
       ->group(group);
-  verb.add_option_function<std::string>(
-          "--deskew",
-          [&source](const std::string& name) {
-            source.deskew = name == "off" ? Deskew::off : Deskew::automatic;
-          },
-          "auto, off: undo the sensor's motion within a scan by its points' times [auto]")
+  verb.add_option_function<std::string>("--deskew",
+                                        [&source](const std::string& name) {
+                                          source.deskew = name == "off" ? Deskew::off : Deskew::automatic;
+                                        })
       ->check(CLI::IsMember({"auto", "off"}))
-      ->group(group);
+      ->group(rare_group);
   verb.add_flag("--skip-bad", source.skip_bad, "skip scans that cannot be read or have no rigid pose")
       ->group(group);
   verb.add_option("--skip", range.skip, "leave out the first N scans")->capture_default_str()->group(group);
