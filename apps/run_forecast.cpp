@@ -123,10 +123,9 @@ std::string cost_warning(const FirstScans& first, const Scan& scan, const Occupa
   if (first.count < 2) return {};
   const auto scans = static_cast<double>(first.count), left = static_cast<double>(first.left);
   const double a_scan = (first.bytes - first.bytes_first) / (scans - 1), more = a_scan * left;
-  // Below a second nobody waits for a scan; ten recordings' time is more than one expects for one.
-  constexpr double long_s = 1, long_intervals = 10;
+  constexpr double long_s = 1;  // below that nobody waits for a scan, however often they come
   const bool too_large = available > 0 && more > static_cast<double>(available);
-  const bool too_slow = first.scan_s > long_s && first.scan_s > long_intervals * first.interval_s;
+  const bool too_slow = first.scan_s > std::max(long_s, first.interval_s);
   if (!too_large && !too_slow) return {};
   double share = 1;  // of the voxels, that may be met
   std::string what = "at " + printed("%g m", parameters.resolution);
@@ -138,7 +137,7 @@ std::string cost_warning(const FirstScans& first, const Scan& scan, const Occupa
   }
   if (too_slow) {
     share = std::min(share, long_s / first.scan_s);
-    what += printed("%s a scan takes %.1f s, %.0f times the interval; %zu more take %.0f minutes",
+    what += printed("%s a scan takes %.1f s, %.2g times the interval; %zu more take %.2g minutes",
                     too_large ? ", and" : "", first.scan_s, first.scan_s / std::max(1e-3, first.interval_s),
                     first.left, left * first.scan_s / 60);
   }

@@ -20,8 +20,8 @@ struct FirstScans {
   double scan_s = 0, interval_s = 0;  ///< mean time of an insertion, and between stamps
   double bytes_first = 0, bytes = 0;  ///< of the octree, after the first and after the last of them
 };
-/// What the rest will cost in memory and time, if it is more than `available`, or far more than a recording
-/// takes; with a resolution that would hold. Empty: it is not.
+/// What the rest will cost in memory and time, if it is more than `available`, or slower than scans came and
+/// than one a second; with a resolution that would hold. Empty: it is not.
 std::string cost_warning(const FirstScans& first, const Scan& scan, const OccupancyParameters& parameters,
                          std::uint64_t available);
 
