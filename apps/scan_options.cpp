@@ -16,7 +16,8 @@ constexpr const char* rare_options =
     "Rarely needed: --rate HZ of scans without time stamps [30, lidar 10]; --fields N floats of a point in "
     "velodyne\nfiles [4, or what their values say]; --deskew off: leave the sensor's motion within a scan "
     "[auto: undo it by\nthe points' times]; of bags --pose-frame FRAME whose poses --pose-topic gives "
-    "[Odometry's child frame, else the\nsensor's], --info-topic TOPIC with the CameraInfo [camera_info beside "
+    "[Odometry's child frame, else the\nsensor's], --info-topic TOPIC with the CameraInfo [camera_info "
+    "beside "
     "the images].\n";
 
 void add_bag_options(CLI::App& verb, BagOptions& bag) {

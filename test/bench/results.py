@@ -1,6 +1,6 @@
 """./dev bench results: measures what the documents show, and writes it there.
 
-Without an option every task that has not been measured at the present commit is run, in 40 minutes; long ones run
+Without an option every task that has not been measured at the present commit is run, in some 45 minutes; long ones run
 where --only names them. What is no matter of time runs two at a time. docs/results.md and the README's table are then written from what was measured at this
 commit. What was not is listed as such: no row of another commit is ever shown. A row's commit is the last one that touched code (src, include, apps, lab, test,
 cmake), so that writing the documents does not outdate them.
@@ -384,7 +384,8 @@ def unfolded(text):
     def link(block):
         folded.append(f"## {block[1]}\n\n{block[2].strip()}\n")
         return f"[{block[1]}](results_by_scene.md#{re.sub('[^a-z0-9 -]', '', block[1].lower()).replace(' ', '-')})\n"
-    return re.sub(r"<details><summary>(.*?)</summary>\n(.*?)</details>\n+", link, text, flags=re.DOTALL), "\n".join(folded)
+    short = re.sub(r"<details><summary>(.*?)</summary>\n(.*?)</details>\n+", link, text, flags=re.DOTALL)
+    return short.replace(")\n[", "), ["), "\n".join(folded)
 
 
 def put_between(file, mark, text):
