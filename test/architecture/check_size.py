@@ -9,18 +9,18 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 4_148),
-    "core": (["src/core"], 22_503),
+    "include": (["include"], 4_159),
+    "core": (["src/core"], 22_614),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
-    "io": (["src/io"], 14_168),
+    "io": (["src/io"], 14_251),
     "planning": (["src/planning"], 7_760),
     "footsteps": (["src/footsteps"], 2_828),
-    "apps": (["apps"], 10_104),
-    "ros": (["ros"], 3_374),
-    "bindings": (["bindings"], 3_245),
+    "apps": (["apps"], 10_138),
+    "ros": (["ros"], 3_376),
+    "bindings": (["bindings"], 3_246),
     "web": (["web"], 2_849),
     "lab": (["lab", "-lab/test"], 7_048),
-    "tests": (["test", "lab/test"], 51_070),
+    "tests": (["test", "lab/test"], 51_229),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
