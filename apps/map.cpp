@@ -248,7 +248,7 @@ void add_map(CLI::App& app) {
   verb->add_option(
           "--octree", options->octree,
           "--resume: take over the occupancy of this OctoMap (.bt, .ot), where the map's surfaces stay "
-          "and grow on their planes; without --resume as an INPUT")
+          "and grow on their planes; without --resume the map starts from it")
       ->type_name("FILE");
   verb->add_option("--report", options->report, "write a report of the run to this file (JSON)")
       ->type_name("FILE");

@@ -18,11 +18,8 @@ namespace octosurf {
 
 RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run), notes_(source->notes()) {
   const ScanRange& range = run.options.range;
-  run.poses_elsewhere = run.options.source.poses.has_value();
-  for (const std::string& note : notes_) {
-    std::printf("%s\n", note.c_str());
-    run.poses_elsewhere = run.poses_elsewhere || note.find("poses: ") != std::string::npos;
-  }
+  run.poses_elsewhere = source->posed_elsewhere();
+  for (const std::string& note : notes_) std::printf("%s\n", note.c_str());
   run.scans_listed = source->size();
   alone_ = run.scans_listed == 1 && !run.options.source.poses;
   if (!run.options.again) held_ = run.mapper.map().state().held;

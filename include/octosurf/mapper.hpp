@@ -99,10 +99,9 @@ class PreparedScan {
 /// Updates a map and its surfaces scan by scan (the paper's system).
 ///
 /// 1. Same scans and parameters give the same map, byte for byte, for any `threads`.
-/// 2. All or nothing: if insert(), insert_all(), drain(), merge(), clear(), detect_in_occupancy(),
-/// replace_occupancy() or
-///    resegment() throws (an Error on rejected input, or std::bad_alloc), the map is byte for byte as before
-///    the call and remains usable: free memory and insert the scan again, or skip it.
+/// 2. All or nothing: if a change of the map throws, from insert() to clear() below (an Error on rejected
+///    input, or std::bad_alloc), the map is byte for byte as before the call and remains usable: free memory
+///    and insert the scan again, or skip it.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert(), nor insert() for it.
 ///    It makes the outlines that changed since it was last called, each once: after three scans of a camera
 ///    in a kitchen in 5 ms at 2 cm, 20 ms at 1 cm. Another reader waits for that. Throws std::bad_alloc if

@@ -1,15 +1,16 @@
 """Maps recordings that are right and others made wrong from them, and prints what `octosurf map` warns of.
 
-  python3 test/bench/agreement.py [--only NAME,…] [--faults FAULT,…]
+  python3 test/bench/agreement.py [--only NAME;…] [--faults FAULT,…] [--times K]
 
 Right: simulated rooms by four sensors, with drift, with things that move, and those of ../shared/data. Each is read, thinned to at
-most 60 scans, and written as clouds with poses; a fault changes poses, stamps or readings. No warning is to name a right one, and
+most 60 scans (K times as many), and written as clouds with poses; a fault changes poses, stamps or readings. No warning is to name a right one, and
 each wrong one is to be warned of, by its cause.
 """
 
 import argparse
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -99,7 +100,7 @@ def write(folder, scans, late_s=0):
             poses.write(" ".join(map(repr, [float(stamp + late_s), *map(float, pose[:3, 3]), *map(float, quaternion(pose))])) + "\n")
 
 
-def read(folder, every):
+def read(folder, every, times):
     """Of a recording: points (a camera's every fourth), T_map_sensor, stamp."""
     scans = []
     for k, scan in enumerate(octosurf.open_scans([str(folder)])):
@@ -109,7 +110,7 @@ def read(folder, every):
         points = points[np.isfinite(points).all(1)]
         scans.append((points[:: 4 if len(points) > 150_000 else 1].copy(), np.array(scan.T_map_sensor), 100 + scan.stamp_s))
         camera = "camera" in str(scan.sensor)
-        if len(scans) >= (600 if len(points) < 5000 else SCANS):
+        if len(scans) >= times * (600 if len(points) < 5000 else SCANS):
             break
     return scans, camera
 
@@ -127,6 +128,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", help="recordings, separated by ;")
     parser.add_argument("--faults", help="faults, separated by commas")
+    parser.add_argument("--times", type=int, default=1, help="as many scans on the same way [%(default)s]")
     arguments = parser.parse_args()
     names = arguments.only.split(";") if arguments.only else [*SIMULATED, *REAL]
     faults = arguments.faults.split(",") if arguments.faults else FAULTS
@@ -135,10 +137,11 @@ def main():
         with tempfile.TemporaryDirectory(dir="/dev/shm" if os.path.isdir("/dev/shm") else None) as place:
             source = pathlib.Path(place) / "source"
             if name in SIMULATED:
-                subprocess.run([str(BUILD / "bin/octosurf-lab"), "simulate", *SIMULATED[name].split(), "-o", str(source)], check=True, capture_output=True)
-                scans, camera = read(source, 1)
+                words = re.sub(r"--frames (\d+)", lambda found: f"--frames {int(found[1]) * arguments.times}", SIMULATED[name]).split()
+                subprocess.run([str(BUILD / "bin/octosurf-lab"), "simulate", *words, "-o", str(source)], check=True, capture_output=True)
+                scans, camera = read(source, 1, arguments.times)
             elif (DATA / REAL[name][0]).is_dir():
-                scans, camera = read(DATA / REAL[name][0], REAL[name][1])
+                scans, camera = read(DATA / REAL[name][0], max(1, REAL[name][1] // arguments.times), arguments.times)
             else:
                 print(f"{name}: skipped, {DATA / REAL[name][0]} is not there")
                 continue

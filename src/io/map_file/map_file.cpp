@@ -98,9 +98,11 @@ void io::set_aside_edited_octree(LoadedMap& loaded, const fs::path& stem) {
   std::error_code failure;
   if (loaded.warning.empty() || !fs::exists(bt, failure)) return;
   fs::path kept = file_of_map(stem, ".edited.bt");
-  for (int n = 2; fs::exists(kept, failure); ++n)
-    kept = file_of_map(stem, (".edited-" + std::to_string(n) + ".bt").c_str());
-  fs::rename(bt, kept, failure);
+  const std::optional<FileSum> sum = sum_of(bt);
+  int n = 1;
+  while (fs::exists(kept, failure) && sum_of(kept) != sum)
+    kept = file_of_map(stem, (".edited-" + std::to_string(++n) + ".bt").c_str());
+  if (!fs::exists(kept, failure)) fs::copy_file(bt, kept, failure);
   if (failure)
     throw Error(Error::Kind::output, kept.string(), "cannot be written: " + failure.message(),
                 "move " + bt.string() + ", which is not the map's own, elsewhere");

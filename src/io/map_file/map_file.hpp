@@ -70,7 +70,7 @@ struct MapFile {
 MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where,
                  std::unique_ptr<memory::MemoryLimit> limit = {});
 
-/// Before a map is saved under its own name: renames a .bt beside it that is not the one saved with it to
+/// Before a map is saved under its own name: copies a .bt beside it that is not the one saved with it to
 /// NAME.edited.bt, or NAME.edited-2.bt and so on, and says so in the warning. Throws Error(output).
 void set_aside_edited_octree(LoadedMap& loaded, const std::filesystem::path& stem);
 

@@ -70,6 +70,13 @@ std::vector<std::string> Recording::notes() const {
   return all;
 }
 
+bool Recording::posed_elsewhere() const {
+  return std::ranges::any_of(list_.recordings, [](const ListedRecording& recording) {
+    const ListedScan& first = recording.scans.front();
+    return recording.bag || recording.graph || recording.trajectory || first.pose || !first.pose_file.empty();
+  });
+}
+
 Scan Recording::read(std::size_t i) {
   const Place& place = scans_.at(i);
   Scan scan = read(place.recording, list_.recordings[place.recording].scans[place.scan]);

@@ -25,10 +25,10 @@ class Recording {
   /// are looked for in all scans read so far: read them in order.
   Scan read(std::size_t i);
 
-  const std::vector<std::string>& left_out() const {
-    return list_.left_out;
-  }  ///< without a pose at their time
+  /// A line for each scan without a pose at its time.
+  const std::vector<std::string>& left_out() const { return list_.left_out; }
   std::vector<std::string> notes() const;
+  bool posed_elsewhere() const;
   const Eigen::Vector3d& origin() const { return origin_; }
 
  private:

@@ -21,6 +21,7 @@ class FileScanSource : public ScanSource {
   const std::vector<std::string>& skipped() const override { return skipped_; }
   Eigen::Vector3d origin() const override { return recording_.origin(); }
   std::vector<std::string> notes() const override { return recording_.notes(); }
+  bool posed_elsewhere() const override { return recording_.posed_elsewhere(); }
 
   std::optional<Scan> next() override {
     while (at_ < size()) {
