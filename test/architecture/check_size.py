@@ -9,10 +9,10 @@ import sys
 
 # Room: its folders ("-": but for this one), and its most lines.
 FENCE = {
-    "include": (["include"], 4_159),
+    "include": (["include"], 4_161),
     "core": (["src/core"], 22_614),
     "octomap, pcl": (["src/octomap", "src/pcl"], 635),
-    "io": (["src/io"], 14_251),
+    "io": (["src/io"], 14_261),
     "planning": (["src/planning"], 7_760),
     "footsteps": (["src/footsteps"], 2_828),
     "apps": (["apps"], 10_138),
@@ -20,7 +20,7 @@ FENCE = {
     "bindings": (["bindings"], 3_246),
     "web": (["web"], 2_849),
     "lab": (["lab", "-lab/test"], 7_048),
-    "tests": (["test", "lab/test"], 51_229),
+    "tests": (["test", "lab/test"], 51_232),
 }
 PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
