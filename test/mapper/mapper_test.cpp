@@ -11,6 +11,8 @@
 #include <random>
 #include <type_traits>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf::mapper {
 namespace {
 

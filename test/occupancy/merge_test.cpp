@@ -180,12 +180,10 @@ TEST(ReplacedOctrees, AreTheOtherVoxelByVoxel) {
 TEST(ReplacedOctrees, StayAsTheyAreByTheirOwnBt) {
   std::mt19937_64 rng = test::rng();
   OccupancyMap map = random_map(rng, coarse());
-  const Points points = points_by_key(map);
   const Values before = test::voxels_of(map.share());
   const OccupancyDelta delta = map.replace(test::octree_of_file(test::bt_of(map), coarse()));
   EXPECT_TRUE(delta.vanished.empty() && delta.appeared.empty());
   EXPECT_EQ(test::voxels_of(map.share()), before);
-  EXPECT_EQ(points_by_key(map).size(), points.size());
 }
 
 /// The rule, voxel by voxel.
