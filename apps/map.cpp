@@ -144,6 +144,8 @@ void probe_map_outputs(const MapOptions& options) {
 Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inputs& inputs,
              const fs::path& folder, RunContext& context, KeptScans& kept) {
   std::unique_ptr<memory::MemoryLimit> limit;
+  if (const std::string note = inputs.octree ? octomap_note(*inputs.octree) : ""; !note.empty())
+    std::printf("%s\n", note.c_str());
   if (options.max_memory > 0) limit = std::make_unique<memory::MemoryLimit>(options.max_memory, folder);
   if (!options.resume.empty()) {
     LoadedMap loaded = io::load_map_within(std::move(limit), options.resume);
@@ -156,8 +158,6 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     return std::move(loaded.map);
   }
   if (inputs.octree) {
-    if (const std::string note = octomap_note(*inputs.octree); !note.empty())
-      std::printf("%s\n", note.c_str());
     auto state = std::make_unique<surfaces::MapState>(
         choice.in_force(read_octomap_resolution(*inputs.octree)), std::move(limit));
     state->occupancy =
