@@ -1,6 +1,8 @@
 """Each rule of check_architecture.py and check_size.py, broken once in a small house."""
 
+import json
 import pathlib
+import subprocess
 import tempfile
 import unittest
 
@@ -88,21 +90,41 @@ class House(unittest.TestCase):
         self.write("include/octosurf/public3.hpp", "#include <CGAL/Point_2.h>\n")
         self.assertIn("CGAL", self.problem())
 
-    def test_lines_are_those_of_sources_without_what_is_left_out(self):
+    def test_counts(self):
         self.write("lab/made/more.cpp", "int a;\nint b;\n")
         self.write("lab/test/test.cpp", "int c;\n")
         self.write("lab/node_modules/foreign.js", "\n\n\n")
         self.write("lab/notes.md", "\n")
-        self.assertEqual(check_size.lines_in(self.root, ["lab", "-lab/test"]), 4)
-        self.assertEqual(check_size.lines_in(self.root, ["lab"]), 5)
+        self.write("README.md", "Three plain words.\n")
+        self.write("CHANGELOG.md", "")
+        self.write("include/octosurf/public3.hpp", "struct A {\n  enum class B { c };\n};\nclass D;\nstruct A f() {\n")
+        self.write("src/top/a.cpp", "constexpr double half_m = 0.5;\nconstexpr std::uint8_t two{2};\nconstexpr const char* text = 0;\n")
+        counts = check_size.counts_of(self.root)
+        words = len(DESIGN.split()) + 3
+        self.assertEqual(counts | {"product": 0}, {"product": 0, "tests": 1, "lab": 4, "words": words, "public types": 2, "constants": 2})
+        self.assertEqual(check_size.flags_in("  -o,--output TEXT   name, see --force\n  --force   \n  -h,--help\n"), 2)
 
-    def test_a_room_may_neither_outgrow_its_limit_nor_fall_far_below_it(self):
-        limits = {"top": 100}
-        self.assertEqual(list(check_size.problems({"top": 100}, limits)), [])
-        self.assertEqual(list(check_size.problems({"top": 97}, limits)), [])
-        self.assertIn("1 lines more", *check_size.problems({"top": 101}, limits))
-        self.assertIn("lower its limit to 96", *check_size.problems({"top": 96}, limits))
+    def test_a_count_may_neither_outgrow_its_number_nor_fall_far_below_it(self):
+        numbers = {"tests": 100}
+        self.assertEqual(list(check_size.problems({"tests": 100}, numbers)), [])
+        self.assertEqual(list(check_size.problems({"tests": 99}, numbers)), [])
+        self.assertIn("101 is above 100", *check_size.problems({"tests": 101}, numbers))
+        self.assertIn("98 is far below 100", *check_size.problems({"tests": 98}, numbers))
 
+    def test_no_commit_may_raise_a_number(self):
+        def commit(numbers):
+            self.write("test/architecture/size.json", json.dumps(numbers))
+            for words in (["add", "."], ["-c", "user.name=a", "-c", "user.email=a@b", "commit", "-qm", "a"]):
+                subprocess.run(["git", "-C", self.root, *words], check=True)
+            return list(check_size.raised(check_size.versions(self.root)))
+
+        subprocess.run(["git", "init", "-q", self.root], check=True)
+        self.assertEqual(list(check_size.versions(self.root)), [])
+        self.assertEqual(commit({"lab": 9, "words": 5}), [])
+        self.assertEqual(commit({"lab": 7, "words": 5}), [])
+        self.assertIn("raised the number of lab to 8", *commit({"lab": 8, "words": 5}))
+        self.assertIn("raised the number of lab to 8", *commit({"lab": 6, "words": 5}))  # lowering it again mends nothing
+        self.assertEqual(len(commit({"lab": 6})), 2)
 
 if __name__ == "__main__":
     unittest.main()

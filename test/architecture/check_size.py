@@ -1,64 +1,132 @@
-"""The fence around the house: how many lines each room may have.
+"""The size of the house, which only falls: counts against the numbers in size.json beside this file.
 
-Whoever adds lines takes as many away in the same room, or raises its limit in a commit of its own that says why. A commit
-that cuts lowers the limit: one that lies more than SLACK above its room fails, too. Lines are those of `wc -l` over sources.
+A count above its number fails, and so does one more than SLACK below it (`check_size.py ROOT COMMAND --write` then writes
+the lower number), and so does a commit that raised a number. What adds is paid for by a cut in the same commit.
+Lines are those of `wc -l` over sources. Exit code 77: in order, but without the history of the numbers, or the command.
 """
 
+import json
 import pathlib
+import re
+import subprocess
 import sys
 
-# Room: its folders ("-": but for this one), and its most lines.
-FENCE = {
-    "include": (["include"], 4_161),
-    "core": (["src/core"], 22_614),
-    "octomap, pcl": (["src/octomap", "src/pcl"], 635),
-    "io": (["src/io"], 14_261),
-    "planning": (["src/planning"], 7_760),
-    "footsteps": (["src/footsteps"], 2_828),
-    "apps": (["apps"], 10_138),
-    "ros": (["ros"], 3_376),
-    "bindings": (["bindings"], 3_246),
-    "web": (["web"], 2_849),
-    "lab": (["lab", "-lab/test"], 7_048),
-    "tests": (["test", "lab/test"], 51_232),
+ROOMS = {
+    "include": ["include"],
+    "core": ["src/core"],
+    "octomap, pcl": ["src/octomap", "src/pcl"],
+    "io": ["src/io"],
+    "planning": ["src/planning"],
+    "footsteps": ["src/footsteps"],
+    "apps": ["apps"],
+    "ros": ["ros"],
+    "bindings": ["bindings"],
+    "web": ["web"],
 }
-PRODUCT = ["include", "core", "octomap, pcl", "io", "planning", "footsteps", "apps", "ros", "bindings", "web"]
+PRODUCT = ["include", "src", "apps", "ros", "bindings", "web"]
 SOURCES = {".cpp", ".hpp", ".py", ".js", ".mjs", ".css", ".html", ".proto", ".idl"}
 NOT_OURS = {"node_modules", "__pycache__"}  # what npm and Python leave in a checkout
-SLACK = 0.03  # of a limit: some commits' cuts
+TYPE = re.compile(r"^ *(?:struct|class|enum|enum class) \w+[^;({\n]*\{", re.MULTILINE)
+CONSTANT = re.compile(r"constexpr (?:double|float|int|unsigned|auto|(?:std::)?(?:size_t|u?int\d+_t)) \w+ *[={]")
+FLAG = re.compile(r"^ +(?:-\w,)?(--[\w-]+)", re.MULTILINE)  # of a help text
+NUMBERS = pathlib.PurePosixPath("test/architecture/size.json")
+SLACK = 0.01
+IN_ORDER, BROKEN, SKIPPED = 0, 1, 77
+
+
+def files_in(root, folders, endings=SOURCES):
+    """Those of `folders` without those of the folders that begin with "-"."""
+    left_out = [root / folder[1:] for folder in folders if folder.startswith("-")]
+    for folder in folders:
+        for file in (root / folder).rglob("*"):
+            if file.suffix in endings and not NOT_OURS & set(file.parts) and not set(left_out) & set(file.parents):
+                yield file
 
 
 def lines_in(root, folders):
-    count = 0
-    for folder in folders:
-        sign = -1 if folder.startswith("-") else 1
-        for file in (root / folder.removeprefix("-")).rglob("*"):
-            if file.suffix in SOURCES and not NOT_OURS & set(file.parts):
-                count += sign * file.read_bytes().count(b"\n")
-    return count
+    return sum(file.read_bytes().count(b"\n") for file in files_in(root, folders))
 
 
-def problems(counts, limits):
-    for room, limit in limits.items():
-        if counts[room] > limit:
-            yield f"{room} has {counts[room] - limit} lines more than its limit: take as many away"
-        elif counts[room] < (1 - SLACK) * limit:
-            yield f"{room} has shrunk: lower its limit to {counts[room]}"
+def matches_in(root, folders, pattern):
+    return sum(len(pattern.findall(file.read_text())) for file in files_in(root, folders))
 
 
-def table(counts, limits):
-    rows = [(room, counts[room], limit) for room, limit in limits.items()]
-    rows.append(("product", sum(counts[room] for room in PRODUCT), sum(limits[room] for room in PRODUCT)))
-    return "\n".join(f"{room:<14}{count:>8}{limit:>8}" for room, count, limit in [("room", "lines", "most"), *rows])
+def words_in(root):
+    pages = [root / "README.md", root / "CHANGELOG.md", *files_in(root, ["docs"], {".md"})]
+    return sum(len(page.read_text().split()) for page in pages)
 
 
-def main(root):
-    limits = {room: limit for room, (_, limit) in FENCE.items()}
-    counts = {room: lines_in(root, folders) for room, (folders, _) in FENCE.items()}
-    found = list(problems(counts, limits))
-    print(table(counts, limits), *found, sep="\n")
-    return 1 if found else 0
+def flags_in(help_text):
+    return len(set(FLAG.findall(help_text)) - {"--help"})
+
+
+def counts_of(root, command=None):
+    counts = {
+        "product": lines_in(root, PRODUCT),
+        "tests": lines_in(root, ["test", "lab/test"]),
+        "lab": lines_in(root, ["lab", "-lab/test"]),
+        "words": words_in(root),
+        "public types": matches_in(root, ["include"], TYPE),
+        "constants": matches_in(root, PRODUCT, CONSTANT),
+    }
+    if command:
+        counts["flags of map"] = flags_in(subprocess.run([command, "map", "--help"], capture_output=True, check=True, text=True).stdout)
+    return counts
+
+
+def problems(counts, numbers):
+    for name, count in counts.items():
+        if count > numbers[name]:
+            yield f"{name}: {count} is above {numbers[name]}; take as much away in the same commit"
+        elif count < (1 - SLACK) * numbers[name]:
+            yield f"{name}: {count} is far below {numbers[name]}; write the new number: check_size.py ROOT COMMAND --write"
+
+
+def versions(root):
+    """(commit, its numbers, those of each of its parents), of every commit that changed them; none without the history."""
+
+    def git(*arguments):
+        done = subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True)
+        return done.stdout if done.returncode == 0 else ""
+
+    def numbers_at(commit):
+        return json.loads(git("show", f"{commit}:{NUMBERS}") or "{}")
+
+    if git("rev-parse", "--is-shallow-repository").strip() != "false":
+        return
+    for line in git("log", "--full-history", "--format=%h %p", "--", str(NUMBERS)).splitlines():
+        commit, *parents = line.split()
+        yield commit, numbers_at(commit), [numbers_at(parent) for parent in parents]
+
+
+def raised(history):
+    for commit, numbers, parents in history:
+        for name, number in numbers.items():
+            if any(number > parent.get(name, number) for parent in parents):
+                yield f"{commit} raised the number of {name} to {number}"
+        for name in set().union(*parents) - set(numbers):
+            yield f"{commit} dropped the number of {name}"
+
+
+def main(root, command=None, write=False):
+    file = root / NUMBERS
+    numbers = json.loads(file.read_text())
+    counts = counts_of(root, command)
+    if write:
+        numbers = {name: min(number, counts.get(name, number)) for name, number in numbers.items()}
+        file.write_text(json.dumps(numbers, indent=2) + "\n")
+    rows = [(room, lines_in(root, folders), "") for room, folders in ROOMS.items()]
+    rows += [(name, count, numbers[name]) for name, count in counts.items()]
+    print("\n".join(f"{name:<14}{count:>8}{most:>8}" for name, count, most in [("", "now", "most"), *rows]))
+    history = list(versions(root))
+    found = [*problems(counts, numbers), *raised(history)]
+    print(*found, sep="\n")
+    if not found and not (history and command):
+        print("skipped: " + ("the history of size.json" if command else "the flags of map, as no command is given"))
+        return SKIPPED
+    return BROKEN if found else IN_ORDER
 
 
 if __name__ == "__main__":
-    sys.exit(main(pathlib.Path(sys.argv[1])))
+    words = [word for word in sys.argv[1:] if word != "--write"]
+    sys.exit(main(pathlib.Path(words[0]), *words[1:2], write="--write" in sys.argv))
