@@ -51,7 +51,7 @@ struct ExportArguments {
   std::string map, file, up;
   std::vector<std::string> what{"polygons"};
   double min_radius = 0.05;
-  double thickness = 0;  // 0: the map's own
+  double thickness = ExportOptions().mesh_thickness;
   double bridge = 0;
   std::string robot = "biped";
   std::string unknown = "blocked";
@@ -94,8 +94,7 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   }
   options.up = up.direction;
   options.origin = map.origin();
-  options.mesh_thickness =
-      arguments.thickness > 0 ? arguments.thickness : map.parameters().surfaces.mesh_thickness;
+  options.mesh_thickness = arguments.thickness;
   std::map<SurfaceId, std::vector<Gap>> gaps;
   std::shared_ptr<const Snapshot> snapshot = map.snapshot();
   Stairs stairs = find_stairs(*snapshot, up.direction);
@@ -206,8 +205,9 @@ void add_export(CLI::App& app) {
   verb->add_option("--min-radius", arguments->min_radius, "m: smallest circle of --what circles")
       ->check(more_than(0))
       ->capture_default_str();
-  verb->add_option("--thickness", arguments->thickness, "m: of --what meshes [the map's mesh_thickness]")
-      ->check(more_than(0));
+  verb->add_option("--thickness", arguments->thickness, "m: of --what meshes")
+      ->check(more_than(0))
+      ->capture_default_str();
   verb->add_option("--bridge", arguments->bridge,
                    "m: widest unseen gap to close, where the spacing of the readings explains it, as between "
                    "a lidar's rings; with --format a quarter of the foot")

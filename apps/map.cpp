@@ -64,9 +64,7 @@ corrected poses; map reads them like other scans. A map that is resumed and save
 its folder. With another -o give --keep-scans a new folder, which starts with the earlier scans.
 
 Surfaces are found around what each scan has changed, cylinders in the points left. --detector paper uses PCL's
-parts and the paper's values instead, where no other is given: no cylinders, poses as they are. --smoothness-angle
-and --max-curvature are for it alone, --search-radius and --ransac-iterations for it and for cylinders,
---normal-radius for cylinders.
+parts and the paper's values instead, where no other is given: no cylinders, poses as they are.
 )";
 
 struct Inputs {
@@ -280,21 +278,16 @@ void add_map(CLI::App& app) {
                  "--serve: clients on this machine may take back a part of the map (POST /api/clear)");
   verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
       ->capture_default_str();
-  verb->add_flag("--again", options->again, "--resume: also map scans that the map already holds");
   verb->add_flag("--force", options->force, "overwrite map and report");
-  verb->add_flag("--keep-all", options->keep_all,
-                 "also map scans that fit nowhere and contradict the map [left out]");
   verb->add_flag("--strict", options->strict,
                  "write no map if scans contradict those before them; exit code 1");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
   add_scan_options(*verb, options->source, options->range);
-  verb->add_option("--viewpoint", options->viewpoint,
-                   "X Y Z: where clouds without a pose were seen from, in their frame, m [the origin, or "
-                   "above a single cloud that cannot have been seen from there]")
+  verb->add_option(
+          "--viewpoint", options->viewpoint,
+          "X Y Z: where scans without a pose were seen from, in their frame, m; 0 0 0: the sensor stood "
+          "still [the origin, or above a single cloud that cannot have been seen from there]")
       ->expected(3)
-      ->group("Scans");
-  verb->add_flag("--static", options->stood_still,
-                 "the sensor stood still: clouds without poses are all from the map's origin")
       ->group("Scans");
   verb->add_option_function<std::string>(
           "--pose-form",

@@ -28,10 +28,8 @@ struct MapOptions {
   std::optional<unsigned short> serve_port;     ///< of this machine, to serve the map while it grows
   int threads = 1;
   bool allow_clear = false;  ///< to those who are served
-  bool realtime = false, again = false, force = false, show_parameters = false;
-  bool stood_still = false;  ///< the sensor, for clouds without poses
-  bool strict = false;       ///< no map of scans that contradict one another
-  bool keep_all = false;     ///< also map scans that fit nowhere and contradict the map
+  bool realtime = false, force = false, show_parameters = false;
+  bool strict = false;  ///< no map of scans that contradict one another
 };
 
 }  // namespace octosurf

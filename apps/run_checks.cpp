@@ -1,4 +1,3 @@
-#include "run_forecast.hpp"
 #include "run_observers.hpp"
 #include "run_warnings.hpp"
 
@@ -19,7 +18,7 @@ class ReadingsCheck : public RunObserver {
     if (run_.statistics.scans() > 0) return;
     const MapOptions& options = run_.options;
     const Parameters& parameters = run_.mapper.map().parameters();
-    if (!run_.poses_elsewhere && !options.stood_still && options.viewpoint.empty())
+    if (!run_.poses_elsewhere && options.viewpoint.empty())
       require_poses(scan, run_.feed->peek(), options.inputs);
     near_sensor_ = warn_of_units(scan, parameters);
     run_.context.warn(spacing_warning(scan, parameters));
@@ -55,36 +54,6 @@ class ReadingsCheck : public RunObserver {
  private:
   RunState& run_;
   bool near_sensor_ = false;  // nearly all readings of the first scan
-};
-
-/// Says after the first scans what the others will cost.
-class CostCheck : public RunObserver {
- public:
-  explicit CostCheck(RunState& run) : run_(run) {}
-
-  void after(const InsertedScan& inserted) override {
-    constexpr std::size_t enough = 3;
-    if (++first_.count > enough) return;
-    first_.scan_s += 1e-3 * inserted.report.total_ms / enough;
-    const auto bytes = [&] { return static_cast<double>(run_.mapper.map().size().bytes); };
-    if (first_.count == 1) {
-      first_.bytes_first = bytes();
-      first_stamp_s_ = inserted.scan.stamp_s;
-    }
-    const std::size_t listed = run_.feed->size() - std::min(run_.feed->refused(), run_.feed->size());
-    if (first_.count < enough || listed <= enough) return;
-    first_.bytes = bytes();
-    first_.interval_s = (inserted.scan.stamp_s - first_stamp_s_) / (enough - 1);
-    first_.left = listed - enough;
-    // Within a limit of memory the map's parts go to a file.
-    run_.context.warn(cost_warning(first_, inserted.scan, run_.mapper.map().parameters().occupancy,
-                                   run_.options.max_memory > 0 ? 0 : available_memory()));
-  }
-
- private:
-  RunState& run_;
-  FirstScans first_;
-  double first_stamp_s_ = 0;
 };
 
 /// That poses are in the form and unit of the readings, else they ruin the map.
@@ -141,7 +110,6 @@ RunObservers checks_of(RunState& run) {
   RunObservers checks;
   checks.push_back(std::make_unique<ReadingsCheck>(run));
   checks.push_back(std::make_unique<PosesCheck>(run));
-  checks.push_back(std::make_unique<CostCheck>(run));
   return checks;
 }
 

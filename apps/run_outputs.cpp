@@ -101,7 +101,7 @@ class RunReport : public RunObserver {
       file.commit();
     }
     print_summary(run_);
-    print_warnings(run_.statistics, map, !report.empty(), run_.options.stood_still);
+    print_warnings(run_.statistics, map, !report.empty(), !run_.options.viewpoint.empty());
   }
 
  private:

@@ -3,7 +3,6 @@
 #include "arrivals.hpp"
 #include "cloud_viewpoint.hpp"
 #include "io/text_file.hpp"
-#include "run_forecast.hpp"
 #include "run_warnings.hpp"
 #include "sensing/fingerprint.hpp"
 #include "surfaces/map_state.hpp"
@@ -22,7 +21,7 @@ RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run
   for (const std::string& note : notes_) std::printf("%s\n", note.c_str());
   run.scans_listed = source->size();
   alone_ = run.scans_listed == 1 && !run.options.source.poses;
-  if (!run.options.again) held_ = run.mapper.map().state().held;
+  held_ = run.mapper.map().state().held;
   std::sort(held_.begin(), held_.end());
   feed_ = std::make_unique<ScanFeed>(std::move(source), range, run.options.realtime ? most_joined : 1,
                                      [this](Scan& scan) { return accept(scan); });
@@ -45,7 +44,6 @@ bool RunScans::accept(Scan& scan) {
   if (first && !run_.options.source.cloud_scale) require_metres(scan, parameters);
   place(scan);
   require_near(scan);
-  if (first) require_memory(scan, parameters.occupancy, available_memory());  // before its rays are traced
   return held_.empty() || !std::binary_search(held_.begin(), held_.end(), sensing::fingerprint_of(scan));
 }
 
@@ -54,7 +52,7 @@ void RunScans::place(Scan& cloud) const {
     cloud.T_map_sensor = alignment::pose_from(*run_.options.pose_form, cloud.T_map_sensor);
   const bool posed = cloud.T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
   if (const std::vector<double>& viewpoint = run_.options.viewpoint; !viewpoint.empty()) {
-    if (posed || cloud.sensor != SensorKind::lidar)
+    if (posed)
       throw Error(Error::Kind::usage, "--viewpoint", cloud.name + " has a pose already",
                   "give it with clouds that have none");
     return set_viewpoint(cloud, Eigen::Map<const Eigen::Vector3d>(viewpoint.data()));
@@ -92,8 +90,8 @@ void RunScans::finish() {
   run_.context.skipped_scans.insert(run_.context.skipped_scans.begin(), skipped.begin(), skipped.end());
   run_.context.mapped_before = feed_->refused();
   if (feed_->refused() > 0)
-    std::printf("%s left out: %s in the map already; --again maps them once more\n",
-                io::count_of(feed_->refused(), "scan").c_str(), feed_->refused() == 1 ? "it is" : "they are");
+    std::printf("%s left out: %s in the map already\n", io::count_of(feed_->refused(), "scan").c_str(),
+                feed_->refused() == 1 ? "it is" : "they are");
 }
 
 }  // namespace octosurf

@@ -16,7 +16,6 @@ RunState::RunState(const MapOptions& map_options, Map start, RunContext run_cont
       checkpoints(options.output, options.checkpoint_s, options.force && options.resume.empty()),
       begin(begin_time) {
   mapper.remember_scans();
-  if (options.keep_all) mapper.keep_all_scans();
 }
 
 void RunState::refuse(const std::string& what, const std::string& hint) {

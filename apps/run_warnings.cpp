@@ -1,8 +1,8 @@
 #include "run_warnings.hpp"
 
-#include "alignment/sensor_error.hpp"
 #include "geometry/degrees.hpp"
 #include "io/text_file.hpp"
+#include "sensing/downsample.hpp"
 #include "surfaces/map_state.hpp"
 #include "up_option.hpp"
 
@@ -12,6 +12,8 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
+#include <numbers>
 
 #include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
@@ -35,32 +37,6 @@ void warn_of_missing_poses(const RunStatistics& statistics) {
         "warning: all %zu scans are mapped from the map's origin, as they came without poses; if the sensor "
         "has moved, --poses FILE gives them\n",
         scans);
-}
-
-/// If the error exceeds its uncertainty (four deviations: four numbers, one false alarm in 4,000 runs) and
-/// moves the farthest readings by a tenth of a voxel, the threshold of corrections.
-void warn_of_sensor_error(const Map& map) {
-  const auto error = alignment::sensor_error_of(alignment::record_of(map.state()).state);
-  if (!error) return;
-  const Parameters& parameters = map.parameters();
-  const double far = parameters.occupancy.max_range.value_or(4);  // m, as for a depth camera
-  const double visible = parameters.occupancy.resolution / 10 / far;
-  const auto stands_out = [&](double value, double deviation) {
-    return std::fabs(value) > std::max(visible, 4 * deviation);
-  };
-  const Eigen::Vector3d tilt = error->tilt_rad(), tilt_deg = deg_per_rad * tilt;
-  if (stands_out(tilt.x(), error->tilt_deviation_rad(0)) ||
-      stands_out(tilt.y(), error->tilt_deviation_rad(1)) ||
-      stands_out(tilt.z(), error->tilt_deviation_rad(2)))
-    std::fprintf(stderr,
-                 "warning: the sensor seems to be tilted against its poses by %.2f, %.2f, %.2f° about its "
-                 "x, y, z: check its mounting (extrinsic calibration); nothing was changed\n",
-                 tilt_deg.x(), tilt_deg.y(), tilt_deg.z());
-  if (stands_out(error->range_scale(), error->range_scale_deviation()))
-    std::fprintf(stderr,
-                 "warning: the readings seem to be too %s by %.1f %%: check the sensor's depth scale; "
-                 "nothing was changed\n",
-                 error->range_scale() > 0 ? "long" : "short", 100 * std::fabs(error->range_scale()));
 }
 
 /// A sensor's usual limit is a guess where it cuts much.
@@ -156,7 +132,7 @@ void require_poses(const Scan& first, const Scan* second, const std::vector<std:
   if (second != nullptr && without(*second))
     throw Error(Error::Kind::usage, first.name,
                 "has no pose, nor has the next scan, and " + file + " lies beside them",
-                "--poses " + file + ", --viewpoint X Y Z, or --static for a sensor that stood still");
+                "--poses " + file + ", or --viewpoint X Y Z, 0 0 0 for a sensor that stood still");
   std::fprintf(stderr, "warning: %s has no pose, or is at the origin, and %s lies beside it: --poses %s\n",
                first.name.c_str(), file.c_str(), file.c_str());
 }
@@ -170,6 +146,37 @@ bool warn_of_units(const Scan& scan, const Parameters& parameters) {
                "--depth-scale, --cloud-scale\n",
                scan.name.c_str(), range);
   return true;
+}
+
+std::string spacing_warning(const Scan& scan, const Parameters& parameters) {
+  std::vector<Eigen::Vector3f> points;
+  const OccupancyParameters& occupancy = parameters.occupancy;
+  const double max_range = occupancy.max_range.value_or(sensing::default_max_range(scan.sensor));
+  for (const Eigen::Vector3f& point : scan.points)
+    if (const double range = point.norm(); range > occupancy.min_range && range <= max_range)
+      points.push_back(point);
+  constexpr std::size_t least = 100, sample = 200;  // readings: a median to within a tenth
+  if (points.size() < least) return {};
+  std::vector<float> nearest;
+  for (std::size_t i = 0; i < points.size(); i += 1 + points.size() / sample) {
+    float distance = std::numeric_limits<float>::max();
+    for (const Eigen::Vector3f& other : points)
+      if (const float d = (other - points[i]).squaredNorm(); d > 0) distance = std::min(distance, d);
+    nearest.push_back(std::sqrt(distance));
+  }
+  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
+  std::nth_element(nearest.begin(), middle, nearest.end());
+  // An outline bridges what is at most max_hole_size across, as is the diagonal of a square of readings.
+  const double spacing = *middle, across = std::numbers::sqrt2 * spacing, hole = parameters.max_hole_size();
+  if (across <= hole) return {};
+  constexpr double scatter = 1.25;  // the nearest of four neighbours of a square is as much nearer
+  const double wide_enough = std::min(1.0, scatter * across / hole * occupancy.resolution);
+  std::array<char, 320> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      ": readings lie %.2g m apart, too far for surfaces at %g m: --resolution %g or more finds them",
+      spacing, occupancy.resolution, std::ceil(100 * wide_enough) / 100);
+  return scan.name + text.data();
 }
 
 std::string memory_warning(const Map& map) {
@@ -276,7 +283,7 @@ void warn_of_contradiction(const RunStatistics& statistics) {
     std::fprintf(
         stderr,
         "  no step of the poses stands out, nor would another clock, unit or mount mend it: what was there "
-        "has changed, or poses drift\n  --keep-all maps such scans, --strict writes no such map\n");
+        "has changed, or poses drift\n  --align off maps such scans, --strict writes no such map\n");
 }
 
 }  // namespace
@@ -286,14 +293,13 @@ std::string contradiction_text(const RunStatistics& statistics) {
   return dip.empty() ? better_text(statistics) : dip;
 }
 
-void print_warnings(const RunStatistics& statistics, const Map& map, bool reported, bool stood_still) {
+void print_warnings(const RunStatistics& statistics, const Map& map, bool reported, bool viewpoint_given) {
   std::fflush(stdout);  // so that they follow the summary
-  if (!stood_still) warn_of_missing_poses(statistics);
+  if (!viewpoint_given) warn_of_missing_poses(statistics);
   warn_of_limit(statistics, map);
   warn_of_up(map, "");
   warn_of_contradiction(statistics);
   warn_of_closures(statistics);
-  warn_of_sensor_error(map);
   warn_of_double_layers(*map.snapshot(), reported);
   if (const std::string memory = memory_warning(map); !memory.empty())
     std::fprintf(stderr, "warning: %s\n", memory.c_str());

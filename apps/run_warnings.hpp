@@ -22,6 +22,9 @@ void require_poses(const Scan& first, const Scan* second, const std::vector<std:
 /// Warns if nearly all readings lie within a few voxels of the sensor; true if they do.
 bool warn_of_units(const Scan& scan, const Parameters& parameters);
 
+/// Says that a scan's readings lie so far apart that no surface bridges them; empty: they do not.
+std::string spacing_warning(const Scan& scan, const Parameters& parameters);
+
 /// By how much a run exceeded the map's limit of memory; empty if it did not.
 std::string memory_warning(const Map& map);
 
@@ -29,7 +32,7 @@ std::string memory_warning(const Map& map);
 std::string contradiction_text(const RunStatistics& statistics);
 
 /// After a run's summary, warns on stderr of problems with poses, sensor, surfaces and memory. `reported`: a
-/// report exists, which lists the double layers. `stood_still`: scans have no poses for that reason.
-void print_warnings(const RunStatistics& statistics, const Map& map, bool reported, bool stood_still);
+/// report exists, which lists the double layers. `viewpoint_given`: scans have no poses for that reason.
+void print_warnings(const RunStatistics& statistics, const Map& map, bool reported, bool viewpoint_given);
 
 }  // namespace octosurf

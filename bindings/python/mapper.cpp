@@ -209,7 +209,6 @@ What is given by name, as Parameters() takes it, wins over `parameters`. `thread
 rays. Throws Error(usage).)")
       .def("__repr__", &M::text)
       .def("remember_scans", changed(&Mapper::remember_scans))
-      .def("keep_all_scans", changed(&Mapper::keep_all_scans))
       .def("insert", &M::insert, "scan"_a)
       .def(
           "insert_all",

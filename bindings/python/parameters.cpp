@@ -33,11 +33,10 @@ void bind_parameters(Module& module) {
                                    clamp_min, clamp_max, occupied, preserve_surfaces));
   Settings<SurfaceParameters> surfaces(module, "SurfaceParameters");
   surfaces.fields(OCTOSURF_FIELDS(SurfaceParameters, surface_tolerance, sensor_noise, range_noise,
-                                  max_hole_size, min_surface_width, mesh_thickness));
+                                  max_hole_size, min_surface_width));
   Settings<DetectionParameters> detection(module, "DetectionParameters");
   detection.fields(OCTOSURF_FIELDS(DetectionParameters, detector, search_radius, normal_radius,
-                                   min_surface_points, smoothness_angle, max_curvature, ransac_iterations,
-                                   detection_budget, detect_cylinders));
+                                   min_surface_points, detection_budget, detect_cylinders));
 
   using P = Parameters;
   Settings<P>(module, "Parameters", parameters_doc)

@@ -25,7 +25,7 @@ enum class AlignmentOutcome {
   corrected,      ///< moved onto the surfaces that the scan sees again
   recovered,      ///< far off, as the previous scan was; relocated by matching planes
   /// Not inserted: far off, and no other scan confirms it; or it fits nowhere and most of it contradicts the
-  /// octree (Mapper::keep_all_scans).
+  /// octree.
   rejected,
   unexplained  ///< fits nowhere within reach: the given pose with the previous corrections
 };

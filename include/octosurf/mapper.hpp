@@ -226,10 +226,6 @@ class Mapper {
   /// From now on the map records which scans were inserted, for Map::holds(): 8 bytes each, saved with it.
   void remember_scans();
 
-  /// From now on a scan is also inserted if it fits nowhere and most of it contradicts the octree, in free
-  /// space and behind what is occupied, as wrong poses make it: for robots whose surroundings are replaced.
-  void keep_all_scans();
-
   std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last complete scan
   const Map& map() const;                            ///< throws std::bad_alloc after a failure, see 4
   Map release() &&;                                  ///< likewise

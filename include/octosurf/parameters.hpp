@@ -7,8 +7,8 @@
 
 namespace octosurf {
 
-// One small struct per stage, SI units, angles in radians (degrees only at the command line and in files). An
-// empty std::optional is derived from the other parameters; an explicit value overrides it.
+// One small struct per stage, SI units. An empty std::optional is derived from the other parameters; an
+// explicit value overrides it.
 
 /// src/core/occupancy: the octree and its update by a scan.
 struct OccupancyParameters {
@@ -34,7 +34,6 @@ struct SurfaceParameters {
   std::optional<double> max_hole_size;      ///< h, m: α of the alpha shape, largest gap within a surface,
                                             ///< reach of expansion along the plane; empty: derived
   double min_surface_width = 0.03;          ///< m: narrower clusters stay pending; 0: any; not the paper's
-  double mesh_thickness = 0.02;             ///< m: extrusion against the normal
 };
 
 /// Method of finding and growing surfaces (docs/design.md §4).
@@ -58,10 +57,6 @@ struct DetectionParameters {
                                         ///< cylinders, the largest neighbourhood; empty: derived
   std::optional<double> normal_radius;  ///< m: neighbourhood of cylinders' normals where points are dense and
                                         ///< exact; empty: derived
-  // For the paper's detector:
-  double smoothness_angle = 0.5235987755982988;  ///< rad: region growing, normal difference (30°)
-  double max_curvature = 0.05;                   ///< region growing, surface variation λ₀/Σλ
-  int ransac_iterations = 200;                   ///< RANSAC of its planes, and of cylinders
 };
 
 /// src/core/alignment: a scan's pose against the map, before insertion.
@@ -94,10 +89,10 @@ struct Parameters {
 };
 
 /// A parameter as text, for command lines, config files, reports and map files.
-/// Names are those of docs/parameters.md; angles are in degrees here.
+/// Names are those of docs/parameters.md.
 struct ParameterInfo {
   std::string name;  ///< e.g. "search_radius"
-  std::string unit;  ///< "m", "deg", …; empty: a number or a flag
+  std::string unit;  ///< "m", …; empty: a number or a flag
   std::string help;  ///< description, one line
 };
 /// All parameters, in the order of docs/parameters.md.
@@ -112,7 +107,7 @@ std::string get_parameter(const Parameters& parameters, const std::string& name)
 /// and rule.
 void set_parameter(Parameters& parameters, const std::string& name, const std::string& text);
 
-/// The exact value as a number in the units of the structs (radians; flags 0 or 1), empty if derived. Throws
+/// The exact value as a number in the units of the structs (flags 0 or 1), empty if derived. Throws
 /// Error(usage) for an unknown name.
 std::optional<double> parameter_value(const Parameters& parameters, const std::string& name);
 /// Sets a value returned by parameter_value(). Throws Error(usage) for an unknown name.

@@ -109,15 +109,13 @@ struct Planes {
 Planes find_planes(const Points& points, const Parameters& parameters) {
   const std::size_t n = least_points(parameters);
   const double r = parameters.search_radius();
-  const DetectionParameters& d = parameters.detection;
   std::vector<Indices> regions(1, Indices(points.size()));
   std::iota(regions[0].begin(), regions[0].end(), 0U);
-  if (points.size() > n)
-    regions = smooth_regions(points, mls_normals(points, r), r, d.smoothness_angle, d.max_curvature);
+  if (points.size() > n) regions = smooth_regions(points, mls_normals(points, r), r);
   Planes planes;
   for (Indices& region : regions) {
     while (region.size() > n) {
-      const PlaneFit fit = fit_plane(at(points, region), parameters.surface_tolerance(), d.ransac_iterations);
+      const PlaneFit fit = fit_plane(at(points, region), parameters.surface_tolerance());
       if (fit.inliers.empty()) break;
       const Indices inliers = at(region, fit.inliers);
       Indices rest;  // both are ascending

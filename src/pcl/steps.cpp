@@ -119,7 +119,7 @@ std::vector<PointNormal> mls_normals(const Points& points, double radius) {
 }
 
 std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
-                                    double radius, double angle, double max_curvature) {
+                                    double radius) {
   auto pcl_normals = std::make_shared<::pcl::PointCloud<::pcl::Normal>>();
   pcl_normals->resize(points.size());
   auto known = std::make_shared<::pcl::Indices>();
@@ -132,18 +132,18 @@ std::vector<Indices> smooth_regions(const Points& points, const std::vector<Poin
   growing.setIndices(known);
   growing.setInputNormals(pcl_normals);
   growing.setSearchMethod(unsorted());
-  growing.setSmoothnessThreshold(static_cast<float>(angle));
+  growing.setSmoothnessThreshold(static_cast<float>(smoothness_angle));
   growing.setCurvatureThreshold(static_cast<float>(max_curvature));
   std::vector<::pcl::PointIndices> regions;
   growing.extract(regions);
   return own(regions);
 }
 
-PlaneFit fit_plane(const Points& points, double tolerance, int iterations) {
+PlaneFit fit_plane(const Points& points, double tolerance) {
   const Silence silence;
   const auto plane = std::make_shared<::pcl::SampleConsensusModelPlane<::pcl::PointXYZ>>(pcl_cloud(points));
   ::pcl::RandomSampleConsensus<::pcl::PointXYZ> ransac(plane, tolerance);
-  ransac.setMaxIterations(iterations);
+  ransac.setMaxIterations(ransac_iterations);
   if (!ransac.computeModel()) return {};
   ::pcl::Indices inliers;
   ransac.getInliers(inliers);

@@ -8,6 +8,10 @@
 /// The paper's steps that are PCL's, one function for each part of PCL, in Eigen's types.
 namespace octosurf::pcl {
 
+constexpr double smoothness_angle = 0.5235987755982988;  ///< rad: between normals of a region, 30° (III-C3)
+constexpr double max_curvature = 0.05;  ///< surface variation λ₀/Σλ in a region (III-C3)
+constexpr int ransac_iterations = 200;  ///< of a plane (III-C4)
+
 using Points = std::vector<Eigen::Vector3f>;
 using Indices = std::vector<std::uint32_t>;
 
@@ -25,17 +29,18 @@ struct PointNormal {
 /// Points without a plane through their neighbours are skipped.
 std::vector<PointNormal> mls_normals(const Points& points, double radius);
 
-/// pcl::RegionGrowing over all neighbours within `radius`, of the points with a normal. Memory: 4 bytes a
-/// pair.
+/// pcl::RegionGrowing by `smoothness_angle` and `max_curvature` over all neighbours within `radius`, of the
+/// points with a normal. Memory: 4 bytes a pair.
 std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
-                                    double radius, double angle, double max_curvature);
+                                    double radius);
 
-/// pcl::SACSegmentation, RANSAC, plain plane model, constant seed. Normal of either sign.
+/// pcl::SACSegmentation, RANSAC of `ransac_iterations`, plain plane model, constant seed. Normal of either
+/// sign.
 struct PlaneFit {
   Plane plane;
   Indices inliers;  ///< ascending; empty if no plane was found
 };
-PlaneFit fit_plane(const Points& points, double tolerance, int iterations);
+PlaneFit fit_plane(const Points& points, double tolerance);
 
 /// pcl::EuclideanClusterExtraction, of any size.
 std::vector<Indices> clusters(const Points& points, double gap);

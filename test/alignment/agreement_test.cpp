@@ -129,14 +129,13 @@ TEST(RunAgreement, OfAJumpThatAlignmentMendsSaysWhatItMended) {
   EXPECT_NEAR(jump->jump_rad, 0, 1e-9);
 }
 
-/// A scan that fits nowhere, half of it in free space and half behind walls, is left out unless all are to be
-/// kept; the octree is as before.
+/// A scan that fits nowhere, half of it in free space and half behind walls; the octree is as before.
 TEST(Agreement, LeavesOutAScanThatContradictsAllThatIsKnown) {
-  for (const bool keeps_all : {false, true}) {
+  for (const bool enabled : {true, false}) {
     Parameters parameters;
     parameters.occupancy.resolution = 0.05;
+    parameters.alignment.enabled = enabled;
     Mapper mapper(parameters);
-    if (keeps_all) mapper.keep_all_scans();
     const std::vector<Scan> scans = walk(12);
     for (const Scan& scan : scans) mapper.insert(scan);
     const std::size_t before = mapper.map().size().leaves;
@@ -145,8 +144,8 @@ TEST(Agreement, LeavesOutAScanThatContradictsAllThatIsKnown) {
                          Eigen::AngleAxisd(0.6, Eigen::Vector3d(1, 2, 3).normalized()) * wrong.T_map_sensor;
     const ScanReport report = mapper.insert(wrong);
     EXPECT_LT(report.agreement.share(), 0.5);
-    if (keeps_all) {
-      EXPECT_NE(report.alignment.outcome, AlignmentOutcome::rejected);
+    if (!enabled) {
+      EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::off);
       EXPECT_GT(mapper.map().size().leaves, before);
     } else {
       EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::rejected);

@@ -27,12 +27,10 @@ class Config : public CommandTest {
 
 TEST_F(Config, ShowsWhatIsInForce) {
   auto values = shown("");
-  EXPECT_EQ(values.size(), 28u);
+  EXPECT_EQ(values.size(), 24u);
   EXPECT_EQ(values["align"], "auto");
   EXPECT_EQ(values["resolution"], "0.02 m");
   EXPECT_EQ(values["max_hole_size"], "0.08 m");
-  EXPECT_EQ(values["smoothness_angle"], "30 deg");
-  EXPECT_EQ(values["ransac_iterations"], "200");
   values = shown("--resolution 0.05");
   EXPECT_EQ(values["max_hole_size"], "0.2 m");  // 4 d
   EXPECT_EQ(shown("--resolution 0.05 --max-hole-size 0.08")["max_hole_size"], "0.08 m");

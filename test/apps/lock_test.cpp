@@ -23,20 +23,20 @@ TEST_F(Lock, WhileOneProcessWritesNoOtherDoes) {
   {
     const io::MapLock held(folder / "m"), remapped(folder / "kept");
     for (const std::string verb :
-         {"map floor --resume m --again", "map floor -o m --force", "clear m --box 0 0 0 1 1 1 --force",
+         {"map floor --resume m", "map floor -o m --force", "clear m --box 0 0 0 1 1 1 --force",
           "merge m other -o m --force", "remap kept"})
       EXPECT_THAT(error_of(verb, 1), AllOf(HasSubstr(".lock: "), HasSubstr(own))) << verb;
     run_well("info m");
     save_map(load_map(folder / "m").map, folder / "m");  // by the process that holds it
   }
   EXPECT_EQ(read("m.surfaces"), before);
-  run_well("map floor --resume m --again");
+  run_well("map floor --resume m");
   EXPECT_FALSE(exists("m.lock"));
 }
 
 TEST_F(Lock, OfAProcessThatIsGoneIsTakenOver) {
   write("m.lock", "process 4711 of a-robot\n");
-  EXPECT_THAT(run_well("map floor --resume m --again").err,
+  EXPECT_THAT(run_well("map floor --resume m").err,
               AllOf(HasSubstr("process 4711 of a-robot"), HasSubstr("taken over")));
   EXPECT_FALSE(exists("m.lock"));
 }

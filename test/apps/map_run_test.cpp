@@ -189,8 +189,6 @@ TEST_F(MapRun, ResumingLeavesOutWhatIsMapped) {
   EXPECT_EQ(info("m").at("scans"), 4);
   EXPECT_THAT(run_well("map room --resume m --first 4").out, HasSubstr("4 scans left out"));
   EXPECT_EQ(info("m").at("scans"), 4);
-  run_well("map room --resume m --first 4 --again");
-  EXPECT_EQ(info("m").at("scans"), 8);
 }
 
 TEST_F(MapRun, NothingMappedIsNoSuccess) {
@@ -310,11 +308,11 @@ TEST_F(MapRun, CloudsWithoutPosesAreRefusedWhereAFileOfPosesLiesBesideThem) {
               HasSubstr("my_trajectory.txt lies beside it"));
   EXPECT_THAT(error_of("map two -o m --resolution 0.05", 2),
               AllOf(HasSubstr("0.pcd: has no pose"), HasSubstr("my_trajectory.txt"), HasSubstr("--poses"),
-                    HasSubstr("--viewpoint"), HasSubstr("--static")));
+                    HasSubstr("--viewpoint")));
   EXPECT_FALSE(exists("m.surfaces"));
   run_well("map two -o m --resolution 0.05 --poses my_trajectory.txt");
-  EXPECT_THAT(run_well("map two -o still --resolution 0.05 --static").err, Not(HasSubstr("--poses")));
-  run_well("map two -o seen --resolution 0.05 --viewpoint 0 0 0");
+  EXPECT_THAT(run_well("map two -o still --resolution 0.05 --viewpoint 0 0 0").err,
+              Not(HasSubstr("--poses")));
   run_well("map moved -o moved/m --resolution 0.05");
 }
 
@@ -430,7 +428,7 @@ TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {
   same_maps("m", "fast");
   // The budget of real time is no choice of the user's, and does not conflict with a map made without it.
   run_well("map floor -o paper --detector paper");
-  run_well("map floor --resume paper --again --detector paper --realtime --rate 100");
+  run_well("map floor --resume paper --detector paper --realtime --rate 100");
 }
 
 TEST_F(MapRun, OctreesGiveSurfaces) {

@@ -89,7 +89,6 @@ TEST_F(Statistics, ParametersAreNumbersWhereTheyCanBe) {
   const json values = json::parse(parameters_json(parameters));
   EXPECT_EQ(values.size(), parameter_infos().size());
   EXPECT_EQ(values.at("max_range"), 2.5);
-  EXPECT_EQ(values.at("smoothness_angle"), 30);
   EXPECT_TRUE(values.at("min_surface_points").is_number_integer());
   EXPECT_EQ(values.at("range_noise"), "estimated");
   EXPECT_EQ(values.at("preserve_surfaces"), true);

@@ -96,7 +96,7 @@ TEST_F(UpOption, WallsThatAreMoreThanTheFloorHideNoOtherAxis) {
 }
 
 TEST_F(UpOption, AMapThatIsGoneOnWithMayGetAnother) {
-  run_well("map floor --resume m --again --first 1 --up auto");
+  run_well("map floor --resume m --first 1 --up auto");
   EXPECT_EQ(up_of("m").at("from"), "surfaces");
   run_well("map floor -o n --resume m");
   EXPECT_EQ(up_of("n").at("from"), "surfaces") << "kept";

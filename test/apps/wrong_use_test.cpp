@@ -120,8 +120,6 @@ const std::vector<Refused>& refused() {
       {"map floor -o n --resolution 2cm", {"resolution", "'2cm'", "finite number"}},
       {"map floor -o n --min-surface-points 2", {"min_surface_points", "2", "at least 3"}},
       {"map floor -o n --min_surface_points 20.5", {"min_surface_points", "'20.5'", "integer"}},
-      {"map floor -o n --smoothness_angle 100",
-       {"smoothness_angle", "100", "more than 0 and at most 90 degrees"}},
       {"map floor -o n --hit 0.4", {"hit", "0.4", "more than 0.5 and less than 1"}},
       {"map floor -o n --preserve_surfaces maybe", {"preserve_surfaces", "'maybe'", "true or false"}},
       // what follows from a parameter is said of the one that was given

@@ -1,6 +1,7 @@
 #include "bench/bench.hpp"
 #include "geometry/moments.hpp"
 #include "geometry/rings.hpp"
+#include "pcl/steps.hpp"
 #include "sensing/downsample.hpp"
 #include "support/alpha_shape_twin.hpp"
 
@@ -160,8 +161,8 @@ std::pair<Snapshot, double> cgal_surfaces(CgalMethod method, const std::vector<S
     }
   }
   const CgalPlanes planes =
-      method(points, {parameters.surface_tolerance(), parameters.detection.smoothness_angle,
-                      parameters.max_hole_size(), static_cast<std::size_t>(parameters.min_surface_points())});
+      method(points, {parameters.surface_tolerance(), pcl::smoothness_angle, parameters.max_hole_size(),
+                      static_cast<std::size_t>(parameters.min_surface_points())});
   Snapshot snapshot;
   snapshot.resolution = parameters.occupancy.resolution;
   for (const std::vector<std::size_t>& region : planes.regions) {

@@ -60,7 +60,7 @@ std::optional<Map> loaded(const std::string& bytes) {
 
 /// Parameters under which one scan is soon done: a map's are its owner's to choose.
 bool cheap(const Parameters& p) {
-  return p.detection.ransac_iterations <= 1000 && p.max_hole_size() <= 16 * p.occupancy.resolution &&
+  return p.max_hole_size() <= 16 * p.occupancy.resolution &&
          p.search_radius() <= 8 * p.occupancy.resolution && p.occupancy.resolution >= 0.01;
 }
 

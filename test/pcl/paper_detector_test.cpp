@@ -136,13 +136,11 @@ class PaperTwin {
               [&](std::uint32_t a, std::uint32_t b) { return key_of(points_[a]) < key_of(points_[b]); });
     pending_ = pick(pending_, pcl::with_neighbors(pick(points_, pending_), r_, 2));
     if (pending_.size() <= n_) return;
-    const DetectionParameters& d = parameters_.detection;
     const pcl::Points points = pick(points_, pending_);
-    for (const pcl::Indices& smooth :
-         pcl::smooth_regions(points, pcl::mls_normals(points, r_), r_, d.smoothness_angle, d.max_curvature)) {
+    for (const pcl::Indices& smooth : pcl::smooth_regions(points, pcl::mls_normals(points, r_), r_)) {
       pcl::Indices region = pick(pending_, smooth);
       while (region.size() > n_) {
-        const pcl::PlaneFit fit = pcl::fit_plane(pick(points_, region), s_, d.ransac_iterations);
+        const pcl::PlaneFit fit = pcl::fit_plane(pick(points_, region), s_);
         if (fit.inliers.empty()) break;
         const pcl::Indices inliers = pick(region, fit.inliers);
         for (const pcl::Indices& cluster : pcl::clusters(pick(points_, inliers), h_))

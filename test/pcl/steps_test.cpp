@@ -45,7 +45,7 @@ TEST(Steps, KeepsThePointsWithTwoNeighbours) {
 TEST(Steps, FindsThePlaneWithAllThatLiesWithinS) {
   auto random = test::rng();
   const Points points = tilted_plane(random, 500);
-  const PlaneFit fit = fit_plane(points, 0.01, 200);
+  const PlaneFit fit = fit_plane(points, 0.01);
   EXPECT_GT(fit.inliers.size(), 440U);  // of 450, and some of the others
   const double cosine = std::fabs(fit.plane.normal.dot(Eigen::Vector3d(-0.1, 0, 1).normalized()));
   EXPECT_GT(cosine, std::cos(2 * std::numbers::pi / 180));
@@ -72,8 +72,8 @@ TEST(Steps, GrowsOverAllNeighboursWithinR) {
                             0.005F * static_cast<float>(i), 0.F);
   std::vector<PointNormal> normals;
   for (std::uint32_t i = 0; i < strips.size(); ++i) normals.push_back({i, Eigen::Vector3f::UnitZ(), 0});
-  EXPECT_EQ(smooth_regions(strips, normals, 0.09, 0.5, 0.05).size(), 1U);
-  EXPECT_EQ(smooth_regions(strips, normals, 0.07, 0.5, 0.05).size(), 3U);
+  EXPECT_EQ(smooth_regions(strips, normals, 0.09).size(), 1U);
+  EXPECT_EQ(smooth_regions(strips, normals, 0.07).size(), 3U);
 }
 
 TEST(Steps, NormalsAreThoseOfThePlaneThatPointsLieOn) {
@@ -91,7 +91,7 @@ TEST(Steps, NormalsAreThoseOfThePlaneThatPointsLieOn) {
 
 TEST(Steps, FitsThatFailAreSilent) {
   ::testing::internal::CaptureStderr();
-  EXPECT_TRUE(fit_plane(Points(20, Eigen::Vector3f::Zero()), 0.01, 200).inliers.empty());
+  EXPECT_TRUE(fit_plane(Points(20, Eigen::Vector3f::Zero()), 0.01).inliers.empty());
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 

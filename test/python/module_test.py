@@ -213,7 +213,7 @@ class Settings(unittest.TestCase):
         # Each, set by its text, changes what to_dict() says, and comes back from there.
         unlike = {"preserve_surfaces": "false", "detect_cylinders": "false", "align": "off", "up_x": "1", "up_y": "1",
                   "up_z": "0.5", "hit": "0.8", "miss": "0.3", "occupied": "0.6", "clamp_min": "0.2", "clamp_max": "0.9",
-                  "min_surface_points": "77", "ransac_iterations": "5", "detection_budget": "9", "detector": "paper"}
+                  "min_surface_points": "77", "detection_budget": "9", "detector": "paper"}
         for name in octosurf.Parameters.names():
             changed = octosurf.Parameters()
             changed.set(name, unlike.get(name, "0.031"))
@@ -238,10 +238,10 @@ class Settings(unittest.TestCase):
 
     def test_validation_and_pickling(self):
         parameters = octosurf.Parameters()
-        parameters.detection.smoothness_angle = 9
+        parameters.surfaces.sensor_noise = 9
         with self.assertRaises(octosurf.Error) as raised:
             parameters.validate()
-        self.assertEqual(raised.exception.where, "smoothness_angle")
+        self.assertEqual(raised.exception.where, "sensor_noise")
         for kind, field in ((octosurf.Biped, "max_up_m"), (octosurf.ContactLimits, "clearance_m")):
             for number in (float("nan"), float("inf"), np.float32("nan")):
                 with self.assertRaises(octosurf.Error) as raised:

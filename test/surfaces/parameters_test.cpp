@@ -53,8 +53,6 @@ TEST(Parameters, TextGoesInAndOut) {
   };
   check("resolution", "0.04", "0.04");
   check("resolution", "4e-2", "0.04");
-  check("smoothness_angle", "25", "25");
-  EXPECT_NEAR(p.detection.smoothness_angle, 25 * std::numbers::pi / 180, 1e-15);
   check("min_surface_points", "120", "120");
   EXPECT_EQ(p.detection.min_surface_points, 120);
   check("preserve_surfaces", "false", "false");
@@ -139,9 +137,8 @@ TEST(Parameters, ExactValuesGoInAndOut) {
   odd.occupancy.max_range = 1.0 / 7;
   odd.occupancy.preserve_surfaces = false;
   odd.surfaces.range_noise = 1.0 / 811;
-  odd.detection.smoothness_angle = 0.3 + 1e-16;
+  odd.surfaces.sensor_noise = 0.003 + 1e-18;
   odd.detection.min_surface_points = 61;
-  odd.detection.ransac_iterations = 333;
   for (const Parameters& from : {Parameters{}, Parameters::paper(), odd}) {
     Parameters to;
     to.detection.search_radius = 1;  // derived ones are emptied, too
@@ -250,17 +247,13 @@ TEST(Parameters, ValidateNamesFieldValueAndRule) {
       {"surface_tolerance", {0, -0.01, 1e6}},
       {"max_hole_size", {0, -1, 0.001, 0.65, 1e6}},
       {"min_surface_width", {-0.01, 1e6}},
-      {"mesh_thickness", {0, -0.02, 1e6}},
       {"search_radius", {0, -0.15, 1e6}},
       {"normal_radius", {0, -0.15, 1e6}},
       {"min_surface_points", {0, -50, 2}},
-      {"smoothness_angle", {0, -0.5, 4}},
-      {"max_curvature", {0, -0.05, 0.5}},
-      {"ransac_iterations", {0, -200}},
   };
   for (const auto& [name, values] : refused) {
     std::vector<double> all = values;
-    const bool real = name != "min_surface_points" && name != "ransac_iterations";
+    const bool real = name != "min_surface_points";
     if (real) all.insert(all.end(), {nan, inf, -inf});
     for (const double value : all) {
       if (name == "max_range" && value == inf) continue;  // may well mean "no limit"

@@ -234,9 +234,7 @@ AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& s
   }
   ScanAlignment alignment(result, record.patches, scan, map.parameters);
   const PoseSearch search = search_from(alignment.expected());
-  alignment.align(search, [&] {
-    return !keeps_all && contradicts(agreement_of(map, scan, alignment.expected(), limits));
-  });
+  alignment.align(search, [&] { return contradicts(agreement_of(map, scan, alignment.expected(), limits)); });
   const AlignmentOutcome outcome = result.alignment.outcome;
   const bool rejected = outcome == AlignmentOutcome::rejected;
   if (!rejected)

@@ -26,7 +26,6 @@ class ScanAligner {
   /// The pose for inserting `scan` into `map`: the given one unless alignment is enabled. A millisecond if
   /// not, else two, or twenty with a search.
   AlignedScan operator()(const surfaces::MapState& map, const Scan& scan, const RangeLimits& limits);
-  bool keeps_all = false;  ///< scans that fit nowhere and contradict the octree are not rejected
 
  private:
   NearSurfaces surfaces_;

@@ -74,12 +74,9 @@ std::optional<geometry::CylinderShape> CylinderExtraction::best_shape(std::span<
     for (int again = 0; again < 4 && (b->position - a.position).norm() > neighbourhood; ++again) b = &pick();
     return guess(a, *b);
   };
-  const auto best =
-      ransac<Guess>({.iterations = map_.parameters.detection.ransac_iterations,
-                     .drawn = 2,
-                     .scored = points.size(),
-                     .to_beat = rules_.min_points() / stride / 2},
-                    draw, [&](const Guess& g, std::size_t to_beat) { return count(g, points, to_beat); });
+  const auto best = ransac<Guess>(
+      {.iterations = 200, .drawn = 2, .scored = points.size(), .to_beat = rules_.min_points() / stride / 2},
+      draw, [&](const Guess& g, std::size_t to_beat) { return count(g, points, to_beat); });
   if (!best) return {};
   const Eigen::Vector3d reference = map_.window[region.front()].position.cast<double>();
   return geometry::CylinderShape{reference + best->model.point.cast<double>(),

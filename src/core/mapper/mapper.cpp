@@ -325,7 +325,6 @@ void Mapper::share_octree(bool on) {
 }
 
 void Mapper::remember_scans() { impl_->remember_scans = true; }
-void Mapper::keep_all_scans() { impl_->align.keeps_all = true; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {
   impl_->map.state().restore();

@@ -1,10 +1,7 @@
-#include "geometry/degrees.hpp"
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <ranges>
 #include <sstream>
 #include <string_view>
@@ -26,7 +23,7 @@ std::string text_of(double value) {
   throw Error(Error::Kind::usage, name, "is " + value, "must be " + rule);
 }
 
-enum class Form { real, degrees, integer, flag, choice };
+enum class Form { real, integer, flag, choice };
 
 /// One row of the table shared by command line, config, reports and map files. Values are doubles in the
 /// code's units; none: the parameter is derived by `in_force`.
@@ -110,13 +107,6 @@ std::vector<Entry> make_entries() {
               [](const P& p) { return std::to_string(p.min_surface_points()); }),
       plain(s, &S::min_surface_width, Form::real,
             {"min_surface_width", "m", "narrower planar clusters do not become surfaces"}),
-      plain(d, &D::smoothness_angle, Form::degrees,
-            {"smoothness_angle", "deg", "region growing, normal difference: the paper's detector only"}),
-      plain(d, &D::max_curvature, Form::real,
-            {"max_curvature", "", "region growing, curvature: the paper's detector only"}),
-      plain(d, &D::ransac_iterations, Form::integer,
-            {"ransac_iterations", "", "RANSAC: the paper's planes, and cylinders"}),
-      plain(s, &S::mesh_thickness, Form::real, {"mesh_thickness", "m", "extrusion of the mesh"}),
       derived(o, &O::max_range, Form::real, {"max_range", "m", "farther points only free space"},
               [](const P&) { return std::string("sensor"); }),
       plain(o, &O::min_range, Form::real, {"min_range", "m", "nearer points are dropped"}),
@@ -256,7 +246,6 @@ void Parameters::validate() const {
         max_hole_size() >= o.resolution && max_hole_size() <= std::max(0.08, 32 * o.resolution),
         "from 1 to 32 voxels, or up to 0.08 m");
   check("min_surface_width", s.min_surface_width >= 0 && s.min_surface_width <= 10, "from 0 to 10 m");
-  check("mesh_thickness", s.mesh_thickness > 0 && s.mesh_thickness <= 10, "more than 0 and at most 10 m");
   const DetectionParameters& d = detection;
   if (d.detector != DetectorKind::likelihood && d.detector != DetectorKind::paper)
     refuse("detector", "unknown", "likelihood or paper");
@@ -266,10 +255,6 @@ void Parameters::validate() const {
         "from 1 voxel to search_radius");
   check("min_surface_points", min_surface_points() >= 3, "at least 3");
   check("detection_budget", d.detection_budget >= 0, "at least 0");
-  check("smoothness_angle", d.smoothness_angle > 0 && d.smoothness_angle <= std::numbers::pi / 2,
-        "more than 0 and at most 90 degrees");
-  check("max_curvature", d.max_curvature > 0 && d.max_curvature <= 1.0 / 3, "more than 0 and at most 1/3");
-  check("ransac_iterations", d.ransac_iterations >= 1 && d.ransac_iterations <= 1000000, "from 1 to 1000000");
   check("up", !up || std::fabs(up->norm() - 1) <= 1e-6, "of length 1");
 }
 
@@ -290,7 +275,7 @@ std::string get_parameter(const Parameters& parameters, const std::string& name)
   if (!value) return e.in_force(parameters);
   if (e.form == Form::flag) return *value != 0 ? "true" : "false";
   if (e.form == Form::choice) return e.choices.at(static_cast<std::size_t>(*value));
-  return text_of(e.form == Form::degrees ? *value / rad_per_deg : *value);
+  return text_of(*value);
 }
 
 void set_parameter(Parameters& parameters, const std::string& name, const std::string& text) {
@@ -312,7 +297,7 @@ void set_parameter(Parameters& parameters, const std::string& name, const std::s
   if (!value) refuse(name, "'" + text + "'", e.in_force ? "a finite number or auto" : "a finite number");
   if (e.form == Form::integer && (*value != std::floor(*value) || std::fabs(*value) > 1e9))
     refuse(name, "'" + text + "'", "an integer");
-  e.set(parameters, e.form == Form::degrees ? *value * rad_per_deg : *value);
+  e.set(parameters, *value);
 }
 
 std::optional<double> parameter_value(const Parameters& parameters, const std::string& name) {

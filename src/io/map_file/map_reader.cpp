@@ -5,12 +5,14 @@
 #include "map_file.pb.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 
@@ -23,6 +25,9 @@ constexpr std::size_t longest_path = 4096;
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
+/// Parameters of earlier versions that have a fixed value now, or none.
+constexpr std::array<std::string_view, 4> retired_parameters{"smoothness_angle", "max_curvature",
+                                                             "ransac_iterations", "mesh_thickness"};
 constexpr double largest_integer = 1e9;  // limit of a parameter; real ones are far below
 
 /// A parsed record: its field number, and that field's bytes.
@@ -131,6 +136,7 @@ class MapReader : Damage {
     Parameters parameters;
     const auto& infos = parameter_infos();
     for (const map_file::Parameter& p : header.parameters()) {
+      if (std::ranges::find(retired_parameters, p.name()) != retired_parameters.end()) continue;
       const bool known = std::any_of(infos.begin(), infos.end(),
                                      [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)

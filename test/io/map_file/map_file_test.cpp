@@ -64,8 +64,6 @@ TEST_F(MapFiles, OfParametersAtTheirEndsLoad) {
                                   "resolution=10 surface_tolerance=1",
                                   "min_surface_width=0",
                                   "min_surface_width=10",
-                                  "mesh_thickness=1e-12",
-                                  "mesh_thickness=10",
                                   "min_surface_points=3",
                                   "search_radius=0.05 normal_radius=0.05",
                                   "search_radius=3.2 normal_radius=3.2",
@@ -74,7 +72,6 @@ TEST_F(MapFiles, OfParametersAtTheirEndsLoad) {
                                   "miss=1e-6 clamp_min=1e-7",
                                   "occupied=0.13",
                                   "occupied=0.97",
-                                  "ransac_iterations=1",
                                   "max_range=1e-3",
                                   "max_range=1e6 min_range=1"}) {
     Parameters parameters = coarse();
@@ -128,8 +125,8 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
   // Every one another than the default: thirds of these, which no short text holds.
   std::istringstream thirds(
       "resolution 0.1 surface_tolerance 0.07 sensor_noise 0.01 range_noise 0.001 max_hole_size 0.5 "
-      "search_radius 0.7 normal_radius 0.4 min_surface_points 123 min_surface_width 0.2 smoothness_angle 1 "
-      "max_curvature 0.1 ransac_iterations 231 detection_budget 2310 mesh_thickness 0.1 max_range 20 "
+      "search_radius 0.7 normal_radius 0.4 min_surface_points 123 min_surface_width 0.2 "
+      "detection_budget 2310 max_range 20 "
       "min_range 1 hit 2 miss 1 clamp_min 0.1 clamp_max 2.9 occupied 1.6 preserve_surfaces 0 "
       "detect_cylinders 0 align 0 up_x 1 up_y -2 up_z 2");
   Parameters parameters;
