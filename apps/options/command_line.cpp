@@ -94,6 +94,12 @@ int complain(const std::string& program, const std::string& verb, std::string_vi
   return code;
 }
 
+/// The end of every verb: what it printed may have gone nowhere, as to a full disk.
+int finish(const std::string& program, const std::string& verb) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return done;
+  return complain(program, verb, "standard output: cannot be written; is the disk full?", failed);
+}
+
 bool is_number(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -147,7 +153,7 @@ int run_command(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(arguments_of(words));
   } catch (const CLI::Success& help_or_version) {
-    return app.exit(help_or_version);
+    app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
     const std::string help = verb.empty() ? program + " --help" : program + " " + verb + " --help";
     const bool unknown = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
@@ -163,7 +169,7 @@ int run_command(CLI::App& app, int argc, char** argv) {
   } catch (const std::exception& error) {
     return complain(program, verb, error.what(), failed);
   }
-  return done;
+  return finish(program, verb);
 }
 
 }  // namespace octosurf

@@ -239,6 +239,16 @@ TEST_F(WrongUse, PosesDoNotMatchOrIntrinsicsAreMissing) {
   EXPECT_FALSE(exists("n.surfaces"));
 }
 
+TEST_F(WrongUse, OutputThatGoesNowhereIsAFailure) {
+  for (const char* arguments :
+       {"info m --json", "query m --below 0 0 1", "diff m m", "explain m --at 0 0 0", "--help"})
+    EXPECT_THAT(
+        run(arguments, R"(sh -c '"$0" "$@" >/dev/full')"),
+        AllOf(::testing::Field(&Outcome::code, 1),
+              ::testing::Field(&Outcome::errors, ::testing::ElementsAre(HasSubstr("standard output")))))
+        << arguments;
+}
+
 TEST_F(WrongUse, OutputsAreNotOverwrittenSilently) {
   const std::vector<std::pair<std::string, std::string>> taken{
       {"m.surfaces", "map floor -o m"},

@@ -75,6 +75,8 @@ void require_map(const MapPaths& files) {
 }  // namespace
 
 void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
+  if (stem.filename().empty())
+    throw Error(Error::Kind::usage, stem.string(), "names no map", "give its path, as in maps/office");
   const MapPaths files(stem);
   KeptScans from_there = scans;
   if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
