@@ -1,6 +1,5 @@
 // `octosurf view`: a page to look at maps, or a picture of one.
 #include "bounds.hpp"
-#include "io/text_file.hpp"
 #include "lineage.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
@@ -11,7 +10,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <future>
 #include <map>
 #include <memory>
@@ -36,7 +34,7 @@ constexpr const char* view_description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
 The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
-pending points, free space, contact regions, plans. With several maps it has a time slider and colours what
+pending points, free space, contact regions. With several maps it has a time slider and colours what
 changed. Without --html it is written to NAME.html in the current folder, after the last map's name.
 
 Examples:
@@ -45,7 +43,6 @@ Examples:
   octosurf view maps/monday maps/tuesday --html week.html     what changed from map to map
   octosurf view maps/hall --max-mb 30                         finer voxels, if they need more than 10 MB
   octosurf view maps/office --foot 0.26x0.13 --foot 0.26x0.13@90   contact regions: any heading, 90 degrees
-  octosurf view maps/office --plan steps.json --plan back.json     what octosurf plan -o steps.json wrote
   octosurf view maps/office --png office.png
   octosurf view maps/office --png plan.png --from top
   octosurf view maps/office --png door.png --eye 1 0 1.6 --target 4 2 1
@@ -57,11 +54,11 @@ Examples:
 Contact regions are where the middle of a foot may be. Without --foot: for a sole of 0.22x0.11 m and a ball of
 0.03 m, limited by slope and edges alone. With --foot: with all limits of octosurf plan (obstacles, room over the
 foot, gaps), which takes seconds, or minutes in a hall. --foot none: no regions. The page of octosurf serve computes
-regions for any foot and limits, and plans.
+regions for any foot and limits.
 )";
 
 struct ViewArguments {
-  std::vector<std::string> maps, feet, plans;
+  std::vector<std::string> maps, feet;
   std::string html, png, from = "iso", up;
   PictureEye eye;
   int width = PictureOptions{}.width, height = PictureOptions{}.height;
@@ -95,18 +92,10 @@ std::vector<PageFoot> feet_of(const ViewArguments& arguments, const planning::As
   return feet;
 }
 
-// Tens of thousands of steps, which are 1 to 4 kB each.
-constexpr std::size_t most_plan_bytes = std::size_t{256} << 20;
-
-PagePlan load_plan(const std::string& file) {
-  return {std::filesystem::path(file).stem().string(), io::read_bytes(file, most_plan_bytes)};
-}
-
 void write_html(const ViewArguments& arguments) {
   const std::string html =
       arguments.html.empty() ? title_of(arguments.maps.back()) + ".html" : arguments.html;
   for (const std::string& map : arguments.maps) require_apart("--html", html, files_of_map(map));
-  require_apart("--html", html, arguments.plans);
   PageOptions options;
   options.max_mb = arguments.max_mb;
   options.force = arguments.force;
@@ -129,7 +118,6 @@ void write_html(const ViewArguments& arguments) {
     maps.back().feet = feet_of(arguments, {title_of(name), map.snapshot(), octree, options.up, {}});
     maps.back().edges = edges.get();
   }
-  for (const std::string& file : arguments.plans) maps.back().plans.push_back(load_plan(file));
   const PageReport report = write_page(maps, html, options);
   std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(report.bytes) / 1e6,
               maps.back().snapshot->surfaces.size());
@@ -209,11 +197,6 @@ void add_view(CLI::App& app) {
           "--foot", arguments->feet,
           "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m, with @YAW "
           "(degrees) for one heading; again for another; none [0.22x0.11 and 0.03]")
-      ->allow_extra_args(false)
-      ->excludes(png);
-  verb->add_option("--plan", arguments->plans,
-                   "footsteps to show: a .json file of octosurf plan; again for another")
-      ->type_name("FILE")
       ->allow_extra_args(false)
       ->excludes(png);
   add_picture_options(*verb, *arguments, png);

@@ -24,12 +24,6 @@ struct PageFoot {
   std::vector<ContactRegion> regions;  ///< one for each surface of the page's snapshot that was evaluated
 };
 
-/// A footstep plan shown on a page.
-struct PagePlan {
-  std::string name;  ///< label
-  std::string json;  ///< written by plan_files.hpp's to_json()
-};
-
 /// A map shown on a page.
 struct PageMap {
   std::string name;                          ///< label
@@ -40,9 +34,8 @@ struct PageMap {
   /// Changes against the previous map in the list: changes_since() its revision if this map continues it,
   /// else compare_maps() of the two. Drawn in colour.
   std::variant<std::monostate, MapChanges, MapDifference> changes{};
-  std::vector<PageFoot> feet{};   ///< one of them is shown at a time
-  std::vector<PagePlan> plans{};  ///< over this map
-  std::vector<Stair> stairs{};    ///< of find_stairs(), drawn with their measures
+  std::vector<PageFoot> feet{};  ///< one of them is shown at a time
+  std::vector<Stair> stairs{};   ///< of find_stairs(), drawn with their measures
 };
 
 /// Options of write_page().
@@ -76,8 +69,8 @@ bool has_page();
 ///    highest of their log-odds and the surface of most of them.
 /// 4. The file is complete or not there; same maps, same bytes.
 /// Throws Error(usage) if there is no map or a limit makes no sense, for a file that exists without `force`,
-/// and without has_page(); Error(data) for numbers that are not finite, labels of other polygons, regions of
-/// other surfaces and invalid plans; Error(output) if the surfaces alone are larger than `max_mb`, or
+/// and without has_page(); Error(data) for numbers that are not finite, labels of other polygons and regions
+/// of other surfaces; Error(output) if the surfaces alone are larger than `max_mb`, or
 /// the file cannot be written.
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options = {});

@@ -90,7 +90,7 @@ export async function followsTheMap(browser, folder) {
   });
 }
 
-/** The page of a finished map asks for regions and plans. */
+/** The page of a finished map asks for regions. */
 export async function asks(browser) {
   await serving(['serve', map], async (address) => {
     const page = await browser.open(address), feet = await page.value('page.map.feet.length');
@@ -101,17 +101,6 @@ export async function asks(browser) {
     await page.press('#foot-show');
     await page.until(`page.map.feet.length === ${feet + 1}`, 60);
     assert.ok(await page.value('page.map.feet[0].regions.some((one) => one.polygons.length > 0)'));
-
-    // The README's: from the floor of the office to the landing of its stair.
-    await page.press('#top');
-    await page.press('#plan-button');
-    for (const place of [[-4.6, -0.6, 0.6], [-6.6, -2.7, 1.5]]) {
-      const at = await page.value(`page.view.project(${JSON.stringify(place)}.map((x, k) => x - page.map.origin[k]))`);
-      await page.click(at.x, at.y);
-    }
-    await page.until('page.map.plans.length === 1', 120);
-    assert.match(await page.text('#asking-answer'), /^\d+ steps$/);
-    assert.ok(await page.value('page.stage.objects.get("plans").visible'));
     assert.deepEqual(page.errors.filter((text) => !/400/.test(text)), [], 'but for the foot that is none');
   });
 }

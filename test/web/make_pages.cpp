@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -72,28 +71,6 @@ std::vector<PageFoot> feet_on_floor() {
   return {{"large", {region_on_floor(0.2), on_wall}}, {"small", {region_on_floor(0.05), on_wall}}};
 }
 
-/// Along x over the floor, soles of 0.26 × 0.12 m.
-PagePlan straight_plan() {
-  using Json = nlohmann::json;
-  const auto sole = [](const char* foot, double x, double y) {
-    const Json outline = {
-        {x - 0.13, y - 0.06, 0}, {x + 0.13, y - 0.06, 0}, {x + 0.13, y + 0.06, 0}, {x - 0.13, y + 0.06, 0}};
-    return Json{{"foot", foot}, {"at", {x, y, 0}}, {"outline", outline}};
-  };
-  const Json plan{{"format", "octosurf-plan"},
-                  {"version", 1},
-                  {"found", true},
-                  {"start", {sole("left", 3.6, 1.0), sole("right", 3.6, 0.7)}},
-                  {"steps", {sole("left", 4.0, 1.0), sole("right", 4.4, 0.7), sole("left", 4.8, 1.0)}},
-                  {"body", {{{"at", {3.6, 0.85, 0}}}, {{"at", {4.0, 0.85, 0}}}}}};
-  return {"across", plan.dump()};
-}
-
-PagePlan no_plan() {
-  return {"nowhere", R"({"format":"octosurf-plan","version":1,"found":false,"start":[],"steps":[],"body":[],
-    "refusal":{"why":"start","sentence":"the robot cannot stand <b>there</b>"}})"};
-}
-
 PageMap room(const std::string& name) {
   Snapshot snapshot = make_room();
   // 2 is the floor. 1 and 4 are its parents' names in make_room().
@@ -107,7 +84,6 @@ PageMap room(const std::string& name) {
           edges,
           {},
           feet_on_floor(),
-          {straight_plan(), no_plan()},
           std::move(stairs)};
 }
 
@@ -122,7 +98,6 @@ PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
   snapshot.cylinders.clear();
   map.snapshot = std::make_shared<Snapshot>(std::move(snapshot));
   map.octree = {};
-  map.plans.clear();
   map.stairs.clear();
   return map;
 }

@@ -37,7 +37,7 @@ const colorAt = async (page, at) => (await page.colors([at]))[0];
 
 /** The page as it is when it opens, seen from above: by a link. */
 async function anew(page) {
-  await page.value('(location.hash = `layers=surfaces.edges.cylinders.plans.grid.stairs&color.surfaces=own&n=${Math.random()}`)');
+  await page.value('(location.hash = `layers=surfaces.edges.cylinders.grid.stairs&color.surfaces=own&n=${Math.random()}`)');
   await page.settled();
   await page.press('#top');
 }
@@ -86,8 +86,8 @@ async function aPickedPlace(page) {
   assert.match(await page.text('#lineage-table'), /appeared.*changed.*took in1 /);
 }
 
-/** Contact regions of two feet, and plans, as make_pages knows them. */
-async function feetAndPlans(page) {
+/** Contact regions of two feet, as make_pages knows them. */
+async function feet(page) {
   const middle = await onSurface(page, [5, 2.4, 0], 2), nearWall = await onSurface(page, [3, 0.12, 0], 2);
   const bare = await page.colors([middle, nearWall]);
   await page.press('#layer-regions');
@@ -105,15 +105,6 @@ async function feetAndPlans(page) {
   await page.key('Escape');
   await page.press('#layer-regions');
   await page.press('#top');
-
-  // Toes, where no number is written.
-  const toes = [await onSurface(page, [4.1, 0.96, 0], 2), await onSurface(page, [4.5, 0.66, 0], 2)];
-  const [left, right] = await page.colors(toes);
-  assert.ok(left[0] > left[1] + 50, `a left foot is red: ${left}`);
-  assert.ok(right[1] > right[0] + 50, `a right foot is green: ${right}`);
-  assert.match(await page.text('#legend'), /across: 3 steps.*nowhere: no plan: the robot cannot stand <b>there<\/b>/);
-  await page.press('#layer-plans');
-  assert.ok(different(left, await colorAt(page, toes[0])), 'plans can be switched off');
 }
 
 /** Slopes say what is walkable; a ceiling can be hidden. */
@@ -157,7 +148,7 @@ async function aVoxel(page) {
 
 async function aRoom(browser) {
   const page = await browser.open(join(folder, 'room.html'));
-  for (const test of [lookAround, aPickedPlace, feetAndPlans, whatIsShown, freeSpace, aVoxel]) {
+  for (const test of [lookAround, aPickedPlace, feet, whatIsShown, freeSpace, aVoxel]) {
     await anew(page);
     await test(page);
   }
@@ -259,7 +250,7 @@ async function aLyingMap(browser) {
   assert.deepEqual([await slopeOf(2), await slopeOf(5)], [0, 180]);
   assert.ok(Math.abs(await heightInView(5) - await heightInView(2) - 2.5) < 1e-6, 'the ceiling is over the floor');
   assert.doesNotMatch(await page.text('#layers'), /suggest/);
-  assert.match(await page.text('#notice'), /regions and plans are for up = z; --up -y/);
+  assert.match(await page.text('#notice'), /Contact regions are for up = z; --up -y/);
   await page.choose('select[aria-label^="Surfaces"]', 'slope');
   await page.key('Escape');
   await page.press('#top');

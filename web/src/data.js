@@ -92,14 +92,6 @@ export function middleOf(surface) {
 export const slopeDeg = (surface, up) =>
   Math.acos(Math.min(1, Math.max(-1, dot(surface.normal, up)))) * 180 / Math.PI;
 
-/** A plan, as the page has it inside and the server gives it, in root coordinates. */
-export function planFrom({ origin }, plan) {
-  const here = (place) => minus(place, origin);
-  const step = (one) => ({ ...one, at: here(one.at), outline: one.outline.map(here) });
-  return { ...plan, start: plan.start.map(step), steps: plan.steps.map(step),
-    body: plan.body.map(({ at }) => ({ at: here(at) })) };
-}
-
 /** Whole metres near the middle of the surfaces, so that coordinates about it are small. */
 function originOf(surfaces) {
   const places = surfaces.map(({ T_map_surface: T }) => [T[3], T[7], T[11]]);
@@ -130,8 +122,7 @@ export function takeSurfaces(map, { json }) {
   map.origin ??= originOf(surfaces);
   if (json.since === null) {
     Object.assign(map, { surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [],
-      suggestedUp: json.suggested_up ?? null, changes: json.changes, feet: json.feet, feetLeftOut: json.feet_left_out,
-      plans: json.plans.map((plan) => planFrom(map, plan)) });
+      suggestedUp: json.suggested_up ?? null, changes: json.changes, feet: json.feet, feetLeftOut: json.feet_left_out });
   }
   const here = (place) => minus(place, map.origin), changes = json.since === null ? { gone: [], merged: [] } : json.changes;
   const gone = [...changes.gone, ...changes.merged.map(({ id }) => id)];

@@ -105,22 +105,11 @@ class Page {
     this.showAnew('regions');
   }
 
-  takePlan(plan) {
-    this.map.plans = [...this.map.plans.filter(({ name }) => name !== plan.name), plan];
-    this.showAnew('plans');
-  }
-
   showAnew(layer) {
     this.stage.settings.on[layer] = true;
     this.stage.renew(layer);
     this.panel.update();
     if (this.picked) this.select(this.picked);
-  }
-
-  /** Of the way from one place to another, as planners count it (up.hpp). */
-  yawDeg(from, to) {
-    const way = new THREE.Vector3(...to.map((x, k) => x - from[k])).applyQuaternion(this.view.root.quaternion);
-    return Math.atan2(way.y, way.x) * 180 / Math.PI;
   }
 
   /** @param {number[]?} up null: the map's own */
@@ -173,9 +162,8 @@ class Page {
 
   click(x, y) {
     const hit = this.hit(x, y);
-    if (hit && this.asking?.click(hit.place)) return undefined;
-    if (!this.measure.on) return this.show(hit);
-    if (hit) this.measure.add(hit.place, this.map.up);
+    if (!this.measure.on) this.show(hit);
+    else if (hit) this.measure.add(hit.place, this.map.up);
   }
 
   /** Selects what has that id and looks at it; says what became of it if it is gone. @param {number[]?} place on it */

@@ -182,8 +182,8 @@ export class Panel {
     }
     if (map.feetLeftOut) missing.push('Nor do contact regions.');
     const [up, own] = [map.up, map.ownUp].map(nameOfUp);
-    if (up !== own && (map.feet.length > 0 || map.plans.length > 0))
-      missing.push(`Contact regions and plans are for up = ${own}; --up ${up} makes them for this one.`);
+    if (up !== own && map.feet.length > 0)
+      missing.push(`Contact regions are for up = ${own}; --up ${up} makes them for this one.`);
     notice.hidden = missing.length === 0;
     notice.textContent = missing.join(' ');
   }

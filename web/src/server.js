@@ -1,6 +1,4 @@
-// What the page asks the server that it came from: contact regions for any foot, plans. Pages in files ask nobody.
-import { planFrom } from './data.js';
-
+// What the page asks the server that it came from: contact regions for any foot. Pages in files ask nobody.
 export const hasServer = () => document.querySelector('meta[name="octosurf-server"]') !== null;
 
 /** The run whose map the page follows; null: the map is finished. */
@@ -25,7 +23,6 @@ export class Asking {
       event.preventDefault();
       this.askRegions();
     });
-    byId('plan-button').addEventListener('click', () => this.pickEnds(byId('plan-button').ariaPressed !== 'true'));
   }
 
   answer(text) {
@@ -50,40 +47,5 @@ export class Asking {
     } catch (error) {
       this.answer(error.message);
     }
-  }
-
-  /** The next two places that are clicked are the ends of a plan. */
-  pickEnds(on) {
-    this.ends = on ? [] : null;
-    byId('plan-button').ariaPressed = String(on);
-    this.page.view.canvas.classList.toggle('measuring', on);
-    this.answer(on ? 'Click where it starts, then where it ends.' : '');
-  }
-
-  /** @param {number[]} place root coordinates @returns {boolean} whether the click was for this */
-  click(place) {
-    if (!this.ends) return false;
-    this.ends.push(place);
-    this.page.highlight.measured(this.ends);
-    if (this.ends.length === 2) {
-      const ends = this.ends;
-      this.pickEnds(false);
-      this.askPlan(ends);
-    }
-    return true;
-  }
-
-  async askPlan(ends) {
-    const { page } = this, robot = byId('plan-robot').value;
-    const yaw = page.yawDeg(...ends), [from, to] = ends.map((end) => [...page.map.toMap(end), yaw]);
-    this.answer('asked …');
-    try {
-      const plan = await ask('/api/plan', { from, to, robot });
-      page.takePlan(planFrom(page.map, { ...plan, name: `asked (${robot})` }));
-      this.answer(plan.found ? `${plan.steps.length} steps` : plan.refusal.sentence);
-    } catch (error) {
-      this.answer(error.message);
-    }
-    page.highlight.measured([]);
   }
 }

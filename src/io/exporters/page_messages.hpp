@@ -44,12 +44,8 @@ struct SurfacesMessage {
 };
 
 /// The surfaces and cylinders as export_surfaces() writes them, without `boundary`, and what is beside them
-/// in the PageMap. Throws Error(data) for numbers that are not finite, regions of other surfaces and plans
-/// that are none.
+/// in the PageMap. Throws Error(data) for numbers that are not finite and regions of other surfaces.
 std::string surfaces_message(const PageMap& map, const SurfacesMessage& how);
-
-/// The part of plans that is drawn. Throws Error(data) for one that is none.
-PageBlock::Json plans_json(const std::vector<PagePlan>& plans);
 
 /// An occupied voxel, or several merged to a larger one.
 struct PageVoxel {

@@ -138,7 +138,6 @@ std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
   block.json["sensor"] = sensor_json(how.track);
   block.json["feet"] = how.feet ? feet_json(map) : Json::array();
   block.json["feet_left_out"] = !how.feet && !map.feet.empty();
-  block.json["plans"] = plans_json(map.plans);
   block.add("map", export_text(map, *sent));
   return block.packed();
 }

@@ -10,7 +10,6 @@
 //                     when a choice, the theme or the map changes. If it has userData.draw, it is drawn by
 //                     that, before each picture (allowed points → {cost, whole}). userData.whose(triangle): for picking.js.
 //   legend(map, stage)    [{color | line | ramp, text | ticks: [{at: 0 … 1, text}] | low, high}]
-import { plans } from './plans.js';
 import { regions } from './regions.js';
 import { surfaces } from './surfaces.js';
 import { edges } from './edges.js';
@@ -25,5 +24,4 @@ import { axes, grid } from './ground.js';
 
 const needVoxels = (layer) => ({ ...layer, has: (map) => map.voxels !== null });
 
-export const layers = [surfaces, edges, gone, cylinders, needVoxels(pending), needVoxels(voxels), slice, regions, plans,
-  normals, grid, axes, sensor, stairs];
+export const layers = [surfaces, edges, gone, cylinders, needVoxels(pending), needVoxels(voxels), slice, regions, normals, grid, axes, sensor, stairs];
