@@ -1,6 +1,5 @@
-// `octosurf view`: a page to look at maps, or a picture of one.
+// `octosurf view`: a page to look at a map, or a picture of it.
 #include "bounds.hpp"
-#include "lineage.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "page_feet.hpp"
@@ -19,7 +18,6 @@
 #include <vector>
 
 #include <octosurf/boundary.hpp>
-#include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/gaps.hpp>
@@ -34,13 +32,11 @@ constexpr const char* view_description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
 The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
-pending points, free space, contact regions. With several maps it has a time slider and colours what
-changed. Without --html it is written to NAME.html in the current folder, after the last map's name.
+pending points, free space, contact regions. Without --html it is written to MAP.html in the current folder.
 
 Examples:
   octosurf view maps/office                                   office.html
   octosurf view maps/office --html out/page.html --force
-  octosurf view maps/monday maps/tuesday --html week.html     what changed from map to map
   octosurf view maps/hall --max-mb 30                         finer voxels, if they need more than 10 MB
   octosurf view maps/office --foot 0.26x0.13 --foot 0.26x0.13@90   contact regions: any heading, 90 degrees
   octosurf view maps/office --png office.png
@@ -58,8 +54,8 @@ regions for any foot and limits.
 )";
 
 struct ViewArguments {
-  std::vector<std::string> maps, feet;
-  std::string html, png, from = "iso", up;
+  std::string map, html, png, from = "iso", up;
+  std::vector<std::string> feet;
   PictureEye eye;
   int width = PictureOptions{}.width, height = PictureOptions{}.height;
   double max_mb = PageOptions{}.max_mb;
@@ -70,15 +66,6 @@ std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map, const Sn
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   for (const SurfacePtr& surface : snapshot.surfaces) edges[surface->id] = label_edges(map, *surface);
   return edges;
-}
-
-/// Changes against the previous map: by ids if this one continues it, else by place.
-void note_changes(PageMap& page, const PageMap& before) {
-  if (goes_on_from(*page.snapshot, *before.snapshot))
-    page.changes = changes_since(*page.snapshot, before.snapshot->revision);
-  else
-    page.changes =
-        compare_maps(with_octree(*before.snapshot, before.octree), with_octree(*page.snapshot, page.octree));
 }
 
 std::vector<PageFoot> feet_of(const ViewArguments& arguments, const planning::AskedMap& asked) {
@@ -93,34 +80,27 @@ std::vector<PageFoot> feet_of(const ViewArguments& arguments, const planning::As
 }
 
 void write_html(const ViewArguments& arguments) {
-  const std::string html =
-      arguments.html.empty() ? title_of(arguments.maps.back()) + ".html" : arguments.html;
-  for (const std::string& map : arguments.maps) require_apart("--html", html, files_of_map(map));
+  const std::string title = title_of(arguments.map);
+  const std::string html = arguments.html.empty() ? title + ".html" : arguments.html;
+  require_apart("--html", html, files_of_map(arguments.map));
+  const LoadedMap loaded = open_map(arguments.map);
+  const Map& map = loaded.map;
   PageOptions options;
+  options.up = up_in_force(map, arguments.up).direction;
+  if (const auto up = suggested_up(map, arguments.up)) options.suggested_up = up->direction;
   options.max_mb = arguments.max_mb;
   options.force = arguments.force;
-  std::vector<PageMap> maps;
-  for (const std::string& name : arguments.maps) {
-    const LoadedMap loaded = open_map(name);
-    const Map& map = loaded.map;
-    if (maps.empty()) {
-      options.up = up_in_force(map, arguments.up).direction;
-      if (const auto up = suggested_up(map, arguments.up)) options.suggested_up = up->direction;
-      warn_of_up(map, arguments.up);
-    }
-    const OccupancyView octree = map.octree();
-    maps.push_back({title_of(name), with_gaps(*map.snapshot(), octree, 0), octree, {}, {}});
-    // For a hall edges and feet take seconds each: in parallel, if a thread is available.
-    std::future<std::map<SurfaceId, std::vector<PolygonEdges>>> edges =
-        std::async([&map, shown = maps.back().snapshot] { return edges_of(map, *shown); });
-    if (maps.size() > 1) note_changes(maps.back(), maps[maps.size() - 2]);
-    maps.back().stairs = find_stairs(*maps.back().snapshot, options.up).stairs;
-    maps.back().feet = feet_of(arguments, {title_of(name), map.snapshot(), octree, options.up, {}});
-    maps.back().edges = edges.get();
-  }
-  const PageReport report = write_page(maps, html, options);
+  warn_of_up(map, arguments.up);
+  const OccupancyView octree = map.octree();
+  PageMap page{title, with_gaps(*map.snapshot(), octree, 0), octree};
+  // For a hall edges and feet take seconds each: in parallel, if a thread is available.
+  auto edges = std::async([&] { return edges_of(map, *page.snapshot); });
+  page.stairs = find_stairs(*page.snapshot, options.up).stairs;
+  page.feet = feet_of(arguments, {title, map.snapshot(), octree, options.up, {}});
+  page.edges = edges.get();
+  const PageReport report = write_page(page, html, options);
   std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(report.bytes) / 1e6,
-              maps.back().snapshot->surfaces.size());
+              page.snapshot->surfaces.size());
   if (report.merged == 0)
     std::printf("without voxels, which do not fit into %g MB (--max-mb)\n", arguments.max_mb);
   else if (report.merged > 1)
@@ -133,12 +113,8 @@ void write_html(const ViewArguments& arguments) {
 }
 
 void draw_png(const ViewArguments& arguments) {
-  if (arguments.maps.size() > 1)
-    throw Error(Error::Kind::usage, "--png " + arguments.png, "shows one map at a time",
-                "give one map, or --html FILE for a page of several");
-  const std::string& name = arguments.maps.front();
-  require_apart("--png", arguments.png, files_of_map(name));
-  const LoadedMap loaded = open_map(name);
+  require_apart("--png", arguments.png, files_of_map(arguments.map));
+  const LoadedMap loaded = open_map(arguments.map);
   PictureOptions options;
   options.width = arguments.width;
   options.height = arguments.height;
@@ -181,10 +157,9 @@ void add_picture_options(CLI::App& verb, ViewArguments& arguments, CLI::Option* 
 void add_view(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("view", view_description);
   const auto arguments = std::make_shared<ViewArguments>();
-  verb->add_option("map", arguments->maps,
-                   "maps to look at, oldest first: names without ending, as given to map -o")
+  verb->add_option("map", arguments->map, "map to look at: name without ending, as given to map -o")
       ->required();
-  CLI::Option* html = verb->add_option("--html", arguments->html, "page to write [NAME.html]");
+  CLI::Option* html = verb->add_option("--html", arguments->html, "page to write [MAP.html]");
   CLI::Option* png =
       verb->add_option("--png", arguments->png, "picture to draw instead")->type_name("FILE")->excludes(html);
   add_up_option(*verb, arguments->up);

@@ -1,4 +1,4 @@
-// node bundle.mjs PAGE.html PAGE.cpp: the page with its script and style inside, still without maps, as HTML to look
+// node bundle.mjs PAGE.html PAGE.cpp: the page with its script and style inside, still without a map, as HTML to look
 // into and as the source that the library is built of. Fetches nothing.
 import { build } from 'esbuild';
 import { readFile, writeFile } from 'node:fs/promises';
@@ -33,7 +33,7 @@ const style = await bundled('style.css');
 let page = await readFile(here('page.html'), 'utf8');
 page = filled(page, '/*octosurf:style*/', style);
 page = filled(page, '/*octosurf:script*/', script);
-if (page.split('<!--octosurf:maps-->').length !== 2) throw new Error('page.html must have its mark for maps once');
+if (page.split('<!--octosurf:map-->').length !== 2) throw new Error('page.html must have its mark for the map once');
 
 const end = ')octosurf"';
 if (page.includes(end)) throw new Error(`the page must not contain ${end}`);

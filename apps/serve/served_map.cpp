@@ -146,11 +146,11 @@ ServedMap::Text ServedMap::make_page_text() const {
   options.up = asked.up;
   if (suggested_up_) options.suggested_up = suggested_up_->direction;
   options.max_mb = max_page_mb_;
-  PageMap map{asked.name, shown.get(), asked.octree, all_edges.get(), {}};
+  PageMap map{asked.name, shown.get(), asked.octree, all_edges.get()};
   map.stairs = stairs.get().stairs;
   // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
   if (map_) map.feet = usual_page_feet(asked);
-  return shared(served(make_page({map}, "the page of " + asked.name, options).html, run.name));
+  return shared(served(make_page(map, "the page of " + asked.name, options).html, run.name));
 }
 
 ServedMap::Text ServedMap::make_info() const {
@@ -200,7 +200,6 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
   if (!event) {
     PageMap map{asked.name, shown.get(), asked.octree};
     map.stairs = stairs.get().stairs;
-    if (since) map.changes = changes_since(*shown.get(), *since);
     io::SurfacesMessage how;
     how.up = asked.up;
     how.since = since;

@@ -6,11 +6,9 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include <octosurf/boundary.hpp>
-#include <octosurf/changes.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/stairs.hpp>
@@ -31,9 +29,6 @@ struct PageMap {
   OccupancyView octree{};                    ///< Map::octree(); if empty, no voxels are shown
   /// label_edges() of the snapshot's surfaces; if present, edges are drawn by their kind.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
-  /// Changes against the previous map in the list: changes_since() its revision if this map continues it,
-  /// else compare_maps() of the two. Drawn in colour.
-  std::variant<std::monostate, MapChanges, MapDifference> changes{};
   std::vector<PageFoot> feet{};  ///< one of them is shown at a time
   std::vector<Stair> stairs{};   ///< of find_stairs(), drawn with their measures
 };
@@ -49,7 +44,7 @@ struct PageOptions {
 /// Contents of a page.
 struct PageReport {
   std::size_t bytes = 0;   ///< of the file
-  std::size_t voxels = 0;  ///< drawn, of all maps
+  std::size_t voxels = 0;  ///< drawn
   /// Edge of a drawn voxel in voxels of the map: 1: not merged, 0: omitted.
   int merged = 1;
   bool feet_left_out = false;  ///< contact regions are missing, because of the limit of size
@@ -58,8 +53,7 @@ struct PageReport {
 /// Whether this library was built with the page, which needs Node.js and the packages of web/.
 bool has_page();
 
-/// Writes one HTML page to view, search, measure and compare the maps in any browser of 2023 or later with
-/// WebGL 2.
+/// Writes one HTML page to view, search and measure the map in any browser of 2023 or later with WebGL 2.
 ///
 /// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
 /// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`; free space in
@@ -67,12 +61,12 @@ bool has_page();
 /// 3. It is not larger than `max_mb`: if need be, voxels are merged to 2 d, 4 d … 32 d, then left out, then
 ///    contact regions too, and the page says so. A merged voxel is occupied if one of its voxels is, with the
 ///    highest of their log-odds and the surface of most of them.
-/// 4. The file is complete or not there; same maps, same bytes.
-/// Throws Error(usage) if there is no map or a limit makes no sense, for a file that exists without `force`,
+/// 4. The file is complete or not there; same map, same bytes.
+/// Throws Error(usage) if a limit makes no sense, for a file that exists without `force`,
 /// and without has_page(); Error(data) for numbers that are not finite, labels of other polygons and regions
 /// of other surfaces; Error(output) if the surfaces alone are larger than `max_mb`, or
 /// the file cannot be written.
-PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
+PageReport write_page(const PageMap& map, const std::filesystem::path& file,
                       const PageOptions& options = {});
 
 /// A page in memory.
@@ -82,6 +76,6 @@ struct Page {
 };
 
 /// The page that write_page() writes, for a server. Throws likewise; errors name `name` instead of the file.
-Page make_page(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options = {});
+Page make_page(const PageMap& map, const std::string& name, const PageOptions& options = {});
 
 }  // namespace octosurf

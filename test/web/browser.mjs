@@ -72,9 +72,9 @@ class Browser {
 
   /**
    * @param {string} file or an address
-   * @param {{width?: number, height?: number, dark?: boolean, touch?: boolean, hash?: string}} how
+   * @param {{width?: number, height?: number, dark?: boolean, touch?: boolean}} how
    */
-  async open(file, { width = 1280, height = 800, dark = false, touch = false, hash = '' } = {}) {
+  async open(file, { width = 1280, height = 800, dark = false, touch = false } = {}) {
     const { targetId } = await this.send('Target.createTarget', { url: 'about:blank' });
     const { sessionId } = await this.send('Target.attachToTarget', { targetId, flatten: true });
     const page = new Page(new Session(this, sessionId), targetId);
@@ -86,15 +86,14 @@ class Browser {
     await page.session.send('Emulation.setEmulatedMedia',
       { features: [{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }] });
     page.url = file.startsWith('http:') ? file : pathToFileURL(file).href;
-    await page.session.send('Page.navigate', { url: page.url + hash });
+    await page.session.send('Page.navigate', { url: page.url });
     await page.until('window.octosurf !== undefined || document.getElementById("message")?.hidden === false', 60);
     await page.settled();
     return page;
   }
 
-  /** Has what pages let one download come into a folder, and their clipboard be at hand. */
-  async allowOutput(folder) {
-    await this.send('Browser.setDownloadBehavior', { behavior: 'allow', downloadPath: folder });
+  /** Has the pages' clipboard be at hand. */
+  async allowClipboard() {
     await this.send('Browser.grantPermissions', { permissions: ['clipboardReadWrite', 'clipboardSanitizedWrite'] });
   }
 
@@ -246,19 +245,12 @@ class Page {
   }
 }
 
-export async function waitFor(done) {
-  for (let tries = 0; !done(); ++tries) {
-    if (tries > 1000) throw new Error(`not within 20 s: ${done}`);
-    await new Promise((resolve) => { setTimeout(resolve, 20); });
-  }
-}
-
-/** Calls the tests one after the other with a browser and a folder for what it saves. */
+/** Calls the tests one after the other with a browser and a folder. */
 export async function runInBrowser(tests) {
   const program = chromium() ?? skip('no Chromium');
   const browser = new Browser(program), folder = mkdtempSync(join(tmpdir(), 'octosurf-page-'));
   try {
-    await browser.allowOutput(folder);
+    await browser.allowClipboard();
     for (const test of tests) {
       const begin = performance.now();
       await test(browser, folder);

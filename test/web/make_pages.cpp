@@ -2,7 +2,6 @@
 #include "io/exporters/room_snapshot.hpp"
 #include "support/painted_octree.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -82,7 +81,6 @@ PageMap room(const std::string& name) {
           std::make_shared<Snapshot>(std::move(snapshot)),
           room_octree(),
           edges,
-          {},
           feet_on_floor(),
           std::move(stairs)};
 }
@@ -100,35 +98,6 @@ PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
   map.octree = {};
   map.stairs.clear();
   return map;
-}
-
-/// On the first day the last step (all of its five faces) is not there yet; on the second the table's top
-/// (20) has gone, and the floor has changed; then nothing.
-std::vector<PageMap> three_days() {
-  PageMap before = room("monday"), after = room("tuesday");
-  Snapshot first = *before.snapshot, second = *after.snapshot;
-  const SurfaceId table_top = first.surfaces[6]->id;
-  const auto level = std::find_if(second.surfaces.rbegin(), second.surfaces.rend(),
-                                  [](const SurfacePtr& s) { return s->plane.normal.z() > 0.9; });
-  MapChanges changes;
-  changes.since = 500;
-  changes.revision = 812;
-  changes.appeared = {(*level)->id};  // to be seen from above
-  changes.changed = {2};
-  changes.gone = {table_top};
-  Surface raised = *first.surfaces[6];
-  raised.T_map_surface.translation().z() += 0.5;  // to be seen from above, too
-  first.surfaces[6] = std::make_shared<Surface>(raised);
-  std::erase_if(first.surfaces, [&](const SurfacePtr& s) { return s->id == changes.appeared[0]; });
-  std::erase_if(second.surfaces, [&](const SurfacePtr& s) { return s->id == table_top; });
-  first.revision = 500;
-  before.snapshot = std::make_shared<Snapshot>(std::move(first));
-  after.snapshot = std::make_shared<Snapshot>(std::move(second));
-  after.changes = changes;
-  PageMap last = after;
-  last.name = "wednesday";
-  last.changes = MapChanges{};
-  return {before, after, last};
 }
 
 /// 200 × 200 voxels of a hilly ground, 20 surfaces of 200 vertices.
@@ -153,26 +122,25 @@ PageMap hills() {
                 0.28);
   }
   const Snapshot snapshot = builder.take();
-  return {"hills", std::make_shared<Snapshot>(snapshot), octree.view(), edges_of(snapshot), {}};
+  return {"hills", std::make_shared<Snapshot>(snapshot), octree.view(), edges_of(snapshot)};
 }
 
 void write_all(const fs::path& folder) {
   fs::create_directories(folder);
   PageOptions options;
   options.force = true;
-  write_page({room("room </script><script>window.injected = 1</script>")}, folder / "room.html", options);
-  write_page(three_days(), folder / "three.html", options);
-  write_page({hills()}, folder / "hills.html", options);
+  write_page(room("room </script><script>window.injected = 1</script>"), folder / "room.html", options);
+  write_page(hills(), folder / "hills.html", options);
   PageOptions small = options;
   small.max_mb = 0.72;
-  write_page({hills()}, folder / "small.html", small);
-  write_page({{"nothing", std::make_shared<Snapshot>(), {}, {}, {}}}, folder / "empty.html", options);
+  write_page(hills(), folder / "small.html", small);
+  write_page({"nothing", std::make_shared<Snapshot>()}, folder / "empty.html", options);
 
   const Eigen::Vector3d up(0, -1, 0);
   const auto rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up);
   PageOptions lying = options;
   lying.suggested_up = up;
-  write_page({turned(room("lying"), rotation)}, folder / "lying.html", lying);
+  write_page(turned(room("lying"), rotation), folder / "lying.html", lying);
 }
 
 }  // namespace

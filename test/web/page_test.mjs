@@ -1,9 +1,9 @@
 // page_test.mjs PAGES [COMMAND MAP]: what a person does with the pages of make_pages, and with those that the command
 // serves, in a real browser.
 import assert from 'node:assert/strict';
-import { existsSync, readFileSync } from 'node:fs';
+import { existsSync } from 'node:fs';
 import { join } from 'node:path';
-import { runInBrowser, skip, waitFor } from './browser.mjs';
+import { runInBrowser, skip } from './browser.mjs';
 import { asks, followsTheMap } from './live_pages.mjs';
 
 const [folder, command] = process.argv.slice(2);
@@ -34,13 +34,6 @@ async function onSurface(page, place, id) {
 
 const different = (a, b) => Math.max(...a.map((x, k) => Math.abs(x - b[k]))) > 25;
 const colorAt = async (page, at) => (await page.colors([at]))[0];
-
-/** The page as it is when it opens, seen from above: by a link. */
-async function anew(page) {
-  await page.value('(location.hash = `layers=surfaces.edges.cylinders.grid.stairs&color.surfaces=own&n=${Math.random()}`)');
-  await page.settled();
-  await page.press('#top');
-}
 
 async function lookAround(page) {
   assert.equal(await page.value('window.injected'), undefined, 'a map\'s name is text');
@@ -147,92 +140,12 @@ async function aVoxel(page) {
 }
 
 async function aRoom(browser) {
-  const page = await browser.open(join(folder, 'room.html'));
   for (const test of [lookAround, aPickedPlace, feet, whatIsShown, freeSpace, aVoxel]) {
-    await anew(page);
+    const page = await browser.open(join(folder, 'room.html'));
+    await page.press('#top');
     await test(page);
+    assert.deepEqual([page.errors, page.fetched], [[], []], 'nothing is fetched');
   }
-  assert.deepEqual([page.errors, page.fetched], [[], []], 'nothing is fetched');
-}
-
-async function threeMaps(browser) {
-  const page = await browser.open(join(folder, 'three.html'), { dark: true });
-  const ids = () => page.value('page.map.surfaces.map((s) => s.id)');
-  assert.match(await page.text('#time-name'), /^wednesday \(3 of 3\)/);
-  const tableTop = 20;
-  assert.ok(!(await ids()).includes(tableTop));
-  await page.press('#earlier');
-  assert.match(await page.text('#time-name'), /^tuesday \(2 of 3\)/);
-  const tuesday = await ids();
-  await page.choose('#time-slider', '0');
-  assert.match(await page.text('#time-name'), /^monday \(1 of 3\)/);
-  const monday = await ids();
-  assert.ok(monday.includes(tableTop));
-  const [newest] = tuesday.filter((id) => !monday.includes(id));
-  await page.press('#top');
-  const [top] = await page.value(seen(tableTop));
-  await page.press('#later');
-  const [red, green] = await colorAt(page, top);
-  assert.ok(red > green + 25, `what went is a shade of red: ${[red, green]}`);
-  const [step] = await page.value(seen(newest)), [r, g, b] = await colorAt(page, step);
-  assert.ok(g > r + 40 && g > b + 40, `what appeared is green: ${[r, g, b]}`);
-  await page.click(step.x, step.y);
-  assert.match(await page.text('#details-table'), /since before.*appeared/);
-  await page.press('#play');
-  await page.until('page.timeline.at === 2 && !page.timeline.playing');
-  assert.equal(await page.visible('#details'), false);
-  await page.key('[');
-  assert.match(await page.text('#time-name'), /^tuesday/);
-  assert.deepEqual(page.errors, []);
-}
-
-/** Files that the page lets one save, and a link to what is seen. */
-async function taken(browser, out) {
-  const page = await browser.open(join(folder, 'three.html'));
-  await page.press('#save');
-  const saved = join(out, 'wednesday.json'), picture = join(out, 'wednesday.png');
-  await waitFor(() => existsSync(saved));
-  const document = JSON.parse(readFileSync(saved, 'utf8'));
-  assert.deepEqual([document.format, document.version], ['octosurf-surfaces', 1]);
-  assert.deepEqual(document.surfaces.map(({ id }) => id), await page.value('page.map.surfaces.map((s) => s.id)'));
-  const floor = document.surfaces.find(({ id }) => id === 2);
-  assert.deepEqual(floor.plane, { normal: [0, 0, 1], offset: 0 });
-  assert.deepEqual(floor.polygons[0].outer, [[0, 0, 0], [6, 0, 0], [6, 4, 0], [0, 4, 0]]);
-  assert.deepEqual(floor.polygons[0].outer_edges, ['real', 'occluded', 'sensor_limit', 'frontier']);
-  assert.equal(floor.polygons[0].holes.length, 1);
-  assert.equal(document.cylinders.length, await page.value('page.map.cylinders.length'));
-  await page.press('#picture');
-  await waitFor(() => existsSync(picture));
-  const png = readFileSync(picture);
-  assert.deepEqual([png.toString('latin1', 1, 4), png.readUInt32BE(16), png.readUInt32BE(20)], ['PNG', 1280, 800]);
-
-  await page.press('#earlier');
-  await page.choose('#up', '-x');
-  await page.press('#layer-normals');
-  await page.press('#layer-grid');
-  await page.choose('select[aria-label^="Surfaces"]', 'slope');
-  await page.choose('#clip-from', '-5');
-  await page.drag([700, 400], [800, 450]);
-  await page.value('page.search("2")');
-  await page.settled();
-  await page.press('#link');
-  await page.until('document.getElementById("link").textContent === "Copied"');
-  const hash = await page.value('location.hash');
-  assert.ok((await page.value('navigator.clipboard.readText()')).endsWith(hash));
-  const state = `(() => {
-    const { stage, view, picked, timeline } = page, { on, choice, up, clip } = stage.settings;
-    return { on, choice, up, clip, at: timeline.at, picked: picked.what.id,
-      place: document.getElementById('place-text').textContent,
-      camera: [...view.camera.position.toArray(), ...view.controls.target.toArray()] };
-  })()`;
-  const again = await browser.open(join(folder, 'three.html'), { hash });
-  const [{ camera, ...rest }, { camera: first, ...firstRest }] = [await again.value(state), await page.value(state)];
-  assert.deepEqual(rest, firstRest, 'the link shows what it was made of');
-  camera.forEach((x, k) => assert.ok(Math.abs(x - first[k]) < 1e-3, `from where it was made: ${camera}, ${first}`));
-  const nonsense = await browser.open(join(folder, 'three.html'),
-    { hash: '#eye=1,2&target=a,b,c&up=0,0,0&layers=none&from=x&picked=7777&map=99&color.surfaces=constructor' });
-  assert.equal(await nonsense.visible('#message'), false);
-  assert.deepEqual([...page.errors, ...again.errors, ...nonsense.errors], []);
 }
 
 /** A map that lies on its side: -y is up, and it says z. The floor is surface 2, the ceiling 5. */
@@ -313,5 +226,5 @@ async function nothing(browser) {
   assert.deepEqual(page.errors, []);
 }
 
-await runInBrowser([aRoom, threeMaps, taken, aLyingMap, onATelephone, manyVoxels, nothing,
+await runInBrowser([aRoom, aLyingMap, onATelephone, manyVoxels, nothing,
   ...(command ? [followsTheMap, asks] : [])]);

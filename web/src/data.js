@@ -8,7 +8,6 @@ import { dot, minus } from './vectors.js';
 
 /**
  * @typedef {object} Surface   its fields as octosurf export writes them (docs/formats.md), and
- * @property {object} exported   as it was written
  * @property {number[]} origin     of its frame
  * @property {number[][]} axes     u, v, normal of its frame
  * @property {Float64Array} u      of all rings' vertices
@@ -59,11 +58,11 @@ export function outlineOf(map, { origin, axes }, polygons) {
 
 function surfaceOf(map, exported, born) {
   const frame = frameOf(exported.T_map_surface, map);
-  return { ...exported, exported, born, ...exported.plane, ...frame, ...outlineOf(map, frame, exported.polygons) };
+  return { ...exported, born, ...exported.plane, ...frame, ...outlineOf(map, frame, exported.polygons) };
 }
 
 function cylinderOf(map, exported, born) {
-  return { ...exported, exported, born, axis_point: minus(exported.axis_point, map.origin),
+  return { ...exported, born, axis_point: minus(exported.axis_point, map.origin),
     span_rad: exported.span_deg * Math.PI / 180 };
 }
 
@@ -98,9 +97,9 @@ function originOf(surfaces) {
   return [0, 1, 2].map((k) => Math.round(places.reduce((sum, p) => sum + p[k], 0) / Math.max(1, places.length)));
 }
 
-/** A map of which nothing is known yet. @param {number[]?} origin of another map in the page */
-export function newMap(origin) {
-  const map = { origin, surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [], voxels: null,
+/** A map of which nothing is known yet. */
+export function newMap() {
+  const map = { origin: null, surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [], voxels: null,
     slices: null };
   map.toMap = (place) => place.map((x, k) => x + map.origin[k]);
   map.surface = (id) => map.byId.get(id);
@@ -118,14 +117,13 @@ const removals = (list) => list.map(([id, into, born, revision]) => ({ id, into,
 
 /** Takes a message of kind `surfaces` over into a map: everything, or what has changed since a revision. */
 export function takeSurfaces(map, { json }) {
-  const { surfaces, cylinders, stairs = [], resolution, revision } = json.map;
+  const { surfaces, cylinders, stairs = [], resolution, revision } = json.map, whole = json.changes === null;
   map.origin ??= originOf(surfaces);
-  if (json.since === null) {
+  if (whole) {
     Object.assign(map, { surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [],
-      suggestedUp: json.suggested_up ?? null, changes: json.changes, feet: json.feet, feetLeftOut: json.feet_left_out });
+      suggestedUp: json.suggested_up ?? null, feet: json.feet, feetLeftOut: json.feet_left_out });
   }
-  const here = (place) => minus(place, map.origin), changes = json.since === null ? { gone: [], merged: [] } : json.changes;
-  const gone = [...changes.gone, ...changes.merged.map(({ id }) => id)];
+  const here = (place) => minus(place, map.origin), gone = whole ? [] : [...json.changes.gone, ...json.changes.merged.map(({ id }) => id)];
   Object.assign(map, {
     name: json.name, resolution, revision, ownUp: json.up,
     surfaces: merged(map.surfaces, gone, surfaces.map((one, i) => surfaceOf(map, one, json.born[i]))),

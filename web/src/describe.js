@@ -2,7 +2,6 @@
 import { edgeKinds, slopeDeg } from './data.js';
 import { edgeLengths } from './layers/edges.js';
 import { footOf, regionOn } from './layers/regions.js';
-import { changeOf } from './layers/surfaces.js';
 
 /** @typedef {{name: string, text?: string, ids?: {text: string, id: string}[]}} Row */
 
@@ -58,13 +57,6 @@ function footRows(map, surface, settings) {
   return [{ name: 'a foot', text: `${text} (${foot.name})` }];
 }
 
-function changeRows(map, surface) {
-  const change = changeOf(map, surface.id);
-  if (!change) return [];
-  const text = change.share === undefined ? change.word : `${(100 * change.share).toFixed(0)} % ${change.word}`;
-  return [{ name: 'since before', text }];
-}
-
 function surfaceRows(map, surface) {
   const { polygons } = surface, holes = polygons.reduce((sum, one) => sum + one.holes.length, 0);
   const c = surface.covariance, std = (k) => Math.sqrt(Math.max(0, c[4 * k]));
@@ -84,7 +76,6 @@ function surfaceRows(map, surface) {
     { name: 'outline', text: `${polygons.length} polygon${polygons.length === 1 ? '' : 's'}, ${holes} hole${
       holes === 1 ? '' : 's'}` },
     ...(total > 0 ? [{ name: 'edges', text: edges.join(', ') }] : []),
-    ...changeRows(map, surface),
   ];
 }
 

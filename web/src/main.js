@@ -1,4 +1,4 @@
-// The page: reads its maps, puts the parts together.
+// The page: reads its map, puts the parts together.
 import * as THREE from 'three';
 import { readTextBlock } from './block.js';
 import { middleOf, newMap, takeSurfaces, takeVoxels } from './data.js';
@@ -6,16 +6,13 @@ import { describe, find, lineOf } from './describe.js';
 import { Following } from './follow.js';
 import { Highlight } from './highlight.js';
 import { bindKeys } from './keys.js';
-import { follow, linkOf } from './link.js';
 import { Measure } from './measure.js';
 import { Panel } from './panel.js';
 import { pick } from './picking.js';
 import { bindPointer } from './pointer.js';
-import { savePicture, saveSurfaces } from './save.js';
 import { Asking, hasServer, runToFollow } from './server.js';
 import { Stage } from './stage.js';
 import { Theme } from './theme.js';
-import { Timeline } from './timeline.js';
 import { View } from './view.js';
 
 const byId = (id) => document.getElementById(id);
@@ -26,21 +23,20 @@ function say(text) {
   byId('message').textContent = text;
 }
 
-/** Each map has a message of its surfaces, then one of its voxels. */
-async function readMaps() {
-  const maps = [];
+/** The page has a message of the map's surfaces, then one of its voxels. */
+async function readMap() {
+  const map = newMap();
   for (const script of document.querySelectorAll('script.map')) {
     const message = await readTextBlock(script.textContent);
     script.remove();  // its text is no longer needed, and takes memory
-    if (message.json.kind === 'voxels') takeVoxels(maps.at(-1), message);
-    else takeSurfaces(maps[maps.push(newMap(maps[0]?.origin ?? null)) - 1], message);
+    if (message.json.kind === 'voxels') takeVoxels(map, message);
+    else takeSurfaces(map, message);
   }
-  return maps;
+  return map;
 }
 
 class Page {
-  constructor(maps) {
-    this.maps = maps;
+  constructor(map) {
     this.view = new View(byId('view'));
     this.theme = new Theme(() => this.recolor());
     this.stage = new Stage(this.view, this.theme);
@@ -51,13 +47,11 @@ class Page {
     this.panel.folded = () => this.view.setInset(this.panel.width);
     this.panel.folded();
     this.panel.turned = (up) => this.turn(up);
-    this.timeline = new Timeline(this.maps, (number) => this.showMap(number));
-    if (maps.length > 1) this.stage.settings.choice.surfaces = 'change';
-    this.timeline.show(this.maps.length - 1);
+    this.stage.show(map);
+    this.panel.update();
     this.fit();
     this.wasEmpty = this.map.surfaces.length === 0;
     this.bind();
-    this.followLink();
   }
 
   get map() { return this.stage.map; }
@@ -66,12 +60,6 @@ class Page {
     this.view.renderer.setClearColor(this.theme.paper);
     this.stage.renew();
     if (this.map) this.panel.update();
-  }
-
-  showMap(number) {
-    this.clear();
-    this.stage.show(this.maps[number], this.maps[number - 1] ?? null);
-    this.panel.update();
   }
 
   /** The map's surfaces and cylinders have changed. What was picked stays picked while it is there. */
@@ -192,11 +180,6 @@ class Page {
     this.view.look(offset.add(target).toArray(), target.toArray());
   }
 
-  /** What the address says behind its #. */
-  followLink() {
-    if (location.hash.length > 1) follow(this, location.hash.slice(1));
-  }
-
   /** Says on the button whether the clipboard has the text; browsers give none to other machines' pages without TLS. */
   async copy(text, button) {
     const name = button.dataset.name ??= button.textContent, copied = navigator.clipboard?.writeText(text);
@@ -216,14 +199,7 @@ class Page {
       byId('help').setAttribute('aria-expanded', String(!byId('keys').hidden));
     });
     press('place-copy', () => this.copy(byId('place-text').textContent, byId('place-copy')));
-    press('save', () => saveSurfaces(this.map));
-    press('picture', () => savePicture(this.map, this.view));
-    press('link', () => {
-      history.replaceState(null, '', `#${linkOf(this)}`);
-      this.copy(location.href, byId('link'));
-    });
     press('details-close', () => this.select(null));
-    window.addEventListener('hashchange', () => this.followLink());
     byId('search').addEventListener('submit', (event) => {
       event.preventDefault();
       this.search(byId('search-text').value);
@@ -233,7 +209,7 @@ class Page {
 
 async function start() {
   if (!window.DecompressionStream) return say('This browser is too old for the page: it needs DecompressionStream.');
-  const page = new Page(await readMaps());
+  const page = new Page(await readMap());
   window.octosurf = page;  // for the console, and for tests
   if (hasServer()) page.asking = new Asking(page);
   if (runToFollow()) page.following = new Following(page, runToFollow());

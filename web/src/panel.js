@@ -197,11 +197,11 @@ export class Panel {
   free() {
     const { innerWidth: width, innerHeight: height } = window, narrow = width < 640;
     const box = (id) => byId(id).getBoundingClientRect();
-    const covered = !byId('details').hidden, time = byId('time').hidden ? height : box('time').top;
+    const covered = !byId('details').hidden;
     return {
       left: narrow ? 0 : this.width, top: narrow ? box('panel').bottom : 0,
       right: covered && !narrow ? box('details').left : width,
-      bottom: Math.min(time, covered && narrow ? box('details').top : height),
+      bottom: covered && narrow ? box('details').top : height,
     };
   }
 

@@ -14,11 +14,6 @@ export const shadeGlsl = `
 /** Colours of edges by kind, as in include/octosurf/export.hpp. */
 export const edgeColors = [[0, 0.6, 0.2], [0.85, 0.1, 0.15], [0.1, 0.3, 0.95], [1, 0.6, 0]];
 
-export const changeColors = {
-  appeared: [0.12, 0.68, 0.32], changed: [0.95, 0.66, 0.1], split: [0.55, 0.4, 0.9],
-  gone: [0.88, 0.2, 0.2], same: [0.62, 0.64, 0.66],
-};
-
 const stops = [
   [0.27, 0.0, 0.33], [0.28, 0.27, 0.55], [0.19, 0.41, 0.56], [0.13, 0.57, 0.55],
   [0.21, 0.72, 0.47], [0.56, 0.84, 0.27], [0.99, 0.91, 0.14],

@@ -59,8 +59,8 @@ function bestSide(map, rotation) {
 export class Stage {
   /** @param {import('./view.js').View} view @param {import('./theme.js').Theme} theme */
   constructor(view, theme) {
-    Object.assign(this, { view, theme, objects: new Map(), before: null, allowed: firstPoints, whole: true });
-    /** What the reader has chosen; outlives a change of map. */
+    Object.assign(this, { view, theme, objects: new Map(), allowed: firstPoints, whole: true });
+    /** What the reader has chosen. */
     this.settings = {
       on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {},
       cut: true,  // surfaces seen from behind are left out
@@ -88,9 +88,8 @@ export class Stage {
   has(layer) { return layer.has?.(this.map, this) ?? true; }
   shows(id) { return this.settings.on[id] && this.has(layers.find((one) => one.id === id)); }
 
-  /** @param {object} map @param {object?} before in time */
-  show(map, before) {
-    Object.assign(this, { map, before });
+  show(map) {
+    this.map = map;
     this.takeExtent();
     this.renew();
   }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/changes.hpp>
 #include <octosurf/page.hpp>
 #include <octosurf/scan.hpp>
 
@@ -36,7 +37,7 @@ struct SensorTrack {
 struct SurfacesMessage {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   std::optional<Eigen::Vector3d> suggested_up{};
-  /// Only what changed since this revision: then the map's changes are changes_since() it.
+  /// Only what changed since this revision.
   std::optional<std::uint64_t> since{};
   std::string run{};  ///< identifies the run of these revisions
   SensorTrack track{};

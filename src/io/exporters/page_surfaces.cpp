@@ -2,12 +2,9 @@
 #include "io/exporters/export_formats.hpp"
 #include "io/exporters/page_messages.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
 #include <sstream>
 #include <utility>
-#include <variant>
 
 #include <octosurf/up.hpp>
 
@@ -48,25 +45,6 @@ Json cylinders_gone(const MapChanges& changes) {
   Json ids = changes.cylinders_gone;
   for (const auto& successor : changes.cylinders_merged) ids.push_back(successor.before);
   return ids;
-}
-
-/// `or_unseen`: area not observed by the other map may still exist, and counts as shared.
-Json shares_json(const std::vector<SurfaceDifference>& surfaces, bool or_unseen) {
-  Json list = Json::array();
-  for (const SurfaceDifference& one : surfaces) {
-    const double there = one.shared_m2 + (or_unseen ? one.unseen_m2 : 0);
-    const double share = one.area_m2 > 0 ? std::clamp(there / one.area_m2, 0.0, 1.0) : 1;
-    list.push_back(Json::array({one.id, std::round(share * 1e4) / 1e4}));
-  }
-  return list;
-}
-
-Json since_before(const PageMap& map) {
-  if (const auto* changes = std::get_if<MapChanges>(&map.changes)) return changes_json(*changes);
-  if (const auto* difference = std::get_if<MapDifference>(&map.changes))
-    return {{"before", shares_json(difference->before, true)},
-            {"after", shares_json(difference->after, false)}};
-  return nullptr;
 }
 
 Json feet_json(const PageMap& map) {
@@ -128,9 +106,12 @@ std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
   block.json["since"] = how.since ? Json(since) : Json();
   block.json["up"] = how.up.normalized();
   if (how.suggested_up) block.json["suggested_up"] = how.suggested_up->normalized();
-  block.json["changes"] = since_before(map);
-  if (const auto* changes = std::get_if<MapChanges>(&map.changes))
-    block.json["cylinders_gone"] = cylinders_gone(*changes);
+  block.json["changes"] = nullptr;
+  if (how.since) {
+    const MapChanges changes = changes_since(*map.snapshot, since);
+    block.json["changes"] = changes_json(changes);
+    block.json["cylinders_gone"] = cylinders_gone(changes);
+  }
   block.json["born"] = births_json(sent->surfaces);
   block.json["cylinders_born"] = births_json(sent->cylinders);
   block.json["removed_surfaces"] = removals_json(sent->removals, since, Removal::Of::surface);

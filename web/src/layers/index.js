@@ -14,7 +14,6 @@ import { regions } from './regions.js';
 import { surfaces } from './surfaces.js';
 import { edges } from './edges.js';
 import { cylinders } from './cylinders.js';
-import { gone } from './gone.js';
 import { voxels, pending } from './voxels.js';
 import { slice } from './slice.js';
 import { normals } from './normals.js';
@@ -24,4 +23,4 @@ import { axes, grid } from './ground.js';
 
 const needVoxels = (layer) => ({ ...layer, has: (map) => map.voxels !== null });
 
-export const layers = [surfaces, edges, gone, cylinders, needVoxels(pending), needVoxels(voxels), slice, regions, normals, grid, axes, sensor, stairs];
+export const layers = [surfaces, edges, cylinders, needVoxels(pending), needVoxels(voxels), slice, regions, normals, grid, axes, sensor, stairs];

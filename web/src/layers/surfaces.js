@@ -1,26 +1,11 @@
 // Surfaces: their polygons, holes left open, in one of several colours.
 import * as THREE from 'three';
-import { changeColors, css, overhangingDeg, ramp, rampCss, slopeColor, slopeCss } from '../shading.js';
+import { overhangingDeg, ramp, rampCss, slopeColor, slopeCss } from '../shading.js';
 import { onSurface, slopeDeg } from '../data.js';
 import { Lines } from './lines.js';
 import { Triangles } from './mesh.js';
 
 const unsureMm = 5;  // end of the ramp
-
-/** What became of a surface since the map before: a word, or between maps that share no ids the share that is new. */
-export function changeOf({ changes }, id) {
-  if (!changes) return null;
-  if (changes.after) {
-    const found = changes.after.find(([one]) => one === id);
-    return { share: found ? 1 - found[1] : 1, word: 'new here' };
-  }
-  if (changes.split.some(({ part }) => part === id)) return { word: 'split' };
-  return { word: ['appeared', 'changed'].find((word) => changes[word].includes(id)) ?? 'same' };
-}
-
-function mixed(a, b, part) {
-  return a.map((value, k) => value + part * (b[k] - value));
-}
 
 export const colorings = {
   own: { label: 'own colour', of: (surface) => surface.color },
@@ -32,16 +17,6 @@ export const colorings = {
     label: 'offset σ', of: (surface) => ramp(surface.offset_std_m * 1000 / unsureMm),
     legend: () => [{ ramp: rampCss, low: '0 mm', high: `${unsureMm} mm and more` }],
   },
-  change: {
-    label: 'what changed', needsBefore: true,
-    of: (surface, map) => {
-      const change = changeOf(map, surface.id);
-      if (!change) return changeColors.same;
-      if (change.share !== undefined) return mixed(changeColors.same, changeColors.appeared, change.share);
-      return changeColors[change.word];
-    },
-    legend: (map) => changeLegend(map),
-  },
 };
 
 function slopeLegend(walkableDeg) {
@@ -51,22 +26,6 @@ function slopeLegend(walkableDeg) {
     { color: slopeColor(0, walkableDeg), text: `slope to ${walkableDeg}°: walkable` },
     { color: slopeColor((walkableDeg + 90) / 2, walkableDeg), text: `steeper than ${walkableDeg}°` },
     { color: slopeColor(180, walkableDeg), text: `over ${overhangingDeg}°: overhanging, a ceiling` },
-  ];
-}
-
-function changeLegend(map) {
-  if (map.changes?.after) {
-    return [
-      { ramp: `linear-gradient(90deg, ${css(changeColors.same)}, ${css(changeColors.appeared)})`,
-        low: 'there before', high: 'not there before' },
-      { color: changeColors.gone, text: 'seen again, most of it is no more' },
-    ];
-  }
-  return [
-    { color: changeColors.appeared, text: 'appeared' }, { color: changeColors.changed, text: 'changed' },
-    { color: changeColors.split, text: 'split off another' },
-    { color: changeColors.same, text: 'as before' },
-    { color: changeColors.gone, text: 'gone' },
   ];
 }
 
@@ -113,9 +72,7 @@ export function patches(map, shown, fill, edge, { opacity, width, cut = false })
 export const surfaces = {
   id: 'surfaces', label: 'Surfaces', on: true,
   count: (map) => map.surfaces.length,
-  choices: (map) => Object.entries(colorings)
-    .filter(([, one]) => !one.needsBefore || map.changes)
-    .map(([id, one]) => ({ id, label: one.label })),
+  choices: () => Object.entries(colorings).map(([id, one]) => ({ id, label: one.label })),
   range: (map, settings) => (chosen({ settings }) !== colorings.slope ? null : {
     label: 'walkable slope', least: 0, greatest: 90, value: settings.walkableDeg, text: (deg) => `to ${deg}°`,
     set: (deg) => { settings.walkableDeg = deg; },
