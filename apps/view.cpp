@@ -32,7 +32,7 @@ constexpr const char* view_description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
 The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
-pending points, free space, contact regions. Without --html it is written to MAP.html in the current folder.
+pending points, contact regions. Without --html it is written to MAP.html in the current folder.
 
 Examples:
   octosurf view maps/office                                   office.html

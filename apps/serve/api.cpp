@@ -53,8 +53,6 @@ HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
     try {
       AskedByUrl asked;
       read(*question, given, asked);
-      if (path == "/api/voxels")
-        return {200, "application/octet-stream", (asked.slices > 0 ? map->slices : map->voxels).get()};
       return reply_of((path == "/api/plan" ? plan(*map, asked.plan) : answer_to(*map, path, asked)) + "\n");
     } catch (const Error& error) {  // told in the question's words, not the command line's
       if (error.kind() != Error::Kind::usage) throw;
@@ -65,6 +63,7 @@ HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
   if (path == "/api") return reply_of(Json{{"questions", list_of_questions()}}.dump(1) + "\n");
   if (path == "/api/info") return {200, "application/json", map->info.get()};
   if (path == "/api/surfaces") return {200, "application/json", map->surfaces.get()};
+  if (path == "/api/voxels") return {200, "application/octet-stream", map->voxels.get()};
   return refusal(404, "there is no such page", path.substr(0, 64), "GET /api lists the questions");
 }
 

@@ -71,11 +71,6 @@ const std::vector<UrlQuestion> own_questions = {
                          .by_default("0")};
      }},
     {"/api/plan", "footsteps from one place to another, or why there are none", path_fields},
-    {"/api/voxels", "the octree's occupied voxels, packed as for the page",
-     [](AskedByUrl& asked) {
-       return Fields{
-           number_field("slices", "1: with slices of free space", asked.slices, 0, 1).by_default("0")};
-     }},
     {live_path, "server-sent events: what changes on the map, as it changes", [](AskedByUrl& asked) {
        return Fields{since_field(asked, "the revision that is known; everything, if it is not given"),
                      text_field("run", "whose revision that is, as the events say", asked.run)};

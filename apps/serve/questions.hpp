@@ -20,7 +20,6 @@ struct AskedByUrl : AskedOfMap {
   std::optional<SpacePart> cylinder;
   bool as_free = false;
   SurfaceId surface = 0;
-  std::uint8_t slices = 0;
   std::string run;
 };
 

@@ -183,12 +183,12 @@ ServedMap::Text ServedMap::make_surfaces() const {
   return shared(export_text(*exported.get().snapshot, extras));
 }
 
-ServedMap::Text ServedMap::make_voxels(bool with_slices) const {
+ServedMap::Text ServedMap::make_voxels() const {
   const PageMap map{asked.name, asked.snapshot, asked.octree};
   const std::vector<io::PageVoxel> all = io::occupied_voxels(asked.octree);
   std::string message;
   for (const int merged : io::voxel_merges) {
-    message = io::voxels_message(map, all, merged, asked.up, with_slices).packed;
+    message = io::voxels_message(map, all, merged).packed;
     if (static_cast<double>(message.size()) <= max_page_mb_ * 1e6) break;
   }
   return shared(std::move(message));

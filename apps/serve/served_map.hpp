@@ -88,8 +88,7 @@ class ServedMap {
   const Lazy<Text> info{[this] { return make_info(); }};       ///< JSON
   const Lazy<Export> exported{[this] { return make_export(); }};
   const Lazy<Text> surfaces{[this] { return make_surfaces(); }};  ///< the export as JSON
-  const Lazy<Text> voxels{[this] { return make_voxels(false); }},
-      slices{[this] { return make_voxels(true); }};
+  const Lazy<Text> voxels{[this] { return make_voxels(); }};
 
   /// One of `surfaces`. Throws Error(data) if there is none of this id, which says what became of it.
   std::string surface_json(SurfaceId id) const;
@@ -108,7 +107,7 @@ class ServedMap {
   Text make_info() const;
   Export make_export() const;
   Text make_surfaces() const;
-  Text make_voxels(bool with_slices) const;
+  Text make_voxels() const;
 
   const double max_page_mb_;
   const std::string up_;

@@ -56,8 +56,7 @@ bool has_page();
 /// Writes one HTML page to view, search and measure the map in any browser of 2023 or later with WebGL 2.
 ///
 /// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
-/// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`; free space in
-///    horizontal slices every 0.1 m, or every voxel if voxels are larger.
+/// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`.
 /// 3. It is not larger than `max_mb`: if need be, voxels are merged to 2 d, 4 d … 32 d, then left out, then
 ///    contact regions too, and the page says so. A merged voxel is occupied if one of its voxels is, with the
 ///    highest of their log-odds and the surface of most of them.

@@ -77,7 +77,7 @@ export async function followsTheMap(browser, folder) {
     assert.match(await page.text('#legend'), /asked at revision \d+: 0.22x0.11 m/);
     assert.ok(await page.value('page.stage.objects.get("regions").visible'));
     assert.deepEqual(page.errors, []);
-    const known = ['live?', 'api/voxels?', 'api/regions/all?'].map((path) => address + path);
+    const known = ['live?', 'api/voxels', 'api/regions/all?'].map((path) => address + path);
     assert.ok(page.fetched.every((url) => known.some((start) => url.startsWith(start))), page.fetched.join(' '));
   });
   await page.until('!document.getElementById("message").hidden', 60);

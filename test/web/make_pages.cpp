@@ -36,8 +36,8 @@ std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Snapshot& snapshot
   return edges;
 }
 
-/// Of the room of make_room(): free in the middle, a pending block of 10 × 10 × 10 voxels at (1, 0.5, 1), the
-/// floor's voxels under it.
+/// Of the room of make_room(): a pending block of 10 × 10 × 10 voxels at (1, 0.5, 1), the floor's voxels under
+/// it.
 OccupancyView room_octree() {
   PaintedOctree octree(0.02);
   for (int y = 25; y < 35; ++y)
@@ -45,10 +45,6 @@ OccupancyView room_octree() {
       octree.occupy(x, y, 0, 3.5F, 2);
       for (int z = 50; z < 60; ++z) octree.occupy(x, y, z, 0.85F, 0);
     }
-  for (int x = 150; x < 200; ++x) {
-    octree.occupy(x, 100, 100, 1, 0);
-    for (int y = 25; y < 100; ++y) octree.free(x, y, 50);
-  }
   return octree.view();
 }
 

@@ -119,18 +119,6 @@ async function whatIsShown(page) {
   assert.ok(different(await colorAt(page, at), green));
 }
 
-/** make_pages: free at x 3 … 4 m, y 0.5 … 2 m, z 1 m; a row occupied at z 2 m. Slices are stored every 10 cm along z. */
-async function freeSpace(page) {
-  const cells = () => page.value('page.stage.objects.get("slice").geometry.index.count / 6');
-  await page.press('#layer-slice');
-  await page.choose('#range-slice', '1.01');
-  assert.equal(await cells(), 50 * 75 + 100, 'and what is pending');
-  await page.choose('#up', 'x');
-  await page.choose('#range-slice', '3.51');
-  assert.match(await page.text('#layers'), /3\.51 m/);
-  assert.equal(await cells(), 75 + 1, 'a row of each is at that place');
-}
-
 async function aVoxel(page) {
   await page.press('#layer-voxels');
   const at = await page.value('page.view.project([1.1, 0.6, 1.2].map((x, k) => x - page.map.origin[k]))');
@@ -140,7 +128,7 @@ async function aVoxel(page) {
 }
 
 async function aRoom(browser) {
-  for (const test of [lookAround, aPickedPlace, feet, whatIsShown, freeSpace, aVoxel]) {
+  for (const test of [lookAround, aPickedPlace, feet, whatIsShown, aVoxel]) {
     const page = await browser.open(join(folder, 'room.html'));
     await page.press('#top');
     await test(page);

@@ -99,8 +99,7 @@ function originOf(surfaces) {
 
 /** A map of which nothing is known yet. */
 export function newMap() {
-  const map = { origin: null, surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [], voxels: null,
-    slices: null };
+  const map = { origin: null, surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [], voxels: null };
   map.toMap = (place) => place.map((x, k) => x + map.origin[k]);
   map.surface = (id) => map.byId.get(id);
   map.cylinder = (id) => map.cylinders.find((one) => one.id === id);
@@ -141,7 +140,6 @@ export function takeSurfaces(map, { json }) {
 /** Likewise one of kind `voxels`. */
 export function takeVoxels(map, { json, arrays }) {
   Object.assign(map, { voxels: null, merged: json.merged, voxelsBeforeMerging: json.voxels_before_merging });
-  if (json.slices) map.slices = { ...json.slices, states: arrays.slice_states };
   if (!json.voxels) return;
   const { size, low, least_log_odds: least, log_odds_step: step } = json.voxels;
   const [x, y, z] = ['x', 'y', 'z'].map((axis) => summed(arrays[`voxel_${axis}`]));

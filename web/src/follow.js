@@ -67,11 +67,11 @@ export class Following {
   async askForVoxels() {
     const { stage, map } = this.page, { on } = stage.settings, first = map.voxels === null && map.surfaces.length > 0;
     if (this.asking || this.events.readyState !== EventSource.OPEN) return;
-    if (!first && !on.voxels && !on.pending && !on.slice) return;
-    if (!first && this.voxelsRevision === map.revision && (map.slices || !on.slice)) return;
+    if (!first && !on.voxels && !on.pending) return;
+    if (!first && this.voxelsRevision === map.revision) return;
     this.asking = true;
     try {
-      const reply = await fetch(`api/voxels?slices=${first || on.slice ? 1 : 0}`);
+      const reply = await fetch('api/voxels');
       if (!reply.ok) return;
       const message = await readBlock(await reply.arrayBuffer());
       takeVoxels(map, message);

@@ -10,7 +10,7 @@ const samplesPerArea = 40;  // a m²
 // A frame's time: less is drawn above the one, more below the other; and how much, in points, first and at least. A
 // graphics card draws a million voxels in that time, a processor in its place ten thousand.
 const smoothMs = 33, quickMs = 24, firstPoints = 8000, leastPoints = 2000, mostPoints = 1e9;
-const ofVoxels = new Set(['voxels', 'pending', 'slice']);
+const ofVoxels = new Set(['voxels', 'pending']);
 
 /** Places on the map, as many as it has area there; without surfaces, voxels. */
 function samplesOf({ surfaces, voxels }) {
@@ -65,7 +65,7 @@ export class Stage {
       on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {},
       cut: true,  // surfaces seen from behind are left out
       up: null,   // in the map frame; null: the map's own
-      clip: noClip(), sliceHeight: null, walkableDeg: 30,
+      clip: noClip(), walkableDeg: 30,
     };
     view.beforePicture.push((moving, frameMs) => this.drawAtLength(moving, frameMs));
   }
@@ -96,7 +96,7 @@ export class Stage {
 
   /** @param {number[]?} up null: the map's own. Heights are others then. */
   turn(up) {
-    Object.assign(this.settings, { up, clip: noClip(), sliceHeight: null });
+    Object.assign(this.settings, { up, clip: noClip() });
     this.takeExtent();
     this.renew();
   }

@@ -52,7 +52,7 @@ Page make_page(const PageMap& map, const std::string& name, const PageOptions& o
   const std::vector<io::PageVoxel> all = io::occupied_voxels(map.octree);
   PageReport report;
   for (const int merged : io::voxel_merges) {
-    const io::VoxelsMessage drawn = io::voxels_message(map, all, merged, options.up, true);
+    const io::VoxelsMessage drawn = io::voxels_message(map, all, merged);
     voxels = script(drawn.packed);
     report.merged = merged;
     report.voxels = drawn.voxels;

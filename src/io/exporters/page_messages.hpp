@@ -66,9 +66,8 @@ struct VoxelsMessage {
   std::size_t voxels = 0;  ///< drawn
 };
 
-/// All `voxels` of the map, merged; with `slices` also horizontal slices of free space.
-VoxelsMessage voxels_message(const PageMap& map, const std::vector<PageVoxel>& voxels, int merged,
-                             const Eigen::Vector3d& up, bool slices);
+/// All `voxels` of the map, merged.
+VoxelsMessage voxels_message(const PageMap& map, const std::vector<PageVoxel>& voxels, int merged);
 
 /// {"since", "revision", "appeared", "changed", "gone", "merged", "split"}
 PageBlock::Json changes_json(const MapChanges& changes);

@@ -6,8 +6,6 @@
 #include <limits>
 #include <tuple>
 
-#include <octosurf/up.hpp>
-
 namespace octosurf::io {
 namespace {
 
@@ -40,24 +38,6 @@ std::uint32_t number_of(SurfaceId id, const Snapshot& snapshot) {
   const auto at = std::lower_bound(all.begin(), all.end(), id,
                                    [](const SurfacePtr& surface, SurfaceId i) { return surface->id < i; });
   return at != all.end() && (*at)->id == id ? static_cast<std::uint32_t>(at - all.begin()) + 1 : 0;
-}
-
-/// Cells of a stack of horizontal slices.
-struct SliceGrid {
-  Eigen::Vector3d low = Eigen::Vector3d::Zero();  ///< upright frame: the first cell's centre
-  double cell = 0, step = 0;                      ///< m
-  std::array<std::size_t, 3> count{};
-  std::size_t cells() const { return count[0] * count[1] * count[2]; }
-};
-
-SliceGrid slice_grid(const Eigen::AlignedBox3d& box, double cell, double step) {
-  SliceGrid grid{box.min(), cell, step, {}};
-  const std::array<double, 3> spacing{cell, cell, step};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double extent = box.sizes()[static_cast<Eigen::Index>(i)];
-    grid.count[i] = static_cast<std::size_t>(std::floor(extent / spacing[i])) + 1;
-  }
-  return grid;
 }
 
 /// Differences of consecutive numbers, modulo the type's range: small numbers compress well.
@@ -135,38 +115,6 @@ void add_voxels(PageBlock& block, const std::vector<PageVoxel>& voxels, double s
   block.add("voxel_surface", surfaces);
 }
 
-void add_slices(PageBlock& block, const OccupancyView& octree, const std::vector<PageVoxel>& voxels,
-                double size, const Eigen::Vector3d& up) {
-  if (voxels.empty()) return;
-  constexpr double slice_step = 0.1;             // m
-  constexpr std::size_t most_cells = 8'000'000;  // a second's work, and some hundred kilobytes packed
-  const Eigen::Quaterniond R_upright_map = upright(up);
-  Eigen::AlignedBox3d box;
-  for (const PageVoxel& voxel : voxels)
-    box.extend(R_upright_map * (size * (Eigen::Vector3d(voxel.x, voxel.y, voxel.z).array() + 0.5)).matrix());
-  SliceGrid grid = slice_grid(box, size, std::max(size, slice_step));
-  while (grid.cells() > most_cells) grid = slice_grid(box, 2 * grid.cell, std::max(grid.step, 2 * grid.cell));
-
-  std::vector<std::uint8_t> states;
-  states.reserve(grid.cells());
-  const Eigen::Quaterniond R_map_upright = R_upright_map.conjugate();
-  for (std::size_t k = 0; k < grid.count[2]; ++k)
-    for (std::size_t j = 0; j < grid.count[1]; ++j)
-      for (std::size_t i = 0; i < grid.count[0]; ++i) {
-        const Eigen::Vector3d at =
-            grid.low + Eigen::Vector3d(static_cast<double>(i) * grid.cell, static_cast<double>(j) * grid.cell,
-                                       static_cast<double>(k) * grid.step);
-        states.push_back(static_cast<std::uint8_t>(octree.at(R_map_upright * at).state));
-      }
-  const Eigen::Vector4d turn = R_upright_map.coeffs();
-  block.json["slices"] = {{"rotation", {turn.x(), turn.y(), turn.z(), turn.w()}},
-                          {"low", Json::array({grid.low.x(), grid.low.y(), grid.low.z()})},
-                          {"cell", grid.cell},
-                          {"step", grid.step},
-                          {"count", grid.count}};
-  block.add("slice_states", states);
-}
-
 }  // namespace
 
 std::vector<PageVoxel> occupied_voxels(const OccupancyView& octree) {
@@ -186,8 +134,7 @@ std::vector<PageVoxel> occupied_voxels(const OccupancyView& octree) {
   return voxels;
 }
 
-VoxelsMessage voxels_message(const PageMap& map, const std::vector<PageVoxel>& voxels, int merged,
-                             const Eigen::Vector3d& up, bool slices) {
+VoxelsMessage voxels_message(const PageMap& map, const std::vector<PageVoxel>& voxels, int merged) {
   PageBlock block;
   block.json["kind"] = "voxels";
   block.json["revision"] = map.snapshot->revision;
@@ -198,9 +145,7 @@ VoxelsMessage voxels_message(const PageMap& map, const std::vector<PageVoxel>& v
   block.json["surface_ids"] = std::move(ids);
   const std::vector<PageVoxel> larger = merged > 1 ? merge_voxels(voxels, merged) : std::vector<PageVoxel>();
   const std::vector<PageVoxel>& drawn = merged == 1 ? voxels : larger;
-  const double size = map.octree.resolution() * merged;
-  add_voxels(block, drawn, size, *map.snapshot);
-  if (slices) add_slices(block, map.octree, drawn, size, up);
+  add_voxels(block, drawn, map.octree.resolution() * merged, *map.snapshot);
   return {block.packed(), drawn.size()};
 }
 
