@@ -26,10 +26,6 @@ class LiveView : public RunObserver {
     std::printf("serving %s\n", server_.url().c_str());
     std::fflush(stdout);
   }
-  void after(const InsertedScan& inserted) override {
-    server_.add_pose(inserted.scan.sensor, inserted.report.alignment.T_map_sensor,
-                     inserted.report.agreement.share());
-  }
   bool between_scans() override { return server_.clear_as_asked(run_.mapper); }
   void save(Saving saving) override {
     if (saving == Saving::end) server_.end_clearing();

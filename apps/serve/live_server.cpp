@@ -33,23 +33,13 @@ std::string new_run() {
 LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place, bool allow_clear)
     : mapper_(mapper),
       name_(std::move(name)),
-      run_{new_run(),
-           [this] {
-             const std::lock_guard lock(tracking_);
-             return track_;
-           }},
+      run_{new_run()},
       up_(mapper.map().parameters().up),
       api_([this] { return latest(); },
            allow_clear ? [this](const SpacePart& part, bool as_free) { return clear(part, as_free); }
                        : Api::Clear()) {
   mapper.share_octree();
   server_.emplace(place, api_);
-}
-
-void LiveServer::add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor, double agreement) {
-  const std::lock_guard lock(tracking_);
-  track_.add(sensor, T_map_sensor);
-  track_.agreement = agreement;
 }
 
 bool LiveServer::clear_as_asked(Mapper& mapper) {

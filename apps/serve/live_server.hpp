@@ -27,9 +27,6 @@ class LiveServer {
 
   std::string url() const { return server_->url(); }
 
-  /// Where the scan was seen from that was mapped last.
-  void add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor, double agreement);
-
   /// By the thread that maps, between two scans: takes back what clients wait for. Whether there was any.
   bool clear_as_asked(Mapper& mapper);
   /// Who waits is refused, and who comes later.
@@ -47,8 +44,6 @@ class LiveServer {
   const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
   std::mutex making_;                        ///< of the latest
   std::shared_ptr<const ServedMap> latest_;
-  std::mutex tracking_;  ///< of the track
-  io::SensorTrack track_;
   std::mutex asking_;  ///< of what follows
   std::vector<Clearing> clearings_;
   bool clearing_ended_ = false;

@@ -2,6 +2,7 @@
 
 #include "info.hpp"
 #include "io/exporters/export_formats.hpp"
+#include "io/exporters/page_messages.hpp"
 #include "page_feet.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
@@ -204,7 +205,6 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
     how.up = asked.up;
     how.since = since;
     how.run = run.name;
-    if (run.track) how.track = run.track();
     event = shared("event: changes\ndata: " + io::base64(io::surfaces_message(map, how)) + "\n\n");
   }
   return event;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "io/exporters/page_messages.hpp"
 #include "planning/questions.hpp"
 
 #include <cstdint>
@@ -63,7 +62,6 @@ class ServedMap {
   /// What a map that goes on growing has beside it: of its run, for all its moments.
   struct Run {
     std::string name;
-    std::function<io::SensorTrack()> track;  ///< the sensor's until now
     std::shared_ptr<ShownSurfaces> shown = std::make_shared<ShownSurfaces>();
   };
   /// A map that goes on growing, which has no kinds of edges yet. The snapshot has its octree. `previous`:

@@ -1,7 +1,6 @@
 // The pages of `octosurf map --serve` while the map grows, and of `octosurf serve`.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
-import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 
 const [command, map] = process.argv.slice(3);
@@ -32,12 +31,6 @@ async function serving(words, visit) {
 const mapping = (folder, name, port, visit) =>
   serving(['map', join(folder, 'scans'), '-o', join(folder, name), '--realtime', '--rate', '2', '--serve', port], visit);
 
-/** Where each scan was made. */
-const posesOf = (scans) => readdirSync(scans).filter((name) => name.endsWith('.pose.txt')).map((name) => {
-  const T = readFileSync(join(scans, name), 'utf8').trim().split(/\s+/).map(Number);
-  return [T[3], T[7], T[11]];
-});
-
 export async function followsTheMap(browser, folder) {
   const scans = join(folder, 'scans');
   execFileSync(`${command}-lab`, ['simulate', 'stairs', '-o', scans, '--frames', '200', '--noise-scale', '0']);
@@ -61,16 +54,6 @@ export async function followsTheMap(browser, folder) {
     await page.until('document.getElementById("layer-pending") !== null', 60);
     await page.press('#layer-pending');
     await page.until('page.following.voxelsRevision > 1', 60);
-
-    // The simulated camera's pose is that of one of its scans.
-    const poses = posesOf(scans);
-    const { origin, kind, places } = await page.until(`(page.map.sensor?.track.length > 1 ? { kind: page.map.sensor.kind,
-      origin: page.map.toMap(page.map.sensor.origin), places: page.map.sensor.track.map(page.map.toMap) } : null)`, 60);
-    const near = (place) => poses.some((pose) => Math.hypot(...pose.map((x, k) => x - place[k])) < 0.002);
-    assert.equal(kind, 'depth_camera');
-    assert.ok([origin, ...places].every(near), `the sensor has been where the scans were: ${places}`);
-    assert.ok(await page.value('page.stage.objects.get("sensor").visible'));
-    assert.match(await page.text('#legend'), /the sensor, at its last scan/);
 
     await page.press('#foot-show');
     await page.until('page.map.feet.length === 1', 60);

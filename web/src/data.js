@@ -131,7 +131,6 @@ export function takeSurfaces(map, { json }) {
     removedSurfaces: [...map.removedSurfaces, ...removals(json.removed_surfaces)],
     removedCylinders: [...map.removedCylinders, ...removals(json.removed_cylinders)],
     stairs: stairs.map((stair) => ({ ...stair, steps: stair.steps.map((step) => ({ ...step, edge: step.edge.map(here) })) })),
-    sensor: json.sensor && { kind: json.sensor.kind, agreement: json.sensor.agreement, track: json.sensor.track.map(here), ...frameOf(json.sensor.pose, map) },
   });
   map.byId = new Map(map.surfaces.map((one) => [one.id, one]));
   orient(map, map.up ?? map.ownUp);

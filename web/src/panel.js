@@ -111,10 +111,9 @@ export class Panel {
     const { stage } = this, { map } = stage;
     byId('title').textContent = map.name;
     document.title = `${map.name} · octosurf`;
-    const agrees = map.sensor ? ` · the last scan agrees by ${(100 * map.sensor.agreement).toFixed(0)} %` : '';
     const area = map.surfaces.reduce((sum, one) => sum + one.area_m2, 0);
     byId('summary').textContent =
-      `${thousands(map.surfaces.length)} surfaces, ${area.toFixed(1)} m² · d ${(100 * map.resolution).toFixed(1)} cm · revision ${map.revision}${agrees}`;
+      `${thousands(map.surfaces.length)} surfaces, ${area.toFixed(1)} m² · d ${(100 * map.resolution).toFixed(1)} cm · revision ${map.revision}`;
     this.notice();
     const rows = layers.map((layer, i) => [layer, i + 1]).filter(([layer]) => stage.has(layer))
       .map(([layer, number]) => layerRow(layer, number, stage, () => this.update(), () => this.legend()));

@@ -3,7 +3,6 @@
 #include "io/exporters/page_block.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -13,25 +12,11 @@
 
 #include <octosurf/changes.hpp>
 #include <octosurf/page.hpp>
-#include <octosurf/scan.hpp>
 
 // What a page knows of a map: a message with its surfaces, and one with its voxels. A page in a file has them
 // inside; a page that follows a map gets them from the server. web/src/data.js reads them.
 
 namespace octosurf::io {
-
-/// The pose of the mapping sensor and its track: few enough places to send all in each message.
-struct SensorTrack {
-  static constexpr std::size_t most_places = 2048;
-
-  std::optional<SensorKind> sensor{};  ///< empty: no scan so far
-  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
-  double agreement = 1;                   ///< of the last scan with the map before it: Agreement::share()
-  std::vector<Eigen::Vector3d> places{};  ///< map frame, oldest first, at least `step_m` from one to the next
-  double step_m = 0.01;                   ///< doubled when there are too many places
-
-  void add(SensorKind kind, const Eigen::Isometry3d& pose);
-};
 
 /// A message of surfaces: how much of the map, and what goes with it.
 struct SurfacesMessage {
@@ -40,7 +25,6 @@ struct SurfacesMessage {
   /// Only what changed since this revision.
   std::optional<std::uint64_t> since{};
   std::string run{};  ///< identifies the run of these revisions
-  SensorTrack track{};
   bool feet = true;  ///< with contact regions
 };
 

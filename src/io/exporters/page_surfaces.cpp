@@ -6,8 +6,6 @@
 #include <sstream>
 #include <utility>
 
-#include <octosurf/up.hpp>
-
 namespace octosurf::io {
 namespace {
 
@@ -64,36 +62,7 @@ Json feet_json(const PageMap& map) {
   return feet;
 }
 
-Json sensor_json(const SensorTrack& track) {
-  if (!track.sensor) return nullptr;
-  Json pose = Json::array(), places = Json::array();
-  for (const auto& row : track.T_map_sensor.matrix().rowwise())
-    for (const double x : row) pose.push_back(x);
-  for (const Eigen::Vector3d& place : track.places)
-    places.push_back(Eigen::Vector3d((place.array() * 1e3).round().matrix() / 1e3));
-  return {{"kind", *track.sensor == SensorKind::lidar ? "lidar" : "depth_camera"},
-          {"pose", std::move(pose)},
-          {"agreement", track.agreement},
-          {"track", std::move(places)}};
-}
-
 }  // namespace
-
-void SensorTrack::add(SensorKind kind, const Eigen::Isometry3d& pose) {
-  sensor = kind;
-  T_map_sensor = pose;
-  const auto far_enough = [this](const Eigen::Vector3d& place) {
-    return places.empty() || (place - places.back()).norm() >= step_m;
-  };
-  if (far_enough(pose.translation())) places.push_back(pose.translation());
-  while (places.size() > most_places) {
-    step_m *= 2;
-    std::vector<Eigen::Vector3d> all;
-    std::swap(all, places);
-    for (const Eigen::Vector3d& place : all)
-      if (far_enough(place)) places.push_back(place);
-  }
-}
 
 std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
   const std::uint64_t since = how.since.value_or(0);
@@ -116,7 +85,6 @@ std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
   block.json["cylinders_born"] = births_json(sent->cylinders);
   block.json["removed_surfaces"] = removals_json(sent->removals, since, Removal::Of::surface);
   block.json["removed_cylinders"] = removals_json(sent->removals, since, Removal::Of::cylinder);
-  block.json["sensor"] = sensor_json(how.track);
   block.json["feet"] = how.feet ? feet_json(map) : Json::array();
   block.json["feet_left_out"] = !how.feet && !map.feet.empty();
   block.add("map", export_text(map, *sent));

@@ -16,10 +16,9 @@ import { edges } from './edges.js';
 import { cylinders } from './cylinders.js';
 import { voxels, pending } from './voxels.js';
 import { normals } from './normals.js';
-import { sensor } from './sensor.js';
 import { stairs } from './stairs.js';
 import { axes, grid } from './ground.js';
 
 const needVoxels = (layer) => ({ ...layer, has: (map) => map.voxels !== null });
 
-export const layers = [surfaces, edges, cylinders, needVoxels(pending), needVoxels(voxels), regions, normals, grid, axes, sensor, stairs];
+export const layers = [surfaces, edges, cylinders, needVoxels(pending), needVoxels(voxels), regions, normals, grid, axes, stairs];
