@@ -92,11 +92,6 @@ class Browser {
     return page;
   }
 
-  /** Has the pages' clipboard be at hand. */
-  async allowClipboard() {
-    await this.send('Browser.grantPermissions', { permissions: ['clipboardReadWrite', 'clipboardSanitizedWrite'] });
-  }
-
   async close() {
     this.process.kill();
     await this.gone;
@@ -194,23 +189,22 @@ class Page {
   }
 
   async key(key) {
-    const text = key.length === 1 ? key : key === 'Enter' ? '\r' : undefined;
-    const code = key === 'Enter' ? { windowsVirtualKeyCode: 13 } : {};
-    await this.session.send('Input.dispatchKeyEvent', { type: 'keyDown', key, text, ...code });
-    await this.session.send('Input.dispatchKeyEvent', { type: 'keyUp', key, ...code });
+    await this.session.send('Input.dispatchKeyEvent', { type: 'keyDown', key });
+    await this.session.send('Input.dispatchKeyEvent', { type: 'keyUp', key });
     await this.settled();
   }
 
-  async type(text) {
-    for (const key of text) await this.key(key);
+  /** What has this id, as if it were clicked. @param {'surface'|'cylinder'} kind */
+  pick(kind, id) {
+    return this.value(`page.select({ kind: '${kind}', what: page.map.${kind}(${id}), place: [0, 0, 0] })`);
   }
 
-  /** A choice or a slider of the panel, as its reader sets it. */
+  /** A choice of the panel, as its reader sets it. */
   async choose(selector, value) {
     await this.value(`(() => {
       const field = document.querySelector(${JSON.stringify(selector)});
       field.value = '${value}';
-      field.dispatchEvent(new Event(field.type === 'range' ? 'input' : 'change'));
+      field.dispatchEvent(new Event('change'));
     })()`);
     await this.settled();
   }
@@ -250,7 +244,6 @@ export async function runInBrowser(tests) {
   const program = chromium() ?? skip('no Chromium');
   const browser = new Browser(program), folder = mkdtempSync(join(tmpdir(), 'octosurf-page-'));
   try {
-    await browser.allowClipboard();
     for (const test of tests) {
       const begin = performance.now();
       await test(browser, folder);

@@ -40,7 +40,7 @@ export async function followsTheMap(browser, folder) {
     page = await browser.open(address);
     await page.until('page.map.surfaces.length > 0');
     const id = await page.value('page.map.surfaces[0].id');
-    await page.value(`page.search("${id}")`);
+    await page.pick('surface', id);
     await page.until(`page.map.revision > ${await page.value('page.map.revision')} + 2`, 60);
     assert.equal(await page.text('#details-title'), `Surface ${id}`, 'what was picked stays picked');
     assert.equal(await page.value('page.following.told.whole'), false, 'it is told what changed, not the map');
@@ -51,13 +51,13 @@ export async function followsTheMap(browser, folder) {
     const meanwhile = new Set([...changed.appeared, ...changed.changed, ...changed.gone, ...changed.merged.map((one) => one.id)]);
     for (const one of whole.surfaces.filter((s) => !meanwhile.has(s.id)))
       assert.ok(drawn.some(([i, revision]) => i === one.id && revision >= one.revision), `the page knows surface ${one.id}`);
-    await page.until('document.getElementById("layer-pending") !== null', 60);
-    await page.press('#layer-pending');
+    await page.until('document.getElementById("layer-voxels") !== null', 60);
+    await page.press('#layer-voxels');
     await page.until('page.following.voxelsRevision > 1', 60);
 
-    await page.press('#foot-show');
+    await page.press('#foot-form button');
     await page.until('page.map.feet.length === 1', 60);
-    assert.match(await page.text('#legend'), /asked at revision \d+: 0.22x0.11 m/);
+    assert.match(await page.text('#legend'), /asked at revision \d+: foot 0.22x0.11, max_slope_deg 30/);
     assert.ok(await page.value('page.stage.objects.get("regions").visible'));
     assert.deepEqual(page.errors, []);
     const known = ['live?', 'api/voxels', 'api/regions/all?'].map((path) => address + path);
@@ -78,10 +78,10 @@ export async function asks(browser) {
   await serving(['serve', map], async (address) => {
     const page = await browser.open(address), feet = await page.value('page.map.feet.length');
     await page.value('(document.querySelector("#foot-form [name=foot]").value = "big")');
-    await page.press('#foot-show');
+    await page.press('#foot-form button');
     await page.until('/foot/.test(document.getElementById("asking-answer").textContent)');
     await page.value('(document.querySelector("#foot-form [name=foot]").value = "0.05")');
-    await page.press('#foot-show');
+    await page.press('#foot-form button');
     await page.until(`page.map.feet.length === ${feet + 1}`, 60);
     assert.ok(await page.value('page.map.feet[0].regions.some((one) => one.polygons.length > 0)'));
     assert.deepEqual(page.errors.filter((text) => !/400/.test(text)), [], 'but for the foot that is none');

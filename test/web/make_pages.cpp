@@ -68,9 +68,6 @@ std::vector<PageFoot> feet_on_floor() {
 
 PageMap room(const std::string& name) {
   Snapshot snapshot = make_room();
-  // 2 is the floor. 1 and 4 are its parents' names in make_room().
-  snapshot.removals = snapshot.removals.with(
-      {{Removal::Of::surface, 1, 2, 3, 40, {}}, {Removal::Of::surface, 4, 0, 3, 50, {}}});
   const auto edges = edges_of(snapshot);
   std::vector<Stair> stairs = find_stairs(snapshot).stairs;
   return {name,

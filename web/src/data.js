@@ -28,10 +28,6 @@ import { dot, minus } from './vectors.js';
 export const edgeKinds = ['real', 'occluded', 'sensor_limit', 'frontier'];
 export const noLabel = 255;
 
-/** A pose, row by row, in root coordinates. */
-const frameOf = (T, { origin }) =>
-  ({ origin: minus([T[3], T[7], T[11]], origin), axes: [0, 1, 2].map((k) => [T[k], T[4 + k], T[8 + k]]) });
-
 /** Polygons as they are exported, on a surface: of its own, or contact regions. */
 export function outlineOf(map, { origin, axes }, polygons) {
   const u = [], v = [], edges = [], rings = [], corners = [];
@@ -56,35 +52,18 @@ export function outlineOf(map, { origin, axes }, polygons) {
     corners: Uint32Array.from(corners) };
 }
 
-function surfaceOf(map, exported, born) {
-  const frame = frameOf(exported.T_map_surface, map);
-  return { ...exported, born, ...exported.plane, ...frame, ...outlineOf(map, frame, exported.polygons) };
+function surfaceOf(map, exported) {
+  const T = exported.T_map_surface;  // row by row
+  const frame = { origin: minus([T[3], T[7], T[11]], map.origin), axes: [0, 1, 2].map((k) => [T[k], T[4 + k], T[8 + k]]) };
+  return { ...exported, ...exported.plane, ...frame, ...outlineOf(map, frame, exported.polygons) };
 }
 
-function cylinderOf(map, exported, born) {
-  return { ...exported, born, axis_point: minus(exported.axis_point, map.origin),
-    span_rad: exported.span_deg * Math.PI / 180 };
-}
+const cylinderOf = (map, exported) => ({ ...exported, axis_point: minus(exported.axis_point, map.origin) });
 
 /** A place in the surface's frame. */
 export function onSurface(surface, u, v) {
   const [a, b] = surface.axes;
   return [0, 1, 2].map((k) => surface.origin[k] + a[k] * u + b[k] * v);
-}
-
-/** Somewhere inside: the middle of the largest triangle. */
-export function middleOf(surface) {
-  const { u, v, corners } = surface;
-  let most = -1, best = [0, 0];
-  for (let i = 0; i < corners.length; i += 3) {
-    const [a, b, c] = corners.subarray(i, i + 3);
-    const area = Math.abs((u[b] - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (v[b] - v[a]));
-    if (area > most) {
-      most = area;
-      best = [(u[a] + u[b] + u[c]) / 3, (v[a] + v[b] + v[c]) / 3];
-    }
-  }
-  return onSurface(surface, ...best);
 }
 
 /** Angle to up in degrees: 0 a floor, 90 a wall, 180 a ceiling. */
@@ -99,9 +78,9 @@ function originOf(surfaces) {
 
 /** A map of which nothing is known yet. */
 export function newMap() {
-  const map = { origin: null, surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [], voxels: null };
+  const map = { surfaces: [], cylinders: [], voxels: null };
   map.toMap = (place) => place.map((x, k) => x + map.origin[k]);
-  map.surface = (id) => map.byId.get(id);
+  map.surface = (id) => map.surfaces.find((one) => one.id === id);
   map.cylinder = (id) => map.cylinders.find((one) => one.id === id);
   return map;
 }
@@ -112,27 +91,24 @@ function merged(known, gone, now) {
   return [...known.filter(({ id }) => !replaced.has(id)), ...now].sort((a, b) => a.id - b.id);
 }
 
-const removals = (list) => list.map(([id, into, born, revision]) => ({ id, into, born, revision }));
-
 /** Takes a message of kind `surfaces` over into a map: everything, or what has changed since a revision. */
 export function takeSurfaces(map, { json }) {
-  const { surfaces, cylinders, stairs = [], resolution, revision } = json.map, whole = json.changes === null;
+  const { surfaces, cylinders, stairs = [], resolution, revision } = json.map;
   map.origin ??= originOf(surfaces);
-  if (whole) {
-    Object.assign(map, { surfaces: [], cylinders: [], removedSurfaces: [], removedCylinders: [],
-      suggestedUp: json.suggested_up ?? null, feet: json.feet, feetLeftOut: json.feet_left_out });
+  let gone = [];
+  if (json.changes) {
+    gone = [...json.changes.gone, ...json.changes.merged.map(({ id }) => id)];
+  } else {
+    Object.assign(map, { surfaces: [], cylinders: [], suggestedUp: json.suggested_up ?? null, feet: json.feet,
+      feetLeftOut: json.feet_left_out });
   }
-  const here = (place) => minus(place, map.origin), gone = whole ? [] : [...json.changes.gone, ...json.changes.merged.map(({ id }) => id)];
+  const here = (place) => minus(place, map.origin);
   Object.assign(map, {
     name: json.name, resolution, revision, ownUp: json.up,
-    surfaces: merged(map.surfaces, gone, surfaces.map((one, i) => surfaceOf(map, one, json.born[i]))),
-    cylinders: merged(map.cylinders, json.cylinders_gone ?? [],
-      cylinders.map((one, i) => cylinderOf(map, one, json.cylinders_born[i]))),
-    removedSurfaces: [...map.removedSurfaces, ...removals(json.removed_surfaces)],
-    removedCylinders: [...map.removedCylinders, ...removals(json.removed_cylinders)],
+    surfaces: merged(map.surfaces, gone, surfaces.map((one) => surfaceOf(map, one))),
+    cylinders: merged(map.cylinders, json.cylinders_gone ?? [], cylinders.map((one) => cylinderOf(map, one))),
     stairs: stairs.map((stair) => ({ ...stair, steps: stair.steps.map((step) => ({ ...step, edge: step.edge.map(here) })) })),
   });
-  map.byId = new Map(map.surfaces.map((one) => [one.id, one]));
   orient(map, map.up ?? map.ownUp);
 }
 

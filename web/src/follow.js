@@ -63,12 +63,11 @@ export class Following {
     }, restShare * (performance.now() - begin));
   }
 
-  /** All voxels are many: requested while they are visible, and once in any case, for their layers to be there. */
+  /** All voxels are many: requested while they are visible, and once in any case, for their layer to be there. */
   async askForVoxels() {
-    const { stage, map } = this.page, { on } = stage.settings, first = map.voxels === null && map.surfaces.length > 0;
+    const { stage, map } = this.page, first = map.voxels === null && map.surfaces.length > 0;
     if (this.asking || this.events.readyState !== EventSource.OPEN) return;
-    if (!first && !on.voxels && !on.pending) return;
-    if (!first && this.voxelsRevision === map.revision) return;
+    if (!first && (!stage.settings.on.voxels || this.voxelsRevision === map.revision)) return;
     this.asking = true;
     try {
       const reply = await fetch('api/voxels');

@@ -2,7 +2,6 @@
 import * as THREE from 'three';
 import { Triangles } from './layers/mesh.js';
 import { Lines } from './layers/lines.js';
-import { addMantle } from './layers/cylinders.js';
 import { patches } from './layers/surfaces.js';
 
 const hoverColor = [1, 1, 1], pickColor = [1, 0.85, 0.1], measureColor = [0.9, 0.1, 0.6];
@@ -11,23 +10,22 @@ export function dispose(object) {
   object?.removeFromParent();
   object?.traverse((one) => {
     one.geometry?.dispose();
-    one.material?.map?.dispose();
     one.material?.dispose();
   });
 }
 
 /** @param {import('./picking.js').Hit} hit */
-function markOf(map, hit, color, strong) {
+function markOf(map, { kind, what }, color, strong) {
   const opacity = strong ? 0.45 : 0.3;
-  if (hit.kind === 'surface') return patches(map, [hit.what], color, color, { opacity, width: strong ? 3.5 : 2 });
-  if (hit.kind === 'cylinder') {
+  if (kind === 'surface') return patches(map, [what], color, color, { opacity, width: strong ? 3.5 : 2 });
+  if (kind === 'cylinder') {
     const triangles = new Triangles();
-    addMantle(triangles, map, { ...hit.what, radius_m: 1.03 * hit.what.radius_m }, color);
-    return triangles.mesh({ opacity });
+    triangles.addMantle(map, { ...what, radius_m: 1.03 * what.radius_m }, color);
+    return triangles.mesh(opacity);
   }
   const { x, y, z, low, size } = map.voxels, lines = new Lines();
   const corners = new THREE.EdgesGeometry(new THREE.BoxGeometry(size, size, size)).attributes.position.array;
-  const at = (corner) => [x, y, z].map((cells, k) => low[k] + (cells[hit.what] + 0.5) * size + corners[3 * corner + k]);
+  const at = (corner) => [x, y, z].map((cells, k) => low[k] + (cells[what] + 0.5) * size + corners[3 * corner + k]);
   for (let i = 0; i < corners.length / 3; i += 2) lines.add(at(i), at(i + 1), color);
   return lines.object(strong ? 3 : 2);
 }

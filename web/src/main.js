@@ -1,18 +1,15 @@
 // The page: reads its map, puts the parts together.
-import * as THREE from 'three';
 import { readTextBlock } from './block.js';
-import { middleOf, newMap, takeSurfaces, takeVoxels } from './data.js';
-import { describe, find, lineOf } from './describe.js';
+import { newMap, takeSurfaces, takeVoxels } from './data.js';
+import { describe, lineOf } from './describe.js';
 import { Following } from './follow.js';
 import { Highlight } from './highlight.js';
-import { bindKeys } from './keys.js';
 import { Measure } from './measure.js';
 import { Panel } from './panel.js';
 import { pick } from './picking.js';
 import { bindPointer } from './pointer.js';
-import { Asking, hasServer, runToFollow } from './server.js';
+import { bindForm, hasServer, runToFollow } from './server.js';
 import { Stage } from './stage.js';
-import { Theme } from './theme.js';
 import { View } from './view.js';
 
 const byId = (id) => document.getElementById(id);
@@ -37,34 +34,22 @@ async function readMap() {
 
 class Page {
   constructor(map) {
+    this.map = map;
     this.view = new View(byId('view'));
-    this.theme = new Theme(() => this.recolor());
-    this.stage = new Stage(this.view, this.theme);
+    this.stage = new Stage(this.view, map);
     this.highlight = new Highlight(this.view);
     this.measure = new Measure(this.view, this.highlight);
-    this.panel = new Panel(this.stage);
-    this.recolor();
-    this.panel.folded = () => this.view.setInset(this.panel.width);
-    this.panel.folded();
-    this.panel.turned = (up) => this.turn(up);
-    this.stage.show(map);
+    this.panel = new Panel(this.stage, () => this.view.setInset(this.panel.width), (up) => this.turn(up));
     this.panel.update();
+    this.view.setInset(this.panel.width);
     this.fit();
-    this.wasEmpty = this.map.surfaces.length === 0;
+    this.wasEmpty = map.surfaces.length === 0;
     this.bind();
-  }
-
-  get map() { return this.stage.map; }
-
-  recolor() {
-    this.view.renderer.setClearColor(this.theme.paper);
-    this.stage.renew();
-    if (this.map) this.panel.update();
   }
 
   /** The map's surfaces and cylinders have changed. What was picked stays picked while it is there. */
   renewSurfaces() {
-    const { kind, what } = this.picked ?? {}, { map } = this, wasEmpty = this.wasEmpty;
+    const { kind, what } = this.picked ?? {}, { map, wasEmpty } = this;
     this.wasEmpty = map.surfaces.length === 0;
     this.stage.mapChanged();
     if (kind === 'surface' || kind === 'cylinder') {
@@ -80,7 +65,7 @@ class Page {
   renewVoxels() {
     if (this.picked?.kind === 'voxel') this.select(null);
     this.hover(null);
-    this.stage.voxelsChanged();
+    this.stage.renew('voxels');
     this.panel.update();
   }
 
@@ -89,13 +74,8 @@ class Page {
   /** Contact regions that were asked for, in the place of those asked for before. */
   takeFoot(foot) {
     this.map.feet = [foot, ...this.map.feet.filter(({ name }) => !name.startsWith('asked '))];
-    this.stage.settings.choice.regions = foot.name;
-    this.showAnew('regions');
-  }
-
-  showAnew(layer) {
-    this.stage.settings.on[layer] = true;
-    this.stage.renew(layer);
+    this.stage.settings.on.regions = true;
+    this.stage.choose('regions', foot.name);
     this.panel.update();
     if (this.picked) this.select(this.picked);
   }
@@ -116,9 +96,7 @@ class Page {
     this.hover(null);
   }
 
-  hit(x, y) {
-    return this.map ? pick(this.stage, this.view.ray(x, y)) : null;
-  }
+  hit(x, y) { return pick(this.stage, this.view.ray(x, y)); }
 
   /** @param {import('./picking.js').Hit?} hit */
   hover(hit, x = 0, y = 0) {
@@ -137,73 +115,23 @@ class Page {
   select(hit) {
     this.picked = hit;
     this.highlight.picked(this.map, hit);
-    this.panel.details(hit && describe(this.map, hit, this.stage.settings), (id) => this.search(id));
-  }
-
-  /** Selects it, and moves it out from under what the page says about it. */
-  show(hit) {
-    this.select(hit);
-    if (!hit) return;
-    this.panel.makeRoom();
-    this.view.reveal(hit.place, this.panel.free());
+    this.panel.details(hit && describe(this.map, hit, this.stage.settings));
   }
 
   click(x, y) {
     const hit = this.hit(x, y);
-    if (!this.measure.on) this.show(hit);
+    if (!this.measure.on) this.select(hit);
     else if (hit) this.measure.add(hit.place, this.map.up);
   }
 
-  /** Selects what has that id and looks at it; says what became of it if it is gone. @param {number[]?} place on it */
-  search(text, place) {
-    const { hit, answer, successor } = find(this.map, text);
-    byId('search-answer').textContent = answer;
-    const found = hit ?? (successor ? find(this.map, successor).hit : undefined);
-    if (!found) return false;
-    this.lookAt(found);
-    this.show({ ...found, place: place ?? (found.kind === 'surface' ? middleOf(found.what) : found.what.axis_point) });
-    return true;
-  }
-
-  /** Moves the camera so far that the thing is in the middle, from the side it is seen from. */
-  lookAt({ kind, what }) {
-    const root = this.view.root, place = kind === 'surface' ? middleOf(what) : what.axis_point;
-    const target = root.localToWorld(new THREE.Vector3(...place));
-    const offset = this.view.camera.position.clone().sub(this.view.controls.target);
-    if (kind === 'surface') {
-      const normal = new THREE.Vector3(...what.normal).applyQuaternion(root.quaternion);
-      const height = offset.dot(normal);
-      if (height < 0.3 * offset.length()) offset.addScaledVector(normal, 0.5 * offset.length() - height);
-    }
-    const size = kind === 'surface' ? Math.sqrt(what.area_m2) : what.length_m;
-    offset.setLength(Math.min(offset.length(), Math.max(1.5, 3 * size)));
-    this.view.look(offset.add(target).toArray(), target.toArray());
-  }
-
-  /** Says on the button whether the clipboard has the text; browsers give none to other machines' pages without TLS. */
-  async copy(text, button) {
-    const name = button.dataset.name ??= button.textContent, copied = navigator.clipboard?.writeText(text);
-    button.textContent = await copied?.then(() => true, () => false) ? 'Copied' : 'Not copied';
-    setTimeout(() => { button.textContent = name; }, 1500);
-  }
-
   bind() {
-    bindKeys(this);
     bindPointer(this.view, { hover: (x, y) => this.hover(this.hit(x, y), x, y), leave: () => this.hover(null),
       click: (x, y) => this.click(x, y) });
     const press = (id, act) => byId(id).addEventListener('click', act);
     press('fit', () => this.fit());
     press('top', () => this.fit([0, -1e-3, 1]));
-    press('help', () => {
-      byId('keys').hidden = !byId('keys').hidden;
-      byId('help').setAttribute('aria-expanded', String(!byId('keys').hidden));
-    });
-    press('place-copy', () => this.copy(byId('place-text').textContent, byId('place-copy')));
     press('details-close', () => this.select(null));
-    byId('search').addEventListener('submit', (event) => {
-      event.preventDefault();
-      this.search(byId('search-text').value);
-    });
+    document.addEventListener('keydown', ({ key }) => { if (key === 'Escape') this.clear(); });
   }
 }
 
@@ -211,7 +139,7 @@ async function start() {
   if (!window.DecompressionStream) return say('This browser is too old for the page: it needs DecompressionStream.');
   const page = new Page(await readMap());
   window.octosurf = page;  // for the console, and for tests
-  if (hasServer()) page.asking = new Asking(page);
+  if (hasServer()) bindForm(page);
   if (runToFollow()) page.following = new Following(page, runToFollow());
   return page;
 }

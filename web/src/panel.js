@@ -1,10 +1,10 @@
 // The panel at the side: layers with their switches and choices, the legend, what was picked.
 import { layers } from './layers/index.js';
 import { css } from './shading.js';
-import { heightOfOrigin, nameOfUp, upAxes } from './up.js';
+import { nameOfUp, upAxes } from './up.js';
 
 /** @param {string} tag @param {object} properties @param {(Node|string)[]} children */
-export function element(tag, properties = {}, ...children) {
+function element(tag, properties = {}, ...children) {
   const result = Object.assign(document.createElement(tag), properties);
   result.append(...children);
   return result;
@@ -16,7 +16,7 @@ const thousands = (number) => number.toLocaleString('en').replaceAll(',', '\u202
 function choiceOf(layer, stage, changed) {
   const choices = layer.choices?.(stage.map) ?? [], chosen = stage.settings.choice[layer.id];
   if (choices.length < 2) return [];
-  const select = element('select', { ariaLabel: `${layer.label}: colours` },
+  const select = element('select', { ariaLabel: `${layer.label}: which` },
     ...choices.map(({ id, label }) => element('option', { value: id, selected: id === chosen }, label)));
   select.onchange = () => {
     stage.choose(layer.id, select.value);
@@ -25,71 +25,37 @@ function choiceOf(layer, stage, changed) {
   return [select];
 }
 
-/**
- * @param {{label: string, least: number, greatest: number, step?: number, value: number,
- *          text: function(number): string}} range @param {function(number): void} moved
- */
-function sliderOf(id, { label, least, greatest, step = 1, value, text }, moved) {
-  const shown = element('span', { className: 'value' }, text(value));
-  const slider = element('input', { type: 'range', min: least, max: greatest, step, value, id, ariaLabel: label });
-  slider.oninput = () => {
-    shown.textContent = text(Number(slider.value));
-    moved(Number(slider.value));
-  };
-  return element('div', { className: 'range' }, slider, shown);
-}
-
-function rangeOf(layer, stage, changed) {
-  const range = stage.settings.on[layer.id] ? layer.range?.(stage.map, stage.settings) : null;
-  if (!range) return [];
-  return [sliderOf(`range-${layer.id}`, { ...range, label: `${layer.label}: ${range.label}` }, (value) => {
-    range.set(value);
-    stage.renew(layer.id);
-    changed();
-  })];
-}
-
-/** A box with its label, and what else stands in its row. */
-function rowOf(id, text, title, checked, onchange, ...more) {
-  return element('div', { className: 'layer' }, element('input', { type: 'checkbox', id, checked, onchange }),
-    element('label', { htmlFor: id, title }, ...text), ...more);
-}
-
-/** @param {function(): void} changed what is switched on @param {function(): void} moved a slider */
-function layerRow(layer, number, stage, changed, moved) {
-  const count = layer.count?.(stage.map, stage);
-  const text = [layer.label, ...(count === undefined ? [] : [element('small', {}, ` ${thousands(count)}`)])];
-  const title = number > 10 ? layer.label : `${layer.label} (${number % 10})`;
-  return rowOf(`layer-${layer.id}`, text, title, stage.settings.on[layer.id], () => {
+/** @param {function(): void} changed what is switched on */
+function layerRow(layer, stage, changed) {
+  const { map, settings } = stage, count = layer.count?.(map, settings), id = `layer-${layer.id}`;
+  const box = element('input', { type: 'checkbox', id, checked: settings.on[layer.id] });
+  box.onchange = () => {
     stage.switch(layer.id);
     changed();
-  }, ...choiceOf(layer, stage, changed), ...rangeOf(layer, stage, moved));
+  };
+  const text = [layer.label, ...(count === undefined ? [] : [element('small', {}, ` ${thousands(count)}`)])];
+  return element('div', { className: 'layer' }, box, element('label', { htmlFor: id }, ...text),
+    ...choiceOf(layer, stage, changed));
 }
 
-const filled = (className, background) => element('span', { className, style: `background: ${background}` });
-
-function legendEntry({ color, line, ramp, text, low, high, ticks }) {
-  if (ticks) {
-    const marks = ticks.map(({ at, text: mark }) => element('span', { style: `left: ${100 * at}%` }, mark));
-    return element('div', { className: 'scale' }, filled('ramp', ramp), element('div', { className: 'ticks' }, ...marks));
-  }
-  if (ramp) return element('div', { className: 'entry' }, low, filled('ramp', ramp), high);
-  const mark = line ? filled('line', css(line)) : filled('swatch', color ? css(color) : 'none');
-  return element('div', { className: 'entry' }, mark, element('span', {}, text));
-}
-
-function tableRows(rows, goTo) {
-  return rows.map(({ name, text, ids }) => element('tr', {}, element('th', { scope: 'row' }, name), element('td', {},
-    ...(ids?.map((one) => element('button', { className: 'id', onclick: () => goTo(one.id) }, one.text)) ?? [text]))));
+function legendEntry({ color, line, ramp, text, low, high }) {
+  const filled = (className, background) => element('span', { className, style: `background: ${background}` });
+  const parts = ramp ? [low, filled('ramp', ramp), high]
+    : [line ? filled('line', css(line)) : filled('swatch', css(color)), element('span', {}, text)];
+  return element('div', { className: 'entry' }, ...parts);
 }
 
 export class Panel {
-  /** @param {import('./stage.js').Stage} stage */
-  constructor(stage) {
-    this.stage = stage;
-    this.folded = () => {};
-    this.turned = () => {};  // with a direction that is to be up, or null: the map's own
-    byId('fold').addEventListener('click', () => this.fold());
+  /**
+   * @param {import('./stage.js').Stage} stage @param {function(): void} folded
+   * @param {function(number[]?): void} turned with a direction that is to be up, or null: the map's own
+   */
+  constructor(stage, folded, turned) {
+    Object.assign(this, { stage, turned });
+    byId('fold').addEventListener('click', () => {
+      this.fold();
+      folded();
+    });
     if (window.innerWidth < 640) this.fold();
   }
 
@@ -98,7 +64,6 @@ export class Panel {
     body.hidden = !body.hidden;
     button.textContent = body.hidden ? '+' : '–';
     button.setAttribute('aria-expanded', String(!body.hidden));
-    this.folded();
   }
 
   /** Pixels that it takes from the left of the view; none where it lies across, or is folded. */
@@ -108,32 +73,16 @@ export class Panel {
 
   /** Everything that depends on the map or on what is switched on. */
   update() {
-    const { stage } = this, { map } = stage;
+    const { stage } = this, { map } = stage, area = map.surfaces.reduce((sum, one) => sum + one.area_m2, 0);
     byId('title').textContent = map.name;
     document.title = `${map.name} · octosurf`;
-    const area = map.surfaces.reduce((sum, one) => sum + one.area_m2, 0);
-    byId('summary').textContent =
-      `${thousands(map.surfaces.length)} surfaces, ${area.toFixed(1)} m² · d ${(100 * map.resolution).toFixed(1)} cm · revision ${map.revision}`;
+    byId('summary').textContent = `${thousands(map.surfaces.length)} surfaces, ${area.toFixed(1)} m² · d ${
+      (100 * map.resolution).toFixed(1)} cm · revision ${map.revision}`;
     this.notice();
-    const rows = layers.map((layer, i) => [layer, i + 1]).filter(([layer]) => stage.has(layer))
-      .map(([layer, number]) => layerRow(layer, number, stage, () => this.update(), () => this.legend()));
-    byId('layers').replaceChildren(...rows, this.backs(), this.up(), this.heights());
-    this.legend();
-  }
-
-  legend() {
-    const { stage } = this, { map } = stage;
+    const rows = layers.filter((layer) => stage.has(layer)).map((layer) => layerRow(layer, stage, () => this.update()));
+    byId('layers').replaceChildren(...rows, this.up());
     byId('legend').replaceChildren(...layers.filter((layer) => stage.shows(layer.id))
-      .flatMap((layer) => layer.legend?.(map, stage) ?? []).map(legendEntry));
-  }
-
-  /** Walls and ceilings hide a room from outside. */
-  backs() {
-    const { stage } = this, { settings } = stage;
-    return rowOf('backs', ['Seen from behind, too'], 'Surfaces seen from behind (b)', !settings.cut, () => {
-      settings.cut = !settings.cut;
-      stage.renew();
-    });
+      .flatMap((layer) => layer.legend(map, stage.settings)).map(legendEntry));
   }
 
   /** Which way is up, and the other one that surfaces suggest. */
@@ -149,25 +98,6 @@ export class Panel {
       `Surfaces suggest that up is ${suggested}.`,
       element('button', { id: 'up-suggested', onclick: () => this.turned(map.suggestedUp) }, 'Turn'))] : [];
     return element('div', { className: 'layer' }, element('label', { htmlFor: 'up' }, 'Up'), select, ...hint);
-  }
-
-  /** Limits of the heights that are shown; a slider at its end is none. */
-  heights() {
-    const { stage } = this, { map, settings } = stage, { min, max } = stage.extent, step = 0.05, room = 0.2;
-    const zero = heightOfOrigin(map);
-    const least = Math.floor((min.z + zero - room) / step) * step;
-    const greatest = Math.ceil((max.z + zero + room) / step) * step;
-    const row = (end, label, last) => {
-      const isLast = (value) => Math.abs(value - last) < step / 2;
-      const slider = sliderOf(`clip-${end}`, {
-        label, least, greatest, step, value: settings.clip[end] ?? last,
-        text: (value) => (isLast(value) ? 'nothing' : `${value.toFixed(2)} m`),
-      }, (value) => stage.clipHeights({ ...settings.clip, [end]: isLast(value) ? null : value }));
-      slider.prepend(element('label', { htmlFor: `clip-${end}` }, label));
-      return slider;
-    };
-    return element('div', { className: 'layer', id: 'heights' }, row('to', 'Hide above', greatest),
-      row('from', 'Hide below', least));
   }
 
   /** What the page's limit has left out. */
@@ -187,36 +117,13 @@ export class Panel {
     notice.textContent = missing.join(' ');
   }
 
-  /** What was picked and the panel would leave nothing of a narrow page. */
-  makeRoom() {
-    if (window.innerWidth < 640 && !byId('panel-body').hidden) this.fold();
-  }
-
-  /** Pixels of the page that nothing lies over. */
-  free() {
-    const { innerWidth: width, innerHeight: height } = window, narrow = width < 640;
-    const box = (id) => byId(id).getBoundingClientRect();
-    const covered = !byId('details').hidden;
-    return {
-      left: narrow ? 0 : this.width, top: narrow ? box('panel').bottom : 0,
-      right: covered && !narrow ? box('details').left : width,
-      bottom: covered && narrow ? box('details').top : height,
-    };
-  }
-
-  /**
-   * @param {{title: string, place: string?, rows: object[], lineage: object[]}?} what rows: describe.js; null: nothing
-   * @param {function(string): void} goTo an id
-   */
-  details(what, goTo) {
+  /** @param {{title: string, place: string, rows: [string, string][]}?} what describe.js; null: nothing */
+  details(what) {
     byId('details').hidden = what === null;
     if (what === null) return;
     byId('details-title').textContent = what.title;
-    byId('place').hidden = what.place === null;
-    byId('place-text').textContent = what.place;
-    byId('place-copy').textContent = 'Copy';
-    byId('details-table').replaceChildren(...tableRows(what.rows, goTo));
-    byId('lineage').hidden = what.lineage.length === 0;
-    byId('lineage-table').replaceChildren(...tableRows(what.lineage, goTo));
+    byId('place').textContent = what.place;
+    byId('details-table').replaceChildren(...what.rows.map(([name, text]) =>
+      element('tr', {}, element('th', { scope: 'row' }, name), element('td', {}, text))));
   }
 }

@@ -11,38 +11,37 @@ export const shadeGlsl = `
   float shade(vec3 normal) { return 0.45 + 0.55 * (0.5 + 0.5 * dot(normal, light)); }
 `;
 
-/** Colours of edges by kind, as in include/octosurf/export.hpp. */
+/** Colours of edges by kind, as in include/octosurf/export.hpp; and of those without one. */
 export const edgeColors = [[0, 0.6, 0.2], [0.85, 0.1, 0.15], [0.1, 0.3, 0.95], [1, 0.6, 0]];
+export const plainEdge = [0.3, 0.31, 0.34];
 
 const stops = [
   [0.27, 0.0, 0.33], [0.28, 0.27, 0.55], [0.19, 0.41, 0.56], [0.13, 0.57, 0.55],
   [0.21, 0.72, 0.47], [0.56, 0.84, 0.27], [0.99, 0.91, 0.14],
 ];
+const between = (a, b, part) => a.map((value, k) => value + part * (b[k] - value));
+
 /** Viridis, in seven stops. @param {number} share 0 … 1 */
 export function ramp(share) {
-  const at = Math.min(1, Math.max(0, share)) * (stops.length - 1);
-  const low = Math.min(stops.length - 2, Math.floor(at)), part = at - low;
-  return stops[low].map((value, k) => value + part * (stops[low + 1][k] - value));
+  const at = Math.min(1, Math.max(0, share)) * (stops.length - 1), low = Math.min(stops.length - 2, Math.floor(at));
+  return between(stops[low], stops[low + 1], at - low);
 }
 export const rampCss = `linear-gradient(90deg, ${stops.map(css).join(', ')})`;
 
-const flat = [0.1, 0.5, 0.3], steepest = [0.72, 0.85, 0.25];     // of what is walkable
+export const walkableDeg = 30;
+const overhangingDeg = 95;  // walls lean a little, and planes by their noise
+const flat = [0.1, 0.5, 0.3], steepest = [0.72, 0.85, 0.25];    // of what is walkable
 const steep = [0.98, 0.62, 0.2], upright = [0.8, 0.25, 0.25];   // of what is not
-const overhanging = [0.5, 0.45, 0.62];
-/** Walls lean a little, and planes by their noise. */
-export const overhangingDeg = 95;
-const between = (a, b, part) => a.map((value, k) => value + part * (b[k] - value));
+export const overhanging = [0.5, 0.45, 0.62];
 
 /** Of a slope: green as far as one walks, then orange to red, with a step between them. */
-export function slopeColor(deg, walkableDeg) {
-  if (deg <= walkableDeg) return between(flat, steepest, deg / Math.max(walkableDeg, 1));
+export function slopeColor(deg) {
+  if (deg <= walkableDeg) return between(flat, steepest, deg / walkableDeg);
   if (deg > overhangingDeg) return overhanging;
-  return between(steep, upright, Math.min(1, (deg - walkableDeg) / Math.max(90 - walkableDeg, 1)));
+  return between(steep, upright, Math.min(1, (deg - walkableDeg) / (90 - walkableDeg)));
 }
-export function slopeCss(walkableDeg) {
-  const at = `${walkableDeg / 0.9}%`;
-  return `linear-gradient(90deg, ${css(flat)}, ${css(steepest)} ${at}, ${css(steep)} ${at}, ${css(upright)})`;
-}
+const step = `${walkableDeg / 0.9}%`;
+export const slopeCss = `linear-gradient(90deg, ${css(flat)}, ${css(steepest)} ${step}, ${css(steep)} ${step}, ${css(upright)})`;
 
 /** @param {number[]} color 0 … 1 */
 export function css(color) {

@@ -1,6 +1,5 @@
 // The map that is shown, and its layers' objects: made when first shown, thrown away when they are outdated.
 import * as THREE from 'three';
-import { limitsIn, noClip } from './clip.js';
 import { onSurface } from './data.js';
 import { dispose } from './highlight.js';
 import { layers } from './layers/index.js';
@@ -10,7 +9,6 @@ const samplesPerArea = 40;  // a m²
 // A frame's time: less is drawn above the one, more below the other; and how much, in points, first and at least. A
 // graphics card draws a million voxels in that time, a processor in its place ten thousand.
 const smoothMs = 33, quickMs = 24, firstPoints = 8000, leastPoints = 2000, mostPoints = 1e9;
-const ofVoxels = new Set(['voxels', 'pending']);
 
 /** Places on the map, as many as it has area there; without surfaces, voxels. */
 function samplesOf({ surfaces, voxels }) {
@@ -57,17 +55,13 @@ function bestSide(map, rotation) {
 }
 
 export class Stage {
-  /** @param {import('./view.js').View} view @param {import('./theme.js').Theme} theme */
-  constructor(view, theme) {
-    Object.assign(this, { view, theme, objects: new Map(), allowed: firstPoints, whole: true });
-    /** What the reader has chosen. */
-    this.settings = {
-      on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {},
-      cut: true,  // surfaces seen from behind are left out
-      up: null,   // in the map frame; null: the map's own
-      clip: noClip(), walkableDeg: 30,
-    };
+  /** @param {import('./view.js').View} view */
+  constructor(view, map) {
+    Object.assign(this, { view, map, objects: new Map(), allowed: firstPoints, whole: true });
+    /** What the reader has chosen. `up`: in the map frame; null: the map's own. */
+    this.settings = { on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {}, up: null };
     view.beforePicture.push((moving, frameMs) => this.drawAtLength(moving, frameMs));
+    this.turn(null);
   }
 
   /** At rest everything is drawn whole; while the camera moves, as coarse as it takes for some 30 pictures a second. */
@@ -85,26 +79,14 @@ export class Stage {
     }
   }
 
-  has(layer) { return layer.has?.(this.map, this) ?? true; }
+  has(layer) { return layer.has?.(this.map) ?? true; }
   shows(id) { return this.settings.on[id] && this.has(layers.find((one) => one.id === id)); }
 
-  show(map) {
-    this.map = map;
-    this.takeExtent();
-    this.renew();
-  }
-
-  /** @param {number[]?} up null: the map's own. Heights are others then. */
+  /** @param {number[]?} up null: the map's own */
   turn(up) {
-    Object.assign(this.settings, { up, clip: noClip() });
+    this.settings.up = up;
     this.takeExtent();
     this.renew();
-  }
-
-  /** @param {import('./clip.js').Clip} clip */
-  clipHeights(clip) {
-    this.settings.clip = clip;
-    this.view.clip(...limitsIn(this.map, clip));
   }
 
   takeExtent() {
@@ -114,20 +96,12 @@ export class Stage {
     root.updateMatrixWorld();
     this.extent = extentOf(map, root.quaternion);
     this.side = bestSide(map, root.quaternion);
-    this.clipHeights(this.settings.clip);
   }
-
-  /** From root coordinates. */
-  upright(place) { return this.view.root.localToWorld(new THREE.Vector3(...place)).toArray(); }
 
   /** All but the voxels of the map that is shown is another. */
   mapChanged() {
     this.takeExtent();
-    for (const { id } of layers) if (!ofVoxels.has(id)) this.renew(id);
-  }
-
-  voxelsChanged() {
-    for (const id of ofVoxels) this.renew(id);
+    for (const { id } of layers) if (id !== 'voxels') this.renew(id);
   }
 
   /** Makes the shown layers anew: all, or one. */
@@ -141,7 +115,6 @@ export class Stage {
   }
 
   refresh() {
-    if (!this.map) return;
     for (const layer of layers) {
       const shown = this.shows(layer.id);
       if (shown && !this.objects.has(layer.id)) {
@@ -150,14 +123,13 @@ export class Stage {
         this.view.root.add(object);
       }
       const object = this.objects.get(layer.id);
-      // Pending points are in the middle of their voxels, where nobody sees them.
-      if (object) object.visible = shown && !(layer.id === 'pending' && this.shows('voxels'));
+      if (object) object.visible = shown;
     }
     this.view.redraw();
   }
 
-  switch(id, on = !this.settings.on[id]) {
-    this.settings.on[id] = on;
+  switch(id) {
+    this.settings.on[id] = !this.settings.on[id];
     this.refresh();
   }
 

@@ -13,7 +13,7 @@ export class View {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.scene = new THREE.Scene();
@@ -35,15 +35,6 @@ export class View {
     this.moving = false;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
-  }
-
-  /** Hides what is below `low` or above `high`, m along up in root coordinates; infinite: nothing. */
-  clip(low, high) {
-    const planes = [];
-    if (low > -Infinity) planes.push(new THREE.Plane(new THREE.Vector3(0, 0, 1), -low));
-    if (high < Infinity) planes.push(new THREE.Plane(new THREE.Vector3(0, 0, -1), high));
-    this.renderer.clippingPlanes = planes;
-    this.redraw();
   }
 
   resize() {
@@ -91,7 +82,6 @@ export class View {
     for (const call of this.beforePicture) call(this.moving, this.frameMs);
     this.renderer.render(this.scene, this.camera);
     if (this.moving) this.wait();
-    this.firstPictureMs ??= performance.now();
     for (const call of this.afterPicture) call();
   }
 
@@ -133,20 +123,6 @@ export class View {
     this.moved();
   }
 
-  /**
-   * Moves the camera aside so far that the place is in the middle of what is free, if it is not in it already.
-   * @param {number[]} place root coordinates @param {{left: number, top: number, right: number, bottom: number}} free
-   */
-  reveal(place, { left, top, right, bottom }) {
-    const { x, y } = this.project(place), margin = 8;
-    if (x > left + margin && x < right - margin && y > top + margin && y < bottom - margin) return;
-    const box = this.canvas.getBoundingClientRect(), at = this.root.localToWorld(new THREE.Vector3(...place));
-    const middle = new THREE.Vector3(((left + right) / 2 - box.left) / box.width * 2 - 1,
-      1 - ((top + bottom) / 2 - box.top) / box.height * 2, at.clone().project(this.camera).z);
-    const shift = at.sub(middle.unproject(this.camera));
-    this.look(this.camera.position.clone().add(shift).toArray(), this.controls.target.clone().add(shift).toArray());
-  }
-
   /** So near that the box just fits. @param {THREE.Box3} box upright @param {number[]} from where to look from */
   fit(box, from) {
     const middle = box.getCenter(new THREE.Vector3()), half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
@@ -163,17 +139,5 @@ export class View {
     this.camera.far = distance + 20 * Math.max(radius, 1);
     this.camera.updateProjectionMatrix();
     this.look(back.multiplyScalar(distance).add(middle).toArray(), middle.toArray());
-  }
-
-  /** Turns about the target, degrees; and moves nearer by a factor. */
-  orbit(leftDeg, upDeg, factor = 1) {
-    const { position } = this.camera, { target } = this.controls;
-    const z = new THREE.Vector3(0, 0, 1);
-    const offset = position.clone().sub(target).multiplyScalar(factor).applyAxisAngle(z, leftDeg * Math.PI / 180);
-    const polar = Math.acos(Math.min(1, Math.max(-1, offset.z / offset.length())));
-    const wanted = Math.min(Math.PI - 0.001, Math.max(0.001, polar - upDeg * Math.PI / 180));
-    const side = new THREE.Vector3().crossVectors(z, offset);
-    if (side.lengthSq() > 1e-12) offset.applyAxisAngle(side.normalize(), wanted - polar);
-    this.look(offset.add(target).toArray(), target.toArray());
   }
 }

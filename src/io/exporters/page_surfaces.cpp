@@ -23,22 +23,6 @@ std::string export_text(const PageMap& map, const Snapshot& snapshot) {
   return std::move(out).str();
 }
 
-template <typename Item>
-Json births_json(const std::vector<std::shared_ptr<const Item>>& items) {
-  Json list = Json::array();
-  for (const auto& item : items) list.push_back(item->born);
-  return list;
-}
-
-/// Removed objects, their successors (0: none), and the revisions of appearance and removal.
-Json removals_json(const RemovalLog& removals, std::uint64_t since, Removal::Of of) {
-  Json list = Json::array();
-  removals.for_each_since(since, [&](const Removal& one) {
-    if (one.of == of) list.push_back(Json::array({one.id, one.into, one.born, one.revision}));
-  });
-  return list;
-}
-
 Json cylinders_gone(const MapChanges& changes) {
   Json ids = changes.cylinders_gone;
   for (const auto& successor : changes.cylinders_merged) ids.push_back(successor.before);
@@ -81,10 +65,6 @@ std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
     block.json["changes"] = changes_json(changes);
     block.json["cylinders_gone"] = cylinders_gone(changes);
   }
-  block.json["born"] = births_json(sent->surfaces);
-  block.json["cylinders_born"] = births_json(sent->cylinders);
-  block.json["removed_surfaces"] = removals_json(sent->removals, since, Removal::Of::surface);
-  block.json["removed_cylinders"] = removals_json(sent->removals, since, Removal::Of::cylinder);
   block.json["feet"] = how.feet ? feet_json(map) : Json::array();
   block.json["feet_left_out"] = !how.feet && !map.feet.empty();
   block.add("map", export_text(map, *sent));

@@ -1,6 +1,6 @@
 // Boundary edges of surfaces, by what lies beyond them.
 import { edgeKinds, noLabel } from '../data.js';
-import { edgeColors } from '../shading.js';
+import { edgeColors, plainEdge } from '../shading.js';
 import { forEachEdge, linesOf } from './surfaces.js';
 
 const costOfEdge = 4;  // of points drawn
@@ -16,15 +16,10 @@ export function edgeLengths(surface) {
   return lengths;
 }
 
-const isByKind = ({ settings }) => settings.choice.edges !== 'plain';
-
 export const edges = {
   id: 'edges', label: 'Edges', on: true,
-  choices: () => [{ id: 'kind', label: 'by kind' }, { id: 'plain', label: 'plain' }],
-  create(map, stage) {
-    const byKind = isByKind(stage), { ink } = stage.theme;
-    const lines = linesOf(map.surfaces, (kind) => (byKind && kind !== noLabel ? edgeColors[kind] : ink));
-    const object = lines.object(byKind ? 1.8 : 1.2, stage.settings.cut);
+  create(map) {
+    const lines = linesOf(map.surfaces, (kind) => edgeColors[kind] ?? plainEdge), object = lines.object(1.8);
     object.userData.draw = (allowed) => {  // all or none
       const cost = costOfEdge * lines.count, whole = cost <= allowed;
       object.geometry.instanceCount = whole ? lines.count : 0;
@@ -32,5 +27,7 @@ export const edges = {
     };
     return object;
   },
-  legend: (map, stage) => (isByKind(stage) ? edgeColors.map((color, kind) => ({ line: color, text: texts[kind] })) : []),
+  legend: ({ surfaces }) => (surfaces.some((one) => one.edges.some((kind) => kind !== noLabel))
+    ? edgeColors.map((color, kind) => ({ line: color, text: texts[kind] }))
+    : [{ line: plainEdge, text: 'edge; its kind is known when the map is saved' }]),
 };

@@ -7,12 +7,10 @@ import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeome
 const ofStart = 'vec4 end = modelViewMatrix * vec4( instanceEnd, 1.0 );', atEnd = '#include <fog_vertex>';
 
 /** Leaves out lines of surfaces that are seen from behind. */
-function hideBacks(material) {
-  material.onBeforeCompile = (shader) => {
-    shader.vertexShader = `attribute vec3 facing;\n${shader.vertexShader}`
-      .replace(ofStart, `${ofStart}\nbool hidden = dot((modelViewMatrix * vec4(facing, 0.0)).xyz, start.xyz) > 0.0;`)
-      .replace(atEnd, `${atEnd}\nif (hidden) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);`);
-  };
+function hideBacks(shader) {
+  shader.vertexShader = `attribute vec3 facing;\n${shader.vertexShader}`
+    .replace(ofStart, `${ofStart}\nbool hidden = dot((modelViewMatrix * vec4(facing, 0.0)).xyz, start.xyz) > 0.0;`)
+    .replace(atEnd, `${atEnd}\nif (hidden) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);`);
 }
 
 export class Lines {
@@ -29,12 +27,12 @@ export class Lines {
 
   get count() { return this.ends.length / 6; }
 
-  /** @param {number} width in pixels of the page @param {boolean} cut lines are left out that face away */
-  object(width, cut = false) {
+  /** @param {number} width in pixels of the page */
+  object(width) {
     const geometry = new LineSegmentsGeometry().setPositions(this.ends).setColors(this.colors);
     geometry.setAttribute('facing', new InstancedBufferAttribute(Float32Array.from(this.facing), 3));
     const material = new LineMaterial({ vertexColors: true, linewidth: width });
-    if (cut) hideBacks(material);
+    material.onBeforeCompile = hideBacks;
     const object = new LineSegments2(geometry, material);
     object.frustumCulled = false;
     return object;

@@ -16,19 +16,18 @@ export function regionOn(foot, id) {
 
 /** Regions of the surfaces that the map still has, as if they were surfaces. */
 function shapesOf(map, foot) {
-  foot.shapes ??= foot.regions.flatMap(({ surface: id, polygons }) => {
+  return foot.regions.flatMap(({ surface: id, polygons }) => {
     const surface = map.surface(id);
     return surface ? [{ ...surface, ...outlineOf(map, surface, polygons) }] : [];
   });
-  return foot.shapes;
 }
 
 export const regions = {
   id: 'regions', label: 'Contact regions', on: false,
   has: (map) => map.feet.length > 0,
-  count: (map, { settings }) => footOf(map, settings).regions.filter(({ polygons }) => polygons.length > 0).length,
+  count: (map, settings) => footOf(map, settings).regions.filter(({ polygons }) => polygons.length > 0).length,
   choices: (map) => map.feet.map(({ name }) => ({ id: name, label: name })),
-  create: (map, { settings }) => patches(map, shapesOf(map, footOf(map, settings)), color, edgeColor,
-    { opacity: 0.7, width: 1.4, cut: settings.cut }),
-  legend: (map, { settings }) => [{ color, text: `the middle of a foot may be here: ${footOf(map, settings).name}` }],
+  create: (map, { settings }) =>
+    patches(map, shapesOf(map, footOf(map, settings)), color, edgeColor, { opacity: 0.7, width: 1.4 }),
+  legend: (map, settings) => [{ color, text: `the middle of a foot may be here: ${footOf(map, settings).name}` }],
 };

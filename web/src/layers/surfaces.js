@@ -1,38 +1,27 @@
-// Surfaces: their polygons, holes left open, in one of several colours.
+// Surfaces: their polygons, holes left open, in one of several colours; and cylinders, as far as they were seen.
 import * as THREE from 'three';
-import { overhangingDeg, ramp, rampCss, slopeColor, slopeCss } from '../shading.js';
+import { overhanging, ramp, rampCss, slopeColor, slopeCss, walkableDeg } from '../shading.js';
 import { onSurface, slopeDeg } from '../data.js';
 import { Lines } from './lines.js';
 import { Triangles } from './mesh.js';
 
 const unsureMm = 5;  // end of the ramp
+const cylinderColor = [0.85, 0.55, 0.2];
 
-export const colorings = {
-  own: { label: 'own colour', of: (surface) => surface.color },
+const colorings = {
+  own: { label: 'own colour', of: (surface) => surface.color, legend: [] },
   slope: {
-    label: 'slope', of: (surface, map, { walkableDeg }) => slopeColor(slopeDeg(surface, map.up), walkableDeg),
-    legend: (map, { walkableDeg }) => slopeLegend(walkableDeg),
+    label: 'slope', of: (surface, map) => slopeColor(slopeDeg(surface, map.up)),
+    legend: [{ ramp: slopeCss, low: 'slope 0°', high: '90°' },
+      { color: slopeColor(0), text: `to ${walkableDeg}°: walkable` }, { color: overhanging, text: 'overhanging, a ceiling' }],
   },
   certainty: {
     label: 'offset σ', of: (surface) => ramp(surface.offset_std_m * 1000 / unsureMm),
-    legend: () => [{ ramp: rampCss, low: '0 mm', high: `${unsureMm} mm and more` }],
+    legend: [{ ramp: rampCss, low: '0 mm', high: `${unsureMm} mm and more` }],
   },
 };
 
-function slopeLegend(walkableDeg) {
-  const ticks = [walkableDeg, ...[0, 30, 60, 90].filter((deg) => Math.abs(deg - walkableDeg) > 12)];
-  return [
-    { ramp: slopeCss(walkableDeg), ticks: ticks.map((deg) => ({ at: deg / 90, text: `${deg}°` })) },
-    { color: slopeColor(0, walkableDeg), text: `slope to ${walkableDeg}°: walkable` },
-    { color: slopeColor((walkableDeg + 90) / 2, walkableDeg), text: `steeper than ${walkableDeg}°` },
-    { color: slopeColor(180, walkableDeg), text: `over ${overhangingDeg}°: overhanging, a ceiling` },
-  ];
-}
-
-const chosen = ({ settings }) => {
-  const { surfaces: choice } = settings.choice;
-  return Object.hasOwn(colorings, choice) ? colorings[choice] : colorings.own;
-};
+const chosen = ({ choice }) => colorings[choice.surfaces] ?? colorings.own;
 
 /** Calls `visit(from, to, kind)` for each edge of the surface. */
 export function forEachEdge(surface, visit) {
@@ -45,14 +34,9 @@ export function forEachEdge(surface, visit) {
   }
 }
 
-/** @param {function(object): number[]} colorOf a surface @returns {Triangles} */
-function trianglesOf(map, shown, colorOf) {
-  const triangles = new Triangles();
-  for (const surface of shown) {
-    const places = Array.from(surface.u, (u, i) => onSurface(surface, u, surface.v[i]));
-    triangles.add(map, places, surface.normal, colorOf(surface), surface.corners);
-  }
-  return triangles;
+function addSurface(triangles, map, surface, color) {
+  const places = Array.from(surface.u, (u, i) => onSurface(surface, u, surface.v[i]));
+  triangles.add(map, places, surface.normal, color, surface.corners);
 }
 
 /** @param {function(number): number[]} colorOf a kind @returns {Lines} */
@@ -64,25 +48,31 @@ export function linesOf(shown, colorOf) {
 }
 
 /** What lies on surfaces, in one colour and seen through, with its edges. */
-export function patches(map, shown, fill, edge, { opacity, width, cut = false }) {
-  return new THREE.Group().add(trianglesOf(map, shown, () => fill).mesh({ opacity, cut }),
-    linesOf(shown, () => edge).object(width, cut));
+export function patches(map, shown, fill, edge, { opacity, width }) {
+  const triangles = new Triangles();
+  for (const surface of shown) addSurface(triangles, map, surface, fill);
+  return new THREE.Group().add(triangles.mesh(opacity), linesOf(shown, () => edge).object(width));
 }
 
 export const surfaces = {
   id: 'surfaces', label: 'Surfaces', on: true,
   count: (map) => map.surfaces.length,
   choices: () => Object.entries(colorings).map(([id, one]) => ({ id, label: one.label })),
-  range: (map, settings) => (chosen({ settings }) !== colorings.slope ? null : {
-    label: 'walkable slope', least: 0, greatest: 90, value: settings.walkableDeg, text: (deg) => `to ${deg}°`,
-    set: (deg) => { settings.walkableDeg = deg; },
-  }),
-  create(map, stage) {
-    const coloring = chosen(stage), ends = [];
-    const object = trianglesOf(map, map.surfaces, (surface) => coloring.of(surface, map, stage.settings)).mesh(stage.settings);
-    map.surfaces.reduce((sum, one, i) => (ends[i] = sum + one.corners.length / 3), 0);
-    object.userData.whose = (triangle) => map.surfaces[ends.findIndex((end) => triangle < end)];
+  create(map, { settings }) {
+    const coloring = chosen(settings), triangles = new Triangles(), owners = [];
+    const note = (kind, what) => owners.push({ kind, what, end: triangles.corners.length / 3 });
+    for (const surface of map.surfaces) {
+      addSurface(triangles, map, surface, coloring.of(surface, map));
+      note('surface', surface);
+    }
+    for (const cylinder of map.cylinders) {
+      triangles.addMantle(map, cylinder, cylinderColor);
+      note('cylinder', cylinder);
+    }
+    const object = triangles.mesh();
+    object.userData.whose = (triangle) => owners.find(({ end }) => triangle < end);
     return object;
   },
-  legend: (map, stage) => chosen(stage).legend?.(map, stage.settings) ?? [],
+  legend: (map, settings) => [...chosen(settings).legend,
+    ...(map.cylinders.length > 0 ? [{ color: cylinderColor, text: 'cylinder, as far as it was seen' }] : [])],
 };

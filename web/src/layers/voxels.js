@@ -13,12 +13,10 @@ const vertexShader = `
   uniform float size, pixelsPerUnit, growth;
   varying vec3 center;
   varying vec3 color;
-  #include <clipping_planes_pars_vertex>
   void main() {
     color = tint.rgb;
     center = low + (position + 0.5) * size;
     vec4 mvPosition = modelViewMatrix * vec4(center, 1.0);
-    #include <clipping_planes_vertex>
     gl_Position = projectionMatrix * mvPosition;
     gl_PointSize = max(1.0, size * growth * pixelsPerUnit / max(1e-6, -mvPosition.z));
   }
@@ -32,9 +30,7 @@ const fragmentShader = `
   varying vec3 center;
   varying vec3 color;
   ${shadeGlsl}
-  #include <clipping_planes_pars_fragment>
   void main() {
-    #include <clipping_planes_fragment>
     if (!cubes) {
       gl_FragColor = vec4(color, 1.0);
       return;
@@ -54,11 +50,10 @@ const fragmentShader = `
 
 const closing = 0.8;  // of the edge that would fill a surface: squares so large leave few gaps
 
-/** The numbers of the voxels that are `wanted`, the same shuffle each time. */
-function shuffled({ count }, wanted) {
-  const order = [];
-  for (let i = 0; i < count; ++i) if (wanted(i)) order.push(i);
-  for (let i = order.length - 1, state = 1; i > 0; --i) {
+/** The numbers of the voxels, the same shuffle each time. */
+function shuffled(count) {
+  const order = Uint32Array.from({ length: count }, (_, i) => i);
+  for (let i = count - 1, state = 1; i > 0; --i) {
     state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
     const other = Math.floor(state / 2 ** 32 * (i + 1));
     [order[i], order[other]] = [order[other], order[i]];
@@ -95,9 +90,9 @@ function coloringOf(map, choice) {
   return (i) => byShare((height(i) - least) / Math.max(1e-9, greatest - least));
 }
 
-/** @param {number} growth of a voxel where all are drawn @param {boolean} cubes or squares */
-function points(map, { view }, wanted, colorOf, growth, cubes) {
-  const { voxels } = map, order = shuffled(voxels, wanted), count = order.length;
+/** @param {function(number): number[]} colorOf a voxel's number */
+function points(map, view, colorOf) {
+  const { voxels } = map, { count } = voxels, order = shuffled(count);
   const cells = new Uint16Array(4 * count), colors = new Uint8Array(4 * count);
   order.forEach((voxel, i) => {
     cells.set([voxels.x[voxel], voxels.y[voxel], voxels.z[voxel]], 4 * i);
@@ -111,7 +106,7 @@ function points(map, { view }, wanted, colorOf, growth, cubes) {
     light: { value: new THREE.Vector3(...map.light) }, pixels: { value: view.pixels }, pixelsPerUnit: { value: 1 },
     growth: { value: 1 }, cubes: { value: false }, rootOfClip: { value: new THREE.Matrix4() },
   };
-  const object = new THREE.Points(geometry, new THREE.ShaderMaterial({ vertexShader, fragmentShader, clipping: true, uniforms }));
+  const object = new THREE.Points(geometry, new THREE.ShaderMaterial({ vertexShader, fragmentShader, uniforms }));
   object.frustumCulled = false;
   object.userData.draw = (allowed) => {
     const drawn = Math.min(count, Math.ceil(allowed)), whole = drawn === count;
@@ -119,8 +114,8 @@ function points(map, { view }, wanted, colorOf, growth, cubes) {
     uniforms.pixelsPerUnit.value = view.pixels.y / 2 * view.camera.projectionMatrix.elements[5];
     uniforms.rootOfClip.value.copy(view.root.matrixWorld).invert().multiply(view.camera.matrixWorld)
       .multiply(view.camera.projectionMatrixInverse);
-    uniforms.cubes.value = cubes && whole;
-    uniforms.growth.value = whole ? growth : closing * Math.sqrt(count / drawn);
+    uniforms.cubes.value = whole;
+    uniforms.growth.value = whole ? Math.sqrt(3) : closing * Math.sqrt(count / drawn);
     geometry.setDrawRange(0, drawn);
     return { cost: drawn, whole };
   };
@@ -129,12 +124,12 @@ function points(map, { view }, wanted, colorOf, growth, cubes) {
 
 export const voxels = {
   id: 'voxels', label: 'Voxels', on: false,
-  count: (map) => map.voxels?.count ?? 0,
+  has: (map) => map.voxels !== null,
+  count: (map) => map.voxels.count,
   choices: () => [{ id: 'height', label: 'by height' }, { id: 'log_odds', label: 'by log-odds' },
     { id: 'surface', label: 'by surface' }],
-  create: (map, stage) =>
-    points(map, stage, () => true, coloringOf(map, stage.settings.choice.voxels), Math.sqrt(3), true),
-  legend(map, { settings: { choice } }) {
+  create: (map, { view, settings }) => points(map, view, coloringOf(map, settings.choice.voxels)),
+  legend(map, { choice }) {
     if (choice.voxels === 'surface') return [{ color: pendingColor, text: 'voxel of no surface yet' }];
     if (choice.voxels === 'log_odds') {
       const { leastLogOdds: least, greatestLogOdds: greatest } = map.voxels;
@@ -144,15 +139,4 @@ export const voxels = {
     const base = heightOfOrigin(map);
     return [{ ramp: rampCss, low: `height ${(least + base).toFixed(2)} m`, high: `${(greatest + base).toFixed(2)} m` }];
   },
-};
-
-export const pending = {
-  id: 'pending', label: 'Pending points', on: false,
-  count: (map) => (map.voxels ? map.voxels.surface.reduce((sum, one) => sum + (one === 0), 0) : 0),
-  create(map, stage) {
-    const color = pendingColor.map((value) => Math.round(255 * value));
-    // Smaller than voxels: one sees what is behind them.
-    return points(map, stage, (i) => map.voxels.surface[i] === 0, () => color, 0.4, false);
-  },
-  legend: () => [{ color: pendingColor, text: 'pending: a point of no surface yet' }],
 };
