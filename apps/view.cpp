@@ -1,5 +1,6 @@
 // `octosurf view`: a page to look at a map, or a picture of it.
 #include "bounds.hpp"
+#include "io/new_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "page_feet.hpp"
@@ -38,7 +39,7 @@ Examples:
   octosurf view maps/office                                   office.html
   octosurf view maps/office --html out/page.html --force
   octosurf view maps/hall --max-mb 30                         finer voxels, if they need more than 10 MB
-  octosurf view maps/office --foot 0.26x0.13 --foot 0.26x0.13@90   contact regions: any heading, 90 degrees
+  octosurf view maps/office --foot 0.26x0.13                  contact regions of another foot
   octosurf view maps/office --png office.png
   octosurf view maps/office --png plan.png --from top
   octosurf view maps/office --png door.png --eye 1 0 1.6 --target 4 2 1
@@ -68,48 +69,39 @@ std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map, const Sn
   return edges;
 }
 
-std::vector<PageFoot> feet_of(const ViewArguments& arguments, const planning::AskedMap& asked) {
-  if (arguments.feet == std::vector<std::string>{"none"}) return {};
-  if (arguments.feet.empty()) return usual_page_feet(asked);
-  std::vector<std::future<PageFoot>> asking;
-  for (const std::string& foot : arguments.feet)
-    asking.push_back(std::async([&asked, &foot] { return page_foot(asked, foot); }));
-  std::vector<PageFoot> feet;
-  for (std::future<PageFoot>& foot : asking) feet.push_back(foot.get());
-  return feet;
-}
-
 void write_html(const ViewArguments& arguments) {
   const std::string title = title_of(arguments.map);
   const std::string html = arguments.html.empty() ? title + ".html" : arguments.html;
   require_apart("--html", html, files_of_map(arguments.map));
   const LoadedMap loaded = open_map(arguments.map);
+  io::NewFile output(html, arguments.force);  // first, because making a page takes a while
   const Map& map = loaded.map;
   PageOptions options;
   options.up = up_in_force(map, arguments.up).direction;
   if (const auto up = suggested_up(map, arguments.up)) options.suggested_up = up->direction;
   options.max_mb = arguments.max_mb;
-  options.force = arguments.force;
   warn_of_up(map, arguments.up);
   const OccupancyView octree = map.octree();
-  PageMap page{title, with_gaps(*map.snapshot(), octree, 0), octree};
+  PageMap shown{title, with_gaps(*map.snapshot(), octree, 0), octree};
   // For a hall edges and feet take seconds each: in parallel, if a thread is available.
-  auto edges = std::async([&] { return edges_of(map, *page.snapshot); });
-  page.stairs = find_stairs(*page.snapshot, options.up).stairs;
-  page.feet = feet_of(arguments, {title, map.snapshot(), octree, options.up, {}});
-  page.edges = edges.get();
-  const PageReport report = write_page(page, html, options);
-  std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(report.bytes) / 1e6,
-              page.snapshot->surfaces.size());
-  if (report.merged == 0)
+  auto edges = std::async([&] { return edges_of(map, *shown.snapshot); });
+  shown.stairs = find_stairs(*shown.snapshot, options.up).stairs;
+  if (arguments.feet != std::vector<std::string>{"none"})
+    shown.feet = page_feet({title, map.snapshot(), octree, options.up, {}}, arguments.feet);
+  shown.edges = edges.get();
+  const Page page = make_page(shown, options);
+  output.write([&](std::ostream& out) { out << page.html; });
+  output.commit();
+  std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(page.html.size()) / 1e6,
+              shown.snapshot->surfaces.size());
+  if (page.merged == 0)
     std::printf("without voxels, which do not fit into %g MB (--max-mb)\n", arguments.max_mb);
-  else if (report.merged > 1)
-    std::printf("%zu voxels, merged to %d d to fit into %g MB (--max-mb)\n", report.voxels, report.merged,
+  else if (page.merged > 1)
+    std::printf("%zu voxels, merged to %d d to fit into %g MB (--max-mb)\n", page.voxels, page.merged,
                 arguments.max_mb);
   else
-    std::printf("%zu voxels\n", report.voxels);
-  if (report.feet_left_out)
-    std::printf("contact regions do not fit into it, either (--foot none, --max-mb)\n");
+    std::printf("%zu voxels\n", page.voxels);
+  if (page.feet_left_out) std::printf("contact regions do not fit into it, either (--foot none, --max-mb)\n");
 }
 
 void draw_png(const ViewArguments& arguments) {
@@ -168,10 +160,10 @@ void add_view(CLI::App& app) {
       ->check(more_than(0))
       ->excludes(png)
       ->capture_default_str();
-  verb->add_option(
-          "--foot", arguments->feet,
-          "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m, with @YAW "
-          "(degrees) for one heading; again for another; none [0.22x0.11 and 0.03]")
+  verb->add_option("--foot", arguments->feet,
+                   "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m; again "
+                   "for another; "
+                   "none [0.22x0.11 and 0.03]")
       ->allow_extra_args(false)
       ->excludes(png);
   add_picture_options(*verb, *arguments, png);

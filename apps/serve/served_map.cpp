@@ -150,8 +150,8 @@ ServedMap::Text ServedMap::make_page_text() const {
   PageMap map{asked.name, shown.get(), asked.octree, all_edges.get()};
   map.stairs = stairs.get().stairs;
   // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
-  if (map_) map.feet = usual_page_feet(asked);
-  return shared(served(make_page(map, "the page of " + asked.name, options).html, run.name));
+  if (map_) map.feet = page_feet(asked);
+  return shared(served(make_page(map, options).html, run.name));
 }
 
 ServedMap::Text ServedMap::make_info() const {
@@ -186,13 +186,7 @@ ServedMap::Text ServedMap::make_surfaces() const {
 
 ServedMap::Text ServedMap::make_voxels() const {
   const PageMap map{asked.name, asked.snapshot, asked.octree};
-  const std::vector<io::PageVoxel> all = io::occupied_voxels(asked.octree);
-  std::string message;
-  for (const int merged : io::voxel_merges) {
-    message = io::voxels_message(map, all, merged).packed;
-    if (static_cast<double>(message.size()) <= max_page_mb_ * 1e6) break;
-  }
-  return shared(std::move(message));
+  return shared(io::voxels_message(map, max_page_mb_ * 1e6).packed);
 }
 
 ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) const {

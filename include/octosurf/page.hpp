@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,13 +17,13 @@ namespace octosurf {
 
 /// Footholds on a map's surfaces, shown on a page.
 struct PageFoot {
-  std::string name;                    ///< label: which foot, heading and margins
+  std::string name;                    ///< label: which foot and limits
   std::vector<ContactRegion> regions;  ///< one for each surface of the page's snapshot that was evaluated
 };
 
 /// A map shown on a page.
 struct PageMap {
-  std::string name;                          ///< label
+  std::string name;                          ///< label; errors name it, too
   std::shared_ptr<const Snapshot> snapshot;  ///< its surfaces and cylinders
   OccupancyView octree{};                    ///< Map::octree(); if empty, no voxels are shown
   /// label_edges() of the snapshot's surfaces; if present, edges are drawn by their kind.
@@ -33,48 +32,32 @@ struct PageMap {
   std::vector<Stair> stairs{};   ///< of find_stairs(), drawn with their measures
 };
 
-/// Options of write_page().
+/// Options of make_page().
 struct PageOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame
   std::optional<Eigen::Vector3d> suggested_up{};  ///< map frame: an alternative that the page offers
-  double max_mb = 10;                             ///< 10⁶ bytes, limit of the file size
-  bool force = false;                             ///< overwrite an existing file
+  double max_mb = 10;                             ///< 10⁶ bytes, limit of the size
 };
 
-/// Contents of a page.
-struct PageReport {
-  std::size_t bytes = 0;   ///< of the file
+/// An HTML page, and what is in it.
+struct Page {
+  std::string html;        ///< UTF-8
   std::size_t voxels = 0;  ///< drawn
-  /// Edge of a drawn voxel in voxels of the map: 1: not merged, 0: omitted.
-  int merged = 1;
+  int merged = 1;          ///< edge of a drawn voxel in voxels of the map. 1: not merged, 0: none are drawn
   bool feet_left_out = false;  ///< contact regions are missing, because of the limit of size
 };
 
-/// Whether this library was built with the page, which needs Node.js and the packages of web/.
-bool has_page();
-
-/// Writes one HTML page to view, search and measure the map in any browser of 2023 or later with WebGL 2.
+/// A page to look at the map, pick and measure, in any browser of 2023 or later with WebGL 2.
 ///
 /// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
 /// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`.
 /// 3. It is not larger than `max_mb`: if need be, voxels are merged to 2 d, 4 d … 32 d, then left out, then
-///    contact regions too, and the page says so. A merged voxel is occupied if one of its voxels is, with the
-///    highest of their log-odds and the surface of most of them.
-/// 4. The file is complete or not there; same map, same bytes.
-/// Throws Error(usage) if a limit makes no sense, for a file that exists without `force`,
-/// and without has_page(); Error(data) for numbers that are not finite, labels of other polygons and regions
-/// of other surfaces; Error(output) if the surfaces alone are larger than `max_mb`, or
-/// the file cannot be written.
-PageReport write_page(const PageMap& map, const std::filesystem::path& file,
-                      const PageOptions& options = {});
-
-/// A page in memory.
-struct Page {
-  std::string html;   ///< all of it, UTF-8
-  PageReport report;  ///< its contents
-};
-
-/// The page that write_page() writes, for a server. Throws likewise; errors name `name` instead of the file.
-Page make_page(const PageMap& map, const std::string& name, const PageOptions& options = {});
+///    contact regions too, and the page says so. A merged voxel is the one of its voxels with the highest
+///    log-odds.
+/// 4. Same map, same bytes.
+/// Throws Error(usage) if a limit makes no sense, and where the library was built without the page, which
+/// needs Node.js and the packages of web/; Error(data) for numbers that are not finite, labels of other
+/// polygons and regions of other surfaces; Error(output) if the surfaces alone are larger than `max_mb`.
+Page make_page(const PageMap& map, const PageOptions& options = {});
 
 }  // namespace octosurf

@@ -127,7 +127,7 @@ class ViewVerb : public FloorTest {
 };
 
 TEST_F(ViewVerb, TakesSeveralFeet) {
-  run_well("view m --foot 0.05 --foot 0.2x0.1@30");
+  run_well("view m --foot 0.05 --foot 0.2x0.1");
   EXPECT_TRUE(exists("m.html"));
 }
 

@@ -180,7 +180,6 @@ const std::vector<Refused>& refused() {
       {"export m --to g.png --format grid_map", {".cdr"}},
       {"export m --to m.surfaces --format grid_map --force", {"m.surfaces"}},
       {"view m --foot big", {"--foot big"}},
-      {"view m --foot 0.2x0.1@north", {"@", "0.22x0.11@90"}},
       {"view m --foot -1", {"radius"}},
       {"view m --png n.png --up 0 0 0", {"up"}},
   };

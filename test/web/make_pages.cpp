@@ -1,4 +1,5 @@
 // make_pages FOLDER: the pages that page_test.mjs looks at, of maps that are known to the last edge.
+#include "io/exporters/page_template.hpp"
 #include "io/exporters/room_snapshot.hpp"
 #include "support/painted_octree.hpp"
 
@@ -6,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -36,8 +38,8 @@ std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Snapshot& snapshot
   return edges;
 }
 
-/// Of the room of make_room(): a pending block of 10 × 10 × 10 voxels at (1, 0.5, 1), the floor's voxels under
-/// it.
+/// Of the room of make_room(): a pending block of 10 × 10 × 10 voxels at (1, 0.5, 1), the floor's voxels
+/// under it.
 OccupancyView room_octree() {
   PaintedOctree octree(0.02);
   for (int y = 25; y < 35; ++y)
@@ -120,20 +122,20 @@ PageMap hills() {
 
 void write_all(const fs::path& folder) {
   fs::create_directories(folder);
-  PageOptions options;
-  options.force = true;
-  write_page(room("room </script><script>window.injected = 1</script>"), folder / "room.html", options);
-  write_page(hills(), folder / "hills.html", options);
-  PageOptions small = options;
-  small.max_mb = 0.72;
-  write_page(hills(), folder / "small.html", small);
-  write_page({"nothing", std::make_shared<Snapshot>()}, folder / "empty.html", options);
+  const auto write = [&](const char* name, const PageMap& map, const PageOptions& options = {}) {
+    std::ofstream(folder / name) << make_page(map, options).html;
+  };
+  write("room.html", room("room </script><script>window.injected = 1</script>"));
+  write("hills.html", hills());
+  PageOptions small;
+  small.max_mb = 0.68;
+  write("small.html", hills(), small);
+  write("empty.html", {"nothing", std::make_shared<Snapshot>()});
 
-  const Eigen::Vector3d up(0, -1, 0);
-  const auto rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up);
-  PageOptions lying = options;
-  lying.suggested_up = up;
-  write_page(turned(room("lying"), rotation), folder / "lying.html", lying);
+  PageOptions lying;
+  lying.suggested_up = {0, -1, 0};
+  const auto rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), *lying.suggested_up);
+  write("lying.html", turned(room("lying"), rotation), lying);
 }
 
 }  // namespace
@@ -142,7 +144,7 @@ void write_all(const fs::path& folder) {
 int main(int argc, char** argv) {
   try {
     if (argc != 2) throw std::runtime_error("usage: make_pages FOLDER");
-    if (!octosurf::has_page()) {
+    if (octosurf::io::page_template().empty()) {
       std::puts("skipped: built without the page (npm ci in web/)");
       std::filesystem::remove_all(argv[1]);  // an earlier build's
       return 77;

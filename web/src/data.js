@@ -120,7 +120,7 @@ export function takeVoxels(map, { json, arrays }) {
   const [x, y, z] = ['x', 'y', 'z'].map((axis) => summed(arrays[`voxel_${axis}`]));
   map.voxels = {
     count: x.length, size, x, y, z, low: minus(low.map((cell) => cell * size), map.origin),
-    surface: arrays.voxel_surface.map((number) => (number === 0 ? 0 : json.surface_ids[number - 1])),
+    surface: arrays.voxel_surface,
     logOdds: (i) => least + step * arrays.voxel_log_odds[i],
     leastLogOdds: least, greatestLogOdds: least + 255 * step,
   };

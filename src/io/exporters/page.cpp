@@ -1,16 +1,11 @@
 #include "geometry/directions.hpp"
 #include "io/exporters/page_messages.hpp"
 #include "io/exporters/page_template.hpp"
-#include "io/new_file.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
-#include <string>
 
 #include <octosurf/error.hpp>
-#include <octosurf/page.hpp>
 
 namespace octosurf {
 namespace {
@@ -19,16 +14,10 @@ std::string script(const std::string& message) {
   return "<script type=\"application/octet-stream\" class=\"map\">" + io::base64(message) + "</script>\n";
 }
 
-std::string smallest_mb(std::size_t bytes) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f", std::ceil(static_cast<double>(bytes) / 1e5) / 10);
-  return text.data();
-}
-
-void check_page(const std::string& name, const PageOptions& options) {
-  if (!has_page())
+void check(const PageMap& map, const PageOptions& options) {
+  if (io::page_template().empty())
     throw Error(
-        Error::Kind::usage, name, "this octosurf was built without the page",
+        Error::Kind::usage, map.name, "this octosurf was built without the page",
         "install Node.js and npm, run ./dev build (or npm ci in web/ and build anew); --png draws a picture");
   if (!(std::isfinite(options.max_mb) && options.max_mb > 0))
     throw Error(Error::Kind::usage, "max_mb", "is not positive", "10 is the default");
@@ -38,45 +27,33 @@ void check_page(const std::string& name, const PageOptions& options) {
 
 }  // namespace
 
-bool has_page() { return !io::page_template().empty(); }
-
-Page make_page(const PageMap& map, const std::string& name, const PageOptions& options) {
-  check_page(name, options);
+Page make_page(const PageMap& map, const PageOptions& options) {
+  check(map, options);
   const std::string_view page = io::page_template();
   const std::size_t mark = page.find(io::page_map_mark);
   const std::string_view before = page.substr(0, mark), after = page.substr(mark + io::page_map_mark.size());
   io::SurfacesMessage how{options.up, options.suggested_up};
-  std::string surfaces = script(io::surfaces_message(map, how)), voxels;
-  const auto bytes = [&] { return before.size() + surfaces.size() + voxels.size() + after.size(); };
-  const auto fits = [&] { return static_cast<double>(bytes()) <= options.max_mb * 1e6; };
-  const std::vector<io::PageVoxel> all = io::occupied_voxels(map.octree);
-  PageReport report;
-  for (const int merged : io::voxel_merges) {
-    const io::VoxelsMessage drawn = io::voxels_message(map, all, merged);
-    voxels = script(drawn.packed);
-    report.merged = merged;
-    report.voxels = drawn.voxels;
-    if (fits()) break;
-  }
-  if (!fits()) {
-    report.feet_left_out = !map.feet.empty();
+  std::string surfaces = script(io::surfaces_message(map, how)), voxels = script({});
+  const auto left = [&] {
+    return options.max_mb * 1e6 -
+           static_cast<double>(before.size() + surfaces.size() + voxels.size() + after.size());
+  };
+  const io::VoxelsMessage drawn = io::voxels_message(map, 0.75 * left());  // base64 has 4 bytes for 3
+  voxels = script(drawn.packed);
+  const bool feet_left_out = left() < 0 && !map.feet.empty();
+  if (feet_left_out) {
     how.feet = false;
     surfaces = script(io::surfaces_message(map, how));
   }
-  if (!fits())
-    throw Error(Error::Kind::output, name, "would be larger than allowed even without voxels",
-                "allow " + smallest_mb(bytes()) + " MB (--max-mb)");
-  report.bytes = bytes();
-  return {std::string(before).append(surfaces).append(voxels).append(after), report};
-}
-
-PageReport write_page(const PageMap& map, const std::filesystem::path& file, const PageOptions& options) {
-  check_page(file.string(), options);
-  io::NewFile output(file, options.force);  // opened first, because writing a page takes a while
-  const Page page = make_page(map, file.string(), options);
-  output.write([&](std::ostream& out) { out << page.html; });
-  output.commit();
-  return page.report;
+  if (left() < 0) {
+    char needed[32];
+    std::snprintf(needed, sizeof needed, "allow %.1f MB (--max-mb)",
+                  std::ceil(10 * (options.max_mb - left() / 1e6)) / 10);
+    throw Error(Error::Kind::output, map.name, "makes a page larger than allowed even without voxels",
+                needed);
+  }
+  return {std::string(before).append(surfaces).append(voxels).append(after), drawn.voxels, drawn.merged,
+          feet_left_out};
 }
 
 }  // namespace octosurf

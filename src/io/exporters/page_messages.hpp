@@ -3,7 +3,6 @@
 #include "io/exporters/page_block.hpp"
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -25,33 +24,21 @@ struct SurfacesMessage {
   /// Only what changed since this revision.
   std::optional<std::uint64_t> since{};
   std::string run{};  ///< identifies the run of these revisions
-  bool feet = true;  ///< with contact regions
+  bool feet = true;   ///< with contact regions
 };
 
 /// The surfaces and cylinders as export_surfaces() writes them, without `boundary`, and what is beside them
 /// in the PageMap. Throws Error(data) for numbers that are not finite and regions of other surfaces.
 std::string surfaces_message(const PageMap& map, const SurfacesMessage& how);
 
-/// An occupied voxel, or several merged to a larger one.
-struct PageVoxel {
-  int x = 0, y = 0, z = 0;  ///< its corner over its edge
-  float log_odds = 0;
-  SurfaceId surface = 0;
-};
-
-/// All occupied voxels, by z, then y, then x.
-std::vector<PageVoxel> occupied_voxels(const OccupancyView& octree);
-
-/// How many voxels' edges a drawn one has, as far as they must be merged. At last none is drawn: 0.
-inline constexpr std::array<int, 7> voxel_merges{1, 2, 4, 8, 16, 32, 0};
-
+/// The occupied voxels, merged as far as they must be not to exceed `most_bytes`; at last none.
 struct VoxelsMessage {
   std::string packed;
   std::size_t voxels = 0;  ///< drawn
+  int merged = 1;          ///< voxels' edges in the edge of a drawn one; 0: none is drawn
 };
 
-/// All `voxels` of the map, merged.
-VoxelsMessage voxels_message(const PageMap& map, const std::vector<PageVoxel>& voxels, int merged);
+VoxelsMessage voxels_message(const PageMap& map, double most_bytes);
 
 /// {"since", "revision", "appeared", "changed", "gone", "merged", "split"}
 PageBlock::Json changes_json(const MapChanges& changes);
