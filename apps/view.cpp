@@ -33,7 +33,7 @@ constexpr const char* view_description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
 The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
-pending points, contact regions. Without --html it is written to MAP.html in the current folder.
+stairs, contact regions. Without --html it is written to MAP.html in the current folder.
 
 Examples:
   octosurf view maps/office                                   office.html
@@ -48,10 +48,10 @@ Examples:
   octosurf view maps/office --png edges.png --from top --edges
                              edges: real green, occluded red, sensor limit blue, frontier orange
 
-Contact regions are where the middle of a foot may be. Without --foot: for a sole of 0.22x0.11 m and a ball of
-0.03 m, limited by slope and edges alone. With --foot: with all limits of octosurf plan (obstacles, room over the
-foot, gaps), which takes seconds, or minutes in a hall. --foot none: no regions. The page of octosurf serve computes
-regions for any foot and limits.
+Contact regions are where the middle of a foot may be, whatever its heading. Without --foot: for a sole of
+0.22x0.11 m and a ball of 0.03 m, limited by slope and edges alone. With --foot: with all limits of octosurf plan
+(obstacles, room over the foot, gaps), which takes seconds, or minutes in a hall. --foot none: no regions. The page
+of octosurf serve computes regions for any foot and limits.
 )";
 
 struct ViewArguments {
@@ -162,8 +162,7 @@ void add_view(CLI::App& app) {
       ->capture_default_str();
   verb->add_option("--foot", arguments->feet,
                    "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m; again "
-                   "for another; "
-                   "none [0.22x0.11 and 0.03]")
+                   "for another; none [0.22x0.11 and 0.03]")
       ->allow_extra_args(false)
       ->excludes(png);
   add_picture_options(*verb, *arguments, png);
