@@ -7,7 +7,6 @@ export function bindPointer(view, { hover, leave, click }) {
   let down = null, waiting = null;
   canvas.addEventListener('pointerdown', (event) => {
     down = event.isPrimary ? event : null;  // two fingers click nothing
-    canvas.focus({ preventScroll: true });
   });
   canvas.addEventListener('click', ({ clientX: x, clientY: y, timeStamp }) => {
     if (down && Math.hypot(x - down.clientX, y - down.clientY) <= clickPixels && timeStamp - down.timeStamp <= clickMs) click(x, y);

@@ -37,20 +37,15 @@ std::vector<PageVoxel> occupied_voxels(const OccupancyView& octree) {
   return voxels;
 }
 
-/// Of each cube of `times`³ voxels the one with the highest log-odds, as large as the cube.
-std::vector<PageVoxel> merge_voxels(std::vector<PageVoxel> voxels, int times) {
-  const auto shrink = [times](int& key) { key = (key - (key < 0 ? times - 1 : 0)) / times; };
-  for (PageVoxel& voxel : voxels) {
-    shrink(voxel.x);
-    shrink(voxel.y);
-    shrink(voxel.z);
-  }
+/// Of each cube of 2³ voxels the one with the highest log-odds, as large as the cube.
+void merge(std::vector<PageVoxel>& voxels) {
+  for (PageVoxel& voxel : voxels)
+    for (int* key : {&voxel.x, &voxel.y, &voxel.z}) *key >>= 1;  // rounds down
   std::stable_sort(voxels.begin(), voxels.end(), [](const PageVoxel& a, const PageVoxel& b) {
     return std::tuple(a.place(), -a.log_odds) < std::tuple(b.place(), -b.log_odds);
   });
   const auto same = [](const PageVoxel& a, const PageVoxel& b) { return a.place() == b.place(); };
   voxels.erase(std::unique(voxels.begin(), voxels.end(), same), voxels.end());
-  return voxels;
 }
 
 /// Each number less the one before it, modulo 2¹⁶: small numbers compress well.
@@ -98,18 +93,23 @@ void add_voxels(PageBlock& block, const std::vector<PageVoxel>& voxels, double s
 }  // namespace
 
 VoxelsMessage voxels_message(const PageMap& map, double most_bytes) {
-  const std::vector<PageVoxel> all = occupied_voxels(map.octree);
+  std::vector<PageVoxel> voxels = occupied_voxels(map.octree);
+  const std::size_t before_merging = voxels.size();
   for (int merged = 1;; merged *= 2) {
-    const bool none = merged > 32;
-    const std::vector<PageVoxel> drawn = none ? std::vector<PageVoxel>() : merge_voxels(all, merged);
+    if (merged > 32) {
+      merged = 0;
+      voxels.clear();
+    } else if (merged > 1) {
+      merge(voxels);
+    }
     PageBlock block;
     block.json["kind"] = "voxels";
     block.json["revision"] = map.snapshot->revision;
-    block.json["merged"] = none ? 0 : merged;
-    block.json["voxels_before_merging"] = all.size();
-    add_voxels(block, drawn, map.octree.resolution() * merged);
-    VoxelsMessage message{block.packed(), drawn.size(), none ? 0 : merged};
-    if (none || static_cast<double>(message.packed.size()) <= most_bytes) return message;
+    block.json["merged"] = merged;
+    block.json["voxels_before_merging"] = before_merging;
+    add_voxels(block, voxels, map.octree.resolution() * merged);
+    VoxelsMessage message{block.packed(), voxels.size(), merged};
+    if (merged == 0 || static_cast<double>(message.packed.size()) <= most_bytes) return message;
   }
 }
 
