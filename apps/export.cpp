@@ -1,5 +1,6 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
 #include "bounds.hpp"
+#include "io/exporters/export_formats.hpp"
 #include "io/exporters/foxglove_log.hpp"
 #include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
@@ -14,7 +15,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -37,9 +37,8 @@ constexpr const char* export_description = R"(Writes a map's surfaces to a file 
 
 Examples:
   octosurf export maps/office --to office.json                 edges labelled: real, occluded, …
-  octosurf export maps/office --to office.json --what convex,circles --min-radius 0.1
-  octosurf export maps/office --to office.glb                  for any 3-D viewer
-  octosurf export maps/office --to office.stl --what meshes    closed solids
+  octosurf export maps/office --to office.json --what convex   convex pieces for planners, too
+  octosurf export maps/office --to office.glb --what meshes    closed solids, for any 3-D viewer
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
   octosurf export maps/office --to office.ot                   the octree with its log-odds, for OctoMap's tools
   octosurf export maps/office --to office.mcap                 surfaces, points, voxels and poses, for Foxglove
@@ -50,7 +49,6 @@ Examples:
 struct ExportArguments {
   std::string map, file, up;
   std::vector<std::string> what{"polygons"};
-  double min_radius = 0.05;
   double thickness = ExportOptions().mesh_thickness;
   double bridge = 0;
   std::string robot = "biped";
@@ -60,21 +58,16 @@ struct ExportArguments {
   PlannerExport planner;
 };
 
-std::string ending_of(const std::string& file) {
-  return CLI::detail::to_lower(std::filesystem::path(file).extension().string());
-}
-
 ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const ExportArguments& arguments,
                          const std::vector<ExportPart>& parts) {
   const auto wants = [&](ExportPart part) {
     return std::find(parts.begin(), parts.end(), part) != parts.end();
   };
-  const bool labelled = ending_of(arguments.file) == ".json";
+  const bool labelled = io::ending_of(arguments.file) == ".json";
   ExportExtras extras;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     if (wants(ExportPart::convex)) extras.convex[surface->id] = convex_pieces(*surface);
     if (labelled) extras.edges[surface->id] = label_edges(map, *surface);
-    if (wants(ExportPart::circles)) extras.circles[surface->id] = circles(*surface, arguments.min_radius);
   }
   if (wants(ExportPart::points)) {
     map.for_each_point([&](const Map::Voxel& voxel) {
@@ -178,9 +171,9 @@ void run_export(const ExportArguments& arguments) {
   const Up up = up_in_force(loaded.map, arguments.up);
   if (!arguments.planner.format.empty())
     export_for_planner(loaded.map, up, arguments.planner, arguments.file, arguments.force);
-  else if (ending_of(arguments.file) == ".ot")
+  else if (io::ending_of(arguments.file) == ".ot")
     export_octree(loaded.map, arguments);
-  else if (ending_of(arguments.file) == ".mcap")
+  else if (io::ending_of(arguments.file) == ".mcap")
     export_mcap(loaded, up, arguments);
   else
     export_by_ending(loaded.map, up, arguments);
@@ -193,17 +186,13 @@ void add_export(CLI::App& app) {
   const auto arguments = std::make_shared<ExportArguments>();
   verb->add_option("map", arguments->map, "map to export: name without ending, as given to map -o")
       ->required();
-  verb->add_option(
-          "--to", arguments->file,
-          "file to write: .json, .ply, .glb, .obj, .stl, .csv, .ot or .mcap; a folder FOLDER/ is Nav2's")
+  verb->add_option("--to", arguments->file,
+                   "file to write: .json, .ply, .glb, .ot or .mcap; a folder FOLDER/ is Nav2's")
       ->required();
   verb->add_option("--what", arguments->what,
-                   "polygons, meshes, convex, circles, points; several with commas for .json")
+                   "polygons, meshes, convex, points; several with commas for .json")
       ->delimiter(',')
-      ->check(CLI::IsMember({"polygons", "meshes", "convex", "circles", "points"}))
-      ->capture_default_str();
-  verb->add_option("--min-radius", arguments->min_radius, "m: smallest circle of --what circles")
-      ->check(more_than(0))
+      ->check(CLI::IsMember({"polygons", "meshes", "convex", "points"}))
       ->capture_default_str();
   verb->add_option("--thickness", arguments->thickness, "m: of --what meshes")
       ->check(more_than(0))

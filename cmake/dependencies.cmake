@@ -2,7 +2,7 @@
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
 find_package(Threads REQUIRED)                         # src/core/mapper, apps
 set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL asks for Boost by a module that CMake gives up
-# src/core/geometry, src/planning: triangulation; lab, test/planning: arrangements (GPL parts)
+# src/core/geometry: triangulation; lab, test/planning: arrangements (GPL parts)
 find_package(CGAL REQUIRED)
 # everywhere, headers: geometry, container, crc; src/planning: polygon
 find_package(Boost REQUIRED CONFIG)
@@ -10,7 +10,6 @@ find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
 if(OCTOSURF_BUILD_IO)
   find_package(nlohmann_json REQUIRED)                   # src/io, lab: JSON
   find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema, messages in .mcap
-  find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; lab: terrain meshes
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(lzf REQUIRED IMPORTED_TARGET liblzf)  # src/io: compressed PCD
   pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, lab: 16-bit PNG
@@ -21,6 +20,7 @@ if(OCTOSURF_BUILD_IO)
   find_package(SQLite3 REQUIRED)                         # src/io: bags of ROS 2
 endif()
 if(OCTOSURF_BUILD_APPS OR OCTOSURF_BUILD_TESTS)
+  find_package(assimp REQUIRED)                        # lab: terrain meshes
   find_package(embree 4 QUIET)                         # lab: ray casting
   if(NOT embree_FOUND)
     find_package(embree 3 REQUIRED)

@@ -29,11 +29,9 @@ std::vector<SurfacePoint> rows_as_points(const py::object& rows) {
 
 void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<ExportPart> parts,
                  double mesh_thickness, const std::optional<Eigen::Vector3d>& up, bool force,
-                 std::map<SurfaceId, std::vector<ConvexPiece>> convex,
-                 std::map<SurfaceId, std::vector<Circle>> circles, const py::object& points,
+                 std::map<SurfaceId, std::vector<ConvexPiece>> convex, const py::object& points,
                  SurfaceEdges edges) {
-  ExportExtras extras{
-      std::move(convex), std::move(circles), rows_as_points(points), std::move(edges), {}, {}, {}};
+  ExportExtras extras{std::move(convex), rows_as_points(points), std::move(edges), {}, {}, {}};
   const py::gil_scoped_release others_run;
   export_surfaces(*snapshot, file,
                   {std::move(parts), mesh_thickness, up_in(snapshot, up), Eigen::Vector3d::Zero(), force},
@@ -113,12 +111,11 @@ void bind_exports(Module& module) {
       "export_surfaces", &export_file, "snapshot"_a, "file"_a, py::kw_only(),
       "parts"_a = std::vector<ExportPart>{ExportPart::polygons}, "mesh_thickness"_a = 0.02,
       "up"_a = py::none(), "force"_a = false, "convex"_a = std::map<SurfaceId, std::vector<ConvexPiece>>{},
-      "circles"_a = std::map<SurfaceId, std::vector<Circle>>{}, "points"_a = py::none(),
-      "edges"_a = SurfaceEdges{},
-      R"(Writes the surfaces in the format the file's ending names: .json, .ply, .glb, .obj, .stl, .csv.
+      "points"_a = py::none(), "edges"_a = SurfaceEdges{},
+      R"(Writes the surfaces in the format the file's ending names: .json, .ply, .glb.
 
-parts: "polygons", "meshes", "convex", "circles", "points"; .json takes any number, others exactly one.
-convex, circles: by surface id, for those parts. points: an array as Map.points() gives it, likewise.
+parts: "polygons", "meshes", "convex", "points"; .json takes any number, others exactly one.
+convex: by surface id, for that part. points: an array as Map.points() gives it, likewise.
 edges: label_edges() by surface id, go into .json. mesh_thickness: m. up: (3,), map frame; None: snapshot.up(). force: write over a file that exists.
 Map frame, m. The file is complete or not there. Throws Error(usage, data, output).)");
   module.def("render_png", &picture, "snapshot"_a, "file"_a, py::kw_only(), "width"_a = 1280,

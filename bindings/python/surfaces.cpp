@@ -23,7 +23,6 @@ void bind_plain_parts(Module& module) {
   Value<Polygon>(module, "Polygon").fields(OCTOSURF_FIELDS(Polygon, outer, holes));
   Value<Mesh>(module, "Mesh").fields(OCTOSURF_FIELDS(Mesh, vertices, triangles));
   Value<ConvexPiece>(module, "ConvexPiece").fields(OCTOSURF_FIELDS(ConvexPiece, vertices, A, b));
-  Value<Circle>(module, "Circle").fields(OCTOSURF_FIELDS(Circle, center, radius));
   Value<Cylinder, std::shared_ptr<Cylinder>>(module, "Cylinder")
       .fields(OCTOSURF_FIELDS(Cylinder, id, axis_point, axis, radius_m, length_m, start, span_rad, inliers,
                               rms_m, born, revision));
@@ -76,8 +75,7 @@ out of a pickle: give snapshot.up().)")
       .def(
           "convex_pieces", [](const Surface& self) { return convex_pieces(self); }, Released(),
           "The simplified polygons cut into convex pieces: a list of ConvexPiece that cover them, none "
-          "overlapping.")
-      .def("circles", &circles, "min_radius"_a, Released(), doc_of("circles"));
+          "overlapping.");
 }
 
 /// The one of this id among all, ascending by id; null if there is none.

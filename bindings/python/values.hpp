@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-/// Fields of a struct with their names, for fields(): OCTOSURF_FIELDS(Circle, center, radius).
+/// Fields of a struct with their names, for fields(): OCTOSURF_FIELDS(Nearest, id, point).
 #define OCTOSURF_FIELDS(Class, ...) \
   BOOST_PP_SEQ_ENUM(BOOST_PP_SEQ_TRANSFORM(OCTOSURF_FIELD, Class, BOOST_PP_VARIADIC_TO_SEQ(__VA_ARGS__)))
 #define OCTOSURF_FIELD(r, Class, name) std::pair(#name, &Class::name)
@@ -31,7 +31,7 @@ using FieldNames = std::vector<std::string>;
 /// The fields of `object` by name for JSON: arrays become lists, objects with fields dicts.
 py::dict dict_of(const FieldNames& names, const py::object& object);
 
-/// "Circle(center=[0, 0, 1], radius=0.2)", one line however large the fields are.
+/// "Nearest(id=7, point=[0, 0, 1], distance=0.2)", one line however large the fields are.
 std::string described(const FieldNames& names, const py::object& object);
 
 /// What the public headers say of a function or of "Class.member", see header_docs.py. Where they say

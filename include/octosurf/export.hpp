@@ -18,15 +18,13 @@
 namespace octosurf {
 
 /// Which representation of the surfaces to write.
-enum class ExportPart { polygons, meshes, convex, circles, points };
+enum class ExportPart { polygons, meshes, convex, points };
 /// By ExportPart, as `export --what` accepts them.
-inline constexpr std::array<std::string_view, 5> export_part_names{"polygons", "meshes", "convex", "circles",
-                                                                   "points"};
+inline constexpr std::array<std::string_view, 4> export_part_names{"polygons", "meshes", "convex", "points"};
 
 /// Options of export_surfaces().
 struct ExportOptions {
-  /// .json: any number, in addition to the polygons. Others: exactly one; .ply, .glb: any, .obj, .stl: any
-  /// but points, .csv: polygons (a row per surface), circles or points (a row each).
+  /// .json: any number, in addition to the polygons. .ply, .glb: exactly one.
   std::vector<ExportPart> parts{ExportPart::polygons};
   double mesh_thickness = 0.02;                   ///< m, of meshes
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, of .glb
@@ -52,7 +50,6 @@ struct NamedMesh {
 /// in the snapshot are skipped.
 struct ExportExtras {
   std::map<SurfaceId, std::vector<ConvexPiece>> convex;  ///< convex_pieces() by surface
-  std::map<SurfaceId, std::vector<Circle>> circles;      ///< circles() by surface
   std::vector<SurfacePoint> points;                      ///< any order
   /// label_edges() of the snapshot's surfaces; written to .json if present.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
@@ -64,19 +61,17 @@ struct ExportExtras {
 };
 
 /// Writes the surfaces to `file` in the format given by its extension: .json (docs/formats.md §2), .ply,
-/// .glb, .obj (with an .mtl beside it), .stl, .csv.
+/// .glb.
 ///
 /// .json also has `"cylinders"`: {"id", "axis_point", "axis", "radius_m", "length_m", "span_deg", "start",
 /// "inliers", "rms_m", "revision"} each, as in cylinder.hpp.
 ///
 /// 1. Map frame, metres; also in .glb, where viewers expect y up: its root node rotates `up` to y.
-/// 2. .json and .csv have positions to 1e-9 m and all other numbers to a double's last digit, mesh formats
-///    32-bit floats.
-/// 3. One mesh or object `surface_<id>` per surface in its colour (.glb, .obj); .ply has a colour per vertex,
-///    .stl has triangles only.
-/// 4. `polygons`, `convex` and `circles` are flat (triangles counter-clockwise seen from the normal's tip,
-///    circles as 32-gons), `meshes` closed (extrude()). .obj, .glb and .stl do not distinguish vertices at
-///    the same position.
+/// 2. .json has positions to 1e-9 m and all other numbers to a double's last digit, .ply and .glb 32-bit
+///    floats.
+/// 3. .glb has a mesh `surface_<id>` per surface in its colour, .ply a colour per vertex.
+/// 4. `polygons` and `convex` are flat (triangles counter-clockwise seen from the normal's tip), `meshes`
+///    closed (extrude()).
 /// 5. The file is complete or absent: written to a temporary file and renamed.
 /// Throws Error(usage) for an unsupported extension or part, or an existing file without `force`; Error(data)
 /// for numbers that are not finite and labels of other polygons; Error(output) if it cannot be written.

@@ -13,10 +13,4 @@ struct ConvexPiece {
   Eigen::VectorXd b;  ///< see A; m
 };
 
-/// A disc on a surface.
-struct Circle {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< map frame, on the plane
-  double radius = 0;                                 ///< m
-};
-
 }  // namespace octosurf

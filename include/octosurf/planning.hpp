@@ -19,16 +19,6 @@ namespace octosurf {
 /// worst.
 std::vector<ConvexPiece> convex_pieces(const Surface& surface);
 
-/// Overlapping circles that fill the simplified polygons, largest first.
-///
-/// 1. Each lies inside, holes left free, and has at least `min_radius`.
-/// 2. No centre lies in a larger circle.
-/// 3. Of a square grid of spacing max(min_radius, longer side / 300), every point that is at least
-///    min_radius away from all edges lies in a circle.
-/// Throws Error(usage) unless min_radius is positive, Error(data) if a coordinate is not finite.
-/// Cost O(n log n) per row of the grid and per boundary sample (at most 300 and about 20 000).
-std::vector<Circle> circles(const Surface& surface, double min_radius);
-
 /// The place on a surface nearest to a point.
 struct Nearest {
   SurfaceId id = 0;                                 ///< of the surface

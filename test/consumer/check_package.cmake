@@ -27,18 +27,18 @@ execute_process(COMMAND ${WORK}/build/paper OUTPUT_VARIABLE output COMMAND_ERROR
 if(NOT output STREQUAL "1 surface by the paper's detector\n")
   message(FATAL_ERROR "paper: expected one surface, got ${output}")
 endif()
-# A library is linked by those components alone that take it; VTK by none. Of octosurf::io the linker takes whole pieces, so
+# A library is linked by those components alone that take it; VTK and Assimp by none. Of octosurf::io the linker takes whole pieces, so
 # that octosurf::octomap may have libraries of it that only their neighbours need.
 set(users_of_liboctomap octree)
 set(users_of_libpcl_ paper)
 set(users_of_libvtk)
-set(users_of_libassimp everything)
+set(users_of_libassimp)
 set(users_of_libsqlite3 everything)
 set(users_of_libprotobuf everything)
 foreach(program floor everything octree paper)
   execute_process(COMMAND ldd ${WORK}/build/${program} OUTPUT_VARIABLE links COMMAND_ERROR_IS_FATAL ANY)
   foreach(library liboctomap libpcl_ libvtk libassimp libsqlite3 libprotobuf)
-    if(program STREQUAL octree AND library MATCHES "assimp|sqlite3|protobuf")
+    if(program STREQUAL octree AND library MATCHES "sqlite3|protobuf")
       continue()
     endif()
     string(FIND "${links}" ${library} at)

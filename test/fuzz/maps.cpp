@@ -39,8 +39,6 @@ void plan_on(const Map& map) {
     simplified(*surface);
     for (const ConvexPiece& piece : convex_pieces(*surface))
       promise(piece.vertices.size() >= 3 && piece.A.rows() == piece.b.size(), "a convex piece is one");
-    for (const Circle& circle : circles(*surface, 0.2))
-      promise(circle.radius >= 0.2, "a circle has its radius");
     extrude(*surface, 0.02);
   }
 }

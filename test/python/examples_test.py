@@ -76,6 +76,31 @@ class Examples(unittest.TestCase):
             if value:
                 self.assertAlmostEqual(about["offset"] + about["scale"] * value, height, delta=0.51 * about["scale"])
 
+    def test_circles(self):
+        """Each lies in a piece, and of random points of the piece none is farther from its edges than the centre."""
+        exported, file = world.FOLDER / "convex.json", world.FOLDER / "circles.json"
+        world.command("export", world.SOURCE / "maps/office", "--to", exported, "--what", "convex")
+        self.run_python(world.SOURCE / "examples/circles.py", exported, file, 0.05)
+        circles, rng, found = json.loads(file.read_text()), np.random.default_rng(5), 0
+        radii = [circle["radius"] for circle in circles]
+        self.assertEqual(radii, sorted(radii, reverse=True))
+        self.assertGreaterEqual(radii[-1], 0.05)
+        for surface in json.loads(exported.read_text())["surfaces"]:
+            to_surface = np.linalg.inv(np.reshape(surface["T_map_surface"], (4, 4)))
+            own = [circle for circle in circles if circle["surface"] == surface["id"]]
+            centers = np.array([to_surface @ [*circle["center"], 1] for circle in own]).reshape(-1, 4)
+            np.testing.assert_allclose(centers[:, 2], 0, atol=1e-9)
+            for piece in surface["convex"]:
+                A, b = np.array(piece["A"]), np.array(piece["b"])
+                depth = (b - centers[:, :2] @ A.T).min(axis=1)
+                here = [circle["radius"] for circle, inside in zip(own, depth) if abs(inside - circle["radius"]) < 1e-6]
+                found += len(here)
+                shares = rng.dirichlet(np.ones(len(piece["vertices"])), 1000)
+                points = np.c_[shares @ np.array(piece["vertices"]), np.ones(1000)] @ to_surface.T
+                deepest = (b - points[:, :2] @ A.T).min(axis=1).max()
+                self.assertLessEqual(deepest, max(here, default=0.05) + 1e-9)
+        self.assertEqual(found, len(circles))
+
     def test_hpp_affordances(self):
         pieces, folder = world.FOLDER / "pieces.json", world.FOLDER / "affordances"
         told = self.run_python(world.SOURCE / "examples/sl1m_pieces.py", world.SOURCE / "maps/office", pieces,

@@ -63,7 +63,7 @@ def results():
         octosurf.nearest(snapshot, [0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),
         octosurf.SurfaceIndex(snapshot).snap(at(0, 0, 0.1)), octosurf.ConvexSpace.box([0, 0, 0], [1, 1, 1]), scan, surface,
         octosurf.SpacePart.cylinder([0, 0, 0], 1, 2),
-        surface.plane, *surface.polygons, surface.extrude(0.1), *pieces, surface.circles(0.1)[0],
+        surface.plane, *surface.polygons, surface.extrude(0.1), *pieces,
         made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]]),
         made(octosurf.Figure, "width", 0.1, "m", None), made(octosurf.DoubleLayer, 1, 2, 0.5, 0.03, 0.1),
         step, length, stair, made(octosurf.Stairs, [stair], [step]), made(octosurf.StairChanges, [1], [2], [3], [(4, 1)]),
@@ -97,8 +97,8 @@ class Results(unittest.TestCase):
         self.assertRegex(repr(mapper.map()), r"<Map: 1 scans, \d+ points, 1 surfaces>")
 
     def test_text_is_short_and_dict_is_rows(self):
-        circle = made(octosurf.Circle, [0, 0.5, 1], 1 / 3)
-        self.assertEqual(repr(circle), "Circle(center=[0, 0.5, 1], radius=0.3333)")
+        nearest = made(octosurf.Nearest, 7, [0, 0.5, 1], 1 / 3)
+        self.assertEqual(repr(nearest), "Nearest(id=7, point=[0, 0.5, 1], distance=0.3333)")
         self.assertEqual(repr(made(octosurf.Polygon, np.zeros((40, 2)), [])), "Polygon(outer=array(40, 2), holes=[])")
         polygon = made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]])
         self.assertEqual(polygon.to_dict(), {"outer": [[0, 0], [9, 0], [9, 9]], "holes": [[[4, 1], [5, 2], [5, 1]]]})

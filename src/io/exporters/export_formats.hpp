@@ -24,21 +24,11 @@ struct ExportJob {
 
   bool wants(ExportPart part) const;
   const std::vector<ConvexPiece>& convex(SurfaceId id) const;
-  const std::vector<Circle>& circles(SurfaceId id) const;
   const std::vector<Eigen::Vector3d>& points_of(SurfaceId id) const;
 };
 
 /// docs/formats.md §2, one surface per line.
 void write_json(const ExportJob& job, std::ostream& out);
-
-/// A row per surface, circle or point.
-void write_csv(const ExportJob& job, std::ostream& out);
-
-/// .glb, .obj, .stl; writes `file` (and .obj's material file) itself.
-void write_mesh_file(const ExportJob& job, const std::filesystem::path& file);
-
-/// Binary, colours by vertex; points also with a label, the surface's id. Writes `file` itself.
-void write_ply(const ExportJob& job, const std::filesystem::path& file);
 
 /// One surface in a mesh file; without triangles it is a set of points.
 struct Shape {
@@ -50,8 +40,14 @@ struct Shape {
 /// `polygons` of a surface, triangulated; counter-clockwise seen from the normal's tip.
 Mesh flat(const Surface& surface, const std::vector<Polygon>& polygons);
 
-/// Shapes of `part`; surfaces without any of it are skipped.
-std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part);
+/// Of the job's one part; surfaces without any of it are skipped.
+std::vector<Shape> make_shapes(const ExportJob& job);
+
+/// Binary, colours by vertex; points also with a label, the surface's id.
+void write_ply(const std::vector<Shape>& shapes, bool points, std::ostream& out);
+
+/// A mesh for each shape, and the extras' meshes.
+void write_glb(const std::vector<Shape>& shapes, const ExportJob& job, std::ostream& out);
 
 /// `value` if it is finite; else throws Error(data) naming `what`.
 double finite(double value, const std::string& what);
@@ -68,6 +64,5 @@ Error nothing_to_write(const std::filesystem::path& file);
 
 /// A position, rounded to 1e-9 m to avoid digits like 0.30000000000000004 in text files.
 Eigen::Vector3d tidy(const Eigen::Vector3d& point);
-Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id);  ///< finite, or Error(data)
 
 }  // namespace octosurf::io

@@ -67,10 +67,6 @@ Json piece_json(const ConvexPiece& piece) {
           {"b", numbers_json(piece.b)}};
 }
 
-Json circle_json(const Circle& circle) {
-  return {{"center", tidy(circle.center)}, {"radius", circle.radius}};
-}
-
 /// A float's digits, not those of the double it converts to.
 double channel_json(float channel) { return std::round(static_cast<double>(channel) * 1e6) / 1e6; }
 
@@ -97,7 +93,6 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
     json["mesh"] = {{"vertices", points_json(mesh.vertices)}, {"triangles", mesh.triangles}};
   }
   if (job.wants(ExportPart::convex)) json["convex"] = list_of(job.convex(id), piece_json);
-  if (job.wants(ExportPart::circles)) json["circles"] = list_of(job.circles(id), circle_json);
   if (job.wants(ExportPart::points)) json["points"] = points_json(job.points_of(id));
   return json;
 }

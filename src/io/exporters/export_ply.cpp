@@ -1,5 +1,4 @@
 #include "io/exporters/export_formats.hpp"
-#include "io/new_file.hpp"
 
 #include <array>
 #include <bit>
@@ -63,17 +62,9 @@ void put_faces(std::ostream& out, const std::vector<Shape>& shapes) {
 
 }  // namespace
 
-void write_ply(const ExportJob& job, const std::filesystem::path& file) {
-  NewFile output(file, job.options.force);
-  const ExportPart part = job.options.parts.front();
-  const std::vector<Shape> shapes = make_shapes(job, part);
-  if (shapes.empty()) throw nothing_to_write(file);
-  output.write([&](std::ostream& out) {
-    const bool points = part == ExportPart::points;
-    put_header(out, shapes, points);
-    points ? put_points(out, shapes) : put_faces(out, shapes);
-  });
-  output.commit();
+void write_ply(const std::vector<Shape>& shapes, bool points, std::ostream& out) {
+  put_header(out, shapes, points);
+  points ? put_points(out, shapes) : put_faces(out, shapes);
 }
 
 }  // namespace octosurf::io

@@ -11,42 +11,14 @@
 namespace octosurf {
 namespace {
 
-std::vector<ExportPart> parts_of(const std::string& ending) {
-  using enum ExportPart;
-  if (ending == ".json" || ending == ".ply" || ending == ".glb") {
-    return {polygons, meshes, convex, circles, points};
-  }
-  if (ending == ".obj" || ending == ".stl") return {polygons, meshes, convex, circles};
-  if (ending == ".csv") return {polygons, circles, points};
-  return {};
-}
-
-std::string names(const std::vector<ExportPart>& parts) {
-  std::string text;
-  for (const ExportPart part : parts) {
-    text += (text.empty() ? "" : ", ") + std::string(export_part_names.at(static_cast<std::size_t>(part)));
-  }
-  return text;
-}
-
 void check_export(const std::filesystem::path& file, const std::string& ending,
                   const ExportOptions& options) {
-  const std::vector<ExportPart> possible = parts_of(ending);
-  if (possible.empty()) {
-    throw Error(Error::Kind::usage, file.string(), "no such format",
-                "end the name in .json, .ply, .glb, .obj, .stl or .csv");
-  }
+  if (ending != ".json" && ending != ".ply" && ending != ".glb")
+    throw Error(Error::Kind::usage, file.string(), "no such format", "end the name in .json, .ply or .glb");
   geometry::require_direction(options.up, "up");
-  for (const ExportPart part : options.parts) {
-    if (std::find(possible.begin(), possible.end(), part) == possible.end()) {
-      throw Error(Error::Kind::usage, file.string(), ending + " cannot hold " + names({part}),
-                  "it can hold " + names(possible) + "; .json holds everything");
-    }
-  }
-  if (ending != ".json" && options.parts.size() != 1) {
+  if (ending != ".json" && options.parts.size() != 1)
     throw Error(Error::Kind::usage, file.string(), ending + " holds one kind of thing at a time",
-                "ask for one of " + names(possible) + ", or write .json");
-  }
+                "ask for one of them, or write .json");
 }
 
 template <typename Value>
@@ -71,9 +43,6 @@ bool io::ExportJob::wants(ExportPart part) const {
 const std::vector<ConvexPiece>& io::ExportJob::convex(SurfaceId id) const {
   return find_or_empty(extras.convex, id);
 }
-const std::vector<Circle>& io::ExportJob::circles(SurfaceId id) const {
-  return find_or_empty(extras.circles, id);
-}
 const std::vector<Eigen::Vector3d>& io::ExportJob::points_of(SurfaceId id) const {
   return find_or_empty(points, id);
 }
@@ -83,6 +52,7 @@ double io::finite(double value, const std::string& what) {
   throw Error(Error::Kind::data, what, "holds a number that is not finite",
               "build the map anew from its scans");
 }
+
 double io::finite(double value, SurfaceId id) {
   return std::isfinite(value) ? value : io::finite(value, "surface " + std::to_string(id));
 }
@@ -104,7 +74,7 @@ void io::require_labels_of(const Surface& surface, const std::vector<PolygonEdge
 
 Error io::nothing_to_write(const std::filesystem::path& file) {
   return Error(Error::Kind::data, file.string(), "there is nothing to put into it",
-               "the map has no surfaces with such parts; .json and .csv can be empty");
+               "the map has no surfaces with such parts; .json can be empty");
 }
 
 Eigen::Vector3d io::tidy(const Eigen::Vector3d& point) {
@@ -112,9 +82,6 @@ Eigen::Vector3d io::tidy(const Eigen::Vector3d& point) {
   return point.unaryExpr([](double x) {
     return std::abs(x) < 1e6 ? std::round(x * 1e9) / 1e9 + 0.0 : x;  // + 0.0: no −0
   });
-}
-Eigen::Vector3d io::tidy(const Eigen::Vector3d& point, SurfaceId id) {
-  return io::tidy(point.unaryExpr([id](double x) { return io::finite(x, id); }));
 }
 
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
@@ -125,16 +92,15 @@ void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file
   if (job.wants(ExportPart::points)) {
     for (const SurfacePoint& point : extras.points) job.points[point.surface].push_back(point.point);
   }
-  if (ending == ".ply") {
-    io::write_ply(job, file);
-  } else if (ending == ".json" || ending == ".csv") {
-    io::NewFile output(file, options.force);
-    output.write(
-        [&](std::ostream& out) { ending == ".json" ? io::write_json(job, out) : io::write_csv(job, out); });
-    output.commit();
-  } else {
-    io::write_mesh_file(job, file);
-  }
+  io::NewFile output(file, options.force);
+  output.write([&](std::ostream& out) {
+    if (ending == ".json") return io::write_json(job, out);
+    const std::vector<io::Shape> shapes = io::make_shapes(job);
+    if (shapes.empty()) throw io::nothing_to_write(file);
+    if (ending == ".ply") return io::write_ply(shapes, job.wants(ExportPart::points), out);
+    io::write_glb(shapes, job, out);
+  });
+  output.commit();
 }
 
 }  // namespace octosurf

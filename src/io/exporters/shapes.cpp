@@ -1,8 +1,6 @@
 #include "geometry/triangulate.hpp"
 #include "io/exporters/export_formats.hpp"
 
-#include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace octosurf::io {
@@ -14,25 +12,9 @@ void append_fan(const std::vector<Eigen::Vector3d>& ring, Mesh& mesh) {
   for (std::uint32_t i = 2; i < ring.size(); ++i) mesh.triangles.push_back({first, first + i - 1, first + i});
 }
 
-Mesh discs(const Surface& surface, const std::vector<Circle>& circles) {
-  constexpr int corners = 32;
-  const Eigen::Matrix3d R = surface.T_map_surface.linear();
+Mesh mesh_of(const ExportJob& job, const Surface& surface) {
   Mesh mesh;
-  for (const Circle& circle : circles) {
-    std::vector<Eigen::Vector3d> ring;
-    for (int i = 0; i < corners; ++i) {
-      const double angle = 2 * std::numbers::pi * i / corners;
-      ring.push_back(circle.center +
-                     circle.radius * (std::cos(angle) * R.col(0) + std::sin(angle) * R.col(1)));
-    }
-    append_fan(ring, mesh);
-  }
-  return mesh;
-}
-
-Mesh mesh_of(const ExportJob& job, const Surface& surface, ExportPart part) {
-  Mesh mesh;
-  switch (part) {
+  switch (job.options.parts.front()) {
     case ExportPart::polygons:
       return flat(surface, surface.polygons);
     case ExportPart::meshes:
@@ -40,8 +22,6 @@ Mesh mesh_of(const ExportJob& job, const Surface& surface, ExportPart part) {
     case ExportPart::convex:
       for (const ConvexPiece& piece : job.convex(surface.id)) append_fan(piece.vertices, mesh);
       return mesh;
-    case ExportPart::circles:
-      return discs(surface, job.circles(surface.id));
     case ExportPart::points:
       mesh.vertices = job.points_of(surface.id);
   }
@@ -63,11 +43,13 @@ Mesh flat(const Surface& surface, const std::vector<Polygon>& polygons) {
   return mesh;
 }
 
-std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part) {
+std::vector<Shape> make_shapes(const ExportJob& job) {
   std::vector<Shape> shapes;
   for (const SurfacePtr& surface : job.snapshot.surfaces) {
-    Shape shape{surface->id, surface->color, mesh_of(job, *surface, part)};
-    for (const Eigen::Vector3d& vertex : shape.mesh.vertices) finite(vertex.sum(), shape.id);
+    Shape shape{surface->id, surface->color, mesh_of(job, *surface)};
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& vertex : shape.mesh.vertices) sum += vertex;
+    finite(sum.sum(), shape.id);
     if (!shape.mesh.vertices.empty()) shapes.push_back(std::move(shape));
   }
   return shapes;
