@@ -81,11 +81,11 @@ endif()
 if(OCTOSURF_BUILD_TESTS)
   find_package(GTest REQUIRED)                         # test
   find_package(fastcdr REQUIRED)                       # test/io: ROS 2 messages, as others read them
-  find_package(fcl REQUIRED)                           # test/adapters: collision checks
   octosurf_pcl_target(octosurf_pcl_io common io)       # test/io: what reads and wrote PCD and PLY files; test/adapters
 endif()
 if(OCTOSURF_BUILD_EXAMPLES)
   pkg_check_modules(cbc IMPORTED_TARGET cbc)           # examples: mixed-integer programmes
+  find_package(fcl QUIET)                              # examples: collision checks
   # examples: sampling planners. Not as pkg-config's target, whose flags ask for C++14.
   pkg_check_modules(ompl ompl)
   if(ompl_FOUND)

@@ -13,7 +13,7 @@
 #include <ompl/util/Console.h>
 #include <ompl/util/RandomNumbers.h>
 
-#include <octosurf/adapters/fcl.hpp>
+#include <octosurf/adapters/octree.hpp>
 
 namespace octosurf::examples {
 namespace {
@@ -56,7 +56,8 @@ ob::StateSpacePtr space_over(const HeightGrid& ground) {
 }  // namespace
 
 BodyPlanner::BodyPlanner(const Snapshot& snapshot, const OccupancyView& octree, const Body& body)
-    : octree_(to_fcl_octree(octree)), body_(body) {
+    : octree_(std::make_shared<fcl::OcTreed>(std::shared_ptr<const octomap::OcTree>(to_octree(octree)))),
+      body_(body) {
   HeightGridOptions options;
   options.cell = ground_cell;
   ground_ = height_grid(snapshot, options);

@@ -7,9 +7,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/narrowphase/collision.h>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <random>
 
+#include <octosurf/adapters/octree.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::examples {
@@ -124,6 +128,36 @@ TEST(BodyPath, IsRefusedToWhereTheBodyCannotBe) {
   outside.x += 30;
   EXPECT_EQ(planner.plan(stair().from, outside).refusal, "the body cannot be at the goal");
   EXPECT_EQ(planner.plan(outside, stair().to).refusal, "the body cannot be at the start");
+}
+
+/// What the planner, and docs/howto/moveit.md, rely on: against every voxel by itself.
+TEST(FclOctree, CollidesWithWhatIsOccupied) {
+  const OccupancyView& view = stair().octree;
+  const fcl::CollisionObjectd octree(
+      std::make_shared<fcl::OcTreed>(std::shared_ptr<const octomap::OcTree>(to_octree(view))));
+  std::mt19937_64 random = test::rng();
+  std::uniform_real_distribution<double> beside(-0.3, 0.3);
+  const Eigen::Vector3d half(0.15, 0.12, 0.2), reach = half + Eigen::Vector3d::Constant(view.resolution());
+  int hits = 0, misses = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Vector3d at = stair().points[random() % stair().points.size()] +
+                               Eigen::Vector3d(beside(random), beside(random), beside(random));
+    double overlap = -1;
+    view.for_each_occupied({at - reach, at + reach}, [&](const OccupancyView::Voxel& voxel) {
+      const Eigen::Array3d inside = half.array() + view.resolution() / 2 - (voxel.center - at).array().abs();
+      overlap = std::max(overlap, inside.minCoeff());
+      return true;
+    });
+    if (std::abs(overlap) < 1e-6) continue;  // they touch
+    fcl::CollisionResultd result;
+    const fcl::CollisionObjectd box(std::make_shared<fcl::Boxd>(0.3, 0.24, 0.4),
+                                    Eigen::Matrix3d::Identity(), at);
+    const bool hit = fcl::collide(&octree, &box, fcl::CollisionRequestd(), result) > 0;
+    ASSERT_EQ(hit, overlap > 0);
+    ++(hit ? hits : misses);
+  }
+  EXPECT_GT(hits, 20);
+  EXPECT_GT(misses, 20);
 }
 
 }  // namespace
