@@ -9,6 +9,7 @@ import json
 import math
 import pathlib
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -20,9 +21,9 @@ CELL = 0.05
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
 
-def command(*words, code=0):
+def command(*words, code=0, **how):
     program = COMMAND + ("-lab" if words[0] == "simulate" else "")
-    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True, timeout=900)
+    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True, timeout=900, **how)
     assert done.returncode == code, (words, done)
     return done.stderr if code else done.stdout
 
@@ -189,8 +190,8 @@ class House(unittest.TestCase):
         cls.folder.cleanup()
 
     @classmethod
-    def export(cls, *options, code=0):
-        return command("export", cls.map, "--to", f"{cls.nav2}/", "--radius", RADIUS, "--headroom", 1.5, *options, code=code)
+    def export(cls, *options, **how):
+        return command("export", cls.map, "--to", f"{cls.nav2}/", "--radius", RADIUS, "--headroom", 1.5, *options, **how)
 
     def test_there_is_a_grid_for_each_storey_and_a_route(self):
         self.assertEqual(sorted(file.name for file in self.nav2.iterdir()),
@@ -278,6 +279,14 @@ class House(unittest.TestCase):
         self.assertIn("mine.txt", self.export("--force", code=2))
         (self.nav2 / "mine.txt").unlink()
         self.export("--force", "--max-step", 0.07)
+        self.assertEqual(len(list(self.nav2.parent.glob("nav2*"))), 1)
+
+    def test_a_full_disk_leaves_what_was_there(self):
+        files = lambda: {file: file.read_bytes() for file in self.nav2.parent.glob("nav2*/*")}
+        before = files()
+        full = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+        self.assertIn("cannot be written", self.export("--force", code=1, preexec_fn=full, restore_signals=False))
+        self.assertEqual(files(), before)
         self.assertEqual(len(list(self.nav2.parent.glob("nav2*"))), 1)
 
 

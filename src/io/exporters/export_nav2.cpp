@@ -132,6 +132,34 @@ void require_replaceable(const fs::path& folder, bool force) {
   }
 }
 
+/// Beside the folder that it is to become; removed with all in it if it has not.
+class PartFolder {
+ public:
+  explicit PartFolder(const fs::path& whole) : path(whole.string() + ".part-" + std::to_string(::getpid())) {
+    fs::create_directory(path);
+  }
+  PartFolder(const PartFolder&) = delete;
+  PartFolder& operator=(const PartFolder&) = delete;
+  ~PartFolder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+
+  const fs::path path;
+};
+
+/// Renames `part` to `folder`. What was there goes, or is back if that fails.
+void replace(const fs::path& folder, const fs::path& part) {
+  const fs::path before = part.string() + "-old";
+  const bool replaces = fs::exists(folder);
+  if (replaces) fs::rename(folder, before);
+  std::error_code failure;
+  fs::rename(part, folder, failure);
+  if (failure && replaces) fs::rename(before, folder);
+  if (failure) throw fs::filesystem_error("rename", part, folder, failure);
+  fs::remove_all(before);
+}
+
 }  // namespace
 
 void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
@@ -140,19 +168,15 @@ void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
   if (storeys.empty()) throw io::nothing_to_write(folder);
   try {
     require_replaceable(folder, options.force);
-    const fs::path made = folder.string() + ".part-" + std::to_string(::getpid()),
-                   replaced = made.string() + "-old";
-    fs::create_directory(made);
+    const PartFolder part(folder);
     for (std::size_t i = 0; i < storeys.size(); ++i) {
       const std::string name = name_of_storey(i);
-      write_file(made / (name + ".pgm"), [&](std::ostream& out) { write_pgm(storeys[i], out); });
-      write_file(made / (name + ".yaml"), [&](std::ostream& out) { write_yaml(storeys[i], name, out); });
+      write_file(part.path / (name + ".pgm"), [&](std::ostream& out) { write_pgm(storeys[i], out); });
+      write_file(part.path / (name + ".yaml"), [&](std::ostream& out) { write_yaml(storeys[i], name, out); });
     }
     if (!route.edges.empty())
-      write_file(made / route_file, [&](std::ostream& out) { write_route(route, stairs, options, out); });
-    if (fs::exists(folder)) fs::rename(folder, replaced);
-    fs::rename(made, folder);
-    fs::remove_all(replaced);
+      write_file(part.path / route_file, [&](std::ostream& out) { write_route(route, stairs, options, out); });
+    replace(folder, part.path);
   } catch (const fs::filesystem_error& error) {
     throw Error(Error::Kind::output, folder.string(), "cannot be written: " + error.code().message());
   }
