@@ -71,7 +71,7 @@ ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const ExportA
   }
   if (wants(ExportPart::points)) {
     map.for_each_point([&](const Map::Voxel& voxel) {
-      if (voxel.surface != 0 && voxel.point) extras.points.push_back({voxel.surface, *voxel.point});
+      if (voxel.surface != 0 && voxel.point) extras.points[voxel.surface].push_back(*voxel.point);
     });
   }
   return extras;

@@ -16,14 +16,13 @@ namespace fs = std::filesystem;
 using SurfaceEdges = std::map<SurfaceId, std::vector<PolygonEdges>>;
 
 /// Rows of Map.points(): only "point" and "surface" are read.
-std::vector<SurfacePoint> rows_as_points(const py::object& rows) {
-  if (rows.is_none()) return {};
+std::map<SurfaceId, std::vector<Eigen::Vector3d>> rows_as_points(const py::object& rows) {
+  std::map<SurfaceId, std::vector<Eigen::Vector3d>> all;
+  if (rows.is_none()) return all;
   const Dense<double> points(rows["point"]);
   const Dense<SurfaceId> surfaces(rows["surface"]);
-  std::vector<SurfacePoint> all;
-  all.reserve(static_cast<std::size_t>(surfaces.size()));
   for (py::ssize_t i = 0; i < surfaces.size(); ++i)
-    all.push_back({surfaces.at(i), {points.at(i, 0), points.at(i, 1), points.at(i, 2)}});
+    all[surfaces.at(i)].emplace_back(points.at(i, 0), points.at(i, 1), points.at(i, 2));
   return all;
 }
 

@@ -33,12 +33,6 @@ struct ExportOptions {
   bool force = false;  ///< overwrite an existing file
 };
 
-/// A point of the map and its surface.
-struct SurfacePoint {
-  SurfaceId surface = 0;  ///< 0: pending
-  Eigen::Vector3d point;  ///< map frame
-};
-
 /// A further object to display, such as footprints. Map frame.
 struct NamedMesh {
   std::string name;              ///< of the object in the file
@@ -46,15 +40,14 @@ struct NamedMesh {
   Mesh mesh;                     ///< its triangles
 };
 
-/// Data that a snapshot lacks; only the requested parts are read. Pending points and points of surfaces not
-/// in the snapshot are skipped.
+/// Data that a snapshot lacks, by surface; only requested parts of surfaces in the snapshot are read.
 struct ExportExtras {
-  std::map<SurfaceId, std::vector<ConvexPiece>> convex;  ///< convex_pieces() by surface
-  std::vector<SurfacePoint> points;                      ///< any order
-  /// label_edges() of the snapshot's surfaces; written to .json if present.
+  std::map<SurfaceId, std::vector<ConvexPiece>> convex;      ///< convex_pieces()
+  std::map<SurfaceId, std::vector<Eigen::Vector3d>> points;  ///< map frame
+  /// label_edges(); written to .json if present.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   std::vector<NamedMesh> meshes;  ///< .glb: further objects
-  /// Of find_gaps(), by surface; written to .json if present.
+  /// Of find_gaps(); written to .json if present.
   std::map<SurfaceId, std::vector<Gap>> gaps{};
   /// Of find_stairs(); written to .json if present.
   std::optional<Stairs> stairs{};

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <map>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -19,7 +18,6 @@ struct ExportJob {
   const Snapshot& snapshot;
   const ExportOptions& options;
   const ExportExtras& extras;
-  std::map<SurfaceId, std::vector<Eigen::Vector3d>> points;  ///< the extras' points by surface
   bool with_boundary = true;
 
   bool wants(ExportPart part) const;

@@ -44,7 +44,7 @@ const std::vector<ConvexPiece>& io::ExportJob::convex(SurfaceId id) const {
   return find_or_empty(extras.convex, id);
 }
 const std::vector<Eigen::Vector3d>& io::ExportJob::points_of(SurfaceId id) const {
-  return find_or_empty(points, id);
+  return find_or_empty(extras.points, id);
 }
 
 double io::finite(double value, const std::string& what) {
@@ -88,10 +88,7 @@ void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file
                      const ExportOptions& options, const ExportExtras& extras) {
   const std::string ending = io::ending_of(file);
   check_export(file, ending, options);
-  io::ExportJob job{snapshot, options, extras, {}};
-  if (job.wants(ExportPart::points)) {
-    for (const SurfacePoint& point : extras.points) job.points[point.surface].push_back(point.point);
-  }
+  const io::ExportJob job{snapshot, options, extras};
   io::NewFile output(file, options.force);
   output.write([&](std::ostream& out) {
     if (ending == ".json") return io::write_json(job, out);

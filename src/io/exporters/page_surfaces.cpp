@@ -17,7 +17,7 @@ std::string export_text(const PageMap& map, const Snapshot& snapshot) {
   extras.edges = map.edges;
   if (!map.stairs.empty()) extras.stairs = Stairs{map.stairs, {}};
   const ExportOptions options;
-  const ExportJob job{snapshot, options, extras, {}, false};
+  const ExportJob job{snapshot, options, extras, false};
   std::ostringstream out;
   write_json(job, out);
   return std::move(out).str();

@@ -11,12 +11,9 @@ namespace octosurf::test {
 class ExportTest : public FolderTest {
  protected:
   ExportTest() {
-    for (const SurfacePtr& surface : room_.surfaces) {
-      extras_.points.push_back({surface->id, surface->to_map({0.1, 0.2})});
-      extras_.points.push_back({surface->id, surface->to_map({0.2, 0.1})});
-    }
-    extras_.points.push_back({0, {9, 9, 9}});       // pending
-    extras_.points.push_back({999999, {9, 9, 9}});  // of no surface
+    for (const SurfacePtr& surface : room_.surfaces)
+      extras_.points[surface->id] = {surface->to_map({0.1, 0.2}), surface->to_map({0.2, 0.1})};
+    extras_.points[0] = extras_.points[999999] = {Eigen::Vector3d(9, 9, 9)};  // pending; of no surface
     const Surface& table = *room_.surfaces[6];
     ConvexPiece piece;
     piece.A.resize(4, 2);

@@ -87,9 +87,11 @@ TEST_F(ExportTest, PlyPointsAreReadByPcl) {
   ASSERT_EQ(pcl::io::loadPLYFile(write("points.ply", {points}).string(), read), 0);
   ASSERT_EQ(read.size(), 2 * room_.surfaces.size());
   for (std::size_t i = 0; i < read.size(); ++i) {
-    EXPECT_EQ(read[i].label, extras_.points[i].surface);
-    EXPECT_LT((read[i].getVector3fMap().cast<double>() - extras_.points[i].point).norm(), float_noise);
-    EXPECT_NEAR(read[i].g, 255 * room_.surfaces[i / 2]->color[1], 0.51);
+    const Surface& surface = *room_.surfaces[i / 2];
+    EXPECT_EQ(read[i].label, surface.id);
+    const Eigen::Vector3d& point = extras_.points[surface.id][i % 2];
+    EXPECT_LT((read[i].getVector3fMap().cast<double>() - point).norm(), float_noise);
+    EXPECT_NEAR(read[i].g, 255 * surface.color[1], 0.51);
   }
 }
 
@@ -216,7 +218,7 @@ TEST_F(ExportTest, GlbPointsAreReadByTinygltf) {
     EXPECT_EQ(model.meshes[i].primitives[0].mode, TINYGLTF_MODE_POINTS);
     const Mesh mesh = from_gltf(model, model.meshes[i].primitives[0]);
     ASSERT_EQ(mesh.vertices.size(), 2u);
-    EXPECT_LT((mesh.vertices[0] - extras_.points[2 * i].point).norm(), float_noise);
+    EXPECT_LT((mesh.vertices[0] - extras_.points[room_.surfaces[i]->id][0]).norm(), float_noise);
   }
 }
 
