@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,7 +28,6 @@
 #include <octosurf/export.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
-#include <octosurf/planning.hpp>
 #include <octosurf/stairs.hpp>
 
 namespace octosurf {
@@ -50,10 +50,6 @@ struct ExportArguments {
   std::string map, file, up;
   std::vector<std::string> what{"polygons"};
   double thickness = ExportOptions().mesh_thickness;
-  double bridge = 0;
-  std::string robot = "biped";
-  std::string unknown = "blocked";
-  bool as_mapped = false;
   bool force = false;
   PlannerExport planner;
 };
@@ -66,7 +62,7 @@ ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const ExportA
   const bool labelled = io::ending_of(arguments.file) == ".json";
   ExportExtras extras;
   for (const SurfacePtr& surface : snapshot.surfaces) {
-    if (wants(ExportPart::convex)) extras.convex[surface->id] = convex_pieces(*surface);
+    if (wants(ExportPart::convex)) extras.convex[surface->id] = convex_pieces(*surface, surface->polygons);
     if (labelled) extras.edges[surface->id] = label_edges(map, *surface);
   }
   if (wants(ExportPart::points)) {
@@ -92,12 +88,13 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   std::shared_ptr<const Snapshot> snapshot = map.snapshot();
   Stairs stairs = find_stairs(*snapshot, up.direction);
   std::size_t without_ground = 0;
-  if (!arguments.as_mapped) {
+  const PlannerExport& whose = arguments.planner;
+  if (!whose.as_mapped) {
     planning::ContactQuestion query;
-    query.robot = robot_in(arguments.robot);
-    query.unknown_is_free = arguments.unknown == "free";
+    query.robot = robot_in(whose.robot);
+    query.unknown_is_free = whose.unknown == "free";
     GroundRules rules = planning::rules_of(query, up.direction, map.parameters().occupancy.resolution);
-    rules.widest_unseen_m = arguments.bridge;
+    rules.widest_unseen_m = whose.bridge.value_or(0);
     const GroundView ground(snapshot, map.octree(), rules);
     stairs = ground.stairs();
     gaps = ground.gaps();
@@ -111,7 +108,7 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   extras.stairs = std::move(stairs);
   export_surfaces(*snapshot, arguments.file, options, extras);
   std::printf("%s: %zu surfaces%s\n", arguments.file.c_str(), snapshot->surfaces.size(),
-              arguments.as_mapped ? ", as mapped" : (", ground of a " + arguments.robot).c_str());
+              whose.as_mapped ? ", as mapped" : (", ground of a " + whose.robot).c_str());
   if (without_ground > 0)
     std::printf("no room on %zu of them: these have no polygons (--as-mapped has all)\n", without_ground);
 }
@@ -197,33 +194,28 @@ void add_export(CLI::App& app) {
   verb->add_option("--thickness", arguments->thickness, "m: of --what meshes")
       ->check(more_than(0))
       ->capture_default_str();
-  verb->add_option("--bridge", arguments->bridge,
+  PlannerExport& planner = arguments->planner;
+  verb->add_option("--bridge", planner.bridge,
                    "m: widest unseen gap to close, where the spacing of the readings explains it, as between "
-                   "a lidar's rings; with --format a quarter of the foot")
-      ->check(between(0, widest_gap_m))
-      ->capture_default_str();
-  verb->add_option("--robot", arguments->robot,
+                   "a lidar's rings [0; with --format a quarter of the foot]")
+      ->check(between(0, widest_gap_m));
+  verb->add_option("--robot", planner.robot,
                    "biped, quadruped or a JSON file: whose ground, clear of what is too near or too low for "
-                   "it, and the "
-                   "map's resolution inside of edges")
+                   "it, and the map's resolution inside of edges")
       ->capture_default_str();
-  verb->add_option("--unknown", arguments->unknown,
+  verb->add_option("--unknown", planner.unknown,
                    "blocked or free: what space low over the ground is that nobody saw")
       ->check(CLI::IsMember({"blocked", "free"}))
       ->capture_default_str();
-  verb->add_flag("--as-mapped", arguments->as_mapped,
+  verb->add_flag("--as-mapped", planner.as_mapped,
                  "outlines by the readings alone, which are no ground: with voids, obstacles and edges")
       ->excludes("--bridge");
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
-  add_planner_options(*verb, arguments->planner);
-  verb->callback([arguments, verb] {
-    PlannerExport& planner = arguments->planner;
-    if (planner.format.empty() && arguments->file.ends_with('/')) planner.format = "nav2";
-    planner.robot = arguments->robot;
-    if (verb->count("--bridge") > 0) planner.bridge = arguments->bridge;
-    planner.as_mapped = arguments->as_mapped;
-    planner.unknown_is_free = arguments->unknown == "free";
+  add_planner_options(*verb, planner);
+  verb->callback([arguments] {
+    if (arguments->planner.format.empty() && arguments->file.ends_with('/'))
+      arguments->planner.format = "nav2";
     run_export(*arguments);
   });
 }

@@ -42,7 +42,7 @@ GroundRules chosen_rules(const PlannerExport& options, const Eigen::Vector3d& up
   query.max_slope_rad = options.max_slope_deg * degree;
   query.clearance_m = options.clearance;
   query.as_mapped = options.as_mapped;
-  query.unknown_is_free = options.unknown_is_free;
+  query.unknown_is_free = options.unknown == "free";
   GroundRules rules = planning::rules_of(query, up, resolution);
   if (!nav2) rules.foot = chosen_foot(options);
   rules.widest_unseen_m = nav2 ? options.bridge : std::nullopt;

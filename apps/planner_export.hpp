@@ -13,8 +13,12 @@ class App;
 
 namespace octosurf {
 
-/// Options of `export --format`.
+/// Options of `export`: whose ground, and those of `--format`.
 struct PlannerExport {
+  std::string robot = "biped";        ///< as plan_query.hpp's robot_in()
+  std::optional<double> bridge;       ///< m
+  std::string unknown = "blocked";    ///< or free, see ContactLimits::unknown_to_m
+  bool as_mapped = false;             ///< outlines alone, see GroundRules
   std::string format;                 ///< empty: not a planner's format
   std::string foot;                   ///< "LxW", m; empty: a disc
   std::optional<double> foot_radius;  ///< m
@@ -24,10 +28,6 @@ struct PlannerExport {
   std::optional<double> radius, headroom;        ///< m, of nav2; empty: the robot's
   double max_step = StoreyLimits().max_step_m, min_area = StoreyLimits().min_area_m2;  ///< m, m²
   std::string stair_operation;                                                         ///< of nav2
-  std::string robot;             ///< of nav2: as plan_query.hpp's robot_in()
-  std::optional<double> bridge;  ///< m, of nav2
-  bool as_mapped = false;        ///< outlines alone, see GroundRules
-  bool unknown_is_free = false;  ///< see ContactLimits::unknown_to_m
   std::string frame = "map";
 };
 

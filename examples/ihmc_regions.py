@@ -50,11 +50,12 @@ def main() -> None:
     folder.mkdir()
     header = []
     for surface in snapshot.surfaces:
-        planned = octosurf.PlannerSurface(surface, pieces=surface.convex_pieces(), up=snapshot.up())
+        simplified = surface.simplified()
+        planned = octosurf.PlannerSurface(surface, pieces=octosurf.convex_pieces(surface, simplified), up=snapshot.up())
         R, origin = planned.T_world_surface[:3, :3], planned.T_world_surface[:3, 3]
         axis, angle = axis_angle(R)
         pieces = [((piece.vertices - origin) @ R)[:, :2] for piece in planned.pieces]
-        for index, polygon in enumerate(surface.simplified(), 1):
+        for index, polygon in enumerate(simplified, 1):
             rings = [polygon.outer, *(piece for piece in pieces if contains(polygon, piece.mean(axis=0)))]
             sizes = [len(ring) for ring in rings]
             header.append(

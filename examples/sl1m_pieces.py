@@ -36,7 +36,7 @@ def sl1m_pieces(loaded: octosurf.Map, foot: octosurf.ContactShape, yaw_rad: Opti
     within, pieces = octosurf.ContactLimits(up=up, **limits), list[dict[str, Any]]()
     for surface in snapshot.surfaces:
         region = octosurf.contact_region(surface, foot, yaw_rad, within, octree=octree, others=snapshot)
-        planned = octosurf.PlannerSurface(surface, region, octosurf.convex_pieces(surface, region, most), up)
+        planned = octosurf.PlannerSurface(surface, region, octosurf.convex_pieces(surface, region.polygons, most), up)
         pieces += [sl1m_piece(surface.id, planned.T_world_surface[:3, 2], piece.vertices) for piece in planned.pieces]
     return pieces
 

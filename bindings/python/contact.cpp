@@ -7,6 +7,7 @@
 #include <octosurf/gaps.hpp>
 #include <octosurf/ground.hpp>
 #include <octosurf/ground_patch.hpp>
+#include <octosurf/pieces.hpp>
 
 namespace octosurf::python {
 namespace {
@@ -177,12 +178,8 @@ need.)");
       },
       "surface"_a, "shape"_a, "at"_a, "yaw_rad"_a, "limits"_a = py::none(), py::kw_only(),
       "octree"_a = py::none(), "edges"_a = py::none(), "others"_a = py::none(), Released());
-  module.def(
-      "convex_pieces",
-      [](const Surface& surface, const ContactRegion& region, std::size_t most, double min_area_m2) {
-        return convex_pieces(surface, region, most, min_area_m2);
-      },
-      "surface"_a, "region"_a, "most"_a, "min_area_m2"_a = 0.0, Released());
+  module.def("convex_pieces", &convex_pieces, "surface"_a, "polygons"_a, "most"_a = 20, "min_area_m2"_a = 0.0,
+             Released());
   bind_gaps(module);
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include <octosurf/planning.hpp>
+#include <octosurf/pieces.hpp>
 #include <octosurf/removals.hpp>
 #include <octosurf/surface.hpp>
 #include <octosurf/up.hpp>
@@ -71,11 +71,7 @@ void bind_surface(Module& module) {
 up: (3,), map frame; None: what the map's parameters give. Throws Error(usage) where they leave it open, and for a surface
 out of a pickle: give snapshot.up().)")
       .def("simplified", &simplified, Released(), doc_of("simplified"))
-      .def("extrude", &extrude, "thickness"_a, Released(), doc_of("extrude"))
-      .def(
-          "convex_pieces", [](const Surface& self) { return convex_pieces(self); }, Released(),
-          "The simplified polygons cut into convex pieces: a list of ConvexPiece that cover them, none "
-          "overlapping.");
+      .def("extrude", &extrude, "thickness"_a, Released(), doc_of("extrude"));
 }
 
 /// The one of this id among all, ascending by id; null if there is none.

@@ -12,7 +12,6 @@
 
 #include <octosurf/boundary.hpp>
 #include <octosurf/occupancy.hpp>
-#include <octosurf/pieces.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
@@ -135,18 +134,5 @@ struct Foothold {
 Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen::Vector3d& at,
                   double yaw_rad, const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,
                   const std::vector<PolygonEdges>* edges = nullptr, const Snapshot* others = nullptr);
-
-/// At most `most` disjoint convex pieces inside a region, largest first, covering as much of its area as
-/// possible, as mixed-integer planners need them. Each is grown to the largest found in the remaining region
-/// (IRIS, Deits and Tedrake 2014). Pieces below `min_area_m2` are omitted, as are those that together would
-/// add less than 2 % to the region, and, except for the first, those narrower than d/4.
-///
-/// 1. Each piece lies in the region, and no two overlap (checked in exact arithmetic).
-/// 2. Disconnected parts of a region are independent: a change in one leaves the other parts' pieces
-///    unchanged bit by bit, though their number may change. Within a part, a change to its largest piece may
-///    change all.
-/// Some ms; O(corners of the region) for each of some dozen trials a piece.
-std::vector<ConvexPiece> convex_pieces(const Surface& surface, const ContactRegion& region, std::size_t most,
-                                       double min_area_m2 = 0);
 
 }  // namespace octosurf

@@ -2,22 +2,10 @@
 
 #include <numbers>
 #include <optional>
-#include <vector>
 
-#include <octosurf/pieces.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
-
-/// Decomposes the simplified polygons into convex pieces for contact planners.
-///
-/// 1. Together the pieces cover the simplified polygons; no two overlap; each lies inside.
-/// 2. Every vertex of a piece satisfies its own A·(u, v) ≤ b.
-/// 3. At most four times as many pieces as the fewest possible without new vertices (Hertel and Mehlhorn,
-///    1983: triangles merged over their diagonals).
-/// Throws Error(data) unless the polygons are valid (see Polygon). Cost O(n log n) in vertices, O(n²) at
-/// worst.
-std::vector<ConvexPiece> convex_pieces(const Surface& surface);
 
 /// The place on a surface nearest to a point.
 struct Nearest {

@@ -1,11 +1,10 @@
 #include "messages.hpp"
 
+#include "io/exporters/export_formats.hpp"
 #include "io/exporters/grid_map_message.hpp"
 
 #include <array>
 #include <vector>
-
-#include <octosurf/planning.hpp>
 
 namespace octosurf::node {
 namespace {
@@ -87,10 +86,9 @@ void write_marker(io::MessageWriter& out, const Marker& marker, const std::strin
 Marker marker_of(const Surface& surface) {
   constexpr std::int32_t triangle_list = 11;
   Marker marker{static_cast<std::int32_t>(surface.id), triangle_list, 0, surface.color, {}};
-  for (const ConvexPiece& piece : convex_pieces(surface))
-    for (std::size_t i = 2; i < piece.vertices.size(); ++i)
-      marker.points.insert(marker.points.end(),
-                           {piece.vertices[0], piece.vertices[i - 1], piece.vertices[i]});
+  const Mesh mesh = io::flat(surface, simplified(surface));
+  for (const auto& corners : mesh.triangles)
+    for (const std::uint32_t corner : corners) marker.points.push_back(mesh.vertices[corner]);
   return marker;
 }
 

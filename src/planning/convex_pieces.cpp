@@ -1,129 +1,265 @@
-#include "geometry/disjoint_sets.hpp"
-#include "geometry/orientation.hpp"
 #include "geometry/triangulate.hpp"
-#include "planning/convex_piece.hpp"
+#include "planning/blocked_polygon.hpp"
+#include "planning/contact_shape.hpp"
+#include "planning/convex_sides.hpp"
+#include "planning/rings.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdint>
-#include <map>
-#include <numbers>
+#include <limits>
 #include <utility>
 
-#include <octosurf/planning.hpp>
+#include <octosurf/pieces.hpp>
 
 namespace octosurf {
 namespace {
 
-using Piece = std::vector<std::uint32_t>;  // vertices, counter-clockwise; empty once merged away
+// m between a piece and its boundary: more than repeated rounding in remaining() can move an edge (a µm each
+// time).
+constexpr double clear_of = 2e-5;
+// Number of the largest triangles tried as seeds of a piece: four times as many cover the floors of the
+// office and stones maps equally within 0.4 %. 25 times as many, with every piece grown anew three times,
+// cover 71.1 % instead of 70.8 % of the floor around twenty stones, at 25 times the cost. The floor's shape
+// is the limit: 24 pieces cover 81 % of it, 48 89 %, 96 96 %.
+constexpr std::size_t seeds = 12;
+// Limit of effort; growing normally ends when a round adds less than a thousandth.
+constexpr int rounds = 10;
+// Pieces are omitted if all allowed ones of the same size would add less than this to the region.
+constexpr double negligible_share = 0.02;
 
-// Hertel and Mehlhorn: merges triangles over every diagonal that no reflex vertex needs.
-class ConvexMerge {
- public:
-  explicit ConvexMerge(const Polygon& polygon) {
-    const auto triangles = geometry::triangulate(polygon, points_);
-    for (const auto& t : triangles) {
-      const auto piece = static_cast<std::uint32_t>(pieces_.size());
-      pieces_.emplace_back(t.begin(), t.end());
-      owners_.add();
-      for (std::size_t i = 0; i < 3; ++i) piece_at_[{t[i], t[(i + 1) % 3]}] = piece;
-    }
-    for (const auto& [from, to] : diagonals()) try_merge(from, to);
-  }
+using RegionSegment = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
 
-  const std::vector<Eigen::Vector2d>& points() const { return points_; }
-  const std::vector<Piece>& pieces() const { return pieces_; }
-
-  // Exactly left (1), straight (0) or right (-1) at b.
-  int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-    return geometry::orientation(points_[a], points_[b], points_[c]);
-  }
-
- private:
-  using Edge = std::pair<std::uint32_t, std::uint32_t>;
-
-  // Least useful first; the remaining ones are few and halve the reflex angles.
-  std::vector<Edge> diagonals() const {
-    std::vector<std::pair<double, Edge>> ranked;
-    for (const auto& [edge, piece] : piece_at_) {
-      const Edge back{edge.second, edge.first};
-      if (edge.first > edge.second || piece_at_.count(back) == 0) continue;
-      ranked.emplace_back(std::max(usefulness(edge), usefulness(back)), edge);
-    }
-    std::sort(ranked.begin(), ranked.end());
-    std::vector<Edge> edges;
-    edges.reserve(ranked.size());
-    for (const auto& [rank, edge] : ranked) edges.push_back(edge);
-    return edges;
-  }
-
-  // The smaller of the two angles into which a diagonal cuts the corner at its start; 0 if that corner is
-  // convex. Computed before merging.
-  double usefulness(const Edge& diagonal) const {
-    const double left = wedge(diagonal, true), right = wedge(diagonal, false);
-    return left + right > std::numbers::pi ? std::min(left, right) : 0;
-  }
-
-  // The angle from a diagonal around its start to the next ring edge, over the triangles between.
-  double wedge(Edge edge, bool to_left) const {
-    double angle = 0;
-    for (;;) {
-      const auto at = piece_at_.find(to_left ? edge : Edge{edge.second, edge.first});
-      if (at == piece_at_.end()) return angle;
-      const Piece& t = pieces_[at->second];
-      const std::uint32_t apex = t[0] ^ t[1] ^ t[2] ^ edge.first ^ edge.second;
-      const Eigen::Vector2d a = points_[edge.second] - points_[edge.first];
-      const Eigen::Vector2d b = points_[apex] - points_[edge.first];
-      angle += std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
-      edge.second = apex;
-    }
-  }
-
-  // The vertices of `piece` in order, from the end of edge from → to around to its beginning.
-  static Piece opened(const Piece& piece, std::uint32_t from) {
-    const auto begin = std::find(piece.begin(), piece.end(), from);
-    Piece result(begin + 1, piece.end());
-    result.insert(result.end(), piece.begin(), begin + 1);
-    return result;
-  }
-
-  void try_merge(std::uint32_t from, std::uint32_t to) {
-    const std::size_t left = owners_.root(piece_at_.at({from, to})),
-                      right = owners_.root(piece_at_.at({to, from}));
-    const Piece p = opened(pieces_[left], from);  // to … from
-    const Piece q = opened(pieces_[right], to);   // from … to
-    if (turn(p[p.size() - 2], from, q[1]) < 0 || turn(q[q.size() - 2], to, p[1]) < 0) return;
-    Piece merged(p.begin(), p.end() - 1);
-    merged.insert(merged.end(), q.begin(), q.end() - 1);
-    pieces_[left] = std::move(merged);
-    pieces_[right].clear();
-    owners_.join(left, right);
-  }
-
-  std::vector<Eigen::Vector2d> points_;
-  std::vector<Piece> pieces_;
-  geometry::DisjointSets owners_;           // merged pieces; the root has their vertices
-  std::map<Edge, std::uint32_t> piece_at_;  // the triangle left of a directed edge
+struct HalfPlane {
+  Eigen::Vector2d normal;  // unit, outward
+  double offset = 0;
 };
+
+/// The part of a convex ring in a half plane.
+Ring2 clipped(const Ring2& ring, const HalfPlane& by) {
+  Ring2 kept;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Eigen::Vector2d &p = ring[i], &q = ring[i + 1 < ring.size() ? i + 1 : 0];
+    const double hp = by.offset - by.normal.dot(p), hq = by.offset - by.normal.dot(q);
+    if (hp >= 0) kept.push_back(p);
+    if ((hp > 0 && hq < 0) || (hp < 0 && hq > 0)) kept.push_back(p + hp / (hp - hq) * (q - p));
+  }
+  return kept;
+}
+
+/// Area, centroid and second moments about it, of a convex ring.
+struct Moments {
+  double area = 0;
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+};
+
+Moments moments_of(const Ring2& ring) {
+  Moments sum;
+  const Eigen::Vector2d origin = ring.front();
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
+    const Eigen::Vector2d a = ring[i] - origin, b = ring[i + 1] - origin;
+    const double area = (a.x() * b.y() - a.y() * b.x()) / 2;
+    sum.area += area;
+    sum.centroid += area * (a + b) / 3;
+    // A triangle's second moments about its corner.
+    sum.second +=
+        area / 12 * (2 * a * a.transpose() + 2 * b * b.transpose() + a * b.transpose() + b * a.transpose());
+  }
+  if (sum.area <= 0) return sum;
+  sum.centroid /= sum.area;
+  sum.second = sum.second / sum.area - sum.centroid * sum.centroid.transpose();
+  sum.centroid += origin;
+  return sum;
+}
+
+/// The half planes that exclude edges, tangent to the ellipses |to_circle · (x − centre)| = r where these
+/// first meet an edge: nearest edges first, those excluded already are skipped (IRIS, Deits and Tedrake
+/// 2014).
+std::vector<HalfPlane> separating(const std::vector<RegionSegment>& edges, const Eigen::Vector2d& centre,
+                                  const Eigen::Matrix2d& to_circle) {
+  struct Near {
+    RegionSegment edge;
+    Eigen::Vector2d closest;
+  };
+  std::vector<Near> left;
+  left.reserve(edges.size());
+  for (const auto& [from, to] : edges) {
+    const RegionSegment edge{to_circle * (from - centre), to_circle * (to - centre)};
+    left.push_back({edge, planning::closest_on_segment(edge.first, edge.second, Eigen::Vector2d::Zero())});
+  }
+  std::vector<HalfPlane> planes;
+  while (!left.empty()) {
+    const auto nearest = std::min_element(left.begin(), left.end(), [](const Near& a, const Near& b) {
+      return a.closest.squaredNorm() < b.closest.squaredNorm();
+    });
+    const Eigen::Vector2d touch = nearest->closest;
+    const double r2 = touch.squaredNorm();
+    *nearest = left.back();
+    left.pop_back();
+    // Tolerance, so that neighbours that share the vertex count as beyond.
+    const double beyond = r2 * (1 - 1e-12);
+    std::erase_if(left, [&](const Near& near) {
+      return near.edge.first.dot(touch) >= beyond && near.edge.second.dot(touch) >= beyond;
+    });
+    const Eigen::Vector2d normal = to_circle.transpose() * touch;
+    const double length = normal.norm();
+    if (length > 0) planes.push_back({normal / length, (r2 + normal.dot(centre)) / length});
+  }
+  return planes;
+}
+
+Ring2 box_about(const std::vector<RegionSegment>& edges) {
+  Eigen::AlignedBox2d box;
+  for (const RegionSegment& edge : edges) box.extend(edge.first);
+  return {box.min(), {box.max().x(), box.min().y()}, box.max(), {box.min().x(), box.max().y()}};
+}
+
+struct Grown {
+  Ring2 ring;             ///< clear of the edges
+  Ring2 up_to_the_edges;  ///< area to remove from the part, so that the rest is clear of the ring
+  double area = 0;
+};
+
+Ring2 intersection(Ring2 ring, const std::vector<HalfPlane>& planes, double inward) {
+  for (const HalfPlane& plane : planes) {
+    ring = clipped(ring, {plane.normal, plane.offset - inward});
+    if (ring.size() < 3) return {};
+  }
+  return ring;
+}
+
+/// A large convex ring around a point inside: an ellipse grown repeatedly, adopting the shape of the ring
+/// before.
+Grown grown_from(const std::vector<RegionSegment>& edges, const Ring2& box, Eigen::Vector2d centre) {
+  Eigen::Matrix2d to_circle = Eigen::Matrix2d::Identity();
+  Grown best;
+  for (int round = 0; round < rounds; ++round) {
+    const std::vector<HalfPlane> planes = separating(edges, centre, to_circle);
+    Ring2 ring = intersection(box, planes, clear_of);
+    if (ring.size() < 3) break;
+    const Moments moments = moments_of(ring);
+    if (moments.area <= best.area * 1.001) break;
+    best = {std::move(ring), intersection(box, planes, 0), moments.area};
+    centre = moments.centroid;
+    const Eigen::LLT<Eigen::Matrix2d> root(moments.second);
+    if (root.info() != Eigen::Success) break;
+    to_circle = root.matrixL().solve(Eigen::Matrix2d::Identity());
+  }
+  return best;
+}
+
+/// A remaining part of the region, and the largest piece found in it.
+struct RegionPart {
+  Polygon polygon;
+  Grown best;
+};
+
+RegionPart part_of(Polygon polygon) {
+  std::vector<RegionSegment> edges;
+  planning::for_each_edge(
+      polygon, [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
+  const Ring2 box = box_about(edges);
+  std::vector<Eigen::Vector2d> points;
+  std::vector<std::pair<double, Eigen::Vector2d>> starts;
+  for (const auto& t : geometry::triangulate(polygon, points)) {
+    const Ring2 triangle{points[t[0]], points[t[1]], points[t[2]]};
+    starts.emplace_back(planning::area_of(triangle), (triangle[0] + triangle[1] + triangle[2]) / 3);
+  }
+  const std::size_t tried = std::min(seeds, starts.size());
+  std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(tried), starts.end(),
+                    [](const auto& a, const auto& b) { return a.first > b.first; });
+  RegionPart part{std::move(polygon), {}};
+  for (std::size_t i = 0; i < tried; ++i) {
+    const Eigen::Vector2d& start = starts[i].second;
+    // A seed inside the best piece would lead to it again.
+    if (!part.best.ring.empty() && planning::ConvexSides(part.best.ring).depth(start) > 0) continue;
+    Grown grown = grown_from(edges, box, start);
+    if (grown.area > part.best.area) part.best = std::move(grown);
+  }
+  return part;
+}
+
+/// The minimum distance between two parallels that enclose a convex ring.
+double width_of(const Ring2& ring) {
+  double width = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Eigen::Vector2d along = (ring[(i + 1) % ring.size()] - ring[i]).normalized();
+    double farthest = 0;
+    for (const Eigen::Vector2d& p : ring) {
+      const Eigen::Vector2d v = p - ring[i];
+      farthest = std::max(farthest, along.x() * v.y() - along.y() * v.x());
+    }
+    width = std::min(width, farthest);
+  }
+  return width;
+}
+
+/// Without nearly straight corners: the result is contained in the original.
+Ring2 tidied(Ring2 ring) {
+  Ring2 kept;
+  for (const Eigen::Vector2d& p : ring)
+    if (kept.empty() || (p - kept.back()).norm() > clear_of) kept.push_back(p);
+  while (kept.size() > 1 && (kept.front() - kept.back()).norm() <= clear_of) kept.pop_back();
+  return planning::convex_hull(std::move(kept));
+}
+
+/// With counter-clockwise corners.
+ConvexPiece piece_of(const Surface& surface, const Ring2& corners) {
+  const auto n = static_cast<Eigen::Index>(corners.size());
+  ConvexPiece piece;
+  piece.A.resize(n, 2);
+  piece.b.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector2d& from = corners[static_cast<std::size_t>(i)];
+    const Eigen::Vector2d along = (corners[static_cast<std::size_t>((i + 1) % n)] - from).normalized();
+    piece.A.row(i) << along.y(), -along.x();
+    // The maximum over all corners, not the edge's own value: rounding never excludes a corner.
+    piece.b[i] = piece.A.row(i).dot(from);
+    for (const Eigen::Vector2d& corner : corners)
+      piece.b[i] = std::max(piece.b[i], piece.A.row(i).dot(corner));
+    piece.vertices.push_back(surface.to_map(from));
+  }
+  return piece;
+}
 
 }  // namespace
 
-std::vector<ConvexPiece> convex_pieces(const Surface& surface) {
-  std::vector<ConvexPiece> result;
-  for (const Polygon& polygon : simplified(surface)) {
-    const ConvexMerge merge(polygon);
-    for (const Piece& piece : merge.pieces()) {
-      std::vector<Eigen::Vector2d> corners;  // without vertices on straight edges
-      for (std::size_t i = 0; i < piece.size(); ++i) {
-        const std::uint32_t before = piece[(i + piece.size() - 1) % piece.size()];
-        if (merge.turn(before, piece[i], piece[(i + 1) % piece.size()]) > 0) {
-          corners.push_back(merge.points()[piece[i]]);
-        }
-      }
-      if (!corners.empty()) result.push_back(planning::convex_piece(surface, corners));
+std::vector<ConvexPiece> convex_pieces(const Surface& surface, const std::vector<Polygon>& polygons,
+                                       std::size_t most, double min_area_m2) {
+  if (most == 0) return {};
+  const double least =
+      std::max(min_area_m2, negligible_share * planning::area_of(polygons) / static_cast<double>(most));
+  std::vector<Ring2> rings;
+  std::vector<RegionPart> parts;
+  const auto add = [&](const std::vector<Polygon>& some) {
+    for (const Polygon& polygon : some) {
+      if (planning::area_of(std::vector{polygon}) < least) continue;
+      RegionPart part = part_of(polygon);
+      if (part.best.area >= least && part.best.area > 0) parts.push_back(std::move(part));
     }
+  };
+  add(polygons);
+  while (rings.size() < most && !parts.empty()) {
+    const auto largest =
+        std::max_element(parts.begin(), parts.end(),
+                         [](const RegionPart& a, const RegionPart& b) { return a.best.area < b.best.area; });
+    const RegionPart part = std::move(*largest);
+    parts.erase(largest);
+    Ring2 ring = tidied(part.best.ring);
+    // A surface is not accurate to a small part of its voxels; but the first piece is made even if narrow.
+    if (ring.size() < 3 || (!rings.empty() && width_of(ring) < surface.resolution / 4)) continue;
+    rings.push_back(std::move(ring));
+    if (rings.size() < most) add(planning::remaining(part.polygon, std::array{part.best.up_to_the_edges}));
   }
-  return result;
+  // They usually are sorted; but a piece found in a part may exceed the one found in the whole.
+  std::stable_sort(rings.begin(), rings.end(), [](const Ring2& a, const Ring2& b) {
+    return planning::area_of(a) > planning::area_of(b);
+  });
+  std::vector<ConvexPiece> pieces;
+  for (const Ring2& ring : rings) pieces.push_back(piece_of(surface, ring));
+  return pieces;
 }
 
 }  // namespace octosurf

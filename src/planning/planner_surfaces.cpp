@@ -19,7 +19,7 @@ std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const Pla
     ContactRegion region =
         contact_region(*surface, contact.shape, contact.yaw_rad, contact.limits, octree, nullptr, &snapshot);
     PlannerSurface one{surface->id, surface->T_map_surface, surface->polygons, {}, {}};
-    if (contact.pieces > 0) one.pieces = convex_pieces(*surface, region, contact.pieces);
+    one.pieces = convex_pieces(*surface, region.polygons, contact.pieces);
     one.insets = std::move(region.polygons);
     surfaces.push_back(turned(std::move(one), contact.turn));
   }

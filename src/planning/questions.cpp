@@ -188,7 +188,7 @@ FoundRegion find_region(const AskedMap& map, const ContactQuestion& question) {
     found.surface = ground.solid(id);
     found.region = ground.region(id, question.yaw_rad, edges ? &*edges : nullptr);
   }
-  if (question.pieces > 0) found.pieces = convex_pieces(*found.surface, found.region, question.pieces);
+  found.pieces = convex_pieces(*found.surface, found.region.polygons, question.pieces);
   return found;
 }
 

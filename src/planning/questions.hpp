@@ -19,6 +19,7 @@
 #include <octosurf/footsteps.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/ground.hpp>
+#include <octosurf/pieces.hpp>
 #include <octosurf/queries.hpp>
 
 // A planner's questions about a map, and their answers: the command line, HTTP and DDS read the ones and

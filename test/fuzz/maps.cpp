@@ -9,7 +9,7 @@
 
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
-#include <octosurf/planning.hpp>
+#include <octosurf/pieces.hpp>
 
 namespace octosurf::fuzz {
 namespace {
@@ -37,7 +37,7 @@ Scan scan_of(const Map& map) {
 void plan_on(const Map& map) {
   for (const SurfacePtr& surface : map.snapshot()->surfaces) {
     simplified(*surface);
-    for (const ConvexPiece& piece : convex_pieces(*surface))
+    for (const ConvexPiece& piece : convex_pieces(*surface, surface->polygons))
       promise(piece.vertices.size() >= 3 && piece.A.rows() == piece.b.size(), "a convex piece is one");
     extrude(*surface, 0.02);
   }

@@ -1,125 +1,200 @@
+// Convex pieces of outlines and contact regions: inside, disjoint, exactly; and how much they cover.
+#include "planning/exact_region.hpp"
 #include "shapes.hpp"
+#include "support/polygons.hpp"
 #include "support/seed.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <limits>
+#include <numbers>
 #include <random>
 
+#include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/planning.hpp>
+#include <octosurf/pieces.hpp>
 
 namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
 
-Ring2 ring_of(const Surface& on, const ConvexPiece& piece) {
-  Ring2 ring;
-  for (const Eigen::Vector3d& vertex : piece.vertices) ring.push_back(to_uv(on, vertex));
-  return ring;
-}
-
-// Sutherland and Hodgman: what of `ring` satisfies A·x ≤ b.
-Ring2 clipped(Ring2 ring, const ConvexPiece& by) {
-  for (Eigen::Index row = 0; row < by.b.size(); ++row) {
-    const auto outside = [&](const Eigen::Vector2d& p) { return by.A.row(row).dot(p) - by.b[row]; };
-    Ring2 kept;
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Eigen::Vector2d &p = ring[i], &q = ring[(i + 1) % ring.size()];
-      const double dp = outside(p), dq = outside(q);
-      if (dp <= 0) kept.push_back(p);
-      if ((dp < 0 && dq > 0) || (dp > 0 && dq < 0)) kept.push_back(p + dp / (dp - dq) * (q - p));
-    }
-    ring = std::move(kept);
-  }
-  return ring;
-}
-
-// Guarantees 1 and 2 of the header. Pieces that cover the polygon's area, do not overlap and whose
-// vertices and edge midpoints lie inside or on the edges, cover the polygon.
-void expect_valid(const Surface& on) {
-  const std::vector<ConvexPiece> pieces = convex_pieces(on);
-  double sum = 0;
+std::vector<Ring2> rings_of(const Surface& on, const std::vector<ConvexPiece>& pieces) {
+  std::vector<Ring2> rings;
   for (const ConvexPiece& piece : pieces) {
-    const Ring2 ring = ring_of(on, piece);
-    const auto n = static_cast<Eigen::Index>(ring.size());
-    ASSERT_GE(n, 3);
-    ASSERT_EQ(piece.A.rows(), n);
-    ASSERT_EQ(piece.b.size(), n);
-    EXPECT_GT(ring_area(ring), 0);  // counter-clockwise
-    sum += ring_area(ring);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      EXPECT_NEAR(piece.A.row(i).norm(), 1, 1e-12);
-      int tight = 0;
-      for (const Eigen::Vector2d& corner : ring) {
-        const double slack = piece.b[i] - piece.A.row(i).dot(corner);
-        EXPECT_GE(slack, -1e-12);
-        if (slack < 1e-9) ++tight;
-      }
-      EXPECT_GE(tight, 2);  // every row is an edge
-    }
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Eigen::Vector2d middle = (ring[i] + ring[(i + 1) % ring.size()]) / 2;
-      for (const Eigen::Vector2d& p : {ring[i], middle}) {
-        bool within = false;
-        for (const Polygon& polygon : on.polygons) {
-          within = within || inside(polygon, p) || edge_distance(polygon, p) < 1e-9;
-        }
-        EXPECT_TRUE(within);
-      }
-    }
-    for (const Eigen::Vector3d& v : piece.vertices) EXPECT_NEAR(on.plane.signed_distance(v), 0, 1e-12);
+    rings.emplace_back();
+    for (const Eigen::Vector3d& vertex : piece.vertices) rings.back().push_back(to_uv(on, vertex));
   }
-  EXPECT_NEAR(sum, on.area_m2, 1e-10);
+  return rings;
+}
+
+double width_of(const Ring2& ring) {
+  double width = HUGE_VAL;
+  for (int i = 0; i < 3600; ++i) {
+    const double angle = std::numbers::pi * i / 3600;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const Eigen::Vector2d& p : ring) {
+      const double along = p.dot(Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+      low = std::min(low, along);
+      high = std::max(high, along);
+    }
+    width = std::min(width, high - low);
+  }
+  return width;
+}
+
+/// Pieces as pieces.hpp promises them; the share of the polygons that they cover.
+double expect_valid(const Surface& on, const std::vector<Polygon>& polygons, std::size_t most,
+                    double min_area_m2 = 0) {
+  const std::vector<ConvexPiece> pieces = convex_pieces(on, polygons, most, min_area_m2);
+  const std::vector<Ring2> rings = rings_of(on, pieces);
+  EXPECT_LE(pieces.size(), most);
+  EXPECT_TRUE(test::disjoint(rings));
+  EXPECT_TRUE(test::inside_of(rings, polygons));
+  double sum = 0;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      EXPECT_NEAR(ring_area(clipped(ring_of(on, pieces[i]), pieces[j])), 0, 1e-10);
+    const double area = ring_area(rings[i]);
+    sum += area;
+    EXPECT_GE(area, min_area_m2);
+    if (i > 0) {
+      EXPECT_LE(area, ring_area(rings[0]));
+      EXPECT_GE(width_of(rings[i]), on.resolution / 4);
+    }
+    const auto n = static_cast<Eigen::Index>(rings[i].size());
+    EXPECT_EQ(pieces[i].A.rows(), n);
+    EXPECT_EQ(pieces[i].b.size(), n);
+    for (std::size_t k = 0; k < rings[i].size(); ++k) {
+      const Eigen::Vector2d in = rings[i][(k + 1) % rings[i].size()] - rings[i][k];
+      const Eigen::Vector2d out = rings[i][(k + 2) % rings[i].size()] - rings[i][(k + 1) % rings[i].size()];
+      EXPECT_GT(in.x() * out.y() - in.y() * out.x(), 0);
+      const auto row = static_cast<Eigen::Index>(k);
+      EXPECT_NEAR(pieces[i].A.row(row).norm(), 1, 1e-12);
+      const auto slack = [&](std::size_t corner) {
+        return pieces[i].b[row] - pieces[i].A.row(row).dot(rings[i][corner % rings[i].size()]);
+      };
+      for (std::size_t corner = 0; corner < rings[i].size(); ++corner) EXPECT_GE(slack(corner), -1e-12);
+      EXPECT_LT(slack(k) + slack(k + 1), 1e-9);  // the row is this edge
+      EXPECT_NEAR(on.plane.signed_distance(pieces[i].vertices[k]), 0, 1e-12);
     }
   }
+  const double area = test::area(polygons);
+  return area > 0 ? sum / area : 1;
 }
 
-TEST(ConvexPieces, ConvexPolygonIsOnePieceWithoutItsStraightVertices) {
-  const Surface on = surface(1, {{{{0, 0}, {1, 0}, {2, 0}, {2, 1}, {0, 1}}, {}}});
-  ASSERT_EQ(convex_pieces(on).size(), 1u);
-  EXPECT_EQ(convex_pieces(on)[0].vertices.size(), 4u);
-  expect_valid(on);
+Surface with_voxels(Surface surface) {
+  surface.resolution = 0.02;
+  return surface;
 }
 
-TEST(ConvexPieces, LShapeIsTwo) {
-  const Surface on = surface(1, {{{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, {}}});
-  EXPECT_EQ(convex_pieces(on).size(), 2u);
-  expect_valid(on);
+TEST(ConvexPieces, OfAConvexRegionIsOne) {
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 2, 1), {}}}, pose({1, 2, 0}, 0.3, {1, 1, 1})));
+  const ContactRegion region = contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.7);
+  EXPECT_EQ(convex_pieces(on, region.polygons).size(), 1u);
+  EXPECT_GT(expect_valid(on, region.polygons, 12), 0.999);
 }
 
-TEST(ConvexPieces, FrameIsAtMostFourTimesFour) {
-  const Surface on =
-      surface(1, {{box(0, 0, 3, 3), {reversed(box(1, 1, 1, 1))}}}, pose({1, 2, 3}, 1.1, {4, -2, 1}));
-  EXPECT_GE(convex_pieces(on).size(), 4u);
-  EXPECT_LE(convex_pieces(on).size(), 16u);
-  expect_valid(on);
+TEST(ConvexPieces, OfAConvexPolygonIsOneWithoutItsStraightVertices) {
+  const Surface on = with_voxels(surface(1, {{{{0, 0}, {1, 0}, {2, 0}, {2, 1}, {0, 1}}, {}}}));
+  ASSERT_EQ(convex_pieces(on, on.polygons).size(), 1u);
+  EXPECT_EQ(convex_pieces(on, on.polygons)[0].vertices.size(), 4u);
+  EXPECT_GT(expect_valid(on, on.polygons, 20), 0.999);
 }
 
-TEST(ConvexPieces, RingsTouchingInAVertexAndIslands) {
+TEST(ConvexPieces, OfRingsTouchingInAVertexAndIslands) {
   const Polygon pinched{box(0, 0, 4, 4),
                         {reversed({{0, 0}, {2, 1}, {2, 2}, {1, 2}}), reversed({{2, 2}, {3, 2}, {3, 3}})}};
-  expect_valid(surface(1, {pinched, {{{4, 4}, {5, 4}, {5, 5}}, {}}}));
+  const Surface on = with_voxels(surface(1, {pinched, {{{4, 4}, {5, 4}, {5, 5}}, {}}}));
+  EXPECT_GT(expect_valid(on, on.polygons, 20), 0.95);
+}
+
+TEST(ConvexPieces, LShapeIsTwoAndAFrameFour) {
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 3, 3), {}}}));
+  const std::vector<Polygon> corner{{{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, {}}};
+  EXPECT_EQ(convex_pieces(on, corner, 12).size(), 2u);
+  EXPECT_GT(expect_valid(on, corner, 12), 0.999);
+  EXPECT_NEAR(expect_valid(on, corner, 1), 2.0 / 3, 0.01);
+  const std::vector<Polygon> frame{{box(0, 0, 3, 3), {reversed(box(1, 1, 1, 1))}}};
+  EXPECT_LE(convex_pieces(on, frame, 12).size(), 5u);
+  EXPECT_GT(expect_valid(on, frame, 12), 0.99);
 }
 
 TEST(ConvexPieces, NothingFromNothing) {
-  EXPECT_TRUE(convex_pieces(Surface{}).empty());
-  EXPECT_THROW(convex_pieces(surface(1, {{{{0, 0}, {1, 1}, {2, 2}}, {}}})), Error);  // that is no ring
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 1, 1), {}}}));
+  EXPECT_TRUE(convex_pieces(on, {}).empty());
+  EXPECT_TRUE(convex_pieces(on, on.polygons, 0).empty());
+  EXPECT_TRUE(convex_pieces(on, on.polygons, 3, 1.1).empty());
+  EXPECT_TRUE(convex_pieces(on, {{{{0, 0}, {1, 1}, {2, 2}}, {}}}).empty());
 }
 
-TEST(ConvexPieces, RefusesNotFinite) {
-  const double infinity = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(convex_pieces(surface(1, {{{{0, 0}, {1, 0}, {infinity, 1}}, {}}})), Error);
+TEST(ConvexPieces, RefuseNotFinite) {
+  for (const double bad : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_THROW(convex_pieces({}, {{{{0, 0}, {1, 0}, {bad, 1}}, {}}}), Error);
 }
 
-TEST(ConvexPieces, RandomPolygonsWithHoles) {
+TEST(ConvexPieces, ThinRegionIsNotLost) {
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 1, 0.001), {}}}));
+  EXPECT_GT(expect_valid(on, on.polygons, 3), 0.9);
+}
+
+TEST(ConvexPieces, OfRandomPolygons) {
   std::mt19937_64 random(test::seed());
-  for (int i = 0; i < 60 && !HasFailure(); ++i) {
-    expect_valid(surface(1, {random_polygon(random)}, pose({1, -2, 0.5}, 0.1 * i, {3, -5, 1.5})));
+  for (int i = 0; i < 15 && !HasFailure(); ++i) {
+    const Surface on = with_voxels(surface(1, {random_polygon(random), {box(3, 0, 0.4, 0.2), {}}},
+                                           pose({1, -2, 0.5}, 0.1 * i, {3, -5, 1})));
+    const ContactRegion region =
+        contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.4 * i, {.up = on.plane.normal});
+    expect_valid(on, region.polygons, 1 + random() % 12, i % 2 == 0 ? 0 : 0.01);
+    expect_valid(on, on.polygons, 1 + random() % 40);
   }
+}
+
+/// A floor as maps have them: an outline of voxels' readings, feet of furniture standing on it.
+Polygon floor_plan(std::mt19937_64& random, int holes) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  Polygon floor;
+  const auto along = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to, Ring2& ring) {
+    const int steps = static_cast<int>((to - from).norm() / 0.04);
+    const Eigen::Vector2d side = Eigen::Vector2d(from.y() - to.y(), to.x() - from.x()).normalized();
+    for (int i = 0; i < steps; ++i)
+      ring.push_back(from + (to - from) * (i + 0.5) / steps + 0.015 * (uniform(random) - 0.5) * side);
+  };
+  const Ring2 walls{{0, 0}, {5, 0}, {5, 3}, {3.5, 3}, {3.5, 4}, {0, 4}};
+  for (std::size_t i = 0; i < walls.size(); ++i) along(walls[i], walls[(i + 1) % walls.size()], floor.outer);
+  for (int h = 0; h < holes; ++h) {
+    Ring2 foot;
+    const Ring2 square = box(0.5 + 1.1 * (h % 4), 0.7 + 1.2 * (h / 4), 0.08, 0.08);
+    for (std::size_t i = 0; i < 4; ++i) along(square[i], square[(i + 1) % 4], foot);
+    floor.holes.push_back(reversed(foot));
+  }
+  return floor;
+}
+
+TEST(ConvexPieces, CoverNearlyAllOfAFloor) {
+  std::mt19937_64 random(test::seed());
+  for (const int holes : {0, 1, 2, 4}) {
+    const Surface on = with_voxels(surface(1, {floor_plan(random, holes)}));
+    const ContactRegion region = contact_region(on, ContactShape::rectangle(0.22, 0.11), 0.3);
+    EXPECT_GE(expect_valid(on, region.polygons, 12), 0.95) << holes << " holes";
+    EXPECT_GE(expect_valid(on, on.polygons, 20), 0.95) << holes << " holes";
+  }
+}
+
+TEST(ConvexPieces, StayWhereThePolygonStays) {
+  std::mt19937_64 random(test::seed());
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 1, 1), {}}}));
+  Polygon here = random_polygon(random), there = random_polygon(random);
+  for (Eigen::Vector2d& p : there.outer) p.x() += 10;
+  for (Ring2& hole : there.holes)
+    for (Eigen::Vector2d& p : hole) p.x() += 10;
+  const std::vector<Ring2> before = rings_of(on, convex_pieces(on, {here, there}, 200, 0.02));
+  here.outer[3] *= 0.9;
+  const std::vector<Ring2> after = rings_of(on, convex_pieces(on, {here, there}, 200, 0.02));
+  std::size_t far = 0;
+  for (const Ring2& ring : before)
+    if (ring[0].x() > 5) {
+      ++far;
+      EXPECT_THAT(after, testing::Contains(ring));
+    }
+  EXPECT_GT(far, 2u);
 }
 
 }  // namespace

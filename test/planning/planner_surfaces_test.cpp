@@ -75,7 +75,7 @@ TEST(PlannerSurfaces, AreThoseOfRegionsAndPiecesAskedOneByOne) {
     ASSERT_EQ(surfaces[i].insets.size(), region.polygons.size());
     for (std::size_t k = 0; k < region.polygons.size(); ++k)
       EXPECT_EQ(surfaces[i].insets[k].outer, region.polygons[k].outer);
-    const std::vector<ConvexPiece> pieces = convex_pieces(surface, region, 3);
+    const std::vector<ConvexPiece> pieces = convex_pieces(surface, region.polygons, 3);
     ASSERT_EQ(surfaces[i].pieces.size(), pieces.size());
     for (std::size_t k = 0; k < pieces.size(); ++k)
       EXPECT_EQ(surfaces[i].pieces[k].vertices, pieces[k].vertices);

@@ -294,7 +294,7 @@ class Questions(unittest.TestCase):
         self.assertLess(region.area_m2, self.surface.area_m2)
         self.assertTrue(octosurf.foothold(self.surface, foot, [0, 0, 0], 0).accepted)
         self.assertEqual(octosurf.foothold(self.surface, foot, [0.5, 0, 0], 0).refused, "support")
-        (piece, *_) = octosurf.convex_pieces(self.surface, region, 3)
+        (piece, *_) = octosurf.convex_pieces(self.surface, region.polygons, 3)
         local = np.linalg.inv(self.surface.T_map_surface) @ np.c_[piece.vertices, np.ones(len(piece.vertices))].T
         self.assertTrue((piece.A @ local[:2] <= piece.b[:, None] + 1e-9).all())
 

@@ -41,7 +41,7 @@ def results():
     other = octosurf.Mapper()
     other.insert_points(floor(), np.eye(4))
     scan = next(octosurf.open_scans(world.recording()))
-    pieces = surface.convex_pieces()
+    pieces = octosurf.convex_pieces(surface, surface.polygons)
     planned = octosurf.PlannerSurface(surface, region, pieces)
     grid = octosurf.height_grid(snapshot)
     standing = octosurf.Standing(at=[-0.2, 0, 0])

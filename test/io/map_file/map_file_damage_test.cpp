@@ -286,7 +286,7 @@ const std::vector<Spoiled>& spoiled_files() {
          p.add_vertices(2);
          for (int i = 0; i < 4; ++i) p.add_uv(i);
        }},
-      // Rings that are none: with a right checksum these crashed convex_pieces(), or went round in it for
+      // Rings that are none: with a right checksum these crashed triangulations, or went round in them for
       // ever.
       {"a vertex twice",
        [](S& s) {
