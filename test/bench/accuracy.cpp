@@ -150,55 +150,6 @@ bool seen_well(const evaluation::TrueFace& face, const VoxelsByFace& voxels, con
   return false;
 }
 
-Json rings_of(const std::vector<Polygon>& polygons, const Eigen::Isometry3d& to_face) {
-  const auto ring = [&](const Ring2& points) {
-    Json list = Json::array();
-    for (const Eigen::Vector2d& p : points) {
-      const Eigen::Vector3d at = to_face * Eigen::Vector3d(p.x(), p.y(), 0);
-      list.push_back({std::round(1e3 * at.x()) / 1e3, std::round(1e3 * at.y()) / 1e3});
-    }
-    return list;
-  };
-  Json all = Json::array();
-  for (const Polygon& polygon : polygons) {
-    Json holes = Json::array();
-    for (const Ring2& hole : polygon.holes) holes.push_back(ring(hole));
-    all.push_back({{"outer", ring(polygon.outer)}, {"holes", holes}});
-  }
-  return all;
-}
-
-/// What a picture shows of a wrong face (sheet.py): the truth, and the surfaces within 5 cm and 30° of it.
-Json outlines_at(const evaluation::TrueFace& face, const Snapshot& snapshot) {
-  constexpr double near = 0.05;  // m
-  const Eigen::Isometry3d to_face = face.T_map_face.inverse();
-  Json found = Json::array(), seen = Json::array();
-  Eigen::AlignedBox2d box;
-  for (const Polygon& polygon : face.polygons)
-    for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
-  for (const SurfacePtr& surface : snapshot.surfaces) {
-    const Eigen::Isometry3d T = to_face * surface->T_map_surface;
-    bool meets = false;
-    double off = 0, corners = 0;  // m
-    for (const Polygon& polygon : surface->polygons)
-      for (const Eigen::Vector2d& p : polygon.outer) {
-        const Eigen::Vector3d at = T * Eigen::Vector3d(p.x(), p.y(), 0);
-        off += at.z();
-        ++corners;
-        meets |= std::fabs(at.z()) < near && box.contains(Eigen::Vector2d(at.head<2>()));
-      }
-    const double cosine = surface->plane.normal.dot(face.plane.normal);
-    if (!meets || cosine < std::cos(max_slope)) continue;
-    found.push_back({{"id", surface->id},
-                     {"angle_deg", deg * std::acos(std::min(1.0, cosine))},
-                     {"offset_mm", 1e3 * off / corners},
-                     {"polygons", rings_of(surface->polygons, T)}});
-  }
-  for (const evaluation::CellRun& run : face.visible) seen.push_back({run.row, run.column, run.count});
-  return {
-      {"truth", rings_of(face.polygons, Eigen::Isometry3d::Identity())}, {"seen", seen}, {"found", found}};
-}
-
 void score(const std::vector<Method>& methods, const Options& options) {
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
     const VoxelsByFace voxels = voxels_by_face(recorded, options.resolutions.front());
@@ -223,8 +174,6 @@ void score(const std::vector<Method>& methods, const Options& options) {
         if (correct) continue;
         Json wrong = row["face_scores"][k];
         wrong["seen_well"] = is_seen_well;
-        wrong["cell"] = truth.cell;
-        if (options.outlines) wrong.update(outlines_at(*its, snapshot));
         row["wrong"].push_back(wrong);
       }
       row["seen_well"] = well;

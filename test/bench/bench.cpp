@@ -221,7 +221,7 @@ std::string scratch(const std::string& name) {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Options, scenes, sensors, seeds, resolutions, only, set,
                                                 inputs, count, frames, every, octomap_every, way, noise_scale,
                                                 drift_m, drift_deg, laps, threads, length, robot, mosd, brief,
-                                                verbose, outlines)
+                                                verbose)
 
 }  // namespace octosurf::bench
 

@@ -47,7 +47,7 @@ struct Options {
   int laps = 1, threads = 1;
   double length = 500;  ///< m, of floor
   std::string robot{"biped"};
-  bool mosd = false, brief = false, verbose = false, outlines = false;
+  bool mosd = false, brief = false, verbose = false;
 };
 
 // Each is a benchmark.

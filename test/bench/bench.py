@@ -335,7 +335,7 @@ OPTIONS = {
     "drift_deg": (float, "degrees a lap by which they turn"), "laps": (int, "times the path is walked"), "length": (float, "m, of floor"),
     "way": (int, "expansions after which plans says that there is no way"), "robot": (("biped", "quadruped"), ""), "threads": (int, ""),
     "terrain": (bool, "the meshes of ../shared/data/terrain_meshes as scenes"), "generated": (bool, "those of terrains.py, seeds 1 and 2"),
-    "outlines": (bool, "in --json: of wrong faces what sheet.py draws"), "brief": (bool, "few scans each"),
+    "brief": (bool, "few scans each"),
     "mosd": (bool, "labelled: the supporting table of mOSD's frames"), "verbose": (bool, "faces and surfaces in --json"),
     "json": (pathlib.Path, "write the rows there")}
 
