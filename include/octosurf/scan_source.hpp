@@ -134,63 +134,18 @@ enum class InputKind {
 /// neither.
 InputKind classify(const std::filesystem::path& input);
 
-/// Opens folders and files; several are consecutive recordings. Supported inputs:
+/// Opens folders and files; several are consecutive recordings. docs/formats.md §4 lists inputs and pose
+/// files, docs/usage.md what is read of bags.
 ///
-/// - 7-Scenes: `X.depth.png` with `X.pose.txt` (camera to map), in the folder or in `frames/`.
-/// - TUM RGB-D: a folder with `depth.txt` and `groundtruth.txt`. A pose is interpolated between its
-///   neighbours in time if they are at most 0.1 s apart, else the nearest within 0.02 s is taken.
-///   Intrinsics default to 525 525 319.5 239.5.
-/// - 16-bit depth images (PNG; PGM P5, P2), in the folder, `frames/` or `depth/`. If some are named
-///   `*depth*`, only those.
-/// - PCD (any version, padding, counts of 0) and PLY (either byte order, lists), in the folder, `scans/` or
-///   `clouds/`; in the sensor's frame. A PCD's VIEWPOINT is its pose; a PLY has none.
-/// - KITTI velodyne: `*.bin`, in the folder or `velodyne/`, of 4 floats a point, or of 3 to 8 as told apart
-///   by their values. KITTI poses (3×4) are the camera's: if `calib.txt` has a line `Tr:` (velodyne to
-///   camera), T_map_velodyne = pose · Tr. `times.txt`.
-/// - OctoMap `.graph`.
-/// - Bags of ROS 1 (2.0) and ROS 2 (`.db3`, also with its -wal, `.mcap`; a file, or the folder with
-///   `metadata.yaml`; if one has no scans, all are one recording): PointCloud2 of any layout with x, y, z as
-///   float32 or float64, or Livox' CustomMsg, without its noise; depth as Image (16UC1, mono16 in
-///   millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG; compressedDepth as PNG or RVL) with the
-///   last CameraInfo before it, whose K (P for images called `rect`), binning and roi are used; lens
-///   distortion is not corrected. In the order of their headers' time stamps; where the poses' clock is set
-///   back, another pass begins. Poses come from tf, static and moving, or from a topic, interpolated unless
-///   one has the scan's exact time; a scan without a pose is a bad one. Clouds in a frame that stands still
-///   (map, odom, camera_init, …) are seen from the robot. No index is needed. A truncated bag is rejected, or
-///   with skip_bad read up to the cut.
-///
-/// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`, `intrinsics.txt`,
-/// `camera.txt`, `K.txt` or `*.K` beside them, in the folder above or beside the file of poses. Scans of a
-/// folder come in natural order (full2 before full10), files in the order given. PCDs and PLYs, a single
-/// image and a single velodyne scan are taken to be in the map frame if there is no pose for them. Files
-/// called like a time (`1305031102.16.png`; `1403636579763555584.png` in ns, likewise us, ms), alone or
-/// behind a word or number (`000012_1305031102.16.pcd`, `cloud_1403636579_763555584.pcd`), are stamped with
-/// it.
-///
-/// Clouds whose points lie farther than 8192 m from 0 (no sensor reaches so far) are in the map's frame, and
-/// their VIEWPOINT or pose says where the sensor was.
-///
-/// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z). Depths 0 and
-/// 65535 give no points, nor do flying pixels: up to four at an edge, between the nearer and the farther
-/// surface. Points exactly at a cloud's origin and values that stand for no return are set to NaN.
-///
-/// The sensor of a cloud is recognised by its readings' directions, in any order: an even raster is a depth
-/// camera's. The first of up to 20 scans of each topic or folder that has 100 readings decides, on opening;
-/// of smaller ones an organised cloud is a camera's.
-///
-/// Formats of pose files are recognised by their columns (blanks or commas, `#` comments): `tx ty tz qx qy qz
-/// qw`; 3×4 row-major; 4×4 row-major in one line or in four; each in one line also with a time stamp in
-/// front. A 4×4 whose last row is `0 0 0 TIME` carries a time stamp. Of a table with a header (EuRoC's CSV,
-/// rostopic echo -p) the columns are found by its names. Poses are T_map_sensor. Time stamps may be in s, ms,
-/// us or ns: recognised by their size, or else by the scans'. If poses and scans have time stamps, they are
-/// matched by time, whatever their numbers. Poses that are no rigid motion are then left out, which notes()
-/// reports.
-///
-/// Motion within a scan is undone by its points' times: a field called t, time, timestamp, offset_time or
-/// alike in PointCloud2, PCD and PLY, or Livox' message. Its unit (s, ms, µs, ns) is recognised by the length
-/// of a scan, its zero by the scans' time stamps: either the same clock, or times after the stamp. notes()
-/// reports both and how far points move; for a bag's lidar without such times, how far it moves within a
-/// scan.
+/// - Scans of a folder come in natural order (full2 before full10), files in the order given, messages in the
+///   order of their headers' time stamps. A bag's scan without a pose is a bad one.
+/// - A pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z). Flying pixels, up to four at an edge
+///   between the nearer and the farther surface, give no points. Values that stand for no return become NaN.
+/// - The first of up to 20 scans of a topic or folder that has 100 readings decides its sensor, on opening;
+///   of smaller ones an organised cloud is a camera's.
+/// - Motion within a scan is undone by its points' times: a field called t, time, timestamp, offset_time or
+///   alike, or Livox' message. Its unit is recognised by the length of a scan, its zero by the scans' time
+///   stamps; notes() reports both, and how far points move.
 ///
 /// Throws Error(usage) for invalid options, Error(data) for errors found before reading any scan: missing
 /// or empty input, no poses, no intrinsics, different counts.
