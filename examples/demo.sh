@@ -18,11 +18,8 @@ octosurf view "$out/office" --html "$out/office.html" --force || echo "no page; 
 cat <<END
 
 Look at next:
-  $out/office.html      the map to turn and ask, in a browser
-  $out/office.png       a picture of the surfaces, each in its colour
-  $out/office.glb       the same for any 3-D viewer; office.json for programs
-  $out/office.bt        the occupancy octree, opens in octovis
-  octosurf info $out/office
-  octosurf view $out/office --png $out/plan.png --from top
-  octosurf map --help
+  $out/office.html      the map in a browser
+  $out/office.png       a picture of the surfaces
+  $out/office.glb       the surfaces for a 3-D viewer; office.json for programs
+  $out/office.bt        the octree for octovis
 END

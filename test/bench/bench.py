@@ -247,9 +247,9 @@ OURS = ("occupancy", "plain", "mapper", "load_map")
 SPEED = {"speed": "", "occupancy": "kitchen/.*/(octomap|occupancy)", "plain": "kitchen/.*/(octomap|plain)",
          "mapper": "kitchen/.*/(octomap|mapper)", "memory": "kitchen/.*/(octomap|occupancy)", "lidar": "lidar/",
          "loading": "loading/"}
-SPEED_NOTE = ("Mean over a recording's scans; of three passes in random order the median, with their coefficient of variation. Both sides "
-              "run in one process on the same scans, read beforehand. OctoMap's insertion: `insertPointCloud` lazy and discretised, "
-              "then `updateInnerOccupancy`, points already in the map's frame.\n")
+SPEED_NOTE = ("Mean over a recording's scans; of three passes in random order the median ± coefficient of variation. Both sides run in one "
+              "process on the same scans, read beforehand. OctoMap's insertion: `insertPointCloud` lazy and discretised, then "
+              "`updateInnerOccupancy`, points in the map's frame.\n")
 
 
 def sides_of(rows):

@@ -212,9 +212,10 @@ def table1_section(records):
     for line, rows in bench.groups(content(records, "table1"), ("environment", "resolution")).items():
         detectors = list(bench.groups(rows, ("detector",)).values())
         for cell in bench.TABLE1.values():
-            pairs = [cell(its).split(", ") for its in detectors]
-            slower = pairs[0][0].endswith(" s") and float(pairs[0][1][:-2]) > float(pairs[0][0][:-2])
-            line += (" / ".join([pairs[0][0], *(pair[1] for pair in pairs)]) + (", slower" if slower else ""),)
+            pairs = [[value.partition(" ") for value in cell(its).split(", ")] for its in detectors]
+            (theirs, _, unit), (ours, _, _) = pairs[0]
+            slower = ", slower" if unit == "s" and float(ours) > float(theirs) else ""
+            line += (f'{"/".join([theirs, *(pair[1][0] for pair in pairs)])} {unit}{slower}'.strip(),)
         lines.append(line)
     return lines and markdown(["environment", "d", *(title.partition(":")[0] for title in bench.TABLE1)], lines)
 
@@ -259,13 +260,12 @@ def speed_section(records):
 
 SECTIONS = [
     ("Simulated scenes", "accuracy", accuracy_section(*SETS),
-     "Scenes `room`, `office`, `stairs`, `stones`, d = 2 cm. Faces of at least 0.05 m² seen; a face is correct by Hoover's rule at "
-     "80 %. (Worst) is the worst recording. *Unsafe* is area more than 1.5 d, at least 2 cm, off what is there, or 30° aslant. Errors "
-     "are of correct faces. *Seen well*: faces with readings in n voxels or more, most of them connected over gaps of at most h in a "
-     "piece 8 cm wide."),
+     "Scenes `room`, `office`, `stairs`, `stones`, d = 2 cm. Faces of at least 0.05 m² seen, correct by Hoover's rule at 80 %. (Worst): "
+     "of a recording. *Unsafe*: area more than 1.5 d, at least 2 cm, off what is there, or 30° aslant. Errors are of correct faces. *Seen "
+     "well*: faces with readings in n voxels or more, most of them connected over gaps of at most h in a piece 8 cm wide."),
     ("Terrain meshes", "terrain", accuracy_section("terrain", "generated"),
-     "Meshes that planners use, and steps, stairs, gaps, overhangs and rooms by `test/bench/terrains.py`, exact by construction, seen by "
-     "a depth camera on a walking robot."),
+     "Meshes that planners use, and exact steps, stairs, gaps, overhangs and rooms by `test/bench/terrains.py`, seen by a depth camera "
+     "on a walking robot."),
     ("The same twice", "repeatability",
      table({"recording": "recording", "d": "resolution", "both saw, m²": "both_saw_m2", "agreeing": "agreeing",
             "only points": "without_surface", "empty": "seen_empty", "offset p50, mm": "offset_p50_mm", "p95": "offset_p95_mm",
@@ -281,9 +281,9 @@ SECTIONS = [
      "angle and least size; its time is that of normals and planes. The same 20 scans of each recording. Bonxai and wavemap are in no "
      "package of Debian, and convex_plane_decomposition publishes no labelled height maps: not measured."),
     ("The paper's Table I", "table1", table1_section,
-     "In each cell the paper's figure (8 cores, the mean of five runs), ours and that of the paper's detector rebuilt (one thread, "
-     "seconds of CPU, one seed); *slower*: ours than the paper's. Other scenes than the paper's: a tilting laser, data in increments "
-     "of one second, the paper's parameters; `real` is the kitchen, one reading in 24. Lag counts from when an increment is handed over."),
+     "In each cell the paper's figure (8 cores, mean of five runs), ours and that of the paper's detector rebuilt (one thread, "
+     "seconds of CPU, one seed); *slower*: ours than the paper's. Not the paper's scenes: a tilting laser, increments "
+     "of one second, the paper's parameters; `real` is the kitchen, one reading in 24. Lag counts from an increment's insertion."),
     ("The kitchen", "kitchen",
      table({"scans": "scans", "d": "resolution", "surfaces": "surfaces", "m²": "area_m2", "double layers": "double_layers",
             "their m²": "double_layers_m2"}, "kitchen-2cm", "kitchen-1cm"),
@@ -294,16 +294,16 @@ SECTIONS = [
      "id, in the worst of the recordings."),
     ("Ground kept up", "ground",
      table({"scene": "scene", "scan": "insert_ms", "ground of the next snapshot": "next_ms", "a foothold": "foothold_ms",
-            "a region within 2 m": "region_2m_ms", "all ground": "all_ms", "all from nothing": "anew_ms"}, "ground"),
+            "a region within 2 m": "region_2m_ms", "all ground": "all_ms"}, "ground"),
      "Medians over scans, in ms."),
     ("Labelled clouds", "labelled", labelled_section,
      "Every method gets the same voxels; CGAL's get the best of several settings, octosurf its defaults. Times hold normals "
      "and planes for CGAL, and downsampling, occupancy and outlines as well for octosurf."),
     ("A real table with things on it", "labelled", mosd_section,
-     "Frames of mOSD: how well the table's pixels are covered, and how far its plane is off theirs. *Behind what went*: a map of "
-     "a folder's frames, nine scans of each, between which things were moved; the share of the table's pixels with a surface left in front."),
+     "Frames of mOSD: cover of the table's pixels, and error of its plane. *Behind what went*: a map of a folder's frames, nine scans of "
+     "each, between which things were moved; the share of the table's pixels with a surface left in front."),
     ("Speed and memory", "speed", speed_section,
-     "Beside what others take for the same, in the same run; `octosurf map` with two threads; below 1× octosurf is worse."),
+     "In one run with the other; `octosurf map` with two threads; below 1× octosurf is worse."),
 ]
 
 
