@@ -24,7 +24,7 @@ void add_view(CLI::App& app);
 namespace {
 
 constexpr const char* command_description =
-    R"(octosurf: contact surfaces for legged robots, found and kept on an OctoMap.
+    R"(octosurf: contact surfaces for legged robots, found and kept on an occupancy octree.
 
 Examples:
   octosurf map scans -o maps/office --report report.json

@@ -54,8 +54,7 @@ Scan scan_of_depth(const py::array& depth, const py::object& intrinsics,
                    const Eigen::Isometry3d& T_map_camera, double depth_scale, double stamp_s,
                    std::string name);
 
-// Each adds to the module what its file is called after. What another one names in a signature comes first,
-// so that docstrings have Python's names: module.cpp has the order.
+// Each binds one header. module.cpp calls them in dependency order, so that docstrings have Python's names.
 void bind_error(Module& module);
 void bind_parameters(Module& module);
 void bind_occupancy(Module& module);

@@ -104,7 +104,7 @@ class MapHolder {
   mutable std::mutex busy_;
   std::optional<Map> map_;
   std::optional<Mapper> mapper_;
-  mutable std::mutex up_busy_;  ///< a moment: snapshot() waits for nothing longer
+  mutable std::mutex up_busy_;  ///< held briefly; snapshot() never blocks longer
   std::shared_ptr<const MapUp> up_;
 };
 

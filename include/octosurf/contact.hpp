@@ -42,7 +42,7 @@ enum class ContactRefusal {
   frontier,     ///< nearer to a frontier edge (unobserved beyond) than frontier_margin_m
   obstacle,     ///< an obstacle stands within obstacle_margin_m of it
   clearance,    ///< an obstacle hangs over it lower than clearance_m
-  unknown       ///< something that nobody saw may stand there: unknown_to_m
+  unknown       ///< the space over it is unknown: unknown_to_m
 };
 /// By ContactRefusal.
 inline constexpr std::array<std::string_view, 10> contact_refusal_names{

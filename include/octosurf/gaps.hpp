@@ -15,7 +15,7 @@
 
 namespace octosurf {
 
-/// What is known of a place on a surface's plane.
+/// State of a place on a surface's plane.
 enum class Ground {
   supported,  ///< the surface
   open,       ///< a void: rays passed through the plane and on behind it
@@ -84,7 +84,7 @@ std::shared_ptr<const Snapshot> with_gaps(const Snapshot& snapshot, const Occupa
 /// edge of the rest.
 double widest_unseen_of(const ContactShape& shape, double share = 0.25);
 
-/// What is known of a place, surface's frame: supported within `surface.polygons`, else by the octree.
+/// State of a place, surface's frame: supported within `surface.polygons`, else by the octree.
 Ground ground_at(const Surface& surface, const OccupancyView& octree, const Eigen::Vector2d& uv);
 
 /// Shares of a contact's area over each Ground, at points d/2 apart, 64 at most along its longer side.

@@ -17,7 +17,7 @@ struct PatchLayout {
   /// x forward, y to the left of the base's origin, m: horizontal, turned by the base's yaw only.
   std::vector<Eigen::Vector2d> points;
   double max_step_m = 0.3;  ///< between neighbouring places of one storey
-  double headroom_m = 1;    ///< what is higher above the ground does not concern the robot
+  double headroom_m = 1;    ///< obstacles higher above the ground are ignored
   /// Places without a height get that of the nearest place with one.
   bool fill = false;
 
@@ -27,7 +27,7 @@ struct PatchLayout {
                           const Eigen::Vector2d& center = Eigen::Vector2d::Zero());
 };
 
-/// What is at a place of a patch.
+/// Content of a place of a patch.
 enum class PatchCell : std::uint8_t {
   unseen,     ///< no reading decides
   supported,  ///< ground of the robot's storey, clear up to the headroom

@@ -213,9 +213,9 @@ class Mapper {
   /// changes.
   ScanReport resegment();
 
-  /// Takes back what is known of a part of space: its voxels become unknown, or as after one free reading,
-  /// and leave their surfaces, which readers see as after a scan; `shrunk` and `gone` of the report list
-  /// them. Later scans map it anew. Throws Error(usage) for a part that is empty or not finite; see 2 above.
+  /// Clears a region: its voxels become unknown, or as after one free reading, and leave their surfaces,
+  /// which readers see as after a scan; `shrunk` and `gone` of the report list them. Later scans map it
+  /// again. Throws Error(usage) for a part that is empty or not finite; see 2 above.
   /// O(nodes and surfaces in it).
   ScanReport clear(const SpacePart& part, bool as_free = false);
 

@@ -46,11 +46,11 @@ enum class DetectorKind {
 struct DetectionParameters {
   DetectorKind detector = DetectorKind::likelihood;  ///< fixed for a map
   std::optional<int> min_surface_points;             ///< n; empty: derived
-  /// Maximum number of pending readings (one in 2 cm at finer resolutions) in which a scan searches for
-  /// surfaces, or a quarter of the waiting ones if that is more, and beside known surfaces in a third of the
-  /// blocks, in turn; the rest waits for the next scans or Mapper::drain(). 0: no limit. Not for the paper's
-  /// detector. In real time (`octosurf map --realtime`, the ROS node) 1,000, as long as a camera frame at
-  /// 30 µs each; the quarter bounds a large backlog's delay: after eight scans a tenth of it is left.
+  /// Readings segmented per scan (one in 2 cm at finer resolutions): at most this many or a quarter of the
+  /// backlog, if that is more. Near known surfaces a block has its turn every third scan. The rest waits for
+  /// the next scans or Mapper::drain(). 0: no limit. Not for the paper's detector. In real time (`octosurf
+  /// map --realtime`, the ROS node) 1,000, as long as a camera frame at 30 µs each; the quarter bounds a
+  /// large backlog's delay: after eight scans a tenth of it is left.
   int detection_budget = 0;
   bool detect_cylinders = true;         ///< find pillars, rails and rungs among pending points
   std::optional<double> search_radius;  ///< r, m: of the paper's detector, for outliers and normals; of

@@ -18,7 +18,7 @@ struct Step {
   SurfaceId upper = 0;     ///< surface that the edge bounds, likewise
   double riser_m = 0;      ///< height between the two planes, along up, at the middle of the edge
   double width_m = 0;      ///< length of the edge
-  double heading_rad = 0;  ///< of somebody who steps up, about up, as yaw in contact.hpp
+  double heading_rad = 0;  ///< when climbing, about up, as yaw in contact.hpp
   std::array<Eigen::Vector3d, 2> edge{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< left, right end
   friend bool operator==(const Step&, const Step&) = default;
 };

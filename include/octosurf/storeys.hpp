@@ -18,7 +18,7 @@ namespace octosurf {
 /// The robot that a storey's grid is for, and what a storey is.
 struct StoreyLimits {
   double radius_m = 0.3;    ///< of the circle about its footprint
-  double headroom_m = 1.6;  ///< what is higher above the ground does not concern it
+  double headroom_m = 1.6;  ///< obstacles higher above the ground are ignored
   /// m, between neighbouring places of one storey. Below the least riser that building codes allow (0.10 m,
   /// International Building Code 1011.5.2) by a voxel of 2 cm, to which heights of pieces of ground are
   /// known.
@@ -34,14 +34,14 @@ struct StoreyLimits {
   static StoreyLimits of(const Robot& robot);
 };
 
-/// What is at a cell of a storey.
+/// State of a storey's cell.
 enum class StoreyCell : std::uint8_t {
   unknown,  ///< nothing was seen there at the storey's height
   free,     ///< ground that the robot can cover
   occupied  ///< an obstacle, a void or a drop, or too narrow between these
 };
 
-/// Where a storey's ground goes on in another one's grid.
+/// Where a storey's ground continues in another one's grid.
 struct StoreySeam {
   std::size_t other = 0;                         ///< index of the other storey
   Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< the widest place of the seam, on this storey's ground
@@ -85,7 +85,7 @@ struct Storey {
 /// 4. Free is ground with nothing from max_step_m to headroom_m above it, unless it is too narrow: no disc of
 ///    radius_m that touches nothing occupied comes near it (√2 radii from its middle, so that corners of
 ///    rooms stay). It is not shrunk by the radius: costmaps inflate. A thing of no surface is an obstacle
-///    from 1.5 voxels up; space above the ground that nobody saw is taken for clear.
+///    from 1.5 voxels up; unknown space above the ground counts as clear.
 /// 5. Occupied: something read there, to the headroom; a void or a drop, anywhere in the cell; ground too
 ///    narrow. Voids and drops are known where a ray passed. Cells beside the ground are judged at the height
 ///    of the nearest ground. Everything else is unknown.
@@ -97,7 +97,7 @@ std::vector<Storey> find_storeys(const GroundView& view, const StoreyLimits& lim
 /// What a place of a route is.
 enum class RoutePlace {
   landing,  ///< before or behind a stair
-  seam,     ///< where ground goes on in another storey's grid
+  seam,     ///< where ground continues in another storey's grid
   way       ///< a corner on the way from one of these to another
 };
 /// By RoutePlace.
@@ -121,7 +121,7 @@ struct RouteEdge {
   std::vector<Eigen::Vector3d> over_stair{};  ///< middles of its edges, in order
 };
 
-/// The storeys' stairs and what is between them, as a graph.
+/// The storeys' stairs and the ways between them, as a graph.
 struct StoreyRoute {
   std::vector<RouteNode> nodes;              ///< landings and seams first
   std::vector<RouteEdge> edges;              ///< both directions of each way are edges

@@ -56,7 +56,7 @@ void Mapping::refuse(const std::string& what, std::uint64_t& count) {
   ++count;
   counts_.last_refusal = what;
   const auto now = Sensors::Clock::now();
-  if (now - told_ < std::chrono::seconds(1)) return;  // a sensor that is all wrong must not flood the log
+  if (now - told_ < std::chrono::seconds(1)) return;  // a faulty sensor must not flood the log
   told_ = now;
   std::fprintf(stderr, "refused: %s (%llu so far)\n", what.c_str(), static_cast<unsigned long long>(count));
 }

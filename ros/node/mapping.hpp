@@ -65,14 +65,14 @@ class Mapping {
 
   Sensors& sensors() { return sensors_; }
   MapMoment moment() const;
-  /// The map at that moment to be asked, kept up from the one before; its up is as the map's parameters have
-  /// it, else z (REP 103).
+  /// The map at that moment for queries, updated from the one before; up is the map's parameter, else z (REP
+  /// 103).
   std::shared_ptr<const planning::AskedMap> asked(const MapMoment& moment) const;
   MappingCounts counts() const;
   bool failed() const;  ///< the map is incomplete; finish() reports the reason
 
-  /// Maps the scans that wait, unless `hurry`, saves, and throws what made mapping fail. Nothing is added any
-  /// more.
+  /// Maps waiting scans, unless `hurry`, saves, and throws the exception that ended mapping. Nothing may be
+  /// added afterwards.
   void finish(const std::function<bool()>& hurry);
 
  private:
@@ -102,7 +102,7 @@ class Mapping {
   std::deque<std::packaged_task<void()>> tasks_;
   MappingCounts counts_;
   Sensors::Clock::time_point told_{};    // of a refusal
-  std::shared_ptr<const Mapper> shown_;  // whose snapshot is read when somebody wants it
+  std::shared_ptr<const Mapper> shown_;  // its snapshot is read on demand
   std::uint64_t revision_ = 0;           // that is shown
   std::int64_t stamp_ns_ = 0;            // of the last scan mapped
   std::optional<Eigen::Vector3d> sensor_;

@@ -43,9 +43,9 @@ InputState Node::state() {
   // Not at once: publishers are discovered one after the other.
   without_tf_ = state.scan_publishers > 0 && state.transform_publishers == 0 ? without_tf_ + 1 : 0;
   if (without_tf_ == 3)
-    std::fprintf(
-        stderr, "warning: nobody publishes %s or %s_static, which pose the scans; --tf names another topic\n",
-        options_.tf.c_str(), options_.tf.c_str());
+    std::fprintf(stderr,
+                 "warning: no publisher of %s or %s_static, which pose the scans; --tf names another topic\n",
+                 options_.tf.c_str(), options_.tf.c_str());
   return state;
 }
 

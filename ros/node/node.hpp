@@ -15,7 +15,7 @@
 
 namespace octosurf::node {
 
-/// The mapping node: hears scans, transforms and the camera, publishes the map, and answers services.
+/// The mapping node: subscribes to scans, transforms and the camera, publishes the map, and has services.
 class Node {
  public:
   /// Both must outlive it. Throws as start_of().
@@ -23,8 +23,8 @@ class Node {
 
   bool failed() const { return mapping_.failed(); }  ///< finish() throws why
 
-  /// Hears no more, maps the scans that wait unless `hurry`, saves, and returns a line of summary. Throws
-  /// what made mapping fail.
+  /// Unsubscribes, maps waiting scans unless `hurry`, saves, and returns a line of summary. Throws the
+  /// exception that ended mapping.
   std::string finish(const std::function<bool()>& hurry);
 
  private:

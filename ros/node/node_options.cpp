@@ -28,28 +28,29 @@ void add_options(CLI::App& app, NodeOptions& options) {
   app.add_option("--base", options.base, "the robot's frame in tf, about which patches are read")
       ->capture_default_str();
   app.add_option("--max-pose-gap", options.max_pose_gap_s,
-                 "seconds between two transforms at most that one is interpolated between")
+                 "longest gap between transforms to interpolate over, s")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  app.add_option("--wait", options.wait_s, "seconds at most that a scan waits for tf and CameraInfo")
+  app.add_option("--wait", options.wait_s, "longest time that a scan waits for tf and CameraInfo, s")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   app.add_flag("--reliable", options.reliable,
-               "ask for scans again that were lost; hears only publishers that offer it");
-  app.add_option("--queue", options.queue_mb, "MB of scans that may wait; then the oldest make way")
+               "reliable QoS: lost scans are sent again; needs publishers that offer it");
+  app.add_option("--queue", options.queue_mb, "MB of waiting scans; beyond it the oldest are dropped")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
   app.add_option("-o,--output", options.output, "the map: MAP.surfaces and MAP.bt")->required();
   auto* resume = app.add_flag("--resume", options.resume, "resume the map, if it is there");
-  app.add_flag("--force", options.force, "begin anew, and write over a map that is there")->excludes(resume);
-  app.add_option("--checkpoint", options.checkpoint_s, "seconds between two savings; 0: only in the end")
+  app.add_flag("--force", options.force, "start a new map, and overwrite an existing one")->excludes(resume);
+  app.add_option("--checkpoint", options.checkpoint_s, "seconds between saves; 0: only at the end")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--name", options.name, "before topics and services")->capture_default_str();
-  app.add_option("--publish", options.publish_s, "seconds between two publications of the map")
+  app.add_option("--publish", options.publish_s, "seconds between publications of the map")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();
-  app.add_option("--radius", options.radius_m, "m about the robot, of what is published; 0: everything")
+  app.add_option("--radius", options.radius_m,
+                 "m around the robot in which the map is published; 0: everything")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--grid-cell", options.grid_cell_m,
@@ -75,7 +76,7 @@ void add_options(CLI::App& app, NodeOptions& options) {
       ->check(CLI::Range(0.0, 80.0))
       ->capture_default_str();
   app.add_option("--clearance", options.clearance_m,
-                 "m over a foot of the planar terrain in which nothing may stand or hang; 0: any")
+                 "m over a foot of the planar terrain that must be free; 0: any")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--threads", options.threads, "result does not depend on it")->capture_default_str();
@@ -91,7 +92,7 @@ Map start_of(const NodeOptions& options) {
   const bool there = std::filesystem::exists(options.output + ".surfaces");
   if (there && !options.resume && !options.force)
     throw Error(Error::Kind::usage, options.output + ".surfaces", "exists",
-                "--resume resumes it, --force begins anew");
+                "--resume resumes it, --force overwrites it");
   if (!there || options.force) return Map(choice.in_force());
   LoadedMap loaded = load_map(options.output);
   choice.require_same(loaded.map.parameters());

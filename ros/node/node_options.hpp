@@ -31,11 +31,11 @@ struct NodeOptions {
   std::size_t queue_mb = 256;         ///< scans that wait
   std::string output;                 ///< stem of the map
   bool resume = false;                ///< resume it, if it is there
-  bool force = false;                 ///< begin anew, and write over it
+  bool force = false;                 ///< start a new map, and overwrite it
   double checkpoint_s = 60;           ///< 0: never
   std::string name = "/octosurf";     ///< before the topics and services
   double publish_s = 1;               ///< between two publications of the map
-  double radius_m = 8;                ///< about the robot, of what is published; 0: everything
+  double radius_m = 8;                ///< around the robot in which the map is published; 0: everything
   double grid_cell_m = 0.05;          ///< of GridMap and PlanarTerrain, at least the map's resolution
   double patch_hz = 50;               ///< of patches; 0: none
   double patch_length_m = 1.6, patch_width_m = 1, patch_cell_m = 0.05;

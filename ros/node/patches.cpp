@@ -16,7 +16,7 @@
 namespace octosurf::node {
 namespace {
 
-/// The map is looked at anew as often; the robot's pose is that of each patch.
+/// The map is read as often; the robot's pose is that of each patch.
 constexpr std::chrono::milliseconds map_age{100};
 
 /// Cells along y of a PatchLayout::grid().

@@ -11,9 +11,9 @@
 
 namespace octosurf::node {
 
-/// Publishes the ground about the robot at the rate of its controller, in a thread of its own, while somebody
-/// listens: `patch`, a GridMap along the map's axes, and `heights`, flat and in the robot's heading, for a
-/// policy.
+/// Publishes the ground around the robot at its controller's rate, in a thread of its own, while there are
+/// subscribers: `patch`, a GridMap along the map's axes, and `heights`, flat and in the robot's heading, for
+/// a policy.
 class Patches {
  public:
   Patches(Middleware& middleware, Mapping& mapping, const NodeOptions& options);

@@ -17,7 +17,7 @@
 namespace octosurf::node {
 namespace {
 
-/// Of the radius: the robot moves as far before the box about it does, so that not every scan moves it.
+/// Share of the radius that the robot moves before the box around it does: not with every scan.
 constexpr double box_follows = 0.125;
 
 }  // namespace
@@ -75,12 +75,12 @@ void Publications::tell(const std::string& what, const std::exception& error) {
   problem_ = problem;
 }
 
-/// Somebody listens, and it looks otherwise than it was sent last.
+/// It has subscribers, and has changed since it was last sent.
 bool Publications::is_due(const Topic& topic) const {
   return all_ || (topic.out->subscribers() > 0 && topic.sent != look_);
 }
 
-/// If it is due. One that readers were too slow for stays due.
+/// If due. It stays due while readers are too slow.
 void Publications::publish(Topic& topic, const Write& message) try {
   if (!is_due(topic)) return;
   std::string cdr = io::cdr_of(message);

@@ -22,7 +22,7 @@
 
 namespace octosurf::node {
 
-/// Who is heard.
+/// Publishers of the scans.
 struct InputState {
   std::uint64_t lost = 0;  ///< scans that are known to have been sent but did not come
   std::uint32_t scan_publishers = 0, camera_publishers = 0, transform_publishers = 0;
@@ -31,8 +31,8 @@ struct InputState {
 /// Rules of the ground that is published, which is of z up (REP 103).
 GroundRules rules_of(const NodeOptions& options, const Eigen::Vector3d& up, double resolution);
 
-/// Publishes, latched, what lies within the radius of the robot whenever it has changed and somebody listens;
-/// and how the node does. In threads of its own, from snapshots, so that mapping never waits for it.
+/// Publishes, latched, the map within a radius of the robot when it has changed and has subscribers, and the
+/// node's status. In threads of its own, from snapshots, so that mapping never waits for it.
 class Publications {
  public:
   Publications(Middleware& middleware, const Mapping& mapping, const NodeOptions& options,
@@ -42,12 +42,12 @@ class Publications {
   void publish_all(double radius);
 
  private:
-  /// What lies about the robot at a moment.
+  /// The map around the robot at one moment.
   struct Part {
     Eigen::AlignedBox3d box;  ///< empty: everything
     Snapshot snapshot;        ///< its surfaces and cylinders
   };
-  /// Two parts with equal ones look alike.
+  /// Equal for equal parts.
   struct Look {
     std::vector<std::pair<SurfaceId, std::uint64_t>> surfaces;  ///< ids and revisions
     std::vector<std::pair<CylinderId, std::uint64_t>> cylinders;

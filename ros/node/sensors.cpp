@@ -21,8 +21,8 @@ namespace {
 constexpr std::int64_t transforms_kept_ns = 60'000'000'000;
 // A robot has some hundred. A flood of unknown names must not fill the memory.
 constexpr std::size_t most_frames = 10000;
-// Of one frame: what is earlier by more was not overtaken on its way (reliable writers send again what was
-// lost within Fast DDS's 3 s), a simulator was reset or a recording begins anew.
+// Of one frame: earlier by more than this is no reordering (reliable writers resend lost messages within Fast
+// DDS's 3 s) but a simulator's reset or a recording's restart.
 constexpr std::int64_t out_of_order_ns = 3'000'000'000;
 
 std::unique_ptr<io::MessageReader> reader_of(std::string_view message) {

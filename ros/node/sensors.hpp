@@ -29,10 +29,10 @@ class Sensors {
 
   explicit Sensors(const NodeOptions& options) : options_(options), rules_(options.readings) {}
 
-  /// Returns what is worth a warning: that time was set back.
+  /// Returns a warning if time was set back.
   std::string add_transforms(std::string_view message, bool fixed);
   void add_camera(std::string_view message);
-  /// Nothing comes any more: scans are posed by what is there.
+  /// No more messages: scans are posed with the available data.
   void end();
 
   /// The scan of a PointCloud2 or an Image, posed. Waits until `latest` for data that fix its pose: a

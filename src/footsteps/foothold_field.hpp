@@ -65,7 +65,7 @@ class FootholdField {
   const Place& place(PlaceId id) const { return places_[id]; }
   ObstacleColumns& columns() { return columns_; }
   UnknownSpace& unknown() { return unknown_; }
-  /// Where a shape may stand on a surface, but for obstacles.
+  /// Contact region of a shape on a surface, without obstacles.
   ContactRegion region(const Ground& ground, const ContactShape& shape, std::optional<double> yaw_rad) const;
   /// foothold() of the robot; `at` in the map frame.
   Foothold hold(const Surface& surface, const Eigen::Vector3d& at, double yaw_rad) const;

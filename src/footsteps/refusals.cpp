@@ -21,8 +21,8 @@ std::string text(const char* format, Values... values) {
 std::string text(const Eigen::Vector3d& p) { return text("%.2f %.2f %.2f", p.x(), p.y(), p.z()); }
 
 std::string text(Ending ending, std::size_t expansions) {
-  if (ending == Ending::start_exhausted) return "all that can be reached was looked at";
-  if (ending == Ending::goal_cut_off) return "all from which the goal can be reached was looked at";
+  if (ending == Ending::start_exhausted) return "every stance within reach was tried";
+  if (ending == Ending::goal_cut_off) return "every stance that can reach the goal was tried";
   return "no plan within " + std::to_string(expansions) + " expansions";
 }
 
@@ -34,10 +34,10 @@ constexpr std::array<const char*, contact_refusal_names.size()> contact_reasons{
     "the surface is not known well enough",
     "a part of the sole would have no ground under it",
     "it is too near to an edge",
-    "it is too near to an edge nobody has looked beyond",
+    "it is too near to an edge of unknown space",
     "something stands too near to it",
     "something is over it",
-    "nobody has looked whether something stands on it"};
+    "the space over it is unknown"};
 
 /// Why a foot has no foothold at `at` (map frame): the limit, and the end of a sentence. Empty: it has one.
 std::string why_not(const FootholdField& field, const Eigen::Vector3d& at, const Eigen::Vector3d& up,
@@ -69,8 +69,7 @@ std::string which_foot(const FootholdField& field, const std::vector<Gait::Foot>
       return "the " + std::string(foot_name(foot.name)) + " foot at " + text(wanted) + ", where " + reason;
   }
   return "the feet find ground, but one of them, the legs or the body would touch something, or a leg pass "
-         "where nobody "
-         "looked";
+         "unknown space";
 }
 
 }  // namespace

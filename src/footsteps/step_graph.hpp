@@ -13,10 +13,10 @@
 
 namespace octosurf::footsteps {
 
-/// A robot's stances and the moves between them: what is the same for all robots. Walking frame.
+/// A robot's stances and the moves between them: the part common to all robots. Walking frame.
 ///
-/// What a node is depends on the robot: of a body's poses, as a quadruped's, a biped's plans had twice the
-/// steps (on stairs 1,200 for 620), because every move ends with its feet beside each other.
+/// Nodes depend on the robot: with body poses, as for a quadruped, a biped's plans had twice the steps (on
+/// stairs 1,200 for 620), because every move ends with its feet beside each other.
 class StepGraph {
  public:
   /// Feet on the ground, by Gait::feet, and the nodes from which it walks on. No nodes: it cannot stand.
@@ -36,8 +36,8 @@ class StepGraph {
     SwingPose body;
     double ground;  ///< as FootMove's
     int heading;
-    std::size_t foot;  ///< of which the guide knows the way
-    PlaceId place;     ///< its
+    std::size_t foot;  ///< whose way is the guide's
+    PlaceId place;     ///< of that foot
   };
 
   StepGraph(const Gait& gait, FootholdField& field, GuideMap& guide);

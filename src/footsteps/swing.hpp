@@ -30,7 +30,7 @@ bool sweep_free(ObstacleColumns& columns, const LegBox& box, const SwingPose& fr
                 double from_z, double to_z, double climb = 0,
                 const Eigen::Vector2d& rise = Eigen::Vector2d::Zero());
 
-/// Space that nobody saw, in the walking frame (planning/unknown_space.hpp).
+/// Unknown space in the walking frame (planning/unknown_space.hpp).
 class UnknownSpace {
  public:
   UnknownSpace(OccupancyView octree, const Eigen::Matrix3d& R_walk_map)

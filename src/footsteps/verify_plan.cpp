@@ -171,7 +171,7 @@ struct Judge {
       if (!passes_unknown) break;
     }
     if (touches) say("the swinging leg touches something");
-    if (passes_unknown) say("the swinging leg passes where nobody looked");
+    if (passes_unknown) say("the swinging leg passes unknown space");
   }
 
   void body_moves(const LevelPose& from, const LevelPose& to) {

@@ -17,7 +17,7 @@ inline constexpr double grid_slack = 4e-6;
 /// Error(usage) for coordinates beyond 2 km.
 std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked);
 
-/// What keeps a contact's middle off: wherever the obstacles meet its shape mirrored about it, `kernel`
+/// Blocks a contact's middle: wherever the obstacles meet its mirrored shape, `kernel`
 /// (convex, counter-clockwise).
 struct KeptOff {
   Ring2 kernel;

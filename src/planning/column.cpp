@@ -102,8 +102,8 @@ Columns::Seen Columns::at(const Eigen::Vector2d& uv) const {
   return seen;
 }
 
-/// Behind a place that is free: free to the depth, or to another surface that lies less deep. One in the
-/// next voxel may be the same face, seen twice.
+/// Behind a free place: free to the depth, or to another surface before it. One in the next voxel may be the
+/// same face, mapped twice.
 bool Columns::is_open(const Eigen::Vector3d& place) const {
   const double d = plane_.d;
   // Steps of d/2: a step of d can miss a voxel cut at a corner.

@@ -11,7 +11,7 @@
 
 namespace octosurf::planning {
 
-/// A surface's plane, as far as its ground depends on it.
+/// The parts of a surface's plane that its ground depends on.
 struct GroundPlane {
   SurfaceId id = 0;
   double d = 0;  ///< of the map, m
@@ -34,7 +34,7 @@ class Columns {
   /// `part`: in the plane's frame. Places outside read as unknown.
   Columns(const OccupancyView& octree, const GroundPlane& plane, const Eigen::AlignedBox2d& part);
 
-  /// What is known of a place. Without a reading of the surface at most two voxels aside of its plane:
+  /// State of a place. Without a reading of the surface within two voxels of its plane:
   struct Seen {
     bool reading = false;
     bool free = false;     ///< on the plane
@@ -64,7 +64,7 @@ class Columns {
   Eigen::Vector3d origin_, along_u_, along_v_, along_normal_;
   Eigen::Array3i low_ = Eigen::Array3i::Zero();     // key of the lowest voxel, a multiple of 4
   Eigen::Array3i bricks_ = Eigen::Array3i::Zero();  // of 4³ voxels
-  double thickness_ = 0;                            // voxels: of what is copied, to either side
+  double thickness_ = 0;                            // voxels copied to either side
   std::vector<Content> contents_;                   // brick by brick, in each in Morton order
 };
 

@@ -53,7 +53,7 @@ std::array<double, ground_names.size()> ground_under(const Surface& surface, con
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& p : outline) box.extend(p);
   const Eigen::Isometry3d T_surface_contact = surface.T_map_surface.inverse() * T_map_contact;
-  // Effort: any size may be asked for. Nine points at least.
+  // Effort: any size may be given. At least nine points.
   constexpr double samples_along = 64;
   const double narrow_side = box.sizes().minCoeff(), half_of_voxel = octree.resolution() / 2;
   const double step = std::max(half_of_voxel > 0 ? std::min(half_of_voxel, narrow_side / 3) : narrow_side / 3,

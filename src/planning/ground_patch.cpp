@@ -21,13 +21,13 @@ constexpr float cell_m = GroundReadings::cell_m;
 constexpr double farthest_m = 5;       ///< of a point from the base
 constexpr float first_ground_m = 0.5;  ///< from the base to the nearest ground seen, beside the robot's feet
 
-/// A cell's ground, from which places in it are seen, and what is in its middle.
+/// A cell's ground, and the content of its middle.
 struct Flooded {
   float ground = no_height;
   Look look;
 };
 
-/// Not on from ground above the base by more than the headroom, over which too little is read.
+/// Not beyond ground higher than the headroom above the base: too little is read over it.
 std::vector<Flooded> flood(const GroundReadings& readings, float max_step, float headroom) {
   std::vector<Flooded> cells(readings.cells());
   std::size_t start = cells.size();
@@ -41,7 +41,7 @@ std::vector<Flooded> flood(const GroundReadings& readings, float max_step, float
     nearest = distance;
     height = below;
   }
-  // What continues the ground goes before what lies beyond its end.
+  // Continued ground before places beyond its end.
   std::deque<std::pair<std::size_t, float>> next;
   if (start < cells.size()) next.emplace_back(start, height);
   while (!next.empty()) {
@@ -158,7 +158,7 @@ GroundPatch ground_patch(const GroundView& view, const Eigen::Isometry3d& T_map_
   const Eigen::Isometry3d T_map_patch = yaw_frame(T_map_base, view.rules().limits.up);
   const auto max_step = static_cast<float>(layout.max_step_m),
              headroom = static_cast<float>(layout.headroom_m);
-  // Ground is seldom higher than the base: what hangs over such is read only when some is met.
+  // Ground is seldom higher than the base: obstacles over such ground are read only when some is found.
   std::optional<GroundReadings> read;
   std::vector<Flooded> cells;
   for (const float highest : {0.0F, headroom}) {

@@ -14,12 +14,11 @@
 namespace octosurf::planning {
 namespace {
 
-// What decides.
-constexpr float margin_m = 0.1F;  ///< about the points, in which edges are looked for
-constexpr double deepest_m = 2;   ///< below the base that ground is looked for
+constexpr float margin_m = 0.1F;  ///< about the points, searched for edges
+constexpr double deepest_m = 2;   ///< below the base, searched for ground
 /// Voxels: a pending reading nearer to a plane may be of it.
 constexpr float beside_plane = 1.5;
-/// Of the radius in which readings are looked for: the least offset of their mean that is none of chance.
+/// Share of the search radius: the least offset of the readings' mean that is not chance.
 /// Half a disc's mean lies at 4/(3 π) = 0.42.
 constexpr float lopsided = 0.3F;
 /// m, of a reading to its plane: farther ones are not moved onto it.

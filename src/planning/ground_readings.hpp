@@ -15,19 +15,19 @@ namespace octosurf::planning {
 
 inline constexpr float no_height = std::numeric_limits<float>::quiet_NaN();
 
-/// What is at a place, seen from ground nearby.
+/// Content of a place, seen from ground nearby.
 struct Look {
   PatchCell cell = PatchCell::unseen;
   float height = no_height, slope_rad = no_height;
   bool lopsided = false;  ///< its readings lie to one side
 };
 
-/// The readings around a robot, in the patch's frame, by cells of a grid. They are read anew for each patch:
+/// The readings around a robot, in the patch's frame, by cells of a grid. They are read again for each patch:
 /// a quarter of the octree's cubes around a walking robot change with each scan, at times nearly all.
 class GroundReadings {
  public:
   static constexpr float cell_m = 0.05F;  ///< of the flood's grid: half a narrow foot
-  /// As far as ground up to `highest_ground` is concerned. `view` and `layout` must outlive it.
+  /// For ground up to `highest_ground`. `view` and `layout` must outlive it.
   GroundReadings(const GroundView& view, const Eigen::Isometry3d& T_map_patch, const PatchLayout& layout,
                  float highest_ground);
 
@@ -49,8 +49,7 @@ class GroundReadings {
   /// Of the highest surface below the base, or reading without one.
   float highest_below_base(std::size_t cell) const;
   Look look(const Eigen::Vector2f& place, float ground) const { return look(place, ground, open_depth); }
-  /// What is supported is not where the ground is open a voxel farther: readings stand for their voxels, so
-  /// edges are known to a voxel.
+  /// A supported place becomes unsupported if the ground is open a voxel farther: edges are known to a voxel.
   Look without_edge(Look look, const Eigen::Vector2f& place) const;
 
  private:

@@ -21,13 +21,13 @@ constexpr int widest_halo = tile_edge / 2;
 /// Steps to which a tile's plane is rounded: a sixteenth of a voxel, and as much at a tile's end.
 constexpr double steps_per_voxel = 16, steps_per_radian = 512;
 
-// Rays of 30° and more to the plane are told apart from those along it.
+// Least angle of a ray to the plane, 30°: others run along it.
 constexpr double steepest_ray = std::numbers::pi / 3;
 
 // Of each cell, besides its Ground.
 constexpr std::uint8_t ground_bits = 3, bridged_bit = 4, inside_bit = 8, beyond_bit = 16;
 
-/// Cells by which what is open grows: along rays that slant, to the depth of a void.
+/// Cells by which voids are dilated: along slanted rays, to the depth of a void.
 int aside_of(const GroundPlane& plane) {
   return static_cast<int>(std::floor(std::tan(steepest_ray) * plane.depth() / plane.d));
 }
@@ -118,8 +118,7 @@ class GroundTiles::Finder {
     }
   }
 
-  /// Grows the places that are open straight behind over those beside them that are free on the plane, and
-  /// drops what is nowhere two cells wide.
+  /// Dilates voids into neighbouring cells that are free on the plane, then removes those one cell wide.
   void settle_open() {
     if (!any(open_)) return;
     for (int k = 0; k < aside_of(plane_); ++k) {
@@ -159,7 +158,7 @@ class GroundTiles::Finder {
   void bridge(const Mask& gap, const std::vector<float>& off_open) {
     const std::size_t n = raster_.cells();
     const std::vector<float> off_blocked = raster_.distance_to(blocked_);
-    // What no disc of a cell's radius holds is rounding of the outline, and goes with what is beside it.
+    // Cells that fit no disc of a cell's radius are rounding of the outline, and join their neighbours.
     for (std::size_t i = 0; i < n; ++i) bridged_[i] = gap[i] != 0 && off_open[i] > 2 && off_blocked[i] > 2;
     Mask empty = gap;
     for (std::size_t i = 0; i < n; ++i) empty[i] = gap[i] != 0 && reading_[i] == 0;
@@ -180,7 +179,7 @@ class GroundTiles::Finder {
     }
   }
 
-  /// Cuts what the outline spans although the spacing of the readings does not explain that there are none.
+  /// Cuts empty cells inside the outline that the spacing of the readings does not explain.
   void find_holes(Tile& tile) {
     const std::size_t n = raster_.cells();
     hole_.assign(n, 0);
@@ -254,9 +253,9 @@ class GroundTiles::Finder {
 
   static bool any(const Mask& mask) { return std::find(mask.begin(), mask.end(), 1) != mask.end(); }
 
-  static constexpr double widening = 1.25;  // from disc to disc: widths are told apart by a quarter
-  // Nats: readings that fall anywhere leave a disc empty in one of 10⁴ places, the number of places in which
-  // such gaps are looked for, as for planes (docs/detection.md).
+  static constexpr double widening = 1.25;  // from disc to disc
+  // Nats: random readings leave a disc empty in one of 10⁴ places, the number of places searched for gaps, as
+  // for planes (docs/detection.md).
   static constexpr double rarest = 9;
   // Of a gap's voxels before the plane, which rays that pass in steps of d may miss here and there.
   static constexpr double most = 0.75;
@@ -379,7 +378,7 @@ CellRaster GroundTiles::cells_of(const Key& key) const {
           d_};
 }
 
-/// Cells of a raster and `more` about it, as far as they are within `margin` of the outline's box.
+/// Cells of a raster and `more` about it, within `margin` of the outline's box.
 CellRaster GroundTiles::cells_about(const CellRaster& cells, int more, int margin) const {
   const Eigen::AlignedBox2d box = outline_->box();
   const Eigen::Array2i first = (box.min() / d_).array().floor().cast<int>() - margin,

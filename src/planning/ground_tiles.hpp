@@ -18,10 +18,9 @@
 namespace octosurf::planning {
 
 /// The ground of one surface (gaps.hpp), tile by tile of its plane: squares of 64 voxels, or all in one if
-/// gaps so wide are bridged that most of a tile would depend on its neighbours. A tile is computed when it is
-/// read, and depends on what is near it: on the outline there, on the octree, and on the plane, rounded so
-/// that a refit seldom changes it. So a later snapshot's tiles are these, but for those where something
-/// changed. Readable from any thread.
+/// bridged gaps are so wide that most of a tile would depend on its neighbours. A tile is computed at its
+/// first read, from the outline and the octree near it and the plane, rounded so that a refit seldom changes
+/// it. A later snapshot shares the tiles near which nothing changed. Readable from any thread.
 class GroundTiles {
  public:
   /// `d`: of the octree.
@@ -30,7 +29,7 @@ class GroundTiles {
   GroundTiles(const GroundTiles& before, SurfacePtr surface, std::span<const Eigen::AlignedBox3d> changed);
 
   const Surface& surface() const { return *surface_; }
-  /// Map frame: what happens outside of it does not matter.
+  /// Map frame: changes outside of it have no effect.
   const Eigen::AlignedBox3d& reach() const { return reach_; }
   /// Whether the earlier version's ground is this one's, too.
   bool same_as_before() const { return same_; }
@@ -38,8 +37,8 @@ class GroundTiles {
   /// The surface with the outline of its ground. `octree`: of this version.
   SurfacePtr solid(const OccupancyView& octree) const;
   const std::vector<Gap>& gaps(const OccupancyView& octree) const;
-  /// The outline of the ground in a box, as far as it is one: the box's sides are edges, too. O(vertices of
-  /// the surface), some ns each, and what the tiles there cost.
+  /// The ground's outline clipped to a box, whose sides count as edges. O(vertices of the surface), some ns
+  /// each, and the tiles there.
   std::vector<Polygon> solid_within(const Eigen::AlignedBox2d& box, const OccupancyView& octree,
                                     bool as_mapped) const;
 

@@ -7,7 +7,7 @@
 #include <octosurf/stairs.hpp>
 #include <octosurf/storeys.hpp>
 
-// What finding storeys and finding the ways between them have in common.
+// Shared by finding storeys and finding routes.
 
 namespace octosurf::planning {
 
@@ -17,8 +17,8 @@ void require(const StoreyLimits& limits);
 /// Of a stair's edge: its middle in the grids' frame.
 Eigen::Vector3d middle_of(const Step& step, const StoreyLimits& limits);
 
-/// Where a robot stands that is about to climb a stair, or has climbed it: on its landing, a radius from the
-/// edge. Empty where no landing was seen.
+/// Where a robot stands before or after climbing a stair: on its landing, a radius from the edge. Empty
+/// without a seen landing.
 std::optional<Eigen::Vector3d> landing_of(const Stair& stair, bool above, const StoreyLimits& limits);
 
 /// Cells from each to the nearest that is occupied; 0 where a cell is not free.

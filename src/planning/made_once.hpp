@@ -7,7 +7,7 @@
 
 namespace octosurf::planning {
 
-/// Results by key, each made when it is first read; others may be made meanwhile. For any thread.
+/// Cache: results by key, computed at the first read, different keys in parallel. For any thread.
 template <class Key, class T>
 class MadeOnce {
  public:
@@ -27,14 +27,14 @@ class MadeOnce {
     return *one->made;
   }
 
-  /// Shares those of another whose key is kept; one that is being made is made for both.
+  /// Shares another cache's results whose keys are kept, and those being computed.
   template <class Keep>
   void share(MadeOnce& other, const Keep& keep) {
     const std::lock_guard lock(other.mutex_);
     for (const auto& [key, one] : other.all_)
       if (keep(key)) all_.emplace(key, one);
   }
-  /// Calls `visit(key, result)` for what is made.
+  /// Calls `visit(key, result)` for computed results.
   template <class Visit>
   void for_each(const Visit& visit) const {
     std::map<Key, std::shared_ptr<One>> all;

@@ -9,7 +9,7 @@
 namespace octosurf::planning {
 namespace {
 
-constexpr std::size_t most_kinds = 8;  // of ground that are kept
+constexpr std::size_t most_kinds = 8;  // cached grounds
 
 void put(const AskedMap& map, SurfaceId id, const Eigen::Vector3d& point, double distance,
          PlaceAnswer& answer) {
@@ -20,7 +20,7 @@ void put(const AskedMap& map, SurfaceId id, const Eigen::Vector3d& point, double
   answer.normal = map.surface(id).plane.normal;
 }
 
-/// The ground about a place as a surface, as far as it is within `reach_m`.
+/// The ground within `reach_m` of a place, as a surface.
 Surface ground_about(const GroundView& ground, const Surface& mapped, const Eigen::Vector3d& about,
                      double reach_m) {
   GroundRules rules = ground.rules();

@@ -28,7 +28,7 @@
 
 namespace octosurf::planning {
 
-/// A map at one moment, to be asked from any thread.
+/// A map at one moment, for queries from any thread.
 class AskedMap {
  public:
   using EdgeKinds = std::function<std::vector<PolygonEdges>(const Surface&)>;  ///< label_edges()
@@ -80,7 +80,7 @@ struct PlaceAnswer {
 
 PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question);
 
-/// Of footholds and contact regions. What is not given is the robot's.
+/// Of footholds and contact regions; by default the robot's.
 struct ContactQuestion {
   Robot robot = Biped{};
   std::optional<ContactShape> foot;
@@ -88,7 +88,7 @@ struct ContactQuestion {
   std::optional<double> edge_margin_m, frontier_margin_m, obstacle_margin_m, clearance_m;
   double unseen_share = 0.25;         ///< of the foot's narrower side: the widest unseen gap that it may span
   bool as_mapped = false;             ///< outlines of readings, without margins or clearance
-  bool unknown_is_free = false;       ///< nobody needs to have seen what is over the foot
+  bool unknown_is_free = false;       ///< space over the foot may be unknown
   SurfaceId surface = 0;              ///< of the region
   std::optional<Eigen::Vector3d> at;  ///< of the foothold; about which the region is read
   double reach_m = 1;                 ///< along u and v, of a region about a place

@@ -19,7 +19,7 @@ namespace {
 constexpr int samples = 3;  // along a cell's edge: of 5 cm, less than a voxel of 2 cm apart
 /// Voxels that must be free from a place down where the ground is open: as GroundPlane::depth().
 constexpr int open_depth = 3;
-/// Voxels: a pending reading less high above ground may be of it, as ground_patch() has it.
+/// Voxels: a lower pending reading may be ground, as in ground_patch().
 constexpr float beside_ground = 1.5;
 constexpr double most_places = 1 << 24;  // as height_grid()
 /// Of a height grid, which has no height over a wall.
@@ -112,7 +112,7 @@ void StoreyGround::add_surfaces() {
     spots_.push_back(spot);
   }
   sort_by_cell(spots_);
-  // One stands on what is highest within a step.
+  // The highest within a step supports the robot.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < spots_.size(); ++i)
     if (i + 1 == spots_.size() || spots_[i + 1].cell != spots_[i].cell ||

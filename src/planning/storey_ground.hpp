@@ -26,7 +26,7 @@ struct GroundSpot {
   static constexpr std::uint32_t none = ~std::uint32_t{0};
 };
 
-/// All ground of a map that is no tread of a stair, and what was read, in cells of one raster.
+/// All ground of a map except treads, and the readings, in cells of one raster.
 class StoreyGround {
  public:
   /// Keeps both.
@@ -54,8 +54,8 @@ class StoreyGround {
   void for_each_in(std::size_t cell, const Visit& visit) const {
     for (std::uint32_t i = first_spot_[cell]; i < first_spot_[cell + 1]; ++i) visit(spots_[i]);
   }
-  /// What is at a cell of a part, or beside it where the nearest ground has this height. What is free may be
-  /// too narrow.
+  /// State of a cell of a part, or of one beside it whose nearest ground has this height. Free cells may be
+  /// too narrow for the robot.
   StoreyCell look(std::size_t cell, std::uint32_t part, float ground) const;
 
  private:

@@ -16,7 +16,7 @@
 namespace octosurf {
 namespace {
 
-/// m beside the place before a stair that its landing is looked for: half a stair's usual width.
+/// m: search distance sideways for a stair's landing, half a stair's usual width.
 constexpr double beside_landing_m = 0.5;
 constexpr std::size_t none = ~std::size_t{0};
 
@@ -27,7 +27,7 @@ class Room {
       : storey_(storey), room_(planning::room_in(storey)), radius_(limits.radius_m / storey.cell_m) {}
 
   bool fits(std::size_t cell) const { return static_cast<double>(room_[cell]) >= radius_; }
-  /// The nearest place to one at its height where it fits.
+  /// The nearest place at its height where the robot fits.
   std::optional<std::size_t> nearest(const Eigen::Vector3d& place, double reach_m, double step_m) const {
     std::optional<std::size_t> best;
     double nearest = reach_m;
@@ -46,7 +46,7 @@ class Room {
   std::size_t cell_of(const Eigen::Vector3d& at) const { return *storey_.cell_at(at.head<2>()); }
   /// The cell before each on the shortest way from one, over the eight beside; `none` where there is no way.
   std::vector<std::size_t> ways_from(std::size_t start) const;
-  /// Whether it fits all along a straight line.
+  /// Whether the robot fits along a straight line.
   bool sees(std::size_t from, std::size_t to) const;
   /// The corners of the way that `ways` has to a cell, both ends included.
   std::vector<std::size_t> corners(const std::vector<std::size_t>& ways, std::size_t to) const;
@@ -144,7 +144,7 @@ class Router {
   }
 
   void add_both(RouteEdge edge) {
-    // Searches take an edge without a length for an error.
+    // An edge of length 0 is an error in graph searches.
     edge.length_m = std::max(edge.length_m, limits_.cell_m);
     route_.edges.push_back(edge);
     std::swap(edge.from, edge.to);

@@ -94,7 +94,7 @@ void close_narrow(const CellRaster& grid, Storey& storey, double radius_m) {
       grid.connected(cell, reached, is_free, [](std::size_t) {});
   const std::vector<float> to_disc = grid.distance_to(middles);
   for (std::size_t cell = 0; cell < grid.cells(); ++cell)
-    // As far as the middle of a disc in a right-angled corner is from it.
+    // Distance of a right-angled corner from the centre of a disc in it.
     if (is_free(cell) &&
         (reached[cell] == 0 || static_cast<double>(to_disc[cell]) > std::numbers::sqrt2 * radius))
       storey.cells[cell] = StoreyCell::occupied;

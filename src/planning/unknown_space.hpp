@@ -13,13 +13,12 @@
 namespace octosurf::planning {
 
 /// Calls `visit` with the centre of each unknown voxel in `box` in which something could hide: it lies in a
-/// cube of 3³ unknown ones. None of an empty octree. Narrower unknown space is what lies between a lidar's
-/// rays, or beside voxels in which readings ended, over ground that is well known. O(voxels of the box), some
-/// ns each 64.
+/// cube of 3³ unknown ones. None of an empty octree. Narrower unknown space lies between a lidar's rays, or
+/// beside end voxels over known ground. O(voxels of the box), some ns each 64.
 void for_each_unknown(const OccupancyView& octree, const Eigen::AlignedBox3d& box,
                       const std::function<void(const Eigen::Vector3d&)>& visit);
 
-/// The same for many boxes of one octree: what is found once is kept, block by block.
+/// The same for many boxes of one octree, with a cache of blocks.
 class UnknownVoxels {
  public:
   explicit UnknownVoxels(OccupancyView octree) : octree_(std::move(octree)) {}

@@ -18,7 +18,7 @@ namespace {
 
 /// rad. Two standard deviations of a stored view, of 6 bits a coordinate (sensing/reading_code.hpp).
 constexpr double view_error = 0.035;
-/// Voxels. A crossing that the view's error leaves less certain is no evidence.
+/// Voxels: largest error of a crossing, by the view's error, that counts as evidence.
 constexpr double farthest_off = 0.75;
 /// Voxels: half of a void's least width, two voxels, less the d/4 by which the nearest cell may miss its
 /// middle.
@@ -158,8 +158,8 @@ class Voids {
     };
     return {key(0), key(1), key(2)};
   }
-  /// Far readings scatter beyond edges, into slots, where no nearer one replaces them: one does not count
-  /// where a ray from much nearer passed.
+  /// Far readings scatter beyond edges into slots, where no nearer one replaces them: they do not count where
+  /// a ray from much nearer passed.
   void drop_uncertain_readings() {
     if (readings_.empty()) return;
     const CellGrid grid = binned(readings_);

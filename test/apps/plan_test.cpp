@@ -82,7 +82,7 @@ TEST_F(PlanVerb, ClimbsTheStairAndWritesThePlan) {
 TEST_F(PlanVerb, SaysWhyNotInOneLineAndInJson) {
   const std::string high = "--from " + from + " --to " + to + " --max-up 0.1";
   EXPECT_THAT(error_of("plan m " + high, 1),
-              AllOf(HasSubstr("all that can be reached was looked at"), HasSubstr("it came within ")));
+              AllOf(HasSubstr("every stance within reach was tried"), HasSubstr("it came within ")));
   EXPECT_THAT(error_of("plan m --from 50 0 0 0 --to " + to, 1),
               AllOf(HasSubstr("cannot stand at the start"), HasSubstr("no surface")));
   const Outcome answer = run("plan m --json " + high);

@@ -120,7 +120,7 @@ TEST_F(NodeTest, NamesAPublisherThatIsNotHeard) {
   EXPECT_EQ(end(*node), 0);
   const auto other = start({"--depth", image_topic, "-o", "live", "--tf", "/robot/tf"});
   EXPECT_TRUE(
-      wait_until([&] { return other->errors().find("nobody publishes /robot/tf") != std::string::npos; }));
+      wait_until([&] { return other->errors().find("no publisher of /robot/tf") != std::string::npos; }));
   EXPECT_EQ(end(*other), 0);
 }
 

@@ -63,7 +63,7 @@ struct AlignmentState {
   std::optional<Eigen::Isometry3d> jump;  ///< correction of the last scan, if that one was far off
 };
 
-/// What alignment knows of a recording: MapState keeps it, and knows no more of it.
+/// Alignment's state of a recording, stored by MapState.
 struct AlignmentRecord {
   AlignmentState state;
   SeenPatches patches;

@@ -8,9 +8,8 @@
 namespace octosurf {
 namespace {
 
-/// Of the steps from one scan to the next, a jump's is above the median by this many standard deviations (as
-/// the median deviation of a normal distribution estimates them), and by as much as the median: a walk is
-/// uneven.
+/// A step from one scan to the next is a jump if it exceeds the median by this many standard deviations
+/// (estimated from the median deviation, for a normal distribution) and is twice the median.
 constexpr double jump_deviations = 6, of_median_deviation = 1.4826;
 /// m and rad: smaller steps are jitter of poses that stand still.
 constexpr double least_jump_m = 0.05, least_jump_rad = 0.02;

@@ -7,7 +7,7 @@
 
 namespace octosurf::alignment {
 
-/// How a scan taken from this pose agrees with the octree: of 400 samples of it. Some 0.2 ms.
+/// Compares 400 samples of a scan taken from this pose with the octree. Some 0.2 ms.
 Agreement agreement_of(const surfaces::MapState& map, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
                        const RangeLimits& limits);
 

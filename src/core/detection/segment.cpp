@@ -91,9 +91,9 @@ std::vector<Index> clear_of_other_planes(const Readings& readings, const std::ve
   return clear;
 }
 
-/// Where nobody knows which side of a patch was seen, such as the lines that a level ray draws along a
-/// ceiling at its own height: the mean cosine of its readings is below two standard errors. Stored views err
-/// evenly, by up to view_error either way, so by view_error/√3; those of one direction alike.
+/// The side from which a patch was seen is unknown, such as for level rays along a ceiling at their height,
+/// if the mean cosine of its readings is below two standard errors. Errors of stored views are uniform up
+/// to view_error, so their deviation is view_error/√3; views of one direction share theirs.
 std::optional<Refusal> refusal_of_side(const Readings& readings, const Patch& patch,
                                        const std::vector<Index>& indices) {
   constexpr double view_error = sensing::ReadingModel::view_error;

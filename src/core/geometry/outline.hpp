@@ -37,7 +37,7 @@ class Outline {
   /// cells may have equal sites.
   void set(PlaneCell cell, std::span<const Eigen::Vector2d> sites);
   std::vector<Polygon> update();
-  /// After update() or set() has thrown: makes the triangulation anew. Cells that were to be set must be set
+  /// After update() or set() has thrown: rebuilds the triangulation. Cells that were to be set must be set
   /// again. Changes nothing if it throws.
   void recover();
 

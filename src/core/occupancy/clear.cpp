@@ -1,4 +1,4 @@
-// Takes back what is known of a part of space.
+// Clears a region of the octree.
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"

@@ -11,9 +11,9 @@ namespace octosurf::occupancy {
 
 /// Tests whether a ray of this scan passes through a voxel and crosses a plane beyond s, so that grazing rays
 /// along a floor do not erase it (octomap#180). Rays are binned by direction on first use; a test examines
-/// the rays within the voxel's angular size. All rays are taken to start at the scan's origin: where a sensor
-/// moved within a scan, they end where they do, and thus beyond the plane or not; they pass only near the
-/// voxels that they passed.
+/// the rays within the voxel's angular size. All rays are assumed to start at the scan's origin: if the
+/// sensor moved within a scan, their ends are right, and so are the sides of the plane on which they end; the
+/// voxels that they pass are approximate.
 class GrazingTest {
  public:
   GrazingTest(const sensing::VoxelScan& scan, const geometry::VoxelGrid& grid) : scan_(scan), grid_(grid) {}

@@ -115,11 +115,11 @@ class OccupancyMap {
   /// not deep in a uniform cube.
   static OccupancyMap resampled(const OccupancyMap& other, const Eigen::Isometry3d& T_here_other,
                                 const OccupancyParameters& parameters, std::size_t& lost);
-  /// What is known of voxels whose middle lies in a part of space becomes unknown, or as after one miss.
+  /// Sets voxels whose middle lies in a region to unknown, or as after one miss.
   OccupancyDelta clear(const SpacePart& part, bool as_free);
-  /// Every voxel becomes unknown, free or occupied as in `other`, on the same grid, whose points do not
-  /// count. Log-odds are the other's, clamped, unless those are saturated, as all of a .bt, and say nothing
-  /// new. Points stay where both are occupied; for the rest adopt_occupied_voxels() makes some, and throws.
+  /// Sets every voxel to unknown, free or occupied as in `other`, on the same grid, without its points.
+  /// Log-odds are the other's, clamped, except saturated ones, as all of a .bt, that agree with the voxel
+  /// here. Points stay where both are occupied; for the rest adopt_occupied_voxels() makes some, and throws.
   OccupancyDelta replace(const OccupancyMap& other);
   bool empty() const;  ///< everything is unknown
   /// Of readings that are not inserted yet. Some 0.5 µs each, 2 µs where they disagree.

@@ -71,7 +71,7 @@ class VoxelTree {
   }
 
   enum class Meets { nothing, some, all };
-  /// What is known of a part of space becomes unknown, or this value, below the threshold. Policy:
+  /// Forgets a region, or sets it to one free value. Policy:
   /// - `Meets meets(VoxelKey corner, int level)`: of the part, the middles of a cube's voxels.
   /// - `void vanished(const VoxelPayload&, VoxelKey)`: as above.
   /// O(nodes that meet it).
@@ -80,10 +80,9 @@ class VoxelTree {
     clear(root_, top_level, 0, becomes, policy);
   }
 
-  /// Every voxel becomes what `other`, on the same grid, says of it: unknown, or its log-odds, clamped as
-  /// here. A value at a clamp, such as all of a .bt, says only occupied or free: where it says so here
-  /// already, the log-odds stay. Policy: `void vanished(const VoxelPayload&, VoxelKey)`: as above. O(nodes of
-  /// both).
+  /// Copies every voxel of `other`, on the same grid: unknown, or its log-odds, clamped as here. Values at a
+  /// clamp, such as all of a .bt, are only occupied or free: log-odds here that agree with them stay. Policy:
+  /// `void vanished(const VoxelPayload&, VoxelKey)`: as above. O(nodes of both).
   template <class Policy>
   void replace(const VoxelTree& other, Policy& policy) {
     without_points_ = true;  // until share() has checked

@@ -12,8 +12,8 @@
 namespace octosurf {
 namespace {
 
-// A robot that turns by 3 rad/s does so by 0.17° in it. Poses are taken to be interpolated by arcs between:
-// what second order leaves of these is 5e-9 of the range.
+// A robot that turns at 3 rad/s turns by 0.17° in it. Poses between are interpolated by arcs to second order,
+// with an error of 5e-9 of the range.
 constexpr double step_s = 1e-3;
 constexpr double longest_s = 3600;
 

@@ -1,4 +1,4 @@
-// Tells a sensor by the directions of its readings.
+// Recognises a sensor by the directions of its readings.
 #include "geometry/degrees.hpp"
 #include "geometry/median.hpp"
 
@@ -17,7 +17,7 @@
 namespace octosurf {
 namespace {
 
-/// Fewer say nothing of a raster or of rings.
+/// Least number of readings that can show a raster or rings.
 constexpr std::size_t least_readings = 100;
 /// A camera's pixels at most, 4096 × 4096.
 constexpr std::size_t most_pixels = std::size_t{1} << 24U;
@@ -94,15 +94,15 @@ struct Spacing {
   std::vector<float> across, up;
 };
 
-/// Share of the values within a quarter of their median; of points thrown at random a third.
+/// Share of the values within a quarter of their median; a third for random points.
 bool alike(std::vector<float> values) {
   const float usual = geometry::median_of(values);
   const auto near = std::ranges::count_if(values, [&](float v) { return std::abs(v - usual) < usual / 4; });
   return static_cast<double>(near) >= 0.7 * static_cast<double>(values.size());
 }
 
-/// Rays whose neighbours at the side and above are everywhere as far: a raster that lens distortion bends, or
-/// rounding blurs.
+/// Rays with even distances to their neighbours beside and above: a raster bent by lens distortion or blurred
+/// by rounding.
 bool is_even(std::vector<Slopes> slopes) {
   constexpr std::size_t looked_at = 1000;
   std::ranges::sort(slopes, [](const Slopes& a, const Slopes& b) {

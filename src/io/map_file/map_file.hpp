@@ -34,12 +34,11 @@ namespace octosurf::io {
 // resolution. An inner node's log-odds is the largest of its children's. A map without any voxel has
 // no chunk. A surface's inliers are the points that carry its id; that is the only place they are in.
 //
-// Why this format. Maps outlive versions: protobuf's numbered fields let a new one add what old files
-// do not have, and parameters are named, not placed. Maps come from anywhere: records bound what is
-// in memory before it has been looked at, lengths and counts are never allocated on trust, the
-// stream may not decompress to more than its size allows, the checksum covers everything, and every
-// number is checked for what the rest of the library takes for granted. The octree goes by as raw
-// bytes, because a message per node would take ten times its size.
+// Why this format. Maps outlive versions: protobuf's numbered fields allow additions, and parameters
+// are stored by name. Maps may be untrusted: records bound the memory before they are checked,
+// lengths and counts are checked before allocation, the stream may not decompress to more than its
+// size allows, the checksum covers everything, and every number is checked for the library's
+// assumptions. The octree is raw bytes, because a message per node would take ten times its size.
 
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
 inline constexpr std::uint32_t map_file_version = 7;

@@ -40,7 +40,7 @@ bool may_be_cloud(const TopicContents& topic) {
          !is_pose_type(topic.topic.type);
 }
 
-/// A frame called like this is of a robot or sensor, though an arm or a leg may move in it.
+/// Names of robot or sensor frames, in which an arm or a leg may move.
 bool is_named_as_part(const std::string& frame) {
   for (const char* const part :
        {"base", "body", "link", "robot", "imu", "lidar", "laser", "velodyne", "ouster", "os_", "livox",
@@ -163,7 +163,7 @@ void BagRecording::choose_camera(const TopicContents& images, const std::optiona
                      "; each image is read by the last before it of its size");
 }
 
-/// Of several trees that place the same frames, that of the robot: the one in whose namespace the scans are.
+/// Of several trees with the same frames, the one in the scans' namespace.
 void BagRecording::choose_tree(const BagOptions& options) {
   std::map<std::string, TransformTree>& trees = index_.trees;
   const auto own = [&](const ListedMessage& scan) {
@@ -209,7 +209,7 @@ void BagRecording::require_one_clock() const {
   refuse(scans.topic.name + what.data(), "--stamps recorded takes the recorder's time for both");
 }
 
-/// Where tf says two things, the options decide, or nothing does.
+/// Ambiguous tf is refused unless the options decide.
 void BagRecording::settle_doubts(const BagOptions& options) {
   if (pose_topic_) return;
   const auto [parents, disagreement, changed] =
@@ -253,8 +253,8 @@ void BagRecording::choose_poses(const BagOptions& options) {
          "give --poses FILE, or record /tf and /tf_static");
 }
 
-/// Clouds that an odometry by lidar has moved to the frame of its map: tf or the odometry knows from where
-/// they were seen. False: they are in a sensor's frame.
+/// Clouds that lidar odometry has moved to its map frame: the sensor's pose is from tf or odometry. False:
+/// they are in a sensor's frame.
 bool BagRecording::choose_registered(const std::string& frame, const BagOptions& options) {
   if (!is_cloud_type(index_.topics[scans_.front().topic].topic.type)) return false;
   const auto poses_in_it = [&](const TopicContents& topic) {
@@ -272,8 +272,7 @@ bool BagRecording::choose_registered(const std::string& frame, const BagOptions&
   if (robot.empty() && by_topic) return false;             // choose_pose_topic() goes on
   if (robot.empty() && options.fixed_frame) return false;  // as if seen from its origin, as is stated
   if (robot.empty())
-    refuse("its clouds are in frame '" + frame +
-               "', which is no sensor's, and where they were seen from is not found",
+    refuse("its clouds are in fixed frame '" + frame + "' and no sensor pose is known",
            "record tf or odometry of the robot in it; --pose-frame names the robot's frame, --fixed-frame " +
                frame + " takes its origin");
   choose_fixed_frame(options.fixed_frame.value_or(""), "");

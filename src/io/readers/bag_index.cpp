@@ -109,13 +109,13 @@ class Indexer {
     std::uint32_t stream = 0, index = 0;  ///< into streams_; of scans and cameras, in their topic
     Trajectory::Sample sample;            ///< of a pose; of all, their stamp
   };
-  /// What is stamped by one clock: one transform of tf, one topic.
+  /// Messages stamped by one clock: one transform of tf, or one topic.
   struct Stream {
     std::size_t topic = 0;
     TransformTree* tree = nullptr;
     TransformTree::Edge edge{};
     bool moves = false;  ///< poses, but for fixed ones
-    // While passes are told apart: the one that it is in, and its last two stamps there.
+    // While passes are separated: its current one, and its last two stamps there.
     std::uint32_t pass = 0;
     std::int64_t last_ns = std::numeric_limits<std::int64_t>::min(), before_last_ns = last_ns;
     double apart_s = std::numeric_limits<double>::infinity();  // from the poses recorded before
@@ -132,7 +132,7 @@ class Indexer {
     return found->second;
   }
 
-  /// Some drivers have no clock and stamp with 0; a simulation begins there, and goes on from it.
+  /// Some drivers have no clock and stamp 0; a simulation starts at 0 and continues.
   void give_stamps() {
     constexpr std::int64_t near_ns = 500000000;  // poses and scans come at 2 Hz at least
     const bool from_zero = std::ranges::any_of(events_, [&](const Event& event) {
@@ -147,7 +147,7 @@ class Indexer {
         if (scan.header_ns == 0 && !from_zero) scan.header_ns = scan.stamp_ns;  // when it was recorded
   }
 
-  /// The stream was set back by more than its spacing, and not by one message that came late: what follows is
+  /// The stream was set back by more than its spacing, and not by one late message: what follows is
   /// before the last but one, too.
   bool goes_back(std::size_t event) const {
     const Stream& stream = streams_[events_[event].stream];
@@ -158,9 +158,8 @@ class Indexer {
     return false;
   }
 
-  /// The pass that each event is of. Streams do not notice at the same time that a clock was set back: until
-  /// a stream's stamps are nearer to the new time than to the old, they are of the pass before.
-  /// `later`: what is added to the stamps of each.
+  /// The pass of each event. Streams follow a clock that was set back at different times: a stream is in the
+  /// old pass until its stamps are nearer to the new time. `later`: added to the stamps of each pass.
   std::vector<std::uint32_t> find_passes(std::vector<std::int64_t>& later) {
     std::vector<std::uint32_t> passes(events_.size());
     std::uint32_t pass = 0;
@@ -280,7 +279,7 @@ class Indexer {
     }
   }
 
-  /// Where it changes; one that is not calibrated, as before a driver is up, only until another comes.
+  /// Where it changes; an uncalibrated one, from a driver that is starting, only until another comes.
   void add_camera(TopicContents& contents, std::size_t topic, const MessageHeader& header,
                   const CameraInfoMessage& camera) {
     std::vector<ListedCamera>& cameras = contents.cameras;

@@ -30,9 +30,9 @@ struct TopicContents {
   BagTopic topic;
   std::uint64_t messages = 0, bytes = 0;
   std::int64_t first_ns = 0, last_ns = 0;  ///< when they were recorded
-  std::vector<ListedMessage> scans;        ///< of clouds and images, those of no point left out
-  std::uint64_t empty_scans = 0;           ///< these
-  double apart_s = 0;                      ///< of the scans, from the poses then recorded, at least
+  std::vector<ListedMessage> scans;        ///< clouds and images with points
+  std::uint64_t empty_scans = 0;           ///< those without
+  double apart_s = 0;                      ///< least time from scans to the poses recorded with them
   bool is_depth = false;                   ///< clouds, and images one of which is of depth
   Trajectory poses;                        ///< of messages that hold one pose
   std::string pose_parent, pose_child;     ///< frames of the first one; a child is optional
@@ -49,9 +49,9 @@ struct BagIndex {
 /// "/a" of "/a/tf".
 std::string namespace_of(const std::string& topic);
 
-/// Reads the bag once, and brings its messages into the order in which they were recorded. Where the clock of
-/// the poses is set back, all begins anew, as in tf2: the pass that follows gets stamps behind those before.
-/// `recorded`: the recorder's time is taken for all stamps. Throws Error(data) for damage, also in messages
+/// Reads the bag once and sorts its messages by recording time. If the poses' clock is set back, a new pass
+/// begins, as in tf2, and gets stamps after those before. `recorded`: all stamps are the recorder's time.
+/// Throws Error(data) for damage, also in messages
 /// of poses, transforms or cameras, and if their total would exceed the limit for a bag of `bytes`; with
 /// `left_out`, damaged ones are skipped with a line each.
 BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes, bool recorded,

@@ -19,11 +19,11 @@
 
 namespace octosurf::io {
 
-/// What the scans of one sensor have in common.
+/// Properties of one sensor's scans.
 struct RecordedSensor {
   std::string name;           ///< its topic, or the folder of its files
   bool images = false;        ///< depth images, not clouds
-  bool moves_within = false;  ///< points of its clouds may have times, and its motion meanwhile is in them
+  bool moves_within = false;  ///< its clouds may have point times, and motion to undo
 };
 
 /// The posed scans of a bag: its clouds and depth images by header time.

@@ -43,8 +43,8 @@ std::string to_seconds(std::vector<double>& stamps);
 /// rounding.
 std::string tum_line(double stamp_s, const Eigen::Isometry3d& T);
 
-/// The pose with its rotation made exactly orthonormal; throws Error(data) naming `where` unless it is rigid
-/// up to rounding (require_rigid).
+/// The pose with an exactly orthonormal rotation; throws Error(data) naming `where` unless it is rigid up to
+/// rounding (require_rigid).
 Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where);
 
 /// Translation and quaternion; for a quaternion farther than 1e-2 from unit length the matrix is one that

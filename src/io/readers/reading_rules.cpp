@@ -16,13 +16,13 @@ namespace {
 
 /// m: values are the same to the millimetre, as formats store them.
 constexpr float same_m = 1e-3F;
-/// What is farther, in metres or millimetres, is beyond the earth: a format's largest number.
+/// Larger values, in metres or millimetres, are a format's largest number.
 constexpr float no_farther = 1e8F;
-/// Readings, and share of them, that a value must have to stand for no return.
+/// Least number and share of readings with a value that means no return.
 constexpr std::size_t least_alike = 50;
 constexpr double least_share = 0.01;
-/// Of the value: below it there are hardly any readings. Real ones thin out, or the wall that many lie on
-/// goes on towards the sensor.
+/// Share of the value: range below it with hardly any readings. Real readings thin out gradually, or lie on a
+/// wall that continues towards the sensor.
 constexpr float empty_below = 0.9F;
 constexpr double hardly_any = 0.01;  // of the readings with the value; of a floor before a wall 3 %
 /// m: of a camera, which maps as far. Nearer, a floor seen from straight above is as level.
@@ -45,7 +45,7 @@ struct Alike {
   std::vector<Eigen::Vector3f> points;
 };
 
-/// Of every `step`th point those that have a largest distance, if they are many and stand apart.
+/// Of every `step`th point those with the largest distance, if they are many and far from the others.
 template <class Distance>
 std::optional<Alike> far_alike(const std::vector<Eigen::Vector3f>& points, std::size_t step,
                                const Distance& distance_of) {

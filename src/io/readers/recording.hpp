@@ -21,8 +21,8 @@ class Recording {
   Recording(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
 
   std::size_t size() const { return scans_.size(); }
-  /// In the map's frame. Throws Error(data) if the scan or its pose is bad. Values that stand for no return
-  /// are looked for in all scans read so far: read them in order.
+  /// In the map's frame. Throws Error(data) if the scan or its pose is bad. No-return values are found in the
+  /// scans read so far: read them in order.
   Scan read(std::size_t i);
 
   /// A line for each scan without a pose at its time.

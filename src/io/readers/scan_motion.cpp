@@ -16,7 +16,7 @@ namespace octosurf::io {
 namespace {
 
 constexpr double longest_sweep_s = 10;        // of a scanner that a motor tilts; lidars take 0.05 to 0.2 s
-constexpr double usual_sweep_s = 0.1;         // of a lidar that says nothing
+constexpr double usual_sweep_s = 0.1;         // of a lidar without times
 constexpr double gap_between_scans_s = 0.25;  // between poses, as for bags
 constexpr std::size_t most_samples = 5;  // one in the middle of a recording is whole, whatever its ends are
 

@@ -40,11 +40,11 @@ struct PointClock {
   enum class Zero {
     stamp,       ///< the cloud's time stamp
     epoch,       ///< that of the time stamps
-    other_clock  ///< another one's; the first point is taken for the time stamp's
+    other_clock  ///< of another clock; the first point is assumed to be at the time stamp
   } zero = Zero::stamp;
-  double longest_s = 0;  ///< farther from the time stamp is no time
+  double longest_s = 0;  ///< largest valid distance from the time stamp
 
-  /// s after the stamp; what is no time becomes NaN.
+  /// s after the stamp; NaN for invalid times.
   std::vector<float> after_stamp(double stamp_s, const std::vector<Eigen::Vector3f>& points,
                                  const PointTimes& times) const;
   std::string text() const;
@@ -76,7 +76,7 @@ class ScanMotion {
     std::vector<Trajectory::Jump> jumps;  ///< of these poses
     std::function<RawScan(std::size_t scan)> read;
     bool undo = true;
-    bool real = false;  ///< a lidar of it turns while it moves, whether or not its points have times
+    bool real = false;  ///< its lidar spins while it moves, with or without point times
   };
   /// Reads up to five scans, to recognise the unit of their times.
   explicit ScanMotion(Recording recording);
@@ -84,7 +84,7 @@ class ScanMotion {
   /// The scan with its motion undone; or with `times_s` where that cannot be, or is not wanted.
   Scan operator()(RawScan raw) const;
 
-  /// What is undone or not, a line each.
+  /// A line for each sensor: whether its motion is undone.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:

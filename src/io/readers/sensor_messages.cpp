@@ -258,7 +258,7 @@ DepthImage depth_of(const CompressedImageMessage& image, const std::string& wher
                      : says("png")                      ? read_png(head.rest(), where, largest_size)
                                                         : read_rvl(head.rest(), largest_size);
   const bool millimetres = says("16UC1") || says("mono16");
-  // The farthest depth that it tells apart, of pixel 1: its writer's depth_max.
+  // The farthest depth that it encodes, by pixel value 1: its writer's depth_max.
   const float farthest = a / (1 - b);
   constexpr float least_farthest = 0.1F, most_farthest = 1e4F;  // m
   const bool quantised =
@@ -285,7 +285,7 @@ CameraInfoMessage read_camera_info(MessageReader& message) {
   for (double& value : p) value = message.f64();
   info.raw = {k[0], k[4], k[2], k[5]};
   info.rectified = {p[0], p[5], p[2], p[6]};
-  if (info.calibrated()) check_positive_side(width, height);  // or else of a driver that is not up yet
+  if (info.calibrated()) check_positive_side(width, height);  // else from a driver that is starting
   const auto side = [&] { return static_cast<int>(std::min(message.u32(), largest_side)); };
   info.binning_x = std::max(1, side());
   info.binning_y = std::max(1, side());

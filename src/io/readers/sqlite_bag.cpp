@@ -42,7 +42,7 @@ class SqliteBag : public Bag {
       const auto id = static_cast<std::uint64_t>(sqlite3_column_int64(all.get(), 0));
       visit({found->second, sqlite3_column_int64(all.get(), 2), blob(all, 3), {id, 0, 0, 0}});
     }
-    // SQLite takes for zeros what its last page lacks.
+    // SQLite reads missing bytes of the last page as zeros.
     const Statement whole =
         prepared("SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
     if (step(whole) && static_cast<std::uint64_t>(sqlite3_column_int64(whole.get(), 0)) > size_)
@@ -60,7 +60,7 @@ class SqliteBag : public Bag {
  private:
   using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
 
-  /// Of a recorder that was killed, much lies in a log beside the file. It is read as it is, in memory alone:
+  /// A killed recorder leaves much in a log beside the file. It is read in memory alone:
   /// without locks, which need another file, and not written into the base at the end.
   static sqlite3* opened(const std::filesystem::path& file) {
     const bool logged = std::filesystem::exists(log_of(file));

@@ -21,18 +21,18 @@ namespace {
 constexpr std::int64_t nearest_within_ns = 20000000;  // TUM's associate.py
 constexpr std::int64_t stamp_rounding_ns = 1000;      // seconds since 1970 as double are exact to 240 ns
 
-// What nobody who carries a sensor does in a step: at 10 Hz 20 cm and 17°, at 1 Hz 2 m.
+// Faster than any carried sensor: at 10 Hz 20 cm and 17° a step, at 1 Hz 2 m.
 constexpr double least_jump_m_s = 2, least_jump_rad_s = 3;
-// What the drift of an odometry is corrected by again and again, and what the alignment of scans mends.
+// Frequent corrections of odometry's drift are smaller; alignment handles them.
 constexpr double least_jump_m = 0.1, least_jump_rad = 0.1;
 // Speeds lie up to 7 spreads (1.4826 times the median of how far they are from the median) above the median
-// in right recordings, by hand and on robots; an odometry that begins anew, 0.7 m away, lies at 1000.
+// in correct recordings, hand-held and on robots; odometry that restarts 0.7 m away is at 1000.
 constexpr double jump_spreads = 20, spread_of_median = 1.4826;
 // A robot that stood and runs is fast in several steps, up to 3.3 times as in the second fastest of those
 // around. One bad sample makes two fast steps.
 constexpr std::size_t steps_around = 4, fast_beside = 1;
 constexpr double jump_beside = 5;
-constexpr std::size_t least_steps = 10;  // fewer are no rest to compare with
+constexpr std::size_t least_steps = 10;  // to compare with
 
 /// pose_from()'s limit: a quaternion of single precision is off by 1e-7, one that is off by 1 % is damaged.
 bool is_pose(const Trajectory::Sample& sample) {
@@ -59,8 +59,8 @@ bool is_same(const Trajectory::Sample& a, const Trajectory::Sample& b) {
          2 * std::min((q - p).norm(), (q + p).norm()) <= rounding;  // half of the angle
 }
 
-/// Sets the steps whose speed is far beyond the rest. A step that is shorter than usual counts as one that is
-/// not, or a message that came late would make the next one fast.
+/// Marks the steps that are far faster than the rest. A step shorter in time than usual counts as a usual
+/// one: after a late message the next step would seem fast.
 void mark_fast(const std::vector<double>& lengths, const std::vector<double>& times_s, double least_length,
                double least_speed, std::vector<bool>& fast) {
   std::vector<double> speeds(lengths.size());

@@ -43,7 +43,7 @@ class Trajectory {
 
   void add(const Sample& sample) { samples_.push_back(sample); }
   /// Call after the last add(): sorts by time; of several at one time the last one added is kept. Leaves out
-  /// what is no pose, as tf2 does, unless all are.
+  /// invalid poses, as tf2 does, unless all are.
   void finish();
   std::size_t left_out() const { return left_out_; }
   const std::vector<Sample>& samples() const { return samples_; }
@@ -51,7 +51,7 @@ class Trajectory {
   void forget_before(std::int64_t stamp_ns);
   bool changes() const { return changes_; }  ///< some sample differed from the first, ever
 
-  /// Finds the steps by which an odometry began anew, or a localiser corrected itself. O(samples).
+  /// Finds the steps where odometry restarted or a localiser corrected itself. O(samples).
   void find_jumps();
   /// Ascending.
   const std::vector<Jump>& jumps() const { return jumps_; }

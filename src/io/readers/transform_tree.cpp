@@ -11,9 +11,9 @@
 namespace octosurf::io {
 namespace {
 
-/// m, the median of how far two publishers that take turns are apart: A B A, sorted by time. One robot's
-/// odometry and localisers stay within 5 cm of themselves from one sample to the next but one. Every
-/// twentieth sample must be so: a publisher at 50 Hz and another at 2.5 Hz.
+/// m, median distance between two publishers that alternate: A B A, sorted by time. One publisher's samples
+/// stay within 5 cm from one to the next but one. Every twentieth sample must alternate: publishers at 50 Hz
+/// and 2.5 Hz.
 double to_and_fro(const std::vector<Trajectory::Sample>& samples) {
   constexpr double least_m = 0.05;
   constexpr std::size_t least_share = 20;

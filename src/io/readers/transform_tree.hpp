@@ -17,7 +17,7 @@ namespace octosurf::io {
 bool is_map_frame(std::string_view frame);
 
 /// tf: frames, each in its parent's, some fixed (/tf_static), some moving (/tf). A frame may have several
-/// parents: the one that leads to the frame that is asked for is taken.
+/// parents: the one that leads to the requested frame is used.
 class TransformTree {
  public:
   struct Edge {
@@ -45,7 +45,7 @@ class TransformTree {
   /// True if a frame between these two, or they themselves, moves.
   bool moves(const std::string& frame) const;
 
-  /// What tf says of a frame, or of one above it, in two ways.
+  /// Contradictions in tf about a frame or one above it.
   struct Doubts {
     std::string parents;       ///< "base has two parents at a time, odom and map"
     std::string disagreement;  ///< "two publishers of odom -> base disagree, by 0.52 m"

@@ -26,9 +26,9 @@ using planning::UprightStep;
 constexpr double code_tolerance = 0.01;  // m, see riser_tolerance
 // 3°: treads are level or fall by 2 % (1.1°), and a narrow one's plane seen from one side errs by 1°.
 constexpr double parallel_cos = 0.9986;
-// Two risers and a tread are one pace, 0.60 to 0.65 m: what is deeper needs another pace and is a landing.
+// Two risers and a tread are one pace, 0.60 to 0.65 m: a deeper tread needs another pace and is a landing.
 constexpr double deepest_tread = 0.60;
-// Half a foot; on less nobody stands.
+// Half a foot: the least tread.
 constexpr double least_tread = 0.15;
 // A winder turns a quarter turn in two or three treads.
 constexpr double greatest_turn = 50 * std::numbers::pi / 180;

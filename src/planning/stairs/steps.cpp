@@ -23,9 +23,8 @@ namespace {
 constexpr double level_slope_rad = 10 * std::numbers::pi / 180;
 // From a kerb's lowered side to the highest riser that people climb without hands.
 constexpr double least_riser = 0.05, greatest_riser = 0.30;
-// How far before an edge the lower surface is looked for: nearly half a foot, so that treads of half a foot
-// count; then farther, up to a foot, for treads whose back nobody saw yet, behind their own front or below a
-// nosing.
+// Search distance before an edge for the lower surface: nearly half a foot, so that treads of half a foot
+// count; then up to a foot, for treads whose back is unseen, behind their own front or below a nosing.
 constexpr std::array before_edge{0.10, 0.175, 0.25};
 // Narrower than two feet side by side is no step.
 constexpr double least_step_width = 0.30;
@@ -35,8 +34,8 @@ constexpr int half_window = 3;
 // A straight edge of many samples errs by far less; corners of a worn or rounded edge stay within it.
 constexpr double facing_cos = 0.82;  // 35°
 constexpr double edge_depth = 0.04;  // m, of the band that holds one edge
-// Parts of one edge: as far apart as an edge is looked before; turned, for worn edges are round, by less than
-// two winders; as high as risers of a flight are alike.
+// Parts of one edge: at most the search distance apart; turned by less than two winders, as worn edges are
+// round; as equal in height as risers of a flight.
 constexpr double part_gap = 0.10, part_cos = 0.97, part_height = riser_tolerance;
 
 struct Level {
@@ -127,7 +126,7 @@ std::vector<EdgeSample> take_edge(std::vector<EdgeSample>& rest) {
   }
   std::vector<EdgeSample> edge, others;
   for (const EdgeSample& s : rest)
-    // Wide across, so that an edge at a slight angle to its samples' mean stays whole.
+    // Wide sideways, so that a slanted edge is not split.
     (s.outward.dot(mean) > facing_cos && std::fabs(s.at.dot(mean) - line) < 2 * edge_depth ? edge : others)
         .push_back(s);
   if (edge.empty()) others.clear();
@@ -204,7 +203,7 @@ void measure(UprightStep& step) {
   step.step.heading_rad = std::atan2(step.heading.y(), step.heading.x());
 }
 
-/// Whether `part` goes on where `step`'s edge ends, in one line and height.
+/// Whether `part` continues `step`'s edge, in one line and height.
 bool continues(const UprightStep& step, const UprightStep& part) {
   if (step.heading.dot(part.heading) < part_cos) return false;
   if (std::fabs(step.step.riser_m - part.step.riser_m) > part_height) return false;
@@ -296,7 +295,7 @@ std::vector<UprightStep> find_steps(const Snapshot& snapshot, const Eigen::Vecto
       for (const double distance : before_edge) {
         const Eigen::Vector2d before = s.at + distance * s.outward;
         if (upper.contains(before)) break;
-        // The highest there; one at about the same height goes on as this one does.
+        // The highest there; one at about the same height continues it.
         double highest = height - greatest_riser;
         for (const Level* other : near) {
           const double its = other->height(before);

@@ -258,8 +258,9 @@ TEST_F(RegisteredClouds, AreSeenFromTheRobotsPlace) {
 
 TEST_F(RegisteredClouds, OfARobotThatIsNotFoundAreRefused) {
   const McapMessage registered = cloud(1, "/cloud_registered", "odom");
-  EXPECT_THAT(refusal({tf(1, "map", "odom", 7), registered}),
-              AllOf(HasSubstr("in frame 'odom', which is no sensor's"), HasSubstr("--pose-frame")));
+  EXPECT_THAT(
+      refusal({tf(1, "map", "odom", 7), registered}),
+      AllOf(HasSubstr("in fixed frame 'odom' and no sensor pose is known"), HasSubstr("--pose-frame")));
   EXPECT_THAT(refusal({tf(1, "odom", "alice", 5), tf(1, "odom", "bob", 7), registered}),
               HasSubstr("--pose-frame"));
   BagOptions choice;
