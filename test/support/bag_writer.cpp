@@ -11,7 +11,7 @@
 namespace octosurf::test {
 namespace {
 
-/// write_bag.py --serve at the other end of two pipes.
+/// write_bag.py at the other end of two pipes.
 class BagWriter {
  public:
   BagWriter() {
@@ -23,7 +23,7 @@ class BagWriter {
       ::dup2(from[1], 1);
       const std::string python = paths::bag_python(),
                         script = paths::source() + "/test/io/readers/write_bag.py";
-      ::execlp(python.c_str(), python.c_str(), "-B", script.c_str(), "--serve", nullptr);
+      ::execlp(python.c_str(), python.c_str(), "-B", script.c_str(), nullptr);
       ::_exit(127);
     }
     ::close(to[0]);
