@@ -30,7 +30,7 @@ set(OCTOSURF_SLOW_footsteps Crawl.AQuadrupedClimbsAStairAndCrossesASmallGap
 set(OCTOSURF_SLOW_fuzz Corpus/EveryByte.*
     Fuzz.BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles
     Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
-set(OCTOSURF_SLOW_io BagFiles.* Bags/CloudsInBag.* Bags/ImagesInBag.* DamagedMapFiles.*
+set(OCTOSURF_SLOW_io BagFiles.* Bags/ScansInBag.* DamagedMapFiles.*
     Removals.ComeBackWithWhoTookThemIn Removals.ManyComeBackInOrder ExportTest.FilesAreReadByPython
     Kinds/DamagedBags.*
     MapFiles.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame

@@ -17,16 +17,16 @@ namespace octosurf {
 /// candidate, which ScanSource::notes() reports; with several, an Error lists them.
 struct BagOptions {
   /// PointCloud2, or depth as Image or CompressedImage.
-  std::vector<std::string> topics;
+  std::vector<std::string> topics = {};
   /// Poses by Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped, instead of by tf.
-  std::optional<std::string> pose_topic;
+  std::optional<std::string> pose_topic = {};
   /// The frame whose poses the pose topic contains; empty: Odometry's child frame, else the sensor's. Of
   /// clouds that are in the map's frame: where their rays start.
-  std::optional<std::string> pose_frame;
+  std::optional<std::string> pose_frame = {};
   /// The frame of the map in tf; empty: `map`, if the sensor hangs below it, else the root above the sensor.
-  std::optional<std::string> fixed_frame;
+  std::optional<std::string> fixed_frame = {};
   /// CameraInfo of the depth images; empty: `camera_info` beside the images' topic.
-  std::optional<std::string> info_topic;
+  std::optional<std::string> info_topic = {};
   /// Of several trees with the same frames (/a/tf, /b/tf) the one to take; empty: that of the scans'
   /// namespace.
   std::optional<std::string> tf = {};
@@ -51,22 +51,22 @@ struct ScanSourceOptions {
   /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time stamps; or a
   /// folder of files with one pose each, called like the scans.
   /// Overrides poses found beside or inside the scans. See below for the formats.
-  std::optional<std::filesystem::path> poses;
+  std::optional<std::filesystem::path> poses = {};
   /// Of depth images: 3×3 K, or `fx fy cx cy`. Overrides a file found beside the images.
-  std::optional<std::filesystem::path> intrinsics;
+  std::optional<std::filesystem::path> intrinsics = {};
   /// Depth image units per metre; empty: 5000 for TUM folders, else 1000.
-  std::optional<double> depth_scale;
+  std::optional<double> depth_scale = {};
   /// Floats of a point in velodyne files, x y z first; empty: 4, or what their values say.
-  std::optional<std::size_t> fields;
+  std::optional<std::size_t> fields = {};
   /// Scans per second if there are no time stamps; empty: 30 for depth cameras, 10 for lidar.
-  std::optional<double> rate_hz;
+  std::optional<double> rate_hz = {};
   /// Maximum time between neighbouring poses for interpolation; empty: 0.1 for files of poses, 0.25 for bags.
-  std::optional<double> max_pose_gap_s;
+  std::optional<double> max_pose_gap_s = {};
   /// Subtracted from all coordinates, m, to bring them within reach of octree and float; empty: 0, or whole
   /// metres near the first scan if it lies farther than `origin_beyond_m` from 0 (UTM, ECEF).
-  std::optional<Eigen::Vector3d> origin;
+  std::optional<Eigen::Vector3d> origin = {};
   double origin_beyond_m = 8192;  ///< m; from here on float rounds by more than half a millimetre
-  BagOptions bag;                 ///< of bags
+  BagOptions bag = {};            ///< of bags
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
   /// Whether the motion within scans is undone.

@@ -9,9 +9,6 @@
 namespace octosurf::test {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-
 namespace fs = std::filesystem;
 
 class DamagedBags : public BagFiles, public ::testing::WithParamInterface<const char*> {};
@@ -21,17 +18,13 @@ TEST_P(DamagedBags, WithSkipBadWhatIsWholeIsThere) {
   const std::vector<Scan> whole = read_all({file});
   ASSERT_EQ(whole.size(), 3U);
   fs::resize_file(file, fs::file_size(file) * 3 / 4);
-  ScanSourceOptions options;
-  options.skip_bad = true;
-  const auto source = [&]() -> std::unique_ptr<ScanSource> {
-    try {
-      return open_scans({file}, options);
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr(file.filename().string()));
-      return nullptr;
-    }
-  }();
-  if (!source) return;  // what is whole holds no scan
+  std::unique_ptr<ScanSource> source;
+  try {
+    source = open_scans({file}, {.skip_bad = true});
+  } catch (const Error& error) {  // what is whole holds no scan
+    EXPECT_THAT(error.what(), says(file.filename().string()));
+    return;
+  }
   const auto scans = read_all(*source);
   EXPECT_FALSE(source->skipped().empty());
   ASSERT_LE(scans.size(), whole.size());
@@ -98,27 +91,26 @@ TEST_F(ForgedBags, AChunkThatUnpacksToFarTooMuchOrInAnotherWay) {
                                          bytes_of(static_cast<std::uint32_t>(how.size())) + how +
                                          bytes_of(std::uint64_t{bytes.size()}) + bytes))});
   };
-  EXPECT_THAT(refused(zeros.size(), "zstd", packed), HasSubstr("far more than the file's size"));
-  EXPECT_THAT(refused(std::uint64_t{1} << 60, "zstd", packed), HasSubstr("far more than the file's size"));
-  EXPECT_THAT(refused(1000, "zstd", packed), HasSubstr("zstd says"));
-  EXPECT_THAT(refused(3, "rar", "abc"), HasSubstr("compressed as 'rar', which is not read"));
+  EXPECT_THAT(refused(zeros.size(), "zstd", packed), says("far more than the file's size"));
+  EXPECT_THAT(refused(std::uint64_t{1} << 60, "zstd", packed), says("far more than the file's size"));
+  EXPECT_THAT(refused(1000, "zstd", packed), says("zstd says"));
+  EXPECT_THAT(refused(3, "rar", "abc"), says("compressed as 'rar', which is not read"));
 }
 
 TEST_F(ForgedBags, Foreign) {
-  EXPECT_THAT(failure({write("a.mcap", "")}), HasSubstr("is empty"));
-  EXPECT_THAT(failure({write("a.bag", "something else")}), HasSubstr("no bag"));
-  EXPECT_THAT(failure({write("a.bag", "#ROSBAG V1.2\n")}),
-              AllOf(HasSubstr("version before 2.0"), HasSubstr("rosbag migrate")));
+  EXPECT_THAT(failure({write("a.mcap", "")}), says("is empty"));
+  EXPECT_THAT(failure({write("a.bag", "something else")}), says("no bag"));
+  EXPECT_THAT(failure({write("a.bag", "#ROSBAG V1.2\n")}), says("version before 2.0", "rosbag migrate"));
   EXPECT_THAT(failure({write("a.db3", std::string("SQLite format 3\0", 16) + std::string(4096, 'x'))}),
-              HasSubstr("SQLite says"));
+              says("SQLite says"));
 }
 
 TEST_F(ForgedBags, AFolderOfCompressedFilesSaysHowToUnpackThem) {
   write("walk/metadata.yaml", "");
   write("walk/walk_0.db3.zstd", "");
-  EXPECT_THAT(failure({folder / "walk"}), AllOf(HasSubstr("compressed as a file"), HasSubstr("zstd -d")));
+  EXPECT_THAT(failure({folder / "walk"}), says("compressed as a file", "zstd -d"));
   fs::remove(folder / "walk/walk_0.db3.zstd");
-  EXPECT_THAT(failure({folder / "walk"}), HasSubstr("holds no scans"));
+  EXPECT_THAT(failure({folder / "walk"}), says("holds no scans"));
 }
 
 }  // namespace

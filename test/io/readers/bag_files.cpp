@@ -94,16 +94,29 @@ CdrBytes& CdrBytes::header(double stamp_s, const std::string& frame) {
 
 CdrBytes& CdrBytes::pose(double x, double qw) { return f64(x).f64(0).f64(0).f64(0).f64(0).f64(0).f64(qw); }
 
-CdrBytes one_point(double stamp_s, const std::string& frame) {
-  CdrBytes cloud;
-  cloud.header(stamp_s, frame).u32(1).u32(1).u32(3);
-  for (std::uint32_t axis = 0; axis < 3; ++axis)
-    cloud.text(std::string("xyz").substr(axis, 1)).u32(4 * axis).u8(7).u32(1);
-  return cloud.u8(0).u32(12).u32(12).bytes(bytes_of(1.0F, 2.0F, 3.0F)).u8(1);
+McapMessage cloud(double stamp_s, const std::string& topic, const std::string& frame) {
+  CdrBytes message;
+  message.header(stamp_s, frame).u32(1).u32(1).u32(3);
+  for (const char* const axis : {"x", "y", "z"})
+    message.text(axis).u32(4 * static_cast<std::uint32_t>(*axis - 'x')).u8(7).u32(1);
+  message.u8(0).u32(12).u32(12).bytes(bytes_of(1.0F, 2.0F, 3.0F)).u8(1);
+  return {topic, "sensor_msgs/msg/PointCloud2", stamp_s, message.all()};
 }
 
-CdrBytes one_transform(double stamp_s, const std::string& parent, const std::string& child, double x) {
-  return CdrBytes().u32(1).header(stamp_s, parent).text(child).pose(x);
+McapMessage tf(double stamp_s, const std::string& parent, const std::string& child, double x) {
+  return {"/tf", "tf2_msgs/msg/TFMessage", stamp_s,
+          CdrBytes().u32(1).header(stamp_s, parent).text(child).pose(x).all()};
+}
+
+McapMessage fixed(const std::string& parent, const std::string& child, double x) {
+  McapMessage message = tf(0.5, parent, child, x);
+  message.topic = "/tf_static";
+  return message;
+}
+
+McapMessage at(double logged_s, McapMessage message) {
+  message.logged_s = logged_s;
+  return message;
 }
 
 std::string mcap_record(std::uint8_t op, const std::string& body) {

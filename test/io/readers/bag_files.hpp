@@ -48,16 +48,19 @@ class CdrBytes {
   std::string bytes_;
 };
 
-/// One cloud of one point (1, 2, 3).
-CdrBytes one_point(double stamp_s, const std::string& frame);
-/// One transform, x along the parent's axis.
-CdrBytes one_transform(double stamp_s, const std::string& parent, const std::string& child, double x);
-
 struct McapMessage {
   std::string topic, type;  ///< sensor_msgs/msg/Image
   double logged_s = 0;
   std::string bytes;
 };
+/// One point (1, 2, 3).
+McapMessage cloud(double stamp_s, const std::string& topic = "/points", const std::string& frame = "lidar");
+/// One transform, x along the parent's axis.
+McapMessage tf(double stamp_s, const std::string& parent, const std::string& child, double x);
+McapMessage fixed(const std::string& parent, const std::string& child, double x);  ///< on /tf_static
+/// The message as recorded at another time than its stamp's.
+McapMessage at(double logged_s, McapMessage message);
+
 /// A record of MCAP.
 std::string mcap_record(std::uint8_t op, const std::string& body);
 /// An MCAP without chunks, check sums and summary.

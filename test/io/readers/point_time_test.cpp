@@ -1,19 +1,91 @@
-// Points' times in bags and cloud files, as drivers and tools write them: a sensor at 2 m/s that sees a wall
-// at x = 10.
+// Points' times in every unit and from every zero, in bags and cloud files as drivers and tools write them,
+// and what poses undo by them.
 #include "io/readers/bag_files.hpp"
+#include "io/readers/scan_motion.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <gmock/gmock.h>
+#include <limits>
 
 namespace octosurf::test {
 namespace {
 
 using ::testing::Contains;
-using ::testing::HasSubstr;
+using ::testing::Not;
+
+using Zero = io::PointClock::Zero;
+
+constexpr double first_stamp_s = 1700000000.5;
+
+/// Three clouds at 10 Hz; times from `first_s` to `last_s` after the stamp, as `value(stamp, after)` has
+/// them.
+template <class Value>
+std::vector<io::TimedCloud> timed_clouds(double first_s, double last_s, const Value& value) {
+  std::vector<io::TimedCloud> all;
+  for (int i = 0; i < 3; ++i) {
+    const double stamp = first_stamp_s + 0.1 * i;
+    all.push_back({stamp, value(stamp, first_s), value(stamp, last_s)});
+  }
+  return all;
+}
+
+TEST(PointClock, UnitsAreToldBySpan) {
+  for (const double unit_s : {1.0, 1e-3, 1e-6, 1e-9}) {
+    const auto expect_clock = [&](Zero zero, double first_s, const auto& value) {
+      const auto clock = io::clock_of(timed_clouds(first_s, first_s + 0.0999, value), 0.1);
+      ASSERT_TRUE(clock) << unit_s;
+      EXPECT_EQ(clock->unit_s, unit_s);
+      EXPECT_EQ(clock->zero, zero);
+    };
+    for (const double first_s : {0.0, -0.0999, -0.05}) {
+      expect_clock(Zero::stamp, first_s, [&](double, double s) { return s / unit_s; });
+      expect_clock(Zero::epoch, first_s, [&](double stamp, double s) { return (stamp + s) / unit_s; });
+    }
+    // Seconds since the sensor was switched on.
+    expect_clock(Zero::other_clock, 0,
+                 [&](double stamp, double s) { return (stamp - first_stamp_s + 777 + s) / unit_s; });
+  }
+}
+
+TEST(PointClock, AnyPeriodOfScans) {
+  for (const double period_s : {0.02, 0.05, 1.0, 5.0, 100.0})  // from 50 Hz to every thousandth scan recorded
+    for (const double unit_s : {1.0, 1e-9}) {
+      const double span_s = std::min(period_s, 0.1);
+      const auto clock =
+          io::clock_of(std::vector<io::TimedCloud>{{first_stamp_s, 0, span_s / unit_s}}, period_s);
+      ASSERT_TRUE(clock);
+      EXPECT_EQ(clock->unit_s, unit_s) << period_s;
+    }
+}
+
+TEST(PointClock, WhatIsAllAtOnceOrFitsNoUnitIsNoTime) {
+  EXPECT_FALSE(io::clock_of(std::vector<io::TimedCloud>{{first_stamp_s, 0, 0}}, 0.1));
+  EXPECT_FALSE(io::clock_of(std::vector<io::TimedCloud>{{first_stamp_s, 5, 5}}, 0.1));
+  EXPECT_FALSE(io::clock_of(std::vector<io::TimedCloud>{{first_stamp_s, 0, 1e12}}, 0.1));
+  EXPECT_FALSE(io::clock_of({}, 0.1));
+}
+
+TEST(PointClock, OnlyReadingsCount) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<Eigen::Vector3f> points{{1, 0, 0}, {nan, nan, nan}, {2, 0, 0}, {3, 0, 0}};
+  const io::PointTimes times{"timestamp", {first_stamp_s + 0.01, 0, first_stamp_s + 0.09, std::nan("")}};
+  const auto cloud = io::timed_cloud(first_stamp_s, points, times);
+  ASSERT_TRUE(cloud);
+  EXPECT_EQ(cloud->first, first_stamp_s + 0.01);
+  EXPECT_EQ(cloud->last, first_stamp_s + 0.09);
+  const auto clock = io::clock_of(std::vector{*cloud}, 0.1);
+  ASSERT_TRUE(clock);
+  const auto after = clock->after_stamp(first_stamp_s, points, times);
+  EXPECT_NEAR(after[0], 0.01, 1e-6);
+  EXPECT_TRUE(std::isnan(after[1]));
+  EXPECT_NEAR(after[2], 0.09, 1e-6);
+  EXPECT_TRUE(std::isnan(after[3]));
+}
+
+// A sensor at 2 m/s that sees a wall at x = 10.
 
 constexpr int points_each = 11, scan_count = 4;
-constexpr double first_stamp_s = 1700000000.5;
 
 double stamp_of(int scan) { return first_stamp_s + 0.1 * scan; }
 double after_stamp(int point) { return 0.0099 * point; }
@@ -50,13 +122,17 @@ const std::vector<DriverField> time_fields{
 class PointTime : public ScanFiles {
  protected:
   /// With tf at 100 Hz.
-  std::filesystem::path bag(const DriverField& time) const {
+  std::filesystem::path bag(const DriverField& time, double moves = 1) const {
     std::vector<McapMessage> messages;
     for (int i = -2; i < 10 * scan_count + 3; ++i) {
       const double t = first_stamp_s + 0.01 * i;
-      messages.push_back(
-          {"/tf", "tf2_msgs/msg/TFMessage", t, one_transform(t, "map", "lidar", place_at(t)).all()});
+      messages.push_back(tf(t, "map", "lidar", moves * place_at(t)));
     }
+    for (const McapMessage& cloud : clouds(time)) messages.push_back(cloud);
+    return write("a.mcap", mcap_of(messages));
+  }
+  static std::vector<McapMessage> clouds(const DriverField& time) {
+    std::vector<McapMessage> all;
     for (int scan = 0; scan < scan_count; ++scan) {
       CdrBytes cloud;
       cloud.header(stamp_of(scan), "lidar").u32(1).u32(points_each).u32(4);
@@ -66,9 +142,9 @@ class PointTime : public ScanFiles {
       const auto step = static_cast<std::uint32_t>(rows.size() / points_each);
       cloud.text(time.name).u32(12).u8(time.datatype).u32(1);
       cloud.u8(0).u32(step).u32(points_each * step).bytes(rows).u8(1);
-      messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", stamp_of(scan), cloud.all()});
+      all.push_back({"/points", "sensor_msgs/msg/PointCloud2", stamp_of(scan), cloud.all()});
     }
-    return write("a.mcap", mcap_of(messages));
+    return all;
   }
 
   /// x y z and the time.
@@ -105,6 +181,7 @@ class PointTime : public ScanFiles {
     for (int scan = 0; scan < scan_count; ++scan) {
       const Scan& s = read[static_cast<std::size_t>(scan)];
       ASSERT_EQ(s.origins.size(), static_cast<std::size_t>(points_each));
+      EXPECT_TRUE(s.times_s.empty());
       for (int i = 0; i < points_each; ++i) {
         const auto at = static_cast<std::size_t>(i);
         EXPECT_NEAR(s.T_map_sensor.translation().x() + static_cast<double>(s.points[at].x()), 10, 1e-4);
@@ -117,24 +194,47 @@ class PointTime : public ScanFiles {
 TEST_F(PointTime, OfBagsUndoesTheMotion) {
   for (const DriverField& time : time_fields) {
     SCOPED_TRACE(time.name + " " + std::to_string(time.unit_s));
+    const char* const unit = time.unit_s == 1 ? "s" : time.unit_s == 1e-6 ? "µs" : "ns";
     const auto source = open_scans({bag(time)});
-    EXPECT_THAT(source->notes(), Contains(::testing::AllOf(
-                                     HasSubstr("field " + time.name), HasSubstr("up to 20 cm"),
-                                     HasSubstr(time.absolute ? "on the stamps' clock" : "after the stamp"))));
+    EXPECT_THAT(source->notes(),
+                Contains(says("field " + time.name + " (" + unit +
+                                  (time.absolute ? " on the stamps' clock" : " after the stamp"),
+                              "undone", "up to 20 cm", "--deskew off")));
     expect_undone(read_all(*source));
   }
 }
 
 TEST_F(PointTime, OfBagsIsGivenWhereTheMotionIsLeft) {
-  ScanSourceOptions options;
-  options.deskew = Deskew::off;
-  const auto read = read_all({bag(time_fields.front())}, options);
+  const auto source = open_scans({bag(time_fields.front())}, {.deskew = Deskew::off});
+  EXPECT_THAT(source->notes(), Contains(says("not undone")));
+  const auto read = read_all(*source);
   ASSERT_EQ(read.size(), static_cast<std::size_t>(scan_count));
   EXPECT_TRUE(read[1].origins.empty());
   ASSERT_EQ(read[1].times_s.size(), static_cast<std::size_t>(points_each));
   EXPECT_NEAR(static_cast<double>(read[1].times_s.back()), after_stamp(points_each - 1), 1e-6);
   EXPECT_NEAR(static_cast<double>(read[1].points.back().x()),
               10 - place_at(stamp_of(1) + after_stamp(points_each - 1)), 1e-5);
+}
+
+TEST_F(PointTime, WithTooFewPosesIsToldAndTheMotionLeft) {
+  std::vector<McapMessage> messages = clouds(time_fields.front());
+  messages.push_back(tf(stamp_of(1), "map", "lidar", place_at(stamp_of(1))));
+  const auto source = open_scans({write("a.mcap", mcap_of(messages))}, {.skip_bad = true});
+  EXPECT_THAT(source->notes(), Contains(says("not undone in 1 of 1", "--max-pose-gap")));
+  const auto read = read_all(*source);
+  ASSERT_EQ(read.size(), 1U);
+  EXPECT_NEAR(static_cast<double>(read[0].points.back().x()), 10 - place_at(stamp_of(1) + after_stamp(10)),
+              1e-5);
+}
+
+TEST_F(PointTime, IfALidarHasNoneIsToldInCentimetres) {
+  const DriverField none{"intensity", 7, "4", "F", 1, false};
+  const auto times = says("times: none for each point");
+  EXPECT_THAT(
+      open_scans({bag(none)})->notes(),
+      Contains(::testing::AllOf(times, says("within 100 ms", "20 cm off", "field t, time or timestamp"))));
+  EXPECT_THAT(open_scans({bag(none)}, {.sensor = SensorKind::depth_camera})->notes(), Not(Contains(times)));
+  EXPECT_THAT(open_scans({bag(none, 0)})->notes(), Not(Contains(times))) << "it stands";
 }
 
 TEST_F(PointTime, OfPcdsUndoesTheMotion) {
@@ -176,7 +276,7 @@ TEST_F(PointTime, WithAPoseForEachScanIsEnough) {
   }
   write("clouds/poses.txt", poses);
   const auto untimed = open_scans({folder / "clouds"});
-  EXPECT_THAT(untimed->notes(), Contains(HasSubstr("field t is not used")));
+  EXPECT_THAT(untimed->notes(), Contains(says("field t is not used")));
   write("clouds/times.txt", times);
   expect_undone(read_all({folder / "clouds"}));
 }

@@ -3,6 +3,7 @@
 #include "io/files.hpp"
 
 #include <cstdint>
+#include <gmock/gmock.h>
 #include <vector>
 
 #include <octosurf/scan_source.hpp>
@@ -31,6 +32,12 @@ std::vector<Scan> read_all(const std::vector<std::filesystem::path>& inputs,
 
 /// The message of the Error(data) that opening or reading throws; fails the test if there is none.
 std::string failure(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options = {});
+
+/// Matches what holds all the texts.
+template <class... Text>
+auto says(const Text&... texts) {
+  return ::testing::AllOf(::testing::HasSubstr(texts)...);
+}
 
 /// The bytes of values in memory order.
 template <typename... T>

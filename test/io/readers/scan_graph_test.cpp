@@ -8,8 +8,6 @@
 namespace octosurf::test {
 namespace {
 
-using ::testing::HasSubstr;
-
 class ScanGraphs : public ScanFiles {
  protected:
   /// Two scans and an edge, written by OctoMap.
@@ -43,7 +41,7 @@ TEST_F(ScanGraphs, PointsAndPosesAreOctoMaps) {
       EXPECT_LT((p - Eigen::Vector3d(expected.x(), expected.y(), expected.z())).norm(), 1e-5);
     }
   }
-  EXPECT_THAT(scans[1].name, HasSubstr("two.graph scan 1"));
+  EXPECT_THAT(scans[1].name, says("two.graph scan 1"));
 }
 
 TEST_F(ScanGraphs, IsKnownByContentAndReadFromAFolder) {
@@ -55,22 +53,21 @@ TEST_F(ScanGraphs, IsKnownByContentAndReadFromAFolder) {
 TEST_F(ScanGraphs, TruncatedOrHostileFilesAreRefused) {
   const std::string whole = read_file(file);
   for (std::size_t length = 0; length < whole.size(); ++length)
-    EXPECT_THAT(failure({write("cut.graph", whole.substr(0, length))}), HasSubstr("cut.graph")) << length;
+    EXPECT_THAT(failure({write("cut.graph", whole.substr(0, length))}), says("cut.graph")) << length;
   for (const std::size_t count : {std::size_t{0}, std::size_t{4}}) {  // of scans, of points
     std::string hostile = whole;
     hostile.replace(count, 4, bytes_of(0xffffffffu));
-    EXPECT_THAT(failure({write("bad.graph", hostile)}), HasSubstr("truncated"));
+    EXPECT_THAT(failure({write("bad.graph", hostile)}), says("truncated"));
   }
-  EXPECT_THAT(failure({write("bad.graph", whole + "x")}), HasSubstr("not a scan graph"));
-  EXPECT_THAT(failure({write("bad.graph", bytes_of(0u, 0u))}), HasSubstr("without scans"));
+  EXPECT_THAT(failure({write("bad.graph", whole + "x")}), says("not a scan graph"));
+  EXPECT_THAT(failure({write("bad.graph", bytes_of(0u, 0u))}), says("without scans"));
 }
 
 TEST_F(ScanGraphs, NotRigidIsRefusedAndPosesFromOutsideAreWrongUse) {
   std::string bytes = read_file(file);
   const std::size_t quaternion = 4 + 4 + 2 * 28 + 28 + 4;
   bytes.replace(quaternion, 8, bytes_of(5.0));
-  EXPECT_THAT(failure({write("bad.graph", bytes)}),
-              HasSubstr("bad.graph scan 0: pose is not a rigid motion"));
+  EXPECT_THAT(failure({write("bad.graph", bytes)}), says("bad.graph scan 0: pose is not a rigid motion"));
   ScanSourceOptions options = with_poses(write("p", identity_pose));
   EXPECT_THROW(open_scans({file}, options), Error);
 }

@@ -9,14 +9,11 @@
 namespace octosurf::test {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-
 class DepthImages : public ScanFiles {
  protected:
   static std::string refusal(const std::filesystem::path& file) {
     const std::string message = failure(Error::Kind::data, [&] { io::read_depth_image(file); });
-    EXPECT_THAT(message, HasSubstr(file.string()));
+    EXPECT_THAT(message, says(file.string()));
     return message;
   }
   std::string refused_camera(std::string_view text) const {
@@ -49,25 +46,24 @@ TEST_F(DepthImages, PixelsAreBackProjectedAlongTheOpticalAxis) {
 }
 
 TEST_F(DepthImages, OthersThanWhole16BitGrayImagesAreRefused) {
-  EXPECT_THAT(refusal(write("empty.png", "")), HasSubstr("is empty"));
+  EXPECT_THAT(refusal(write("empty.png", "")), says("is empty"));
   const std::string png = read_file(write_png("whole.png", 3, 2, six));
   for (std::size_t length = 1; length < png.size() - 4; ++length)  // the last 4 check an empty chunk
     refusal(write("cut.png", png.substr(0, length)));
   std::string damaged = png;
   damaged[png.size() - 20] = static_cast<char>(damaged[png.size() - 20] ^ 0x55);
-  EXPECT_THAT(refusal(write("damaged.png", damaged)), HasSubstr("damaged PNG"));
-  EXPECT_THAT(refusal(write("cut.pgm", "P5 3 2 65535\n123")), HasSubstr("truncated PGM"));
-  EXPECT_THAT(refusal(write("head.pgm", "P5 3")), HasSubstr("PGM header"));
-  EXPECT_THAT(refusal(write("few.pgm", "P2 3 2 65535 100 20 30 40 50")),
-              HasSubstr("truncated or damaged PGM"));
-  EXPECT_THAT(refusal(write("no.png", "hello")), HasSubstr("neither PNG nor PGM"));
-  EXPECT_THAT(refusal(folder / "missing.png"), HasSubstr("cannot be read"));
-  EXPECT_THAT(refusal(write_picture("gray.png", false)), HasSubstr("8 bits; depth images are 16-bit gray"));
-  EXPECT_THAT(refusal(write_picture("colour.png", true)), HasSubstr("8 bits in colour"));
-  EXPECT_THAT(refusal(write("gray.pgm", "P5 2 1 255\nab")), HasSubstr("PGM of 8 bits"));
+  EXPECT_THAT(refusal(write("damaged.png", damaged)), says("damaged PNG"));
+  EXPECT_THAT(refusal(write("cut.pgm", "P5 3 2 65535\n123")), says("truncated PGM"));
+  EXPECT_THAT(refusal(write("head.pgm", "P5 3")), says("PGM header"));
+  EXPECT_THAT(refusal(write("few.pgm", "P2 3 2 65535 100 20 30 40 50")), says("truncated or damaged PGM"));
+  EXPECT_THAT(refusal(write("no.png", "hello")), says("neither PNG nor PGM"));
+  EXPECT_THAT(refusal(folder / "missing.png"), says("cannot be read"));
+  EXPECT_THAT(refusal(write_picture("gray.png", false)), says("8 bits; depth images are 16-bit gray"));
+  EXPECT_THAT(refusal(write_picture("colour.png", true)), says("8 bits in colour"));
+  EXPECT_THAT(refusal(write("gray.pgm", "P5 2 1 255\nab")), says("PGM of 8 bits"));
   // Announced sizes are not believed.
-  EXPECT_THAT(refusal(write("huge.pgm", "P5 4000000000 4000000000 65535\n")), HasSubstr("pixels"));
-  EXPECT_THAT(refusal(write("large.pgm", "P5 8000 8000 65535\n")), HasSubstr("truncated"));
+  EXPECT_THAT(refusal(write("huge.pgm", "P5 4000000000 4000000000 65535\n")), says("pixels"));
+  EXPECT_THAT(refusal(write("large.pgm", "P5 8000 8000 65535\n")), says("truncated"));
   // The header of a real file, its width (bytes 16 … 19) made 8000; the check sum no longer holds,
   // but nothing may be allocated in any case.
   std::string large = png;
@@ -86,11 +82,11 @@ TEST_F(DepthImages, IntrinsicsAreAMatrixOrFourNumbers) {
     EXPECT_EQ(camera.cx, 320) << text;
     EXPECT_EQ(camera.cy, 240) << text;
   }
-  EXPECT_THAT(refused_camera("500 510 320"), AllOf(HasSubstr("camera.txt"), HasSubstr("3 numbers")));
-  EXPECT_THAT(refused_camera("500 1 320 0 510 240 0 0 1"), HasSubstr("not a matrix"));  // skew
-  EXPECT_THAT(refused_camera("0 510 320 240"), HasSubstr("focal length"));
-  EXPECT_THAT(refused_camera("500 nan 320 240"), HasSubstr("not finite"));
-  EXPECT_THAT(refused_camera("fx fy cx cy"), HasSubstr("camera.txt:1: 'fx' is not a number"));
+  EXPECT_THAT(refused_camera("500 510 320"), says("camera.txt", "3 numbers"));
+  EXPECT_THAT(refused_camera("500 1 320 0 510 240 0 0 1"), says("not a matrix"));  // skew
+  EXPECT_THAT(refused_camera("0 510 320 240"), says("focal length"));
+  EXPECT_THAT(refused_camera("500 nan 320 240"), says("not finite"));
+  EXPECT_THAT(refused_camera("fx fy cx cy"), says("camera.txt:1: 'fx' is not a number"));
 }
 
 /// RVL of these pixels, as its author describes it: numbers of zeros, of others, and each other's difference

@@ -10,8 +10,6 @@
 namespace octosurf::test {
 namespace {
 
-using ::testing::HasSubstr;
-
 /// Quarter turn about z, then shift by (1, 2, 3).
 Eigen::Isometry3d quarter_turn() {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -70,21 +68,21 @@ TEST_F(PoseFiles, SmallDeviationsAreMadeOrthonormal) {
 }
 
 TEST_F(PoseFiles, WhatIsNoPoseIsNamedWithItsLine) {
-  EXPECT_THAT(refusal("# only a comment\n"), HasSubstr("poses.txt: holds no poses"));
-  EXPECT_THAT(refusal("0 0 0 0 0 0 1\n\n0 0 0 0 0 x1 1\n"), HasSubstr("poses.txt:3: 'x1' is not a number"));
-  EXPECT_THAT(refusal("0 0 0 0 0 0 1\n0 0 0 0 0 0\n"), HasSubstr("poses.txt:2: 6 numbers where 7"));
-  EXPECT_THAT(refusal("1 2 3\n"), HasSubstr("poses.txt:1: 3 numbers are no pose"));
-  EXPECT_THAT(refusal("1 0 0 0\n0 1 0 0\n0 0 1 0\n"), HasSubstr("poses.txt:1: a 4x4 pose breaks off"));
-  EXPECT_THAT(refusal("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 2 1\n"), HasSubstr("last row"));
+  EXPECT_THAT(refusal("# only a comment\n"), says("poses.txt: holds no poses"));
+  EXPECT_THAT(refusal("0 0 0 0 0 0 1\n\n0 0 0 0 0 x1 1\n"), says("poses.txt:3: 'x1' is not a number"));
+  EXPECT_THAT(refusal("0 0 0 0 0 0 1\n0 0 0 0 0 0\n"), says("poses.txt:2: 6 numbers where 7"));
+  EXPECT_THAT(refusal("1 2 3\n"), says("poses.txt:1: 3 numbers are no pose"));
+  EXPECT_THAT(refusal("1 0 0 0\n0 1 0 0\n0 0 1 0\n"), says("poses.txt:1: a 4x4 pose breaks off"));
+  EXPECT_THAT(refusal("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 2 1\n"), says("last row"));
 }
 
 TEST_F(PoseFiles, OnlyRigidMotionsAreTaken) {
   expect_quarter_turns("1 2 3 0 0 0.713 0.713\n", 1, false);  // near unit length
-  EXPECT_THAT(refusal("1 2 3 0 0 0.72 0.72\n"), HasSubstr("not a rigid motion"));
-  EXPECT_THAT(refusal("1 2 3 0 0 0 0\n"), HasSubstr("not a rigid motion"));
-  EXPECT_THAT(refusal("2 0 0 0 0 2 0 0 0 0 2 0\n"), HasSubstr("poses.txt:1: pose is not a rigid motion"));
-  EXPECT_THAT(refusal("1 0 0 0 0 1 0 0 0 0 -1 0\n"), HasSubstr("not a rigid motion"));  // mirrored
-  EXPECT_THAT(refusal("inf 0 0 0 0 0 1\n"), HasSubstr("not finite"));
+  EXPECT_THAT(refusal("1 2 3 0 0 0.72 0.72\n"), says("not a rigid motion"));
+  EXPECT_THAT(refusal("1 2 3 0 0 0 0\n"), says("not a rigid motion"));
+  EXPECT_THAT(refusal("2 0 0 0 0 2 0 0 0 0 2 0\n"), says("poses.txt:1: pose is not a rigid motion"));
+  EXPECT_THAT(refusal("1 0 0 0 0 1 0 0 0 0 -1 0\n"), says("not a rigid motion"));  // mirrored
+  EXPECT_THAT(refusal("inf 0 0 0 0 0 1\n"), says("not finite"));
 }
 
 TEST_F(PoseFiles, ColumnsAreFoundByTheNamesOfAHeader) {
@@ -98,7 +96,7 @@ TEST_F(PoseFiles, ColumnsAreFoundByTheNamesOfAHeader) {
       1, true);
   io::PoseFile file = io::read_poses(folder / "poses.txt");
   EXPECT_NEAR(*file.poses[0].stamp_s, 1403636580.838555648, 1e-6);
-  EXPECT_THAT(file.notes, testing::ElementsAre(HasSubstr("qw first"), HasSubstr("nanoseconds")));
+  EXPECT_THAT(file.notes, testing::ElementsAre(says("qw first"), says("nanoseconds")));
   // rostopic echo -p, a header that is no comment, a column of words.
   expect_quarter_turns(
       "%time,field.header.stamp,field.header.frame_id,field.pose.pose.position.x,"
@@ -116,7 +114,7 @@ TEST_F(PoseFiles, ColumnsAreFoundByTheNamesOfAHeader) {
   expect_quarter_turns("# ground truth trajectory\n# file: 'a.bag'\n17.5 1 2 3 0 0 " + q + " " + q + "\n", 1,
                        true);
   EXPECT_THAT(refusal("#t,x,y,z,qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n1,1,2,3,1,0,0\n"),
-              HasSubstr("poses.txt:3: 7 values where the header names 8"));
+              says("poses.txt:3: 7 values where the header names 8"));
 }
 
 TEST(TimeStamps, AreTakenToSecondsFromTheUnitTheyShow) {
@@ -180,11 +178,10 @@ TEST_F(TimedScans, AreGivenThePosesOfTheirTimeWhateverTheUnits) {
     std::filesystem::remove_all(folder / "scans");
     write_scans(divisor);
     for (const double per_s : {1.0, 1e3, 1e6, 1e9}) {
-      ScanSourceOptions options = with_poses(write("trajectory.txt", poses(20, 50, per_s)));
-      const auto source = open_scans({folder / "scans"}, options);
-      EXPECT_THAT(
-          source->notes().back(),
-          HasSubstr("5 of 5 scans matched by time, 5 interpolated between poses at most 0.05 s apart"));
+      const auto source =
+          open_scans({folder / "scans"}, with_poses(write("trajectory.txt", poses(20, 50, per_s))));
+      EXPECT_THAT(source->notes().back(),
+                  says("5 of 5 scans matched by time, 5 interpolated between poses at most 0.05 s apart"));
       const auto scans = read_all(*source);
       for (std::size_t i = 0; i < 5; ++i)  // 25 ms are half a step; whole milliseconds are 1 % of a step each
         EXPECT_NEAR(scans[i].T_map_sensor.translation().x(), 0.05 + 0.2 * static_cast<double>(i), 4e-3);
@@ -194,9 +191,7 @@ TEST_F(TimedScans, AreGivenThePosesOfTheirTimeWhateverTheUnits) {
 
 TEST_F(TimedScans, AreGivenPosesByTimeEvenIfThereAreAsMany) {
   write_scans(1);
-  ScanSourceOptions options;
-  options.max_pose_gap_s = 0.11;
-  options.poses = write("trajectory.txt", poses(6, 100, 1));
+  ScanSourceOptions options{.poses = write("trajectory.txt", poses(6, 100, 1)), .max_pose_gap_s = 0.11};
   auto scans = read_all({folder / "scans"}, options);
   EXPECT_NEAR(scans.at(4).T_map_sensor.translation().x(), 0.425, 1e-6);
   // Poses that count from the recording's start, in nanoseconds.
@@ -215,7 +210,6 @@ TEST_F(TimedScans, AreGivenPosesByTimeEvenIfThereAreAsMany) {
 
 TEST_F(TimedScans, LeaveOutBadPosesAndTellOfGaps) {
   write_scans(1);
-  ScanSourceOptions options;
   std::string text = poses(20, 50, 1);
   std::string::size_type line = 0;
   for (const char* const bad : {"0 0 0 0 0 0 1.014", "nan 0 0 0 0 0 1", "0 0 0 0 0 0 0"}) {
@@ -223,24 +217,19 @@ TEST_F(TimedScans, LeaveOutBadPosesAndTellOfGaps) {
     text.insert(end + 1, text.substr(line, blank - line) + "1 " + bad + "\n");
     line = end + 1;
   }
-  options.poses = write("trajectory.txt", text + "nan 0 0 0 0 0 0 1\n");
-  const auto source = open_scans({folder / "scans"}, options);
-  EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("4 poses left out, no rigid motion")));
+  const auto source =
+      open_scans({folder / "scans"}, with_poses(write("trajectory.txt", text + "nan 0 0 0 0 0 0 1\n")));
+  EXPECT_THAT(source->notes(), testing::Contains(says("4 poses left out, no rigid motion")));
   EXPECT_NEAR(read_all(*source).at(4).T_map_sensor.translation().x(), 0.85, 1e-6);
 
-  options.poses = write("sparse.txt", poses(5, 125, 1));  // one at the second scan's time
-  EXPECT_THAT(
-      open_scans({folder / "scans"}, options)->skipped(),
-      AllOf(testing::SizeIs(4), testing::Each(HasSubstr("0.125 s apart, and --max-pose-gap is 0.1 s"))));
-  options.poses = write("sparser.txt", poses(2, 500, 1));
-  EXPECT_THAT(failure({folder / "scans"}, options),
-              AllOf(HasSubstr("no scan has a pose at its time"), HasSubstr("0.500 s apart"),
-                    HasSubstr("--max-pose-gap")));
-  options.poses = folder / "sparse.txt";
-  options.max_pose_gap_s = 0.13;
-  EXPECT_EQ(read_all({folder / "scans"}, options).size(), 5U);
-  options.poses = write("bad.txt", "1403636579 0 0 0 0 0 0 2\n");
-  EXPECT_THAT(failure({folder / "scans"}, options), HasSubstr("nor is any"));
+  const auto sparse = write("sparse.txt", poses(5, 125, 1));  // one at the second scan's time
+  EXPECT_THAT(open_scans({folder / "scans"}, with_poses(sparse))->skipped(),
+              AllOf(testing::SizeIs(4), testing::Each(says("0.125 s apart, and --max-pose-gap is 0.1 s"))));
+  EXPECT_EQ(read_all({folder / "scans"}, {.poses = sparse, .max_pose_gap_s = 0.13}).size(), 5U);
+  EXPECT_THAT(failure({folder / "scans"}, with_poses(write("sparser.txt", poses(2, 500, 1)))),
+              says("no scan has a pose at its time", "0.500 s apart", "--max-pose-gap"));
+  EXPECT_THAT(failure({folder / "scans"}, with_poses(write("bad.txt", "1403636579 0 0 0 0 0 0 2\n"))),
+              says("nor is any"));
 }
 
 TEST_F(TimedScans, AreLeftOutWhereThePosesJump) {
@@ -250,8 +239,8 @@ TEST_F(TimedScans, AreLeftOutWhereThePosesJump) {
     text << std::fixed << std::setprecision(9) << static_cast<double>(first_ns) / 1e9 - 0.025 + 0.05 * i
          << " " << (i < 5 ? 0.01 * i : 4) << " 0 0 0 0 0 1\n";
   const auto source = open_scans({folder / "scans"}, with_poses(write("trajectory.txt", text.str())));
-  EXPECT_THAT(source->notes(), testing::Contains(HasSubstr("poses jump by 3.96 m")));
-  EXPECT_THAT(source->skipped(), testing::ElementsAre(HasSubstr("(they jump there); left out")));
+  EXPECT_THAT(source->notes(), testing::Contains(says("poses jump by 3.96 m")));
+  EXPECT_THAT(source->skipped(), testing::ElementsAre(says("(they jump there); left out")));
   EXPECT_EQ(read_all(*source).size(), 4U);
 }
 

@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Expected numbers are those of the data's own README files.
-class RealScans : public ::testing::Test {
+class RealScans : public ScanFiles {
  protected:
   void SetUp() override {
     if (!fs::is_directory(data)) GTEST_SKIP() << "no ../shared/data";
@@ -48,26 +48,21 @@ TEST_F(RealScans, RedKitchen) {
 }
 
 TEST_F(RealScans, SlambookPgm) {
-  const fs::path folder = data / "rgbd_slambook2_ch5";
-  ScanSourceOptions options;
-  options.intrinsics = fs::temp_directory_path() / "octosurf_slambook.txt";
-  std::ofstream(*options.intrinsics) << "518 519 325.5 253.5\n";
-  for (const bool explicit_poses : {true, false}) {
-    if (explicit_poses) options.poses = folder / "pose.txt";
-    if (!explicit_poses) options.poses.reset();
-    const auto scans = read_all({folder}, options);
+  const fs::path images = data / "rgbd_slambook2_ch5";
+  ScanSourceOptions options{.poses = images / "pose.txt",
+                            .intrinsics = write("camera.txt", "518 519 325.5 253.5\n")};
+  for (int stated = 1; stated >= 0; --stated, options.poses.reset()) {
+    const auto scans = read_all({images}, options);
     ASSERT_EQ(scans.size(), 5u);
     EXPECT_NEAR(scans[4].T_map_sensor.translation().z(), 1.6215, 1e-6);
     for (const auto& scan : scans) EXPECT_GT(scan.points.size(), 100000u);
   }
-  fs::remove(*options.intrinsics);
 }
 
 TEST_F(RealScans, BalmLidar) {
-  ScanSourceOptions options;
-  options.poses = data / "lidar_balm_realworld/poses_subset.csv";
-  for (const auto* folder : {"lidar_balm_realworld", "lidar_balm_realworld/scans"}) {
-    const auto scans = read_all({data / folder}, options);
+  const fs::path balm = data / "lidar_balm_realworld";
+  for (const fs::path& input : {balm, balm / "scans"}) {
+    const auto scans = read_all({input}, with_poses(balm / "poses_subset.csv"));
     ASSERT_EQ(scans.size(), 14u);
     double path = 0;
     for (std::size_t i = 0; i < scans.size(); ++i) {
@@ -81,9 +76,7 @@ TEST_F(RealScans, BalmLidar) {
     EXPECT_GT(path, 5);
     EXPECT_LT(path, 27.6);  // of all 177 scans
   }
-  options.poses = data / "lidar_balm_realworld/alidarPose.csv";
-  EXPECT_THAT(failure({data / "lidar_balm_realworld"}, options),
-              ::testing::HasSubstr("177 poses for 14 scans"));
+  EXPECT_THAT(failure({balm}, with_poses(balm / "alidarPose.csv")), says("177 poses for 14 scans"));
 }
 
 TEST_F(RealScans, LabelledFrames) {
@@ -100,9 +93,7 @@ TEST_F(RealScans, LabelledFrames) {
   EXPECT_THAT(b[0].name, ::testing::EndsWith("learn3.pcd"));
   EXPECT_EQ(read_all({data / "labelled_synpeb_sample"})[0].points.size(), 250000u);
 
-  ScanSourceOptions options;
-  options.depth_scale = 5000;
-  const auto icl = read_all({data / "labelled_evops_icl"}, options);  // fy < 0: y is up
+  const auto icl = read_all({data / "labelled_evops_icl"}, {.depth_scale = 5000});  // fy < 0: y is up
   ASSERT_EQ(icl.size(), 1u);
   EXPECT_GT(icl[0].points.size(), 300000u);
   EXPECT_GT(icl[0].points.front().y(), 0);
@@ -123,7 +114,7 @@ TEST_F(RealScans, StaticClouds) {
   for (const Eigen::Vector3f& p : building.points) extent.extend(p);
   EXPECT_NEAR(extent.sizes().y(), 54.8378, 1e-3);  // by awk
   EXPECT_EQ(classify(folder / "octomap_geb079.bt"), InputKind::occupancy_map);
-  EXPECT_THAT(failure({folder / "octomap_scan.dat.bz2"}), ::testing::HasSubstr("not a kind of file"));
+  EXPECT_THAT(failure({folder / "octomap_scan.dat.bz2"}), says("not a kind of file"));
 
   const fs::path graph = folder / "octomap_spherical_scan.graph";
   const Scan sphere = read_all({graph}).at(0);

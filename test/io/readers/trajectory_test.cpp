@@ -1,9 +1,9 @@
 #include "io/readers/trajectory.hpp"
 
+#include "io/readers/scan_files.hpp"
 #include "support/seed.hpp"
 
 #include <cmath>
-#include <gmock/gmock.h>
 #include <limits>
 #include <random>
 
@@ -11,7 +11,6 @@ namespace octosurf::test {
 namespace {
 
 using io::Trajectory;
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr std::int64_t one_second = 1000000000;
@@ -115,7 +114,7 @@ TEST(Trajectory, AnOdometryThatBeginsAnewIsNotInterpolatedOver) {
   EXPECT_EQ(trajectory.at(io::to_ns(4), one_second).translation().x(), 0);
   EXPECT_TRUE(trajectory.covers(io::to_ns(3.97), one_second) &&
               trajectory.covers(io::to_ns(4.01), one_second));
-  EXPECT_THAT(io::text_of_jumps(trajectory), HasSubstr("poses jump by 1.59 m and 91.2 degrees 4.00 s after"));
+  EXPECT_THAT(io::text_of_jumps(trajectory), says("poses jump by 1.59 m and 91.2 degrees 4.00 s after"));
   EXPECT_EQ(trajectory.around(io::to_ns(4), one_second, 3).size(), 3U) << "none of before";
   EXPECT_EQ(trajectory.around(io::to_ns(5), one_second, 3).size(), 6U);
 }

@@ -1,16 +1,15 @@
 #include "io/readers/transform_tree.hpp"
 
+#include "io/readers/scan_files.hpp"
 #include "support/seed.hpp"
 
 #include <cmath>
-#include <gmock/gmock.h>
 #include <random>
 
 namespace octosurf::test {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 constexpr std::int64_t second = 1000000000;
 
@@ -62,7 +61,7 @@ TEST(TransformTree, ForgetsWhatIsOldOfEachMovingFrame) {
   for (const double t : {1.0, 2.0, 3.0}) tree.add({"map", "base", false}, sample(t, t));
   add(tree, {{"map", "slow", false, 1, 1}, {"base", "camera", true, 0, 0}});
   tree.keep_last(second);
-  EXPECT_THAT(why_not(tree, "map", "camera", 1), HasSubstr("the first is 1.000 s later"));
+  EXPECT_THAT(why_not(tree, "map", "camera", 1), says("the first is 1.000 s later"));
   EXPECT_EQ(tree.lookup("map", "camera", 2 * second, 0).translation().x(), 2);
   EXPECT_EQ(tree.lookup("map", "slow", second, 0).translation().x(), 1);
 }
@@ -87,16 +86,15 @@ TEST(TransformTree, GoesUpAndAcross) {
   EXPECT_TRUE(tree.moves("left"));
   // Fixed to one another, whatever is known of where both are.
   EXPECT_NEAR(tree.lookup("right", "left", 99 * second, 0).translation().x(), 0.2, 1e-12);
-  EXPECT_THAT(why_not(tree, "map", "left", 99),
-              HasSubstr("no pose of frame base at its time: the last is 98"));
+  EXPECT_THAT(why_not(tree, "map", "left", 99), says("no pose of frame base at its time: the last is 98"));
 }
 
 TEST(TransformTree, TellsWhatIsMissing) {
   io::TransformTree tree;
   add(tree, {{"map", "base", false, 1, 10}, {"world", "camera", true, 0, 1}});
-  EXPECT_THAT(why_not(tree, "map", "lidar", 1), HasSubstr("no frame 'lidar'"));
-  EXPECT_THAT(why_not(tree, "earth", "base", 1), HasSubstr("no frame 'earth'"));
-  EXPECT_THAT(why_not(tree, "map", "camera", 1), HasSubstr("does not connect camera with map"));
+  EXPECT_THAT(why_not(tree, "map", "lidar", 1), says("no frame 'lidar'"));
+  EXPECT_THAT(why_not(tree, "earth", "base", 1), says("no frame 'earth'"));
+  EXPECT_THAT(why_not(tree, "map", "camera", 1), says("does not connect camera with map"));
 }
 
 TEST(TransformTree, ARobotIsWhatAloneMovesInItsMap) {
@@ -125,7 +123,7 @@ TEST(TransformTree, ARobotIsWhatAloneMovesInItsMap) {
 TEST(TransformTree, RingsEnd) {
   io::TransformTree tree;
   add(tree, {{"a", "b", true, 0, 1}, {"b", "a", true, 0, 1}, {"c", "d", true, 0, 1}});
-  EXPECT_THAT(why_not(tree, "c", "a", 1), HasSubstr("does not connect"));
+  EXPECT_THAT(why_not(tree, "c", "a", 1), says("does not connect"));
   EXPECT_FALSE(tree.moves("a"));
   EXPECT_LE(tree.ancestors("a").size(), 4U);
 }
@@ -161,25 +159,12 @@ TEST(TransformTree, WhatNeverChangesHoldsAlwaysIfSomethingElseMoves) {
   for (io::TransformTree* tree : {&stands, &moves}) tree->finish();
   EXPECT_EQ(moves.lookup("map", "lidar", 20 * second, 0).translation().x(), 7);
   EXPECT_EQ(moves.lookup("base", "lidar", 99 * second, 0).translation().x(), 5);
-  EXPECT_THAT(why_not(moves, "map", "lidar", 31), HasSubstr("no pose of frame base"));
+  EXPECT_THAT(why_not(moves, "map", "lidar", 31), says("no pose of frame base"));
   // All stands: that the last transform is old may be a loss.
-  EXPECT_THAT(why_not(stands, "map", "lidar", 20), HasSubstr("no pose of frame lidar"));
+  EXPECT_THAT(why_not(stands, "map", "lidar", 20), says("no pose of frame lidar"));
   EXPECT_EQ(stands.lookup("map", "base", 15 * second, 0).translation().x(), 1) << "as before and after";
   stands.hold_steady();
   EXPECT_EQ(stands.lookup("map", "lidar", 99 * second, 0).translation().x(), 6);
-}
-
-TEST(TransformTree, OfSeveralParentsTheOneThatLeadsThereIsTaken) {
-  io::TransformTree tree;
-  for (int i = 0; i < 20; ++i) {
-    tree.add({"odom", "base", false}, sample(1 + 0.02 * i, 7));
-    tree.add({"map", "base", false}, sample(1.01 + 0.02 * i, 9));
-  }
-  add(tree, {{"base", "lidar", true, 0, 1}});
-  EXPECT_EQ(tree.lookup("odom", "lidar", second * 11 / 10, second).translation().x(), 8);
-  EXPECT_EQ(tree.lookup("map", "lidar", second * 11 / 10, second).translation().x(), 10);
-  EXPECT_EQ(tree.doubts_of("lidar").parents, "base has two parents at a time, odom and map");
-  EXPECT_EQ(tree.doubts_of("lidar").disagreement, "");
 }
 
 TEST(TransformTree, TwoPublishersThatDisagreeAreNamed) {
@@ -192,8 +177,8 @@ TEST(TransformTree, TwoPublishersThatDisagreeAreNamed) {
     tree.finish();
     return tree.doubts_of("base").disagreement;
   };
-  EXPECT_THAT(doubts(0.51, 1), HasSubstr("two publishers of map -> base disagree, by 0.50 m"));
-  EXPECT_THAT(doubts(0.51, 10), HasSubstr("two publishers of map -> base disagree, by 0.50 m"));
+  EXPECT_THAT(doubts(0.51, 1), says("two publishers of map -> base disagree, by 0.50 m"));
+  EXPECT_THAT(doubts(0.51, 10), says("two publishers of map -> base disagree, by 0.50 m"));
   EXPECT_EQ(doubts(0.02, 1), "");
   EXPECT_EQ(doubts(0.5, 50), "") << "two samples are no publisher";
 }
