@@ -1,8 +1,9 @@
 #pragma once
 
 // Fast DDS 2 (Debian 12, Ubuntu 22.04 and 24.04) or 3 (Debian 13) under one set of names: 3 has moved and
-// renamed most of what is used here, and its fastddsgen writes headers that end otherwise.
+// renamed most of what is used here.
 
+#include <algorithm>
 #include <cstdint>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -22,16 +23,10 @@
 #include <string>
 #if __has_include(<fastrtps/config.h>)
 #define OCTOSURF_FAST_DDS 2
-#include "octosurf_msgsPubSubTypes.h"
-#include "ros2PubSubTypes.h"
-
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #else
 #define OCTOSURF_FAST_DDS 3
-#include "octosurf_msgsPubSubTypes.hpp"
-#include "ros2PubSubTypes.hpp"
-
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
 #include <fastdds/utils/IPLocator.hpp>
 #endif
@@ -81,40 +76,21 @@ class WriterListener : public fast::DomainParticipantListener {
 #endif
 };
 
-/// As Fast DDS serialises it, behind its encapsulation header; nothing where it cannot.
-template <class Support>
-std::string serialised(typename Support::type message) {
-  Support support;
-#if OCTOSURF_FAST_DDS == 2
-  fast_rtps::SerializedPayload_t payload(support.getSerializedSizeProvider(&message)());
-  if (!support.serialize(&message, &payload)) return {};
-#else
-  constexpr auto cdr = fast::XCDR_DATA_REPRESENTATION;
-  fast_rtps::SerializedPayload_t payload(support.calculate_serialized_size(&message, cdr));
-  if (!support.serialize(&message, payload, cdr)) return {};
-#endif
-  return {reinterpret_cast<const char*>(payload.data), payload.length};
-}
-
-template <class Support>
-bool deserialise(fast_rtps::SerializedPayload_t& payload, typename Support::type& message) {
-  Support support;
-#if OCTOSURF_FAST_DDS == 2
-  return support.deserialize(&payload, &message);
-#else
-  return support.deserialize(payload, &message);
-#endif
-}
-
-/// Bytes as they are, under the name of a type: what a publisher sends that is broken.
+/// Messages as their bytes (std::string), behind the encapsulation header, under the name of a type.
 class RawSupport : public fast::TopicDataType {
  public:
-  explicit RawSupport(const std::string& type);
 #if OCTOSURF_FAST_DDS == 2
-  bool serialize(void* data, fast_rtps::SerializedPayload_t* payload) override {
-    return copy(data, *payload);
+  explicit RawSupport(const std::string& type) {
+    setName(type.c_str());
+    m_typeSize = most;
+    m_isGetKeyDefined = false;
   }
-  bool deserialize(fast_rtps::SerializedPayload_t*, void*) override { return false; }
+  bool serialize(void* data, fast_rtps::SerializedPayload_t* payload) override {
+    return write(data, *payload);
+  }
+  bool deserialize(fast_rtps::SerializedPayload_t* payload, void* data) override {
+    return read(*payload, data);
+  }
   std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
     return [data] { return size(data); };
   }
@@ -122,11 +98,18 @@ class RawSupport : public fast::TopicDataType {
   void* createData() override { return new std::string; }
   void deleteData(void* data) override { delete static_cast<std::string*>(data); }
 #else
+  explicit RawSupport(const std::string& type) {
+    set_name(type);
+    max_serialized_type_size = most;
+    is_compute_key_provided = false;
+  }
   bool serialize(const void* data, fast_rtps::SerializedPayload_t& payload,
                  fast::DataRepresentationId_t) override {
-    return copy(data, payload);
+    return write(data, payload);
   }
-  bool deserialize(fast_rtps::SerializedPayload_t&, void*) override { return false; }
+  bool deserialize(fast_rtps::SerializedPayload_t& payload, void* data) override {
+    return read(payload, data);
+  }
   std::uint32_t calculate_serialized_size(const void* data, fast::DataRepresentationId_t) override {
     return size(data);
   }
@@ -139,9 +122,20 @@ class RawSupport : public fast::TopicDataType {
 #endif
 
  private:
-  static bool copy(const void* data, fast_rtps::SerializedPayload_t& payload);
+  static constexpr std::uint32_t most = 1 << 20;
   static std::uint32_t size(const void* data) {
     return static_cast<std::uint32_t>(static_cast<const std::string*>(data)->size());
+  }
+  static bool write(const void* data, fast_rtps::SerializedPayload_t& payload) {
+    const std::string& bytes = *static_cast<const std::string*>(data);
+    if (bytes.size() > payload.max_size) return false;
+    std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(payload.data));
+    payload.length = size(data);
+    return true;
+  }
+  static bool read(const fast_rtps::SerializedPayload_t& payload, void* data) {
+    static_cast<std::string*>(data)->assign(reinterpret_cast<const char*>(payload.data), payload.length);
+    return true;
   }
 };
 

@@ -1,8 +1,10 @@
 #include "dds/robot.hpp"
 
+#include "io/readers/bag.hpp"
 #include "support/bag_writer.hpp"
 #include "support/paths.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <unistd.h>
 
@@ -15,72 +17,67 @@ constexpr const char* loopback =
     "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<Peers><Peer address='127.0.0.1'/></Peers></Discovery></Domain></CycloneDDS>";
 
-bool is_scan(const std::string& topic) { return topic == "/camera/depth/image" || topic == "/lidar/points"; }
+/// Adds to all time stamps.
+void shift(Json& message, std::int32_t by_s) {
+  if (message.is_object() && message.contains("stamp"))
+    message["stamp"]["sec"] = message["stamp"]["sec"].get<std::int32_t>() + by_s;
+  if (message.is_structured())
+    for (Json& part : message) shift(part, by_s);
+}
 
 }  // namespace
 
-Player::Player(Vendor& vendor, const std::filesystem::path& bag, Qos scans)
-    : images(vendor, "rt/camera/depth/image", scans),
-      cameras(vendor, "rt/camera/depth/camera_info", Qos::best_effort),
-      clouds(vendor, "rt/lidar/points", scans),
-      tf(vendor, "rt/tf", Qos::reliable),
-      tf_static(vendor, "rt/tf_static", Qos::latched) {
+Player::Player(Vendor& vendor, const std::filesystem::path& bag, Qos scans) {
+  const auto advertise = [&](const std::string& topic, const std::string& type, Qos qos) {
+    if (!publishers_.contains(topic))
+      publishers_[topic] = std::make_unique<Publisher>(vendor, "rt" + topic, type, qos);
+  };
+  advertise("/tf", "tf2_msgs/TFMessage", Qos::reliable);
+  advertise("/tf_static", "tf2_msgs/TFMessage", Qos::latched);
   const auto source = io::open_bag({bag});
   source->read_all(
       [&](const io::BagMessage& message) {
-        const std::string& topic = source->topics()[message.topic].name;
-        if (is_scan(topic)) scans_.push_back(messages_.size());
-        depth_ |= topic == "/camera/depth/image";
-        messages_.push_back({topic, std::string(message.bytes)});
+        const io::BagTopic& topic = source->topics()[message.topic];
+        const bool is_scan = topic.name == image_topic || topic.name == "/lidar/points";
+        if (is_scan) scans_.push_back(messages_.size());
+        advertise(topic.name, topic.type, is_scan ? scans : Qos::best_effort);
+        messages_.emplace_back(topic.name, decoded(topic.type, std::string(message.bytes)));
       },
       nullptr);
 }
 
-bool Player::is_heard(const Status& status, std::uint32_t scan_publishers) const {
-  const auto heard = [&](const std::function<void()>& speak, const std::function<std::uint64_t()>& count) {
-    const std::uint64_t before = count();
-    return spoken_until(speak, [&] { return count() > before; });
+bool Player::is_heard(const Subscription& status) const {
+  const auto heard = [&](const std::function<void()>& speak, const char* count) {
+    const Json before = status.last().at(count);
+    return spoken_until(speak, [&] { return status.last().at(count) > before; });
   };
-  sensor_msgs::msg::dds_::Image_ image;
-  sensor_msgs::msg::dds_::PointCloud2_ cloud;
-  image.header().frame_id("map");
-  cloud.header().frame_id("map");
-  cloud.width(1);  // a point without fields, which is refused
-  cloud.height(1);
-  const auto speak = [&] { depth_ ? images.publish(image) : clouds.publish(cloud); };
+  const bool depth = publishers_.contains(image_topic);
+  const Json nothing{{"header", {{"frame_id", "map"}}}, {"width", 1}, {"height", 1}};  // which is refused
   return wait_until([&] {
-           const auto now = status.last();
-           return now.scan_publishers() == scan_publishers && now.camera_publishers() == (depth_ ? 1 : 0) &&
-                  now.transform_publishers() == 2;
+           const Json now = status.last();
+           return now.at("scan_publishers") == 1 && now.at("camera_publishers") == (depth ? 1 : 0) &&
+                  now.at("transform_publishers") == 2;
          }) &&
-         heard([&] { tf.publish({}); }, [&] { return status.last().transforms(); }) &&
-         heard(speak, [&] { return status.last().refused(); });
+         heard([&] { publish("/tf", Json::object()); }, "transforms") &&
+         heard([&] { publish(depth ? image_topic : "/lidar/points", nothing); }, "refused");
 }
 
-void Player::publish(const Message& message) const {
-  using namespace sensor_msgs::msg::dds_;
-  using tf2_msgs::msg::dds_::TFMessage_PubSubType;
-  const auto shift = [this](auto& header) { header.stamp().sec(header.stamp().sec() + shift_s); };
-  const auto transforms = [&] {
-    auto moved = deserialised<TFMessage_PubSubType>(message.cdr);
-    for (auto& transform : moved.transforms()) shift(transform.header());
-    return moved;
-  };
-  if (message.topic == "/camera/depth/image") {
-    auto image = deserialised<Image_PubSubType>(message.cdr);
-    shift(image.header());
-    images.publish(image);
-  }
-  if (message.topic == "/camera/depth/camera_info")
-    cameras.publish(deserialised<CameraInfo_PubSubType>(message.cdr));
-  if (message.topic == "/lidar/points") clouds.publish(deserialised<PointCloud2_PubSubType>(message.cdr));
-  if (message.topic == "/tf") tf.publish(transforms());
-  if (message.topic == "/tf_static") tf_static.publish(deserialised<TFMessage_PubSubType>(message.cdr));
-}
-
-void Player::play(std::size_t first, std::size_t last) {
+void Player::play(std::size_t first, std::size_t last) const {
   const std::size_t begin = first == 0 ? 0 : scans_.at(first - 1) + 1;
-  for (std::size_t i = begin; i <= scans_.at(last - 1); ++i) publish(messages_[i]);
+  for (std::size_t i = begin; i <= scans_.at(last - 1); ++i) {
+    Json message = messages_[i].second;
+    if (shift_s != 0) shift(message, shift_s);
+    publish(messages_[i].first, message);
+  }
+}
+
+const Json& Player::first(const std::string& topic) const {
+  return std::ranges::find(messages_, topic, &std::pair<std::string, Json>::first)->second;
+}
+
+const Json& Player::last(const std::string& topic) const {
+  const auto of_topic = [&](const auto& message) { return message.first == topic; };
+  return std::find_if(messages_.rbegin(), messages_.rend(), of_topic)->second;
 }
 
 void NodeTest::SetUp() {
@@ -91,17 +88,37 @@ void NodeTest::SetUp() {
   vendor = std::make_unique<Vendor>(domain);
 }
 
-std::unique_ptr<Running> NodeTest::start(const std::vector<std::string>& arguments) const {
+void NodeTest::start(const std::vector<std::string>& arguments) {
   // No budget: what waits is looked at in the end, while the node goes on for later scans.
   std::vector<std::string> all{"--domain", std::to_string(domain), "--publish", "0.05", "--detection-budget",
-                               "0",        "--resolution",         "0.05"};
+                               "0",        "--resolution",         "0.05",      "-o",   "live"};
   all.insert(all.end(), arguments.begin(), arguments.end());
-  return std::make_unique<Running>(folder, all, paths::dds_node());
+  node = std::make_unique<Running>(folder, all, paths::dds_node());
+  status =
+      std::make_unique<Subscription>(*vendor, "rt/octosurf/status", "octosurf_msgs/Status", Qos::latched);
 }
 
-int NodeTest::end(Running& node) {
-  node.send(SIGINT);
-  return node.wait();
+void NodeTest::start_heard(const std::vector<std::string>& arguments, Qos qos, const std::string& simulate,
+                           const std::string& bag) {
+  record(simulate, bag);
+  if (HasFatalFailure()) return;
+  if (!player) player = std::make_unique<Player>(*vendor, folder / "walk.db3", qos);
+  start(arguments);
+  ASSERT_TRUE(player->is_heard(*status)) << node->errors();
+}
+
+void NodeTest::play_mapped(std::size_t first, std::size_t last, std::uint64_t mapped) {
+  player->play(first, last);
+  ASSERT_TRUE(wait_until([&] {
+    const Json now = told();
+    return now.at("mapped") == mapped && now.at("waiting") == 0;
+  })) << node->errors()
+      << told();
+}
+
+void NodeTest::end() {
+  node->send(SIGINT);
+  EXPECT_EQ(node->wait(), 0) << node->errors();
 }
 
 void NodeTest::record(const std::string& simulate, const std::string& bag) const {

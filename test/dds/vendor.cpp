@@ -1,6 +1,5 @@
 #include "dds/vendor.hpp"
 
-#include <algorithm>
 #include <memory>
 #include <stdexcept>
 
@@ -15,7 +14,7 @@ void apply(Qos qos, int depth, EndpointQos& to) {
       qos == Qos::latched ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
   to.history().kind = fast::KEEP_LAST_HISTORY_QOS;
   to.history().depth = depth;
-  to.endpoint().history_memory_policy = fast_rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  to.endpoint().history_memory_policy = fast_rtps::DYNAMIC_RESERVE_MEMORY_MODE;
 }
 
 template <class Entity>
@@ -53,11 +52,11 @@ Vendor::~Vendor() {
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
-fast::Topic* Vendor::topic(const std::string& name, const fast::TypeSupport& type) {
+fast::Topic* Vendor::topic(const std::string& name, const std::string& type) {
   if (auto* known = dynamic_cast<fast::Topic*>(participant_->lookup_topicdescription(name))) return known;
-  type.register_type(participant_);
-  return made(participant_->create_topic(name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT),
-              "topic " + name);
+  if (participant_->find_type(type).empty())
+    fast::TypeSupport(new RawSupport(type)).register_type(participant_);
+  return made(participant_->create_topic(name, type, fast::TOPIC_QOS_DEFAULT), "topic " + name);
 }
 
 std::string Vendor::user_data(const std::string& topic) const {
@@ -66,7 +65,7 @@ std::string Vendor::user_data(const std::string& topic) const {
   return found == user_data_.end() ? std::string() : found->second;
 }
 
-fast::DataWriter* Vendor::writer(const std::string& name, const fast::TypeSupport& type, Qos qos, int depth,
+fast::DataWriter* Vendor::writer(const std::string& name, const std::string& type, Qos qos, int depth,
                                  const std::string& user_data) {
   fast::DataWriterQos wanted = fast::DATAWRITER_QOS_DEFAULT;
   apply(qos, depth, wanted);
@@ -77,33 +76,12 @@ fast::DataWriter* Vendor::writer(const std::string& name, const fast::TypeSuppor
   return made(publisher_->create_datawriter(topic(name, type), wanted), "writer");
 }
 
-fast::DataReader* Vendor::reader(const std::string& name, const fast::TypeSupport& type, Qos qos,
+fast::DataReader* Vendor::reader(const std::string& name, const std::string& type, Qos qos,
                                  fast::DataReaderListener* listener, const std::string& user_data) {
   fast::DataReaderQos wanted = fast::DATAREADER_QOS_DEFAULT;
   wanted.user_data().setValue({user_data.begin(), user_data.end()});
   apply(qos, 10, wanted);
   return made(subscriber_->create_datareader(topic(name, type), wanted, listener), "reader");
-}
-
-RawSupport::RawSupport(const std::string& type) {
-  constexpr std::uint32_t most = 1 << 20;
-#if OCTOSURF_FAST_DDS == 2
-  setName(type.c_str());
-  m_typeSize = most;
-  m_isGetKeyDefined = false;
-#else
-  set_name(type);
-  max_serialized_type_size = most;
-  is_compute_key_provided = false;
-#endif
-}
-
-bool RawSupport::copy(const void* data, fast_rtps::SerializedPayload_t& payload) {
-  const std::string& bytes = *static_cast<const std::string*>(data);
-  if (bytes.size() > payload.max_size) return false;
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(payload.data));
-  payload.length = static_cast<std::uint32_t>(bytes.size());
-  return true;
 }
 
 }  // namespace octosurf::test

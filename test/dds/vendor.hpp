@@ -1,6 +1,7 @@
 #pragma once
 
 #include "dds/fast_dds.hpp"
+#include "dds/messages.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -8,13 +9,11 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <stdexcept>
 #include <string>
-#include <string_view>
 #include <thread>
 #include <utility>
 
-// A robot of another vendor: Fast DDS, with types that its fastddsgen has made of ros/dds/idl.
+// A robot of another vendor: Fast DDS.
 
 namespace octosurf::test {
 
@@ -49,15 +48,15 @@ class Vendor {
   Vendor(const Vendor&) = delete;
   Vendor& operator=(const Vendor&) = delete;
 
-  fast::DataWriter* writer(const std::string& topic, const fast::TypeSupport& type, Qos qos, int depth,
-                           const std::string& user_data = {});
-  fast::DataReader* reader(const std::string& topic, const fast::TypeSupport& type, Qos qos,
-                           fast::DataReaderListener* listener, const std::string& user_data = {});
+  fast::DataWriter* writer(const std::string& topic, const std::string& type, Qos qos, int depth,
+                           const std::string& user_data);
+  fast::DataReader* reader(const std::string& topic, const std::string& type, Qos qos,
+                           fast::DataReaderListener* listener, const std::string& user_data);
   /// Of the publishers of a topic that were discovered, the last one's.
   std::string user_data(const std::string& topic) const;
 
  private:
-  fast::Topic* topic(const std::string& name, const fast::TypeSupport& type);
+  fast::Topic* topic(const std::string& name, const std::string& type);
 
   mutable std::mutex mutex_;  // of the next
   std::map<std::string, std::string> user_data_;
@@ -67,35 +66,37 @@ class Vendor {
   fast::Subscriber* subscriber_ = nullptr;
 };
 
-template <class Support>
 class Publisher {
  public:
-  using Message = typename Support::type;
-
-  Publisher(Vendor& vendor, const std::string& topic, Qos qos, int depth = 100,
+  /// `type`: as dds_name() has it.
+  Publisher(Vendor& vendor, const std::string& topic, std::string type, Qos qos, int depth = 100,
             const std::string& user_data = {})
-      : writer_(vendor.writer(topic, fast::TypeSupport(new Support), qos, depth, user_data)) {}
-  bool publish(Message message) const { return succeeded(writer_->write(&message)); }
+      : type_(std::move(type)), writer_(vendor.writer(topic, dds_name(type_), qos, depth, user_data)) {}
+  bool publish(std::string cdr) const { return succeeded(writer_->write(&cdr)); }
+  bool publish(const Json& message) const { return publish(encoded(type_, message)); }
 
  private:
   // What DataWriter::write() returns: until Fast DDS 2 whether it did, since 3 a code that is 0 if it did.
   static bool succeeded(bool written) { return written; }
   static bool succeeded(std::int32_t code) { return code == 0; }
 
+  std::string type_;
   fast::DataWriter* writer_;
 };
 
 /// What has come last on a topic, and how much.
-template <class Support>
 class Subscription : private fast::DataReaderListener {
  public:
-  using Message = typename Support::type;
-
-  Subscription(Vendor& vendor, const std::string& topic, Qos qos, const std::string& user_data = {})
-      : reader_(vendor.reader(topic, fast::TypeSupport(new Support), qos, this, user_data)) {}
+  Subscription(Vendor& vendor, const std::string& topic, std::string type, Qos qos,
+               const std::string& user_data = {})
+      : type_(std::move(type)),
+        last_(encoded(type_, {})),
+        reader_(vendor.reader(topic, dds_name(type_), qos, this, user_data)) {}
   ~Subscription() override { reader_->set_listener(nullptr); }
 
-  Message last() const {
+  /// Zero and empty until there is one.
+  Json last() const { return decoded(type_, last_bytes()); }
+  std::string last_bytes() const {
     const std::lock_guard lock(mutex_);
     return last_;
   }
@@ -111,7 +112,7 @@ class Subscription : private fast::DataReaderListener {
 
  private:
   void on_data_available(fast::DataReader* reader) override {
-    Message message;
+    std::string message;
     fast::SampleInfo info;
     while (take(*reader, &message, info)) {
       if (!info.valid_data) continue;
@@ -121,49 +122,35 @@ class Subscription : private fast::DataReaderListener {
     }
   }
 
+  std::string type_;
   mutable std::mutex mutex_;
-  Message last_;
+  std::string last_;
   int count_ = 0;
   fast::DataReader* reader_;
 };
 
-/// A client of a service, as rmw_cyclonedds_cpp has them.
-template <class RequestSupport, class ResponseSupport>
+/// A client of a service of the node, as rmw_cyclonedds_cpp has them: "Save" of /octosurf/save.
 class Client {
  public:
-  Client(Vendor& vendor, const std::string& service)
-      : requests_(vendor, "rq" + service + "Request", Qos::reliable),
-        replies_(vendor, "rr" + service + "Reply", Qos::reliable) {}
+  Client(Vendor& vendor, const std::string& service, const std::string& type)
+      : requests_(vendor, "rq" + service + "Request", type + "_Request", Qos::reliable),
+        replies_(vendor, "rr" + service + "Reply", type + "_Response", Qos::reliable) {}
 
   /// The answer; false in `success` without one.
-  typename ResponseSupport::type call(typename RequestSupport::type request) {
+  Json call(Json request = Json::object()) {
     constexpr std::uint64_t me = 0x0123456789abcdefULL;
-    request.call().client(me);
-    request.call().number(++number_);
+    const Json asked = request["call"] = {{"client", me}, {"number", ++number_}};
     wait_until([&] { return replies_.writers() > 0; });
-    const auto answered = [&] {
-      return replies_.last().call().number() == number_ && replies_.last().call().client() == me;
-    };
+    const auto answered = [&] { return replies_.last().at("call") == asked; };
     if (spoken_until([&] { requests_.publish(request); }, answered, std::chrono::seconds(5)))
       return replies_.last();
-    return {};
+    return {{"success", false}, {"message", "no answer"}};
   }
 
  private:
-  Publisher<RequestSupport> requests_;
-  Subscription<ResponseSupport> replies_;
+  Publisher requests_;
+  Subscription replies_;
   std::int64_t number_ = 0;
 };
-
-/// Throws std::runtime_error unless the bytes are such a message.
-template <class Support>
-typename Support::type deserialised(std::string_view bytes) {
-  fast_rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(bytes.size()));
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(payload.data));
-  payload.length = static_cast<std::uint32_t>(bytes.size());
-  typename Support::type message;
-  if (!deserialise<Support>(payload, message)) throw std::runtime_error("no such message");
-  return message;
-}
 
 }  // namespace octosurf::test

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -35,23 +36,28 @@ class CdrReader {
     position_ += sizeof(Number);
     return value;
   }
-  std::string text() {
-    const auto size = number<std::uint32_t>();
-    std::string value = bytes_.substr(4 + position_, size);
+  std::string bytes(std::size_t size) {
+    if (4 + position_ + size > bytes_.size()) throw std::runtime_error("the message ends early");
     position_ += size;
+    return bytes_.substr(4 + position_ - size, size);
+  }
+  std::string text() {
+    std::string value = bytes(number<std::uint32_t>());
     EXPECT_EQ(value.back(), '\0');
     value.pop_back();
     return value;
   }
-  bool at_end() const { return 4 + position_ == bytes_.size(); }
+  std::size_t left() const { return bytes_.size() - 4 - position_; }
 
  private:
   std::string bytes_;
   std::size_t position_ = 0;
 };
 
-using Fields = std::vector<std::pair<const char*, const char*>>;
-inline const std::map<std::string, Fields> messages{
+/// Names and types of fields, as .msg files have types.
+using Fields = std::vector<std::pair<std::string, std::string>>;
+using Types = std::map<std::string, Fields>;
+inline const Types messages{
     {"Vector", {{"x", "float64"}, {"y", "float64"}, {"z", "float64"}}},
     {"Quaternion", {{"x", "float64"}, {"y", "float64"}, {"z", "float64"}, {"w", "float64"}}},
     {"Pose", {{"position", "Vector"}, {"orientation", "Quaternion"}}},
@@ -91,27 +97,48 @@ inline Json json_of(float value) {
   return Json::parse(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
-inline Json decode(CdrReader& in, const std::string& type) {
+/// Calls back with a zero of a number's type; false for other types.
+template <class Visit>
+bool with_number(const std::string& type, const Visit& visit) {
+  if (type == "bool") return visit(bool{}), true;
+  if (type == "uint8") return visit(std::uint8_t{}), true;
+  if (type == "uint16") return visit(std::uint16_t{}), true;
+  if (type == "int32") return visit(std::int32_t{}), true;
+  if (type == "uint32") return visit(std::uint32_t{}), true;
+  if (type == "int64") return visit(std::int64_t{}), true;
+  if (type == "uint64") return visit(std::uint64_t{}), true;
+  if (type == "float32") return visit(float{}), true;
+  if (type == "float64") return visit(double{}), true;
+  return false;
+}
+
+/// A list of bytes as a string.
+inline Json decode(CdrReader& in, const std::string& type, const Types& types) {
+  Json value;
   if (type == "string") return in.text();
-  if (type == "float64") return in.number<double>();
-  if (type == "float32") return json_of(in.number<float>());
-  if (type == "int32") return in.number<std::int32_t>();
-  if (type == "uint32") return in.number<std::uint32_t>();
-  if (type == "uint16") return in.number<std::uint16_t>();
-  if (type.ends_with("[]")) {
-    Json list = Json::array();
-    for (auto left = in.number<std::uint32_t>(); left > 0; --left)
-      list.push_back(decode(in, type.substr(0, type.size() - 2)));
-    return list;
+  if (with_number(type, [&]<class Number>(Number) {
+        if constexpr (std::is_same_v<Number, float>)
+          value = json_of(in.number<float>());
+        else
+          value = in.number<Number>();
+      }))
+    return value;
+  if (const std::size_t list = type.find('['); list != std::string::npos) {
+    const std::string of = type.substr(0, list);
+    const auto size = type.ends_with("[]") ? in.number<std::uint32_t>() : std::stoul(type.substr(list + 1));
+    if (of == "uint8") return in.bytes(size);
+    value = Json::array();
+    for (std::size_t i = 0; i < size; ++i) value.push_back(decode(in, of, types));
+    return value;
   }
-  Json message = Json::object();
-  for (const auto& [name, of] : messages.at(type)) message[name] = decode(in, of);
-  return message;
+  value = Json::object();
+  for (const auto& [name, of] : types.at(type)) value[name] = decode(in, of, types);
+  return value;
 }
 inline Json decode(const std::string& bytes, const std::string& type) {
   CdrReader in(bytes);
-  Json message = decode(in, type);
-  EXPECT_TRUE(in.at_end());
+  Json message = decode(in, type, messages);
+  EXPECT_EQ(in.left(), 0U);
   return message;
 }
 

@@ -77,23 +77,6 @@ fs::path BagFiles::write_bag(const fs::path& recording, const std::string& name,
   return bag;
 }
 
-CdrBytes& CdrBytes::text(const std::string& value) { return bytes(value + '\0'); }
-
-CdrBytes& CdrBytes::bytes(std::string_view value) {
-  u32(static_cast<std::uint32_t>(value.size()));
-  bytes_ += value;
-  return *this;
-}
-
-CdrBytes& CdrBytes::header(double stamp_s, const std::string& frame) {
-  const double seconds = std::floor(stamp_s);
-  return u32(static_cast<std::uint32_t>(static_cast<std::int32_t>(seconds)))
-      .u32(static_cast<std::uint32_t>(std::lround((stamp_s - seconds) * 1e9)))
-      .text(frame);
-}
-
-CdrBytes& CdrBytes::pose(double x, double qw) { return f64(x).f64(0).f64(0).f64(0).f64(0).f64(0).f64(qw); }
-
 McapMessage cloud(double stamp_s, const std::string& topic, const std::string& frame) {
   CdrBytes message;
   message.header(stamp_s, frame).u32(1).u32(1).u32(3);

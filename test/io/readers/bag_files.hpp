@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/cdr_bytes.hpp"
 #include "io/readers/bag.hpp"
 #include "io/readers/scan_files.hpp"
 
@@ -24,30 +25,7 @@ class BagFiles : public ScanFiles {
                                   const std::string& options = {}) const;
 };
 
-/// Messages as a bag has them, for what write_bag.py does not write: little-endian, each value aligned.
-class CdrBytes {
- public:
-  CdrBytes& u8(std::uint8_t value) { return put(value); }
-  CdrBytes& u32(std::uint32_t value) { return put(value); }
-  CdrBytes& u64(std::uint64_t value) { return put(value); }
-  CdrBytes& f32(float value) { return put(value); }
-  CdrBytes& f64(double value) { return put(value); }
-  CdrBytes& text(const std::string& value);
-  CdrBytes& bytes(std::string_view value);
-  CdrBytes& header(double stamp_s, const std::string& frame);
-  CdrBytes& pose(double x, double qw = 1);  ///< x 0 0 and a quaternion 0 0 0 qw
-  std::string all() const { return std::string("\0\1\0\0", 4) + bytes_; }
-
- private:
-  template <class Number>
-  CdrBytes& put(Number value) {
-    bytes_.resize((bytes_.size() + sizeof value - 1) / sizeof value * sizeof value);
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-    return *this;
-  }
-  std::string bytes_;
-};
-
+/// For what write_bag.py does not write.
 struct McapMessage {
   std::string topic, type;  ///< sensor_msgs/msg/Image
   double logged_s = 0;
