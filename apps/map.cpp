@@ -137,16 +137,13 @@ void probe_map_outputs(const MapOptions& options) {
     require_writable(file, options.force);
 }
 
-/// The map the run starts from: a saved one, an octree, or an empty one; with a scratch file in `folder` if
-/// its memory is limited.
+/// The map the run starts from: a saved one, an octree, or an empty one.
 Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inputs& inputs,
-             const fs::path& folder, RunContext& context, KeptScans& kept) {
-  std::unique_ptr<memory::MemoryLimit> limit;
+             RunContext& context, KeptScans& kept) {
   if (const std::string note = inputs.octree ? octomap_note(*inputs.octree) : ""; !note.empty())
     std::printf("%s\n", note.c_str());
-  if (options.max_memory > 0) limit = std::make_unique<memory::MemoryLimit>(options.max_memory, folder);
   if (!options.resume.empty()) {
-    LoadedMap loaded = io::load_map_within(std::move(limit), options.resume);
+    LoadedMap loaded = load_map(options.resume);
     choice.require_same(loaded.map.parameters());
     loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
     if (goes_on_in_place(options) && !same_file(options.octree, files_of_map(options.output).back()))
@@ -156,19 +153,18 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     return std::move(loaded.map);
   }
   if (inputs.octree) {
-    auto state = std::make_unique<surfaces::MapState>(
-        choice.in_force(read_octomap_resolution(*inputs.octree)), std::move(limit));
-    state->occupancy =
-        occupancy::OccupancyMap::read_octomap(*inputs.octree, state->parameters.occupancy, state->pages());
+    auto state =
+        std::make_unique<surfaces::MapState>(choice.in_force(read_octomap_resolution(*inputs.octree)));
+    state->occupancy = occupancy::OccupancyMap::read_octomap(*inputs.octree, state->parameters.occupancy);
     return Map(std::move(state));
   }
-  return Map(std::make_unique<surfaces::MapState>(choice.in_force(), std::move(limit)));
+  return Map(choice.in_force());
 }
 
 void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
   RunContext context;
   KeptScans ignored;
-  const Map start = start_of(options, choice, sort_inputs(options), {}, context, ignored);
+  const Map start = start_of(options, choice, sort_inputs(options), context, ignored);
   std::fputs(list_parameters(start.parameters()).c_str(), stdout);
 }
 
@@ -210,7 +206,7 @@ void map_scans(MapOptions& options, const ParameterChoice& choice) {
   context.input = options.inputs;
   const io::MapLock lock = lock_map(options.output);
   KeptScans before;
-  Map start = start_of(options, choice, inputs, fs::path(options.output).parent_path(), context, before);
+  Map start = start_of(options, choice, inputs, context, before);
   std::unique_ptr<ScanSource> source;
   if (!inputs.scans.empty()) source = open_scans(inputs.scans, source_options(options, inputs, start));
   if (source) start.set_origin(source->origin());
@@ -262,12 +258,6 @@ void add_map(CLI::App& app) {
                    "save every SECONDS, between scans; 0: only at the end")
       ->check(at_least(0))
       ->capture_default_str();
-  verb->add_option(
-          "--max-memory", options->max_memory,
-          "aim at this much memory, such as 256M: parts of the map that are not in use go to a scratch "
-          "file beside it; may be exceeded; same result [no limit]")
-      ->transform(CLI::AsSizeValue(false).description(""))
-      ->check(CLI::PositiveNumber.description(""));
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps; when mapping falls behind, waiting scans are mapped "
                  "together. Sets --detection-budget to 1000 if it is not given");

@@ -18,7 +18,6 @@ struct MapOptions {
   std::vector<std::string> inputs;
   std::string output, resume, octree, report;  ///< stems of maps; files
   std::string keep_scans, write_poses, mcap;   ///< folder; files
-  std::uint64_t max_memory = 0;                ///< bytes; 0: no limit
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;

@@ -88,8 +88,6 @@ class RunReport : public RunObserver {
     if (saving == Saving::checkpoint) return;
     const Map& map = run_.mapper.map();
     const std::string& report = run_.options.report;
-    if (const std::string warning = memory_warning(map); !warning.empty())
-      run_.context.warnings.push_back(warning);
     run_.context.wall_s = run_.now_s();
     if (!report.empty()) {
       io::NewFile file(report, run_.options.force);

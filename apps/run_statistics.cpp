@@ -2,7 +2,6 @@
 
 #include "alignment/sensor_error.hpp"
 #include "geometry/degrees.hpp"
-#include "memory/memory_limit.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
+#include <sys/resource.h>
 #include <utility>
 
 #include <octosurf/diagnosis.hpp>
@@ -20,6 +20,13 @@ namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// The most memory that the process has had.
+double peak_rss_mb() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return 1024e-6 * static_cast<double>(usage.ru_maxrss);
+}
 
 /// `values` ascending and not empty.
 double percentile(const std::vector<double>& values, double share) {
@@ -254,7 +261,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["double_layers"] = double_layers_json(*snapshot);
   json["cylinders"] = map.snapshot()->cylinders.size();
   json["pending_points"] = size.pending;
-  json["peak_rss_mb"] = static_cast<double>(memory::peak_of_process()) / 1e6;
+  json["peak_rss_mb"] = peak_rss_mb();
   json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
   json["wall_s"] = context.wall_s;
   // A file name may be invalid UTF-8; the bytes in question are replaced.

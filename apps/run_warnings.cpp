@@ -301,8 +301,6 @@ void print_warnings(const RunStatistics& statistics, const Map& map, bool report
   warn_of_contradiction(statistics);
   warn_of_closures(statistics);
   warn_of_double_layers(*map.snapshot(), reported);
-  if (const std::string memory = memory_warning(map); !memory.empty())
-    std::fprintf(stderr, "warning: %s\n", memory.c_str());
 }
 
 }  // namespace octosurf

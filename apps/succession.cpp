@@ -96,7 +96,7 @@ void Succession::settle_removals(Identities& identities) const {
 }
 
 void renumber(surfaces::MapState& state, const Identities& identities) {
-  surfaces::SurfaceStore surfaces(state.parameters.occupancy.resolution, state.pages().get());
+  surfaces::SurfaceStore surfaces(state.parameters.occupancy.resolution);
   surfaces.set_erosion_tolerance(state.parameters.surface_tolerance());
   const std::shared_ptr<const Snapshot> published = state.snapshot.read();
   for (const auto& [id, surface] : state.surfaces) {

@@ -73,6 +73,6 @@ function(octosurf_room name)
 endfunction()
 
 # What keeps a map, and what makes one: the rooms that a program links.
-set(OCTOSURF_MAP_ROOMS octosurf_alignment octosurf_surfaces octosurf_occupancy octosurf_sensing octosurf_geometry octosurf_memory)
+set(OCTOSURF_MAP_ROOMS octosurf_alignment octosurf_surfaces octosurf_occupancy octosurf_sensing octosurf_geometry)
 set(OCTOSURF_MAPPER_ROOMS octosurf_mapper octosurf_diagnosis octosurf_cylinders octosurf_detection octosurf_update
   ${OCTOSURF_MAP_ROOMS})

@@ -86,16 +86,6 @@ TEST_F(FailingRun, AFullDiskNamesTheLastCheckpoint) {
   EXPECT_FALSE(exists("n.surfaces") || exists("n.bt"));
 }
 
-TEST_F(FailingRun, ADiskWithoutRoomForTheScratchFileIsNamed) {
-  write_floor();
-  const Outcome outcome = run("map floor -o m --max-memory 1M", "ulimit -f 2000;");
-  EXPECT_EQ(outcome.code, 1);
-  ASSERT_EQ(outcome.errors.size(), 1u) << outcome.err;
-  EXPECT_THAT(outcome.errors[0], AllOf(HasSubstr("no scratch file for a limit of memory: File too large"),
-                                       HasSubstr("choose another folder")));
-  EXPECT_FALSE(exists("m.surfaces"));
-}
-
 TEST_F(FailingRun, NoMemoryKeepsWhatWasMapped) {
   if (sanitized) GTEST_SKIP() << "a sanitizer needs more address space than any limit leaves";
   constexpr int images = 160;

@@ -1,5 +1,5 @@
 // Power cuts: whenever the command is killed, the last complete checkpoint loads, is sound and is gone on
-// with, whether or not the run keeps within a limit of memory.
+// with.
 #include "apps/command.hpp"
 #include "apps/running.hpp"
 #include "support/seed.hpp"
@@ -44,12 +44,9 @@ class Killed : public CommandTest {
   }
   /// Goes on with the seed and saves after every scan, which takes longer than the scan: most kills are
   /// inside.
-  static std::vector<std::string> going_on(bool within_a_limit = false) {
-    std::vector<std::string> arguments{
-        "map",          "floor",    "--resume",  "m", "--skip", std::to_string(seeded),
-        "--checkpoint", "0.000001", "--threads", "1"};
-    if (within_a_limit) arguments.insert(arguments.end(), {"--max-memory", "1M"});  // less than any run takes
-    return arguments;
+  static std::vector<std::string> going_on() {
+    return {"map",          "floor",    "--resume",  "m", "--skip", std::to_string(seeded),
+            "--checkpoint", "0.000001", "--threads", "1"};
   }
   /// Not of the past, which only the next session writes again.
   std::vector<fs::path> parts() const {
@@ -90,7 +87,7 @@ TEST_F(Killed, AtAnyMomentItsLastCheckpointGoesOn) {
   int killed = 0, advanced = 0, inside = 0;
   for (const int wanted = kills(); killed < wanted && !HasFailure();) {
     begin_anew();
-    Running run(folder, going_on(killed % 2 == 1));
+    Running run(folder, going_on());
     std::this_thread::sleep_for(
         microseconds(std::uniform_int_distribution<microseconds::rep>(0, whole.count())(rng)));
     run.send(SIGKILL);

@@ -157,30 +157,6 @@ TEST_F(MapRun, StoppingAndResumingGivesTheSameBytes) {
   same_maps("part1", "one");
 }
 
-TEST_F(MapRun, ALimitOfMemoryChangesNoByte) {
-  write_floor("floor", 30);
-  run_well("map floor -o free");
-  // Less than the program itself takes: whatever can leave leaves every few milliseconds.
-  const Outcome limited = run_well("map floor -o within --max-memory 1M --report within.json");
-  EXPECT_TRUE(read("within.surfaces") == read("free.surfaces"));
-  EXPECT_TRUE(read("within.bt") == read("free.bt"));
-  EXPECT_THAT(limited.err, AllOf(HasSubstr("warning: --max-memory: used "), HasSubstr(" MiB, limit 1 MiB")));
-  EXPECT_THAT(read_json("within.json").at("warnings").dump(), HasSubstr(" MiB, limit 1 MiB"));
-  // What is said to be enough is.
-  const std::string enough = limited.err.substr(limited.err.rfind("--max-memory "));
-  EXPECT_THAT(run_well("map floor -o roomy --force " + enough.substr(0, enough.find(" is "))).err,
-              Not(HasSubstr("max-memory")));
-  // And with room to spare nothing is said.
-  EXPECT_THAT(run_well("map floor -o roomy --force --max-memory 4G").err, Not(HasSubstr("max-memory")));
-  EXPECT_TRUE(read("roomy.surfaces") == read("free.surfaces"));
-  // A map that was made without one is resumed with one.
-  run_well("map floor -o half --first 15");
-  run_well("map floor -o half --resume half --skip 15 --max-memory 1M");
-  EXPECT_TRUE(read("half.surfaces") == read("free.surfaces"));
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    EXPECT_THAT(entry.path().filename().string(), Not(HasSubstr("octosurf-"))) << "a scratch file is left";
-}
-
 TEST_F(MapRun, ResumingLeavesOutWhatIsMapped) {
   simulate_room();
   run_well("map room -o m --resolution 0.05 --first 2");

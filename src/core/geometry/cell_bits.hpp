@@ -1,6 +1,6 @@
 #pragma once
 
-#include "geometry/paged_map.hpp"
+#include "geometry/voxel_key.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <optional>
+#include <tsl/robin_map.h>
 #include <vector>
 
 namespace octosurf::geometry {
@@ -38,8 +39,6 @@ std::optional<PlaneCell> first_in_rings(PlaneCell from, int first, int last, Wan
 /// either or of content since the last take_changes(). Bit masks, 64 cells to a tile: half a byte a cell.
 class CellBits {
  public:
-  explicit CellBits(memory::PageFile* file = nullptr) : tiles_(file) {}
-
   /// 8 × 8 cells; cell (u, v) of the plane is bit (v mod 8) · 8 + u mod 8 of tile (⌊u/8⌋, ⌊v/8⌋).
   struct Cells {
     PlaneCell tile;
@@ -103,7 +102,7 @@ class CellBits {
   std::uint64_t near_flipped(PlaneCell tile) const;
   std::vector<std::uint64_t> tiles_to_look_at() const;
 
-  PagedMap<Tile> tiles_;
+  tsl::robin_map<std::uint64_t, Tile, PackedKeyHash> tiles_;
   std::vector<std::uint64_t> dirty_;
 };
 

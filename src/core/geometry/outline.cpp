@@ -1,10 +1,6 @@
 #include "geometry/outline.hpp"
 
 #include "geometry/rings.hpp"
-#include "memory/page_file.hpp"
-
-// A triangulation takes more than half of a surface's memory.
-#define CGAL_ALLOCATOR(T) octosurf::memory::PagedAllocator<T>
 
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -15,7 +11,9 @@
 #include <algorithm>
 #include <boost/container/small_vector.hpp>
 #include <numeric>
+#include <tsl/robin_map.h>
 #include <unordered_map>
+#include <vector>
 
 namespace octosurf::geometry {
 namespace {
@@ -60,25 +58,16 @@ struct NewSite {
 }  // namespace
 
 struct Outline::Impl {
-  Impl(double a, memory::PageFile* f) : alpha(a), file(f), tiles(f), corners(f) {
-    // A triangulation's parts come without the file, and can only be exchanged.
-    Parts::Vertex_range vertices(file);
-    Parts::Face_range faces(file);
-    triangulation.tds().clear();
-    triangulation.tds().vertices().swap(vertices);
-    triangulation.tds().faces().swap(faces);
-    triangulation.clear();
-  }
+  explicit Impl(double a) : alpha(a) {}
 
   double alpha;
-  memory::PageFile* file;
   Delaunay triangulation;
-  PagedMap<PagedSequence<Site>> tiles;
+  tsl::robin_map<std::uint64_t, std::vector<Site>, PackedKeyHash> tiles;
   std::vector<Vertex> left;  // without any remaining site
   std::vector<NewSite> entering;
   std::vector<Point> entering_points;
   std::vector<Vertex> changed;
-  PagedSequence<Corner> corners;
+  std::vector<Corner> corners;
   std::vector<std::int32_t> free_corners;
 
   bool kept(Face face) const;
@@ -111,7 +100,7 @@ void Outline::Impl::set(PlaneCell cell, std::span<const Eigen::Vector2d> wanted)
   boost::container::small_vector<Point, 4> coming;
   for (const Eigen::Vector2d& p : wanted) coming.emplace_back(p.x(), p.y());
   if (const auto found = tiles.find(tile); found != tiles.end()) {
-    PagedSequence<Site>& sites = found.value();
+    std::vector<Site>& sites = found.value();
     const auto gone = std::remove_if(sites.begin(), sites.end(), [&](const Site& site) {
       if (site.cell != number) return false;
       const auto same = std::find(coming.begin(), coming.end(), site.vertex->point());
@@ -174,7 +163,7 @@ void Outline::Impl::insert_entering() {
   const std::size_t before = changed.size();
   Face hint;
   for (const std::size_t i : order_of_entering()) {
-    PagedSequence<Site>& sites = tiles.try_emplace(entering[i].tile, file).first.value();
+    std::vector<Site>& sites = tiles[entering[i].tile];
     if (!sites.empty()) hint = sites.back().vertex->face();
     const Vertex vertex = triangulation.insert(entering_points[i], hint);
     hint = vertex->face();
@@ -296,7 +285,7 @@ std::vector<Ring2> Outline::Impl::trace() {
   return loops;
 }
 
-Outline::Outline(double alpha, memory::PageFile* file) : impl_(std::make_unique<Impl>(alpha, file)) {}
+Outline::Outline(double alpha) : impl_(std::make_unique<Impl>(alpha)) {}
 Outline::~Outline() = default;
 Outline::Outline(Outline&&) noexcept = default;
 Outline& Outline::operator=(Outline&&) noexcept = default;
@@ -335,7 +324,7 @@ std::vector<Polygon> Outline::update() {
 }
 
 void Outline::recover() {
-  Outline anew(impl_->alpha, impl_->file);
+  Outline anew(impl_->alpha);
   for (const auto& [tile, sites] : impl_->tiles)
     for (const Site& site : sites) {
       anew.impl_->entering.push_back({tile, site.cell});

@@ -24,8 +24,7 @@ class Outline {
   /// rings are exact, and non-collinear points stay so when the rings are moved.
   static constexpr double quantum = 1.0 / 4096;
 
-  /// `file`: where it is kept, if not on the heap.
-  explicit Outline(double alpha, memory::PageFile* file = nullptr);
+  explicit Outline(double alpha);
   ~Outline();
   Outline(Outline&&) noexcept;
   Outline& operator=(Outline&&) noexcept;

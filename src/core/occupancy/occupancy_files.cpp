@@ -378,11 +378,10 @@ std::string octomap_note(const std::filesystem::path& file) {
 }
 
 occupancy::OccupancyMap occupancy::OccupancyMap::read_octomap(const std::filesystem::path& file,
-                                                              OccupancyParameters parameters,
-                                                              std::shared_ptr<memory::PageFile> pages) {
+                                                              OccupancyParameters parameters) {
   OctomapFile octree(file);
   parameters.resolution = octree.resolution;
-  occupancy::OccupancyMap map(parameters, std::move(pages));
+  occupancy::OccupancyMap map(parameters);
   octree.read(*map.tree_);
   return map;
 }

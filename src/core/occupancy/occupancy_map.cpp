@@ -74,9 +74,8 @@ struct OccupancyMap::Policy {
   }
 };
 
-OccupancyMap::OccupancyMap(const OccupancyParameters& parameters, std::shared_ptr<memory::PageFile> file)
-    : grid_(parameters.resolution),
-      tree_(std::make_unique<VoxelTree>(model_of(parameters), std::move(file))) {}
+OccupancyMap::OccupancyMap(const OccupancyParameters& parameters)
+    : grid_(parameters.resolution), tree_(std::make_unique<VoxelTree>(model_of(parameters))) {}
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 OccupancyMap::~OccupancyMap() = default;

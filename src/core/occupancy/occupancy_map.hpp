@@ -1,7 +1,6 @@
 #pragma once
 
 #include "geometry/voxel_grid.hpp"
-#include "memory/page_file.hpp"
 #include "occupancy/voxel_payload.hpp"
 #include "sensing/downsample.hpp"
 
@@ -81,8 +80,7 @@ class PlaneLookup {
 ///    surface's plane and ends beyond its tolerance.
 class OccupancyMap {
  public:
-  /// `file`: where it is kept, if not on the heap.
-  explicit OccupancyMap(const OccupancyParameters& parameters, std::shared_ptr<memory::PageFile> file = {});
+  explicit OccupancyMap(const OccupancyParameters& parameters);
   OccupancyMap(OccupancyMap&&) noexcept;
   OccupancyMap& operator=(OccupancyMap&&) noexcept;
   ~OccupancyMap();
@@ -173,8 +171,7 @@ class OccupancyMap {
   /// Inverse; `source` returns the next chunk (empty: none). Throws Error(data).
   void read_nodes(const std::function<std::string()>& source, const std::string& where);
   /// Reads a .bt or .ot, its own resolution; Error(data), also over 32 MiB + 64 times the file's size.
-  static OccupancyMap read_octomap(const std::filesystem::path& file, OccupancyParameters parameters,
-                                   std::shared_ptr<memory::PageFile> pages = {});
+  static OccupancyMap read_octomap(const std::filesystem::path& file, OccupancyParameters parameters);
 
  private:
   struct Policy;

@@ -12,9 +12,6 @@ namespace octosurf::occupancy {
 /// Runs of 1 to 64 payloads, each in a block of the next power of two.
 class PayloadStore {
  public:
-  explicit PayloadStore(memory::PageFile* file = nullptr)
-      : fours_(file), eights_(file), sixteens_(file), thirty_twos_(file), sixty_fours_(file) {}
-
   const VoxelPayload* at(PayloadRun run) const {
     const VoxelPayload* payloads = nullptr;
     with_pool(*this, run.size_class, [&](const auto& pool) { payloads = pool[run.index].data(); });

@@ -1,13 +1,10 @@
 #pragma once
 
-#include "memory/page_file.hpp"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -21,10 +18,6 @@ namespace octosurf::occupancy {
 template <class T, unsigned chunk_bits>
 class Pool {
  public:
-  explicit Pool(memory::PageFile* file = nullptr) : file_(file) {}  ///< which outlives all its chunks
-  Pool(Pool&&) noexcept = default;
-  Pool& operator=(Pool&&) noexcept = default;
-
   std::uint32_t make() {
     if (!free_.empty()) {
       const std::uint32_t index = free_.back();
@@ -34,8 +27,7 @@ class Pool {
       return index;
     }
     if (used_ == chunks_.size() << chunk_bits) {
-      chunks_.push_back({uninitialized(), period_, false});
-      std::uninitialized_value_construct_n(chunks_.back().objects.get(), chunk_size);
+      chunks_.push_back({std::make_shared<T[]>(chunk_size), period_, false});
     }
     const auto index = static_cast<std::uint32_t>(used_);
     writable(index);
@@ -109,25 +101,20 @@ class Pool {
     if (keep) {
       if (kept_count_ == kept_.size()) kept_.emplace_back();
       KeptChunk& kept = kept_[kept_count_];
-      if (!kept.chunk.objects || kept.chunk.shared) kept.chunk.objects = uninitialized();
+      if (!kept.chunk.objects || kept.chunk.shared)
+        kept.chunk.objects = std::make_shared_for_overwrite<T[]>(chunk_size);
       std::copy_n(chunk.objects.get(), chunk_size, kept.chunk.objects.get());
       std::swap(kept.chunk.objects, chunk.objects);
       kept.chunk.shared = std::exchange(chunk.shared, false);
       kept.place = place;
       ++kept_count_;
     } else if (chunk.shared) {
-      std::shared_ptr<T[]> own = uninitialized();
+      std::shared_ptr<T[]> own = std::make_shared_for_overwrite<T[]>(chunk_size);
       std::copy_n(chunk.objects.get(), chunk_size, own.get());
       chunk.objects = std::move(own);
       chunk.shared = false;
     }
     chunk.written_in = period_;
-  }
-  std::shared_ptr<T[]> uninitialized() const {
-    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
-    memory::PagedAllocator<T> memory(file_);
-    return {memory.allocate(chunk_size),
-            [memory](T* chunk) mutable { memory.deallocate(chunk, chunk_size); }};
   }
   /// Call before a free object is reused.
   void note_taken() {
@@ -144,7 +131,6 @@ class Pool {
     taken_.clear();
   }
 
-  memory::PageFile* file_;
   std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> free_;
   std::size_t used_ = 0;

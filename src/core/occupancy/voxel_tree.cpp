@@ -5,8 +5,7 @@
 
 namespace octosurf::occupancy {
 
-VoxelTree::VoxelTree(const OccupancyModel& occupancy_model, std::shared_ptr<memory::PageFile> file)
-    : model_(occupancy_model), file_(std::move(file)) {
+VoxelTree::VoxelTree(const OccupancyModel& occupancy_model) : model_(occupancy_model) {
   static std::atomic<std::uint64_t> histories{0};
   history_ = ++histories;
 }

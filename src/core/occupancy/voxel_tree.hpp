@@ -41,11 +41,10 @@ class VoxelTree {
  public:
   struct Brick;
 
-  /// `file`: where it is kept, if not on the heap.
-  explicit VoxelTree(const OccupancyModel& occupancy_model, std::shared_ptr<memory::PageFile> file = {});
+  explicit VoxelTree(const OccupancyModel& occupancy_model);
 
   const OccupancyModel& model() const { return model_; }
-  void clear() { *this = VoxelTree(model_, file_); }
+  void clear() { *this = VoxelTree(model_); }
   bool occupied(float log_odds) const { return log_odds >= model_.occupied; }
   bool empty() const { return root_.link == unknown; }
 
@@ -253,13 +252,12 @@ class VoxelTree {
   std::uint64_t history_;     // shared only by this tree and the trees shared from it
   std::uint32_t shares_ = 0;  // two billion: 2.3 years at 30 Hz
   bool without_points_ = false;
-  bool settled_ = true;                     // no leaf was set since the marks were updated
-  std::vector<std::uint64_t> assigned_;     // bricks with a point assigned since the last share
-  Slot root_, root_before_;                 // the latter: at begin_changes()
-  std::shared_ptr<memory::PageFile> file_;  // of the pools, which it outlives
-  Pool<Group, 10> groups_{file_.get()};
-  Pool<Brick, 8> bricks_{file_.get()};
-  PayloadStore payloads_{file_.get()};
+  bool settled_ = true;                  // no leaf was set since the marks were updated
+  std::vector<std::uint64_t> assigned_;  // bricks with a point assigned since the last share
+  Slot root_, root_before_;              // the latter: at begin_changes()
+  Pool<Group, 10> groups_;
+  Pool<Brick, 8> bricks_;
+  PayloadStore payloads_;
 };
 
 class VoxelTree::Node {

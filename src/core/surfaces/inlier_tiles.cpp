@@ -13,8 +13,7 @@ std::size_t InlierTiles::Tile::first_from(std::uint8_t cell) const {
 }
 
 void InlierTiles::add(geometry::PlaneCell cell, const Inlier& inlier) {
-  Tile& tile = tiles_.try_emplace(geometry::CellBits::tile_of(cell).packed(), tiles_.get_allocator().file)
-                   .first.value();
+  Tile& tile = tiles_[geometry::CellBits::tile_of(cell).packed()];
   const auto bit = static_cast<std::uint8_t>(geometry::CellBits::bit_of(cell));
   std::size_t at = tile.first_from(bit);
   while (at < tile.inliers.size() && tile.inliers[at].cell == bit) ++at;

@@ -1,13 +1,14 @@
 #pragma once
 
 #include "geometry/cell_bits.hpp"
-#include "geometry/paged_map.hpp"
 #include "geometry/voxel_key.hpp"
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <tsl/robin_map.h>
+#include <vector>
 
 namespace octosurf::surfaces {
 
@@ -23,8 +24,6 @@ struct Inlier {
 /// is: 20 bytes an inlier, at most twice that while a tile grows.
 class InlierTiles {
  public:
-  explicit InlierTiles(memory::PageFile* file) : tiles_(file) {}
-
   /// O(inliers of a tile), as remove().
   void add(geometry::PlaneCell cell, const Inlier& inlier);
 
@@ -43,7 +42,7 @@ class InlierTiles {
     const auto tile = tiles_.find(geometry::CellBits::tile_of(cell).packed());
     if (tile == tiles_.end()) return;
     const auto bit = static_cast<std::uint8_t>(geometry::CellBits::bit_of(cell));
-    const geometry::PagedSequence<Placed>& all = tile->second.inliers;
+    const std::vector<Placed>& all = tile->second.inliers;
     for (std::size_t i = tile->second.first_from(bit); i < all.size() && all[i].cell == bit; ++i)
       visit(all[i].inlier());
   }
@@ -63,15 +62,14 @@ class InlierTiles {
     Inlier inlier() const { return {key, range_class, position}; }
   };
   struct Tile {
-    explicit Tile(memory::PageFile* file) : inliers(file) {}
     std::uint64_t occupied = 0;
-    geometry::PagedSequence<Placed> inliers;  // by cell
+    std::vector<Placed> inliers;  // by cell
 
     /// Index of the first inlier in this cell or a later one.
     std::size_t first_from(std::uint8_t cell) const;
   };
 
-  geometry::PagedMap<Tile> tiles_;
+  tsl::robin_map<std::uint64_t, Tile, geometry::PackedKeyHash> tiles_;
 };
 
 }  // namespace octosurf::surfaces

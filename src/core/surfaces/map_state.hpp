@@ -1,6 +1,5 @@
 #pragma once
 
-#include "memory/memory_limit.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "sensing/noise_model.hpp"
 #include "surfaces/cylinder_store.hpp"
@@ -9,7 +8,6 @@
 #include "surfaces/surface_store.hpp"
 
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include <octosurf/map.hpp>
@@ -23,19 +21,14 @@ namespace octosurf::surfaces {
 /// The whole state of a map: the contents of a .surfaces file, and the working data of a Mapper. Everything
 /// that affects the next scan is here and is saved, so that resuming changes nothing.
 struct MapState {
-  explicit MapState(const Parameters& p, std::unique_ptr<memory::MemoryLimit> memory = {})
-      : limit(std::move(memory)),
-        parameters(p),
-        occupancy(p.occupancy, pages()),
-        surfaces(p.occupancy.resolution, pages().get()),
+  explicit MapState(const Parameters& p)
+      : parameters(p),
+        occupancy(p.occupancy),
+        surfaces(p.occupancy.resolution),
         noise(p),
         snapshot(std::make_shared<Snapshot>(Snapshot{0, p.occupancy.resolution, {}})) {
     surfaces.set_erosion_tolerance(p.surface_tolerance());
   }
-
-  /// Of memory, and the file beyond it; null: none. All that grows with the map is in there.
-  std::unique_ptr<memory::MemoryLimit> limit;
-  std::shared_ptr<memory::PageFile> pages() const { return limit ? limit->pages() : nullptr; }
 
   Parameters parameters;
   occupancy::OccupancyMap occupancy;

@@ -13,7 +13,7 @@ namespace octosurf::surfaces {
 
 /// A surface's outline, for the thread that makes its polygons.
 struct SharedOutline {
-  SharedOutline(double alpha, memory::PageFile* file) : outline(alpha, file) {}
+  explicit SharedOutline(double alpha) : outline(alpha) {}
   geometry::Outline outline;
   std::vector<Polygon> polygons;  ///< as of the last update, in cells
   bool broken = false;            ///< an update failed

@@ -5,8 +5,7 @@
 
 namespace octosurf::surfaces {
 
-PlaneHash::PlaneHash(const Eigen::Isometry3d& frame, double resolution, memory::PageFile* file)
-    : raster_(file), resolution_(resolution), inliers_(file) {
+PlaneHash::PlaneHash(const Eigen::Isometry3d& frame, double resolution) : resolution_(resolution) {
   rehash(frame);
 }
 

@@ -15,8 +15,7 @@ namespace octosurf::surfaces {
 /// hash frame, which follows the plane coarsely.
 class PlaneHash {
  public:
-  /// `file`: where what grows with it is kept, if not on the heap.
-  PlaneHash(const Eigen::Isometry3d& frame, double resolution, memory::PageFile* file);
+  PlaneHash(const Eigen::Isometry3d& frame, double resolution);
 
   double resolution() const { return resolution_; }
   const Eigen::Isometry3d& hash_frame() const { return frame_; }

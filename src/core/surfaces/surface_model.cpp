@@ -19,13 +19,12 @@ std::array<float, 3> color_of(SurfaceId id) {
   return {channel(5), channel(3), channel(1)};
 }
 
-SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution,
-                           memory::PageFile* file)
-    : PlaneEstimate(plane, origin), SurfaceOutline(pose(), resolution, file), id_(id) {}
+SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution)
+    : PlaneEstimate(plane, origin), SurfaceOutline(pose(), resolution), id_(id) {}
 
-SurfaceModel::SurfaceModel(const State& state, double resolution, memory::PageFile* file)
+SurfaceModel::SurfaceModel(const State& state, double resolution)
     : PlaneEstimate(state),
-      SurfaceOutline(state.hash_frame, resolution, file),
+      SurfaceOutline(state.hash_frame, resolution),
       born(state.born),
       revision(state.revision),
       checked_size(state.checked_size),

@@ -15,9 +15,7 @@ class SurfaceStore;
 /// follows from, and the outline.
 class SurfaceModel : public PlaneEstimate, public SurfaceOutline {
  public:
-  /// `file`: where what grows with it is kept, if not on the heap.
-  SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution,
-               memory::PageFile* file = nullptr);
+  SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution);
 
   SurfaceId id() const { return id_; }
   std::vector<SurfaceId>& parents() { return parents_; }
@@ -65,7 +63,7 @@ class SurfaceModel : public PlaneEstimate, public SurfaceOutline {
   State state(const Snapshot* published = nullptr) const;
   /// The same without inliers and polygons, O(1): for callers that have those already.
   State head() const;
-  SurfaceModel(const State& state, double resolution, memory::PageFile* file = nullptr);
+  SurfaceModel(const State& state, double resolution);
 
   /// Records that the whole surface was segmented.
   void set_checked() { checked_size = size(); }

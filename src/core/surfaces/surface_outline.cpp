@@ -26,8 +26,8 @@ double to_side(const Eigen::Vector3d& at, const Eigen::Vector3d& direction, doub
 
 }  // namespace
 
-SurfaceOutline::SurfaceOutline(const Eigen::Isometry3d& frame, double resolution, memory::PageFile* file)
-    : PlaneHash(frame, resolution, file), file_(file) {
+SurfaceOutline::SurfaceOutline(const Eigen::Isometry3d& frame, double resolution)
+    : PlaneHash(frame, resolution) {
   edge_bleed_.fill(resolution);
 }
 
@@ -115,7 +115,7 @@ void SurfaceOutline::update_raster(double max_hole_size, const sensing::NoiseMod
   for (unsigned c = 0; noise != nullptr && c < sensing::NoiseModel::classes; ++c)
     edge_bleed[c] = std::min(resolution(), noise->edge_bleed(c));
   const bool anew = !outline_ || outline_->outline.alpha() != alpha;
-  if (anew) outline_ = std::make_shared<SharedOutline>(alpha, file_);
+  if (anew) outline_ = std::make_shared<SharedOutline>(alpha);
   if (anew || edge_bleed != edge_bleed_) raster_.change_all();
   edge_bleed_ = edge_bleed;
   for (const geometry::CellBits::Cells& cells : raster_.take_changes(alpha > 3.99))

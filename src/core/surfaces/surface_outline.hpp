@@ -23,7 +23,7 @@ using IntersectionSites =
 /// noise; and intersections with other surfaces. It follows the changes of the inliers.
 class SurfaceOutline : public PlaneHash {
  public:
-  SurfaceOutline(const Eigen::Isometry3d& frame, double resolution, memory::PageFile* file);
+  SurfaceOutline(const Eigen::Isometry3d& frame, double resolution);
 
   /// False only if no inlier was added or removed where the boundary could change.
   bool polygons_stale() const { return polygons_stale_; }
@@ -70,7 +70,6 @@ class SurfaceOutline : public PlaneHash {
   std::optional<Eigen::Vector3d> outward(geometry::PlaneCell cell) const;
   void add_sites_of(geometry::PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
 
-  memory::PageFile* file_;
   std::map<std::uint64_t, std::uint64_t> changed_;  // bits of cells by tile, since the last take_change()
   std::shared_ptr<SharedOutline> outline_;          // null before the first update_raster()
   IntersectionSites intersections_;                 // as in the outline

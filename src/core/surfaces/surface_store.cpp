@@ -11,13 +11,13 @@ SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& or
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
   const SurfaceId id = next_id_;
-  SurfaceModel& model = models_.try_emplace(id, id, plane, origin, resolution_, file_).first->second;
+  SurfaceModel& model = models_.try_emplace(id, id, plane, origin, resolution_).first->second;
   ++next_id_;
   return model;
 }
 
 SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
-  SurfaceModel& model = models_.try_emplace(state.id, state, resolution_, file_).first->second;
+  SurfaceModel& model = models_.try_emplace(state.id, state, resolution_).first->second;
   for (const Inlier& inlier : state.inliers) places_.add(inlier.key, state.id);
   return model;
 }
@@ -50,7 +50,7 @@ bool SurfaceStore::remove(SurfaceModel& surface, geometry::VoxelKey key, const E
 }
 
 bool SurfaceStore::Residents::count_in(geometry::VoxelKey key, SurfaceId id) {
-  auto& there = cubes_.try_emplace(cube_of(key), cubes_.get_allocator().file).first.value();
+  std::vector<Resident>& there = cubes_[cube_of(key)];
   const auto found = std::find_if(there.begin(), there.end(), [&](const Resident& r) { return r.id == id; });
   if (found != there.end()) {
     ++found->count;
@@ -62,7 +62,7 @@ bool SurfaceStore::Residents::count_in(geometry::VoxelKey key, SurfaceId id) {
 
 bool SurfaceStore::Residents::count_out(geometry::VoxelKey key, SurfaceId id) {
   const auto at = cubes_.find(cube_of(key));
-  auto& there = at.value();
+  std::vector<Resident>& there = at.value();
   const auto found = std::find_if(there.begin(), there.end(), [&](const Resident& r) { return r.id == id; });
   if (--found->count > 0) return false;
   there.erase(found);
@@ -104,7 +104,7 @@ void SurfaceStore::commit() noexcept {
 
 void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapshot& published) {
   std::map<SurfaceId, SurfaceModel::State> before = heads_before_;
-  Places places(file_);
+  Places places;
   points.for_each_point([&](const occupancy::VoxelPoint& p) {
     if (p.surface != 0) places.add(p.key, p.surface);
     if (const auto found = before.find(p.surface); found != before.end())
@@ -115,7 +115,7 @@ void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapsh
     if (const Surface* surface = published.find(id)) state.polygons = surface->polygons;
     std::sort(state.inliers.begin(), state.inliers.end(),
               [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
-    models.try_emplace(id, state, resolution_, file_);
+    models.try_emplace(id, state, resolution_);
   }
 
   // From here on nothing can fail.

@@ -1,11 +1,12 @@
 #pragma once
 
-#include "geometry/paged_map.hpp"
+#include "geometry/voxel_key.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <boost/container/small_vector.hpp>
 #include <map>
+#include <tsl/robin_map.h>
 #include <utility>
 #include <vector>
 
@@ -15,9 +16,7 @@ namespace octosurf::surfaces {
 /// with nearby surfaces.
 class SurfaceStore : public occupancy::PlaneLookup {
  public:
-  /// `file`: where what grows with the map is kept, if not on the heap.
-  explicit SurfaceStore(double resolution, memory::PageFile* file = nullptr)
-      : resolution_(resolution), file_(file), places_(file) {}
+  explicit SurfaceStore(double resolution) : resolution_(resolution) {}
 
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   SurfaceModel& restore(const SurfaceModel::State& state);
@@ -65,7 +64,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   /// Which surfaces are in cubes of 2^bits voxels along each edge.
   class Residents {
    public:
-    Residents(int bits, memory::PageFile* file) : bits_(bits), cubes_(file) {}
+    explicit Residents(int bits) : bits_(bits) {}
     /// True if it is the first of the surface there.
     bool count_in(geometry::VoxelKey key, SurfaceId id);
     /// True if it was the last of the surface there.
@@ -81,19 +80,17 @@ class SurfaceStore : public occupancy::PlaneLookup {
       return key.packed() >> bits_ & (0xffffULL >> bits_) * 0x100010001ULL;
     }
     int bits_;
-    geometry::PagedMap<geometry::PagedSequence<Resident>> cubes_;
+    tsl::robin_map<std::uint64_t, std::vector<Resident>, geometry::PackedKeyHash> cubes_;
   };
   struct Places {
-    explicit Places(memory::PageFile* file) : blocks(block_bits, file), regions(region_bits, file) {}
     void add(geometry::VoxelKey key, SurfaceId id) {
       if (blocks.count_in(key, id)) regions.count_in(key, id);
     }
-    Residents blocks, regions;
+    Residents blocks{block_bits}, regions{region_bits};
   };
   SurfaceModel& kept(SurfaceModel& model);
 
   double resolution_;
-  memory::PageFile* file_;
   double erosion_tolerance_ = 0;
   std::map<SurfaceId, SurfaceModel> models_;
   std::vector<Removal> removals_;

@@ -112,9 +112,7 @@ void io::set_aside_edited_octree(LoadedMap& loaded, const fs::path& stem) {
                    kept.string() + ", and --octree " + kept.string() + " takes over its occupancy";
 }
 
-LoadedMap load_map(const fs::path& stem) { return io::load_map_within({}, stem); }
-
-LoadedMap io::load_map_within(std::unique_ptr<memory::MemoryLimit> limit, const fs::path& stem) {
+LoadedMap load_map(const fs::path& stem) {
   const MapPaths files(stem);
   require_map(files);
   std::error_code failure;
@@ -122,7 +120,7 @@ LoadedMap io::load_map_within(std::unique_ptr<memory::MemoryLimit> limit, const 
   std::ifstream in(files.surfaces, std::ios::binary);
   if (failure || !in)
     throw Error(Error::Kind::data, files.surfaces.string(), "cannot be read", "check its rights");
-  io::MapFile file = io::read_map(in, bytes, files.surfaces.string(), std::move(limit));
+  io::MapFile file = io::read_map(in, bytes, files.surfaces.string());
   if (!file.scans.folder.empty()) file.scans.folder = files.surfaces.parent_path() / file.scans.folder;
   return {Map(std::move(file.state)), warning_of(files.bt, file.bt), std::move(file.scans)};
 }

@@ -66,14 +66,10 @@ struct MapFile {
 
 /// Reads a map file of `file_bytes` bytes; `where` names it in messages. Throws Error(data) for
 /// whatever is not a map file of this version, whole and consistent.
-MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where,
-                 std::unique_ptr<memory::MemoryLimit> limit = {});
+MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where);
 
 /// Before a map is saved under its own name: copies a .bt beside it that is not the one saved with it to
 /// NAME.edited.bt, or NAME.edited-2.bt and so on, and says so in the warning. Throws Error(output).
 void set_aside_edited_octree(LoadedMap& loaded, const std::filesystem::path& stem);
-
-/// octosurf::load_map() of a map with a limit of memory.
-LoadedMap load_map_within(std::unique_ptr<memory::MemoryLimit> limit, const std::filesystem::path& stem);
 
 }  // namespace octosurf::io

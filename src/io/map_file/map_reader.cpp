@@ -45,10 +45,8 @@ std::string printable(std::string text) {
 
 class MapReader : Damage {
  public:
-  MapReader(std::istream& in, std::uint64_t file_bytes, const std::string& name,
-            std::unique_ptr<memory::MemoryLimit> limit)
+  MapReader(std::istream& in, std::uint64_t file_bytes, const std::string& name)
       : Damage{name, {}},
-        limit_(std::move(limit)),
         records_(in, map_stream.most(file_bytes), where),
         most_memory_(map_memory.most(file_bytes)) {
     advance();
@@ -104,7 +102,7 @@ class MapReader : Damage {
   void read_header() {
     require(record_.field == map_file::Record::kHeader, "it does not begin with a header");
     auto header = parse<map_file::Header>(small_record_limit);
-    file_.state = std::make_unique<surfaces::MapState>(read_parameters(header), std::move(limit_));
+    file_.state = std::make_unique<surfaces::MapState>(read_parameters(header));
     surfaces::MapState& state = *file_.state;
     require(header.has_revision() && header.has_scans() && header.has_points() && header.has_next_id() &&
                 header.has_range_noise() && header.has_bt_bytes() && header.has_bt_crc32(),
@@ -381,7 +379,6 @@ class MapReader : Damage {
     state.snapshot.store(std::move(snapshot));
   }
 
-  std::unique_ptr<memory::MemoryLimit> limit_;  // the map's, once there is one
   RecordReader records_;
   std::uint64_t most_memory_, memory_ = 0;
   std::string bytes_;
@@ -416,10 +413,9 @@ void check_version(std::istream& in, const std::string& where) {
 
 }  // namespace
 
-MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where,
-                 std::unique_ptr<memory::MemoryLimit> limit) {
+MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where) {
   check_version(in, where);
-  return MapReader(in, file_bytes, where, std::move(limit))();
+  return MapReader(in, file_bytes, where)();
 }
 
 }  // namespace octosurf::io

@@ -4,7 +4,6 @@
 #include "io/map_file/record_stream.hpp"
 #include "io/new_file.hpp"
 #include "map_file.pb.h"
-#include "memory/page_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -35,9 +34,6 @@ constexpr std::uint64_t skippable_head = 8;                   // bytes of a skip
 constexpr int undo_level = 9;  // a sixth smaller than level 3, in twice its time
 constexpr int least_undo_window = 20, largest_undo_window = 30;  // log2 of bytes
 
-/// Records of a whole map, far more than its file: within a limit of memory they are in its scratch file.
-using Bytes = std::basic_string<char, std::char_traits<char>, memory::PagedAllocator<char>>;
-
 std::string with_length(const std::string& record) {
   std::string bytes;
   std::size_t rest = record.size();
@@ -47,11 +43,11 @@ std::string with_length(const std::string& record) {
 }
 
 /// The head of a map file and its records, each behind its length. Throws Error(data).
-Bytes plain_of(const fs::path& file, memory::PageFile* pages = nullptr) {
+std::string plain_of(const fs::path& file) {
   std::error_code failure;
   const std::uintmax_t bytes = fs::file_size(file, failure);
   std::ifstream in(file, std::ios::binary);
-  Bytes plain(map_head, '\0', pages);
+  std::string plain(map_head, '\0');
   std::string record;
   in.read(plain.data(), static_cast<std::streamsize>(plain.size()));
   if (failure || !in) throw Error(Error::Kind::data, file.string(), "cannot be read", "check its rights");
@@ -65,7 +61,7 @@ int window_for(std::size_t bytes) {
 }
 
 /// `before`, as a frame that needs `after` to be read.
-std::string undo_of(const Bytes& before, const Bytes& after) {
+std::string undo_of(const std::string& before, const std::string& after) {
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), &ZSTD_freeCCtx);
   if (!context) throw std::bad_alloc();
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, undo_level);
@@ -79,7 +75,7 @@ std::string undo_of(const Bytes& before, const Bytes& after) {
   return {undo.get(), size};
 }
 
-Bytes records_before(const Bytes& after, const Session& session, const Damage& damage) {
+std::string records_before(const std::string& after, const Session& session, const Damage& damage) {
   // As much as a map file's records may be, of all that is there.
   damage.require(session.before_plain <= map_stream.most(after.size() + session.undo.size()),
                  "an undo gives far more than its size allows");
@@ -87,7 +83,7 @@ Bytes records_before(const Bytes& after, const Session& session, const Damage& d
   if (!context) throw std::bad_alloc();
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, largest_undo_window + 1);
   ZSTD_DCtx_refPrefix(context.get(), after.data(), after.size());
-  Bytes before(session.before_plain, '\0');
+  std::string before(session.before_plain, '\0');
   const std::size_t size = ZSTD_decompressDCtx(context.get(), before.data(), before.size(),
                                                session.undo.data(), session.undo.size());
   damage.require(size == before.size(), "an undo does not fit the map after it");
@@ -95,7 +91,7 @@ Bytes records_before(const Bytes& after, const Session& session, const Damage& d
 }
 
 /// A map file of these records, of `bytes` bytes if the compressor is that of then.
-std::string map_of_records(const Bytes& plain, std::uint64_t bytes, const Damage& damage) {
+std::string map_of_records(const std::string& plain, std::uint64_t bytes, const Damage& damage) {
   std::ostringstream out;
   out << plain.substr(0, map_head);
   RecordWriter writer(out);
@@ -273,7 +269,7 @@ Past past_of(const fs::path& stem) {
 }
 
 Map map_after(const Past& past, std::size_t at) {
-  Bytes plain = plain_of(past.map);
+  std::string plain = plain_of(past.map);
   for (std::size_t k = past.sessions.size(); --k > at;)
     plain = records_before(plain, read_again(past.sessions[k]), {past.sessions[k].file.string(), {}});
   const Damage damage{past.sessions.at(at).file.string(), {}};
@@ -360,10 +356,9 @@ void PastKeeper::save(const Map& map, std::optional<double> date_s, const MapCha
       fs::remove(before, ignored);
       return;
     }
-    memory::PageFile* const pages = map.state().pages().get();
-    const Bytes plain = plain_of(before, pages);
+    const std::string plain = plain_of(before);
     session.before_plain = plain.size();
-    session.undo = undo_of(plain, plain_of(after, pages));
+    session.undo = undo_of(plain, plain_of(after));
     session.undo_bytes = session.undo.size();
     session.appeared = changes.appeared;
     session.changed = changes.changed;
