@@ -113,17 +113,6 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
   return inliers;
 }
 
-SegmentLimits limits_in_cells(const MapView& map, const Departures& departures) {
-  SegmentLimits limits = limits_of(map.cells.map().parameters);
-  limits.see_through = departures.see_through;
-  return limits;
-}
-
-Proposal segmented(const MapView& map, const Readings& readings, const Departures& departures,
-                   Segmentation known) {
-  return proposal_of(map, readings, segment(readings, limits_in_cells(map, departures), std::move(known)));
-}
-
 using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
 
 /// The initial segmentation with seed patches of `candidates`, cells, those that are mostly of pending
@@ -160,22 +149,32 @@ Segmentation with_seed_patches_of(const MapView& map, const Readings& readings, 
   return known;
 }
 
-Proposal segment_all(const MapView& map, const Departures& departures) {
+}  // namespace
+
+SegmentLimits LikelihoodDetector::limits_in_cells(const MapView& map) const {
+  SegmentLimits limits = limits_of(map.cells.map().parameters);
+  limits.see_through = departures_.see_through;
+  return limits;
+}
+
+Proposal LikelihoodDetector::segmented(const MapView& map, const Readings& readings,
+                                       Segmentation known) const {
+  return proposal_of(map, readings, detection::segment(readings, limits_in_cells(map), std::move(known)));
+}
+
+Proposal LikelihoodDetector::segment_all(const MapView& map) const {
   const Readings readings(map);
   Segmentation nothing;
   nothing.labels.assign(readings.size_with_context(), clutter);
-  Proposal proposal =
-      segmented(map, readings, departures,
-                with_seed_patches(readings, std::move(nothing), departures.ransac_iterations));
+  Proposal proposal = segmented(
+      map, readings, with_seed_patches(readings, std::move(nothing), departures_.ransac_iterations));
   proposal.unprocessed.clear();
   return proposal;
 }
 
-/// Pending points and those of `expanded` that another surface also explains, or that lie in a block of seed
-/// patches with a seed patch of points due: it may extend into them. Surrounding surfaces take part as sums,
-/// and are merged across gaps up to h (neighbourhood.hpp).
-std::optional<Proposal> segment_points(const MapView& map, std::span<const PointId> points,
-                                       std::span<const Assignment> expanded, const Departures& departures) {
+std::optional<Proposal> LikelihoodDetector::segment_points(const MapView& map,
+                                                           std::span<const PointId> points,
+                                                           std::span<const Assignment> expanded) const {
   const MapView& cells = map.cells.map();
   std::vector<PointId> candidates = map.cells.of(points);
   const VoxelBlocks blocks(seed_patch_edge(cells.grid.resolution()));
@@ -183,7 +182,7 @@ std::optional<Proposal> segment_points(const MapView& map, std::span<const Point
   for (const PointId i : candidates) with_due.insert(blocks.of(cells.window[i].key));
   std::vector<PointId> beside;
   std::vector<Assignment> elsewhere;
-  for (const Assignment& assignment : departures.takes_back ? expanded : std::span<const Assignment>())
+  for (const Assignment& assignment : departures_.takes_back ? expanded : std::span<const Assignment>())
     if (with_due.contains(blocks.of(cells.cell_of(map.window[assignment.point].key))))
       beside.push_back(assignment.point);
     else
@@ -192,14 +191,12 @@ std::optional<Proposal> segment_points(const MapView& map, std::span<const Point
   const Neighbourhood around = neighbourhood_of(map, candidates, map.cells.of(touching(map, elsewhere)));
   if (around.points.empty()) return {};
   const Readings readings(map, around);
-  return segmented(map, readings, departures,
-                   with_seed_patches_of(cells, readings, blocks, candidates, departures.ransac_iterations));
+  return segmented(map, readings,
+                   with_seed_patches_of(cells, readings, blocks, candidates, departures_.ransac_iterations));
 }
 
-/// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
-/// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
-std::optional<Proposal> segment_surfaces(const MapView& map, std::span<const SurfaceId> surfaces,
-                                         const Departures& departures) {
+std::optional<Proposal> LikelihoodDetector::segment_surfaces(const MapView& map,
+                                                             std::span<const SurfaceId> surfaces) const {
   const sensing::ReadingModel model(map.noise, map.grid.resolution());
   const std::size_t largest = largest_looked_at_whole << 2 * map.cells.map().level;
   std::vector<SurfaceId> anew;
@@ -223,12 +220,10 @@ std::optional<Proposal> segment_surfaces(const MapView& map, std::span<const Sur
   if (around.points.empty()) return {};
   const Readings readings(map, around);
   return segmented(
-      map, readings, departures,
+      map, readings,
       with_seed_patches(readings, known_about(readings, map.surfaces, anew, map.cells.of(unlabelled)),
-                        departures.ransac_iterations));
+                        departures_.ransac_iterations));
 }
-
-}  // namespace
 
 std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
                                                         std::span<const PointId> fresh) const {
@@ -245,9 +240,9 @@ Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& qu
 }
 
 std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Part& part) const {
-  if (part.all) return segment_all(map, departures_);
-  return part.surfaces.empty() ? segment_points(map, part.points, part.expanded, departures_)
-                               : segment_surfaces(map, part.surfaces, departures_);
+  if (part.all) return segment_all(map);
+  return part.surfaces.empty() ? segment_points(map, part.points, part.expanded)
+                               : segment_surfaces(map, part.surfaces);
 }
 
 std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
@@ -255,7 +250,7 @@ std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView&
   const Readings readings(map, neighbourhood_of(map, map.cells.of(pending), {}));
   std::vector<Refused> refused;
   const Segmentation found =
-      detection::segment(readings, limits_in_cells(map, departures_),
+      detection::segment(readings, limits_in_cells(map),
                          with_seed_patches(readings, known_about(readings, map.surfaces, {})), &refused);
   std::map<PointId, surfaces::Refusal> reasons;
   for (const Refused& plane : refused)

@@ -2,6 +2,7 @@
 
 #include "detection/detector.hpp"
 #include "detection/seed_patches.hpp"
+#include "detection/segment.hpp"
 
 namespace octosurf::detection {
 
@@ -30,6 +31,19 @@ class LikelihoodDetector final : public Detector {
                                                 std::span<const PointId> pending) const override;
 
  private:
+  SegmentLimits limits_in_cells(const surfaces::MapView& map) const;
+  Proposal segmented(const surfaces::MapView& map, const Readings& readings, Segmentation known) const;
+  Proposal segment_all(const surfaces::MapView& map) const;
+  /// Pending points and those of `expanded` that another surface also explains, or that lie in a block of
+  /// seed patches with a seed patch of points due: it may extend into them. Surrounding surfaces take part as
+  /// sums, and are merged across gaps up to h (neighbourhood.hpp).
+  std::optional<Proposal> segment_points(const surfaces::MapView& map, std::span<const PointId> points,
+                                         std::span<const Assignment> expanded) const;
+  /// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
+  /// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
+  std::optional<Proposal> segment_surfaces(const surfaces::MapView& map,
+                                           std::span<const SurfaceId> surfaces) const;
+
   Departures departures_;
 };
 
