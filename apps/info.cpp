@@ -39,14 +39,13 @@ constexpr const char* info_description = R"(Prints what is in a map, or in a rec
 Examples:
   octosurf info maps/office
   octosurf info maps/office --json
-  octosurf info maps/office --check      checks that octree, points and surfaces agree
   octosurf info walk.mcap                topics of a bag (.bag, .db3, .mcap, or its folder)
   octosurf info kitchen                  scans of a folder, and how its first is read
 )";
 
 struct InfoArguments {
   std::string map, up;
-  bool json = false, check = false;
+  bool json = false;
 };
 
 constexpr std::size_t listed_surfaces = 10;
@@ -57,14 +56,12 @@ struct Contents {
   Up up;
   Stairs stairs;
   Eigen::AlignedBox3d extent;  ///< of the points, map frame; empty if there is none
-  std::vector<std::string> violations;
 };
 
-Contents look_into(const Map& map, const std::string& up, bool check) {
-  Contents contents{map.size(), map.snapshot(), up_in_force(map, up), {}, {}, {}};
+Contents look_into(const Map& map, const std::string& up) {
+  Contents contents{map.size(), map.snapshot(), up_in_force(map, up), {}, {}};
   contents.stairs = find_stairs(*contents.snapshot, contents.up.direction);
   map.for_each_point([&](const Map::Voxel& voxel) { contents.extent.extend(*voxel.point); });
-  if (check) contents.violations = check_invariants(map);
   return contents;
 }
 
@@ -159,17 +156,11 @@ std::string scalar_text(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-void print_json(const LoadedMap& loaded, const Contents& contents, bool checked) {
-  Json json = json_of(loaded, contents);
-  if (checked) json["violations"] = contents.violations;
-  std::fputs(scalar_text(json).c_str(), stdout);
-}
-
 /// Of a folder of scans: how many, what the first is like, and what was chosen.
 void print_scans(const InfoArguments& arguments) {
-  if (arguments.check || arguments.json || !arguments.up.empty())
-    throw Error(Error::Kind::usage, arguments.map,
-                "a folder of scans, and --json, --check and --up are of maps", "leave them away");
+  if (arguments.json || !arguments.up.empty())
+    throw Error(Error::Kind::usage, arguments.map, "a folder of scans, and --json and --up are of maps",
+                "leave them away");
   const std::unique_ptr<ScanSource> source = open_scans({arguments.map}, {});
   std::printf("%-12s %zu\n", "scans", source->size());
   const std::optional<Scan> first = source->next();
@@ -194,33 +185,25 @@ void print_scans(const InfoArguments& arguments) {
 
 void run_info(const InfoArguments& arguments) {
   if (io::is_bag(arguments.map)) {
-    if (arguments.check || !arguments.up.empty())
-      throw Error(Error::Kind::usage, arguments.map, "a bag, and --check and --up are of maps",
-                  "leave them away");
+    if (!arguments.up.empty())
+      throw Error(Error::Kind::usage, arguments.map, "a bag, and --up is of maps", "leave it away");
     return print_bag(arguments.map, arguments.json);
   }
   if (std::filesystem::is_directory(arguments.map)) return print_scans(arguments);
   const LoadedMap loaded = load_map(arguments.map);
-  const Contents contents = look_into(loaded.map, arguments.up, arguments.check);
+  const Contents contents = look_into(loaded.map, arguments.up);
   warn_of_up(loaded.map, arguments.up);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   if (arguments.json)
-    print_json(loaded, contents, arguments.check);
+    std::fputs(scalar_text(json_of(loaded, contents)).c_str(), stdout);
   else
     print(loaded.map, loaded.scans, contents);
-  if (!arguments.check) return;
-  if (!contents.violations.empty())
-    throw Error(
-        Error::Kind::data, arguments.map,
-        std::to_string(contents.violations.size()) + " violations, the first: " + contents.violations[0],
-        "map it anew from the scans");
-  if (!arguments.json) std::printf("\ncheck        octree, points and surfaces agree\n");
 }
 
 }  // namespace
 
 std::string info_json(const LoadedMap& loaded, const std::string& up) {
-  return scalar_text(json_of(loaded, look_into(loaded.map, up, false)));
+  return scalar_text(json_of(loaded, look_into(loaded.map, up)));
 }
 
 void add_info(CLI::App& app) {
@@ -231,7 +214,6 @@ void add_info(CLI::App& app) {
       ->required();
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "print JSON");
-  verb->add_flag("--check", arguments->check, "check that all parts agree; exit 1 if they do not");
   verb->callback([arguments] { run_info(*arguments); });
 }
 

@@ -14,8 +14,6 @@
 #include <sys/resource.h>
 #include <utility>
 
-#include <octosurf/diagnosis.hpp>
-
 namespace octosurf {
 namespace {
 
@@ -75,16 +73,6 @@ Json parameters_object(const Parameters& parameters) {
   Json json = Json::object();
   for (const ParameterInfo& info : parameter_infos())
     json[info.name] = to_json_value(get_parameter(parameters, info.name));
-  return json;
-}
-
-Json double_layers_json(const Snapshot& snapshot) {
-  Json json = Json::array();
-  for (const DoubleLayer& layer : double_layers(snapshot))
-    json.push_back({{"surfaces", {layer.first, layer.second}},
-                    {"overlap_m2", layer.overlap_m2},
-                    {"distance_m", layer.distance_m},
-                    {"angle_deg", layer.angle_rad * 180 / std::numbers::pi}});
   return json;
 }
 
@@ -258,7 +246,6 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;
-  json["double_layers"] = double_layers_json(*snapshot);
   json["cylinders"] = map.snapshot()->cylinders.size();
   json["pending_points"] = size.pending;
   json["peak_rss_mb"] = peak_rss_mb();

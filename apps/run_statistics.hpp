@@ -52,7 +52,7 @@ class RunStatistics {
   bool drain(Mapper& mapper, const std::function<double()>& now_s);
 
   /// The contents of docs/formats.md §1. `map`, after the run, provides octree, surfaces, area, pending
-  /// points, double layers, cylinders and up (up_json()). `categorized_percent` is inliers over inliers and
+  /// points, cylinders and up (up_json()). `categorized_percent` is inliers over inliers and
   /// pending points of `map`: vanished points do not count. `points_per_second` is per second of time stamps,
   /// from the first scan's to one mean period after the last one's. `time_to_first_detection_s` is from the
   /// first arrival until the first new surface could be read. `peak_rss_mb` (10⁶ bytes) is the process's.

@@ -15,7 +15,6 @@
 #include <limits>
 #include <numbers>
 
-#include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf {
@@ -66,15 +65,13 @@ void warn_of_closures(const RunStatistics& statistics) {
       io::count_of(closures.size(), "place").c_str(), where.c_str(), 100 * worst.farthest_m);
 }
 
-void warn_of_double_layers(const Snapshot& snapshot, bool reported) {
-  const std::vector<DoubleLayer> layers = double_layers(snapshot);
+void warn_of_double_layers(const Map& map) {
+  const std::vector<surfaces::DoubleLayer> layers = surfaces::double_layers(map.state().surfaces);
   if (layers.empty()) return;
-  const DoubleLayer& worst = *std::max_element(
-      layers.begin(), layers.end(),
-      [](const DoubleLayer& a, const DoubleLayer& b) { return a.overlap_m2 < b.overlap_m2; });
-  std::fprintf(stderr, "warning: %s of two surfaces on one face, e.g. %u and %u: %.2f m² %.1f cm apart; %s\n",
-               io::count_of(layers.size(), "pair").c_str(), worst.first, worst.second, worst.overlap_m2,
-               100 * worst.distance_m, reported ? "the report lists them" : "--report FILE lists them");
+  const surfaces::DoubleLayer& worst = *std::ranges::max_element(layers, {}, &surfaces::DoubleLayer::inliers);
+  std::fprintf(stderr, "warning: %s of two surfaces on one face, e.g. %u and %u, %.1f cm apart\n",
+               io::count_of(layers.size(), "pair").c_str(), worst.smaller, worst.larger,
+               100 * worst.distance_m);
 }
 
 /// In or beside an input, by its name; empty if there is none.

@@ -14,7 +14,7 @@ set(OCTOSURF_SLOW_alignment AlignedMap.ASensorsTiltAndScaleAreFoundAndAreNoDrift
     Revisits.TellABendThatNoMotionExplains Revisits.TellHowFarThePoseIsOff)
 set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
     FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.NoMemoryKeepsWhatWasMapped Files.ExportedSurfacesAreReadByPython
-    Killed.* MapRun.ALimitOfMemoryChangesNoByte MapRun.DoubleLayersAreReportedAndWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
+    Killed.* MapRun.DoubleLayersAreWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
     MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
     PoseCheck.PosesInAnotherFormAreRefusedAndTakenOnDemand PoseCheck.RightPosesAreNotRefusedWhereTheyDrift Remap.*
     UpOption.GivenInEveryWay WrongUse.IsSaidInOneLineAndLeavesNothing ViewVerb.RefusesPlansThatAreNoneByName)

@@ -1,5 +1,5 @@
-// octosurf/map.hpp, up.hpp, boundary.hpp, diagnosis.hpp and explain.hpp in Python: maps, how they are saved
-// and loaded, what their edges are, what looks wrong, and why not.
+// octosurf/map.hpp, up.hpp, boundary.hpp and explain.hpp in Python: maps, how they are saved and loaded, what
+// their edges are, and why not.
 #include "map_holder.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -11,7 +11,6 @@
 #include <octosurf/adapters/paper_detector.hpp>
 #endif
 #include <octosurf/boundary.hpp>
-#include <octosurf/diagnosis.hpp>
 #include <octosurf/explain.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/up.hpp>
@@ -85,7 +84,6 @@ inserts, but for snapshot(), which never waits.)")
 Columns: "point" (3 float64, map frame, m), "view" (3 float64, unit, toward where it was seen from; NaN: not known),
 "log_odds" (float32), "surface" (uint32; 0: pending).)")
       .def("size", under_lock(&Map::size))
-      .def("check_invariants", under_lock(&check_invariants), doc_of("check_invariants"))
       .def_property_readonly("origin", under_lock(&Map::origin), doc_of("Map.origin"));
 }
 
@@ -95,18 +93,6 @@ void bind_diagnosis(Module& module) {
       .def(py::init<std::vector<EdgeKind>, std::vector<std::vector<EdgeKind>>>(), "outer"_a, "holes"_a,
            "Labels by ring.");
   module.def("label_edges", under_lock(&label_edges), "map"_a, "surface"_a);
-
-  using D = DoubleLayer;
-  Value<D>(module, "DoubleLayer")
-      .fields(OCTOSURF_FIELDS(D, first, second, overlap_m2, distance_m, angle_rad));
-  constexpr DoubleLayerOptions options;
-  module.def(
-      "double_layers",
-      [](const Snapshot& snapshot, double max_angle_rad, double max_distance_m, double min_overlap) {
-        return double_layers(snapshot, {max_angle_rad, max_distance_m, min_overlap});
-      },
-      "snapshot"_a, py::kw_only(), "max_angle_rad"_a = options.max_angle_rad,
-      "max_distance_m"_a = options.max_distance_m, "min_overlap"_a = options.min_overlap, Released());
 
   Value<Figure>(module, "Figure").fields(OCTOSURF_FIELDS(Figure, name, value, unit, at_least));
   Value<Explanation>(module, "Explanation")

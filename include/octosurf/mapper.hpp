@@ -237,8 +237,4 @@ class Mapper {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Checks the map's invariants (docs/design.md §3): one line per violation, empty if all are met. Cost: one
-/// pass over octree and surfaces; for tests and `info --check`.
-std::vector<std::string> check_invariants(const Map& map);
-
 }  // namespace octosurf

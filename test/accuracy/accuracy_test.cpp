@@ -9,6 +9,8 @@
 #include "evaluation/evaluate.hpp"
 #include "simulation/recording.hpp"
 #include "support/paths.hpp"
+#include "surfaces/double_layers.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <cstdio>
 #include <filesystem>
@@ -17,7 +19,6 @@
 #include <optional>
 #include <ostream>
 
-#include <octosurf/diagnosis.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/scan_source.hpp>
 
@@ -165,13 +166,14 @@ struct Contents {
   double surfaces = 0, large = 0;  ///< those of 0.05 m² and more
   double area_m2 = 0, layers = 0;
 
-  void add(const Snapshot& snapshot) {
+  void add(const Map& map) {
+    const Snapshot& snapshot = *map.snapshot();
     surfaces += static_cast<double>(snapshot.surfaces.size());
     for (const SurfacePtr& surface : snapshot.surfaces) {
       area_m2 += surface->area_m2;
       large += surface->area_m2 >= 0.05;
     }
-    layers += static_cast<double>(double_layers(snapshot).size());
+    layers += static_cast<double>(surfaces::double_layers(map.state().surfaces).size());
   }
 };
 
@@ -201,7 +203,7 @@ TEST(AccuracyOfTheKitchen, StaysWhereItIs) {
   for (const std::size_t first : {0, 4, 8}) {
     const std::optional<Mapper> mapper = kitchen(first, 20);
     if (!mapper) GTEST_SKIP() << "no rgbd_7scenes_redkitchen";
-    all.add(*mapper->snapshot());
+    all.add(mapper->map());
   }
   std::printf("kitchen: %.0f surfaces, %.0f of 0.05 m² and more, %.3f m², %.0f double layers\n", all.surfaces,
               all.large, all.area_m2, all.layers);
@@ -221,9 +223,9 @@ TEST(AccuracyOfTheKitchen, SurfacesStayWhileTheRunGoesOn) {
   std::optional<Mapper> mapper = kitchen(0, 3);
   if (!mapper) GTEST_SKIP() << "no rgbd_7scenes_redkitchen";
   Contents as_it_went, at_once;
-  as_it_went.add(*mapper->snapshot());
+  as_it_went.add(mapper->map());
   mapper->resegment();
-  at_once.add(*mapper->snapshot());
+  at_once.add(mapper->map());
   for (const auto& [name, all] : {std::pair("as it went", as_it_went), std::pair("at once", at_once)})
     std::printf("kitchen, every third frame, %s: %.0f surfaces, %.3f m², %.0f double layers\n", name,
                 all.surfaces, all.area_m2, all.layers);

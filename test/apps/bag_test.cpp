@@ -69,7 +69,7 @@ TEST_F(Bags, InfoTellsTopicsCountsAndTimes) {
     EXPECT_EQ(topic.at("messages"), 3);
     EXPECT_NEAR(topic.at("last_s").get<double>() - topic.at("first_s").get<double>(), 0.2, 1e-6);
   }
-  EXPECT_THAT(error_of("info walk.bag --check", 2), HasSubstr("a bag"));
+  EXPECT_THAT(error_of("info walk.bag --up z", 2), HasSubstr("a bag"));
 }
 
 TEST_F(Bags, WhatWasChosenIsSaid) {

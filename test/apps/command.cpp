@@ -1,11 +1,13 @@
 #include "apps/command.hpp"
 
+#include "support/invariants.hpp"
 #include "support/paths.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <iomanip>
 #include <limits>
 #include <map>
@@ -91,7 +93,8 @@ nlohmann::json CommandTest::read_json(const std::string& name) const {
 }
 
 nlohmann::json CommandTest::info(const std::string& map) const {
-  return json_of("info " + map + " --json --check");
+  EXPECT_THAT(check_invariants(load_map(folder / map).map), ::testing::IsEmpty());
+  return json_of("info " + map + " --json");
 }
 
 void CommandTest::made_once(const std::string& name, const std::function<void()>& make) const {

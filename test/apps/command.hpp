@@ -38,7 +38,7 @@ class CommandTest : public ::testing::Test {
   std::string read(const std::string& name) const;
   bool exists(const std::string& name) const { return std::filesystem::exists(folder / name); }
   nlohmann::json read_json(const std::string& name) const;
-  nlohmann::json info(const std::string& map) const;
+  nlohmann::json info(const std::string& map) const;  ///< of a map, whose invariants hold
 
   /// What `make` leaves in the folder: made once in a process, copied for every later test. A name with the
   /// seed in it, where that is drawn from.

@@ -2,6 +2,7 @@
 // with.
 #include "apps/command.hpp"
 #include "apps/running.hpp"
+#include "support/invariants.hpp"
 #include "support/seed.hpp"
 
 #include <chrono>

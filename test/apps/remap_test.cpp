@@ -4,6 +4,7 @@
 #include "io/kept_scans.hpp"
 #include "io/readers/pose_file.hpp"
 #include "property/same_surfaces.hpp"
+#include "support/invariants.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 

@@ -4,6 +4,8 @@
 #include "bench/bench.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/ray_tracer.hpp"
+#include "surfaces/double_layers.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <algorithm>
 #include <map>
@@ -11,7 +13,6 @@
 #include <regex>
 
 #include <octosurf/adapters/octomap.hpp>
-#include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf::bench {
@@ -192,8 +193,11 @@ void kitchen(const Options& options) {
     area += surface->area_m2;
     over_min_area += surface->area_m2 >= min_area;
   }
-  const std::vector<DoubleLayer> layers = double_layers(*snapshot);
-  for (const DoubleLayer& layer : layers) doubled += layer.overlap_m2;
+  const auto layers = surfaces::double_layers(mapper.map().state().surfaces);
+  for (const surfaces::DoubleLayer& layer : layers) {
+    const Surface& smaller = *snapshot->find(layer.smaller);
+    doubled += smaller.area_m2 * static_cast<double>(layer.inliers) / static_cast<double>(smaller.inliers);
+  }
   Json row{{"scans", ms.size()},
            {"resolution", resolution},
            {"surfaces", snapshot->surfaces.size()},

@@ -4,6 +4,7 @@
 #include "io/map_file/map_files.hpp"
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
+#include "support/invariants.hpp"
 #include "support/room_tour.hpp"
 #include "support/seed.hpp"
 

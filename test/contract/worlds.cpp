@@ -3,6 +3,7 @@
 #include "alignment/surfaces_by_hand.hpp"
 #include "io/map_file/map_files.hpp"
 #include "simulation/recording.hpp"
+#include "support/invariants.hpp"
 #include "support/room_tour.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"

@@ -4,6 +4,7 @@
 
 #include "detection/owners.hpp"
 #include "support/guarantees.hpp"
+#include "support/invariants.hpp"
 #include "support/map_state.hpp"
 #include "support/room_tour.hpp"
 #include "support/seed.hpp"
@@ -29,7 +30,7 @@ TEST(LikelihoodDetector, KeepsAllInvariantsAfterEveryScan) {
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     const auto before = mapper.snapshot();
     const ScanReport report = mapper.insert(scan);
-    ASSERT_THAT(check_invariants(mapper.map()), IsEmpty());
+    ASSERT_THAT(test::check_invariants(mapper.map()), IsEmpty());
     const auto after = mapper.snapshot();
     EXPECT_EQ(
         before->surfaces.size() + report.born.size(),

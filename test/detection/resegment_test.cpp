@@ -1,5 +1,6 @@
 #include "detection/owners.hpp"
 #include "support/guarantees.hpp"
+#include "support/invariants.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
@@ -38,7 +39,7 @@ TEST(Resegment, KeepsAllInvariants) {
   const std::size_t points = mapper.map().size().points;
   const std::size_t surfaces = mapper.snapshot()->surfaces.size();
   const ScanReport report = mapper.resegment();
-  EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
+  EXPECT_THAT(test::check_invariants(mapper.map()), IsEmpty());
   test::expect_guarantees(mapper.map());
   EXPECT_EQ(mapper.map().size().points, points);
   EXPECT_EQ(surfaces + report.born.size() - report.merged.size() - report.gone.size(),
@@ -107,13 +108,13 @@ TEST(Resegment, ScansGoOnAfterIt) {
   insert_scans(mapper, rng);
   mapper.resegment();
   insert_scans(mapper, rng, 2);
-  EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
+  EXPECT_THAT(test::check_invariants(mapper.map()), IsEmpty());
 }
 
 TEST(Resegment, AnEmptyMapStaysEmpty) {
   Mapper mapper;
   EXPECT_THAT(mapper.resegment().born, IsEmpty());
-  EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
+  EXPECT_THAT(test::check_invariants(mapper.map()), IsEmpty());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "fuzz/input_file.hpp"
 #include "io/map_file/map_file.hpp"
 #include "occupancy/occupancy_map.hpp"
+#include "support/invariants.hpp"
 
 #include <optional>
 #include <random>
@@ -70,7 +71,7 @@ void fuzz_surfaces(Bytes bytes) {
   const std::size_t peak = reading_peak;
   const std::string again = saved(*map);
   promise(loaded(again).has_value(), "what was read can be saved and read again");
-  check_invariants(*map);
+  test::check_invariants(*map);
   plan_on(*map);
   if (cheap(map->parameters())) {
     const Scan scan = scan_of(*map);

@@ -2,6 +2,7 @@
 #include "support/checked_mapper.hpp"
 #include "support/degree.hpp"
 #include "support/guarantees.hpp"
+#include "support/invariants.hpp"
 #include "support/round_scene.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
@@ -170,7 +171,7 @@ TEST(Cylinders, TwoHalvesMerge) {
   ASSERT_THAT(cylinders(under_test), SizeIs(1));
   EXPECT_GT(cylinders(under_test)[0]->length_m, 1.4);
   EXPECT_EQ(under_test.mapper.map().state().cylinders.next_id(), 3U) << "the other's id is used up";
-  EXPECT_THAT(check_invariants(under_test.mapper.map()), IsEmpty());
+  EXPECT_THAT(test::check_invariants(under_test.mapper.map()), IsEmpty());
 }
 
 TEST(Cylinders, APillarThatIsTakenAwayGoes) {
@@ -184,7 +185,7 @@ TEST(Cylinders, APillarThatIsTakenAwayGoes) {
   insert(under_test, arc(hall(), {0.2, 0, 0.9}, 1.6, 1, 15, rng));
   EXPECT_THAT(cylinders(under_test), IsEmpty());
   EXPECT_THAT(before->cylinders, SizeIs(1)) << "snapshots never change";
-  EXPECT_THAT(check_invariants(under_test.mapper.map()), IsEmpty());
+  EXPECT_THAT(test::check_invariants(under_test.mapper.map()), IsEmpty());
 }
 
 TEST(Cylinders, FlatThingsAreNone) {

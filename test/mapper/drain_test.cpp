@@ -1,4 +1,5 @@
 // What a scan's budget leaves waits, and is found in the end.
+#include "support/invariants.hpp"
 #include "support/room_tour.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
@@ -6,7 +7,6 @@
 #include <gtest/gtest.h>
 #include <vector>
 
-#include <octosurf/diagnosis.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::mapper {
@@ -36,7 +36,7 @@ TEST(Drain, FindsAboutTheAreaThatIsFoundWithoutABudget) {
   EXPECT_EQ(report.waiting, 0U);
   EXPECT_TRUE(bounded.map().state().queue.blocks.empty());
   EXPECT_NEAR(area_of(bounded), area_of(unbounded), 0.05 * area_of(unbounded));
-  EXPECT_EQ(check_invariants(bounded.map()), std::vector<std::string>{});
+  EXPECT_EQ(test::check_invariants(bounded.map()), std::vector<std::string>{});
 }
 
 TEST(Drain, ChangesNothingIfNothingWaits) {

@@ -1,6 +1,7 @@
 // Scans that wait go in together: the octree as one by one, the surfaces as good.
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
+#include "support/invariants.hpp"
 #include "support/room_tour.hpp"
 #include "support/seed.hpp"
 
@@ -37,7 +38,7 @@ void insert_in_groups(Mapper& mapper, std::span<const Scan> scans, std::mt19937_
   while (!scans.empty()) {
     const std::size_t count = std::min<std::size_t>(1 + rng() % most, scans.size());
     ASSERT_EQ(mapper.insert_all(scans.first(count)).size(), count);
-    EXPECT_TRUE(check_invariants(mapper.map()).empty()) << check_invariants(mapper.map()).front();
+    EXPECT_TRUE(test::check_invariants(mapper.map()).empty()) << test::check_invariants(mapper.map()).front();
     scans = scans.subspan(count);
   }
 }
@@ -88,7 +89,7 @@ TEST(InsertAll, WhatGoesAmongTheScansIsGone) {
   test::CheckedMapper mapper(as_given());
   const std::vector<ScanReport> reports = mapper.mapper.insert_all(scans);
   ASSERT_EQ(reports.size(), scans.size());
-  EXPECT_TRUE(check_invariants(mapper.mapper.map()).empty());
+  EXPECT_TRUE(test::check_invariants(mapper.mapper.map()).empty());
   EXPECT_TRUE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.4}).empty()) << "the box's top";
   EXPECT_FALSE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.01}).empty()) << "the floor";
   std::size_t appeared = 0, vanished = 0;

@@ -3,6 +3,7 @@
 #include "io/files.hpp"
 #include "mapper/failing_memory.hpp"
 #include "support/guarantees.hpp"
+#include "support/invariants.hpp"
 #include "support/random_scans.hpp"
 #include "support/round_scene.hpp"
 #include "support/sanitized.hpp"
@@ -148,20 +149,20 @@ class Story {
     test::fail_allocation_after(n, all_after);
     finding.threw = throws([&] { mapper.insert(mapper.prepare(next)); });
     // While there is no memory at all the map may not be there either, but nothing worse.
-    if (all_after) throws([&] { check_invariants(mapper.map()); });
+    if (all_after) throws([&] { test::check_invariants(mapper.map()); });
     finding.failed = test::stop_failing();
     finding.allocations = test::allocations() - asked;
     if (finding.threw != (mapper.snapshot() == snapshot))
       finding.complain("the snapshot is not the one of what was mapped");
     if (finding.threw && test::digest(mapper.map()) != stood)
       finding.complain("the map is not the one before the scan");
-    if (!check_invariants(held).empty()) finding.complain("invariants are broken");
+    if (!test::check_invariants(held).empty()) finding.complain("invariants are broken");
     save_map(held, folder / "saved");
     if (finding.threw && again) mapper.insert(next);
     for (const Scan& scan : later) mapper.insert(scan);
     if (test::digest(mapper.map()) != (finding.threw && !again ? without_it : with_it))
       finding.complain("it goes on as another one");
-    if (!check_invariants(held).empty()) finding.complain("invariants are broken later");
+    if (!test::check_invariants(held).empty()) finding.complain("invariants are broken later");
     save_map(held, folder / "after");
     if (test::digest(load_map(folder / "after").map) != test::digest(held))
       finding.complain("it is not saved as it is");

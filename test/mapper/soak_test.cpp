@@ -1,5 +1,6 @@
 // Long runs: a place that stays as it is costs no more on its hundredth day than on its second, and one whose
 // furniture moves is what it is today.
+#include "support/invariants.hpp"
 #include "support/room_tour.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
@@ -12,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include <octosurf/diagnosis.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::mapper {
@@ -79,7 +79,7 @@ TEST(Soak, APlaceThatStaysCostsNoMoreAndKeepsItsSurfaces) {
   EXPECT_LE(static_cast<double>(all.back().octree), 1.01 * static_cast<double>(all.front().octree));
   EXPECT_LE(all.back().appeared, all.front().appeared + of_a_round);
   EXPECT_LE(all.back().changed, all.front().changed + of_a_round);
-  EXPECT_EQ(check_invariants(mapper.map()), std::vector<std::string>{});
+  EXPECT_EQ(test::check_invariants(mapper.map()), std::vector<std::string>{});
 }
 
 /// The room with a table of 0.6 m by 0.6 m, a place for each day.
@@ -130,7 +130,7 @@ TEST(Soak, FurnitureThatMovesEveryDayIsWhereItIsToday) {
       settled[day % places] = area_of(mapper, false);
     }
   }
-  EXPECT_EQ(check_invariants(mapper.map()), std::vector<std::string>{});
+  EXPECT_EQ(test::check_invariants(mapper.map()), std::vector<std::string>{});
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Who keeps an id when a map is built anew.
 #include "succession.hpp"
 
+#include "support/invariants.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 

@@ -4,6 +4,7 @@
 #include "simulation/recording.hpp"
 #include "support/alpha_shape_twin.hpp"
 #include "support/guarantees.hpp"
+#include "support/invariants.hpp"
 #include "support/map_state.hpp"
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
@@ -228,7 +229,7 @@ TEST(PaperDetector, IsThePapersAlgorithmWhereNothingIsTakenBack) {
       grown += report.added + report.expanded;
       EXPECT_EQ(report.categorized, twin.insert(mapper.map())) << scan.name;
       ASSERT_EQ(twin.size() - before, report.appeared);
-      EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
+      EXPECT_THAT(test::check_invariants(mapper.map()), IsEmpty());
     }
     EXPECT_GT(grown, 1000U);
     EXPECT_GE(twin.surfaces.size(), 5U);

@@ -1,5 +1,7 @@
 #include "support/checked_mapper.hpp"
 
+#include "support/invariants.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "support/guarantees.hpp"
 
 #include "occupancy/occupancy_map.hpp"
+#include "support/invariants.hpp"
 #include "support/slow_polygons.hpp"
 #include "surfaces/map_state.hpp"
 

@@ -2,6 +2,7 @@
 #include "io/map_file/map_file.hpp"
 #include "io/map_file/record_stream.hpp"
 #include "map_files.hpp"
+#include "support/invariants.hpp"
 #include "support/packed_map.hpp"
 #include "support/seed.hpp"
 

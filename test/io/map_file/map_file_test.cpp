@@ -1,5 +1,6 @@
 // Map files: everything comes back, resuming changes nothing, the .bt is OctoMap's.
 #include "map_files.hpp"
+#include "support/invariants.hpp"
 #include "support/paths.hpp"
 #include "surfaces/map_state.hpp"
 

@@ -1,3 +1,5 @@
+#include "support/invariants.hpp"
+
 #include "geometry/rings.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -5,10 +7,9 @@
 #include <cmath>
 #include <set>
 #include <sstream>
+#include <utility>
 
-#include <octosurf/mapper.hpp>
-
-namespace octosurf {
+namespace octosurf::test {
 namespace {
 
 class Checker {
@@ -179,4 +180,4 @@ class Checker {
 
 std::vector<std::string> check_invariants(const Map& map) { return Checker(map.state())(); }
 
-}  // namespace octosurf
+}  // namespace octosurf::test
