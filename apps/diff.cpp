@@ -50,10 +50,10 @@ Move move_of(const Surface& before, const Surface& after) {
           std::atan2(a.cross(b).norm(), a.dot(b))};
 }
 
-template <class Successor>
-Json successors_json(const std::vector<Successor>& all, const char* before, const char* now) {
+Json successors_json(const std::vector<MapChanges::Successor>& all, const char* before, const char* now) {
   Json list = Json::array();
-  for (const auto& successor : all) list.push_back({{before, successor.before}, {now, successor.now}});
+  for (const MapChanges::Successor& successor : all)
+    list.push_back({{before, successor.before}, {now, successor.now}});
   return list;
 }
 
@@ -111,7 +111,7 @@ void print(const MapChanges& changes, const Snapshot& before, const Snapshot& af
   for (const CylinderId id : changes.cylinders_appeared) std::printf("appeared  cylinder %u\n", id);
   for (const CylinderId id : changes.cylinders_changed) std::printf("changed   cylinder %u\n", id);
   for (const CylinderId id : changes.cylinders_gone) std::printf("gone      cylinder %u\n", id);
-  for (const auto& successor : changes.cylinders_merged)
+  for (const MapChanges::Successor& successor : changes.cylinders_merged)
     std::printf("merged    cylinder %u into %u\n", successor.before, successor.now);
 }
 

@@ -61,7 +61,7 @@ struct Contents {
 Contents look_into(const Map& map, const std::string& up) {
   Contents contents{map.size(), map.snapshot(), up_in_force(map, up), {}, {}};
   contents.stairs = find_stairs(*contents.snapshot, contents.up.direction);
-  map.for_each_point([&](const Map::Voxel& voxel) { contents.extent.extend(*voxel.point); });
+  map.for_each_point([&](const OccupancyView::Voxel& voxel) { contents.extent.extend(voxel.point); });
   return contents;
 }
 

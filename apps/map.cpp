@@ -75,7 +75,7 @@ struct Inputs {
 Inputs sort_inputs(const MapOptions& options) {
   Inputs inputs;
   for (const std::string& input : options.inputs) {
-    if (classify(input) == InputKind::scans) {
+    if (!is_occupancy_map(input)) {
       if (input == options.octree)
         throw Error(Error::Kind::usage, "--octree", input + " is no OctoMap", "give a .bt or .ot");
       inputs.scans.emplace_back(input);
@@ -145,20 +145,15 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
   if (!options.resume.empty()) {
     LoadedMap loaded = load_map(options.resume);
     choice.require_same(loaded.map.parameters());
-    loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
+    surfaces::state_of(loaded.map).parameters.up = choice.up_over(loaded.map.parameters());
     if (goes_on_in_place(options) && !same_file(options.octree, files_of_map(options.output).back()))
       io::set_aside_edited_octree(loaded, options.output);
     context.warn(loaded.warning);
     kept = std::move(loaded.scans);
     return std::move(loaded.map);
   }
-  if (inputs.octree) {
-    auto state =
-        std::make_unique<surfaces::MapState>(choice.in_force(read_octomap_resolution(*inputs.octree)));
-    state->occupancy = occupancy::OccupancyMap::read_octomap(*inputs.octree, state->parameters.occupancy);
-    return Map(std::move(state));
-  }
-  return Map(choice.in_force());
+  if (!inputs.octree) return Map(choice.in_force());
+  return map_from_octomap(*inputs.octree, choice.in_force(read_octomap_resolution(*inputs.octree)));
 }
 
 void show_parameters(const MapOptions& options, const ParameterChoice& choice) {

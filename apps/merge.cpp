@@ -174,7 +174,8 @@ class Merge {
   /// As far as the maps' records show.
   void require_other_scans(const Map& first, const std::vector<fs::path>& folders,
                            const LoadedMap& second) const {
-    const std::vector<std::uint64_t>&held = first.state().held, &others = second.map.state().held;
+    const std::vector<std::uint64_t>&held = surfaces::state_of(first).held,
+          &others = surfaces::state_of(second.map).held;
     const std::set<std::uint64_t> known(held.begin(), held.end());
     const auto shared = static_cast<std::size_t>(std::count_if(
         others.begin(), others.end(), [&](std::uint64_t scan) { return known.contains(scan); }));

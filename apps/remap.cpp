@@ -86,9 +86,9 @@ class Remap {
     insert_all(mapper);
     Map map = std::move(mapper).release();
     map.set_origin(before_.map.origin());
-    map.state().parameters = parameters;
-    const Identities identities = identify(map.state());
-    renumber(map.state(), identities);
+    surfaces::state_of(map).parameters = parameters;
+    const Identities identities = identify(surfaces::state_of(map));
+    renumber(surfaces::state_of(map), identities);
     save(map, identities);
   }
 
@@ -170,7 +170,7 @@ class Remap {
   /// Which surfaces are which: by where readings, of each voxel that a scan ends in their mean, lie in both
   /// maps.
   Identities identify(const surfaces::MapState& after) const {
-    Succession succession(before_.map.state(), after);
+    Succession succession(surfaces::state_of(before_.map), after);
     const geometry::VoxelGrid& grid = after.occupancy.grid();
     sensing::Downsampler by_voxel(grid);
     const double min_range = after.parameters.occupancy.min_range;

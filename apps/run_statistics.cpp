@@ -85,7 +85,7 @@ Json alignment_json(const AlignmentTotals& totals) {
   return json;
 }
 
-Json agreement_json(const RunAgreement& agreement,
+Json agreement_json(const alignment::RunAgreement& agreement,
                     const std::optional<alignment::RecordingCheck::Finding>& better) {
   Json json{{"scans", agreement.scans()}, {"median", agreement.median()}, {"least", agreement.least()}};
   if (better)
@@ -242,7 +242,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["agreement"] = agreement_json(agreement_, better_meaning());
   json["alignment"]["closures"] = closures_json(closures_.all());
   json["alignment"]["sensor_error"] =
-      sensor_error_json(alignment::sensor_error_of(alignment::record_of(map.state()).state));
+      sensor_error_json(alignment::sensor_error_of(alignment::record_of(surfaces::state_of(map)).state));
   json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;

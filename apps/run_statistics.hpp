@@ -1,6 +1,7 @@
 #pragma once
 
 #include "alignment/recording_check.hpp"
+#include "alignment/run_agreement.hpp"
 #include "loop_closures.hpp"
 
 #include <array>
@@ -63,7 +64,7 @@ class RunStatistics {
   std::size_t scans_with(AlignmentOutcome outcome) const {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
-  const RunAgreement& agreement() const { return agreement_; }
+  const alignment::RunAgreement& agreement() const { return agreement_; }
   const alignment::RecordingCheck& recording() const { return recording_; }
   /// RecordingCheck::better_meaning() of all scans.
   const std::optional<alignment::RecordingCheck::Finding>& better_meaning() const;
@@ -87,7 +88,7 @@ class RunStatistics {
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
   LoopClosures closures_;
-  RunAgreement agreement_;
+  alignment::RunAgreement agreement_;
   alignment::RecordingCheck recording_;
   mutable std::optional<alignment::RecordingCheck::Finding> better_meaning_;
   mutable std::uint64_t compared_ = 0;  // scans of which that is

@@ -57,7 +57,7 @@ void print_summary(const RunState& run) {
               statistics.totals().appeared);
   print_dropped(statistics.totals());
   print_alignment(statistics);
-  if (const RunAgreement& agreement = statistics.agreement(); agreement.scans() > 0)
+  if (const alignment::RunAgreement& agreement = statistics.agreement(); agreement.scans() > 0)
     std::printf("%-12s %.1f %%, least %.1f %%\n", "agreement", 100 * agreement.median(),
                 100 * agreement.least());
   std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*snapshot));

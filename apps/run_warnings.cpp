@@ -66,7 +66,7 @@ void warn_of_closures(const RunStatistics& statistics) {
 }
 
 void warn_of_double_layers(const Map& map) {
-  const std::vector<surfaces::DoubleLayer> layers = surfaces::double_layers(map.state().surfaces);
+  const std::vector<surfaces::DoubleLayer> layers = surfaces::double_layers(surfaces::state_of(map).surfaces);
   if (layers.empty()) return;
   const surfaces::DoubleLayer& worst = *std::ranges::max_element(layers, {}, &surfaces::DoubleLayer::inliers);
   std::fprintf(stderr, "warning: %s of two surfaces on one face, e.g. %u and %u, %.1f cm apart\n",
@@ -226,7 +226,7 @@ std::pair<std::string, std::string> texts_of(const alignment::RecordingCheck::Fi
   }
 }
 
-std::string dip_text(const RunAgreement& agreement) {
+std::string dip_text(const alignment::RunAgreement& agreement) {
   const auto found = agreement.contradiction();
   if (!found) return {};
   std::array<char, 240> text{};

@@ -102,9 +102,7 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
       ->expected(1, 3)
       ->group(group);
   verb.add_option_function<std::string>("--deskew",
-                                        [&source](const std::string& name) {
-                                          source.deskew = name == "off" ? Deskew::off : Deskew::automatic;
-                                        })
+                                        [&source](const std::string& name) { source.deskew = name != "off"; })
       ->check(CLI::IsMember({"auto", "off"}))
       ->group(rare_group);
   verb.add_flag("--skip-bad", source.skip_bad, "skip scans that cannot be read or have no rigid pose")

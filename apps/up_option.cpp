@@ -62,9 +62,9 @@ std::optional<Up> suggested_up(const Map& map, const std::string& text) {
   const Up found = up_from_surfaces(map);
   // Sensors that were turned, but on average held upright by the map's up, confirm it. Clouds without poses
   // were never turned, so they confirm nothing.
-  const Eigen::Vector3d& held = map.state().sensors_up;
+  const Eigen::Vector3d& held = surfaces::state_of(map).sensors_up;
   const bool turned = held.normalized().dot(Eigen::Vector3d::UnitZ()) < 1 - 1e-9;
-  const bool held_upright = turned && held.norm() > static_cast<double>(map.state().scans) / 2 &&
+  const bool held_upright = turned && held.norm() > static_cast<double>(surfaces::state_of(map).scans) / 2 &&
                             held.dot(*given) > cos_another * held.norm();
   if (found.source != Up::Source::surfaces || found.rival > doubtful_rival || held_upright ||
       found.direction.dot(*given) > cos_another)

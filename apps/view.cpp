@@ -119,8 +119,8 @@ void draw_png(const ViewArguments& arguments) {
   options.cut = !arguments.whole;
   options.force = arguments.force;
   if (arguments.pending) {
-    loaded.map.for_each_point([&](const Map::Voxel& voxel) {
-      if (voxel.surface == 0 && voxel.point) options.points.push_back(*voxel.point);
+    loaded.map.for_each_point([&](const OccupancyView::Voxel& voxel) {
+      if (voxel.surface == 0) options.points.push_back(voxel.point);
     });
   }
   const std::shared_ptr<const Snapshot> snapshot = with_gaps(*loaded.map.snapshot(), loaded.map.octree(), 0);

@@ -54,16 +54,10 @@ inline constexpr std::array<std::string_view, 3> up_source_names{"given", "surfa
 inline constexpr std::array<std::string_view, 2> detector_names{"likelihood", "paper"};
 inline constexpr std::array<std::string_view, 2> removed_names{"surface", "cylinder"};
 inline constexpr std::array<std::string_view, 4> no_plan_names{"start", "goal", "unreachable", "budget"};
-inline constexpr auto reason_names = [] {
-  std::array<std::string_view, reason_texts.size()> names;
-  for (std::size_t i = 0; i < names.size(); ++i) names[i] = reason_texts[i].name;
-  return names;
-}();
 
 OCTOSURF_NAMES(Error::Kind, "kind of error", error_kind_names);
 OCTOSURF_NAMES(SensorKind, "sensor", sensor_names);
 OCTOSURF_NAMES(OccupancyView::State, "state", state_names);
-OCTOSURF_NAMES(Map::Occupancy, "state", state_names);
 OCTOSURF_NAMES(Up::Source, "source", up_source_names);
 OCTOSURF_NAMES(DetectorKind, "detector", detector_names);
 OCTOSURF_NAMES(Removal::Of, "kind", removed_names);
@@ -131,10 +125,11 @@ std::string form_of() {
 
 namespace pybind11::detail {
 
-template <class Successor>
-struct SuccessorCaster {
+using octosurf::MapChanges;
+template <>
+struct type_caster<MapChanges::Successor> {
   using Ids = std::pair<std::uint32_t, std::uint32_t>;
-  PYBIND11_TYPE_CASTER(Successor, make_caster<Ids>::name);
+  PYBIND11_TYPE_CASTER(MapChanges::Successor, make_caster<Ids>::name);
 
   bool load(handle source, bool) {
     const auto [before, now] = source.cast<Ids>();
@@ -142,15 +137,10 @@ struct SuccessorCaster {
     value.now = now;
     return true;
   }
-  static handle cast(const Successor& successor, return_value_policy policy, handle parent) {
+  static handle cast(const MapChanges::Successor& successor, return_value_policy policy, handle parent) {
     return make_caster<Ids>::cast(Ids(successor.before, successor.now), policy, parent);
   }
 };
-using octosurf::MapChanges;
-template <>
-struct type_caster<MapChanges::Successor> : SuccessorCaster<MapChanges::Successor> {};
-template <>
-struct type_caster<MapChanges::CylinderSuccessor> : SuccessorCaster<MapChanges::CylinderSuccessor> {};
 
 /// Enumerations that have Names.
 template <class E>

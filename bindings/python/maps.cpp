@@ -4,7 +4,6 @@
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <span>
 
 #ifdef OCTOSURF_PCL
@@ -27,16 +26,14 @@ struct PointRow {
   SurfaceId surface;
 };
 
-std::array<double, 3> numbers_of(const std::optional<Eigen::Vector3d>& vector) {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  if (!vector) return {none, none, none};
-  return {vector->x(), vector->y(), vector->z()};
+std::array<double, 3> numbers_of(const Eigen::Vector3d& vector) {
+  return {vector.x(), vector.y(), vector.z()};
 }
 
 py::array_t<PointRow> points_of(const MapHolder& map) {
   return moved_array(map.read([](const Map& whole) {
     std::vector<PointRow> rows;
-    whole.for_each_point([&rows](const Map::Voxel& voxel) {
+    whole.for_each_point([&rows](const OccupancyView::Voxel& voxel) {
       rows.push_back({numbers_of(voxel.point), numbers_of(voxel.view), voxel.log_odds, voxel.surface});
     });
     return rows;
@@ -81,7 +78,7 @@ inserts, but for snapshot(), which never waits.)")
       .def("points", &points_of,
            R"(The points of all occupied voxels, in key order; a structured array of its own.
 
-Columns: "point" (3 float64, map frame, m), "view" (3 float64, unit, toward where it was seen from; NaN: not known),
+Columns: "point" (3 float64, map frame, m), "view" (3 float64, unit, toward where it was seen from),
 "log_odds" (float32), "surface" (uint32; 0: pending).)")
       .def("size", under_lock(&Map::size))
       .def_property_readonly("origin", under_lock(&Map::origin), doc_of("Map.origin"));
@@ -119,7 +116,7 @@ const detection::Detector* papers_detector() {
 }
 
 void MapHolder::note_up(const Map& map) {
-  const surfaces::MapState& state = map.state();
+  const surfaces::MapState& state = surfaces::state_of(map);
   const double scans = std::max(1.0, static_cast<double>(state.scans));
   auto up = std::make_shared<const MapUp>(MapUp{map.parameters().up, state.sensors_up / scans});
   const std::lock_guard alone(up_busy_);
@@ -154,9 +151,6 @@ Eigen::Vector3d up_in(const std::shared_ptr<Surface>& surface, const std::option
 
 void bind_maps(Module& module) {
   PYBIND11_NUMPY_DTYPE(PointRow, point, view, log_odds, surface);
-  using Voxel = Map::Voxel;
-  Value<Voxel>(module, "MapVoxel", nullptr, "Map.Voxel")
-      .fields(OCTOSURF_FIELDS(Voxel, occupancy, log_odds, surface, point, view));
   using Size = Map::Size;
   Value<Size>(module, "MapSize", nullptr, "Map.Size")
       .fields(

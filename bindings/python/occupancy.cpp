@@ -19,7 +19,7 @@ struct OccupiedRow {
   SurfaceId surface;
 };
 
-/// Corner, level, leaves: as OccupancyView::Change.
+/// Corner, level, leaves: as OccupancyView::VisitChange.
 using ChangedCube = std::tuple<std::array<std::uint16_t, 3>, std::uint8_t, py::array_t<Leaf>>;
 
 Eigen::AlignedBox3d box_of(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
@@ -54,9 +54,8 @@ py::array_t<Leaf> leaves(const View& view, const Box&... box) {
 
 std::vector<ChangedCube> changes(const View& view, const View& before) {
   std::vector<ChangedCube> all;
-  view.for_each_change(before, [&all](const View::Change& change) {
-    all.push_back(ChangedCube(change.corner, change.level,
-                              moved_array(std::vector<Leaf>(change.leaves.begin(), change.leaves.end()))));
+  view.for_each_change(before, [&all](const auto& corner, std::uint8_t level, std::span<const Leaf> some) {
+    all.push_back(ChangedCube(corner, level, moved_array(std::vector<Leaf>(some.begin(), some.end()))));
   });
   return all;
 }
@@ -71,13 +70,6 @@ py::array_t<std::uint8_t> states(const View& view, const Dense<double>& points) 
     point += 3;
   }
   return moved_array(std::move(all));
-}
-
-std::optional<std::pair<View::Voxel, double>> nearest_occupied(const View& view, const Eigen::Vector3d& point,
-                                                               double limit) {
-  const auto near = view.nearest_occupied(point, limit);
-  if (!near) return {};
-  return std::pair(near->voxel, near->distance);
 }
 
 std::string text_of(const View& view) {
@@ -117,7 +109,7 @@ Columns: "center" (3 float64, m), "log_odds" (float32), "surface" (uint32; 0: pe
             return self.count(box_of(low, high));
           },
           "low"_a, "high"_a)
-      .def("nearest_occupied", &nearest_occupied, "point"_a, "limit"_a)
+      .def("nearest_occupied", &View::nearest_occupied, "point"_a, "limit"_a)
       .def(
           "leaves", &leaves<>,
           R"(All leaves as OctoMap's octree would have them, pruned, in Morton order; a structured array of its own.

@@ -214,7 +214,7 @@ void bind_scans(Module& module) {
          const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& self_boxes,
          double clear_no_return_m) {
         ScanSourceOptions options;
-        options.deskew = deskewed ? Deskew::automatic : Deskew::off;
+        options.deskew = deskewed;
         options.poses = std::move(poses);
         options.intrinsics = std::move(intrinsics);
         options.depth_scale = depth_scale;

@@ -16,10 +16,10 @@ struct MapChanges {
   std::vector<SurfaceId> changed;   ///< still present, with another plane, polygon or covariance
   std::vector<SurfaceId> gone;      ///< removed without a successor
 
-  /// A surface of the earlier revision and one of now that contains all or part of it.
+  /// A surface or cylinder of the earlier revision and one of now that contains all or part of it.
   struct Successor {
-    SurfaceId before = 0;  ///< id at the earlier revision
-    SurfaceId now = 0;     ///< id now
+    std::uint32_t before = 0;  ///< id at the earlier revision
+    std::uint32_t now = 0;     ///< id now
     friend bool operator==(const Successor&, const Successor&) = default;
   };
   /// `before` no longer exists; sorted by `before`, then `now`. A split followed by a merger may give
@@ -31,13 +31,7 @@ struct MapChanges {
   std::vector<CylinderId> cylinders_appeared;  ///< as for surfaces
   std::vector<CylinderId> cylinders_changed;   ///< likewise
   std::vector<CylinderId> cylinders_gone;      ///< likewise
-  /// As Successor, of cylinders.
-  struct CylinderSuccessor {
-    CylinderId before = 0;  ///< id at the earlier revision
-    CylinderId now = 0;     ///< id now
-    friend bool operator==(const CylinderSuccessor&, const CylinderSuccessor&) = default;
-  };
-  std::vector<CylinderSuccessor> cylinders_merged;  ///< as `merged`
+  std::vector<Successor> cylinders_merged;     ///< as `merged`
 };
 
 /// Net changes after revision `since`, over any number of scans, splits and mergers: a client that drops

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <map>
@@ -18,8 +17,7 @@ class Detector;
 
 namespace octosurf {
 
-/// Why there is or is not a surface at a place. A new reason needs an entry here, its row in `reason_texts`,
-/// and the code that returns it.
+/// Why there is or is not a surface at a place.
 enum class Reason {
   on_surface,      ///< the place lies within a surface's polygons
   in_hole,         ///< in a hole of a surface
@@ -40,63 +38,15 @@ enum class Reason {
   waiting          ///< the next detection here would create a surface
 };
 
-/// Text of a reason.
-struct ReasonText {
-  Reason reason;          ///< the reason
-  std::string_view name;  ///< as in `--json`
-  /// and {limit} are replaced by the figure's value and its lower bound, {surface} and {cylinder} by ids.
-  std::string_view sentence;
-  std::string_view figure{};  ///< name of the Figure; empty: none
-  std::string_view unit{};    ///< of the Figure
-};
-/// By Reason.
-inline constexpr std::array reason_texts{
-    ReasonText{Reason::on_surface, "on_surface", "There is a surface here: surface {surface}."},
-    ReasonText{Reason::in_hole, "in_hole", "No surface: this is in a hole of surface {surface}."},
-    ReasonText{
-        Reason::beside_surface, "beside_surface",
-        "No surface: the nearest point belongs to surface {surface}, and this is outside its polygons."},
-    ReasonText{Reason::on_cylinder, "on_cylinder", "No surface: this is on cylinder {cylinder}."},
-    ReasonText{Reason::outside_map, "outside_map", "No surface: this is outside what the octree can hold."},
-    ReasonText{Reason::unseen, "unseen", "No surface: nothing was ever seen here."},
-    ReasonText{Reason::free_space, "free_space", "No surface: this is free space."},
-    ReasonText{Reason::no_point, "no_point",
-               "No surface: the voxel here is occupied, but no scan has put a point into it."},
-    ReasonText{Reason::isolated, "isolated",
-               "No surface: the point here stands alone, with fewer than two others within r."},
-    ReasonText{Reason::too_few_points, "too_few_points",
-               "No surface: only {measured} points on the plane here lie less than h apart, and a surface "
-               "needs {limit}.",
-               "points"},
-    ReasonText{Reason::too_narrow, "too_narrow",
-               "No surface: the patch here is {measured} m wide, and a surface needs {limit} m.", "width",
-               "m"},
-    ReasonText{Reason::edge_on, "edge_on",
-               "No surface: the patch here was seen along its plane, at a mean cosine of {measured}; below "
-               "{limit} its side is not known.",
-               "cosine"},
-    ReasonText{Reason::curved, "curved", "No surface: the patch here is curved, like a pillar's side."},
-    ReasonText{Reason::seen_through, "seen_through",
-               "No surface: what was seen here was seen through surface {surface} and is its noise."},
-    ReasonText{Reason::no_plane, "no_plane",
-               "No surface: no plane passes through the point here that enough others beside it agree on: an "
-               "edge, something round, or clutter."},
-    ReasonText{Reason::clutter, "clutter",
-               "No surface: the plane through the points here explains less of what is seen around it than "
-               "clutter does ({measured} nats, and a surface needs more than {limit}).",
-               "explained", "nats"},
-    ReasonText{Reason::waiting, "waiting",
-               "Not yet a surface: a look around here would make one, but comes only once enough new points "
-               "have."}};
-/// Text of `reason`.
-constexpr const ReasonText& text_of(Reason reason) {
-  return reason_texts.at(static_cast<std::size_t>(reason));
+/// By Reason, as in `--json`.
+inline constexpr std::array<std::string_view, 17> reason_names{
+    "on_surface", "in_hole",      "beside_surface", "on_cylinder",    "outside_map", "unseen",
+    "free_space", "no_point",     "isolated",       "too_few_points", "too_narrow",  "edge_on",
+    "curved",     "seen_through", "no_plane",       "clutter",        "waiting"};
+/// "on_surface", "in_hole", …
+constexpr std::string_view reason_name(Reason reason) {
+  return reason_names[static_cast<std::size_t>(reason)];
 }
-static_assert(std::all_of(reason_texts.begin(), reason_texts.end(),
-                          [](const ReasonText& text) { return &text_of(text.reason) == &text; }));
-
-/// As in `--json`: "on_surface", "in_hole", …
-constexpr std::string_view reason_name(Reason reason) { return text_of(reason).name; }
 
 /// A number behind an explanation, and its bound, if there is one.
 struct Figure {

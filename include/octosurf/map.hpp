@@ -13,6 +13,7 @@
 #include <octosurf/surface.hpp>
 
 namespace octosurf::surfaces {
+struct MapAccess;
 struct MapState;
 }  // namespace octosurf::surfaces
 
@@ -23,8 +24,7 @@ namespace octosurf {
 /// and snapshot() throws Error(incomplete).
 class Map {
  public:
-  explicit Map(const Parameters& parameters = {});          ///< an empty map; validates the parameters
-  explicit Map(std::unique_ptr<surfaces::MapState> state);  ///< used by readers of map files
+  explicit Map(const Parameters& parameters = {});  ///< an empty map; validates the parameters
   Map(Map&&) noexcept;
   Map& operator=(Map&&) noexcept;
   ~Map();
@@ -38,25 +38,15 @@ class Map {
   /// Throws Error(usage) unless it is finite.
   void set_origin(const Eigen::Vector3d& origin);
 
-  /// State of a voxel.
-  enum class Occupancy { unknown, free, occupied };
-  /// All data of a voxel.
-  struct Voxel {
-    Occupancy occupancy = Occupancy::unknown;  ///< by `log_odds` and Parameters
-    float log_odds = 0;                        ///< ln(p / (1 − p)) of occupancy; 0 if unknown
-    SurfaceId surface = 0;                     ///< 0: pending, or not occupied
-    std::optional<Eigen::Vector3d> point;      ///< representative point, map frame
-    std::optional<Eigen::Vector3d> view;       ///< unit vector toward the sensor
-  };
   /// The voxel that holds `point` (map frame); unknown outside the octree's range. O(depth).
-  Voxel at(const Eigen::Vector3d& point) const;
+  OccupancyView::Voxel at(const Eigen::Vector3d& point) const;
 
   /// The octree at this moment, readable from any thread while mapping continues; do not call during an
   /// insertion. With Mapper::share_octree() each snapshot() has one.
   OccupancyView octree() const;
 
-  /// Calls `visit` for every occupied voxel's point, in key order. O(nodes).
-  void for_each_point(const std::function<void(const Voxel&)>& visit) const;
+  /// Calls `visit` for every occupied voxel that has a point, in Morton order. O(nodes).
+  void for_each_point(const std::function<void(const OccupancyView::Voxel&)>& visit) const;
 
   /// Size of the map.
   struct Size {
@@ -77,10 +67,9 @@ class Map {
   /// remembered scan.
   bool holds(const Scan& scan) const;
 
-  const surfaces::MapState& state() const;  ///< internal state; for octosurf's own libraries
-  surfaces::MapState& state();              ///< likewise
-
  private:
+  friend struct surfaces::MapAccess;  // octosurf's own libraries
+  explicit Map(std::unique_ptr<surfaces::MapState> state);
   std::unique_ptr<surfaces::MapState> state_;
 };
 

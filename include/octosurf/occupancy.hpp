@@ -79,14 +79,9 @@ class OccupancyView {
   /// Number of voxels with their centre in `box`, by state. O(nodes that the box meets).
   Count count(const Eigen::AlignedBox3d& box) const;
 
-  /// A voxel and its distance.
-  struct Near {
-    Voxel voxel;          ///< the nearest
-    double distance = 0;  ///< m, to its centre
-  };
   /// The occupied voxel with the centre nearest to `point`, within `limit` m; on a tie the first in Morton
   /// order. Throws Error(usage) if `point` or `limit` is not finite.
-  std::optional<Near> nearest_occupied(const Eigen::Vector3d& point, double limit) const;
+  std::optional<Voxel> nearest_occupied(const Eigen::Vector3d& point, double limit) const;
 
   /// A cube of one value, as in OctoMap's octree: pruned wherever eight are equal.
   struct Leaf {
@@ -107,16 +102,14 @@ class OccupancyView {
   /// Only of cubes that meet `box`, unless that is empty. O(nodes that it meets), some ns each.
   std::string octomap_data(const Eigen::AlignedBox3d& box = {}) const;
 
-  /// A cube whose leaves changed: these replace all its previous contents; empty if the cube became unknown.
-  struct Change {
-    std::array<std::uint16_t, 3> corner{};  ///< as a Leaf's
-    std::uint8_t level = 0;                 ///< as a Leaf's
-    std::span<const Leaf> leaves;           ///< Morton order, valid during the call
-  };
+  /// Receives a cube, as a Leaf's, and the leaves that replace all its previous contents, in Morton order and
+  /// valid during the call; none if the cube became unknown.
+  using VisitChange = std::function<void(const std::array<std::uint16_t, 3>& corner, std::uint8_t level,
+                                         std::span<const Leaf> leaves)>;
   /// Calls `visit` with all changes since `before`, a view of the same map, in Morton order; disjoint cubes
   /// of 2³ voxels or more. O(cubes of 4³ voxels written in between). Also compares views of two maps, in
   /// O(nodes of both). Throws Error(usage) if the resolutions differ.
-  void for_each_change(const OccupancyView& before, const std::function<void(const Change&)>& visit) const;
+  void for_each_change(const OccupancyView& before, const VisitChange& visit) const;
 
   /// A cube of 4³ voxels, or a larger one whose voxels are all alike.
   struct Cube {

@@ -34,12 +34,6 @@ struct BagOptions {
   bool recorded_stamps = false;
 };
 
-/// Whether a sensor's motion within a scan is undone (octosurf/deskew.hpp).
-enum class Deskew {
-  automatic,  ///< where points have times, and poses are as frequent as scans
-  off         ///< never; Scan::times_s says when points were taken, if they say so
-};
-
 /// A box that holds parts of the robot, in a frame that moves with it.
 struct SelfBox {
   Eigen::AlignedBox3d box;           ///< m
@@ -69,8 +63,9 @@ struct ScanSourceOptions {
   BagOptions bag = {};            ///< of bags
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
-  /// Whether the motion within scans is undone.
-  Deskew deskew = Deskew::automatic;
+  /// Undo the sensor's motion within a scan (deskew.hpp) where points have times and poses are as frequent as
+  /// scans. If not, Scan::times_s says when points were taken.
+  bool deskew = true;
   /// Of clouds; empty: by their readings' directions, see guess_sensor(). Depth images are a camera's.
   std::optional<SensorKind> sensor = {};
   /// Units per metre of clouds, and of poses in the same file; empty: 1.
@@ -124,15 +119,9 @@ class ScanSource {
   virtual Eigen::Vector3d origin() const { return Eigen::Vector3d::Zero(); }
 };
 
-/// Kind of an input.
-enum class InputKind {
-  scans,         ///< a folder or file that open_scans reads
-  occupancy_map  ///< OctoMap's .bt or .ot
-};
-
-/// Determined by content, then by file extension. Throws Error(data) if there is no such file, or it is
-/// neither.
-InputKind classify(const std::filesystem::path& input);
+/// Whether an input is OctoMap's .bt or .ot, not a folder or file of scans: by content, then by file
+/// extension. Throws Error(data) if there is no such file, or it is neither.
+bool is_occupancy_map(const std::filesystem::path& input);
 
 /// Opens folders and files; several are consecutive recordings. docs/formats.md §4 lists inputs and pose
 /// files, docs/usage.md what is read of bags.

@@ -1,7 +1,5 @@
 #include "mapping.hpp"
 
-#include "surfaces/map_state.hpp"
-
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -138,7 +136,7 @@ void Mapping::warn(const std::string& what) {
 void Mapping::show(const ReceivedScan* received) {
   const std::lock_guard lock(mutex_);
   shown_ = mapper_;
-  revision_ = mapper_->map().state().revision;
+  revision_ = mapper_->snapshot()->revision;
   if (received != nullptr) {
     stamp_ns_ = received->stamp_ns;
     sensor_ = received->scan.T_map_sensor.translation();

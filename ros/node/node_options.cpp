@@ -96,7 +96,7 @@ Map start_of(const NodeOptions& options) {
   if (!there || options.force) return Map(choice.in_force());
   LoadedMap loaded = load_map(options.output);
   choice.require_same(loaded.map.parameters());
-  loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
+  surfaces::state_of(loaded.map).parameters.up = choice.up_over(loaded.map.parameters());
   io::set_aside_edited_octree(loaded, options.output);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   return std::move(loaded.map);

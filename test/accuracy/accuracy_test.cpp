@@ -173,7 +173,7 @@ struct Contents {
       area_m2 += surface->area_m2;
       large += surface->area_m2 >= 0.05;
     }
-    layers += static_cast<double>(surfaces::double_layers(map.state().surfaces).size());
+    layers += static_cast<double>(surfaces::double_layers(surfaces::state_of(map).surfaces).size());
   }
 };
 

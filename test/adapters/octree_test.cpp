@@ -97,7 +97,7 @@ TEST_F(OctreeOfAMap, KeptUpToDateItEqualsTheOneMadeAnew) {
     before = now;
   }
   // Nothing has changed: nothing is visited.
-  mapper.map().octree().for_each_change(before, [](const OccupancyView::Change&) { FAIL(); });
+  mapper.map().octree().for_each_change(before, [](const auto&...) { FAIL(); });
   // Back to an earlier map, and to nothing.
   const Map other;
   octomap::OcTree copy = kept;
@@ -139,7 +139,7 @@ TEST(MapFromLeaves, RefusesWhatNoOctreeHas) {
   refused({{0, 0, 0}, 0, std::nanf("")});
   const Map map = map_from_leaves(std::vector<Leaf>{{{32768, 32768, 32768}, 2, 1.5F}}, {});
   EXPECT_EQ(map.at({0.07, 0.07, 0.07}).log_odds, 1.5F);
-  EXPECT_EQ(map.at({0.09, 0.07, 0.07}).occupancy, Map::Occupancy::unknown);
+  EXPECT_EQ(map.at({0.09, 0.07, 0.07}).state, OccupancyView::State::unknown);
 }
 
 TEST(ToOctree, AViewOfNothingHasNoResolution) {

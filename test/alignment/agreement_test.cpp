@@ -1,5 +1,6 @@
 // How a scan agrees with the map before it, and what a run of scans makes of it.
 #include "alignment/recording_check.hpp"
+#include "alignment/run_agreement.hpp"
 
 #include <cmath>
 #include <functional>
@@ -69,8 +70,8 @@ TEST(Agreement, IsOfWhatTheMapHeldBefore) {
 }
 
 /// Adds scans that move by 2 cm each, and jump by `jump_m` at scan `at`.
-RunAgreement run_of(const std::vector<double>& shares, double jump_m, std::size_t at) {
-  RunAgreement run;
+alignment::RunAgreement run_of(const std::vector<double>& shares, double jump_m, std::size_t at) {
+  alignment::RunAgreement run;
   Scan scan;
   for (std::size_t k = 0; k < shares.size(); ++k) {
     scan.T_map_sensor.translation().x() += k == at ? jump_m : 0.02;
@@ -84,11 +85,11 @@ RunAgreement run_of(const std::vector<double>& shares, double jump_m, std::size_
 TEST(RunAgreement, ARightRunContradictsNothing) {
   std::vector<double> shares(30, 0.98);
   shares[7] = 0.85;  // somebody walks by
-  const RunAgreement run = run_of(shares, 0.02, 0);
+  const alignment::RunAgreement run = run_of(shares, 0.02, 0);
   EXPECT_FALSE(run.contradiction());
   EXPECT_EQ(run.median(), 0.98);
   EXPECT_EQ(run.least(), 0.85);
-  EXPECT_FALSE(RunAgreement().contradiction());
+  EXPECT_FALSE(alignment::RunAgreement().contradiction());
 }
 
 TEST(RunAgreement, NamesAJumpAndTwoTracks) {
@@ -110,7 +111,7 @@ TEST(RunAgreement, NamesAJumpAndTwoTracks) {
 }
 
 TEST(RunAgreement, OfAJumpThatAlignmentMendsSaysWhatItMended) {
-  RunAgreement run;
+  alignment::RunAgreement run;
   Scan scan;
   Alignment alignment;
   for (int k = 0; k < 20; ++k) {
@@ -223,8 +224,8 @@ TEST(RecordingCheck, FindsWhatWouldMendAConstantError) {
 }
 
 TEST(RunAgreement, JudgesNoScanThatSawMostlyNewPlaces) {
-  RunAgreement run;
-  for (int k = 0; k < 5; ++k) run.add({}, {0, RunAgreement::fewest_compared - 1, 0});
+  alignment::RunAgreement run;
+  for (int k = 0; k < 5; ++k) run.add({}, {0, alignment::RunAgreement::fewest_compared - 1, 0});
   EXPECT_EQ(run.scans(), 0U);
   EXPECT_FALSE(run.contradiction());
 }

@@ -62,7 +62,7 @@ TEST(AlignedMap, OffTakesPosesAsTheyAre) {
     EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::off);
     EXPECT_EQ(report.alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
   }
-  EXPECT_TRUE(alignment::record_of(mapper.map().state()).state.hypotheses.empty());
+  EXPECT_TRUE(alignment::record_of(surfaces::state_of(mapper.map())).state.hypotheses.empty());
 }
 
 /// A scan whose depths come in waves, as a camera's disparities do: `amplitude` times the distance.
@@ -78,7 +78,7 @@ Scan in_waves(Scan scan, double amplitude) {
 double known_error(bool aligned, double amplitude) {
   Mapper mapper(coarse(aligned));
   for (const Scan& scan : walk(24, test::rng())) mapper.insert(in_waves(scan, amplitude));
-  const sensing::NoiseModel& noise = mapper.map().state().noise;
+  const sensing::NoiseModel& noise = surfaces::state_of(mapper.map()).noise;
   const unsigned c = sensing::range_class_of(2);
   return std::sqrt(noise.reading_variance(c) - noise.measured_sigma(c) * noise.measured_sigma(c));
 }
@@ -102,7 +102,7 @@ TEST(AlignedMap, ExactPosesGiveTheSameMapAsWithoutAlignment) {
   // All but the parameter and what is known of the poses.
   const auto bare = [](const Mapper& mapper) {
     std::ostringstream out;
-    io::write_map(mapper.map().state(), {}, out);
+    io::write_map(surfaces::state_of(mapper.map()), {}, out);
     std::istringstream in(out.str());
     io::MapFile read = io::read_map(in, out.str().size(), "map");
     read.state->parameters.alignment.enabled = false;
@@ -121,7 +121,7 @@ TEST(AlignedMap, FewPatchesSeenForLongKeepTheirScatterAndCanBeReadAgain) {
     for (int y = 0; y < 50; ++y)
       scan.points.push_back(Eigen::Vector3d(0.02 * x - 0.5, 0.02 * y - 0.5, 1.2).cast<float>());
   Mapper mapper(coarse(true));
-  const surfaces::MapState& state = mapper.map().state();
+  const surfaces::MapState& state = surfaces::state_of(mapper.map());
   for (int i = 0; i < 200; ++i) {
     scan.T_map_sensor.translation().x() = i % 2 == 0 ? 0.15 : -0.15;
     mapper.insert(scan);
@@ -170,7 +170,7 @@ TEST(AlignedMap, ASensorsTiltAndScaleAreFoundAndAreNoDrift) {
     moved += mapper.insert(scan).alignment.T_map_sensor.matrix() != scan.T_map_sensor.matrix();
   }
   EXPECT_EQ(moved, 0U);
-  const auto found = alignment::sensor_error_of(alignment::record_of(mapper.map().state()).state);
+  const auto found = alignment::sensor_error_of(alignment::record_of(surfaces::state_of(mapper.map())).state);
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->tilt_rad().x(), 0.5 * degree, 0.1 * degree);
   EXPECT_LT(found->tilt_rad().tail<2>().norm(), 0.1 * degree);
@@ -226,14 +226,15 @@ TEST(AlignedMap, OfARunOfScansThatFitNowhereFewAreSearchedFor) {
     if (i >= 40 && i < 60)
       for (Eigen::Vector3f& point : scan.points) point.x() += 0.12F * std::sin(7 * point.y() + 5 * point.x());
     mapper.insert(scan);
-    const auto& failed_search = alignment::record_of(mapper.map().state()).state.failed_search;
+    const auto& failed_search = alignment::record_of(surfaces::state_of(mapper.map())).state.failed_search;
     in_vain += failed_search.has_value();
     if (failed_search && (searched_at.empty() || searched_at.back() != failed_search->travelled_m))
       searched_at.push_back(failed_search->travelled_m);
   }
   EXPECT_GT(in_vain, 10);
   EXPECT_LT(2 * searched_at.size(), static_cast<std::size_t>(in_vain));
-  EXPECT_FALSE(alignment::record_of(mapper.map().state()).state.failed_search.has_value()) << "it fits again";
+  EXPECT_FALSE(alignment::record_of(surfaces::state_of(mapper.map())).state.failed_search.has_value())
+      << "it fits again";
 }
 
 TEST(AlignedMap, LinesOfALaserAreNoJumps) {
@@ -287,14 +288,14 @@ TEST(AlignedMap, ExplainTellsOfScansThatDidNotFit) {
   const auto read_back = [](const surfaces::MapState& state) {
     const std::string bytes = bytes_of(state);
     std::istringstream in(bytes);
-    return Map(io::read_map(in, bytes.size(), "map").state);
+    return surfaces::map_of(io::read_map(in, bytes.size(), "map").state);
   };
-  Map map = read_back(mapper.map().state());
-  alignment::AlignmentState& alignment = alignment::record_of(map.state()).state;
+  Map map = read_back(surfaces::state_of(mapper.map()));
+  alignment::AlignmentState& alignment = alignment::record_of(surfaces::state_of(map)).state;
   alignment.note_misfit({way(0, 24).translation(), 3, true});
   alignment.note_misfit({way(0, 24).translation(), 3, true});
   alignment.note_misfit({way(0, 24).translation(), 2.5, false});
-  map = read_back(map.state());
+  map = read_back(surfaces::state_of(map));
 
   const Explanation why = explain(map, in_view);
   EXPECT_EQ(why.reason, Reason::free_space);

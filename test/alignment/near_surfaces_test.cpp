@@ -31,7 +31,7 @@ OffsetVariances after_slide(double slid_m) {
       if (again) scan.T_map_sensor.translation().z() += slid_m;
       mapper.insert(scan);
     }
-  const surfaces::MapState& state = mapper.map().state();
+  const surfaces::MapState& state = surfaces::state_of(mapper.map());
   const auto snapshot = mapper.snapshot();
   EXPECT_EQ(snapshot->surfaces.size(), 1U);
   alignment::NearSurfaces near;
@@ -67,7 +67,7 @@ TEST(NearSurfaces, WhatIsGoneButPublishedStillIsNotNear) {
   scene.rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   const auto published = map_of_rectangles(scene, {0, 0, 1});
   const Mapper mapper{Parameters{}};  // whose map has no surface
-  const surfaces::MapState& state = mapper.map().state();
+  const surfaces::MapState& state = surfaces::state_of(mapper.map());
   alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
   EXPECT_EQ(near.in(*published, everywhere).size(), 1U);

@@ -133,7 +133,7 @@ TEST_F(FailingRun, IdsThatAreUsedUpLeaveTheMapAsItWas) {
   run_well("map floor -o m --first 2");
   {
     LoadedMap loaded = load_map(folder / "m");
-    loaded.map.state().surfaces.set_next_id(0xffffff);
+    surfaces::state_of(loaded.map).surfaces.set_next_id(0xffffff);
     save_map(loaded.map, folder / "m");
     save_map(loaded.map, folder / "kept");
     for (const auto& entry :

@@ -105,7 +105,7 @@ void compare(const Json& recording, const std::vector<Scan>& scans, const Option
       const Eigen::Vector3f& point = part.scan.points[i];
       if (!point.allFinite() || point.norm() > sensing::default_max_range(part.scan.sensor)) continue;
       const Eigen::Vector3d at = part.scan.T_map_sensor * point.cast<double>();
-      ++ours[part.moves[i]][mapper.map().at(at).occupancy == Map::Occupancy::occupied];
+      ++ours[part.moves[i]][mapper.map().at(at).state == OccupancyView::State::occupied];
       const octomap::OcTreeNode* node = tree.search(at.x(), at.y(), at.z());
       ++plain[part.moves[i]][node != nullptr && tree.isNodeOccupied(node)];
     }

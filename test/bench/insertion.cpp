@@ -193,7 +193,7 @@ void kitchen(const Options& options) {
     area += surface->area_m2;
     over_min_area += surface->area_m2 >= min_area;
   }
-  const auto layers = surfaces::double_layers(mapper.map().state().surfaces);
+  const auto layers = surfaces::double_layers(surfaces::state_of(mapper.map()).surfaces);
   for (const surfaces::DoubleLayer& layer : layers) {
     const Surface& smaller = *snapshot->find(layer.smaller);
     doubled += smaller.area_m2 * static_cast<double>(layer.inliers) / static_cast<double>(smaller.inliers);

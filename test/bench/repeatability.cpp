@@ -40,9 +40,9 @@ class Agreement {
         const Eigen::Vector3d p = face.surface.to_map(uv), n = face.surface.plane.normal;
         bool seen = false, full = false;
         for (const double off : {-tolerance_, 0.0, tolerance_}) {
-          const Map::Voxel voxel = other.at(p + off * n);
-          seen |= voxel.occupancy != Map::Occupancy::unknown;
-          full |= voxel.occupancy == Map::Occupancy::occupied;
+          const OccupancyView::Voxel voxel = other.at(p + off * n);
+          seen |= voxel.state != OccupancyView::State::unknown;
+          full |= voxel.state == OccupancyView::State::occupied;
         }
         if (!seen) return;
         ++samples_;

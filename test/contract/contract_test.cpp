@@ -37,14 +37,15 @@ TEST_P(Contract, InvariantsHoldAfterEveryScan) {
     EXPECT_GT(run.seen.*world.shows[i], 0U) << "it shows nothing of its point " << i;
   expect_guarantees(run.map);
   std::size_t points = 0;
-  run.map.for_each_point([&](const Map::Voxel& voxel) {
+  run.map.for_each_point([&](const OccupancyView::Voxel& voxel) {
     ++points;
-    const Map::Voxel same = run.map.at(*voxel.point);
-    ASSERT_TRUE(same.point && voxel.view);
-    EXPECT_EQ(*same.point, *voxel.point);
+    const OccupancyView::Voxel same = run.map.at(voxel.point);
+    EXPECT_EQ(same.point, voxel.point);
+    EXPECT_EQ(same.view, voxel.view);
+    EXPECT_EQ(same.log_odds, voxel.log_odds);
     EXPECT_EQ(same.surface, voxel.surface);
-    EXPECT_EQ(same.occupancy, Map::Occupancy::occupied);
-    EXPECT_NEAR(voxel.view->norm(), 1, 1e-5);
+    EXPECT_EQ(same.state, OccupancyView::State::occupied);
+    EXPECT_NEAR(voxel.view.norm(), 1, 1e-5);
   });
   EXPECT_EQ(points, run.map.size().points);
 }
@@ -156,7 +157,7 @@ TEST(MapperContract, AScanThatCouldUseUpTheIdsIsRefusedUntouched) {
   Mapper before;
   for (int i = 0; i < 2; ++i) before.insert(scans[static_cast<std::size_t>(i)]);
   Map map = std::move(before).release();
-  map.state().surfaces.set_next_id(0xffffff);  // one is left, as a map file may say
+  surfaces::state_of(map).surfaces.set_next_id(0xffffff);  // one is left, as a map file may say
   Mapper mapper(std::move(map));
   const std::string stood = digest(mapper.map());
   const auto snapshot = mapper.snapshot();
@@ -221,12 +222,12 @@ TEST(MapperContract, DroppedPointsAreCounted) {
   EXPECT_EQ(report.points_beyond_range, 9U);
   EXPECT_EQ(report.points_not_finite, 1U);
   EXPECT_EQ(report.appeared, 11U);
-  using O = Map::Occupancy;
-  EXPECT_EQ(under_test.mapper.map().at({0, 2.9, 0}).occupancy, O::free)
+  using O = OccupancyView::State;
+  EXPECT_EQ(under_test.mapper.map().at({0, 2.9, 0}).state, O::free)
       << "points beyond free what is before them";
-  EXPECT_EQ(under_test.mapper.map().at({0, 5, 0}).occupancy, O::unknown);
-  EXPECT_EQ(under_test.mapper.map().at({0, -2, 0}).occupancy, O::occupied);
-  EXPECT_EQ(under_test.mapper.map().at({1e9, 0, 0}).occupancy, O::unknown);
+  EXPECT_EQ(under_test.mapper.map().at({0, 5, 0}).state, O::unknown);
+  EXPECT_EQ(under_test.mapper.map().at({0, -2, 0}).state, O::occupied);
+  EXPECT_EQ(under_test.mapper.map().at({1e9, 0, 0}).state, O::unknown);
 }
 
 TEST(MapperContract, SensorsPickTheirRange) {
@@ -269,7 +270,7 @@ TEST(MapperContract, AnEmptyMapIsAMap) {
   EXPECT_EQ(mapper.snapshot()->surfaces.size(), 0U);
   EXPECT_EQ(mapper.snapshot()->find(1), nullptr);
   EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
-  EXPECT_EQ(mapper.map().at({0, 0, 0}).occupancy, Map::Occupancy::unknown);
+  EXPECT_EQ(mapper.map().at({0, 0, 0}).state, OccupancyView::State::unknown);
 }
 
 }  // namespace

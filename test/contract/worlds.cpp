@@ -60,7 +60,7 @@ std::vector<Scan> walk_that_jumps() {
 }
 
 void count(const ScanReport& report, const Map& map, Seen& seen) {
-  const surfaces::MapState& state = map.state();
+  const surfaces::MapState& state = surfaces::state_of(map);
   seen.surfaces += state.surfaces.size();
   seen.waiting += state.queue.fresh.size();
   for (const auto& [id, surface] : state.surfaces) seen.seen_again += surface.evidence().readings > 100;

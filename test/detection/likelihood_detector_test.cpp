@@ -58,11 +58,11 @@ TEST(LikelihoodDetector, AgreesWithTheBatchForm) {
 }
 
 /// How many points each surface had before a scan, and in which they are after it.
-std::map<SurfaceId, std::map<SurfaceId, std::size_t>> handed_over(const std::vector<Map::Voxel>& before,
-                                                                  const Map& after) {
+std::map<SurfaceId, std::map<SurfaceId, std::size_t>> handed_over(
+    const std::vector<OccupancyView::Voxel>& before, const Map& after) {
   std::map<SurfaceId, std::map<SurfaceId, std::size_t>> points;
-  for (const Map::Voxel& voxel : before)
-    if (voxel.surface != 0) ++points[voxel.surface][after.at(*voxel.point).surface];
+  for (const OccupancyView::Voxel& voxel : before)
+    if (voxel.surface != 0) ++points[voxel.surface][after.at(voxel.point).surface];
   return points;
 }
 
@@ -70,8 +70,8 @@ TEST(LikelihoodDetector, WhoKeepsItsPointsKeepsItsId) {
   Mapper mapper;
   std::size_t kept = 0;
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
-    std::vector<Map::Voxel> before;
-    mapper.map().for_each_point([&](const Map::Voxel& voxel) { before.push_back(voxel); });
+    std::vector<OccupancyView::Voxel> before;
+    mapper.map().for_each_point([&](const OccupancyView::Voxel& voxel) { before.push_back(voxel); });
     mapper.insert(scan);
     const auto points = handed_over(before, mapper.map());
     std::map<SurfaceId, std::size_t> had;  // by the surface after the scan, from any before it

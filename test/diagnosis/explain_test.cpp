@@ -34,8 +34,8 @@ Explanation ask(const Map& map, const Eigen::Vector3d& place) {
   EXPECT_EQ(why.sentence.find('\n'), std::string::npos);
   EXPECT_EQ(why.nearest != 0, map.size().surfaces > 0);
   if (why.looked_at) {
-    const Map::Voxel voxel = map.at(*why.looked_at);
-    EXPECT_EQ(voxel.occupancy, Map::Occupancy::occupied);
+    const OccupancyView::Voxel voxel = map.at(*why.looked_at);
+    EXPECT_EQ(voxel.state, OccupancyView::State::occupied);
     EXPECT_LE((*why.looked_at - place).norm(), map.parameters().max_hole_size());
   }
   for (const Figure& figure : why.figures) {  // whatever was refused missed its bound
@@ -103,8 +103,8 @@ TEST(Explain, OutsideUnseenAndFree) {
 TEST(Explain, OccupiedWithoutAPoint) {
   const Mapper mapper = test::mapped({floor_scan()});
   auto state = std::make_unique<surfaces::MapState>(Parameters{});
-  state->occupancy = test::octree_of_file(test::bt_of(mapper.map().state().occupancy));
-  EXPECT_EQ(ask(Map(std::move(state)), {0.5, 0.5, 0.01}).reason, Reason::no_point);
+  state->occupancy = test::octree_of_file(test::bt_of(surfaces::state_of(mapper.map()).occupancy));
+  EXPECT_EQ(ask(surfaces::map_of(std::move(state)), {0.5, 0.5, 0.01}).reason, Reason::no_point);
 }
 
 TEST(Explain, IsolatedOrTooFewForAPlane) {
@@ -277,8 +277,8 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
   const Map& map = mapper.map();
   const double h = map.parameters().max_hole_size(), r = map.parameters().search_radius();
   std::vector<Eigen::Vector3d> pending;
-  map.for_each_point([&](const Map::Voxel& voxel) {
-    if (voxel.surface == 0) pending.push_back(*voxel.point);
+  map.for_each_point([&](const OccupancyView::Voxel& voxel) {
+    if (voxel.surface == 0) pending.push_back(voxel.point);
   });
   ASSERT_GT(pending.size(), 300U);
   std::map<Reason, int> seen;
@@ -316,7 +316,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
         EXPECT_LT(std::fabs(about->plane.signed_distance(p)), 0.3);
         break;
       case Reason::waiting:
-        EXPECT_FALSE(map.state().queue.fresh.empty());
+        EXPECT_FALSE(surfaces::state_of(map).queue.fresh.empty());
         break;
       default:
         ADD_FAILURE() << "is no reason for a pending point";

@@ -23,9 +23,9 @@ Scan scan_of(const Map& map) {
   std::minstd_rand rng(1);  // fixed: an input costs the same in each run, so that a finding repeats
   const auto noise = [&] { return 0.2F * (static_cast<float>(rng() % 1000) / 1000 - 0.5F); };
   std::size_t n = 0;
-  map.for_each_point([&](const Map::Voxel& voxel) {
+  map.for_each_point([&](const OccupancyView::Voxel& voxel) {
     if (n++ % 7 != 0 || scan.points.size() > 500) return;
-    scan.points.push_back(voxel.point->cast<float>() + Eigen::Vector3f(noise(), noise(), noise()));
+    scan.points.push_back(voxel.point.cast<float>() + Eigen::Vector3f(noise(), noise(), noise()));
   });
   Eigen::Vector3f sensor = Eigen::Vector3f::Zero();
   if (!scan.points.empty()) sensor = scan.points.front() + Eigen::Vector3f(0.3F, 0.2F, 1.5F);
@@ -46,7 +46,7 @@ void plan_on(const Map& map) {
 
 std::string saved(const Map& map) {
   std::ostringstream out;
-  io::write_map(map.state(), {}, out);
+  io::write_map(surfaces::state_of(map), {}, out);
   return out.str();
 }
 
@@ -54,7 +54,7 @@ std::optional<Map> loaded(const std::string& bytes) {
   std::istringstream in(bytes);
   auto file = accepted([&] { return io::read_map(in, bytes.size(), "input"); });
   if (!file) return {};
-  return Map(std::move(file->state));
+  return surfaces::map_of(std::move(file->state));
 }
 
 /// Parameters under which one scan is soon done: a map's are its owner's to choose.

@@ -36,9 +36,9 @@ const std::vector<Reader>& readers() {
       {"load_map", [](const fs::path& p) { load_map(p); }},
       {"map_from_octomap", [](const fs::path& p) { map_from_octomap(p, {}); }},
       {"read_octomap_resolution", [](const fs::path& p) { read_octomap_resolution(p); }},
-      {"classify and open_scans",
+      {"is_occupancy_map and open_scans",
        [](const fs::path& p) {
-         classify(p);
+         is_occupancy_map(p);
          read_all({p}, {});
        }},
       {"open_scans", [](const fs::path& p) { read_all({p}, {}); }},

@@ -17,7 +17,7 @@ namespace {
 /// A folder of one scan goes its whole way through the public interface.
 void read_as_scans(const std::filesystem::path& file) {
   accepted([&] {
-    classify(file);
+    is_occupancy_map(file);
     const auto scans = open_scans({file}, {});
     while (const std::optional<Scan> scan = scans->next()) require_rigid(scan->T_map_sensor, scan->name);
     return true;

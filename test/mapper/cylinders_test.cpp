@@ -170,7 +170,8 @@ TEST(Cylinders, TwoHalvesMerge) {
   insert(under_test, arc(whole, {0, 0, 0.8}, 1.6, 1, 6, rng));
   ASSERT_THAT(cylinders(under_test), SizeIs(1));
   EXPECT_GT(cylinders(under_test)[0]->length_m, 1.4);
-  EXPECT_EQ(under_test.mapper.map().state().cylinders.next_id(), 3U) << "the other's id is used up";
+  EXPECT_EQ(surfaces::state_of(under_test.mapper.map()).cylinders.next_id(), 3U)
+      << "the other's id is used up";
   EXPECT_THAT(test::check_invariants(under_test.mapper.map()), IsEmpty());
 }
 

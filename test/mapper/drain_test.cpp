@@ -34,7 +34,7 @@ TEST(Drain, FindsAboutTheAreaThatIsFoundWithoutABudget) {
   EXPECT_FALSE(report.born.empty());
   EXPECT_GT(report.total_ms, 0);
   EXPECT_EQ(report.waiting, 0U);
-  EXPECT_TRUE(bounded.map().state().queue.blocks.empty());
+  EXPECT_TRUE(surfaces::state_of(bounded.map()).queue.blocks.empty());
   EXPECT_NEAR(area_of(bounded), area_of(unbounded), 0.05 * area_of(unbounded));
   EXPECT_EQ(test::check_invariants(bounded.map()), std::vector<std::string>{});
 }

@@ -168,7 +168,7 @@ TEST(Mapper, ARemovedBoxGoesAndTheFloorUnderItComes) {
   EXPECT_GT(under_test.surfaces()[0]->area_m2, floor_before + 0.1);
   EXPECT_TRUE(under_test.surfaces()[0]->polygons.at(0).holes.empty());
   // Nor is anything left of it in the octree.
-  under_test.mapper.map().for_each_point([](const Map::Voxel& v) { EXPECT_LT(v.point->z(), 0.1); });
+  under_test.mapper.map().for_each_point([](const OccupancyView::Voxel& v) { EXPECT_LT(v.point.z(), 0.1); });
   test::expect_guarantees(under_test.mapper.map());
 }
 
@@ -238,8 +238,8 @@ TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
   Mapper blind(parameters);
   for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) blind.insert(scan);
   auto state = std::make_unique<surfaces::MapState>(Parameters{});
-  state->occupancy = test::octree_of_file(test::bt_of(blind.map().state().occupancy));
-  Mapper mapper(Map(std::move(state)));
+  state->occupancy = test::octree_of_file(test::bt_of(surfaces::state_of(blind.map()).occupancy));
+  Mapper mapper(surfaces::map_of(std::move(state)));
   const ScanReport report = mapper.detect_in_occupancy();
   EXPECT_GT(report.appeared, 1000U);
   EXPECT_FALSE(report.born.empty());
@@ -251,7 +251,7 @@ TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
   EXPECT_GT(floor, 2);
   // A surface level with the octree is off the centres of all its voxels by the same, anywhere within d/2.
   const double d = mapper.map().parameters().occupancy.resolution;
-  EXPECT_NEAR(mapper.map().state().noise.surface_variance(), d * d / 12, 1e-12);
+  EXPECT_NEAR(surfaces::state_of(mapper.map()).noise.surface_variance(), d * d / 12, 1e-12);
 }
 
 /// A .bt in which a box is gone and the floor goes on, as from another tool, tilted against the octree.
@@ -273,13 +273,14 @@ TEST(Mapper, SurfacesStayAndGrowOnAnotherOctree) {
   };
   const SurfacePtr before = floor_of(mapper);
   auto state = std::make_unique<surfaces::MapState>(Parameters{});
-  state->occupancy = test::octree_of_file(test::bt_of(other.map().state().occupancy));
+  state->occupancy = test::octree_of_file(test::bt_of(surfaces::state_of(other.map()).occupancy));
   const Map octree(std::move(state));
   const ScanReport report = mapper.replace_occupancy(octree);
   EXPECT_GT(report.appeared, 1000U);
   EXPECT_FALSE(report.gone.empty()) << "the box's";
   test::expect_guarantees(mapper.map());
-  EXPECT_EQ(test::bt_of(mapper.map().state().occupancy), test::bt_of(octree.state().occupancy));
+  EXPECT_EQ(test::bt_of(surfaces::state_of(mapper.map()).occupancy),
+            test::bt_of(surfaces::state_of(octree).occupancy));
   const SurfacePtr after = floor_of(mapper);
   EXPECT_EQ(after->id, before->id);
   EXPECT_GT(after->area_m2, 0.95 * floor_of(other)->area_m2);

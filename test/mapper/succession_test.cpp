@@ -25,7 +25,7 @@ struct Mapped {
 /// Ids begin with `first_id`, so that they are no one else's by chance.
 Map map_of(const std::vector<Scan>& scans, SurfaceId first_id) {
   Map start;
-  start.state().surfaces.set_next_id(first_id);
+  surfaces::state_of(start).surfaces.set_next_id(first_id);
   Mapper mapper(std::move(start));
   for (const Scan& scan : scans) mapper.insert(scan);
   return std::move(mapper).release();
@@ -50,8 +50,8 @@ std::vector<Scan> strips(const std::vector<double>& heights, std::mt19937_64 ran
 
 /// Every finite reading of the same scans, at the poses of either map.
 Identities identities_of(const Mapped& before, const Mapped& after) {
-  Succession succession(before.map.state(), after.map.state());
-  const geometry::VoxelGrid& grid = after.map.state().occupancy.grid();
+  Succession succession(surfaces::state_of(before.map), surfaces::state_of(after.map));
+  const geometry::VoxelGrid& grid = surfaces::state_of(after.map).occupancy.grid();
   for (std::size_t i = 0; i < before.scans.size(); ++i)
     for (const Eigen::Vector3f& p : before.scans[i].points) {
       geometry::VoxelKey old_key, new_key;
@@ -66,7 +66,7 @@ Identities identities_of(const Mapped& before, const Mapped& after) {
 /// What the ids in `after` become, which it has then.
 Identities renumbered(const Mapped& before, Mapped& after) {
   Identities identities = identities_of(before, after);
-  renumber(after.map.state(), identities);
+  renumber(surfaces::state_of(after.map), identities);
   EXPECT_THAT(check_invariants(after.map), IsEmpty());
   return identities;
 }
@@ -92,7 +92,8 @@ TEST(Succession, SurfacesThatAreTheSameKeepTheirIdsWhateverTheyAreCalledNow) {
   EXPECT_EQ(identities.kept, 4U);
   EXPECT_THAT(identities.gone, IsEmpty());
   EXPECT_EQ(after.map.size().revision, before.map.size().revision + 1);
-  EXPECT_EQ(after.map.state().surfaces.next_id(), before.map.state().surfaces.next_id());
+  EXPECT_EQ(surfaces::state_of(after.map).surfaces.next_id(),
+            surfaces::state_of(before.map).surfaces.next_id());
   EXPECT_EQ(after.map.snapshot()->changed_since(before.map.size().revision).size(), 4U);
   for (const SurfacePtr& surface : after.map.snapshot()->surfaces)
     EXPECT_NEAR((surface->plane.normal - before.map.snapshot()->find(surface->id)->plane.normal).norm(), 0,
@@ -139,13 +140,13 @@ TEST(Succession, WhatWasTwoAndIsOneKeepsTheLargersIdAndTheOtherAsParent) {
 
   // And back again: the larger part keeps the id, the other gets a new one, split from it.
   Mapped again{map_of(apart, 1), apart};
-  const SurfaceId unused = after.map.state().surfaces.next_id();
+  const SurfaceId unused = surfaces::state_of(after.map).surfaces.next_id();
   EXPECT_GT(unused, smaller);
   const Identities split = renumbered(after, again);
   EXPECT_THAT(ids_of(again.map), ElementsAre(larger, unused));
   EXPECT_THAT(again.map.snapshot()->find(unused)->parents, ElementsAre(larger));
   EXPECT_THAT(split.gone, IsEmpty());
-  EXPECT_EQ(again.map.state().surfaces.next_id(), unused + 1);
+  EXPECT_EQ(surfaces::state_of(again.map).surfaces.next_id(), unused + 1);
 }
 
 TEST(Succession, AnotherMapsSurfacesShareNone) {
@@ -154,8 +155,8 @@ TEST(Succession, AnotherMapsSurfacesShareNone) {
   far.translation().x() = 50;
   const Mapped before{map_of(here, 3), here};
   Mapped after{map_of(moved(here, far), 1), moved(here, far)};
-  Succession nothing_shared(before.map.state(), after.map.state());
-  renumber(after.map.state(), nothing_shared.settle());
+  Succession nothing_shared(surfaces::state_of(before.map), surfaces::state_of(after.map));
+  renumber(surfaces::state_of(after.map), nothing_shared.settle());
   EXPECT_THAT(ids_of(after.map), ElementsAre(5, 6));
   for (const SurfacePtr& surface : after.map.snapshot()->surfaces) EXPECT_THAT(surface->parents, IsEmpty());
   EXPECT_THAT(check_invariants(after.map), IsEmpty());
@@ -173,7 +174,8 @@ TEST(Succession, ARenumberedMapIsGoneOnWith) {
     mapper.insert(scan);
     ASSERT_THAT(check_invariants(mapper.map()), IsEmpty());
   }
-  EXPECT_THAT(ids_of(mapper.map()), Contains(before.map.state().surfaces.next_id())) << "the fourth strip's";
+  EXPECT_THAT(ids_of(mapper.map()), Contains(surfaces::state_of(before.map).surfaces.next_id()))
+      << "the fourth strip's";
 }
 
 }  // namespace

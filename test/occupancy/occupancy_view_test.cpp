@@ -156,8 +156,8 @@ TEST_P(View, FindsTheNearestOccupiedVoxel) {
     const auto found = view.nearest_occupied(point, limit);
     ASSERT_EQ(found.has_value(), nearest <= limit);
     if (!found) continue;
-    EXPECT_NEAR(found->distance, nearest, 1e-12);
-    EXPECT_EQ(view.at(found->voxel.center).state, State::occupied);
+    EXPECT_NEAR((found->center - point).norm(), nearest, 1e-12);
+    EXPECT_EQ(view.at(found->center).state, State::occupied);
     ++found_some;
   }
   EXPECT_GT(found_some, 50);
@@ -260,14 +260,13 @@ using test::Voxels;
 /// there.
 Voxels followed(const OccupancyView& before, const OccupancyView& now) {
   Voxels voxels = test::voxels_of(before);
-  now.for_each_change(before, [&](const OccupancyView::Change& change) {
+  now.for_each_change(before, [&](const auto& corner, int level, std::span<const Leaf> leaves) {
     Voxels cube, was;
-    for (const Leaf& leaf : change.leaves) test::add(leaf, cube);
+    for (const Leaf& leaf : leaves) test::add(leaf, cube);
     const auto inside = [&](const auto& voxel) {
       const auto [x, y, z] = voxel.first;
-      return std::array{x >> change.level, y >> change.level, z >> change.level} ==
-             std::array{change.corner[0] >> change.level, change.corner[1] >> change.level,
-                        change.corner[2] >> change.level};
+      return std::array{x >> level, y >> level, z >> level} ==
+             std::array{corner[0] >> level, corner[1] >> level, corner[2] >> level};
     };
     std::copy_if(voxels.begin(), voxels.end(), std::inserter(was, was.end()), inside);
     EXPECT_NE(was, cube);

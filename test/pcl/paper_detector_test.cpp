@@ -70,11 +70,11 @@ class PaperTwin {
   /// The points that are new in a map; how many of them are in a surface afterwards.
   std::size_t insert(const Map& map) {
     pcl::Indices cloud;
-    map.for_each_point([&](const Map::Voxel& voxel) {
-      if (!known_.insert(key_of(voxel.point->cast<float>())).second) return;
+    map.for_each_point([&](const OccupancyView::Voxel& voxel) {
+      if (!known_.insert(key_of(voxel.point.cast<float>())).second) return;
       cloud.push_back(static_cast<std::uint32_t>(points_.size()));
-      points_.push_back(voxel.point->cast<float>());
-      views_.push_back(voxel.view->cast<float>());
+      points_.push_back(voxel.point.cast<float>());
+      views_.push_back(voxel.view.cast<float>());
     });
     const auto first = static_cast<std::ptrdiff_t>(taken_.size());
     taken_.resize(points_.size());

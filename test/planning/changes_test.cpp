@@ -81,7 +81,7 @@ TEST(Changes, CylindersToo) {
   EXPECT_THAT(changes.cylinders_appeared, ElementsAre(4));
   EXPECT_THAT(changes.cylinders_changed, ElementsAre(1));
   EXPECT_THAT(changes.cylinders_gone, ElementsAre(3));
-  EXPECT_THAT(changes.cylinders_merged, ElementsAre(MapChanges::CylinderSuccessor{2, 1}));
+  EXPECT_THAT(changes.cylinders_merged, ElementsAre(Successor{2, 1}));
 }
 
 TEST(Changes, ALogKeepsItsOrderOverItsChunks) {

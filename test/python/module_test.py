@@ -291,7 +291,7 @@ class Questions(unittest.TestCase):
         self.assertTrue((octree.states(voxels["center"]) == 2).all())
         self.assertEqual(octree.at([0, 0, 0.5]).state, "free")
         self.assertEqual(octree.first_on_way([0, 0, 0.5], [0, 0, -0.5]).state, "occupied")
-        self.assertLess(octree.nearest_occupied([0, 0, 0.1], 1)[1], 0.13)
+        self.assertLess(np.linalg.norm(octree.nearest_occupied([0, 0, 0.1], 1).center - [0, 0, 0.1]), 0.13)
         again = octosurf.map_from_leaves(octree.leaves()).octree()
         self.assertEqual(again.changes(octree), [])
         self.assertTrue(again.changes(octosurf.Map().octree()))

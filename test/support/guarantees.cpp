@@ -38,7 +38,7 @@ void expect_intersections_beyond(const Map& map, const Surface& surface, const s
 
 void expect_guarantees(const Map& map) {
   EXPECT_THAT(check_invariants(map), ::testing::IsEmpty());
-  const surfaces::MapState& state = map.state();
+  const surfaces::MapState& state = surfaces::state_of(map);
   const double h = state.parameters.max_hole_size();
   const auto snapshot = map.snapshot();
   EXPECT_EQ(snapshot->surfaces.size(), map.size().surfaces);
@@ -88,7 +88,7 @@ Leaves leaves_of(const Map& map) {
 }
 
 std::string digest(const Map& map) {
-  const surfaces::MapState& state = map.state();
+  const surfaces::MapState& state = surfaces::state_of(map);
   std::string bytes;
   const auto put = [&](const auto& value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);

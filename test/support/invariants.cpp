@@ -178,6 +178,6 @@ class Checker {
 
 }  // namespace
 
-std::vector<std::string> check_invariants(const Map& map) { return Checker(map.state())(); }
+std::vector<std::string> check_invariants(const Map& map) { return Checker(surfaces::state_of(map))(); }
 
 }  // namespace octosurf::test

@@ -70,7 +70,7 @@ inline void update_octree(octomap::OcTree& tree, const OccupancyView& before, co
                   "make it with " + std::to_string(view->resolution()) + " m");
   detail::set_threshold(tree, now);
   detail::LeafInsert<octomap::OcTree> insert(tree);
-  now.for_each_change(before, [&](const OccupancyView::Change& change) { insert.add(change); });
+  now.for_each_change(before, [&](const auto&... change) { insert.add(change...); });
   insert.finish();
 }
 

@@ -55,9 +55,8 @@ Scan to_scan(const pcl::PointCloud<Point>& cloud) {
 /// The map's points in its frame, labelled by their surface; 0: pending. O(points).
 inline pcl::PointCloud<pcl::PointXYZL> to_labelled_cloud(const Map& map) {
   pcl::PointCloud<pcl::PointXYZL> cloud;
-  map.for_each_point([&](const Map::Voxel& voxel) {
-    if (!voxel.point) return;
-    const Eigen::Vector3f p = voxel.point->cast<float>();
+  map.for_each_point([&](const OccupancyView::Voxel& voxel) {
+    const Eigen::Vector3f p = voxel.point.cast<float>();
     cloud.push_back({p.x(), p.y(), p.z(), voxel.surface});
   });
   return cloud;

@@ -113,7 +113,7 @@ MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& o
                         const Eigen::Isometry3d& T_map_other, const AlignmentReach& reach) {
   require_rigid(T_map_other, "T_map_other");
   alignment::require_reach(map, reach);
-  const surfaces::MapState& theirs = other.state();
+  const surfaces::MapState& theirs = surfaces::state_of(other);
   std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
   Eigen::Isometry3d T_other_sensor = Eigen::Isometry3d::Identity();
   T_other_sensor.translation() = best_place(readings);

@@ -1,11 +1,11 @@
+#include "alignment/run_agreement.hpp"
+
 #include "geometry/median.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include <octosurf/agreement.hpp>
-
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 /// A step from one scan to the next is a jump if it exceeds the median by this many standard deviations
@@ -104,4 +104,4 @@ std::optional<RunAgreement::Contradiction> RunAgreement::contradiction() const {
   return found;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

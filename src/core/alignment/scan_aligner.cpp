@@ -2,6 +2,7 @@
 
 #include "alignment/drift_filter.hpp"
 #include "alignment/revisit.hpp"
+#include "alignment/run_agreement.hpp"
 #include "alignment/scan_agreement.hpp"
 
 #include <Eigen/Dense>

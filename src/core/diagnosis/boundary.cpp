@@ -178,7 +178,7 @@ class EdgeLabeller {
 }  // namespace
 
 std::vector<PolygonEdges> label_edges(const Map& map, const Surface& surface) {
-  const EdgeLabeller labeller(map.state(), surface);
+  const EdgeLabeller labeller(surfaces::state_of(map), surface);
   std::vector<PolygonEdges> edges;
   for (const Polygon& polygon : surface.polygons) {
     edges.push_back({labeller.label(polygon.outer), {}});

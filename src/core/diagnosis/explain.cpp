@@ -113,7 +113,7 @@ void explain_poses(const alignment::AlignmentState& alignment, Explanation& resu
 
 Explanation explain(const Map& map, const Eigen::Vector3d& point, const detection::Detector* paper) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, "explain", "the point is not finite");
-  const surfaces::MapState& state = map.state();
+  const surfaces::MapState& state = surfaces::state_of(map);
   Explanation result;
   result.asked = point;
   geometry::VoxelKey key;

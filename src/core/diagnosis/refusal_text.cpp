@@ -1,10 +1,48 @@
 #include "diagnosis/refusal_text.hpp"
 
+#include <array>
 #include <locale>
 #include <sstream>
+#include <string_view>
 
 namespace octosurf::diagnosis {
 namespace {
+
+struct ReasonText {
+  /// {measured} and {limit} are replaced by the figure's value and its lower bound, {surface} and {cylinder}
+  /// by ids.
+  std::string_view sentence;
+  std::string_view figure{}, unit{};  // name and unit of the Figure; empty: none
+};
+/// By Reason.
+constexpr std::array<ReasonText, reason_names.size()> reason_texts{
+    {{"There is a surface here: surface {surface}."},
+     {"No surface: this is in a hole of surface {surface}."},
+     {"No surface: the nearest point belongs to surface {surface}, and this is outside its polygons."},
+     {"No surface: this is on cylinder {cylinder}."},
+     {"No surface: this is outside what the octree can hold."},
+     {"No surface: nothing was ever seen here."},
+     {"No surface: this is free space."},
+     {"No surface: the voxel here is occupied, but no scan has put a point into it."},
+     {"No surface: the point here stands alone, with fewer than two others within r."},
+     {"No surface: only {measured} points on the plane here lie less than h apart, and a surface "
+      "needs {limit}.",
+      "points"},
+     {"No surface: the patch here is {measured} m wide, and a surface needs {limit} m.", "width", "m"},
+     {"No surface: the patch here was seen along its plane, at a mean cosine of {measured}; below "
+      "{limit} its side is not known.",
+      "cosine"},
+     {"No surface: the patch here is curved, like a pillar's side."},
+     {"No surface: what was seen here was seen through surface {surface} and is its noise."},
+     {"No surface: no plane passes through the point here that enough others beside it agree on: an "
+      "edge, something round, or clutter."},
+     {"No surface: the plane through the points here explains less of what is seen around it than "
+      "clutter does ({measured} nats, and a surface needs more than {limit}).",
+      "explained", "nats"},
+     {"Not yet a surface: a look around here would make one, but comes only once enough new points "
+      "have."}}};
+
+const ReasonText& text_of(Reason reason) { return reason_texts.at(static_cast<std::size_t>(reason)); }
 
 template <class Value>
 std::string text(const Value& value) {

@@ -74,8 +74,8 @@ struct Mapper::Impl {
       : map(std::move(m)),
         threads(thread_count),
         detector(detects),
-        downsample(map.state().occupancy.grid()),
-        trace_rays(map.state().occupancy.grid()) {}
+        downsample(surfaces::state_of(map).occupancy.grid()),
+        trace_rays(surfaces::state_of(map).occupancy.grid()) {}
 
   /// As if the scan had been taken from there. In any thread: reads only the map's parameters.
   Rays trace(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, int by_threads);
@@ -115,7 +115,8 @@ Mapper::Mapper(const Parameters& parameters, int threads, const detection::Detec
 Mapper::Mapper(int threads, const detection::Detector* paper, Map& map) {
   require_threads(threads);
   // Throws for an incomplete map or a missing detector, while the caller still owns the map.
-  const detection::Detector& detector = detection::detector_of(std::as_const(map).state().parameters, paper);
+  const detection::Detector& detector =
+      detection::detector_of(surfaces::state_of(std::as_const(map)).parameters, paper);
   impl_ = std::make_unique<Impl>(std::move(map), threads, detector);
 }
 Mapper::Mapper(Mapper&&) noexcept = default;
@@ -197,7 +198,7 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const PreparedScan> scans) 
 
 template <class Scans>
 std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
-  surfaces::MapState& state = map.state();
+  surfaces::MapState& state = surfaces::state_of(map);
   std::optional<mapper::MapChange> change;
   bool detected = false;
   for (const auto& given : scans) {
@@ -224,7 +225,7 @@ std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
 
 ScanReport Mapper::Impl::change_map(const std::string& what, std::size_t new_points, mapper::Effort effort,
                                     const std::function<void(mapper::MapChange&)>& change_octree) {
-  surfaces::MapState& state = map.state();
+  surfaces::MapState& state = surfaces::state_of(map);
   require_ids(state, new_points, what);
   mapper::MapChange change(state, detector, effort, threads);
   change_octree(change);
@@ -232,7 +233,7 @@ ScanReport Mapper::Impl::change_map(const std::string& what, std::size_t new_poi
 }
 
 ScanReport Mapper::drain() {
-  if (impl_->map.state().queue.blocks.empty()) return {};
+  if (surfaces::state_of(impl_->map).queue.blocks.empty()) return {};
   return impl_->change_map("what waits", 0, mapper::Effort::all, [](mapper::MapChange& change) {
     change.begin();
     change.update();
@@ -240,7 +241,7 @@ ScanReport Mapper::drain() {
 }
 
 ScanReport Mapper::detect_in_occupancy() {
-  surfaces::MapState& state = impl_->map.state();
+  surfaces::MapState& state = surfaces::state_of(impl_->map);
   return impl_->change_map("octree", 0, mapper::Effort::all, [&](mapper::MapChange& change) {
     ScanReport& report = change.begin();
     occupancy::OccupancyDelta delta;
@@ -253,7 +254,7 @@ ScanReport Mapper::detect_in_occupancy() {
 }
 
 ScanReport Mapper::replace_occupancy(const Map& other) {
-  surfaces::MapState& state = impl_->map.state();
+  surfaces::MapState& state = surfaces::state_of(impl_->map);
   const double d = state.parameters.occupancy.resolution, theirs = other.parameters().occupancy.resolution;
   // Files have six digits of it. At the octree's edge, 2¹⁵ voxels away, places are then less than one off.
   if (!(std::abs(theirs - d) <= 1e-5 * d))
@@ -265,7 +266,7 @@ ScanReport Mapper::replace_occupancy(const Map& other) {
     ScanReport& report = change.begin();
     mapper::Stopwatch time(report);
     const occupancy::OccupancyDelta delta =
-        time(Stage::occupancy, [&] { return state.occupancy.replace(other.state().occupancy); });
+        time(Stage::occupancy, [&] { return state.occupancy.replace(surfaces::state_of(other).occupancy); });
     observe_voxel_centres(delta.appeared, state);
     report.points_raw = report.voxels = delta.appeared.size();
     change.retract(delta);
@@ -273,8 +274,8 @@ ScanReport Mapper::replace_occupancy(const Map& other) {
 }
 
 MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
-  surfaces::MapState& state = impl_->map.state();
-  const surfaces::MapState& theirs = other.state();
+  surfaces::MapState& state = surfaces::state_of(impl_->map);
+  const surfaces::MapState& theirs = surfaces::state_of(other);
   mapper::require_mergeable(state, theirs, T_map_other);
   MergeReport report;
   if (theirs.occupancy.empty()) return report;
@@ -312,12 +313,13 @@ ScanReport Mapper::clear(const SpacePart& part, bool as_free) {
                 "give positive lengths in m");
   return impl_->change_map("the cleared map", 0, mapper::Effort::turn, [&](mapper::MapChange& change) {
     mapper::Stopwatch time(change.begin());
-    change.retract(time(Stage::occupancy, [&] { return impl_->map.state().occupancy.clear(part, as_free); }));
+    change.retract(time(Stage::occupancy,
+                        [&] { return surfaces::state_of(impl_->map).occupancy.clear(part, as_free); }));
   });
 }
 
 void Mapper::share_octree(bool on) {
-  surfaces::MapState& state = impl_->map.state();
+  surfaces::MapState& state = surfaces::state_of(impl_->map);
   auto next = std::make_shared<Snapshot>(*state.snapshot.latest());
   next->octree = on ? state.occupancy.share() : OccupancyView();
   state.octree_shared = on;
@@ -327,11 +329,11 @@ void Mapper::share_octree(bool on) {
 void Mapper::remember_scans() { impl_->remember_scans = true; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {
-  impl_->map.state().restore();
+  surfaces::state_of(impl_->map);  // restored
   return impl_->map;
 }
 Map Mapper::release() && {
-  impl_->map.state().restore();
+  surfaces::state_of(impl_->map);  // restored
   return std::move(impl_->map);
 }
 

@@ -141,6 +141,9 @@ void OccupancyMap::commit() noexcept { tree_->commit(); }
 void OccupancyMap::roll_back() noexcept { tree_->roll_back(); }
 
 OccupancyView OccupancyMap::share() { return {tree_->share(), grid_.resolution()}; }
+OccupancyView OccupancyMap::now() const {
+  return {std::shared_ptr<const VoxelTree>(std::shared_ptr<void>(), tree_.get()), grid_.resolution()};
+}
 
 void OccupancyMap::assign(const VoxelPoint& point, SurfaceId surface) {
   if (point.place.run.size_class == 0) return assign(point.key, surface);

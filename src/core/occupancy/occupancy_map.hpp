@@ -142,6 +142,8 @@ class OccupancyMap {
 
   /// The current octree, for readers in any thread.
   OccupancyView share();
+  /// The same until the next change, and not for longer.
+  OccupancyView now() const;
 
   /// Starts recording the previous state until commit() or roll_back(), at the cost of a copy of the chunks
   /// written to. Not nested.

@@ -280,16 +280,14 @@ void OccupancyView::for_each_cube(const Eigen::AlignedBox3d& box,
               });
 }
 
-std::optional<OccupancyView::Near> OccupancyView::nearest_occupied(const Eigen::Vector3d& point,
-                                                                   double limit) const {
+std::optional<Voxel> OccupancyView::nearest_occupied(const Eigen::Vector3d& point, double limit) const {
   require_finite(point, "nearest_occupied");
   if (!(limit >= 0 && std::isfinite(limit)))
     throw Error(Error::Kind::usage, "limit", "is not a distance", "must be finite and at least 0");
   if (tree_ == nullptr) return {};
   const occupancy::NearestSearch search(*tree_, point, resolution_, limit);
   if (!search.found()) return {};
-  const Voxel found = voxel(key_of(search.key()));
-  return Near{found, (found.center - point).norm()};
+  return voxel(key_of(search.key()));
 }
 
 }  // namespace octosurf

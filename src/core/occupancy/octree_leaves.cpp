@@ -130,7 +130,7 @@ class History {
 class Comparison {
  public:
   Comparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now,
-             const std::function<void(const OccupancyView::Change&)>& visit)
+             const OccupancyView::VisitChange& visit)
       : visit_(visit), history_(before, now) {
     compare(before.root(), now.root(), {0, 0, 0});
   }
@@ -171,17 +171,17 @@ class Comparison {
       const Key3 at = child_corner(corner, octet, 1);
       leaves_.clear();
       LeafCollector(KeyBox{}, leaves_, nullptr).collect_octet(is, octet, at);
-      visit_({corner_of(at), 1, leaves_});
+      visit_(corner_of(at), 1, leaves_);
     }
   }
 
   void changed(const Node& now, const Key3& corner) {
     leaves_.clear();
     LeafCollector(KeyBox{}, leaves_, nullptr).collect(now, corner);
-    visit_({corner_of(corner), static_cast<std::uint8_t>(now.level()), leaves_});
+    visit_(corner_of(corner), static_cast<std::uint8_t>(now.level()), leaves_);
   }
 
-  const std::function<void(const OccupancyView::Change&)>& visit_;
+  const OccupancyView::VisitChange& visit_;
   History history_;
   std::vector<Leaf> leaves_;
 };
@@ -255,8 +255,7 @@ void OccupancyView::for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLea
     visit_leaves(*tree_, occupancy::keys_that_meet(box, resolution_), visit);
 }
 
-void OccupancyView::for_each_change(const OccupancyView& before,
-                                    const std::function<void(const Change&)>& visit) const {
+void OccupancyView::for_each_change(const OccupancyView& before, const VisitChange& visit) const {
   if (tree_ == nullptr && before.tree_ == nullptr) return;
   require_same_resolution(*this, before);
   Comparison(before.tree_ != nullptr ? *before.tree_ : nothing(), tree_ != nullptr ? *tree_ : nothing(),

@@ -11,13 +11,6 @@
 namespace octosurf {
 namespace {
 
-Map::Voxel voxel_of(const occupancy::VoxelPoint& p) {
-  return {.occupancy = Map::Occupancy::occupied,
-          .surface = p.surface,
-          .point = p.position.cast<double>(),
-          .view = p.view.cast<double>()};
-}
-
 /// Of those in order of id; null if it is not there.
 template <class Pointers, class Id>
 auto find_in(const Pointers& all, Id id) {
@@ -57,23 +50,31 @@ void surfaces::MapState::require_whole() const {
               "free some and call the mapper's map()");
 }
 
+struct surfaces::MapAccess {
+  static Map map_of(std::unique_ptr<MapState> state) { return Map(std::move(state)); }
+  static MapState& state_of(const Map& map) { return *map.state_; }
+};
+
+surfaces::MapState& surfaces::state_of(Map& map) {
+  MapState& state = MapAccess::state_of(map);
+  state.restore();
+  return state;
+}
+const surfaces::MapState& surfaces::state_of(const Map& map) {
+  const MapState& state = MapAccess::state_of(map);
+  state.require_whole();
+  return state;
+}
+Map surfaces::map_of(std::unique_ptr<MapState> state) { return MapAccess::map_of(std::move(state)); }
+
+Map::Map(std::unique_ptr<surfaces::MapState> state) : state_(std::move(state)) {}
 Map::Map(const Parameters& parameters) {
   parameters.validate();
   state_ = std::make_unique<surfaces::MapState>(parameters);
 }
-Map::Map(std::unique_ptr<surfaces::MapState> state) : state_(std::move(state)) {}
 Map::Map(Map&&) noexcept = default;
 Map& Map::operator=(Map&&) noexcept = default;
 Map::~Map() = default;
-
-const surfaces::MapState& Map::state() const {
-  state_->require_whole();
-  return *state_;
-}
-surfaces::MapState& Map::state() {
-  state_->restore();
-  return *state_;
-}
 
 const Parameters& Map::parameters() const { return state_->parameters; }
 
@@ -85,29 +86,24 @@ OccupancyView Map::octree() const {
 }
 
 bool Map::holds(const Scan& scan) const {
-  const std::vector<std::uint64_t>& held = state().held;
+  const std::vector<std::uint64_t>& held = surfaces::state_of(*this).held;
   return std::find(held.begin(), held.end(), sensing::fingerprint_of(scan)) != held.end();
 }
 
-Map::Voxel Map::at(const Eigen::Vector3d& point) const {
-  const occupancy::OccupancyMap& occupancy = state().occupancy;
-  geometry::VoxelKey key;
-  if (!occupancy.grid().key_of(point.cast<float>(), key)) return {};
-  const occupancy::OccupancyMap::Lookup found = occupancy.at(key);
-  Voxel voxel = found.point ? voxel_of(*found.point) : Voxel{};
-  voxel.occupancy = found.state == occupancy::OccupancyMap::State::occupied ? Occupancy::occupied
-                    : found.state == occupancy::OccupancyMap::State::free   ? Occupancy::free
-                                                                            : Occupancy::unknown;
-  voxel.log_odds = found.log_odds;
-  return voxel;
+OccupancyView::Voxel Map::at(const Eigen::Vector3d& point) const {
+  return surfaces::state_of(*this).occupancy.now().at(point);
 }
 
-void Map::for_each_point(const std::function<void(const Voxel&)>& visit) const {
-  state().occupancy.for_each_point([&](const occupancy::VoxelPoint& p) { visit(voxel_of(p)); });
+void Map::for_each_point(const std::function<void(const OccupancyView::Voxel&)>& visit) const {
+  const occupancy::OccupancyMap& occupancy = surfaces::state_of(*this).occupancy;
+  const OccupancyView now = occupancy.now();
+  occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
+    visit(now.at(occupancy.grid().centre_of(p.key).cast<double>()));
+  });
 }
 
 Map::Size Map::size() const {
-  const surfaces::MapState& map = state();
+  const surfaces::MapState& map = surfaces::state_of(*this);
   const occupancy::OccupancyMap::Size octree = map.occupancy.size();
   Size size;
   size.nodes = octree.nodes;
@@ -134,14 +130,14 @@ Map map_from_octomap(const std::filesystem::path& file, Parameters parameters) {
   parameters.validate();
   auto state = std::make_unique<surfaces::MapState>(parameters);
   state->occupancy = occupancy::OccupancyMap::read_octomap(file, parameters.occupancy);
-  return Map(std::move(state));
+  return surfaces::map_of(std::move(state));
 }
 
 Map map_from_leaves(std::span<const OccupancyView::Leaf> leaves, const Parameters& parameters) {
   parameters.validate();
   auto state = std::make_unique<surfaces::MapState>(parameters);
   state->occupancy.set_leaves(leaves);
-  return Map(std::move(state));
+  return surfaces::map_of(std::move(state));
 }
 
 }  // namespace octosurf

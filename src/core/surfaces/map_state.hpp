@@ -54,4 +54,8 @@ struct MapState {
   void require_whole() const;  ///< throws Error(incomplete) if the rollback is incomplete
 };
 
+MapState& state_of(Map& map);              ///< restored; throws std::bad_alloc
+const MapState& state_of(const Map& map);  ///< throws Error(incomplete) if the rollback is incomplete
+Map map_of(std::unique_ptr<MapState> state);
+
 }  // namespace octosurf::surfaces

@@ -79,7 +79,7 @@ Up up_of(const Map& map) {
 }
 
 Up up_from_surfaces(const Map& map) {
-  const surfaces::MapState& state = map.state();
+  const surfaces::MapState& state = surfaces::state_of(map);
   return estimate_up(*map.snapshot(), state.sensors_up / std::max(1.0, static_cast<double>(state.scans)));
 }
 

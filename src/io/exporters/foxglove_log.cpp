@@ -298,10 +298,10 @@ void FoxgloveLog::add_points(double stamp_s, const Map& map, const Snapshot& sna
   const std::size_t step = map.size().inliers / most_points + 1;
   std::vector<Point> points;
   std::size_t seen = 0;
-  map.for_each_point([&](const Map::Voxel& voxel) {
-    const Surface* surface = voxel.point ? snapshot.find(voxel.surface) : nullptr;
+  map.for_each_point([&](const OccupancyView::Voxel& voxel) {
+    const Surface* surface = snapshot.find(voxel.surface);
     if (surface == nullptr || seen++ % step != 0) return;
-    const Eigen::Vector3f p = voxel.point->cast<float>();
+    const Eigen::Vector3f p = voxel.point.cast<float>();
     points.push_back({{p.x(), p.y(), p.z()}, rgba(surface->color), surface->id});
   });
   cloud.set_data(points.data(), points.size() * sizeof(Point));

@@ -82,10 +82,10 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
   const io::MapLock lock(stem);
   io::NewFile bt(files.bt, true), surfaces(files.surfaces, true);
-  bt.write([&](std::ostream& out) { map.state().occupancy.write_bt(out); });
+  bt.write([&](std::ostream& out) { surfaces::state_of(map).occupancy.write_bt(out); });
   const std::optional<io::FileSum> sum = io::sum_of(bt.temporary());
   if (!sum) throw Error(Error::Kind::output, files.bt.string(), "cannot be read back", "check the disk");
-  surfaces.write([&](std::ostream& out) { io::write_map(map.state(), *sum, out, from_there); });
+  surfaces.write([&](std::ostream& out) { io::write_map(surfaces::state_of(map), *sum, out, from_there); });
   // Both are complete on disk before either is renamed. If the process dies between the two, the old
   // .surfaces is intact and detects that the .bt is not its own.
   bt.sync();
@@ -122,7 +122,7 @@ LoadedMap load_map(const fs::path& stem) {
     throw Error(Error::Kind::data, files.surfaces.string(), "cannot be read", "check its rights");
   io::MapFile file = io::read_map(in, bytes, files.surfaces.string());
   if (!file.scans.folder.empty()) file.scans.folder = files.surfaces.parent_path() / file.scans.folder;
-  return {Map(std::move(file.state)), warning_of(files.bt, file.bt), std::move(file.scans)};
+  return {surfaces::map_of(std::move(file.state)), warning_of(files.bt, file.bt), std::move(file.scans)};
 }
 
 }  // namespace octosurf

@@ -275,7 +275,7 @@ Map map_after(const Past& past, std::size_t at) {
   const Damage damage{past.sessions.at(at).file.string(), {}};
   const std::string file = map_of_records(plain, past.sessions[at].map.bytes, damage);
   std::istringstream in(file);
-  return Map(std::move(read_map(in, file.size(), damage.where).state));
+  return surfaces::map_of(std::move(read_map(in, file.size(), damage.where).state));
 }
 
 PastKeeper::PastKeeper(fs::path stem, const fs::path& resumed, const Map* start)

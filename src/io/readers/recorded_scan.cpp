@@ -153,7 +153,7 @@ Motions motions_of(const ListedRecording& recording, const ScanSourceOptions& op
     timed.read = [&recording, all, options](std::size_t i) {
       return read_posed(recording, *all[i], options);
     };
-    timed.undo = options.deskew == Deskew::automatic;
+    timed.undo = options.deskew;
     const bool posed = recording.trajectory || recording.bag || scans.front()->pose;
     if (!posed || timed.stamps_s.size() != scans.size()) {
       if (scans.size() < 2 || !timed.undo) continue;

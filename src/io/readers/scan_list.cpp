@@ -169,7 +169,7 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
   ScanList list;
   bool last_is_files = false;
   for (const auto& input : inputs) {
-    if (classify(input) == InputKind::occupancy_map)
+    if (is_occupancy_map(input))
       throw Error(Error::Kind::usage, input.string(), "an occupancy map, not scans", "give it alone");
     if (!fs::is_directory(input)) {
       add_file(input, list.recordings, last_is_files);

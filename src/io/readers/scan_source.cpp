@@ -56,14 +56,13 @@ class FileScanSource : public ScanSource {
 
 }  // namespace
 
-InputKind classify(const fs::path& input) {
+bool is_occupancy_map(const fs::path& input) {
   std::error_code error;
   const auto status = fs::status(input, error);
   if (!fs::exists(status)) throw Error(Error::Kind::data, input.string(), "no such file or folder");
-  if (fs::is_directory(status)) return InputKind::scans;
+  if (fs::is_directory(status)) return false;
   const io::FileKind kind = fs::is_regular_file(status) ? io::kind_of(input) : io::FileKind::unknown;
-  if (kind == io::FileKind::occupancy_map) return InputKind::occupancy_map;
-  if (kind != io::FileKind::unknown) return InputKind::scans;
+  if (kind != io::FileKind::unknown) return kind == io::FileKind::occupancy_map;
   if (input.extension() == ".surfaces")
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "resume it by --resume");
   throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",

@@ -25,7 +25,7 @@ TEST_F(MapFiles, WithoutEvidenceNothingWasSeenAgain) {
     if (record.has_surface()) record.mutable_surface()->clear_evidence();
   write_file(folder / "a.surfaces", pack(records));
   const LoadedMap a = load_map(folder / "a");
-  for (const auto& [id, surface] : a.map.state().surfaces) {
+  for (const auto& [id, surface] : surfaces::state_of(a.map).surfaces) {
     EXPECT_EQ(surface.evidence().readings, 0);
     EXPECT_EQ(surface.evidence().moments.count, 0);
   }
@@ -43,7 +43,7 @@ TEST_F(MapFiles, LineageAndUsedUpIdsComeBack) {
   write_file(folder / "a.surfaces", pack(records));
   const LoadedMap a = load_map(folder / "a");
   EXPECT_EQ(a.map.snapshot()->find(surface.id())->parents, (std::vector<SurfaceId>{999, 17}));
-  EXPECT_EQ(a.map.state().surfaces.next_id(), 1000U);
+  EXPECT_EQ(surfaces::state_of(a.map).surfaces.next_id(), 1000U);
   save_map(a.map, folder / "b");
   EXPECT_EQ(difference(a.map, load_map(folder / "b").map), "");
 }
@@ -91,7 +91,7 @@ TEST_F(MapFiles, OneThatWouldNotLoadDoesNotReplaceOneThatDoes) {
   Map map = map_of(changing_room(5));
   save_map(map, folder / "a");
   const std::string before = read_file(folder / "a.surfaces");
-  Parameters& parameters = map.state().parameters;
+  Parameters& parameters = surfaces::state_of(map).parameters;
   parameters.surfaces.max_hole_size = parameters.occupancy.resolution / 10;  // shorter than its edges
   const std::string told = failure(Error::Kind::output, [&] { save_map(map, folder / "a"); });
   EXPECT_THAT(told, AllOf(HasSubstr("surface "), HasSubstr("more than h apart"), HasSubstr("not saved")));
@@ -135,7 +135,7 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
   for (double three = 0; thirds >> name >> three;) set_parameter_value(parameters, name, three / 3);
   Map map = map_of(changing_room(4), parameters);
   // This program does not map with it.
-  map.state().parameters.detection.detector = parameters.detection.detector = DetectorKind::paper;
+  surfaces::state_of(map).parameters.detection.detector = parameters.detection.detector = DetectorKind::paper;
   for (const ParameterInfo& info : parameter_infos())
     EXPECT_NE(parameter_value(parameters, info.name), parameter_value({}, info.name))
         << "not tested: " << info.name;
@@ -144,7 +144,7 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
   for (const ParameterInfo& info : parameter_infos())
     EXPECT_EQ(parameter_value(loaded.map.parameters(), info.name), parameter_value(parameters, info.name))
         << info.name;
-  EXPECT_EQ(loaded.map.state().occupancy.grid().resolution(), 0.1 / 3);
+  EXPECT_EQ(surfaces::state_of(loaded.map).occupancy.grid().resolution(), 0.1 / 3);
 }
 
 TEST_F(MapFiles, TwoFilesAndEitherNamesTheMap) {
@@ -169,8 +169,8 @@ TEST_F(MapFiles, TheBtIsAnOctoMapWithTheSameOccupiedVoxels) {
     const bool is_occupied = tree.isNodeOccupied(*leaf);
     (is_occupied ? occupied : free) += 1;
     const octomap::point3d p = leaf.getCoordinate();
-    ASSERT_EQ(map.at({p.x(), p.y(), p.z()}).occupancy,
-              is_occupied ? Map::Occupancy::occupied : Map::Occupancy::free);
+    ASSERT_EQ(map.at({p.x(), p.y(), p.z()}).state,
+              is_occupied ? OccupancyView::State::occupied : OccupancyView::State::free);
   }
   EXPECT_EQ(occupied, map.size().points);
   EXPECT_GT(free, occupied);
@@ -213,7 +213,7 @@ TEST_F(MapFiles, ALargeFloorWithoutNoiseComesBack) {
   ASSERT_TRUE(tree.writeBinary((folder / "floor.bt").string()));
   auto state = std::make_unique<surfaces::MapState>(Parameters{});
   state->occupancy = occupancy::OccupancyMap::read_octomap(folder / "floor.bt", Parameters{}.occupancy);
-  Mapper mapper(Map(std::move(state)));
+  Mapper mapper(surfaces::map_of(std::move(state)));
   mapper.detect_in_occupancy();
   ASSERT_GT(mapper.map().size().inliers, 350000U);
   save_map(mapper.map(), folder / "a");
@@ -288,10 +288,10 @@ TEST_F(MapFiles, AFileThatWasWrittenBeforeIsRead) {
   removals.for_each_since(0, [&](const Removal& removal) {
     EXPECT_EQ(removal, (Removal{Removal::Of::surface, removal.id, 1, 2, 3, {1, 2}}));
   });
-  EXPECT_GE(loaded.map.state().queue.fresh.size(), 6U);
-  EXPECT_EQ(loaded.map.at({0.3, -0.2, 0.1}).occupancy, Map::Occupancy::free) << "the middle of the room";
-  const Map::Voxel waiting = loaded.map.at({0.3, -0.1, 2.4});
-  ASSERT_EQ(waiting.occupancy, Map::Occupancy::occupied);
+  EXPECT_GE(surfaces::state_of(loaded.map).queue.fresh.size(), 6U);
+  EXPECT_EQ(loaded.map.at({0.3, -0.2, 0.1}).state, OccupancyView::State::free) << "the middle of the room";
+  const OccupancyView::Voxel waiting = loaded.map.at({0.3, -0.1, 2.4});
+  ASSERT_EQ(waiting.state, OccupancyView::State::occupied);
   EXPECT_EQ(waiting.surface, 0U);
   EXPECT_LT((*waiting.point - Eigen::Vector3d(0.3, -0.1, 2.4)).norm(), 0.1 / 128);
   EXPECT_LT((*waiting.view - Eigen::Vector3d(-0.3, 0.1, -2.4).normalized()).norm(), 0.06)

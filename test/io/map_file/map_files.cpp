@@ -177,7 +177,7 @@ Map map_of(const std::vector<Scan>& scans, const Parameters& parameters) {
 
 std::string bytes_of(const Map& map) {
   std::ostringstream out;
-  io::write_map(map.state(), {}, out);
+  io::write_map(surfaces::state_of(map), {}, out);
   return out.str();
 }
 
@@ -196,7 +196,7 @@ std::string patch_bytes(const surfaces::MapState& state) {
 }
 
 std::string difference(const Map& map_a, const Map& map_b) {
-  const surfaces::MapState &a = map_a.state(), &b = map_b.state();
+  const surfaces::MapState &a = surfaces::state_of(map_a), &b = surfaces::state_of(map_b);
   for (const ParameterInfo& info : parameter_infos())
     if (parameter_value(a.parameters, info.name) != parameter_value(b.parameters, info.name))
       return info.name;

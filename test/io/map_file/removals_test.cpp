@@ -34,11 +34,11 @@ TEST_F(Removals, ComeBackWithWhoTookThemIn) {
 TEST_F(Removals, ManyComeBackInOrder) {
   Map map = map_of(changing_room(5));
   std::vector<Removal> many;
-  const SurfaceId first = map.state().surfaces.next_id();
+  const SurfaceId first = surfaces::state_of(map).surfaces.next_id();
   for (SurfaceId i = 0; i < 20000; ++i)
     many.push_back({Removal::Of::surface, first + i, i % 3 == 0 ? 1U : 0U, i / 9000, 1 + i / 8000, {1, 2}});
-  map.state().surfaces.set_next_id(first + 20000);
-  map.state().removals = RemovalLog().with(many);
+  surfaces::state_of(map).surfaces.set_next_id(first + 20000);
+  surfaces::state_of(map).removals = RemovalLog().with(many);
   save_map(map, folder / "a");
   const LoadedMap loaded = load_map(folder / "a");
   std::vector<Removal> read;

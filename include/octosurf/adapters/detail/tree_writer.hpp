@@ -130,9 +130,10 @@ class LeafInsert {
  public:
   explicit LeafInsert(Tree& tree) : tree_(tree) {}
 
-  void add(const OccupancyView::Change& change) {
-    leaves_.insert(leaves_.end(), change.leaves.begin(), change.leaves.end());
-    cubes_.push_back({key_of(change.corner), change.level, change.leaves.size()});
+  void add(const std::array<std::uint16_t, 3>& corner, std::uint8_t level,
+           std::span<const OccupancyView::Leaf> leaves) {
+    leaves_.insert(leaves_.end(), leaves.begin(), leaves.end());
+    cubes_.push_back({key_of(corner), level, leaves.size()});
   }
 
   /// `leaves` of the whole tree, in Morton order.
