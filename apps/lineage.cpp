@@ -25,9 +25,4 @@ bool goes_on_from(const Snapshot& after, const Snapshot& before) {
   return static_cast<std::size_t>(as_old) == there;
 }
 
-Snapshot with_octree(Snapshot snapshot, const OccupancyView& octree) {
-  snapshot.octree = octree;
-  return snapshot;
-}
-
 }  // namespace octosurf

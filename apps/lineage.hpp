@@ -8,7 +8,4 @@ namespace octosurf {
 /// and nothing else is as old.
 bool goes_on_from(const Snapshot& after, const Snapshot& before);
 
-/// A loaded map's snapshot with its octree, for compare_maps().
-Snapshot with_octree(Snapshot snapshot, const OccupancyView& octree);
-
 }  // namespace octosurf

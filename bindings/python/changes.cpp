@@ -48,11 +48,6 @@ void bind_changes(Module& module) {
       .fields(OCTOSURF_FIELDS(MapChanges, since, revision, appeared, changed, gone, merged, split,
                               cylinders_appeared, cylinders_changed, cylinders_gone, cylinders_merged));
   module.def("changes_since", &changes_since, "snapshot"_a, "since"_a);
-  Value<SurfaceDifference>(module, "SurfaceDifference")
-      .fields(OCTOSURF_FIELDS(SurfaceDifference, id, area_m2, shared_m2, free_m2, unseen_m2, other, offset_m,
-                              angle_rad));
-  Value<MapDifference>(module, "MapDifference").fields(OCTOSURF_FIELDS(MapDifference, before, after));
-  module.def("compare_maps", &compare_maps, "before"_a, "after"_a, "tolerance"_a = 0.0, Released());
   bind_stairs(module);
 }
 

@@ -170,11 +170,7 @@ const Stairs& GroundView::stairs() const {
   for (const SurfacePtr& surface : snapshot_->surfaces)
     if (slope_rad(*surface, found->up) <= steepest) found->level.push_back(solid(surface->id));
   const auto same = [](const SurfacePtr& a, const SurfacePtr& b) {
-    return a == b || (a->id == b->id && a->T_map_surface.matrix() == b->T_map_surface.matrix() &&
-                      std::equal(a->polygons.begin(), a->polygons.end(), b->polygons.begin(),
-                                 b->polygons.end(), [](const Polygon& p, const Polygon& q) {
-                                   return p.outer == q.outer && p.holes == q.holes;
-                                 }));
+    return a->id == b->id && planning::same_outline(*a, *b);
   };
   const Climb::Found* before = climb_->before.get();
   if (before != nullptr && before->up == found->up &&

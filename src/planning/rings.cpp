@@ -87,6 +87,14 @@ std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::
   return parts;
 }
 
+bool same_outline(const Surface& a, const Surface& b) {
+  const auto same = [](const Polygon& one, const Polygon& other) {
+    return one.outer == other.outer && one.holes == other.holes;
+  };
+  return &a == &b || (a.T_map_surface.matrix() == b.T_map_surface.matrix() &&
+                      std::ranges::equal(a.polygons, b.polygons, same));
+}
+
 SurfacePtr with_outline(const Surface& surface, std::vector<Polygon> polygons) {
   double longest_edge = 0;
   for (const Polygon& polygon : surface.polygons)

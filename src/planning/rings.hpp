@@ -41,8 +41,11 @@ Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vec
 Ring2 clipped(const Ring2& ring, const Eigen::AlignedBox2d& box);
 std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::AlignedBox2d& box);
 
-/// The surface with other polygons and their `boundary` and `area_m2`. Edges longer than the surface's
-/// longest are divided: readers rely on neighbours in a ring being at most h apart.
+/// Whether frame and polygons are equal, to the bit.
+bool same_outline(const Surface& a, const Surface& b);
+
+/// The surface with other polygons, and `boundary` and `area_m2` that go with them. Edges are divided where
+/// they are longer than the surface's longest: readers rely on neighbours in a ring being at most h apart.
 SurfacePtr with_outline(const Surface& surface, std::vector<Polygon> polygons);
 
 }  // namespace octosurf::planning

@@ -12,6 +12,7 @@ namespace octosurf::test {
 namespace {
 
 using nlohmann::json;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class Diff : public CommandTest {
@@ -47,7 +48,6 @@ class Diff : public CommandTest {
 
 TEST_F(Diff, TellsByIdsWhatWentAndWhatGrew) {
   const json difference = told("before after");
-  EXPECT_EQ(difference.at("by"), "ids");
   EXPECT_EQ(difference.at("revision_before"), 9);
   EXPECT_EQ(difference.at("revision_after"), 27);
   double gone = 0, grown = 0;
@@ -63,18 +63,12 @@ TEST_F(Diff, TheSameMapHasNotChanged) {
   const json difference = told("before before");
   for (const char* list : {"appeared", "changed", "gone", "merged", "split"})
     EXPECT_TRUE(difference.at(list).empty()) << list;
-  const json by_place = told("before before --by place");
-  EXPECT_NEAR(by_place.at("only_before_m2"), 0, 1e-9);
-  EXPECT_NEAR(by_place.at("only_after_m2"), 0, 1e-9);
 }
 
-TEST_F(Diff, MapsThatDoNotGoOnFromOneAnotherAreComparedByPlace) {
-  const json difference = told("before other");
-  EXPECT_EQ(difference.at("by"), "place");
-  EXPECT_NEAR(difference.at("only_before_m2"), 0.48 + 2 * 0.4 * (0.8 + 0.6), 0.4);
-  EXPECT_NEAR(difference.at("only_after_m2"), 0.48, 0.2);
-  EXPECT_EQ(told("after before").at("by"), "place") << "backwards";
-  EXPECT_THAT(error_of("diff before other --by ids", 1), HasSubstr("--by place"));
+TEST_F(Diff, MapsThatDoNotGoOnFromOneAnotherAreRefused) {
+  EXPECT_THAT(error_of("diff before other", 1),
+              AllOf(HasSubstr("other: does not go on from before"), HasSubstr("--resume before -o other")));
+  EXPECT_THAT(error_of("diff after before", 1), HasSubstr("does not go on from after"));
   EXPECT_THAT(error_of("diff before nothing", 1), HasSubstr("nothing"));
 }
 

@@ -2,6 +2,7 @@
 #include "apps/command.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
+#include "support/unshared_area.hpp"
 
 #include <algorithm>
 #include <array>
@@ -57,8 +58,9 @@ class Merge : public CommandTest {
     return coarse;
   }
   double apart_m2(const std::string& a, const std::string& b) const {
-    const json difference = json::parse(run_well("diff --by place --json " + a + " " + b).out);
-    return difference.at("only_before_m2").get<double>() + difference.at("only_after_m2").get<double>();
+    const LoadedMap one = load_map(folder / a), other = load_map(folder / b);
+    return unshared_area(*one.map.snapshot(), *other.map.snapshot()) +
+           unshared_area(*other.map.snapshot(), *one.map.snapshot());
   }
 };
 

@@ -1,5 +1,4 @@
 // What happened since: by hand, and against the snapshots of a map that is made and unmade.
-#include "shapes.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
@@ -192,75 +191,6 @@ TEST(Changes, LineageOverManyScansIsThatOverEachOfThem) {
       }
       ASSERT_EQ(successors(*snapshots[i], *snapshots[j]), step_by_step) << "from " << i << " to " << j;
     }
-  }
-}
-
-Snapshot of(std::vector<Surface> surfaces) {
-  Snapshot snapshot;
-  snapshot.resolution = 0.02;
-  for (Surface& s : surfaces) snapshot.surfaces.push_back(std::make_shared<const Surface>(std::move(s)));
-  return snapshot;
-}
-
-TEST(CompareMaps, TellsWhatIsSharedAndHowFarItMoved) {
-  using namespace shapes;
-  const Snapshot before = of({surface(1, {{box(0, 0, 2, 1), {}}}), surface(2, {{box(5, 0, 1, 1), {}}})});
-  const Snapshot after = of({surface(7, {{box(1, 0, 2, 1), {}}}, pose({1, 0, 0}, 0, {0, 0, 0.015})),
-                             surface(9, {{box(5, 0, 1, 1), {}}}, pose({1, 0, 0}, 0, {0, 0, 0.2}))});
-  const MapDifference difference = compare_maps(before, after);
-  ASSERT_EQ(difference.before.size(), 2U);
-  ASSERT_EQ(difference.after.size(), 2U);
-  EXPECT_EQ(difference.before[0].other, 7U);
-  EXPECT_NEAR(difference.before[0].shared_m2, 1, 0.03);
-  EXPECT_NEAR(difference.before[0].offset_m, 0.015, 1e-9);
-  EXPECT_EQ(difference.after[0].other, 1U);
-  EXPECT_NEAR(difference.after[0].shared_m2, 1, 0.03);
-  EXPECT_NEAR(difference.after[0].offset_m, -0.015, 1e-9);
-  EXPECT_EQ(difference.before[1].other, 0U) << "20 cm off is another";
-  EXPECT_EQ(difference.before[1].shared_m2, 0);
-  EXPECT_NEAR(compare_maps(before, after, 0.25).before[1].shared_m2, 1, 1e-9);
-  EXPECT_THROW(compare_maps(before, after, -1), Error);
-}
-
-TEST(CompareMaps, TheOctreeSaysWhatIsGoneAndWhatNobodyHasSeenAgain) {
-  Mapper with_table, without;
-  Scan floor, table;
-  floor.T_map_sensor.translation().z() = table.T_map_sensor.translation().z() = 2;
-  for (float x = -0.5F; x < 0.5F; x += 0.01F)
-    for (float y = -0.5F; y < 0.5F; y += 0.01F) {
-      floor.points.emplace_back(1.6F * x, 1.6F * y, -2);  // rays to it pass all of the table's place
-      table.points.emplace_back(x, y, -1.5F);
-    }
-  Scan elsewhere = table;
-  elsewhere.T_map_sensor.translation().x() = 5;
-  for (const Scan* scan : {&table, &elsewhere}) with_table.insert(*scan);
-  with_table.drain();
-  without.insert(floor);
-  without.drain();
-  without.share_octree();
-  const MapDifference difference = compare_maps(*with_table.snapshot(), *without.snapshot());
-  ASSERT_EQ(difference.before.size(), 2U);
-  for (const SurfaceDifference& one : difference.before) {
-    EXPECT_EQ(one.shared_m2, 0);
-    const bool gone = with_table.snapshot()->find(one.id)->T_map_surface.translation().x() < 2;
-    EXPECT_GT(gone ? one.free_m2 : one.unseen_m2, 0.9 * one.area_m2);
-    EXPECT_LT(gone ? one.unseen_m2 : one.free_m2, 0.05 * one.area_m2);
-  }
-  EXPECT_EQ(difference.after[0].free_m2 + difference.after[0].unseen_m2, 0) << "the other has no octree";
-}
-
-TEST(CompareMaps, TheSameMapIsShared) {
-  std::mt19937_64 random(test::seed());
-  std::vector<Surface> surfaces;
-  for (SurfaceId id = 1; id < 20; ++id)
-    surfaces.push_back(shapes::surface(id, {shapes::random_polygon(random)},
-                                       shapes::pose({1, 2, id * 1.0}, id, {5.0 * id, 0, 0})));
-  const Snapshot map = of(surfaces);
-  for (const SurfaceDifference& one : compare_maps(map, map).before) {
-    EXPECT_EQ(one.other, one.id);
-    EXPECT_NEAR(one.shared_m2, one.area_m2, 1e-9);
-    EXPECT_NEAR(one.offset_m, 0, 1e-9);
-    EXPECT_NEAR(one.angle_rad, 0, 1e-7);
   }
 }
 

@@ -81,7 +81,7 @@ TEST_F(DoubleLayers, ATiltedSheetCountsWhereItIsNear) {
   add(at(0, 0, 0), 4, 4);
   add(at(0, 0, 0, 16 * deg), 0.2, 0.4);
   EXPECT_TRUE(found().empty());
-  add(at(0, -1, 0, 10 * deg), 1, 1);  // near up to 29 cm to both sides
+  add(at(0, -1, 0, 10 * deg), 1, 1);   // near up to 29 cm to both sides
   add(at(0, 1, 0, 10 * deg), 4, 0.5);  // 14 % of it
   ASSERT_EQ(found().size(), 1U);
   EXPECT_NEAR(found()[0].distance_m, 0.025, 1e-3);

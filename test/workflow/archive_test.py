@@ -1,9 +1,8 @@
 """workflow/Snakefile maps parts side by side and merges them: by Slurm's own daemons on this machine, where a job that is
 killed runs again, and without. Skipped, by what is missing, where Snakemake or Slurm are not installed.
 
-archive_test.py OCTOSURF OCTOSURF_LAB WORKFLOW_FOLDER"""
+archive_test.py OCTOSURF OCTOSURF_LAB AGREEMENT WORKFLOW_FOLDER"""
 
-import json
 import os
 import shutil
 import signal
@@ -13,7 +12,7 @@ import sys
 import tempfile
 import time
 
-OCTOSURF, LAB, WORKFLOW = (os.path.abspath(path) for path in sys.argv[1:4])
+OCTOSURF, LAB, AGREEMENT, WORKFLOW = (os.path.abspath(path) for path in sys.argv[1:5])
 PARTS, KILLED, SKIPPED = 8, 5, 77
 SBIN = os.pathsep + "/usr/sbin" + os.pathsep + "/sbin"
 
@@ -113,12 +112,6 @@ def run(command, **more):
     return done.stdout
 
 
-def agreement(folder, one, other):
-    difference = json.loads(run([OCTOSURF, "diff", "--by", "place", "--json", one, other], cwd=folder))
-    area = sum(surface["area_m2"] for side in ("before", "after") for surface in difference[side])
-    return 1 - (difference["only_before_m2"] + difference["only_after_m2"]) / area
-
-
 def workflow(folder, name, *options, octosurf=OCTOSURF):
     return (
         ["snakemake", "--snakefile", f"{WORKFLOW}/Snakefile", "--nolock", *options, "--config"]
@@ -171,7 +164,7 @@ def main():
         for ending in ("surfaces", "bt", "json"):
             local, slurm = (open(f"{folder}/{name}_map.{ending}", "rb").read() for name in ("local", "slurm"))
             assert local == slurm, f"Slurm's map.{ending} differs"
-        share = agreement(folder, "one", "slurm_map")
+        share = float(run([AGREEMENT, "one", "slurm_map"], cwd=folder))
         print(f"{PARTS} parts and one run agree in {100 * share:.2f} % of their area")
         assert share >= 0.99
 
