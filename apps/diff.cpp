@@ -5,13 +5,10 @@
 #include "map_past.hpp"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <optional>
 #include <string>
 #include <vector>
 

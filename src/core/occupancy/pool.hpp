@@ -18,6 +18,10 @@ namespace octosurf::occupancy {
 template <class T, unsigned chunk_bits>
 class Pool {
  public:
+  Pool() = default;
+  Pool(Pool&&) noexcept = default;
+  Pool& operator=(Pool&&) noexcept = default;
+
   std::uint32_t make() {
     if (!free_.empty()) {
       const std::uint32_t index = free_.back();
@@ -26,9 +30,8 @@ class Pool {
       free_.pop_back();
       return index;
     }
-    if (used_ == chunks_.size() << chunk_bits) {
+    if (used_ == chunks_.size() << chunk_bits)
       chunks_.push_back({std::make_shared<T[]>(chunk_size), period_, false});
-    }
     const auto index = static_cast<std::uint32_t>(used_);
     writable(index);
     ++used_;

@@ -165,7 +165,7 @@ std::shared_ptr<const VoxelTree> VoxelTree::share() {
     settle(root_, top_level);
     settled_ = true;
   }
-  const auto copy = std::make_shared<VoxelTree>(model_, file_);
+  const auto copy = std::make_shared<VoxelTree>(model_);
   copy->history_ = history_;
   copy->shares_ = shares_++;
   copy->without_points_ = without_points_;
