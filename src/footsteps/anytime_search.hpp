@@ -1,5 +1,7 @@
 #pragma once
 
+#include "geometry/interruption.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -115,6 +117,7 @@ class AnytimeSearch {
   template <class Estimate>
   Ended go_on(double weight, const Estimate& estimate, bool remember) {
     while (!queue_.empty()) {
+      geometry::end_if_interrupted();
       const Entry top = queue_.top();
       if (weight == 1) best_.lower_bound = std::max(best_.lower_bound, std::min(top.f, best_.cost));
       queue_.pop();

@@ -1,5 +1,7 @@
 #include "footsteps/guide_map.hpp"
 
+#include "geometry/interruption.hpp"
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -47,6 +49,7 @@ void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, Footho
   const FootholdField::Ground& ground = field.surfaces()[surface];
   const double wide = gait.trunk_reach_m;
   for (int cy = grid.first.y(); cy < grid.first.y() + grid.size.y(); ++cy) {
+    geometry::end_if_interrupted();
     for (int cx = grid.first.x(); cx < grid.first.x() + grid.size.x(); ++cx) {
       Cell made{cx, cy, static_cast<std::uint16_t>(surface), {0, 0}, HUGE_VAL, -HUGE_VAL};
       int count = 0;
@@ -104,6 +107,7 @@ void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
     for (int dx = -around; dx <= around; ++dx)
       if (std::hypot(gap(dx, cell), gap(dy, cell)) <= farthest) beside.emplace_back(dx, dy);
   for (const Cell& to : cells_) {
+    geometry::end_if_interrupted();
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
     for (const auto& [dx, dy] : beside) {
       const auto found = at.find(key_of(to.x + dx, to.y + dy));

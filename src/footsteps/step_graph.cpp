@@ -1,5 +1,7 @@
 #include "footsteps/step_graph.hpp"
 
+#include "geometry/interruption.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -123,6 +125,7 @@ double StepGraph::guide(NodeId node) const {
 
 std::optional<StepRefusal> StepGraph::swing_refused(const SwingPose& from, const SwingPose& to,
                                                     double ground) const {
+  geometry::end_if_interrupted();
   StepRefusal why = StepRefusal::clearance;
   for (const double height : {gait_.lift.usual, gait_.lift.high}) {
     const double low = ground + height, high = ground + std::max(height, gait_.lift.hip);

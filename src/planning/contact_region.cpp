@@ -1,3 +1,4 @@
+#include "geometry/interruption.hpp"
 #include "planning/blocked_polygon.hpp"
 #include "planning/contact_obstacles.hpp"
 #include "planning/contact_shape.hpp"
@@ -98,6 +99,7 @@ std::vector<Ring2> blocked_by_frontiers(const TurnedGround& ground, std::size_t 
 
 /// The positions of the contact's middle on one polygon that meet all geometric limits.
 std::vector<Polygon> free_part(const TurnedGround& ground, std::size_t index, const ContactLimits& limits) {
+  geometry::end_if_interrupted();
   using Polygons = std::span<const Polygon>;
   return planning::inset(
       ground.polygons[index], kept_off(ground.sole, limits.edge_margin_m),

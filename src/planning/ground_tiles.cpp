@@ -1,5 +1,6 @@
 #include "planning/ground_tiles.hpp"
 
+#include "geometry/interruption.hpp"
 #include "geometry/rings.hpp"
 #include "planning/blocked_polygon.hpp"
 #include "planning/rings.hpp"
@@ -405,6 +406,7 @@ std::vector<GroundTiles::Key> GroundTiles::keys_in(const Eigen::AlignedBox2d& bo
 }
 
 const GroundTiles::Tile& GroundTiles::tile(const Key& key, const OccupancyView& octree) const {
+  geometry::end_if_interrupted();
   return tiles_.get(key, [&] { return Finder(*this, key, octree).find(); });
 }
 
