@@ -6,7 +6,7 @@ RUN apt-get update && apt-get install -y --no-install-recommends \
     liblzf-dev zlib1g-dev libspng-dev libassimp-dev nlohmann-json3-dev \
     libprotobuf-dev protobuf-compiler libzstd-dev \
     libsqlite3-dev liblz4-dev libbz2-dev \
-    libcli11-dev libcpp-httplib-dev libembree-dev \
+    libcli11-dev libembree-dev \
     pybind11-dev python3-dev python3-numpy python3-pip \
     nodejs npm ca-certificates \
   && rm -rf /var/lib/apt/lists/*

@@ -1,5 +1,7 @@
 #include "arrivals.hpp"
 
+#include "interrupt_guard.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -17,8 +19,8 @@ void Arrivals::wait_and_join(std::vector<PreparedScan>& scans, ScanFeed& feed,
     std::fprintf(stderr, "warning: %.0f s until %s are not waited for\n", pause_s, first.name.c_str());
   if (!last_stamp_s || pause_s > longest_pause_s) zero_s_ = now_s_() - first.stamp_s;
   backlog_.next(first.stamp_s, now_s_() - of(first));
-  constexpr double longest_s = 0.05;  // to notice interrupts and clients
-  for (double left_s; (left_s = of(first) - now_s_()) > 0 && !idle_();)
+  constexpr double longest_s = 0.05;  // to notice interrupts
+  for (double left_s; (left_s = of(first) - now_s_()) > 0 && !interrupted();)
     std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left_s, longest_s)));
   if (!backlog_.join()) return;
   for (const Scan* next;

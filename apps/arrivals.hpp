@@ -19,20 +19,18 @@ inline constexpr std::size_t most_joined = 16;
 /// behind, joins those that wait.
 class Arrivals {
  public:
-  /// `idle`: called every 50 ms while it waits; true ends the wait.
-  Arrivals(std::function<double()> now_s, std::function<bool()> idle)
-      : now_s_(std::move(now_s)), idle_(std::move(idle)), backlog_(most_joined) {}
+  explicit Arrivals(std::function<double()> now_s) : now_s_(std::move(now_s)), backlog_(most_joined) {}
 
   /// On the clock of now_s. From any thread, once the first scan has arrived.
   double of(const Scan& scan) const { return zero_s_ + scan.stamp_s; }
-  /// Waits for the first of `scans`; then others may be added to it. `last_stamp_s`: of the scan before it.
+  /// Waits for the first of `scans`, or until interrupted(); then others may be added to it. `last_stamp_s`:
+  /// of the scan before it.
   void wait_and_join(std::vector<PreparedScan>& scans, ScanFeed& feed, std::optional<double> last_stamp_s);
   /// Those scans are inserted.
   void inserted(double took_s) { backlog_.mapped(took_s); }
 
  private:
   std::function<double()> now_s_;
-  std::function<bool()> idle_;
   Backlog backlog_;
   double zero_s_ = 0;  // arrival of the time stamp 0
 };

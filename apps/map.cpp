@@ -259,8 +259,6 @@ void add_map(CLI::App& app) {
   verb->add_option("--serve", options->serve_port,
                    "serve the map while it grows, as the verb serve does; 0: any free port [not served]")
       ->type_name("PORT");
-  verb->add_flag("--allow-clear", options->allow_clear,
-                 "--serve: clients on this machine may take back a part of the map (POST /api/clear)");
   verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
       ->capture_default_str();
   verb->add_flag("--force", options->force, "overwrite map and report");

@@ -24,8 +24,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
     : options_(options),
       run_(options, std::move(start), std::move(context), begin),
       observers_(checks_of(run_)),
-      arrivals_([this] { return run_.now_s(); },
-                [this] { return let_observers_change_the_map(), interrupted(); }),
+      arrivals_([this] { return run_.now_s(); }),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
   std::ranges::move(outputs_of(run_, std::move(kept)), std::back_inserter(observers_));
 }
@@ -99,7 +98,6 @@ void MapRun::insert_all(ScanFeed& feed) {
     for (const PreparedScan& prepared : scans)
       for (const auto& observer : observers_) observer->before(prepared.scan());
     ahead = read_next();
-    let_observers_change_the_map();
     const double start_s = run_.now_s();
     insert(scans);
     arrivals_.inserted(run_.now_s() - start_s);
@@ -151,14 +149,6 @@ void MapRun::drain() try {
   if (run_.statistics.drain(run_.mapper, [this] { return run_.now_s(); })) notify_of_change();
 } catch (const Error&) {
   if (!interrupted()) throw;
-}
-
-void MapRun::let_observers_change_the_map() {
-  for (const auto& observer : observers_)
-    if (observer->between_scans()) {
-      run_.changed = true;
-      notify_of_change();
-    }
 }
 
 void MapRun::notify_of_change() {

@@ -43,7 +43,6 @@ class MapRun {
   void insert(std::span<const PreparedScan> scans);
   /// Mapper::drain, at the end or a pause of the input.
   void drain();
-  void let_observers_change_the_map();
   void notify_of_change();
   void save(Saving saving);
   /// Saves as much as possible, then throws the last line.

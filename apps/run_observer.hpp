@@ -26,10 +26,8 @@ class RunObserver {
 
   virtual void before(const Scan&) {}         ///< a scan is inserted
   virtual void after(const InsertedScan&) {}  ///< unless its pose was rejected
-  /// Scans, a drained queue or between_scans() have changed the map. `stamp_s`: of the last scan.
+  /// Scans or a drained queue have changed the map. `stamp_s`: of the last scan.
   virtual void changed(double /*stamp_s*/) {}
-  /// Also while the run waits for a scan. True if it changed the map.
-  virtual bool between_scans() { return false; }
   virtual void after_all() {}  ///< scans of the input, if nothing ended the run before
   virtual void save(Saving) {}
 };

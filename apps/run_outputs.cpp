@@ -7,7 +7,7 @@
 #include "run_summary.hpp"
 #include "run_warnings.hpp"
 #include "scene_log.hpp"
-#include "serve/live_server.hpp"
+#include "serve/live_view.hpp"
 
 #include <cstdio>
 #include <utility>
@@ -16,31 +16,6 @@
 
 namespace octosurf {
 namespace {
-
-/// `--serve`.
-class LiveView : public RunObserver {
- public:
-  explicit LiveView(RunState& run)
-      : run_(run),
-        server_(run.mapper, title_of(run.options.output), place_of(run.options), run.options.allow_clear) {
-    std::printf("serving %s\n", server_.url().c_str());
-    std::fflush(stdout);
-  }
-  bool between_scans() override { return server_.clear_as_asked(run_.mapper); }
-  void save(Saving saving) override {
-    if (saving == Saving::end) server_.end_clearing();
-  }
-
- private:
-  static HttpPlace place_of(const MapOptions& options) {
-    HttpPlace place;
-    place.port = *options.serve_port;
-    return place;
-  }
-
-  RunState& run_;
-  LiveServer server_;
-};
 
 /// The map, with its past: first the map, then its session, then the state before it is removed.
 class MapSaver : public RunObserver {
@@ -109,7 +84,7 @@ RunObservers outputs_of(RunState& run, KeptScans kept) {
   RunObservers outputs;
   auto keeper = std::make_unique<ScanKeeper>(std::move(kept));
   auto saver = std::make_unique<MapSaver>(run, *keeper);
-  if (options.serve_port) outputs.push_back(std::make_unique<LiveView>(run));
+  if (options.serve_port) outputs.push_back(live_view(run));
   outputs.push_back(std::move(keeper));
   outputs.push_back(std::move(saver));
   outputs.push_back(std::make_unique<PoseLog>(options.write_poses, options.force, run.mapper.map().origin()));

@@ -4,7 +4,7 @@ find_package(Threads REQUIRED)                         # src/core/mapper, apps
 set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL asks for Boost by a module that CMake gives up
 # src/core/geometry: triangulation; lab, test/planning: arrangements (GPL parts)
 find_package(CGAL REQUIRED)
-# everywhere, headers: geometry, container, crc; src/planning: polygon
+# everywhere, headers: geometry, container, crc; src/planning: polygon; apps/serve: beast, for HTTP
 find_package(Boost REQUIRED CONFIG)
 find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
 if(OCTOSURF_BUILD_IO)
@@ -28,7 +28,6 @@ if(OCTOSURF_BUILD_APPS OR OCTOSURF_BUILD_TESTS)
 endif()
 if(OCTOSURF_BUILD_APPS)
   find_package(CLI11 REQUIRED)                         # apps: the command line
-  pkg_check_modules(httplib REQUIRED IMPORTED_TARGET cpp-httplib)  # apps/serve: HTTP
 endif()
 find_package(octomap QUIET)
 if(OCTOSURF_BUILD_OCTOMAP STREQUAL AUTO)

@@ -1,45 +1,93 @@
 #include "serve/http_server.hpp"
 
+#include "geometry/interruption.hpp"
 #include "serve/api.hpp"
 
 #include <algorithm>
-#include <arpa/inet.h>
+#include <array>
 #include <atomic>
-#include <cctype>
-#include <cerrno>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_static_buffer.hpp>
+#include <boost/beast/core/string.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <charconv>
 #include <chrono>
-#include <condition_variable>
-#include <csignal>
-#include <cstdio>
-#include <cstring>
-#include <deque>
 #include <exception>
 #include <functional>
-#include <httplib.h>
-#include <mutex>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
-#include <system_error>
 #include <thread>
 #include <utility>
-#include <vector>
 
 namespace octosurf {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using boost::system::error_code;
 using namespace std::chrono_literals;
 
-constexpr int most_threads = 64, most_followers = 32;
-constexpr std::size_t largest_body = 4096;
+constexpr int most_clients = 256, most_followers = 32, most_answers = 8;  // the last at once
+constexpr std::size_t longest_header = 8192;
+constexpr auto request_time = 5s, reply_time = 60s, end_time = 1s;
 constexpr auto event_interval = 200ms;  // pictures need no more, and the mapper has its processor
-constexpr auto silence = 10s;           // of a stream, in which a proxy may take it for dead
+
+template <class Text>  // Boost's string_view, or what it became in later versions
+std::string string_of(const Text& text) {
+  return {text.data(), text.size()};
+}
+
+/// %41 is A. Throws Error(usage).
+std::string decoded(std::string_view text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    unsigned char code = 0;
+    const char* digits = text.data() + i + 1;
+    if (text[i] != '%' || i + 2 >= text.size() ||
+        std::from_chars(digits, digits + 2, code, 16).ptr != digits + 2) {
+      result += text[i];
+      continue;
+    }
+    if (code == 0) throw Error(Error::Kind::usage, "request", "holds a NUL character", "leave %00 away");
+    result += static_cast<char>(code);
+    i += 2;
+  }
+  return result;
+}
+
+/// Throws Error(usage).
+QueryParameters parameters_in(std::string query) {
+  std::replace(query.begin(), query.end(), '+', ' ');
+  QueryParameters given;
+  for (std::string_view rest = query; !rest.empty();) {
+    const std::string_view one = rest.substr(0, rest.find('&'));
+    rest.remove_prefix(std::min(one.size() + 1, rest.size()));
+    const std::size_t equals = std::min(one.find('='), one.size());
+    const std::string name = decoded(one.substr(0, equals));
+    if (!name.empty()) given.emplace(name, decoded(one.substr(std::min(equals + 1, one.size()))));
+  }
+  return given;
+}
 
 HttpReply safe(const std::string& path, const std::function<HttpReply()>& make) {
   try {
     return make();
   } catch (const Error& error) {
+    if (geometry::interruption) return refusal(503, "the server ends", path, "");
     if (error.kind() == Error::Kind::usage) return refusal(400, error, error.where());
     return refusal(error.kind() == Error::Kind::data ? 404 : 500, error, error.where());
   } catch (const std::bad_alloc&) {
@@ -49,314 +97,263 @@ HttpReply safe(const std::string& path, const std::function<HttpReply()>& make) 
   }
 }
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-/// The password of "Basic base64(user:password)"; empty if it is none.
-std::string password_in(std::string_view base64) {
-  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  unsigned bits = 0, count = 0;
-  for (const char c : base64) {
-    const std::size_t digit = digits.find(c);
-    if (digit == std::string_view::npos) break;  // padding
-    bits = (bits << 6 | static_cast<unsigned>(digit)) & 0xffff;
-    count += 6;
-    if (count < 8) continue;
-    count -= 8;
-    text += static_cast<char>(bits >> count & 0xff);
-  }
-  const std::size_t colon = text.find(':');
-  return colon == std::string::npos ? std::string() : text.substr(colon + 1);
-}
-
 /// The name in a Host field, without its port and brackets.
 std::string host_name(const std::string& host) {
-  if (host.starts_with('[')) return host.substr(1, host.find(']') - 1);
-  return lower(host.substr(0, host.find(':')));
+  return host.starts_with('[') ? host.substr(1, host.find(']') - 1) : host.substr(0, host.find(':'));
 }
 
-bool same_in_constant_time(const std::string& given, const std::string& expected) {
-  // Volatile, so that no compiler ends the loop at the first difference. As many rounds as `given` is long,
-  // which its sender knows already.
-  volatile unsigned difference = given.size() == expected.size() ? 0 : 1;
-  for (std::size_t i = 0; i < given.size(); ++i)
-    difference = difference | static_cast<unsigned>(given[i] ^ expected[i % (expected.size() + 1)]);
-  return difference == 0;
+bool is_this_machine(const std::string& name) {
+  error_code no_address;
+  return beast::iequals(name, "localhost") || asio::ip::make_address(name, no_address).is_loopback();
 }
 
-bool has_token(const std::string& authorization, const std::string& token) {
-  const std::size_t blank = authorization.find(' ');
-  if (blank == std::string::npos) return false;
-  const std::string scheme = lower(authorization.substr(0, blank)), rest = authorization.substr(blank + 1);
-  if (scheme == "bearer") return same_in_constant_time(rest, token);
-  return scheme == "basic" && same_in_constant_time(password_in(rest), token);
-}
-
-std::optional<std::string> field(const httplib::Request& request, const char* name) {
-  if (!request.has_header(name)) return std::nullopt;
-  return request.get_header_value(name);
-}
-
-/// The refusal, if the request is not let in at `place`.
-std::optional<HttpReply> guard(const HttpPlace& place, const httplib::Request& request) {
-  const std::optional<std::string> host = field(request, "Host"), origin = field(request, "Origin");
-  if (!host) return refusal(400, "the request names no host", "Host", "send HTTP/1.1 with a Host field");
-  if (is_loopback(place.address)) {
-    const std::string name = host_name(*host);
-    if (name != "localhost" && !is_loopback(name))
-      return refusal(421, "this server is of this machine alone, not '" + name + "'", "Host",
-                     "use 127.0.0.1 or localhost");
-  }
-  if (origin && *origin != "http://" + *host && *origin != "https://" + *host)
+/// The refusal, if the request is not let in.
+std::optional<HttpReply> refused(const http::request_parser<http::empty_body>& parser,
+                                 const std::string& path) {
+  const auto& request = parser.get();
+  if (request.count(http::field::host) == 0)
+    return refusal(400, "the request names no host", "Host", "send HTTP/1.1 with a Host field");
+  const std::string host = string_of(request[http::field::host]),
+                    origin = string_of(request[http::field::origin]);
+  if (const std::string name = host_name(host); !is_this_machine(name))
+    return refusal(421, "this server is of this machine alone, not '" + name + "'", "Host",
+                   "use 127.0.0.1 or localhost");
+  if (request.count(http::field::origin) > 0 && origin != "http://" + host && origin != "https://" + host)
     return refusal(403, "another site's page has no access", "Origin", "use this server's page");
-  if (!place.token.empty() && !has_token(request.get_header_value("Authorization"), place.token))
-    return refusal(401, "the token is missing or wrong", "Authorization",
-                   "send 'Authorization: Bearer TOKEN', or the token as the password");
+  if (request.method() != http::verb::get && request.method() != http::verb::head)
+    return refusal(405, "this method is not supported", path, "use GET");
+  if (request.count(http::field::transfer_encoding) > 0 || parser.content_length().value_or(0) > 0)
+    return refusal(413, "a question has no body", "body", "put the parameters into the URL's query");
   return std::nullopt;
 }
 
-void set_fields(httplib::Response& response) {
-  response.set_header("Cache-Control", "no-store");
-  response.set_header("X-Content-Type-Options", "nosniff");
-  response.set_header("X-Frame-Options", "DENY");
+std::string head_of(const HttpReply& reply, bool with_length) {
+  std::string head = "HTTP/1.1 " + std::to_string(reply.status) + " ";
+  head += string_of(http::obsolete_reason(http::int_to_status(static_cast<unsigned>(reply.status))));
+  head += "\r\nContent-Type: " + reply.type;
+  if (with_length) head += "\r\nContent-Length: " + std::to_string(reply.body->size());
+  if (reply.status == 405) head += "\r\nAllow: GET, HEAD";
+  if (reply.status == 503) head += "\r\nRetry-After: 1";
+  return head +
+         "\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nX-Frame-Options: DENY"
+         "\r\nConnection: close\r\n\r\n";
 }
-
-void set_reply(httplib::Response& response, const HttpReply& reply) {
-  response.status = reply.status;
-  set_fields(response);
-  if (reply.status == 401)
-    response.set_header("WWW-Authenticate", R"(Bearer, Basic realm="octosurf: any user, the token")");
-  if (reply.status == 503) response.set_header("Retry-After", "1");
-  response.set_content(*reply.body, reply.type);
-}
-
-/// Only what the library refuses by itself has no reply yet.
-void set_refusal(const httplib::Request&, httplib::Response& response) {
-  if (!response.has_header("X-Frame-Options"))
-    set_reply(response, refusal(response.status, "no HTTP request, or too long a one", "request",
-                                "send HTTP/1.1, no line of more than 8 KB and no body of more than 4"));
-}
-
-/// The threads that are made in its scope take no signals, which are for the main thread.
-class SignalsBlocked {
- public:
-  SignalsBlocked() {
-    sigset_t all;
-    ::sigfillset(&all);
-    ::pthread_sigmask(SIG_SETMASK, &all, &before_);
-  }
-  SignalsBlocked(const SignalsBlocked&) = delete;
-  SignalsBlocked& operator=(const SignalsBlocked&) = delete;
-  ~SignalsBlocked() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-
- private:
-  sigset_t before_{};
-};
-
-/// Threads that answer, each made when it is needed: where there are no more to be had, those that there are.
-class Workers : public httplib::TaskQueue {
- public:
-  explicit Workers(std::size_t most) : most_(most) {}
-
-  void enqueue(std::function<void()> answer) override {
-    const std::lock_guard lock(mutex_);
-    waiting_.push_back(std::move(answer));
-    if (idle_ < waiting_.size() && threads_.size() < most_) add_thread();
-    ready_.notify_one();
-  }
-  void shutdown() override {
-    {
-      const std::lock_guard lock(mutex_);
-      ended_ = true;
-    }
-    ready_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
-  }
-
- private:
-  void add_thread() {
-    try {
-      const SignalsBlocked blocked;
-      threads_.emplace_back([this] { work(); });
-    } catch (const std::system_error&) {
-      if (threads_.empty()) throw;
-    }
-  }
-  void work() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-      ++idle_;
-      ready_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
-      --idle_;
-      if (waiting_.empty()) return;
-      const std::function<void()> answer = std::move(waiting_.front());
-      waiting_.pop_front();
-      lock.unlock();
-      answer();
-      lock.lock();
-    }
-  }
-
-  const std::size_t most_;
-  std::mutex mutex_;
-  std::condition_variable ready_;
-  std::deque<std::function<void()>> waiting_;
-  std::size_t idle_ = 0;
-  bool ended_ = false;
-  std::vector<std::thread> threads_;
-};
 
 }  // namespace
 
-bool is_loopback(const std::string& address) {
-  in_addr v4{};
-  in6_addr v6{};
-  if (::inet_pton(AF_INET, address.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
-  return ::inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6) != 0;
+HttpReply json_reply(std::string body) {
+  return {200, "application/json", std::make_shared<const std::string>(std::move(body))};
 }
 
+HttpReply refusal(int status, const std::string& what, const std::string& where, const std::string& hint) {
+  using Json = nlohmann::ordered_json;
+  const Json json{{"error", what}, {"where", where}, {"hint", hint}};
+  HttpReply reply = json_reply(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
+  reply.status = status;
+  return reply;
+}
+
+HttpReply refusal(int status, const Error& error, const std::string& where) {
+  // what() is "where: what; hint", with parts that are empty left out.
+  std::string what = error.what();
+  if (!error.where().empty()) what.erase(0, error.where().size() + 2);
+  if (!error.hint().empty()) what.erase(what.size() - error.hint().size() - 2);
+  return refusal(status, what, where, error.hint());
+}
+
+/// Sockets and clocks have one thread, which never waits for an answer: these are made by others.
 struct HttpServer::Impl {
-  Impl(const HttpPlace& where, Api& api_) : place(where), api(api_) {
-    http.new_task_queue = [] { return new Workers(most_threads); };
-    http.set_keep_alive_max_count(1);
-    http.set_keep_alive_timeout(1);  // s that a silent connection keeps a thread
-    http.set_tcp_nodelay(true);
-    http.set_socket_options([](socket_t socket) {  // the library's own would share a port that is taken
-      const int yes = 1;
-      ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    });
-    http.set_payload_max_length(largest_body);
-    http.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-      using Routing = httplib::Server::HandlerResponse;
-      return answered(request, response) ? Routing::Handled : Routing::Unhandled;
-    });
-    http.Post(clear_path, [this](const httplib::Request& request, httplib::Response& response) {
-      set_reply(response, safe(clear_path, [&] { return api.clear(request.body); }));
-    });
-    http.set_error_handler(httplib::Server::Handler(set_refusal));
-    errno = 0;
-    if (place.port == 0)
-      port = http.bind_to_any_port(place.address);
-    else
-      port = http.bind_to_port(place.address, place.port) ? place.port : -1;
-    if (port < 0)
-      throw Error(Error::Kind::usage, place.address + " port " + std::to_string(place.port),
-                  std::string("cannot be listened on") + (errno != 0 ? ": " : "") +
-                      (errno != 0 ? std::strerror(errno) : ""),
-                  "give an address of this machine and a port that is free, or port 0");
-    const SignalsBlocked blocked;
-    listening = std::thread([this] { listen(); });
+  class Client;
+
+  Impl(std::uint16_t port, Api& from) : api(from) {
+    const tcp::endpoint place(asio::ip::address_v4::loopback(), port);
+    try {
+      acceptor = tcp::acceptor(io, place);
+      bound_port = acceptor.local_endpoint().port();
+    } catch (const boost::system::system_error& failure) {
+      throw Error(Error::Kind::usage, "127.0.0.1 port " + std::to_string(port),
+                  "cannot be listened on: " + failure.code().message(),
+                  "give a port that is free, or port 0");
+    }
+    sockets = std::thread([this] { run(); });
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
   ~Impl() {
-    // The library forgets a stop that comes before it listens.
-    while (!http.is_running() && !ended) std::this_thread::sleep_for(1ms);
-    stopping = true;
-    http.stop();
-    listening.join();
+    const bool interrupted = geometry::interruption.exchange(true);
+    io.stop();
+    sockets.join();
+    workers.stop();
+    workers.join();
+    if (!interrupted) geometry::interruption = false;
   }
 
-  void listen() {
+  void run() {
+    while (!io.stopped()) {
+      try {
+        if (!accepting) accept();
+        io.run();
+      } catch (const std::exception&) {  // no descriptor or no memory for a client
+        std::this_thread::sleep_for(100ms);
+      }
+    }
     try {
-      if (!http.listen_after_bind() && !stopping)
-        std::fprintf(stderr, "warning: the map is served no longer: no connection can be taken\n");
-    } catch (const std::exception& error) {  // no thread left, say: the map is worth more than its page
-      std::fprintf(stderr, "warning: the map is served no longer: %s\n", error.what());
+      ending = true;
+      acceptor.close();
+      io.restart();
+      io.run_for(end_time);
+    } catch (const std::exception&) {  // likewise; what is left is not sent
     }
-    ended = true;
   }
 
-  /// Whether it is answered: what is posted has its body read first.
-  bool answered(const httplib::Request& request, httplib::Response& response) {
-    // Answers are sent whole, and as they are: parts that overlap may take more memory than there is, and the
-    // library's packing more time than the answer.
-    auto& changed = const_cast<httplib::Request&>(request);
-    changed.ranges.clear();
-    changed.headers.erase("Accept-Encoding");
-    changed.headers.erase("Content-Encoding");
-    const std::string& path = request.path;
-    if (const auto refused = refusal_of(request)) {
-      set_reply(response, *refused);
-      if (refused->status == 405) response.set_header("Allow", path == clear_path ? "POST" : "GET, HEAD");
-      return true;
-    }
-    if (path == clear_path) return false;
-    if (path == live_path)
-      follow(request, response);
-    else
-      set_reply(response, safe(path, [&] { return api.answer(path, request.params); }));
-    return true;
+  void accept();
+
+  /// `make` in another thread, then `next` in that of the sockets.
+  template <class Make, class Next>
+  void work(bool takes_long, Make make, Next next) {
+    auto task = [this, make = std::move(make), next = std::move(next),
+                 busy = asio::make_work_guard(io)]() mutable {
+      try {
+        make();
+        asio::post(io, std::move(next));
+      } catch (const std::exception&) {  // no memory for a client
+      }
+    };
+    if (takes_long) return asio::post(long_answers, std::move(task));
+    asio::post(workers, std::move(task));
   }
 
-  std::optional<HttpReply> refusal_of(const httplib::Request& request) const {
-    if (auto refused = guard(place, request)) return refused;
-    const bool posted = request.path == clear_path;
-    if (posted ? request.method != "POST" : request.method != "GET" && request.method != "HEAD")
-      return refusal(405, "this method is not supported", request.path, posted ? "use POST" : "use GET");
-    const std::optional<std::string> length = field(request, "Content-Length");
-    if (posted) {
-      // Another site's page can send other types without asking first.
-      if (lower(request.get_header_value("Content-Type")).rfind("application/json", 0) != 0)
-        return refusal(415, "is not said to be JSON", "body", "send 'Content-Type: application/json'");
-      if (request.has_header("Transfer-Encoding") || !length)
-        return refusal(411, "has no length", "body", "send Content-Length");
-    } else if (request.has_header("Transfer-Encoding") || length.value_or("0") != "0") {
-      return refusal(413, "a question has no body", "body", "put the parameters into the URL's query");
-    }
-    return std::nullopt;
-  }
-
-  void follow(const httplib::Request& request, httplib::Response& response) {
-    Follower follower;
-    const HttpReply checked = safe(live_path, [&] {
-      follower = api.follower(request.params);
-      return reply_of("\n");
-    });
-    if (checked.status != 200 || request.method == "HEAD") return set_reply(response, checked);
-    if (followers++ >= most_followers) {
-      --followers;
-      return set_reply(response, refusal(503, "too many follow the map", live_path, "try again"));
-    }
-    set_fields(response);
-    response.status = 200;
-    response.set_content_provider(
-        "text/event-stream",
-        [this, follower, last = Clock::now()](std::size_t, httplib::DataSink& sink) mutable {
-          HttpReply next = safe(live_path, [&] { return HttpReply{200, {}, api.next_event(follower)}; });
-          if (next.status != 200) return false;
-          if (!next.body && Clock::now() - last > silence) next.body = std::make_shared<std::string>(":\n\n");
-          if (next.body) {
-            if (!sink.write(next.body->data(), next.body->size())) return false;
-            last = Clock::now();
-          }
-          std::this_thread::sleep_for(event_interval);
-          return sink.is_writable();
-        },
-        [this](bool) { --followers; });
-  }
-
-  const HttpPlace place;
   Api& api;
-  httplib::Server http;
-  int port = -1;
-  std::atomic<int> followers = 0;
-  std::atomic<bool> stopping = false, ended = false;
-  std::thread listening;
+  std::atomic<int> clients = 0, followers = 0;
+  std::uint16_t bound_port = 0;
+  bool accepting = false, ending = false;  // of the thread of the sockets
+  asio::io_context io{1};
+  tcp::acceptor acceptor{io};
+  asio::thread_pool workers{most_answers};
+  asio::strand<asio::thread_pool::executor_type> long_answers{workers.get_executor()};
+  std::thread sockets;
 };
 
-HttpServer::HttpServer(const HttpPlace& place, Api& api) : impl_(std::make_unique<Impl>(place, api)) {}
+/// A connection with one request. Its functions run in the thread of the sockets, but for what work() makes.
+class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
+ public:
+  Client(Impl& server, tcp::socket socket) : server_(server), stream_(std::move(socket)), pause_(server.io) {
+    ++server_.clients;
+  }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client() {
+    --server_.clients;
+    if (following_) --server_.followers;
+  }
+
+  void read() {
+    parser_.header_limit(longest_header);
+    parser_.body_limit(boost::none);  // it is refused, not read
+    stream_.expires_after(request_time);
+    http::async_read_header(
+        stream_, buffer_, parser_,
+        [self = shared_from_this()](error_code failed, std::size_t) { self->answer(failed); });
+  }
+
+  void send(const HttpReply& reply) {
+    const bool head_alone = parser_.get().method() == http::verb::head;
+    write(head_of(reply, true), head_alone ? nullptr : reply.body, [] {});
+  }
+
+ private:
+  void answer(error_code failed) {
+    if (failed == beast::error::timeout) return;
+    if (failed)
+      return send(refusal(400, "no HTTP request, or too long a one", "request",
+                          "send HTTP/1.1 with a header of 8 KB at most"));
+    const std::string target = string_of(parser_.get().target());
+    const std::size_t end = std::min(target.find('?'), target.size());
+    path_ = target.substr(0, end);
+    if (const auto why = refused(parser_, path_)) return send(*why);
+    const auto make = [this, query = target.substr(std::min(end + 1, target.size()))] {
+      const QueryParameters given = parameters_in(query);
+      if (path_ != live_path) return server_.api.answer(path_, given);
+      next_event_ = server_.api.events(given);
+      return HttpReply{200, "text/event-stream", std::make_shared<const std::string>("\n")};
+    };
+    server_.work(
+        path_ == "/api/plan" || path_ == "/api/regions/all",
+        [self = shared_from_this(), make] { self->reply_ = safe(self->path_, make); },
+        [self = shared_from_this()] {
+          const bool follows = self->next_event_ && self->parser_.get().method() == http::verb::get;
+          follows ? self->follow() : self->send(self->reply_);
+        });
+  }
+
+  void follow() {
+    if (server_.followers >= most_followers)
+      return send(refusal(503, "too many follow the map", live_path, "try again"));
+    following_ = true;
+    ++server_.followers;
+    write(head_of(reply_, false), nullptr, [this] { make_event(); });
+  }
+  void make_event() {
+    server_.work(
+        false,
+        [self = shared_from_this()] {
+          self->reply_ = safe(live_path, [&] { return HttpReply{200, {}, self->next_event_()}; });
+        },
+        [self = shared_from_this()] { self->send_event(); });
+  }
+  void send_event() {
+    if (reply_.status != 200) return;
+    // Without an event a comment, which finds out who has gone.
+    write(reply_.body ? "" : ":\n\n", reply_.body, [this] {
+      pause_.expires_after(event_interval);
+      pause_.async_wait([self = shared_from_this()](error_code) {
+        if (!self->server_.ending) self->make_event();
+      });
+    });
+  }
+
+  template <class Next>
+  void write(std::string head, std::shared_ptr<const std::string> body, Next next) {
+    head_ = std::move(head);
+    body_ = std::move(body);
+    const std::array<asio::const_buffer, 2> parts{asio::buffer(head_),
+                                                  body_ ? asio::buffer(*body_) : asio::const_buffer()};
+    stream_.expires_after(reply_time);
+    asio::async_write(stream_, parts, [self = shared_from_this(), next](error_code failed, std::size_t) {
+      if (!failed) next();
+    });
+  }
+
+  Impl& server_;
+  beast::tcp_stream stream_;
+  asio::steady_timer pause_;
+  beast::flat_static_buffer<longest_header> buffer_;
+  http::request_parser<http::empty_body> parser_;
+  std::string path_, head_;
+  std::shared_ptr<const std::string> body_;
+  HttpReply reply_;
+  std::function<std::shared_ptr<const std::string>()> next_event_;
+  bool following_ = false;
+};
+
+void HttpServer::Impl::accept() {
+  acceptor.async_accept([this](error_code failed, tcp::socket socket) {
+    accepting = false;
+    if (ending) return;
+    if (failed) throw boost::system::system_error(failed);
+    accept();
+    const auto client = std::make_shared<Client>(*this, std::move(socket));
+    if (clients > most_clients)
+      return client->send(refusal(503, "too many requests at once", "request", "try again"));
+    client->read();
+  });
+  accepting = true;
+}
+
+HttpServer::HttpServer(std::uint16_t port, Api& api) : impl_(std::make_unique<Impl>(port, api)) {}
 
 HttpServer::~HttpServer() = default;
 
-std::string HttpServer::url() const {
-  const std::string& address = impl_->place.address;
-  const bool v6 = address.find(':') != std::string::npos;
-  return "http://" + (v6 ? "[" + address + "]" : address) + ":" + std::to_string(impl_->port) + "/";
-}
+std::string HttpServer::url() const { return "http://127.0.0.1:" + std::to_string(impl_->bound_port) + "/"; }
 
 }  // namespace octosurf

@@ -1,41 +1,51 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
+
+#include <octosurf/error.hpp>
 
 namespace octosurf {
 
 class Api;
 
-struct HttpPlace {
-  std::string address = "127.0.0.1";  ///< an address of this machine
-  unsigned short port = 0;            ///< 0: any that is free
-  std::string token;                  ///< a client must send it; empty: every client is let in
+struct HttpReply {
+  int status = 200;
+  std::string type;
+  std::shared_ptr<const std::string> body;  ///< shared, because pages are large and requested often
 };
 
-/// Whether `address` is one that only this machine can reach.
-bool is_loopback(const std::string& address);
+HttpReply json_reply(std::string body);
 
-/// Answers HTTP requests; GET and HEAD without a body, and POST of JSON to `clear_path`. For a few clients on
-/// this machine or of one owner: a client that is slow keeps one of its threads, of which there are 64.
+/// {"error": `what`, "where": …, "hint": …}
+HttpReply refusal(int status, const std::string& what, const std::string& where, const std::string& hint);
+/// Likewise; `where` in the place of the error's own.
+HttpReply refusal(int status, const Error& error, const std::string& where);
+
+/// Answers GET and HEAD requests of this machine.
 ///
-/// 1. A connection is closed after its answer. A request that is not HTTP is refused (4xx).
-/// 2. With a token: "Authorization: Bearer TOKEN", or Basic with it as the password, so that browsers
-///    prompt for it; else 401. Compared in constant time.
-/// 3. On a loopback address, requests for other hosts are refused, as are those of another site's page
-///    (Origin): otherwise any page could resolve its own name to this address (DNS rebinding).
-/// 4. `live_path` is answered by server-sent events, at most five a second, to 32 clients, else 503. The next
-///    event is made once the one before is sent: a slow client gets fewer and larger ones. Who takes nothing
-///    for 5 s is dropped, and may come back with the revision it has.
-/// 5. What Api throws is answered: Error(usage) 400, Error(data) 404, all else 500.
+/// 1. A request has 5 s to arrive, of 8 KB at most and without a body; its answer, or an event, a minute to
+/// be
+///    taken. Slow clients take no thread.
+/// 2. At most 256 clients, of which 32 follow the map; others get 503. A connection is closed after its
+/// answer.
+/// 3. Requests for other hosts than this machine are refused, as are those of another site's page (Origin):
+///    otherwise any page could resolve its own name to this address (DNS rebinding).
+/// 4. Plans are made one at a time, and take no time from other answers.
+/// 5. `live_path` is answered by server-sent events, at most five a second. The next event is made once the
+///    one before is sent: a slow client gets fewer and larger ones, and may come back with its revision.
+/// 6. What Api throws is answered: Error(usage) 400, Error(data) 404, all else 500. Without memory for a
+///    client it is dropped.
 class HttpServer {
  public:
-  /// Answers from now on, on threads that take no signals. `api` has to outlive this. Throws Error(usage) for
-  /// an address that is none of this machine or a port that is taken.
-  HttpServer(const HttpPlace& place, Api& api);
+  /// Answers from now on, in threads of its own. `api` has to outlive this. Throws Error(usage) for a port
+  /// that is taken.
+  HttpServer(std::uint16_t port, Api& api);  ///< 0: any port that is free
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
-  /// Answers that are being made are sent first, to clients that take them: no 5 s without a byte taken.
+  /// Interrupts what is being made (geometry::interruption), and gives clients a second to take their
+  /// answers.
   ~HttpServer();
 
   std::string url() const;  ///< "http://127.0.0.1:8080/"

@@ -4,6 +4,7 @@
 #include "io/exporters/export_formats.hpp"
 #include "io/exporters/page_messages.hpp"
 #include "page_feet.hpp"
+#include "planning/rings.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
 
@@ -43,15 +44,6 @@ std::string served(std::string html, const std::string& run) {
   return html;
 }
 
-bool same_outline(const Surface& a, const Surface& b) {
-  const auto same = [](const Polygon& one, const Polygon& other) {
-    return one.outer == other.outer && one.holes == other.holes;
-  };
-  return &a == &b ||
-         (a.T_map_surface.matrix() == b.T_map_surface.matrix() &&
-          std::equal(a.polygons.begin(), a.polygons.end(), b.polygons.begin(), b.polygons.end(), same));
-}
-
 using planning::extent_of;
 
 Eigen::AlignedBox3d extent_of(const Surface& surface) {
@@ -81,7 +73,11 @@ Eigen::AlignedBox3d extent_of(const Surface& surface) {
               "ask for id " + into);
 }
 
-ServedMap::Text shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
+std::map<SurfaceId, std::vector<PolygonEdges>> edges_in(const Snapshot& snapshot, const Map& map) {
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+  for (const SurfacePtr& surface : snapshot.surfaces) edges[surface->id] = label_edges(map, *surface);
+  return edges;
+}
 
 }  // namespace
 
@@ -97,7 +93,7 @@ std::shared_ptr<const Snapshot> ShownSurfaces::of(const GroundView& ground) {
     Outline found{surface};
     if (const auto known = outlines_.find(surface->id); known != outlines_.end())
       found.revision =
-          same_outline(*known->second.surface, *surface) ? known->second.revision : shown->revision;
+          planning::same_outline(*known->second.surface, *surface) ? known->second.revision : shown->revision;
     if (latest) outlines_[surface->id] = found;
     if (surface->revision >= found.revision) continue;
     auto changed = std::make_shared<Surface>(*surface);
@@ -129,83 +125,101 @@ ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name,
       run(std::move(of)),
       max_page_mb_(max_page_mb) {}
 
-std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  if (!map_) return edges;
-  for (const SurfacePtr& surface : shown.get()->surfaces)
-    edges[surface->id] = label_edges(map_->map, *surface);
-  return edges;
+template <class Make>
+ServedMap::Text ServedMap::text(const std::string& key, const Make& make) const {
+  return texts_.get(key, [&] { return std::make_shared<const std::string>(make()); });
 }
 
-std::shared_ptr<const Snapshot> ServedMap::make_shown() const {
-  const GroundView ground = asked.bare_ground();
-  return map_ ? ground.solid() : run.shown->of(ground);
+std::shared_ptr<const Snapshot> ServedMap::shown() const {
+  return shown_.get(0, [this] {
+    const GroundView ground = asked.bare_ground();
+    return map_ ? ground.solid() : run.shown->of(ground);
+  });
 }
 
-ServedMap::Text ServedMap::make_page_text() const {
-  PageOptions options;
-  options.up = asked.up;
-  if (suggested_up_) options.suggested_up = suggested_up_->direction;
-  options.max_mb = max_page_mb_;
-  PageMap map{asked.name, shown.get(), asked.octree, all_edges.get()};
-  map.stairs = stairs.get().stairs;
-  // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
-  if (map_) map.feet = page_feet(asked);
-  return shared(served(make_page(map, options).html, run.name));
+ServedMap::Text ServedMap::page() const {
+  return text("page", [this] {
+    PageOptions options;
+    options.up = asked.up;
+    if (suggested_up_) options.suggested_up = suggested_up_->direction;
+    options.max_mb = max_page_mb_;
+    PageMap map{asked.name, shown(), asked.octree};
+    map.stairs = asked.bare_ground().stairs().stairs;
+    // Of a map that grows they would be outdated at once: its page requests them.
+    if (map_) {
+      map.edges = edges_in(*map.snapshot, map_->map);
+      map.feet = usual_page_feet(asked);
+    }
+    return served(make_page({map}, "the page of " + asked.name, options).html, run.name);
+  });
 }
 
-ServedMap::Text ServedMap::make_info() const {
-  if (map_) return shared(info_json(*map_, up_));
-  const Snapshot& snapshot = *asked.snapshot;
-  return shared(Json{{"resolution", snapshot.resolution},
-                     {"revision", snapshot.revision},
-                     {"surfaces", snapshot.surfaces.size()},
-                     {"area_m2", total_area(snapshot)},
-                     {"cylinders", snapshot.cylinders.size()}}
-                    .dump() +
-                "\n");
+ServedMap::Text ServedMap::info() const {
+  return text("info", [this] {
+    if (map_) return info_json(*map_, up_);
+    const Snapshot& snapshot = *asked.snapshot;
+    return Json{{"resolution", snapshot.resolution},
+                {"revision", snapshot.revision},
+                {"surfaces", snapshot.surfaces.size()},
+                {"area_m2", total_area(snapshot)},
+                {"cylinders", snapshot.cylinders.size()}}
+               .dump() +
+           "\n";
+  });
 }
 
-ServedMap::Export ServedMap::make_export() const {
-  Export all{shown.get(), {}};
-  // What is clear of obstacles takes seconds, and a growing map has changed by then.
-  if (!map_) return all;
-  const GroundView ground = asked.bare_ground();
-  all.snapshot = ground.supported();
-  all.extras.gaps = ground.gaps();
-  for (const SurfacePtr& surface : all.snapshot->surfaces)
-    all.extras.edges[surface->id] = label_edges(map_->map, *surface);
-  return all;
+const ServedMap::Export& ServedMap::exported() const {
+  return exported_.get(0, [this]() -> Export {
+    // What is clear of obstacles takes seconds, and a growing map has changed by then.
+    if (!map_) return {shown(), {}};
+    const GroundView ground = asked.bare_ground();
+    Export all{ground.supported(), {}};
+    all.extras.gaps = ground.gaps();
+    all.extras.edges = edges_in(*all.snapshot, map_->map);
+    return all;
+  });
 }
 
-ServedMap::Text ServedMap::make_surfaces() const {
-  ExportExtras extras = exported.get().extras;
-  extras.stairs = stairs.get();
-  return shared(export_text(*exported.get().snapshot, extras));
+ServedMap::Text ServedMap::surfaces() const {
+  return text("surfaces", [this] {
+    ExportExtras extras = exported().extras;
+    extras.stairs = asked.bare_ground().stairs();
+    return export_text(*exported().snapshot, extras);
+  });
 }
 
-ServedMap::Text ServedMap::make_voxels() const {
-  const PageMap map{asked.name, asked.snapshot, asked.octree};
-  return shared(io::voxels_message(map, max_page_mb_ * 1e6).packed);
+ServedMap::Text ServedMap::voxels(bool slices) const {
+  return text(slices ? "voxels and slices" : "voxels", [&] {
+    const PageMap map{asked.name, asked.snapshot, asked.octree};
+    const std::vector<io::PageVoxel> all = io::occupied_voxels(asked.octree);
+    std::string message;
+    for (const int merged : io::voxel_merges) {
+      message = io::voxels_message(map, all, merged, asked.up, slices).packed;
+      if (static_cast<double>(message.size()) <= max_page_mb_ * 1e6) break;
+    }
+    return message;
+  });
 }
 
 ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) const {
   const std::lock_guard lock(making_);
-  Text& event = events_[since];
-  if (!event) {
-    PageMap map{asked.name, shown.get(), asked.octree};
-    map.stairs = stairs.get().stairs;
-    io::SurfacesMessage how;
-    how.up = asked.up;
-    how.since = since;
-    how.run = run.name;
-    event = shared("event: changes\ndata: " + io::base64(io::surfaces_message(map, how)) + "\n\n");
-  }
-  return event;
+  if (event_ && event_since_ == since) return event_;
+  PageMap map{asked.name, shown(), asked.octree};
+  map.stairs = asked.bare_ground().stairs().stairs;
+  if (since) map.changes = changes_since(*map.snapshot, *since);
+  io::SurfacesMessage how;
+  how.up = asked.up;
+  how.since = since;
+  how.run = run.name;
+  if (run.track) how.track = run.track();
+  event_ = std::make_shared<const std::string>(
+      "event: changes\ndata: " + io::base64(io::surfaces_message(map, how)) + "\n\n");
+  event_since_ = since;
+  return event_;
 }
 
 std::string ServedMap::surface_json(SurfaceId id) const {
-  const auto& [snapshot, all] = exported.get();
+  const auto& [snapshot, all] = exported();
   const auto at = std::find_if(snapshot->surfaces.begin(), snapshot->surfaces.end(),
                                [id](const SurfacePtr& surface) { return surface->id == id; });
   if (at == snapshot->surfaces.end()) refuse_missing(asked, id);
@@ -218,8 +232,8 @@ std::string ServedMap::surface_json(SurfaceId id) const {
 
 std::string ServedMap::changes_json(std::uint64_t since,
                                     const std::optional<Eigen::AlignedBox3d>& box) const {
-  Snapshot now = io::changed_part(*shown.get(), since);
-  MapChanges changes = changes_since(*shown.get(), since);
+  Snapshot now = io::changed_part(*shown(), since);
+  MapChanges changes = changes_since(*shown(), since);
   std::vector<SurfaceId> outside;
   if (box) {
     const auto elsewhere = [&](const auto& one) { return !box->intersects(extent_of(*one)); };

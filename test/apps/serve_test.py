@@ -1,10 +1,10 @@
 """serve_test.py COMMAND MAP [unittest's arguments]: `octosurf serve` and `map --serve` as their clients meet them."""
 
-import base64
 import contextlib
 import json
 import pathlib
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -175,9 +175,7 @@ class Answers(Served):
                 fewer = {name: value for name, value in required.items() if name != missing}
                 status, refused = self.server.ask(path, **fewer)
                 self.assertEqual((status, refused["where"]), (400, missing))
-            if path == "/api/clear":
-                self.assertEqual(self.server.ask(path)[0], 405)
-            elif path != "/live":
+            if path != "/live":
                 self.assertIn(self.server.ask(path, **required)[0], (200, 404), path)
 
     def test_the_head_of_an_answer(self):
@@ -224,13 +222,14 @@ class Refusals(Served):
         self.refused(400, "robot", "/api/plan", **{"from": [0] * 4, "to": [0] * 4, "robot": "bird"})
         self.refused(400, "since", "/live", since="soon")
         self.refused(400, "colour", "/live", colour=1)
+        for path in (voxel, "/live"):
+            self.refused(400, "request", path + "?po%00int=1,2,3")
+        self.refused(400, "request", "/api/regions?surface=1&foot=0.1%00")
 
     def test_other_requests(self):
         self.refused(404, "/nothing", "/nothing")
         self.refused(405, "/api/info", "/api/info", method="POST", body="{}")
         self.refused(405, "/api/plan", "/api/plan", method="DELETE")
-        status, refused = clear(self.server, {"box": [0, 0, 0, 1, 1, 1]})
-        self.assertEqual((status, "octosurf clear" in refused["hint"]), (403, True), refused)
         self.refused(405, "/live", "/live", method="POST")
         self.refused(413, "body", "/api/plan", body="x" * 2000)
         self.refused(400, "request", "/", headers={"X-Long": "x" * 9000})
@@ -264,62 +263,82 @@ class Refusals(Served):
             self.assertIn(expected, statuses, "the requests are not as odd as they should be")
 
 
-class Door(unittest.TestCase):
-    TOKEN = "0123456789abcdefXYZ"
+class Limits(unittest.TestCase):
+    """Clients that behave badly, and a stop."""
 
-    def test_the_token(self):
-        with tempfile.NamedTemporaryFile("w") as file:
-            file.write(self.TOKEN + "\n")
-            file.flush()
-            with serving.Server(COMMAND, MAP, "--listen", "0.0.0.0", "--token", file.name) as server:
-                server.host = "127.0.0.1"
-                self.answers_to_its_token_only(server)
-        with serving.Server(COMMAND, MAP, env={"OCTOSURF_TOKEN": self.TOKEN}) as server:
-            self.answers_to_its_token_only(server)
+    def setUp(self):
+        self.server = serving.Server(COMMAND, MAP)
+        self.addCleanup(self.server.__exit__)
 
-    def answers_to_its_token_only(self, server):
-        def status(authorization=None, path="/api/info"):
-            headers = {"Authorization": authorization} if authorization else {}
-            with serving.Live(server, headers=headers, path=path) as asked:
-                return asked.status
+    def half_open(self, data, count=1):
+        lines = [self.server.half_open(data) for _ in range(count)]
+        for line in lines:
+            self.addCleanup(line.close)
+        return lines
 
-        basic = [f"Basic {base64.b64encode(text.encode()).decode()}" for text in (f"me:{self.TOKEN}", "me:no")]
-        for path in ("/api/info", "/live"):
-            wrong = [self.TOKEN[:-1], self.TOKEN + "x", self.TOKEN.lower(), "", "x" * 19, self.TOKEN[1:]]
-            self.assertEqual([status(f"Bearer {token}", path) for token in wrong], [401] * len(wrong))
-            self.assertEqual([status(other, path) for other in (None, self.TOKEN, f"Digest {self.TOKEN}", basic[1])], [401] * 4)
-            self.assertEqual([status(right, path) for right in (f"Bearer {self.TOKEN}", basic[0])], [200] * 2)
-        self.assertEqual(server.ask("/nothing")[0], 401)
+    def ends_soon(self, number=signal.SIGTERM):
+        self.server.process.send_signal(number)
+        self.assertEqual(self.server.process.wait(timeout=3), 0)
 
     def test_wrong_use(self):
-        self.assertIn("--token", command("serve", MAP, "--listen", "0.0.0.0", code=2))
-        with tempfile.NamedTemporaryFile("w") as file:
-            file.write("short")
-            file.flush()
-            self.assertIn("16 letters", command("serve", MAP, "--token", file.name, code=2))
-        for unreadable in ("/nothing", "/dev/zero", "/dev/null"):
-            self.assertIn(unreadable, command("serve", MAP, "--token", unreadable, code=1))
-        self.assertIn("--listen", command("serve", MAP, "--listen", "moon", code=2))
         self.assertIn("nothing.surfaces", command("serve", "nothing", code=1))
-        with serving.Server(COMMAND, MAP) as server:
-            self.assertIn("port", command("serve", MAP, "--port", server.port, code=2))
+        self.assertIn("port", command("serve", MAP, "--port", self.server.port, code=2))
 
-    def test_ends_by_either_signal_while_it_answers(self):
-        wholes = 0
-        for number in (signal.SIGINT, signal.SIGTERM):
-            with serving.Server(COMMAND, MAP) as server:
-                stuck = server.half_open(b"GET /api/surfaces HTTP/1.1\r\nHost: localhost\r\n\r\n")
-                line = server.connection()
-                line.request("GET", "/api/plan?from=-4.6,-0.6,0.6,-135&to=-6.6,-2.7,1.5,-135")
-                time.sleep(0.2)
-                server.process.send_signal(number)
-                with contextlib.suppress(ConnectionError):  # one that arrives too late is not answered
-                    line.getresponse().read()  # raises IncompleteRead where a part is missing
-                    wholes += 1
-                line.close()
-                self.assertEqual(server.process.wait(timeout=60), 0)
-                stuck.close()
-        self.assertGreater(wholes, 0)
+    def test_endless_headers_take_no_memory(self):
+        before = self.server.most_memory_mb()
+        for line in (b"a:\r\n", b"a" * 1000):
+            answer = self.server.raw(b"GET / HTTP/1.1\r\nHost: localhost\r\n" + line * (60_000_000 // len(line)))
+            self.assertRegex(answer, b"^(HTTP/1.1 400 |$)")  # it may be lost, as the server does not read on
+        self.assertLess(self.server.most_memory_mb(), before + 10)
+        self.assertEqual(self.server.ask("/api/info")[0], 200)
+
+    def test_slow_clients_delay_nobody_and_are_dropped(self):
+        slow, begin = self.half_open(b"GET / HTTP/1.1\r\nX: ", 64), time.monotonic()
+        while slow := [line for line in slow if serving.is_open(line)]:
+            for line in slow:
+                line.send(b"x")
+            self.assertLess(time.monotonic() - begin, 8)
+            asked = time.monotonic()
+            self.assertEqual(self.server.ask("/api/info")[0], 200)
+            self.assertLess(time.monotonic() - asked, 1)
+            time.sleep(0.5)
+
+    def test_slow_clients_do_not_delay_the_end(self):
+        self.half_open(b"GET / ")
+        self.half_open(b"GET /api/surfaces HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        self.addCleanup(serving.Live(self.server).close)
+        self.ends_soon()
+
+    def ends_a_plan(self, number):
+        line = self.server.connection()
+        self.addCleanup(line.close)
+        line.request("GET", serving.url("/api/plan", **PLAN, robot="quadruped", improving=100000, time_s=30))
+        time.sleep(1)
+        self.assertEqual(self.server.ask("/api/info")[0], 200)
+        self.ends_soon(number)
+        self.assertEqual(line.getresponse().status, 503)
+
+    def test_ctrl_c_ends_a_plan(self):
+        self.ends_a_plan(signal.SIGINT)
+
+    def test_sigterm_ends_a_plan(self):
+        self.ends_a_plan(signal.SIGTERM)
+
+    def test_too_many_clients(self):
+        idle = self.half_open(b"", 256)
+        status, refused = self.server.ask("/api/info")
+        self.assertEqual((status, refused["error"]), (503, "too many requests at once"))
+        idle[0].close()
+        while self.server.ask("/api/info")[0] != 200:
+            time.sleep(0.1)
+
+    def test_it_goes_on_after_it_had_no_descriptors(self):
+        resource.prlimit(self.server.process.pid, resource.RLIMIT_NOFILE, (64, 64))
+        lines = self.half_open(b"", 100)
+        time.sleep(0.5)
+        for line in lines:
+            line.close()
+        self.assertEqual(self.server.ask("/api/info")[0], 200)
 
 
 class Recording(unittest.TestCase):
@@ -371,116 +390,31 @@ class Recording(unittest.TestCase):
             self.assertGreater(min(counts.values()), 0, counts)
 
 
-def clear(server, body, headers=None, **more):
-    return server.ask("/api/clear", **{"method": "POST", **more}, body=body if isinstance(body, str) else json.dumps(body),
-                      headers={"Content-Type": "application/json", **(headers or {})})
-
-
-class WaitingMap:
-    """A server of the map of all of a recording's scans but the last, which is saved at the end."""
-
-    def __init__(self, folder, sensor, scene, scans):
-        self.folder, self.scans = pathlib.Path(folder), scans
-        command("simulate", scene, "--sensor", sensor, "-o", self.folder / "scans", "--frames", scans + 1)
-        poses = self.folder / "scans/poses.txt"
-        lines = [line.split() for line in poses.read_text().splitlines()]
-        for number, line in enumerate(lines):
-            line[0] = f"{0.5 * number:.6f}"  # s: a slow machine falls behind, but joins no scans
-        lines[-1][0] = f"{0.5 * scans + 55:.6f}"  # so long the map waits, a minute at most
-        poses.write_text("".join(" ".join(line) + "\n" for line in lines))
-
-    @contextlib.contextmanager
-    def served(self, test, name, *options):
-        server = serving.Server(COMMAND, f"{self.folder}/scans", "-o", f"{self.folder}/{name}", "--realtime",
-                                "--detection-budget", "0", "--resolution", "0.04", *options, verb="map", port="--serve")
-        try:
-            yield server
-        finally:
-            server.process.terminate()
-            test.assertIn(f"{self.scans} scans mapped and saved", server.process.communicate(timeout=60)[1])
-
-    def saved(self, name):
-        return pathlib.Path(self.folder, f"{name}.surfaces").read_bytes()
-
-
-class Clearing(unittest.TestCase):
-    BOX = [-6.5, -2, 0.3, -3.5, 1, 1.8]
-
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.map = WaitingMap(folder.name, "spinning", "office", 5)
-
-    @contextlib.contextmanager
-    def waiting(self, name, *options):
-        with self.map.served(self, name, *options) as server:
-            while server.ask("/api/info")[1]["revision"] < 5:
-                time.sleep(0.05)
-            yield server
-
-    def test_what_is_cleared_over_http_is_cleared_as_by_the_command(self):
-        with self.waiting("whole") as server:
-            self.assertEqual(clear(server, {"box": self.BOX})[0], 403)
-            before = server.ask("/api/surfaces")[1]["surfaces"]
-        said = command("clear", self.map.folder / "whole", "--box", *self.BOX, "-o", self.map.folder / "cleared")
-        with self.waiting("asked", "--allow-clear") as server:
-            self.refuses_all_else(server)
-            far = [*self.BOX[3:], *(x + 0.5 for x in self.BOX[3:])]
-            follower = serving.Live(server, f"?since=5&run={serving.Live(server).message()['run']}")
-            status, cleared = clear(server, {"box": self.BOX})
-            self.assertEqual(status, 200, cleared)
-            self.assertEqual(follower.message()["changes"]["gone"], cleared["gone"])
-            self.assertIn(f"{cleared['points']} points taken back; {len(cleared['gone'])} surfaces gone, "
-                          f"{len(cleared['smaller'])} smaller, {cleared['left']} left", said)
-            self.assertTrue(cleared["gone"] and cleared["smaller"] and cleared["revision"] == 6, cleared)
-            status, refused = server.ask("/api/surface", id=cleared["gone"][0])
-            self.assertEqual((status, refused["error"]), (404, f"surface {cleared['gone'][0]} went in revision 6"))
-            self.assertEqual(server.ask("/api/query/voxel", point=[sum(self.BOX[i::3]) / 2 for i in range(3)])[1]["state"], "unknown")
-            changes = server.ask("/api/changes", since=5, box=far)[1]
-            self.assertEqual(sorted(changes["changed"] + changes["outside"]), cleared["smaller"])
-            self.assertTrue(changes["outside"])
-            self.assertEqual({s["id"] for s in changes["now"]["surfaces"]}, set(changes["changed"]))
-            had = {s["id"] for s in before if touches(s, far)}
-            has = {s["id"] for s in server.ask("/api/surfaces")[1]["surfaces"] if touches(s, far)}
-            self.assertEqual((had - set(changes["gone"] + changes["outside"])) | set(changes["changed"]), has)
-        self.assertEqual(self.map.saved("asked"), self.map.saved("cleared"))
-
-    def refuses_all_else(self, server):
-        revision = server.ask("/api/info")[1]["revision"]
-        self.assertEqual(revision, 5)
-        for status, where, body, more in [
-                (403, "Origin", {"box": self.BOX}, {"headers": {"Origin": "http://rebound.example"}}),
-                (421, "Host", {"box": self.BOX}, {"headers": {"Host": "rebound.example:80"}}),
-                (415, "body", {"box": self.BOX}, {"headers": {"Content-Type": "text/plain"}}),
-                (405, "/api/clear", {"box": self.BOX}, {"method": "PUT"}), (405, "/api/clear", "", {"method": "GET"}),
-                (400, "body", "[1, 2]", {}), (400, "body", '{"box": ', {}), (400, "body", "[" * 4000, {}), (400, "box", {}, {}),
-                (400, "box", {"box": self.BOX, "cylinder": [0, 0, 0, 1, 1]}, {}), (400, "box", {"box": self.BOX[:5]}, {}),
-                (400, "box", {"box": ["a"] * 6}, {}), (400, "box", {"box": {"a": 1}}, {}), (400, "cylinder", {"cylinder": 1e9}, {}),
-                (400, "half_size", {"box": self.BOX[:3] * 2}, {}), (400, "colour", {"box": self.BOX, "colour": 1}, {}),
-                (400, "half_size", {"cylinder": [0, 0, 0, 1, -1]}, {}), (400, "free", {"box": self.BOX, "free": "yes"}, {}),
-                (413, "request", " " * 5000, {})]:
-            got, refused = clear(server, body, **more)
-            self.assertEqual((got, refused.get("where")), (status, where), (body, more, refused))
-        with server.half_open(b"POST /api/clear HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n\r\n") as line:
-            self.assertIn(b" 411 ", line.recv(4096))
-        self.assertEqual(server.ask("/api/info")[1]["revision"], revision)
-
-
 class WhileMapping(unittest.TestCase):
+    """A recording's last scan comes a minute after the others, so that the map waits; it is saved at the end."""
     SCANS = 40
 
     def test_what_is_told_adds_up_and_the_map_is_the_same(self):
         with tempfile.TemporaryDirectory() as folder:
-            growing = WaitingMap(folder, "spinning", "stairs", self.SCANS)
-            with growing.served(self, "served") as server:
-                stuck = [server.half_open(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n") for _ in range(3)]
-                stuck.append(serving.Live(server))
+            scans, served, alone = (pathlib.Path(folder, name) for name in ("scans", "served", "alone"))
+            command("simulate", "stairs", "--sensor", "spinning", "-o", scans, "--frames", self.SCANS + 1)
+            lines = [line.split() for line in (scans / "poses.txt").read_text().splitlines()]
+            for number, line in enumerate(lines):  # s: a slow machine falls behind, but joins no scans
+                line[0] = f"{0.5 * number + 55 * (number == self.SCANS):.6f}"
+            (scans / "poses.txt").write_text("".join(" ".join(line) + "\n" for line in lines))
+            server = serving.Server(COMMAND, str(scans), "-o", str(served), "--realtime", "--detection-budget", "0",
+                                    "--resolution", "0.04", verb="map", port="--serve")
+            stuck = [server.half_open(data) for data in (b"GET / ", b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")]
+            stuck.append(serving.Live(server))
+            try:
                 self.follow(server)
-                for line in stuck:
-                    line.close()
-            command("map", growing.folder / "scans", "-o", growing.folder / "alone", "--first", self.SCANS, "--resolution", "0.04")
-            self.assertEqual(growing.saved("alone"), growing.saved("served"))
+            finally:
+                server.process.terminate()
+                self.assertIn(f"{self.SCANS} scans mapped and saved", server.process.communicate(timeout=20)[1])
+            for line in stuck:
+                line.close()
+            command("map", scans, "-o", alone, "--first", self.SCANS, "--resolution", "0.04")
+            self.assertEqual(alone.with_suffix(".surfaces").read_bytes(), served.with_suffix(".surfaces").read_bytes())
 
     def follow(self, server):
         """By events, and by asking for what has changed, until the map waits: then the two meet at one revision."""

@@ -1,12 +1,15 @@
 """A running `octosurf serve`, and requests to it that no well-behaved client would send."""
 
 import base64
+import contextlib
 import gzip
 import http.client
 import json
 import os
+import pathlib
 import random
 import re
+import select
 import signal
 import socket
 import struct
@@ -14,22 +17,21 @@ import subprocess
 import urllib.parse
 
 QUESTIONS = {f"/api/query/{name}" for name in ("box", "sphere", "ray", "voxel", "nearest", "below", "foothold")} | {
-    "/api/regions", "/api/regions/all", "/api/surface", "/api/changes", "/api/clear", "/api/plan", "/live"}
+    "/api/regions", "/api/regions/all", "/api/surface", "/api/changes", "/api/plan", "/api/voxels", "/live"}
 
 
 class Server:
     """`with Server(command, "maps/office") as server:`; it has to end well on SIGTERM."""
 
-    def __init__(self, command, map_name, *options, verb="serve", port="--port", env=None):
-        self.process = subprocess.Popen(
-            [command, verb, map_name, port, "0", *options],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **(env or {})})
+    def __init__(self, command, map_name, *options, verb="serve", port="--port"):
+        self.process = subprocess.Popen([command, verb, map_name, port, "0", *options],
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         while not (line := self.process.stdout.readline()).startswith("serving") and line:
             pass
-        found = re.fullmatch(r"serving http://(\[?[\w.:]+?\]?):(\d+)/\n", line)
+        found = re.fullmatch(r"serving http://127\.0\.0\.1:(\d+)/\n", line)
         if not found:
             raise AssertionError(f"said {line!r} and {self.process.communicate()[1]!r}")
-        self.host, self.port = found[1].strip("[]"), int(found[2])
+        self.port = int(found[1])
 
     def __enter__(self):
         return self
@@ -41,14 +43,12 @@ class Server:
         assert self.process.returncode == 0, (self.process.returncode, out, err)
 
     def connection(self):
-        return http.client.HTTPConnection(self.host, self.port, timeout=60)
+        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
 
     def ask(self, path, method="GET", headers=None, body=None, **query):
         """Status and body; JSON is read. Lists are given with commas."""
-        if query:
-            path += "?" + urllib.parse.urlencode(in_url(query))
         line = self.connection()
-        line.request(method, path, body=body, headers=headers or {})
+        line.request(method, url(path, **query), body=body, headers=headers or {})
         reply = line.getresponse()
         content = reply.read()
         line.close()
@@ -58,27 +58,39 @@ class Server:
 
     def raw(self, data):
         """What comes back for these bytes; the connection may be reset."""
-        with socket.create_connection((self.host, self.port), timeout=60) as line:
+        with socket.create_connection(("127.0.0.1", self.port), timeout=60) as line:
             answer = b""
-            try:
+            with contextlib.suppress(OSError):
                 line.sendall(data)
                 line.shutdown(socket.SHUT_WR)
+            with contextlib.suppress(OSError):
                 while piece := line.recv(65536):
                     answer += piece
-            except OSError:
-                pass
             return answer
 
     def half_open(self, data):
         """A connection that has sent this and will send nothing more."""
-        line = socket.create_connection((self.host, self.port), timeout=60)
+        line = socket.create_connection(("127.0.0.1", self.port), timeout=60)
         line.sendall(data)
         return line
+
+    def most_memory_mb(self):
+        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(re.search(r"VmHWM:\s+(\d+) kB", status)[1]) / 1000
+
+
+def is_open(line):
+    """Whether the server has not closed this connection, on which it sends nothing."""
+    return not select.select([line], [], [], 0)[0]
 
 
 def in_url(query):
     """Lists with commas."""
     return {name: ",".join(map(repr, value)) if isinstance(value, list) else value for name, value in query.items()}
+
+
+def url(path, **query):
+    return path + ("?" + urllib.parse.urlencode(in_url(query)) if query else "")
 
 
 def block(packed):
@@ -91,9 +103,9 @@ def block(packed):
 class Live:
     """The events of /live."""
 
-    def __init__(self, server, query="", headers=None, path="/live"):
+    def __init__(self, server, query=""):
         self.line = server.connection()
-        self.line.request("GET", path + query, headers=headers or {})
+        self.line.request("GET", "/live" + query)
         self.reply = self.line.getresponse()
         self.status = self.reply.status
 

@@ -1,0 +1,87 @@
+#include "serve/live_view.hpp"
+
+#include "output_files.hpp"
+#include "run_observer.hpp"
+#include "serve/api.hpp"
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <string>
+#include <sys/resource.h>
+
+#include <octosurf/page.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+/// Of the calling thread, for good: what it does can wait, the next scan cannot.
+void yield_to_the_mapper() {
+  thread_local const int done = ::setpriority(PRIO_PROCESS, 0, 10);  // Linux: 0 is this thread
+  static_cast<void>(done);  // where it is not allowed, all have the same share
+}
+
+/// No two runs have the same, so that nobody takes one's revisions for the other's.
+std::string new_run() {
+  std::random_device random;
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%08x%08x", random(), random());
+  return text.data();
+}
+
+class LiveView : public RunObserver {
+ public:
+  explicit LiveView(RunState& run)
+      : mapper_(run.mapper),
+        name_(title_of(run.options.output)),
+        run_{new_run(),
+             [this] {
+               const std::lock_guard lock(tracking_);
+               return track_;
+             }},
+        up_(mapper_.map().parameters().up) {
+    run.mapper.share_octree();
+    server_.emplace(*run.options.serve_port, api_);
+    std::printf("serving %s\n", server_->url().c_str());
+    std::fflush(stdout);
+  }
+
+  void after(const InsertedScan& inserted) override {
+    const std::lock_guard lock(tracking_);
+    track_.add(inserted.scan.sensor, inserted.report.alignment.T_map_sensor);
+    track_.agreement = inserted.report.agreement.share();
+  }
+
+ private:
+  std::shared_ptr<const ServedMap> latest() {
+    yield_to_the_mapper();
+    const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
+    const std::lock_guard lock(making_);
+    if (!latest_ || latest_->asked.snapshot != snapshot)
+      latest_ =
+          std::make_shared<const ServedMap>(snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction,
+                                            PageOptions{}.max_mb, run_, latest_.get());
+    return latest_;
+  }
+
+  const Mapper& mapper_;
+  const std::string name_;
+  const ServedMap::Run run_;
+  const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
+  std::mutex making_;                        ///< of the latest
+  std::shared_ptr<const ServedMap> latest_;
+  std::mutex tracking_;  ///< of the track
+  io::SensorTrack track_;
+  Api api_{[this] { return latest(); }};
+  std::optional<HttpServer> server_;
+};
+
+}  // namespace
+
+std::unique_ptr<RunObserver> live_view(RunState& run) { return std::make_unique<LiveView>(run); }
+
+}  // namespace octosurf
