@@ -20,11 +20,10 @@ Checkpoints::Version Checkpoints::version() const {
   return std::pair(std::filesystem::file_size(file, failure), time);
 }
 
-void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept, io::PastKeeper& past) {
+void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept) {
   if (const Version now = version(); !force_ && now && now != known_)
     throw Error(Error::Kind::output, files_of_map(stem_).front(),
                 "was written by another since this run began", "move it elsewhere before this run ends");
-  past.begin();
   save_map(map, stem_, kept);
   known_ = version();
   scans_ = scans;
@@ -32,9 +31,8 @@ void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept,
   failing_ = false;
 }
 
-void Checkpoints::try_to_save(const Map& map, std::size_t scans, const KeptScans& kept,
-                              io::PastKeeper& past) try {
-  save(map, scans, kept, past);
+void Checkpoints::try_to_save(const Map& map, std::size_t scans, const KeptScans& kept) try {
+  save(map, scans, kept);
 } catch (const std::exception& error) {  // no space or no memory: the next one may succeed
   if (failing_) return;
   failing_ = true;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "io/map_file/past.hpp"
-
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -24,10 +22,10 @@ class Checkpoints {
   void start(double now_s) { tried_s_ = now_s; }
   bool due(double now_s) const { return period_s_ > 0 && now_s - tried_s_ >= period_s_; }
   /// Saves, or warns.
-  void try_to_save(const Map& map, std::size_t scans, const KeptScans& kept, io::PastKeeper& past);
+  void try_to_save(const Map& map, std::size_t scans, const KeptScans& kept);
   /// Saves, or throws what save_map() throws, or Error(output) for a map there that is not as this run knew
   /// it. `scans`: of this run, in the map.
-  void save(const Map& map, std::size_t scans, const KeptScans& kept, io::PastKeeper& past);
+  void save(const Map& map, std::size_t scans, const KeptScans& kept);
 
   bool any() const { return any_; }
   std::size_t scans() const { return scans_; }  ///< in the last complete one

@@ -1,5 +1,4 @@
 // `octosurf clear`: takes back what a map knows of a part of space.
-#include "map_past.hpp"
 #include "output_files.hpp"
 
 #include <CLI/CLI.hpp>
@@ -48,7 +47,7 @@ void run_clear(const ClearOptions& options) {
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   Mapper mapper(std::move(loaded.map), 1, paper_detector());
   const ScanReport report = mapper.clear(part_of(options), options.as_free);
-  save_session(mapper.map(), output, {options.map});
+  save_map(mapper.map(), output);
   std::printf("%s.surfaces: %zu points taken back; %zu surfaces gone, %zu smaller, %zu left\n",
               output.c_str(), report.vanished, report.gone.size(), report.shrunk.size(),
               mapper.snapshot()->surfaces.size());

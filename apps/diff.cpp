@@ -2,7 +2,6 @@
 #include "geometry/degrees.hpp"
 #include "io/text_file.hpp"
 #include "lineage.hpp"
-#include "map_past.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -27,7 +26,6 @@ constexpr const char* diff_description =
 Examples:
   octosurf diff maps/monday maps/tuesday
   octosurf diff maps/monday maps/tuesday --json
-  octosurf diff maps/office@2026-11-20 maps/office         one map as it was then and as it is
 )";
 
 struct DiffArguments {
@@ -110,7 +108,7 @@ void print(const MapChanges& changes, const Snapshot& before, const Snapshot& af
 }
 
 void run_diff(const DiffArguments& arguments) {
-  const LoadedMap first = load_map_at(arguments.before), second = load_map_at(arguments.after);
+  const LoadedMap first = load_map(arguments.before), second = load_map(arguments.after);
   for (const LoadedMap* loaded : {&first, &second})
     if (!loaded->warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded->warning.c_str());
   if (first.map.origin() != second.map.origin())
@@ -131,10 +129,16 @@ void run_diff(const DiffArguments& arguments) {
 void add_diff(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("diff", diff_description);
   const auto arguments = std::make_shared<DiffArguments>();
-  verb->add_option("before", arguments->before,
-                   "map: name without ending, as given to map -o; NAME@DATE: as it was then (see log)")
-      ->required();
-  verb->add_option("after", arguments->after, "one that goes on from it")->required();
+  verb->add_option("before", arguments->before, "map: name without ending, as given to map -o")->required();
+  verb->add_option("after", arguments->after, "another")->required();
+  verb->add_option("--by", arguments->by,
+                   "ids: which surface became which, if the second map continues the first; place: how much "
+                   "of each surface both maps have; auto: ids if possible")
+      ->check(CLI::IsMember({"auto", "ids", "place"}))
+      ->capture_default_str();
+  verb->add_option("--tolerance", arguments->tolerance,
+                   "m: --by place: largest distance between two surfaces of one place [twice the coarser d]")
+      ->check(more_than(0));
   verb->add_flag("--json", arguments->json, "print JSON");
   verb->callback([arguments] { run_diff(*arguments); });
 }

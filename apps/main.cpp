@@ -5,13 +5,11 @@
 
 namespace octosurf {
 
-void add_checkout(CLI::App& app);
 void add_clear(CLI::App& app);
 void add_diff(CLI::App& app);
 void add_explain(CLI::App& app);
 void add_export(CLI::App& app);
 void add_info(CLI::App& app);
-void add_log(CLI::App& app);
 void add_map(CLI::App& app);
 void add_plan(CLI::App& app);
 void add_query(CLI::App& app);
@@ -51,7 +49,5 @@ int main(int argc, char** argv) {
   octosurf::add_plan(app);
   octosurf::add_explain(app);
   octosurf::add_diff(app);
-  octosurf::add_log(app);
-  octosurf::add_checkout(app);
   return octosurf::run_command(app, argc, argv);
 }

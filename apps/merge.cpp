@@ -4,7 +4,6 @@
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/text_file.hpp"
-#include "map_past.hpp"
 #include "output_files.hpp"
 #include "surface_table.hpp"
 #include "surfaces/map_state.hpp"
@@ -109,7 +108,7 @@ class Merge {
       if (names_.size() > 2) print_step(mapper.map());
       steps.push_back(report_of(mapper.map(), second.map));
       if (at_ + 1 == names_.size()) {
-        save_session(mapper.map(), options_.output, options_.maps);
+        save_map(mapper.map(), options_.output);
         wall_s_ = std::chrono::duration<double>(Clock::now() - begin_).count();
         if (!options_.report.empty()) write_report(steps);
         if (names_.size() == 2) print_summary(mapper.map(), second.map);

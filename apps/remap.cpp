@@ -4,7 +4,6 @@
 #include "io/readers/pose_file.hpp"
 #include "io/readers/scan_list.hpp"
 #include "io/text_file.hpp"
-#include "map_past.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "progress.hpp"
@@ -191,7 +190,7 @@ class Remap {
   }
 
   void save(const Map& map, const Identities& identities) {
-    save_session(map, options_.output, {options_.map}, stamps_.back(), kept_);
+    save_map(map, options_.output, kept_);
     poses_log_.save(Saving::end);
     context_.wall_s = now_s();
     if (!options_.report.empty()) write_report(map, identities);

@@ -1,6 +1,4 @@
-#include "io/map_file/past.hpp"
 #include "io/new_file.hpp"
-#include "map_past.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "run_observers.hpp"
@@ -17,24 +15,46 @@
 namespace octosurf {
 namespace {
 
-/// The map, with its past: first the map, then its session, then the state before it is removed.
+/// `--serve`.
+class LiveView : public RunObserver {
+ public:
+  explicit LiveView(RunState& run)
+      : run_(run),
+        server_(run.mapper, title_of(run.options.output), place_of(run.options), run.options.allow_clear) {
+    std::printf("serving %s\n", server_.url().c_str());
+    std::fflush(stdout);
+  }
+  void after(const InsertedScan& inserted) override {
+    server_.add_pose(inserted.scan.sensor, inserted.report.alignment.T_map_sensor,
+                     inserted.report.agreement.share());
+  }
+  bool between_scans() override { return server_.clear_as_asked(run_.mapper); }
+  void save(Saving saving) override {
+    if (saving == Saving::end) server_.end_clearing();
+  }
+
+ private:
+  static HttpPlace place_of(const MapOptions& options) {
+    HttpPlace place;
+    place.port = *options.serve_port;
+    return place;
+  }
+
+  RunState& run_;
+  LiveServer server_;
+};
+
 class MapSaver : public RunObserver {
  public:
-  MapSaver(RunState& run, const ScanKeeper& keeper)
-      : run_(run), keeper_(keeper), past_(run.options.output, run.options.resume, &run.mapper.map()) {
-    for (const std::string& warning : past_.warnings()) run_.context.warn(warning);
-  }
+  MapSaver(RunState& run, const ScanKeeper& keeper) : run_(run), keeper_(keeper) {}
 
   void save(Saving saving) override {
     const Map& map = run_.mapper.map();
     if (saving == Saving::checkpoint)
-      return run_.checkpoints.try_to_save(map, run_.statistics.scans(), keeper_.kept(), past_);
+      return run_.checkpoints.try_to_save(map, run_.statistics.scans(), keeper_.kept());
     run_.saving_last = true;
     require_agreement();
-    run_.checkpoints.save(map, run_.statistics.scans(), keeper_.kept(), past_);
-    keep_session(past_, map, run_.last_stamp_s);
-    run_.sessions = past_.sessions().size();
-    if (run_.sessions > 0) run_.undo_bytes = past_.sessions().back().undo_bytes;
+    run_.checkpoints.save(map, run_.statistics.scans(), keeper_.kept());
     run_.written = {run_.options.output + ".surfaces", run_.options.output + ".bt"};
     for (const std::string& file :
          {keeper_.kept().folder.string(), run_.options.write_poses, run_.options.mcap, run_.options.report})
@@ -51,7 +71,6 @@ class MapSaver : public RunObserver {
 
   RunState& run_;
   const ScanKeeper& keeper_;
-  io::PastKeeper past_;
 };
 
 /// The report, the summary and the warnings of a run that is over.

@@ -34,8 +34,6 @@ struct RunState {
   bool saving_last = false;      ///< the last save has begun
   std::optional<double> last_stamp_s;  ///< of the scans that were inserted
   std::vector<std::string> written;    ///< files and folders, for the summary
-  std::size_t sessions = 0;            ///< of the map's past, with this one
-  std::uint64_t undo_bytes = 0;        ///< that this session added to the past
 
   double now_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
   /// Throws Error(data): the run is not worth saving, and nothing is written.

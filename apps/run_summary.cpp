@@ -64,9 +64,6 @@ void print_summary(const RunState& run) {
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", run.now_s(),
               statistics.scan_ms_percentile(0.5), statistics.scan_ms_percentile(0.95));
-  if (run.sessions > 1)
-    std::printf("%-12s session %zu, %llu bytes\n", "past", run.sessions,
-                static_cast<unsigned long long>(run.undo_bytes));
   std::printf("%-12s ", "written");
   for (std::size_t i = 0; i < run.written.size(); ++i)
     std::printf("%s%s", i == 0 ? "" : ", ", run.written[i].c_str());

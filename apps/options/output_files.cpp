@@ -61,13 +61,10 @@ void require_apart(const std::string& option, const std::string& output,
                    const std::vector<std::string>& others) {
   for (const std::string& other : others) {
     if (output.empty() || other.empty()) continue;
-    if (other.ends_with(".surfaces"))  // which stands for what is kept beside it
-      for (const char* const ending : {".past", ".before", ".lock"})
-        if (const std::string name = resolved(output).string(),
-            file = resolved(io::file_of_map(other, ending)).string();
-            name == file || name.starts_with(file + "-"))
-          throw Error(Error::Kind::usage, option + " " + output, "is kept with the map " + other,
-                      "give another name");
+    if (other.ends_with(".surfaces"))  // which stands for its lock
+      if (same_file(output, io::file_of_map(other, ".lock")))
+        throw Error(Error::Kind::usage, option + " " + output, "is kept with the map " + other,
+                    "give another name");
     if (same_file(output, other))
       throw Error(Error::Kind::usage, option + " " + output, "is the file " + other + " itself",
                   "give another name");

@@ -27,7 +27,7 @@ void require_writable(const std::string& file, bool force);
 std::string title_of(const std::string& stem);
 
 /// Throws Error(usage) if `output`, given with `option`, is one of `others`, or an existing file in one of
-/// them that is a folder. A map's .surfaces stands for its past and its lock, too. Empty names are ignored.
+/// them that is a folder. A map's .surfaces stands for its lock, too. Empty names are ignored.
 void require_apart(const std::string& option, const std::string& output,
                    const std::vector<std::string>& others);
 

@@ -46,10 +46,9 @@ TEST_F(Lock, AMapThatCameDuringARunStays) {
   for (const char* stem : {"m", "new"}) {
     const LoadedMap loaded = load_map(folder / "m");
     Checkpoints run((folder / stem).string(), 1, false);
-    io::PastKeeper past(folder / stem, {});
-    if (stem == std::string("m")) run.save(loaded.map, 1, {}, past);  // its own
+    if (stem == std::string("m")) run.save(loaded.map, 1, {});  // its own
     write(stem + std::string(".surfaces"), "of another");
-    EXPECT_THROW(run.save(loaded.map, 1, {}, past), Error) << stem;
+    EXPECT_THROW(run.save(loaded.map, 1, {}), Error) << stem;
     EXPECT_EQ(read(stem + std::string(".surfaces")), "of another");
     std::filesystem::copy_file(folder / "m.bt", folder / "new.bt",
                                std::filesystem::copy_options::skip_existing);
