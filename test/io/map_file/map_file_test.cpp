@@ -2,10 +2,13 @@
 #include "map_files.hpp"
 #include "support/invariants.hpp"
 #include "support/paths.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <gmock/gmock.h>
 #include <octomap/OcTree.h>
+#include <random>
 #include <set>
 #include <sstream>
 
@@ -311,6 +314,61 @@ TEST_F(MapFiles, AFileThatWasWrittenBeforeIsRead) {
   Mapper mapper(std::move(loaded.map));
   mapper.insert(changing_room(6)[3]);
   EXPECT_THAT(check_invariants(mapper.map()), IsEmpty()) << "after going on";
+}
+
+/// A floor, a wall, a pillar, and a table top that was carried off between two runs, as commit 0eb820e3 saved
+/// them, with the files of the past that it kept.
+TEST_F(MapFiles, AMapThatWasSavedWithAPastIsReadAndGoneOnWith) {
+  std::set<std::string> names;
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(test::paths::source()) / "test/io/map_file/released")) {
+    fs::copy_file(entry.path(), folder / entry.path().filename());
+    names.insert(entry.path().filename());
+  }
+  ASSERT_THAT(names, SizeIs(4));
+  for (const char* const name : {"m.past", "m.before"}) {  // of other times
+    write_file(folder / name, "whatever");
+    names.insert(name);
+  }
+  LoadedMap loaded = load_map(folder / "m");
+  EXPECT_EQ(loaded.warning, "");
+  EXPECT_THAT(check_invariants(loaded.map), IsEmpty());
+  const Map::Size size = loaded.map.size();
+  EXPECT_EQ(size.scans, 11U);
+  EXPECT_EQ(size.revision, 11U);
+  EXPECT_EQ(size.points, 2310U);
+  EXPECT_EQ(size.inliers, 2188U);
+  EXPECT_EQ(size.pending, 122U);
+  EXPECT_THAT(loaded.map.state().held, SizeIs(11));
+  EXPECT_EQ(loaded.scans.folder, folder / "m.scans");
+  EXPECT_THAT(loaded.scans.poses, SizeIs(11));
+  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+  ASSERT_THAT(snapshot->surfaces, SizeIs(2));
+  const Surface &floor = *snapshot->surfaces[0], &wall = *snapshot->surfaces[1];
+  EXPECT_EQ(floor.id, 1U);
+  EXPECT_EQ(floor.inliers, 1530U);
+  EXPECT_NEAR(floor.area_m2, 5.296549, 1e-6);
+  EXPECT_EQ(wall.id, 3U);
+  EXPECT_NEAR(wall.area_m2, 2.333531, 1e-6);
+  EXPECT_NEAR(wall.plane.offset, -1.199910, 1e-6);
+  ASSERT_THAT(snapshot->cylinders, SizeIs(1));
+  EXPECT_NEAR(snapshot->cylinders[0]->radius_m, 0.250662, 1e-6);
+  EXPECT_EQ(snapshot->cylinders[0]->inliers, 117U);
+  EXPECT_EQ(snapshot->removals.size(), 1U);
+  snapshot->removals.for_each_since(0, [](const Removal& table) { EXPECT_EQ(table.id, 2U); });
+
+  Scene scene;
+  scene.rectangle({-1.2, -1.2, 0}, {2.4, 0, 0}, {0, 2.4, 0});
+  std::mt19937_64 random = rng();
+  Mapper mapper(std::move(loaded.map));
+  mapper.insert(camera_scan(scene, look_at({-0.3, -0.5, 1}, {-0.3, -0.4, 0}), random));
+  EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
+  EXPECT_EQ(mapper.map().size().scans, 12U);
+  EXPECT_GE(mapper.snapshot()->find(1)->inliers, 1530U);
+  save_map(mapper.map(), folder / "m", loaded.scans);
+  EXPECT_EQ(difference(mapper.map(), load_map(folder / "m").map), "");
+  for (const auto& entry : fs::directory_iterator(folder))
+    EXPECT_THAT(names, ::testing::Contains(entry.path().filename()));
 }
 
 }  // namespace
