@@ -4,6 +4,7 @@
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "map_run.hpp"
+#include "open_map.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
 #include "run_observers.hpp"
@@ -61,7 +62,7 @@ scan and save; on other failures (disk full, out of memory) the error names the 
 
 --keep-scans DIR keeps each scan as a PCD, 12 bytes a pixel or point. remap rebuilds the map from them with
 corrected poses; map reads them like other scans. A map that is resumed and saved under its own name continues
-its folder. With another -o give --keep-scans a new folder, which starts with the earlier scans.
+its folder. With another -o give --keep-scans a copy of it (cp -al).
 
 Surfaces are found around what each scan has changed, cylinders in the points left. --detector paper uses PCL's
 parts and the paper's values instead, where no other is given: no cylinders, poses as they are.
@@ -98,8 +99,7 @@ void require_output(const MapOptions& options) {
 }
 
 bool goes_on_in_place(const MapOptions& options) {
-  return !options.resume.empty() &&
-         same_file(files_of_map(options.resume).front(), files_of_map(options.output).front());
+  return !options.resume.empty() && writes_over(options.resume, options.output);
 }
 
 /// Rejects outputs that equal each other or an input of the run, except the resumed map and its octree.
@@ -145,8 +145,10 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
   if (!options.resume.empty()) {
     LoadedMap loaded = load_map(options.resume);
     choice.require_same(loaded.map.parameters());
-    surfaces::state_of(loaded.map).parameters.up = choice.up_over(loaded.map.parameters());
-    if (goes_on_in_place(options) && !same_file(options.octree, files_of_map(options.output).back()))
+    loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
+    if (!options.octree.empty() && same_file(options.octree, files_of_map(options.resume).back()))
+      loaded.warning.clear();  // it is what the run takes over
+    else if (goes_on_in_place(options))
       io::set_aside_edited_octree(loaded, options.output);
     context.warn(loaded.warning);
     kept = std::move(loaded.scans);
@@ -161,16 +163,6 @@ void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
   KeptScans ignored;
   const Map start = start_of(options, choice, sort_inputs(options), context, ignored);
   std::fputs(list_parameters(start.parameters()).c_str(), stdout);
-}
-
-/// Where the scans of the run are kept.
-KeptScans folder_of_scans(const MapOptions& options, const Map& start, const KeptScans& before,
-                          RunContext& context) {
-  std::vector<std::string> warnings;
-  KeptScans kept =
-      choose_folder({options.keep_scans, goes_on_in_place(options), options.force}, start, before, warnings);
-  for (const std::string& warning : warnings) context.warn(warning);
-  return kept;
 }
 
 /// With the origin of a map that goes on.
@@ -205,7 +197,7 @@ void map_scans(MapOptions& options, const ParameterChoice& choice) {
   std::unique_ptr<ScanSource> source;
   if (!inputs.scans.empty()) source = open_scans(inputs.scans, source_options(options, inputs, start));
   if (source) start.set_origin(source->origin());
-  KeptScans kept = folder_of_scans(options, start, before, context);
+  KeptScans kept = choose_folder(options.keep_scans, goes_on_in_place(options), start, before, context);
   MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree, std::move(source));
 }

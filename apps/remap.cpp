@@ -1,9 +1,11 @@
 // `octosurf remap`: a map anew, from the scans it was built from and corrected poses.
+#include "geometry/interruption.hpp"
+#include "interrupt_guard.hpp"
 #include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
-#include "io/readers/pose_file.hpp"
-#include "io/readers/scan_list.hpp"
+#include "io/readers/recorded_scan.hpp"
 #include "io/text_file.hpp"
+#include "open_map.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "progress.hpp"
@@ -14,7 +16,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -49,10 +50,10 @@ The map must have been built with `octosurf map --keep-scans DIR`. Its parameter
 order, or a stamped trajectory that covers all of them, in the formats of map's --poses. Without --poses the map's
 own poses are used.
 
-A new surface keeps the id of an old one if the smaller of the two shares at least half of its readings with the
-other. Other surfaces get new ids, with the surface they came from as parent. Every surface counts as changed, and
+A new surface keeps the id of the old one with most of its readings, unless that has more in another. Other surfaces
+get new ids, with the surface they came from as parent. Every surface counts as changed, and
 the map's revision is raised by one. With -o the scans still belong to the old map: to continue the new one, give
-map --keep-scans a new folder.
+map --keep-scans a copy of the folder.
 )";
 
 struct RemapOptions {
@@ -66,18 +67,15 @@ class Remap {
  public:
   explicit Remap(const RemapOptions& options)
       : options_(options),
-        before_(load_map(options.map)),
+        before_(load_to_write(options.map, options.output)),
         statistics_(before_.map.parameters()),
         poses_log_(options.write_poses, options.force, before_.map.origin()) {
     context_.input = {options.map};
-    context_.warn(before_.warning);
+    if (!before_.warning.empty()) context_.warnings.push_back(before_.warning);
   }
 
   void run() {
     find_scans();
-    find_poses();
-    if (!options_.poses.empty())
-      for (Eigen::Isometry3d& pose : kept_.poses) pose.translation() -= before_.map.origin();
     const Parameters parameters = before_.map.parameters();
     Parameters as_given = parameters;
     as_given.alignment.enabled = false;  // these poses are corrected already
@@ -85,10 +83,10 @@ class Remap {
     insert_all(mapper);
     Map map = std::move(mapper).release();
     map.set_origin(before_.map.origin());
-    surfaces::state_of(map).parameters = parameters;
-    const Identities identities = identify(surfaces::state_of(map));
-    renumber(surfaces::state_of(map), identities);
-    save(map, identities);
+    map.state().parameters = parameters;
+    const Succeeded surfaces = renumber(map.state());
+    geometry::end_if_interrupted();
+    save(map, surfaces);
   }
 
  private:
@@ -101,56 +99,36 @@ class Remap {
     if (folder.empty() || scans == 0)
       throw Error(Error::Kind::usage, options_.map, "the scans it was built from are not kept",
                   "build it with octosurf map --keep-scans");
-    files_ = io::kept_scans(folder, scans);
-    for (const fs::path& file : files_) stamps_.push_back(*io::stamp_in_name(file));
-    kept_ = {folder, before_.scans.shared || !in_place(), {}};
+    if (!options_.poses.empty()) source_.poses = options_.poses;
+    list_ = io::list_scans(io::kept_scans(folder, scans), source_);
+    if (!list_.left_out.empty())
+      throw Error(Error::Kind::data, "", list_.left_out.front(), "give a trajectory that covers all scans");
+    for (const std::string& note : list_.notes) std::printf("%s\n", note.c_str());
+    const bool in_place = writes_over(options_.map, options_.output);
+    kept_ = {folder, before_.scans.shared || !in_place, {}};
   }
 
-  bool in_place() const {
-    return same_file(files_of_map(options_.map).front(), files_of_map(options_.output).front());
-  }
+  const std::vector<io::ListedScan>& scans() const { return list_.recordings.front().scans; }
 
-  /// Without new ones those of the old map.
-  void find_poses() {
-    if (options_.poses.empty()) {
-      kept_.poses = before_.scans.poses;
-      return;
-    }
-    const io::PoseFile file = io::read_poses(options_.poses);
-    if (!file.stamped || is_one_for_each(file)) {
-      if (file.poses.size() != files_.size())
-        throw Error(
-            Error::Kind::data, options_.poses,
-            std::to_string(file.poses.size()) + " poses for " + std::to_string(files_.size()) + " scans",
-            "give one pose per scan, in the order of the scans, or a stamped trajectory");
-      for (const io::FilePose& pose : file.poses) kept_.poses.push_back(io::rigid(pose.T, pose.where));
-      return;
-    }
-    const io::Trajectory trajectory = io::trajectory_of(file.poses);
-    const std::int64_t gap_ns = io::to_ns(io::largest_pose_gap_s);
-    for (std::size_t i = 0; i < files_.size(); ++i) {
-      if (!trajectory.covers(io::to_ns(stamps_[i]), gap_ns))
-        throw Error(Error::Kind::data, files_[i].string(), "no pose in " + options_.poses + " at its time",
-                    "give a trajectory that covers all scans");
-      kept_.poses.push_back(trajectory.at(io::to_ns(stamps_[i]), gap_ns));
-    }
-  }
-
-  /// One pose per scan, with equal times: no look-up by time is needed, and duplicate stamps do no harm.
-  bool is_one_for_each(const io::PoseFile& file) const {
-    constexpr double rounding_s = 1e-6;
-    return std::equal(file.poses.begin(), file.poses.end(), stamps_.begin(), stamps_.end(),
-                      [](const io::FilePose& pose, double stamp_s) {
-                        return std::fabs(*pose.stamp_s - stamp_s) <= rounding_s;
-                      });
+  /// At its new pose; without new ones that of the old map.
+  Scan read(std::size_t i) const {
+    Scan scan = io::read_posed(list_.recordings.front(), scans()[i], source_).scan;
+    scan.stamp_s = *scans()[i].stamp_s;
+    if (options_.poses.empty())
+      scan.T_map_sensor = before_.scans.poses[i];
+    else
+      scan.T_map_sensor.translation() -= before_.map.origin();
+    return scan;
   }
 
   void insert_all(Mapper& mapper) {
-    Progress progress(files_.size());
-    for (std::size_t i = 0; i < files_.size(); ++i) {
-      Scan scan = io::read_kept_scan(files_[i]);
-      scan.T_map_sensor = kept_.poses[i];
-      if (i > 0 && is_pause(stamps_[i - 1], scan.stamp_s)) drain(mapper);
+    Progress progress(scans().size());
+    std::optional<double> last_stamp_s;
+    for (std::size_t i = 0; i < scans().size(); ++i) {
+      const Scan scan = read(i);
+      kept_.poses.push_back(scan.T_map_sensor);
+      if (is_pause(last_stamp_s, scan.stamp_s)) drain(mapper);
+      last_stamp_s = scan.stamp_s;
       const double arrival_s = now_s();
       ScanReport report = mapper.insert(scan);
       const double done_s = now_s();
@@ -166,53 +144,50 @@ class Remap {
     statistics_.drain(mapper, [this] { return now_s(); });
   }
 
-  /// Which surfaces are which: by where readings, of each voxel that a scan ends in their mean, lie in both
-  /// maps.
-  Identities identify(const surfaces::MapState& after) const {
-    Succession succession(surfaces::state_of(before_.map), after);
+  /// Matches old and new surfaces by the readings they share: of each scan one in every voxel it ends in.
+  Succeeded renumber(surfaces::MapState& after) const {
+    Succession succession(before_.map.state());
     const geometry::VoxelGrid& grid = after.occupancy.grid();
     sensing::Downsampler by_voxel(grid);
     const double min_range = after.parameters.occupancy.min_range;
-    for (std::size_t i = 0; i < files_.size(); ++i) {
+    for (std::size_t i = 0; i < scans().size(); ++i) {
+      geometry::end_if_interrupted();
       const Eigen::Isometry3d& T_before = before_.scans.poses[i];
       const Eigen::Isometry3d T_now_before = kept_.poses[i] * T_before.inverse();
       const double unlimited = std::numeric_limits<double>::infinity();
-      for (const sensing::EndVoxel& end :
-           by_voxel(io::read_kept_scan(files_[i]), T_before, min_range, unlimited).ends) {
+      for (const sensing::EndVoxel& end : by_voxel(read(i), T_before, min_range, unlimited).ends) {
         geometry::VoxelKey now;
-        if (grid.key_of((T_now_before * end.centroid.cast<double>()).cast<float>(), now))
-          succession.add(end.key, now);
-        else
-          succession.add_lost(end.key);
+        const bool inside = grid.key_of((T_now_before * end.centroid.cast<double>()).cast<float>(), now);
+        succession.add(end.key, after, inside ? std::optional(now) : std::nullopt);
       }
     }
-    return succession.settle();
+    return succession.renumber(after);
   }
 
-  void save(const Map& map, const Identities& identities) {
+  void save(const Map& map, const Succeeded& surfaces) {
     save_map(map, options_.output, kept_);
     poses_log_.save(Saving::end);
     context_.wall_s = now_s();
-    if (!options_.report.empty()) write_report(map, identities);
-    print_summary(map, identities);
+    if (!options_.report.empty()) write_report(map, surfaces);
+    print_summary(map, surfaces);
   }
 
-  void write_report(const Map& map, const Identities& identities) const {
+  void write_report(const Map& map, const Succeeded& surfaces) const {
     auto report = nlohmann::ordered_json::parse(statistics_.to_json(map, context_));
-    report["remap"] = {{"kept", identities.kept}, {"new", identities.born}, {"gone", identities.gone}};
+    report["remap"] = {{"kept", surfaces.kept}, {"new", surfaces.born}, {"gone", surfaces.gone}};
     io::NewFile file(options_.report, options_.force);
     file.write([&](std::ostream& out) { out << report.dump(1) << '\n'; });
     file.commit();
   }
 
-  void print_summary(const Map& map, const Identities& identities) const {
-    const double scans = static_cast<double>(files_.size());
-    std::printf("%-12s %zu\n", "scans", files_.size());
+  void print_summary(const Map& map, const Succeeded& surfaces) const {
+    const std::size_t count = scans().size();
+    std::printf("%-12s %zu\n", "scans", count);
     std::printf("%-12s %zu: %zu as before, %zu new; %zu of those before are gone\n", "surfaces",
-                map.size().surfaces, identities.kept, identities.born, identities.gone.size());
+                map.size().surfaces, surfaces.kept, surfaces.born, surfaces.gone.size());
     std::printf("%-12s %zu of %zu points\n", "pending", map.size().pending, map.size().points);
     std::printf("%-12s %.1f s; %.1f ms a scan, of which mapping %.1f ms\n", "time", now_s(),
-                1e3 * now_s() / scans, statistics_.scan_ms_percentile(0.5));
+                1e3 * now_s() / static_cast<double>(count), statistics_.scan_ms_percentile(0.5));
     const std::vector<std::string> files = files_of_map(options_.output);
     std::printf("%-12s %s, %s", "written", files[0].c_str(), files[1].c_str());
     for (const std::string& file : {options_.write_poses, options_.report})
@@ -226,15 +201,15 @@ class Remap {
   RunStatistics statistics_;
   PoseLog poses_log_;
   RunContext context_;
-  KeptScans kept_;               // of the new map
-  std::vector<fs::path> files_;  // of its scans
-  std::vector<double> stamps_;   // of each
+  KeptScans kept_;  // of the new map
+  ScanSourceOptions source_;
+  io::ScanList list_;  // of one recording
 };
 
 /// Rejects outputs that cannot or must not be written, before any work is done.
 void probe_remap_outputs(const RemapOptions& options) {
   const std::vector<std::string> read = files_of_map(options.map), written = files_of_map(options.output);
-  const bool in_place = same_file(read.front(), written.front());
+  const bool in_place = writes_over(options.map, options.output);
   for (const auto& [option, file] :
        {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses)}) {
     require_apart(option, file, read);
@@ -251,6 +226,7 @@ void probe_remap_outputs(const RemapOptions& options) {
 void run_remap(RemapOptions& options) {
   if (options.output.empty()) options.output = options.map;
   probe_remap_outputs(options);
+  const InterruptGuard guard;
   const io::MapLock lock = lock_map(options.output);
   Remap(options).run();
 }

@@ -10,27 +10,6 @@
 #include <octosurf/error.hpp>
 
 namespace octosurf {
-namespace {
-
-namespace fs = std::filesystem;
-
-constexpr const char* keep_option = "--keep-scans ";
-
-/// The folder of a map that has no scan yet.
-KeptScans new_folder(const KeepingWish& wish, const Map& map) {
-  if (map.size().scans > 0)
-    throw Error(Error::Kind::usage, keep_option + wish.folder,
-                "the map has " + std::to_string(map.size().scans) + " scans that were not kept",
-                "map them anew with --keep-scans");
-  if (map.size().nodes > 0)
-    throw Error(Error::Kind::usage, keep_option + wish.folder,
-                "the map begins with an octree, which has no scans", "leave it out");
-  io::require_room_for_scans(wish.folder, wish.force);
-  return {wish.folder};
-}
-
-}  // namespace
-
 ScanKeeper::ScanKeeper(KeptScans kept) : kept_(std::move(kept)) {
   if (!kept_.folder.empty()) writer_ = std::make_unique<io::ScanWriter>(kept_.folder, kept_.poses.size());
 }
@@ -62,30 +41,32 @@ void ScanKeeper::save(Saving) {
   keep([&] { writer_->finish(); });
 }
 
-KeptScans choose_folder(const KeepingWish& wish, const Map& map, const KeptScans& before,
-                        std::vector<std::string>& warnings) {
-  if (before.folder.empty()) return wish.folder.empty() ? KeptScans{} : new_folder(wish, map);
-  const std::string there = before.folder.string();
-  if (!wish.folder.empty() && !same_file(wish.folder, there)) {
-    io::require_room_for_scans(wish.folder, wish.force);
-    io::copy_kept_scans(there, wish.folder, map.size().scans);
-    return {wish.folder, false, before.poses};
+KeptScans choose_folder(const std::string& wish, bool in_place, const Map& map, const KeptScans& before,
+                        RunContext& context) {
+  const Map::Size size = map.size();
+  const std::string option = "--keep-scans " + wish, there = before.folder.string();
+  const bool own = in_place && !before.shared;
+  if (!wish.empty()) {
+    if (before.folder.empty() && size.scans > 0)
+      throw Error(Error::Kind::usage, option,
+                  "the map has " + std::to_string(size.scans) + " scans that were not kept",
+                  "map them anew with --keep-scans");
+    if (size.scans == 0 && size.nodes > 0)
+      throw Error(Error::Kind::usage, option, "the map begins with an octree, which has no scans",
+                  "leave it out");
+    if (!own && !there.empty() && same_file(wish, there))
+      throw Error(Error::Kind::usage, option, "holds the scans of another map, too",
+                  "name a copy of it, as cp -al makes it of links");
+    if (size.scans == 0) io::require_room_for_scans(wish);
+    return {wish, false, before.poses};
   }
-  if (!wish.in_place || before.shared) {
-    if (!wish.folder.empty())
-      throw Error(Error::Kind::usage, keep_option + wish.folder, "holds the scans of another map, too",
-                  "name a new folder, which begins with its scans");
-    warnings.push_back(there +
-                       ": holds the scans up to here, not those that come now; --keep-scans NEW gives the " +
-                       "map a folder of its own");
-    return {};
-  }
+  if (there.empty()) return {};
   std::error_code ignored;
-  if (wish.folder.empty() && !fs::is_directory(before.folder, ignored)) {
-    warnings.push_back(there + ": the map's scans are not there; resuming without them");
-    return {};
-  }
-  return before;
+  if (own && std::filesystem::is_directory(there, ignored)) return before;
+  context.warn(there + (own ? ": the map's scans are not there; resuming without them"
+                            : ": holds the scans up to here, not those that come now; --keep-scans COPY "
+                              "goes on in a copy of it"));
+  return {};
 }
 
 }  // namespace octosurf

@@ -2,10 +2,10 @@
 
 #include "io/kept_scans.hpp"
 #include "run_observer.hpp"
+#include "run_statistics.hpp"
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include <octosurf/map.hpp>
 
@@ -37,19 +37,10 @@ class ScanKeeper : public RunObserver {
   std::unique_ptr<io::ScanWriter> writer_;
 };
 
-/// Where a run is to keep its scans.
-struct KeepingWish {
-  std::string folder;     ///< of --keep-scans, or empty
-  bool in_place = false;  ///< the map that is gone on with is the one that is written
-  bool force = false;
-};
-
-/// For a run that resumes `map`, whose scans are in `before`; what the user should know goes to
-/// `warnings`.
-/// 1. A resumed map keeps its folder by itself where it is written over. Written elsewhere, it would share it
-///    with the map it began as, so it gets one only by a wish, with links to what is there.
-/// 2. A map has either all its scans in a folder or none. Throws Error(usage) where a wish goes against it.
-KeptScans choose_folder(const KeepingWish& wish, const Map& map, const KeptScans& before,
-                        std::vector<std::string>& warnings);
+/// Where a run keeps its scans that begins with `map`, whose scans are in `before`. `wish`: --keep-scans, or
+/// empty. A map has either all its scans in a folder or none: only a map that is written over continues its
+/// folder by itself. Throws Error(usage) where a wish goes against it.
+KeptScans choose_folder(const std::string& wish, bool in_place, const Map& map, const KeptScans& before,
+                        RunContext& context);
 
 }  // namespace octosurf

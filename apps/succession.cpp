@@ -1,6 +1,8 @@
 #include "succession.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <set>
 #include <utility>
@@ -15,125 +17,100 @@ SurfaceId surface_at(const surfaces::MapState& map, geometry::VoxelKey key) {
   return voxel.point ? voxel.point->surface : 0;
 }
 
-void insert_parent(std::vector<SurfaceId>& parents, SurfaceId id) {
-  if (std::find(parents.begin(), parents.end(), id) == parents.end()) parents.push_back(id);
+/// By id in the rebuilt map, those that its surfaces or cylinders get. Advances `next`.
+template <class Store>
+std::map<std::uint32_t, std::uint32_t> ids_for(const Store& after, const Store& before,
+                                               const std::map<std::uint32_t, std::uint32_t>& keepers,
+                                               std::uint32_t& next) {
+  if (after.size() - keepers.size() > before.ids_left())
+    throw Error(Error::Kind::data, "remap", "the ids of surfaces run out", "start a new map");
+  next = before.next_id();
+  std::map<std::uint32_t, std::uint32_t> ids;
+  for (const auto& [id, one] : after) {
+    const auto keeper = keepers.find(id);
+    ids[id] = keeper != keepers.end() ? keeper->second : next++;
+  }
+  return ids;
 }
 
 }  // namespace
 
-void Succession::add(geometry::VoxelKey before, geometry::VoxelKey after) {
-  surfaces_.add(surface_at(before_, before), surface_at(after_, after));
-  cylinders_.add(before_.cylinders.owner(before), after_.cylinders.owner(after));
+void Succession::add(geometry::VoxelKey before, const surfaces::MapState& after,
+                     std::optional<geometry::VoxelKey> now) {
+  surfaces_.add(surface_at(before_, before), now ? surface_at(after, *now) : 0);
+  cylinders_.add(before_.cylinders.owner(before), now ? after.cylinders.owner(*now) : 0);
 }
 
-void Succession::add_lost(geometry::VoxelKey before) {
-  surfaces_.add(surface_at(before_, before), 0);
-  cylinders_.add(before_.cylinders.owner(before), 0);
-}
+Succeeded Succession::renumber(surfaces::MapState& after) const {
+  const std::uint64_t revision = before_.revision + 1;
+  const auto keepers = surfaces_.keepers(), origins = surfaces_.origins();
+  SurfaceId next = 0;
+  CylinderId next_cylinder = 0;
+  const auto ids = ids_for(after.surfaces, before_.surfaces, keepers, next);
+  const auto cylinder_ids = ids_for(after.cylinders, before_.cylinders, cylinders_.keepers(), next_cylinder);
+  Succeeded result{keepers.size(), after.surfaces.size() - keepers.size(), {}};
 
-Identities Succession::settle() const {
-  Identities identities;
-  identities.revision = before_.revision + 1;
-  identities.next_surface = before_.surfaces.next_id();
-  identities.next_cylinder = before_.cylinders.next_id();
-  const std::map<SurfaceId, SurfaceId> same_surfaces = surfaces_.pairs(), same_cylinders = cylinders_.pairs();
-  if (after_.surfaces.size() - same_surfaces.size() > before_.surfaces.ids_left() ||
-      after_.cylinders.size() - same_cylinders.size() > before_.cylinders.ids_left())
-    throw Error(Error::Kind::data, "remap", "the ids of surfaces run out", "start a new map");
-  for (const auto& [id, surface] : after_.surfaces) {
-    const auto same = same_surfaces.find(id);
-    identities.surfaces[id] = same != same_surfaces.end() ? same->second : identities.next_surface++;
+  std::map<SurfaceId, std::vector<SurfaceId>> merged;  // by id in the rebuilt map
+  std::vector<Removal> removals;
+  std::set<SurfaceId> used;
+  for (const auto& [id, now] : ids) used.insert(now);
+  for (const auto& [id, surface] : before_.surfaces) {
+    if (used.contains(id)) continue;
+    const auto shares = surfaces_.before().find(id);
+    const SurfaceId into = shares != surfaces_.before().end() ? shares->second.most() : 0;
+    if (into != 0) merged[into].push_back(id);
+    result.gone.push_back(id);
+    removals.push_back(
+        {Removal::Of::surface, id, into != 0 ? ids.at(into) : 0, surface.born, revision, surface.parents()});
   }
-  for (const auto& [id, cylinder] : after_.cylinders) {
-    const auto same = same_cylinders.find(id);
-    identities.cylinders[id] = same != same_cylinders.end() ? same->second : identities.next_cylinder++;
-  }
-  identities.kept = same_surfaces.size();
-  identities.born = after_.surfaces.size() - same_surfaces.size();
-  for (const auto& [id, cylinder] : after_.cylinders) {
-    const CylinderId now = identities.cylinders.at(id);
-    const surfaces::CylinderModel* same = before_.cylinders.find(now);
-    identities.cylinders_born[now] = same != nullptr ? same->born : identities.revision;
-  }
-  settle_parents(identities);
-  settle_removals(identities);
-  return identities;
-}
 
-void Succession::settle_parents(Identities& identities) const {
-  std::set<SurfaceId> living;
-  for (const auto& [after, id] : identities.surfaces) {
-    living.insert(id);
-    const surfaces::SurfaceModel* same = before_.surfaces.find(id);
-    identities.parents[id] = same != nullptr ? same->parents() : std::vector<SurfaceId>{};
-    identities.surfaces_born[id] = same != nullptr ? same->born : identities.revision;
-  }
-  for (const auto& [id, surface] : before_.surfaces)
-    if (!living.contains(id)) identities.gone.push_back(id);
-  for (const auto& [before, shares] : surfaces_.before())
-    for (const auto& [after, readings] : shares.with) {
-      const SurfaceId id = identities.surfaces.at(after);
-      const bool born = before_.surfaces.find(id) == nullptr;
-      const bool merged = !living.contains(before) && 2 * readings >= shares.all;
-      const bool split = born && 2 * readings >= surfaces_.after(after);
-      if (merged || split) insert_parent(identities.parents[id], before);
-      if (merged) identities.merged.try_emplace(before, id);
-    }
-}
-
-void Succession::settle_removals(Identities& identities) const {
-  std::vector<Removal> gone;
-  for (const SurfaceId id : identities.gone) {
-    const surfaces::SurfaceModel& surface = *before_.surfaces.find(id);
-    const auto into = identities.merged.find(id);
-    gone.push_back({Removal::Of::surface, id, into != identities.merged.end() ? into->second : 0,
-                    surface.born, identities.revision, surface.parents()});
-  }
-  for (const auto& [id, cylinder] : before_.cylinders)
-    if (!identities.cylinders_born.contains(id))
-      gone.push_back({Removal::Of::cylinder, id, 0, cylinder.born, identities.revision, {}});
-  identities.removals = before_.removals.with(gone);
-}
-
-void renumber(surfaces::MapState& state, const Identities& identities) {
-  surfaces::SurfaceStore surfaces(state.parameters.occupancy.resolution);
-  surfaces.set_erosion_tolerance(state.parameters.surface_tolerance());
-  const std::shared_ptr<const Snapshot> published = state.snapshot.read();
-  for (const auto& [id, surface] : state.surfaces) {
+  surfaces::SurfaceStore surfaces(after.parameters.occupancy.resolution, after.pages().get());
+  surfaces.set_erosion_tolerance(after.parameters.surface_tolerance());
+  const std::shared_ptr<const Snapshot> published = after.snapshot.read();
+  for (const auto& [id, surface] : after.surfaces) {
     surfaces::SurfaceModel::State renamed = surface.state(published.get());
-    renamed.id = identities.surfaces.at(id);
-    renamed.parents = identities.parents.at(renamed.id);
-    renamed.born = identities.surfaces_born.at(renamed.id);
-    renamed.revision = identities.revision;
+    renamed.id = ids.at(id);
+    const surfaces::SurfaceModel* same = before_.surfaces.find(renamed.id);
+    renamed.parents = same != nullptr ? same->parents() : std::vector<SurfaceId>{};
+    if (const auto origin = origins.find(id); same == nullptr && origin != origins.end())
+      renamed.parents.push_back(origin->second);
+    for (const SurfaceId parent : merged[id])
+      if (std::find(renamed.parents.begin(), renamed.parents.end(), parent) == renamed.parents.end())
+        renamed.parents.push_back(parent);
+    renamed.born = same != nullptr ? same->born : revision;
+    renamed.revision = revision;
     surfaces.restore(renamed);
   }
-  surfaces.set_next_id(identities.next_surface);
+  surfaces.set_next_id(next);
 
   surfaces::CylinderStore cylinders;
-  for (const auto& [id, cylinder] : state.cylinders) {
+  for (const auto& [id, cylinder] : after.cylinders) {
     surfaces::CylinderModel renamed = cylinder;
-    renamed.id = identities.cylinders.at(id);
-    renamed.born = identities.cylinders_born.at(renamed.id);
-    renamed.revision = identities.revision;
+    renamed.id = cylinder_ids.at(id);
+    const surfaces::CylinderModel* same = before_.cylinders.find(renamed.id);
+    renamed.born = same != nullptr ? same->born : revision;
+    renamed.revision = revision;
     renamed.published.reset();
     cylinders.restore(std::move(renamed));
   }
-  cylinders.set_next_id(identities.next_cylinder);
+  cylinders.set_next_id(next_cylinder);
+  for (const auto& [id, cylinder] : before_.cylinders)
+    if (cylinders.find(id) == nullptr)
+      removals.push_back({Removal::Of::cylinder, id, 0, cylinder.born, revision, {}});
 
-  state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
-    if (p.surface != 0) state.occupancy.assign(p, identities.surfaces.at(p.surface));
+  after.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
+    if (p.surface != 0) after.occupancy.assign(p, ids.at(p.surface));
   });
-  state.surfaces = std::move(surfaces);
-  state.cylinders = std::move(cylinders);
-  state.removals = identities.removals;
-  state.revision = identities.revision;
-  auto snapshot =
-      std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
-  for (const auto& [id, surface] : state.surfaces)
-    snapshot->surfaces.push_back(surface.publish(state.revision));
-  snapshot->cylinders = state.cylinders.publish(state.revision);
-  snapshot->removals = state.removals;
-  state.snapshot.store(std::move(snapshot));
+  after.surfaces = std::move(surfaces);
+  after.cylinders = std::move(cylinders);
+  after.removals = before_.removals.with(removals);
+  after.revision = revision;
+  auto snapshot = std::make_shared<Snapshot>(Snapshot{revision, after.parameters.occupancy.resolution, {}});
+  for (const auto& [id, surface] : after.surfaces) snapshot->surfaces.push_back(surface.publish(revision));
+  snapshot->cylinders = after.cylinders.publish(revision);
+  snapshot->removals = after.removals;
+  after.snapshot.store(std::move(snapshot));
+  return result;
 }
 
 }  // namespace octosurf

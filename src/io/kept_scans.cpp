@@ -1,7 +1,6 @@
 #include "io/kept_scans.hpp"
 
 #include "io/new_file.hpp"
-#include "io/readers/cloud_file.hpp"
 #include "io/readers/scan_list.hpp"
 #include "io/text_file.hpp"
 
@@ -69,7 +68,7 @@ std::multimap<std::uint64_t, fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Creates the folder, or removes its scans from number `scans` on, and what killed runs left of others.
+/// Creates the folder, or removes what killed runs left in it: scans from number `scans` on, and parts.
 void make_folder(const fs::path& folder, std::uint64_t scans) {
   std::error_code failure;
   fs::create_directories(folder, failure);
@@ -110,40 +109,17 @@ std::vector<fs::path> kept_scans(const fs::path& folder, std::uint64_t scans) {
       throw Error(
           Error::Kind::data, (folder / (numbered(i) + "*.pcd")).string(),
           "is missing: the map has " + std::to_string(scans) + " scans, and the folder not all of them",
-          "name the map's own folder of scans");
+          "name the map's own folder of scans, or copy them there");
     files.push_back(at->second);
   }
   return files;
 }
 
-Scan read_kept_scan(const fs::path& file) {
-  Cloud cloud = read_pcd(file);
-  Scan scan;
-  scan.points = std::move(cloud.points);
-  scan.T_map_sensor = cloud.T_map_sensor;
-  scan.stamp_s = stamp_in_name(file).value_or(0);
-  scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
-  scan.name = file.string();
-  return scan;
-}
-
-void require_room_for_scans(const fs::path& folder, bool force) {
+void require_room_for_scans(const fs::path& folder) {
   std::error_code ignored;
-  const fs::file_status there = fs::status(folder, ignored);
-  if (!fs::exists(there)) return;
-  if (!fs::is_directory(there))
-    throw Error(Error::Kind::output, folder.string(), "is not a folder", "name a folder for the scans");
-  const auto is_kept = [](const fs::directory_entry& entry) {
-    return number_of(entry.path()) || !whole_of_part(entry.path()).empty();
-  };
-  const fs::directory_iterator begin(folder, ignored), end;
-  if (begin == end) return;
-  if (!std::all_of(fs::directory_iterator(folder, ignored), end, is_kept))
-    throw Error(Error::Kind::usage, folder.string(), "holds other things than kept scans",
-                "name a folder of their own for the scans");
-  if (!force)
-    throw Error(Error::Kind::usage, folder.string(), "holds kept scans already",
-                "--force replaces them, --resume resumes their map");
+  if (!fs::exists(folder, ignored) || (fs::is_directory(folder, ignored) && fs::is_empty(folder, ignored)))
+    return;
+  throw Error(Error::Kind::usage, folder.string(), "is not an empty folder", "name a new one for the scans");
 }
 
 ScanWriter::ScanWriter(fs::path folder, std::uint64_t scans) : folder_(std::move(folder)), next_(scans) {
@@ -174,18 +150,6 @@ void ScanWriter::finish() {
   if (!writing_.valid()) return;
   writing_.get();
   sync_folder(folder_ / "any");
-}
-
-void copy_kept_scans(const fs::path& from, const fs::path& folder, std::uint64_t scans) {
-  const std::vector<fs::path> files = kept_scans(from, scans);
-  make_folder(folder, 0);
-  for (const fs::path& file : files) {
-    const fs::path to = folder / file.filename();
-    std::error_code failure;
-    fs::create_hard_link(file, to, failure);
-    if (failure) fs::copy_file(file, to, failure);
-    if (failure) fail_writing(to, "cannot be made", failure);
-  }
 }
 
 }  // namespace octosurf::io

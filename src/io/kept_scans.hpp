@@ -9,22 +9,18 @@
 
 namespace octosurf::io {
 
-// The scans that a map was built from, as `octosurf map --keep-scans` keeps them: a folder with a binary PCD
-// of each, `NNNNNN_STAMP.pcd`: its number as the map counts scans, from 0, and its time stamp, s. VIEWPOINT
-// is the pose with which it was mapped; points are the scan's, in its order, so that its noise can be
-// estimated again. A depth camera's points form one column, a lidar's one row, because readers take organised
-// clouds for a camera's (scan_source.hpp). A map of n scans owns the first n. Later files come from a run
-// that was killed before it saved: they are ignored, and replaced when the map is resumed.
+// The scans that a map was built from, as `octosurf map --keep-scans` keeps them: a folder of PCDs like any
+// other, `NNNNNN_STAMP.pcd`: the scan's number as the map counts scans, from 0, and its time stamp, s.
+// VIEWPOINT is the pose with which it was mapped; points are the scan's, in its order, so that its noise can
+// be estimated again. A depth camera's points form one column, a lidar's one row, because readers take
+// organised clouds for a camera's (scan_source.hpp). A map of n scans owns the first n. Later files come from
+// a run that was killed before it saved: they are ignored, and replaced when the map is resumed.
 
 /// The files of the first `scans` scans. Throws Error(data) with the number of the first that is missing.
 std::vector<std::filesystem::path> kept_scans(const std::filesystem::path& folder, std::uint64_t scans);
 
-/// Throws Error(data) for a damaged file.
-Scan read_kept_scan(const std::filesystem::path& file);
-
-/// Throws Error(usage) unless scans can be kept in `folder` from the first on: it is not there, or is a
-/// folder that is empty or, with `force`, holds kept scans alone; Error(output) if it is no folder.
-void require_room_for_scans(const std::filesystem::path& folder, bool force);
+/// Throws Error(usage) unless `folder` is not there, or is an empty folder.
+void require_room_for_scans(const std::filesystem::path& folder);
 
 /// Writes scans beside the mapping: while a file is being written the next scan can be mapped.
 class ScanWriter {
@@ -47,10 +43,5 @@ class ScanWriter {
   std::uint64_t next_;
   std::future<void> writing_;
 };
-
-/// Begins `folder` with the first `scans` scans of another, which it shares with it where the file system has
-/// links. Throws Error(output), Error(data).
-void copy_kept_scans(const std::filesystem::path& from, const std::filesystem::path& folder,
-                     std::uint64_t scans);
 
 }  // namespace octosurf::io

@@ -436,7 +436,7 @@ TEST_F(MapRun, AnEditedOctreeIsTakenOverOrKept) {
   EXPECT_TRUE(read("m.edited.bt") == read("wider.bt"));
   EXPECT_EQ(info("m").at("points"), 400);
   write("m.bt", read("wider.bt"));
-  run_well("map --resume m --octree m.bt");
+  EXPECT_THAT(run_well("map --resume m --octree m.bt").errors, ::testing::IsEmpty());
   EXPECT_EQ(info("m").at("largest").at(0).at("id"), before.at("id"));
   EXPECT_EQ(info("m").at("points"), 600);
   EXPECT_FALSE(exists("m.edited-2.bt"));

@@ -195,9 +195,14 @@ TEST_F(Remap, AMapGoesOnWithItsScans) {
   run_well("map floor -o m --keep-scans m.scans --first 3");
   const Outcome fork = run_well("map floor --resume m -o fork --skip 3");
   ASSERT_EQ(fork.errors.size(), 1U);
-  EXPECT_THAT(fork.errors[0], HasSubstr("--keep-scans NEW"));
+  EXPECT_THAT(fork.errors[0], HasSubstr("--keep-scans COPY"));
   EXPECT_TRUE(load_map(folder / "fork").scans.folder.empty());
   EXPECT_EQ(files_in("m.scans"), 3U);
+  EXPECT_THAT(error_of("map floor --resume m -o own --keep-scans own.scans --skip 3", 1),
+              HasSubstr("000000"));
+  EXPECT_THAT(error_of("map floor --resume m -o own --keep-scans m.scans --skip 3", 2),
+              HasSubstr("another map"));
+  fs::copy(folder / "m.scans", folder / "own.scans");
   run_well("map floor --resume m -o own --keep-scans own.scans --skip 3");
   same_scans("own.scans", "whole.scans", 6);
   EXPECT_EQ(files_in("own.scans"), 6U);
@@ -222,6 +227,7 @@ TEST_F(Remap, ARemappedMapDoesNotWriteIntoTheOthersFolder) {
   EXPECT_THAT(error_of("map floor --resume n --keep-scans kept", 2), HasSubstr("another map"));
   EXPECT_EQ(run_well("map floor --resume n -o o").errors.size(), 1U);
   EXPECT_EQ(files_in("kept"), 6U);
+  fs::copy(folder / "kept", folder / "n.scans");
   run_well("map floor --resume n --keep-scans n.scans");
   EXPECT_EQ(files_in("n.scans"), 12U);
 }
@@ -236,7 +242,7 @@ TEST_F(Remap, WhatCannotBeDoneIsSaid) {
   EXPECT_THAT(error_of("map floor -o n --keep-scans floor", 2), HasSubstr("--keep-scans"));
   EXPECT_THAT(error_of("map plain.bt -o n --keep-scans s", 2), HasSubstr("octree"));
   run_well("map floor -o m --keep-scans kept");
-  EXPECT_THAT(error_of("map floor -o n --keep-scans kept", 2), HasSubstr("kept scans already"));
+  EXPECT_THAT(error_of("map floor -o n --keep-scans kept", 2), HasSubstr("not an empty folder"));
   EXPECT_THAT(error_of("remap m -o plain", 2), HasSubstr("exists already"));
   EXPECT_THAT(error_of("remap m --report m.bt", 2), HasSubstr("--report"));
   write("five.txt", "0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n");

@@ -2,6 +2,7 @@
 #include "io/kept_scans.hpp"
 
 #include "io/map_file/map_files.hpp"
+#include "io/readers/recorded_scan.hpp"
 #include "support/random_scans.hpp"
 #include "support/scene.hpp"
 
@@ -48,6 +49,15 @@ class KeptScansTest : public MapFiles {
   }
 };
 
+/// As its file alone has it, before the readings of a recording say what its sensor is.
+Scan scan_in(const fs::path& file) {
+  const io::ScanList list = io::list_scans({file}, {});
+  const io::ListedScan& listed = list.recordings.front().scans.front();
+  Scan scan = io::read_posed(list.recordings.front(), listed, {}).scan;
+  scan.stamp_s = *listed.stamp_s;
+  return scan;
+}
+
 void expect_same(const Scan& given, const Scan& read) {
   EXPECT_EQ(read.sensor, given.sensor);
   EXPECT_EQ(read.stamp_s, given.stamp_s);
@@ -67,7 +77,7 @@ TEST_F(KeptScansTest, AScanComesBackToTheBit) {
   EXPECT_EQ(files[1].filename(), "000001_1305031102.160407.pcd");
   const auto others = open_scans(files);  // as any other clouds
   for (std::size_t i = 0; i < given.size(); ++i) {
-    expect_same(given[i], io::read_kept_scan(files[i]));
+    expect_same(given[i], scan_in(files[i]));
     Scan read = others->next().value();
     read.stamp_s = given[i].stamp_s;                   // goes back in time here
     EXPECT_EQ(read.sensor, SensorKind::depth_camera);  // by their rays, whatever was stated
@@ -82,7 +92,6 @@ TEST_F(KeptScansTest, WhatAKilledRunLeftIsNoScanAndGoes) {
   const fs::path left = folder / "scans" / "000003_100.3.pcd.part-0123456789abcdef";
   fs::copy_file(io::kept_scans(folder / "scans", 3).back(), left);
   EXPECT_EQ(open_scans({folder / "scans"})->size(), 3U);
-  EXPECT_NO_THROW(io::require_room_for_scans(folder / "scans", true));
   keep({}, 3);
   EXPECT_FALSE(fs::exists(left));
 }
@@ -92,7 +101,7 @@ TEST_F(KeptScansTest, OneWithoutReadingsIsKeptToo) {
     Scan empty;
     empty.sensor = sensor;
     keep({empty});
-    const Scan read = io::read_kept_scan(io::kept_scans(folder / "scans", 1).front());
+    const Scan read = scan_in(io::kept_scans(folder / "scans", 1).front());
     EXPECT_EQ(read.sensor, sensor);
     for (const Eigen::Vector3f& point : read.points) EXPECT_FALSE(point.allFinite());
   }
@@ -122,33 +131,20 @@ TEST_F(KeptScansTest, GoingOnReplacesWhatWasLeftBehind) {
   write_file(folder / "scans/000004_1.6.pcd", "likewise");
   keep({scans.begin() + 3, scans.begin() + 4}, 3);
   const std::vector<fs::path> files = io::kept_scans(folder / "scans", 4);
-  expect_same(scans[3], io::read_kept_scan(files[3]));
+  expect_same(scans[3], scan_in(files[3]));
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "scans"), {}), 4);
   EXPECT_THAT(failure(Error::Kind::data, [&] { io::kept_scans(folder / "scans", 5); }), HasSubstr("000004"));
   EXPECT_THAT(failure(Error::Kind::data, [&] { io::ScanWriter(folder / "scans", 5); }), HasSubstr("000004"));
-
-  fs::create_directory(folder / "copy");
-  write_file(folder / "copy/000000_9.5.pcd", "of another map");
-  io::copy_kept_scans(folder / "scans", folder / "copy", 2);
-  const std::vector<fs::path> copies = io::kept_scans(folder / "copy", 2);
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(read_file(copies[i]), read_file(files[i]));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "copy"), {}), 2);
 }
 
 TEST_F(KeptScansTest, NeedAFolderOfTheirOwn) {
-  EXPECT_NO_THROW(io::require_room_for_scans(folder / "none", false));
+  EXPECT_NO_THROW(io::require_room_for_scans(folder / "none"));
   fs::create_directory(folder / "some");
-  EXPECT_NO_THROW(io::require_room_for_scans(folder / "some", false));
+  EXPECT_NO_THROW(io::require_room_for_scans(folder / "some"));
   write_file(folder / "some/000000_0.0.pcd", "");
-  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::require_room_for_scans(folder / "some", false); }),
-              HasSubstr("--force"));
-  EXPECT_NO_THROW(io::require_room_for_scans(folder / "some", true));
-  write_file(folder / "some/scan.pcd", "");
-  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::require_room_for_scans(folder / "some", true); }),
-              HasSubstr("other things"));
-  EXPECT_THAT(
-      failure(Error::Kind::output, [&] { io::require_room_for_scans(folder / "some/scan.pcd", true); }),
-      HasSubstr("not a folder"));
+  for (const char* const name : {"some", "some/000000_0.0.pcd"})
+    EXPECT_THAT(failure(Error::Kind::usage, [&] { io::require_room_for_scans(folder / name); }),
+                HasSubstr("not an empty folder"));
 }
 
 /// What a map file says of its scans, and that one without says nothing.

@@ -48,27 +48,21 @@ std::vector<Scan> strips(const std::vector<double>& heights, std::mt19937_64 ran
   return scans;
 }
 
-/// Every finite reading of the same scans, at the poses of either map.
-Identities identities_of(const Mapped& before, const Mapped& after) {
-  Succession succession(surfaces::state_of(before.map), surfaces::state_of(after.map));
-  const geometry::VoxelGrid& grid = surfaces::state_of(after.map).occupancy.grid();
+/// Gives `after` the ids of `before`, by every finite reading of the same scans.
+Succeeded renumbered(const Mapped& before, Mapped& after) {
+  Succession succession(before.map.state());
+  const geometry::VoxelGrid& grid = after.map.state().occupancy.grid();
   for (std::size_t i = 0; i < before.scans.size(); ++i)
     for (const Eigen::Vector3f& p : before.scans[i].points) {
       geometry::VoxelKey old_key, new_key;
       if (!p.allFinite()) continue;
       if (grid.key_of((before.scans[i].T_map_sensor * p.cast<double>()).cast<float>(), old_key) &&
           grid.key_of((after.scans[i].T_map_sensor * p.cast<double>()).cast<float>(), new_key))
-        succession.add(old_key, new_key);
+        succession.add(old_key, after.map.state(), new_key);
     }
-  return succession.settle();
-}
-
-/// What the ids in `after` become, which it has then.
-Identities renumbered(const Mapped& before, Mapped& after) {
-  Identities identities = identities_of(before, after);
-  renumber(surfaces::state_of(after.map), identities);
+  const Succeeded succeeded = succession.renumber(after.map.state());
   EXPECT_THAT(check_invariants(after.map), IsEmpty());
-  return identities;
+  return succeeded;
 }
 
 std::vector<SurfaceId> ids_of(const Map& map) {
@@ -87,10 +81,10 @@ TEST(Succession, SurfacesThatAreTheSameKeepTheirIdsWhateverTheyAreCalledNow) {
   const Mapped before{map_of(scans, 100), scans};
   Mapped after{map_of(scans, 7), scans};
   ASSERT_EQ(ids_of(before.map).size(), 4U);
-  const Identities identities = renumbered(before, after);
+  const Succeeded surfaces = renumbered(before, after);
   EXPECT_EQ(ids_of(after.map), ids_of(before.map));
-  EXPECT_EQ(identities.kept, 4U);
-  EXPECT_THAT(identities.gone, IsEmpty());
+  EXPECT_EQ(surfaces.kept, 4U);
+  EXPECT_THAT(surfaces.gone, IsEmpty());
   EXPECT_EQ(after.map.size().revision, before.map.size().revision + 1);
   EXPECT_EQ(surfaces::state_of(after.map).surfaces.next_id(),
             surfaces::state_of(before.map).surfaces.next_id());
@@ -133,7 +127,7 @@ TEST(Succession, WhatWasTwoAndIsOneKeepsTheLargersIdAndTheOtherAsParent) {
   const auto& two = before.map.snapshot()->surfaces;
   const bool first_is_larger = two[0]->inliers > two[1]->inliers;
   const SurfaceId larger = two[first_is_larger ? 0 : 1]->id, smaller = two[first_is_larger ? 1 : 0]->id;
-  const Identities merged = renumbered(before, after);
+  const Succeeded merged = renumbered(before, after);
   EXPECT_THAT(ids_of(after.map), ElementsAre(larger));
   EXPECT_THAT(merged.gone, ElementsAre(smaller));
   EXPECT_THAT(after.map.snapshot()->surfaces[0]->parents, Contains(smaller));
@@ -142,7 +136,7 @@ TEST(Succession, WhatWasTwoAndIsOneKeepsTheLargersIdAndTheOtherAsParent) {
   Mapped again{map_of(apart, 1), apart};
   const SurfaceId unused = surfaces::state_of(after.map).surfaces.next_id();
   EXPECT_GT(unused, smaller);
-  const Identities split = renumbered(after, again);
+  const Succeeded split = renumbered(after, again);
   EXPECT_THAT(ids_of(again.map), ElementsAre(larger, unused));
   EXPECT_THAT(again.map.snapshot()->find(unused)->parents, ElementsAre(larger));
   EXPECT_THAT(split.gone, IsEmpty());
@@ -155,8 +149,8 @@ TEST(Succession, AnotherMapsSurfacesShareNone) {
   far.translation().x() = 50;
   const Mapped before{map_of(here, 3), here};
   Mapped after{map_of(moved(here, far), 1), moved(here, far)};
-  Succession nothing_shared(surfaces::state_of(before.map), surfaces::state_of(after.map));
-  renumber(surfaces::state_of(after.map), nothing_shared.settle());
+  const Succession nothing_shared(before.map.state());
+  nothing_shared.renumber(after.map.state());
   EXPECT_THAT(ids_of(after.map), ElementsAre(5, 6));
   for (const SurfacePtr& surface : after.map.snapshot()->surfaces) EXPECT_THAT(surface->parents, IsEmpty());
   EXPECT_THAT(check_invariants(after.map), IsEmpty());

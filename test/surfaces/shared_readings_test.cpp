@@ -27,26 +27,28 @@ TEST(SharedReadings, MostIsTheLowerIdOnATieAndReadingsOfNoSurfaceCount) {
   EXPECT_EQ(shared.after(0), 0);
 }
 
-TEST(SharedReadings, PairsShareHalfOfTheSmallerOneAndTheLargestComesFirst) {
+TEST(SharedReadings, AnIdGoesWhereMostOfItsReadingsAreUnlessAnotherHasMoreThere) {
   SharedReadings shared;
   shared.add(1, 11, 6);  // split: 11 continues it, 12 does not
   shared.add(1, 12, 5);
-  shared.add(2, 11, 5);  // merges into 11, which is taken
-  shared.add(3, 13, 4);  // less than half of either
+  shared.add(2, 11, 5);  // merges into 11
+  shared.add(3, 13, 4);
   shared.add(3, 0, 5);
   shared.add(0, 13, 5);
-  shared.add(4, 14, 3);  // half of the smaller one
-  shared.add(4, 0, 3);
-  shared.add(0, 14, 30);
-  EXPECT_THAT(shared.pairs(), ElementsAre(Pair(11, 1), Pair(14, 4)));
+  shared.add(4, 14, 3);
+  shared.add(5, 14, 9);
+  EXPECT_THAT(shared.keepers(), ElementsAre(Pair(11, 1), Pair(13, 3), Pair(14, 5)));
+  EXPECT_THAT(shared.keepers({5}), ElementsAre(Pair(11, 1), Pair(13, 3), Pair(14, 4))) << "5 is unpublished";
+  EXPECT_THAT(shared.origins(), ElementsAre(Pair(11, 1), Pair(12, 1), Pair(14, 5))) << "more than half";
 }
 
 TEST(SharedReadings, TiesGoToLowerIds) {
   SharedReadings shared;
   for (const SharedReadings::Id before : {2, 1})
     for (const SharedReadings::Id after : {12, 11}) shared.add(before, after);
-  EXPECT_THAT(shared.pairs(), ElementsAre(Pair(11, 1), Pair(12, 2)));
-  EXPECT_THAT(SharedReadings().pairs(), IsEmpty());
+  EXPECT_THAT(shared.keepers(), ElementsAre(Pair(11, 1)));
+  EXPECT_THAT(shared.origins(), IsEmpty());
+  EXPECT_THAT(SharedReadings().keepers(), IsEmpty());
 }
 
 }  // namespace

@@ -2,8 +2,9 @@
 #include "surfaces/ledger.hpp"
 #include "surfaces/shared_readings.hpp"
 
-#include <algorithm>
-#include <utility>
+#include <map>
+#include <set>
+#include <vector>
 
 namespace octosurf::surfaces {
 namespace {
@@ -27,22 +28,13 @@ class Ledger::Writer {
         shared_(shared_readings(proposal, ledger.window)),
         surfaces_(proposal.planes.size(), nullptr) {}
 
-  /// Finds or creates the surface of each plane: of the surfaces with most of their readings in it, the one
-  /// with most there, the older one on a tie; those that were not published come last.
+  /// Finds or creates the surface of each plane.
   void name_planes() {
-    std::vector<std::pair<bool, double>> most(surfaces_.size());
-    std::vector<SurfaceId> keepers(surfaces_.size(), 0), origins(surfaces_.size(), 0);
-    for (const auto& [id, shares] : shared_.before()) {
-      for (const auto& [label, readings] : shares.with)
-        if (2 * readings > shared_.after(label)) origins[label] = id;
-      const Label label = shares.most();
-      const std::pair claim(!ledger_.changes.born.contains(id), shares.shared(label));
-      if (label == 0 || claim <= most[label]) continue;
-      most[label] = claim;
-      keepers[label] = id;
-    }
+    std::map<SurfaceId, SurfaceId> keepers = shared_.keepers(ledger_.changes.born),
+                                   origins = shared_.origins();
     for (Label label = 1; label < surfaces_.size(); ++label) {
-      surfaces_[label] = keepers[label] != 0 ? ledger_.find(keepers[label]) : create(label, origins[label]);
+      const SurfaceId keeper = keepers[label];
+      surfaces_[label] = keeper != 0 ? ledger_.find(keeper) : create(label, origins[label]);
       kept_.insert(surfaces_[label]->id());
     }
   }

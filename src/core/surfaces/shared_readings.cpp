@@ -1,9 +1,7 @@
 #include "surfaces/shared_readings.hpp"
 
 #include <algorithm>
-#include <set>
-#include <tuple>
-#include <vector>
+#include <utility>
 
 namespace octosurf::surfaces {
 
@@ -31,17 +29,26 @@ double SharedReadings::after(Id id) const {
   return found == after_.end() ? 0 : found->second;
 }
 
-std::map<SharedReadings::Id, SharedReadings::Id> SharedReadings::pairs() const {
-  std::vector<std::tuple<double, Id, Id>> candidates;  // minus readings, before, after
-  for (const auto& [before, shares] : before_)
-    for (const auto& [id, readings] : shares.with)
-      if (2 * readings >= std::min(shares.all, after(id))) candidates.emplace_back(-readings, before, id);
-  std::sort(candidates.begin(), candidates.end());
-  std::map<Id, Id> pairs;
-  std::set<Id> taken;
-  for (const auto& [readings, before, after] : candidates)
-    if (!pairs.contains(after) && taken.insert(before).second) pairs[after] = before;
-  return pairs;
+std::map<SharedReadings::Id, SharedReadings::Id> SharedReadings::keepers(
+    const std::set<Id>& unpublished) const {
+  std::map<Id, std::pair<bool, double>> most;
+  std::map<Id, Id> keepers;
+  for (const auto& [id, shares] : before_) {
+    const Id successor = shares.most();
+    const std::pair claim(!unpublished.contains(id), shares.shared(successor));
+    if (successor == 0 || claim <= most[successor]) continue;
+    most[successor] = claim;
+    keepers[successor] = id;
+  }
+  return keepers;
+}
+
+std::map<SharedReadings::Id, SharedReadings::Id> SharedReadings::origins() const {
+  std::map<Id, Id> origins;
+  for (const auto& [id, shares] : before_)
+    for (const auto& [successor, readings] : shares.with)
+      if (2 * readings > after(successor)) origins[successor] = id;
+  return origins;
 }
 
 }  // namespace octosurf::surfaces

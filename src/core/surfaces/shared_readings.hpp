@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 
 namespace octosurf::surfaces {
 
@@ -23,9 +24,11 @@ class SharedReadings {
   const std::map<Id, Shares>& before() const { return before_; }
   /// Readings of a surface after the change.
   double after(Id id) const;
-  /// By surface after the change, the one before it that it continues, each at most once: pairs with at least
-  /// half of the smaller one's readings, largest first, on a tie lower ids first.
-  std::map<Id, Id> pairs() const;
+  /// By surface after the change, the one before it whose id it keeps: of those with most of their readings
+  /// in it the one with most there, on a tie the lower id; `unpublished` ones come last.
+  std::map<Id, Id> keepers(const std::set<Id>& unpublished = {}) const;
+  /// By surface after the change, the one before it that had more than half of its readings, if any.
+  std::map<Id, Id> origins() const;
 
  private:
   std::map<Id, Shares> before_;
