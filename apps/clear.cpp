@@ -1,4 +1,7 @@
 // `octosurf clear`: takes back what a map knows of a part of space.
+#include "geometry/interruption.hpp"
+#include "interrupt_guard.hpp"
+#include "open_map.hpp"
 #include "output_files.hpp"
 
 #include <CLI/CLI.hpp>
@@ -8,6 +11,7 @@
 #include <vector>
 
 #include <octosurf/adapters/paper_detector.hpp>
+#include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/space_part.hpp>
@@ -32,21 +36,33 @@ struct ClearOptions {
 };
 
 SpacePart part_of(const ClearOptions& options) {
-  if (const std::vector<double>& c = options.cylinder; !c.empty())
-    return SpacePart::cylinder({c[0], c[1], c[2]}, c[3], c[4]);
+  const std::vector<double>& c = options.cylinder;
+  if (!c.empty() && !(c[3] > 0 && c[4] > 0))
+    throw Error(Error::Kind::usage, "--cylinder", "is empty", "give a radius and a height above 0, in m");
+  if (!c.empty()) return SpacePart::cylinder({c[0], c[1], c[2]}, c[3], c[4]);
   const Eigen::Vector3d one(options.box.data()), other(options.box.data() + 3);
+  if ((one.array() == other.array()).any())
+    throw Error(Error::Kind::usage, "--box", "is empty", "give two corners that differ in x, y and z");
   return SpacePart::box({one.cwiseMin(other), one.cwiseMax(other)});
 }
 
 void run_clear(const ClearOptions& options) {
   const std::string output = options.output.empty() ? options.map : options.output;
+  const SpacePart part = part_of(options);
   make_folder_of(output);
+  const InterruptGuard guard;
   const io::MapLock lock = lock_map(output);
   for (const std::string& file : files_of_map(output)) require_writable(file, options.force);
-  LoadedMap loaded = load_map(options.map);
-  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  LoadedMap loaded = load_to_write(options.map, output);
   Mapper mapper(std::move(loaded.map), 1, paper_detector());
-  const ScanReport report = mapper.clear(part_of(options), options.as_free);
+  const OccupancyView before = mapper.map().octree();
+  const ScanReport report = mapper.clear(part, options.as_free);
+  bool changed = false;
+  mapper.map().octree().for_each_change(before, [&](auto&&...) { changed = true; });
+  if (!changed)
+    throw Error(Error::Kind::data, options.map, "nothing is known of that part of space",
+                "nothing is written");
+  geometry::end_if_interrupted();
   save_map(mapper.map(), output);
   std::printf("%s.surfaces: %zu points taken back; %zu surfaces gone, %zu smaller, %zu left\n",
               output.c_str(), report.vanished, report.gone.size(), report.shrunk.size(),

@@ -1,5 +1,8 @@
 #include "mapping.hpp"
 
+#include "io/map_file/map_file.hpp"
+#include "surfaces/map_state.hpp"
+
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -187,12 +190,14 @@ std::string Mapping::load(const std::string& stem) {
     const std::string from = stem.empty() ? own_ : stem;
     io::MapLock lock(from);
     LoadedMap loaded = load_map(from);
+    io::set_aside_edited_octree(loaded, from);
     auto mapper = std::make_shared<Mapper>(std::move(loaded.map), options_.threads, paper_detector());
     mapper->share_octree();
     mapper->remember_scans();
     lock_ = std::move(lock);
     mapper_ = std::move(mapper);
     done = kept_line(from, *mapper_->snapshot(), "loaded");
+    if (!loaded.warning.empty()) done += "; " + loaded.warning;
     if (from != own_) done += "; saved there from now on, and no longer as " + own_;
     own_ = from;
     changed_ = false;

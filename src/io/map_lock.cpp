@@ -20,11 +20,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the holder wrote: "process 123 of HOST". Empty if it has not yet.
+/// What the holder wrote: "process 123 of HOST", of a foreign file without what no terminal should get. Empty
+/// if it has not yet.
 std::string holder_in(int descriptor) {
   std::array<char, 512> text{};
   const ssize_t size = std::max<ssize_t>(::pread(descriptor, text.data(), text.size(), 0), 0);
-  return {text.data(), std::find(text.data(), text.data() + size, '\n')};
+  std::string holder(text.data(), std::find(text.data(), text.data() + size, '\n'));
+  std::replace_if(
+      holder.begin(), holder.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return holder;
 }
 
 bool is_at(int descriptor, const fs::path& path) {

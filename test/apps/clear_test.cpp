@@ -20,7 +20,16 @@ TEST_F(FloorTest, ClearTakesBackWhatIsInside) {
   run_well("clear m --cylinder 0 0 -1 9 2 --free --force");
   EXPECT_EQ(ask("--voxel 0.1 0.1 " + std::to_string(floor_height)).at("state"), "free");
   EXPECT_EQ(run("clear n").code, 2);
-  EXPECT_EQ(run("clear n --box 0 0 0 0 1 1 --force").code, 2);  // empty
+  EXPECT_THAT(error_of("clear n --box 0 0 0 0 1 1 --force", 2), HasSubstr("--box: is empty"));
+  EXPECT_THAT(error_of("clear n --cylinder 0 0 0 0 1 --force", 2), HasSubstr("--cylinder: is empty"));
+  const std::string before = read("n.surfaces");
+  EXPECT_THAT(error_of("clear n --box 50 50 0 51 51 1 --force", 1), HasSubstr("nothing is known"));
+  EXPECT_THAT(error_of("clear n --box 50 50 0 51 51 1 --free -o o", 1), HasSubstr("nothing is written"));
+  EXPECT_EQ(read("n.surfaces"), before);
+  EXPECT_FALSE(exists("o.surfaces") || exists("o.lock"));
+  write("n.bt", read("m.bt"));  // as another tool may do
+  EXPECT_THAT(run_well("clear n --cylinder 0.4 0 -1 0.1 2 --force").err, HasSubstr("kept as n.edited.bt"));
+  EXPECT_EQ(read("n.edited.bt"), read("m.bt"));
   // What is there comes back by other scans; those that are in the map are not mapped again.
   write_floor("again", 6, 0.0005);
   run_well("map again --resume n -o n --force");

@@ -113,5 +113,32 @@ TEST_F(EarlyEnd, ASignalEndsTheScanThatIsBeingMapped) {
   EXPECT_FALSE(exists("m.surfaces") || exists("m.lock"));
 }
 
+/// Whether a signal comes before the work, during it or while the map is saved.
+TEST_F(EarlyEnd, ASignalLeavesNoLockNorPartOfAnyVerbThatWritesAMap) {
+  write_floor();
+  run_well("map floor -o m --first 3 --keep-scans scans");
+  run_well("map floor -o other --skip 3");
+  const std::string before = read("m.surfaces");
+  for (const std::vector<std::string>& verb :
+       {std::vector<std::string>{"merge", "m", "other", "-o", "new"},
+        {"remap", "m", "-o", "new"},
+        {"clear", "m", "--box", "0", "0", "-1", "1", "1", "1", "-o", "new"}}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+      Running run(folder, verb);
+      run.wait_until([&] { return exists("new.lock"); });
+      run.send(signal);
+      const int code = run.wait();
+      EXPECT_TRUE(code == 0 || code == 1) << verb[0] << " ended by " << code;
+      if (code == 1) {
+        EXPECT_THAT(run.errors(), HasSubstr("octosurf " + verb[0] + ": interrupted"));
+      }
+      EXPECT_EQ(exists("new.surfaces"), code == 0);
+      for (const char* file : {"new.surfaces", "new.bt"}) std::filesystem::remove(folder / file);
+      EXPECT_EQ(files("new"), 0) << verb[0];
+    }
+  }
+  EXPECT_EQ(read("m.surfaces"), before);
+}
+
 }  // namespace
 }  // namespace octosurf::test
