@@ -130,15 +130,7 @@ void add_diff(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("diff", diff_description);
   const auto arguments = std::make_shared<DiffArguments>();
   verb->add_option("before", arguments->before, "map: name without ending, as given to map -o")->required();
-  verb->add_option("after", arguments->after, "another")->required();
-  verb->add_option("--by", arguments->by,
-                   "ids: which surface became which, if the second map continues the first; place: how much "
-                   "of each surface both maps have; auto: ids if possible")
-      ->check(CLI::IsMember({"auto", "ids", "place"}))
-      ->capture_default_str();
-  verb->add_option("--tolerance", arguments->tolerance,
-                   "m: --by place: largest distance between two surfaces of one place [twice the coarser d]")
-      ->check(more_than(0));
+  verb->add_option("after", arguments->after, "one that goes on from it")->required();
   verb->add_flag("--json", arguments->json, "print JSON");
   verb->callback([arguments] { run_diff(*arguments); });
 }

@@ -66,8 +66,8 @@ ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const ExportA
     if (labelled) extras.edges[surface->id] = label_edges(map, *surface);
   }
   if (wants(ExportPart::points)) {
-    map.for_each_point([&](const Map::Voxel& voxel) {
-      if (voxel.surface != 0 && voxel.point) extras.points[voxel.surface].push_back(*voxel.point);
+    map.for_each_point([&](const OccupancyView::Voxel& voxel) {
+      if (voxel.surface != 0) extras.points[voxel.surface].push_back(voxel.point);
     });
   }
   return extras;

@@ -145,7 +145,7 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
   if (!options.resume.empty()) {
     LoadedMap loaded = load_map(options.resume);
     choice.require_same(loaded.map.parameters());
-    loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
+    surfaces::state_of(loaded.map).parameters.up = choice.up_over(loaded.map.parameters());
     if (!options.octree.empty() && same_file(options.octree, files_of_map(options.resume).back()))
       loaded.warning.clear();  // it is what the run takes over
     else if (goes_on_in_place(options))

@@ -26,10 +26,8 @@ struct MapOptions {
   double checkpoint_s = 60;                     ///< 0: never
   std::optional<unsigned short> serve_port;     ///< of this machine, to serve the map while it grows
   int threads = 1;
-  bool realtime = false, again = false, force = false, show_parameters = false;
-  bool stood_still = false;  ///< the sensor, for clouds without poses
-  bool strict = false;       ///< no map of scans that contradict one another
-  bool keep_all = false;     ///< also map scans that fit nowhere and contradict the map
+  bool realtime = false, force = false, show_parameters = false;
+  bool strict = false;  ///< no map of scans that contradict one another
 };
 
 }  // namespace octosurf

@@ -85,7 +85,7 @@ void require_same_parameters(const MergeOptions& options, const Parameters& ours
 
 /// As far as the maps' records show.
 void require_other_scans(const MergeOptions& options, const LoadedMap& first, const LoadedMap& second) {
-  const std::vector<std::uint64_t>&held = first.map.state().held, &others = second.map.state().held;
+  const std::vector<std::uint64_t>&held = surfaces::state_of(first.map).held, &others = surfaces::state_of(second.map).held;
   const std::set<std::uint64_t> known(held.begin(), held.end());
   const auto shared = static_cast<std::size_t>(
       std::count_if(others.begin(), others.end(), [&](std::uint64_t scan) { return known.contains(scan); }));

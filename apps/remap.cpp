@@ -83,8 +83,8 @@ class Remap {
     insert_all(mapper);
     Map map = std::move(mapper).release();
     map.set_origin(before_.map.origin());
-    map.state().parameters = parameters;
-    const Succeeded surfaces = renumber(map.state());
+    surfaces::state_of(map).parameters = parameters;
+    const Succeeded surfaces = renumber(surfaces::state_of(map));
     geometry::end_if_interrupted();
     save(map, surfaces);
   }
@@ -146,7 +146,7 @@ class Remap {
 
   /// Matches old and new surfaces by the readings they share: of each scan one in every voxel it ends in.
   Succeeded renumber(surfaces::MapState& after) const {
-    Succession succession(before_.map.state());
+    Succession succession(surfaces::state_of(before_.map));
     const geometry::VoxelGrid& grid = after.occupancy.grid();
     sensing::Downsampler by_voxel(grid);
     const double min_range = after.parameters.occupancy.min_range;

@@ -15,35 +15,6 @@
 namespace octosurf {
 namespace {
 
-/// `--serve`.
-class LiveView : public RunObserver {
- public:
-  explicit LiveView(RunState& run)
-      : run_(run),
-        server_(run.mapper, title_of(run.options.output), place_of(run.options), run.options.allow_clear) {
-    std::printf("serving %s\n", server_.url().c_str());
-    std::fflush(stdout);
-  }
-  void after(const InsertedScan& inserted) override {
-    server_.add_pose(inserted.scan.sensor, inserted.report.alignment.T_map_sensor,
-                     inserted.report.agreement.share());
-  }
-  bool between_scans() override { return server_.clear_as_asked(run_.mapper); }
-  void save(Saving saving) override {
-    if (saving == Saving::end) server_.end_clearing();
-  }
-
- private:
-  static HttpPlace place_of(const MapOptions& options) {
-    HttpPlace place;
-    place.port = *options.serve_port;
-    return place;
-  }
-
-  RunState& run_;
-  LiveServer server_;
-};
-
 class MapSaver : public RunObserver {
  public:
   MapSaver(RunState& run, const ScanKeeper& keeper) : run_(run), keeper_(keeper) {}
@@ -89,7 +60,7 @@ class RunReport : public RunObserver {
       file.commit();
     }
     print_summary(run_);
-    print_warnings(run_.statistics, map, !report.empty(), !run_.options.viewpoint.empty());
+    print_warnings(run_.statistics, map, !run_.options.viewpoint.empty());
   }
 
  private:

@@ -21,7 +21,7 @@ RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run
   for (const std::string& note : notes_) std::printf("%s\n", note.c_str());
   run.scans_listed = source->size();
   alone_ = run.scans_listed == 1 && !run.options.source.poses;
-  held_ = run.mapper.map().state().held;
+  held_ = surfaces::state_of(run.mapper.map()).held;
   std::sort(held_.begin(), held_.end());
   feed_ = std::make_unique<ScanFeed>(std::move(source), range, run.options.realtime ? most_joined : 1,
                                      [this](Scan& scan) { return accept(scan); });

@@ -3,6 +3,7 @@
 #include "geometry/degrees.hpp"
 #include "io/text_file.hpp"
 #include "sensing/downsample.hpp"
+#include "surfaces/double_layers.hpp"
 #include "surfaces/map_state.hpp"
 #include "up_option.hpp"
 
@@ -176,15 +177,6 @@ std::string spacing_warning(const Scan& scan, const Parameters& parameters) {
   return scan.name + text.data();
 }
 
-std::string memory_warning(const Map& map) {
-  const memory::MemoryLimit* limit = map.state().limit.get();
-  if (limit == nullptr || limit->peak() <= limit->limit()) return {};
-  const auto mib = [](std::size_t bytes) { return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB"; };
-  return "--max-memory: used " + mib(limit->peak()) + ", limit " + mib(limit->limit()) +
-         "; readers' snapshots and one scan's working set cannot leave memory: --max-memory " +
-         std::to_string((limit->enough() >> 20) + 1) + "M is the least that works for certain";
-}
-
 namespace {
 
 /// How scans agree far better than as given, and what helps.
@@ -290,14 +282,14 @@ std::string contradiction_text(const RunStatistics& statistics) {
   return dip.empty() ? better_text(statistics) : dip;
 }
 
-void print_warnings(const RunStatistics& statistics, const Map& map, bool reported, bool viewpoint_given) {
+void print_warnings(const RunStatistics& statistics, const Map& map, bool viewpoint_given) {
   std::fflush(stdout);  // so that they follow the summary
   if (!viewpoint_given) warn_of_missing_poses(statistics);
   warn_of_limit(statistics, map);
   warn_of_up(map, "");
   warn_of_contradiction(statistics);
   warn_of_closures(statistics);
-  warn_of_double_layers(*map.snapshot(), reported);
+  warn_of_double_layers(map);
 }
 
 }  // namespace octosurf

@@ -25,14 +25,11 @@ bool warn_of_units(const Scan& scan, const Parameters& parameters);
 /// Says that a scan's readings lie so far apart that no surface bridges them; empty: they do not.
 std::string spacing_warning(const Scan& scan, const Parameters& parameters);
 
-/// By how much a run exceeded the map's limit of memory; empty if it did not.
-std::string memory_warning(const Map& map);
-
 /// What scans contradict, or how they would agree far better; empty if none does.
 std::string contradiction_text(const RunStatistics& statistics);
 
-/// After a run's summary, warns on stderr of problems with poses, sensor, surfaces and memory. `reported`: a
-/// report exists, which lists the double layers. `viewpoint_given`: scans have no poses for that reason.
-void print_warnings(const RunStatistics& statistics, const Map& map, bool reported, bool viewpoint_given);
+/// After a run's summary, warns on stderr of problems with poses, sensor and surfaces. `viewpoint_given`: scans
+/// have no poses for that reason.
+void print_warnings(const RunStatistics& statistics, const Map& map, bool viewpoint_given);
 
 }  // namespace octosurf

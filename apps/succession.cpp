@@ -64,7 +64,7 @@ Succeeded Succession::renumber(surfaces::MapState& after) const {
         {Removal::Of::surface, id, into != 0 ? ids.at(into) : 0, surface.born, revision, surface.parents()});
   }
 
-  surfaces::SurfaceStore surfaces(after.parameters.occupancy.resolution, after.pages().get());
+  surfaces::SurfaceStore surfaces(after.parameters.occupancy.resolution);
   surfaces.set_erosion_tolerance(after.parameters.surface_tolerance());
   const std::shared_ptr<const Snapshot> published = after.snapshot.read();
   for (const auto& [id, surface] : after.surfaces) {

@@ -31,7 +31,6 @@ struct AskedByUrl : AskedOfMap {
   std::optional<std::uint64_t> since;
   std::optional<Eigen::AlignedBox3d> box;
   SurfaceId surface = 0;
-  std::uint8_t slices = 0;
   std::string run;
 };
 
@@ -89,10 +88,7 @@ const std::vector<UrlQuestion>& all_questions() {
                         box_field(asked)};
         });
     add("/api/plan", "footsteps from one place to another, or why there are none", path_fields);
-    add("/api/voxels", "the octree's occupied voxels, packed as for the page", [](AskedByUrl& asked) {
-      return Fields{
-          number_field("slices", "1: with slices of free space", asked.slices, 0, 1).by_default("0")};
-    });
+    add("/api/voxels", "the octree's occupied voxels, packed as for the page", [](AskedByUrl&) { return Fields{}; });
     add(live_path, "server-sent events: what changes on the map, as it changes", [](AskedByUrl& asked) {
       return Fields{since_field(asked, "the revision that is known; everything, if it is not given"),
                     text_field("run", "whose revision that is, as the events say", asked.run)};
@@ -240,7 +236,7 @@ HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
   try {
     AskedByUrl asked;
     read(*question, given, asked);
-    if (path == "/api/voxels") return {200, "application/octet-stream", map->voxels(asked.slices > 0)};
+    if (path == "/api/voxels") return {200, "application/octet-stream", map->voxels()};
     return json_reply((path == "/api/plan" ? plan(*map, asked.plan) : answer_to(*map, path, asked)) + "\n");
   } catch (const Error& error) {
     if (error.kind() != Error::Kind::usage) throw;

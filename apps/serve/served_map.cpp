@@ -148,9 +148,9 @@ ServedMap::Text ServedMap::page() const {
     // Of a map that grows they would be outdated at once: its page requests them.
     if (map_) {
       map.edges = edges_in(*map.snapshot, map_->map);
-      map.feet = usual_page_feet(asked);
+      map.feet = page_feet(asked);
     }
-    return served(make_page({map}, "the page of " + asked.name, options).html, run.name);
+    return served(make_page(map, options).html, run.name);
   });
 }
 
@@ -188,16 +188,9 @@ ServedMap::Text ServedMap::surfaces() const {
   });
 }
 
-ServedMap::Text ServedMap::voxels(bool slices) const {
-  return text(slices ? "voxels and slices" : "voxels", [&] {
-    const PageMap map{asked.name, asked.snapshot, asked.octree};
-    const std::vector<io::PageVoxel> all = io::occupied_voxels(asked.octree);
-    std::string message;
-    for (const int merged : io::voxel_merges) {
-      message = io::voxels_message(map, all, merged, asked.up, slices).packed;
-      if (static_cast<double>(message.size()) <= max_page_mb_ * 1e6) break;
-    }
-    return message;
+ServedMap::Text ServedMap::voxels() const {
+  return text("voxels", [this] {
+    return io::voxels_message({asked.name, asked.snapshot, asked.octree}, max_page_mb_ * 1e6).packed;
   });
 }
 
@@ -206,12 +199,10 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
   if (event_ && event_since_ == since) return event_;
   PageMap map{asked.name, shown(), asked.octree};
   map.stairs = asked.bare_ground().stairs().stairs;
-  if (since) map.changes = changes_since(*map.snapshot, *since);
   io::SurfacesMessage how;
   how.up = asked.up;
   how.since = since;
   how.run = run.name;
-  if (run.track) how.track = run.track();
   event_ = std::make_shared<const std::string>(
       "event: changes\ndata: " + io::base64(io::surfaces_message(map, how)) + "\n\n");
   event_since_ = since;

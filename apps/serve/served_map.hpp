@@ -59,7 +59,7 @@ class ServedMap {
   Text page() const;      ///< HTML
   Text info() const;      ///< JSON
   Text surfaces() const;  ///< the export as JSON
-  Text voxels(bool slices) const;
+  Text voxels() const;    ///< io::voxels_message()
   /// One of the surfaces. Throws Error(data) if there is none of this id, which says what became of it.
   std::string surface_json(SurfaceId id) const;
   /// Changes since an earlier revision. Throws Error(usage) for a later one. With a box only of surfaces and

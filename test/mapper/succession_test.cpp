@@ -50,17 +50,17 @@ std::vector<Scan> strips(const std::vector<double>& heights, std::mt19937_64 ran
 
 /// Gives `after` the ids of `before`, by every finite reading of the same scans.
 Succeeded renumbered(const Mapped& before, Mapped& after) {
-  Succession succession(before.map.state());
-  const geometry::VoxelGrid& grid = after.map.state().occupancy.grid();
+  Succession succession(surfaces::state_of(before.map));
+  const geometry::VoxelGrid& grid = surfaces::state_of(after.map).occupancy.grid();
   for (std::size_t i = 0; i < before.scans.size(); ++i)
     for (const Eigen::Vector3f& p : before.scans[i].points) {
       geometry::VoxelKey old_key, new_key;
       if (!p.allFinite()) continue;
       if (grid.key_of((before.scans[i].T_map_sensor * p.cast<double>()).cast<float>(), old_key) &&
           grid.key_of((after.scans[i].T_map_sensor * p.cast<double>()).cast<float>(), new_key))
-        succession.add(old_key, after.map.state(), new_key);
+        succession.add(old_key, surfaces::state_of(after.map), new_key);
     }
-  const Succeeded succeeded = succession.renumber(after.map.state());
+  const Succeeded succeeded = succession.renumber(surfaces::state_of(after.map));
   EXPECT_THAT(check_invariants(after.map), IsEmpty());
   return succeeded;
 }
@@ -149,8 +149,8 @@ TEST(Succession, AnotherMapsSurfacesShareNone) {
   far.translation().x() = 50;
   const Mapped before{map_of(here, 3), here};
   Mapped after{map_of(moved(here, far), 1), moved(here, far)};
-  const Succession nothing_shared(before.map.state());
-  nothing_shared.renumber(after.map.state());
+  const Succession nothing_shared(surfaces::state_of(before.map));
+  nothing_shared.renumber(surfaces::state_of(after.map));
   EXPECT_THAT(ids_of(after.map), ElementsAre(5, 6));
   for (const SurfacePtr& surface : after.map.snapshot()->surfaces) EXPECT_THAT(surface->parents, IsEmpty());
   EXPECT_THAT(check_invariants(after.map), IsEmpty());

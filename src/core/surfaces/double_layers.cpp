@@ -8,7 +8,7 @@ namespace octosurf::surfaces {
 namespace {
 
 constexpr double same_way = 0.9659258262890683;  // cos 15°
-constexpr double near = 0.05;                    // m: farther apart are two things
+constexpr double farthest_of_layer = 0.05;       // m: farther apart are two things
 constexpr double much = 0.2;                     // of the smaller one
 
 }  // namespace
@@ -16,7 +16,7 @@ constexpr double much = 0.2;                     // of the smaller one
 std::vector<DoubleLayer> double_layers(const SurfaceStore& surfaces) {
   std::vector<DoubleLayer> layers;
   for (const auto& [id, one] : surfaces) {
-    const int reach = static_cast<int>(std::ceil(near / one.resolution()));
+    const int reach = static_cast<int>(std::ceil(farthest_of_layer / one.resolution()));
     std::map<SurfaceId, DoubleLayer> over;
     for (const Inlier& inlier : one.sorted_inliers())
       for (const SurfaceId other_id : surfaces.near(inlier.key, reach)) {
@@ -25,7 +25,7 @@ std::vector<DoubleLayer> double_layers(const SurfaceStore& surfaces) {
             other.plane().normal.dot(one.plane().normal) < same_way)
           continue;
         const double distance = std::fabs(other.plane().signed_distance(inlier.position.cast<double>()));
-        if (distance > near || !other.covers(other.cell_of(inlier.position))) continue;
+        if (distance > farthest_of_layer || !other.covers(other.cell_of(inlier.position))) continue;
         DoubleLayer& layer = over.try_emplace(other_id, DoubleLayer{id, other_id}).first->second;
         ++layer.inliers;
         layer.distance_m += distance;

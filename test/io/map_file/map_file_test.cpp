@@ -339,7 +339,7 @@ TEST_F(MapFiles, AMapThatWasSavedWithAPastIsReadAndGoneOnWith) {
   EXPECT_EQ(size.points, 2310U);
   EXPECT_EQ(size.inliers, 2188U);
   EXPECT_EQ(size.pending, 122U);
-  EXPECT_THAT(loaded.map.state().held, SizeIs(11));
+  EXPECT_THAT(surfaces::state_of(loaded.map).held, SizeIs(11));
   EXPECT_EQ(loaded.scans.folder, folder / "m.scans");
   EXPECT_THAT(loaded.scans.poses, SizeIs(11));
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();

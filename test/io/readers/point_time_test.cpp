@@ -205,7 +205,7 @@ TEST_F(PointTime, OfBagsUndoesTheMotion) {
 }
 
 TEST_F(PointTime, OfBagsIsGivenWhereTheMotionIsLeft) {
-  const auto source = open_scans({bag(time_fields.front())}, {.deskew = Deskew::off});
+  const auto source = open_scans({bag(time_fields.front())}, {.deskew = false});
   EXPECT_THAT(source->notes(), Contains(says("not undone")));
   const auto read = read_all(*source);
   ASSERT_EQ(read.size(), static_cast<std::size_t>(scan_count));
