@@ -261,7 +261,7 @@ void warn_of_contradiction(const RunStatistics& statistics) {
     std::fprintf(
         stderr,
         "  scans that agree and scans that do not take turns: two tracks, two robots or two passes of "
-        "one clock\n  map one of them: --pose-topic, --tf, --skip and --first choose\n");
+        "one clock\n  map one of them: --pose-topic, --skip and --first choose\n");
   else if (found->jump_m > 0 || found->jump_rad > 0)
     std::fprintf(
         stderr,

@@ -16,9 +16,7 @@ constexpr const char* rare_options =
     "Rarely needed: --rate HZ of scans without time stamps [30, lidar 10]; --fields N floats of a point in "
     "velodyne\nfiles [4, or what their values say]; --deskew off: leave the sensor's motion within a scan "
     "[auto: undo it by\nthe points' times]; of bags --pose-frame FRAME whose poses --pose-topic gives "
-    "[Odometry's child frame, else the\nsensor's], --info-topic TOPIC with the CameraInfo [camera_info "
-    "beside "
-    "the images].\n";
+    "[Odometry's child frame, else the\nsensor's].\n";
 
 void add_bag_options(CLI::App& verb, BagOptions& bag) {
   const char* const group = "Bags";
@@ -32,9 +30,6 @@ void add_bag_options(CLI::App& verb, BagOptions& bag) {
   verb.add_option("--pose-frame", bag.pose_frame)->group(rare_group);
   verb.add_option("--fixed-frame", bag.fixed_frame,
                   "the map's frame in tf [map, else the root above the sensor]")
-      ->group(group);
-  verb.add_option("--info-topic", bag.info_topic)->group(rare_group);
-  verb.add_option("--tf", bag.tf, "as /a/tf, if /b/tf has the same frames [by the scans' topic]")
       ->group(group);
   verb.add_option_function<std::string>(
           "--stamps", [&bag](const std::string& name) { bag.recorded_stamps = name == "recorded"; },

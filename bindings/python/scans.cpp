@@ -105,7 +105,7 @@ std::string open_scans_doc() {
        {"poses", "intrinsics", "depth_scale", "fields", "rate_hz", "max_pose_gap_s", "origin", "skip_bad",
         "deskew", "sensor", "cloud_scale", "no_return", "self_boxes", "clear_no_return_m"})
     doc += "\n" + name + ": " + field_doc("ScanSourceOptions." + name, "", name != "no_return");
-  for (const std::string name : {"topics", "pose_topic", "pose_frame", "fixed_frame", "info_topic"})
+  for (const std::string name : {"topics", "pose_topic", "pose_frame", "fixed_frame"})
     doc += "\n" + name + ": " + field_doc("BagOptions." + name, "", true);
   return doc + "\nA box is a pair of corners in the sensor's frame, m. Throws Error(usage, data).";
 }
@@ -208,9 +208,9 @@ void bind_scans(Module& module) {
          std::optional<std::size_t> fields, std::optional<double> rate_hz,
          std::optional<double> max_pose_gap_s, std::optional<Eigen::Vector3d> origin,
          std::vector<std::string> topics, std::optional<std::string> pose_topic,
-         std::optional<std::string> pose_frame, std::optional<std::string> fixed_frame,
-         std::optional<std::string> info_topic, bool skip_bad, bool deskewed,
-         std::optional<SensorKind> sensor, std::optional<double> cloud_scale, std::vector<double> no_return,
+         std::optional<std::string> pose_frame, std::optional<std::string> fixed_frame, bool skip_bad,
+         bool deskewed, std::optional<SensorKind> sensor, std::optional<double> cloud_scale,
+         std::vector<double> no_return,
          const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& self_boxes,
          double clear_no_return_m) {
         ScanSourceOptions options;
@@ -223,7 +223,7 @@ void bind_scans(Module& module) {
         options.max_pose_gap_s = max_pose_gap_s;
         options.origin = origin;
         options.bag = {std::move(topics), std::move(pose_topic), std::move(pose_frame),
-                       std::move(fixed_frame), std::move(info_topic)};
+                       std::move(fixed_frame)};
         options.skip_bad = skip_bad;
         options.sensor = sensor;
         options.cloud_scale = cloud_scale;
@@ -238,8 +238,8 @@ void bind_scans(Module& module) {
       "depth_scale"_a = py::none(), "fields"_a = py::none(), "rate_hz"_a = py::none(),
       "max_pose_gap_s"_a = py::none(), "origin"_a = py::none(), "topics"_a = std::vector<std::string>(),
       "pose_topic"_a = py::none(), "pose_frame"_a = py::none(), "fixed_frame"_a = py::none(),
-      "info_topic"_a = py::none(), "skip_bad"_a = false, "deskew"_a = true, "sensor"_a = py::none(),
-      "cloud_scale"_a = py::none(), "no_return"_a = std::vector<double>(),
+      "skip_bad"_a = false, "deskew"_a = true, "sensor"_a = py::none(), "cloud_scale"_a = py::none(),
+      "no_return"_a = std::vector<double>(),
       "self_boxes"_a = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>(),
       "clear_no_return_m"_a = 0.0, Released(), open_scans_doc().c_str());
 }

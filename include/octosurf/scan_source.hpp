@@ -25,11 +25,6 @@ struct BagOptions {
   std::optional<std::string> pose_frame = {};
   /// The frame of the map in tf; empty: `map`, if the sensor hangs below it, else the root above the sensor.
   std::optional<std::string> fixed_frame = {};
-  /// CameraInfo of the depth images; empty: `camera_info` beside the images' topic.
-  std::optional<std::string> info_topic = {};
-  /// Of several trees with the same frames (/a/tf, /b/tf) the one to take; empty: that of the scans'
-  /// namespace.
-  std::optional<std::string> tf = {};
   /// Take the recorder's time for all stamps, where drivers have clocks of their own.
   bool recorded_stamps = false;
 };

@@ -21,9 +21,6 @@ bool holds_scans(const TopicContents& topic) { return topic.is_depth && !topic.s
 bool holds_empty_scans(const TopicContents& topic) { return topic.empty_scans > 0; }
 bool holds_poses(const TopicContents& topic) { return !topic.poses.samples().empty(); }
 bool holds_camera(const TopicContents& topic) { return !topic.cameras.empty(); }
-bool holds_transforms(const TopicContents& topic) {
-  return topic.topic.type == "tf2_msgs/TFMessage" || topic.topic.type == "tf/tfMessage";
-}
 
 std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const TopicContents&)) {
   std::string list;
@@ -69,7 +66,7 @@ bool BagRecording::has_scans() const { return std::ranges::any_of(index_.topics,
 void BagRecording::choose(const ScanSourceOptions& options, std::vector<std::string>& left_out) {
   choose_scans(options.bag);
   choose_cameras(options);
-  choose_tree(options.bag);
+  choose_tree();
   notes_.insert(notes_.end(), index_.notes.begin(), index_.notes.end());
   if (!posed_) return;
   choose_poses(options.bag);
@@ -125,28 +122,24 @@ void BagRecording::choose_cameras(const ScanSourceOptions& options) {
   std::set<std::uint32_t> topics;
   for (const ListedMessage& scan : scans_)
     if (!is_cloud_type(index_.topics[scan.topic].topic.type)) topics.insert(scan.topic);
-  if (options.bag.info_topic && topics.size() > 1)
-    throw Error(Error::Kind::usage, "--info-topic",
-                "is of one camera, but images of " + count_of(topics.size(), "topic") + " are chosen",
-                "map them one after the other");
   for (const std::uint32_t topic : topics) {
     if (options.intrinsics)
       cameras_[topic] = {read_intrinsics(*options.intrinsics)};
     else
-      choose_camera(index_.topics[topic], options.bag.info_topic);
+      choose_camera(index_.topics[topic]);
   }
 }
 
-void BagRecording::choose_camera(const TopicContents& images, const std::optional<std::string>& info_topic) {
-  const std::string name = info_topic.value_or(
-      camera_info_topic(images.topic.name, images.topic.type == "sensor_msgs/CompressedImage"));
+void BagRecording::choose_camera(const TopicContents& images) {
+  const std::string name =
+      camera_info_topic(images.topic.name, images.topic.type == "sensor_msgs/CompressedImage");
   const auto found = std::find_if(
       index_.topics.begin(), index_.topics.end(),
       [&](const TopicContents& topic) { return topic.topic.name == name && holds_camera(topic); });
   if (found == index_.topics.end())
     refuse("no camera for " + images.topic.name + ": no CameraInfo on " + name +
                "; there are: " + list_of(index_.topics, holds_camera),
-           "choose by --info-topic, or give --intrinsics FILE");
+           "give --intrinsics FILE");
   const CameraInfoMessage& first = found->cameras.front().camera;
   const bool rectified = is_rectified(images.topic.name);
   const bool of_p = with_place([&] { return &intrinsics_for(first, rectified) == &first.rectified; },
@@ -164,7 +157,7 @@ void BagRecording::choose_camera(const TopicContents& images, const std::optiona
 }
 
 /// Of several trees with the same frames, the one in the scans' namespace.
-void BagRecording::choose_tree(const BagOptions& options) {
+void BagRecording::choose_tree() {
   std::map<std::string, TransformTree>& trees = index_.trees;
   const auto own = [&](const ListedMessage& scan) {
     auto found = trees.end();
@@ -174,13 +167,9 @@ void BagRecording::choose_tree(const BagOptions& options) {
         found = at;
     return found;
   };
-  auto chosen = options.tf ? trees.find(namespace_of(*options.tf)) : own(scans_.front());
-  if (options.tf && chosen == trees.end())
-    refuse("no topic " + *options.tf + " with transforms, as --tf requires",
-           "there are: " + list_of(index_.topics, holds_transforms));
-  const bool sure = options.tf || std::ranges::all_of(scans_, [&](const ListedMessage& scan) {
-                      return chosen != trees.end() && own(scan) == chosen;
-                    });
+  auto chosen = own(scans_.front());
+  const bool sure = std::ranges::all_of(
+      scans_, [&](const ListedMessage& scan) { return chosen != trees.end() && own(scan) == chosen; });
   if (chosen == trees.end()) chosen = trees.begin();
   if (chosen != trees.end()) tree_ = std::move(chosen->second);
   std::string others;
@@ -190,8 +179,8 @@ void BagRecording::choose_tree(const BagOptions& options) {
   if (!sure)
     refuse(
         "frames of " + chosen->first + "/tf are in " + others + ", too, and the scans in no one's namespace",
-        "choose by --tf");
-  notes_.push_back("tf: " + chosen->first + "/tf, not " + others + " (--tf chooses another)");
+        "keep one robot's tf in the bag, or give --poses FILE");
+  notes_.push_back("tf: " + chosen->first + "/tf, not " + others);
 }
 
 /// A driver may stamp scans by a clock of its own, such as the time since it began.

@@ -63,8 +63,8 @@ class BagRecording {
  private:
   void choose_scans(const BagOptions& options);
   void choose_cameras(const ScanSourceOptions& options);
-  void choose_camera(const TopicContents& images, const std::optional<std::string>& info_topic);
-  void choose_tree(const BagOptions& options);
+  void choose_camera(const TopicContents& images);
+  void choose_tree();
   void choose_poses(const BagOptions& options);
   bool choose_registered(const std::string& frame, const BagOptions& options);
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
