@@ -5,7 +5,7 @@
 
 Writes header.txt and region<ID>_<INDEX> as PlanarRegionFileTools.java reads them (version 2): a region for each polygon of
 a surface, whole, because these planners look for support themselves, in a world whose z is up. Rings are clockwise, in the
-region's frame. There are no holes: the convex polygons leave them out.
+region's frame. There are no holes: the convex polygons, at most 20, leave them out, and some narrow corners.
 """
 import pathlib
 import sys

@@ -1,6 +1,7 @@
 // Convex pieces of outlines and contact regions: inside, disjoint, exactly; and how much they cover.
 #include "planning/exact_region.hpp"
 #include "shapes.hpp"
+#include "support/paths.hpp"
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
 
@@ -11,6 +12,7 @@
 
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
 #include <octosurf/pieces.hpp>
 
 namespace octosurf::planning {
@@ -176,6 +178,21 @@ TEST(ConvexPieces, CoverNearlyAllOfAFloor) {
     EXPECT_GE(expect_valid(on, region.polygons, 12), 0.95) << holes << " holes";
     EXPECT_GE(expect_valid(on, on.polygons, 20), 0.95) << holes << " holes";
   }
+}
+
+TEST(ConvexPieces, CoverTheSavedOfficeAsStated) {
+  const std::shared_ptr<const Snapshot> office =
+      load_map(test::paths::source() + "/maps/office").map.snapshot();
+  double covered = 0, all = 0;
+  for (const SurfacePtr& on : office->surfaces) {
+    double sum = 0;
+    for (const Ring2& ring : rings_of(*on, convex_pieces(*on, on->polygons))) sum += ring_area(ring);
+    const double area = test::area(on->polygons);
+    EXPECT_GT(sum, 0.925 * area) << on->id;
+    covered += sum;
+    all += area;
+  }
+  EXPECT_GT(covered, 0.975 * all);
 }
 
 TEST(ConvexPieces, StayWhereThePolygonStays) {
