@@ -85,7 +85,8 @@ void require_same_parameters(const MergeOptions& options, const Parameters& ours
 
 /// As far as the maps' records show.
 void require_other_scans(const MergeOptions& options, const LoadedMap& first, const LoadedMap& second) {
-  const std::vector<std::uint64_t>&held = surfaces::state_of(first.map).held, &others = surfaces::state_of(second.map).held;
+  const std::vector<std::uint64_t>&held = surfaces::state_of(first.map).held,
+        &others = surfaces::state_of(second.map).held;
   const std::set<std::uint64_t> known(held.begin(), held.end());
   const auto shared = static_cast<std::size_t>(
       std::count_if(others.begin(), others.end(), [&](std::uint64_t scan) { return known.contains(scan); }));
@@ -129,15 +130,15 @@ void require_common_place(const MergeOptions& options, const Map& first, const M
   constexpr double least_agreement = 0.5;
   const double d = first.parameters().occupancy.resolution;
   std::size_t known = 0, agree = 0;
-  const auto state_at = [&](const Eigen::Vector3d& p) { return first.at(p).occupancy; };
-  second.for_each_point([&](const Map::Voxel& voxel) {
-    const Eigen::Vector3d p = T * *voxel.point;
-    if (voxel.surface == 0 || state_at(p) == Map::Occupancy::unknown) return;
+  const auto state_at = [&](const Eigen::Vector3d& p) { return first.at(p).state; };
+  second.for_each_point([&](const OccupancyView::Voxel& voxel) {
+    const Eigen::Vector3d p = T * voxel.point;
+    if (voxel.surface == 0 || state_at(p) == OccupancyView::State::unknown) return;
     ++known;
-    bool beside = state_at(p) == Map::Occupancy::occupied;
+    bool beside = state_at(p) == OccupancyView::State::occupied;
     for (int axis = 0; axis < 3 && !beside; ++axis)
       for (const double step : {-d, d})
-        beside |= state_at(p + step * Eigen::Vector3d::Unit(axis)) == Map::Occupancy::occupied;
+        beside |= state_at(p + step * Eigen::Vector3d::Unit(axis)) == OccupancyView::State::occupied;
     agree += beside;
   });
   const std::string hint =

@@ -38,22 +38,12 @@ class LiveView : public RunObserver {
   explicit LiveView(RunState& run)
       : mapper_(run.mapper),
         name_(title_of(run.options.output)),
-        run_{new_run(),
-             [this] {
-               const std::lock_guard lock(tracking_);
-               return track_;
-             }},
+        run_{new_run()},
         up_(mapper_.map().parameters().up) {
     run.mapper.share_octree();
     server_.emplace(*run.options.serve_port, api_);
     std::printf("serving %s\n", server_->url().c_str());
     std::fflush(stdout);
-  }
-
-  void after(const InsertedScan& inserted) override {
-    const std::lock_guard lock(tracking_);
-    track_.add(inserted.scan.sensor, inserted.report.alignment.T_map_sensor);
-    track_.agreement = inserted.report.agreement.share();
   }
 
  private:
@@ -74,8 +64,6 @@ class LiveView : public RunObserver {
   const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
   std::mutex making_;                        ///< of the latest
   std::shared_ptr<const ServedMap> latest_;
-  std::mutex tracking_;  ///< of the track
-  io::SensorTrack track_;
   Api api_{[this] { return latest(); }};
   std::optional<HttpServer> server_;
 };
