@@ -25,11 +25,9 @@ HttpReply refusal(int status, const Error& error, const std::string& where);
 
 /// Answers GET and HEAD requests of this machine.
 ///
-/// 1. A request has 5 s to arrive, of 8 KB at most and without a body; its answer, or an event, a minute to
-/// be
-///    taken. Slow clients take no thread.
-/// 2. At most 256 clients, of which 32 follow the map; others get 503. A connection is closed after its
-/// answer.
+/// 1. A request has 5 s to arrive, of 8 KB at most and without a body; its answer, or an event, has a minute
+///    to be sent. Slow clients take no thread.
+/// 2. At most 256 clients, of which 32 follow the map; others get 503. Each answer closes its connection.
 /// 3. Requests for other hosts than this machine are refused, as are those of another site's page (Origin):
 ///    otherwise any page could resolve its own name to this address (DNS rebinding).
 /// 4. Plans are made one at a time, and take no time from other answers.
