@@ -128,7 +128,7 @@ void write_all(const fs::path& folder) {
   write("room.html", room("room </script><script>window.injected = 1</script>"));
   write("hills.html", hills());
   PageOptions small;
-  small.max_mb = 0.68;
+  small.max_mb = 0.69;
   write("small.html", hills(), small);
   write("empty.html", {"nothing", std::make_shared<Snapshot>()});
 

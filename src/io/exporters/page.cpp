@@ -14,7 +14,7 @@ std::string script(const std::string& message) {
   return "<script type=\"application/octet-stream\" class=\"map\">" + io::base64(message) + "</script>\n";
 }
 
-void check(const PageMap& map, const PageOptions& options) {
+void check_page(const PageMap& map, const PageOptions& options) {
   if (io::page_template().empty())
     throw Error(
         Error::Kind::usage, map.name, "this octosurf was built without the page",
@@ -28,7 +28,7 @@ void check(const PageMap& map, const PageOptions& options) {
 }  // namespace
 
 Page make_page(const PageMap& map, const PageOptions& options) {
-  check(map, options);
+  check_page(map, options);
   const std::string_view page = io::page_template();
   const std::size_t mark = page.find(io::page_map_mark);
   const std::string_view before = page.substr(0, mark), after = page.substr(mark + io::page_map_mark.size());

@@ -38,7 +38,7 @@ std::vector<PageVoxel> occupied_voxels(const OccupancyView& octree) {
 }
 
 /// Of each cube of 2³ voxels the one with the highest log-odds, as large as the cube.
-void merge(std::vector<PageVoxel>& voxels) {
+void merge_voxels(std::vector<PageVoxel>& voxels) {
   for (PageVoxel& voxel : voxels)
     for (int* key : {&voxel.x, &voxel.y, &voxel.z}) *key >>= 1;  // rounds down
   std::stable_sort(voxels.begin(), voxels.end(), [](const PageVoxel& a, const PageVoxel& b) {
@@ -100,7 +100,7 @@ VoxelsMessage voxels_message(const PageMap& map, double most_bytes) {
       merged = 0;
       voxels.clear();
     } else if (merged > 1) {
-      merge(voxels);
+      merge_voxels(voxels);
     }
     PageBlock block;
     block.json["kind"] = "voxels";

@@ -40,7 +40,8 @@ export class Triangles {
     const material = new THREE.MeshBasicMaterial({
       vertexColors: true, transparent: opacity < 1, opacity,
       // Lines and what is seen through lie in the plane of what they are on: they must win there.
-      depthWrite: opacity === 1, polygonOffset: true, polygonOffsetFactor: opacity === 1 ? 2 : 1, polygonOffsetUnits: 1,
+      depthWrite: opacity === 1, polygonOffset: true, polygonOffsetFactor: opacity === 1 ? 2 : 1,
+      polygonOffsetUnits: opacity === 1 ? 8 : 1,
     });
     const object = new THREE.Mesh(geometry, material);
     object.frustumCulled = false;
