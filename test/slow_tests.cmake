@@ -12,7 +12,7 @@ set(OCTOSURF_SLOW_alignment AlignedMap.ASensorsTiltAndScaleAreFoundAndAreNoDrift
     AlignedMap.WhatReadingsErrInCommonIsKnownWhetherOrNotPosesAreAligned Localizer.FindsScansFromGuessesFarOff
     NearSurfaces.PosesThatSlidDoNotMakeAPlaneUncertain PoseFit.ErrorsAreAsItsCovarianceSays
     Revisits.TellABendThatNoMotionExplains Revisits.TellHowFarThePoseIsOff)
-set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
+set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.ASignalLeavesNoLockNorPartOfAnyVerbThatWritesAMap EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
     FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.NoMemoryKeepsWhatWasMapped Files.ExportedSurfacesAreReadByPython
     Killed.* MapRun.DoubleLayersAreWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
     MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
