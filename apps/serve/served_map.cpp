@@ -201,7 +201,7 @@ ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) con
   map.stairs = asked.bare_ground().stairs().stairs;
   io::SurfacesMessage how;
   how.up = asked.up;
-  how.since = since;
+  if (since) how.changes = changes_since(*map.snapshot, *since);
   how.run = run.name;
   event_ = std::make_shared<const std::string>(
       "event: changes\ndata: " + io::base64(io::surfaces_message(map, how)) + "\n\n");

@@ -50,7 +50,7 @@ TEST(InlierTiles, AreTheListsOfTheirCells) {
   std::mt19937_64 random = rng();
   std::uniform_int_distribution<int> place(-18, 18);
   std::uniform_real_distribution<float> metres(-9, 9);
-  surfaces::InlierTiles tiles(nullptr);
+  surfaces::InlierTiles tiles;
   Lists lists;
   for (std::uint16_t round = 0; round < 6000; ++round) {
     const geometry::PlaneCell cell{place(random), place(random) / 3};  // several inliers a cell

@@ -21,10 +21,9 @@ namespace octosurf::io {
 struct SurfacesMessage {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   std::optional<Eigen::Vector3d> suggested_up{};
-  /// Only what changed since this revision.
-  std::optional<std::uint64_t> since{};
-  std::string run{};  ///< identifies the run of these revisions
-  bool feet = true;   ///< with contact regions
+  std::optional<MapChanges> changes{};  ///< only what changed: changes_since() a revision
+  std::string run{};                    ///< identifies the run of these revisions
+  bool feet = true;                     ///< with contact regions
 };
 
 /// The surfaces and cylinders as export_surfaces() writes them, without `boundary`, and what is beside them

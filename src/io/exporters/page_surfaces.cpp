@@ -49,22 +49,18 @@ Json feet_json(const PageMap& map) {
 }  // namespace
 
 std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
-  const std::uint64_t since = how.since.value_or(0);
   const std::shared_ptr<const Snapshot> sent =
-      how.since ? std::make_shared<const Snapshot>(changed_part(*map.snapshot, since)) : map.snapshot;
+      how.changes ? std::make_shared<const Snapshot>(changed_part(*map.snapshot, how.changes->since))
+                  : map.snapshot;
   PageBlock block;
   block.json["kind"] = "surfaces";
   block.json["run"] = how.run;
   block.json["name"] = map.name;
-  block.json["since"] = how.since ? Json(since) : Json();
+  block.json["since"] = how.changes ? Json(how.changes->since) : Json();
   block.json["up"] = how.up.normalized();
   if (how.suggested_up) block.json["suggested_up"] = how.suggested_up->normalized();
-  block.json["changes"] = nullptr;
-  if (how.since) {
-    const MapChanges changes = changes_since(*map.snapshot, since);
-    block.json["changes"] = changes_json(changes);
-    block.json["cylinders_gone"] = cylinders_gone(changes);
-  }
+  block.json["changes"] = how.changes ? changes_json(*how.changes) : Json();
+  if (how.changes) block.json["cylinders_gone"] = cylinders_gone(*how.changes);
   block.json["feet"] = how.feet ? feet_json(map) : Json::array();
   block.json["feet_left_out"] = !how.feet && !map.feet.empty();
   block.add("map", export_text(map, *sent));
