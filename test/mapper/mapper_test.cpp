@@ -274,7 +274,7 @@ TEST(Mapper, SurfacesStayAndGrowOnAnotherOctree) {
   const SurfacePtr before = floor_of(mapper);
   auto state = std::make_unique<surfaces::MapState>(Parameters{});
   state->occupancy = test::octree_of_file(test::bt_of(surfaces::state_of(other.map()).occupancy));
-  const Map octree(std::move(state));
+  const Map octree = surfaces::map_of(std::move(state));
   const ScanReport report = mapper.replace_occupancy(octree);
   EXPECT_GT(report.appeared, 1000U);
   EXPECT_FALSE(report.gone.empty()) << "the box's";
