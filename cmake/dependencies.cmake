@@ -37,8 +37,8 @@ if(OCTOSURF_BUILD_OCTOMAP STREQUAL AUTO)
   endif()
 endif()
 if(OCTOSURF_BUILD_OCTOMAP)
-  # src/octomap, ros; test: the twin of the octree. OctoMap hands out variables; as a target its headers are system
-  # headers.
+  # src/octomap; examples: collision checks; test: the twin of the octree. OctoMap hands out variables; as a target its
+  # headers are system headers.
   find_package(octomap REQUIRED)
   add_library(octosurf_liboctomap INTERFACE)
   target_include_directories(octosurf_liboctomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})

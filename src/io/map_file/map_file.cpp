@@ -46,8 +46,8 @@ std::string warning_of(const fs::path& file, const io::FileSum& expected) {
   const std::uintmax_t bytes = fs::file_size(file, ignored);
   if (!ignored && bytes == expected.bytes && io::sum_of(file) == expected) return {};
   return file.string() +
-         ": is not the one that was saved with the .surfaces, which holds everything and is used; "
-         "saving the map writes it again";
+         ": is not the one that was saved with the .surfaces, which alone is read; saving the map replaces "
+         "it, map --octree takes over its occupancy";
 }
 
 /// `path` relative to `folder`; absolute if there is no relative path.
