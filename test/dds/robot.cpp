@@ -110,10 +110,10 @@ void NodeTest::start_heard(const std::vector<std::string>& arguments, Qos qos, c
 void NodeTest::play_mapped(std::size_t first, std::size_t last, std::uint64_t mapped) {
   player->play(first, last);
   ASSERT_TRUE(wait_until([&] {
-    const Json now = told();
+    const Json now = last_status();
     return now.at("mapped") == mapped && now.at("waiting") == 0;
   })) << node->errors()
-      << told();
+      << last_status();
 }
 
 void NodeTest::end() {

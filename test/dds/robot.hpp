@@ -56,7 +56,7 @@ class NodeTest : public CommandTest {
   /// Plays scans [first, last), and waits until all that has come was mapped, refused or dropped, and that
   /// was `mapped` mapped.
   void play_mapped(std::size_t first, std::size_t last, std::uint64_t mapped);
-  Json told() const { return status->last(); }
+  Json last_status() const { return status->last(); }
   /// Ends it as Ctrl-C does.
   void end();
   bool says(const std::string& text) const {

@@ -296,8 +296,8 @@ TEST_F(MapFiles, AFileThatWasWrittenBeforeIsRead) {
   const OccupancyView::Voxel waiting = loaded.map.at({0.3, -0.1, 2.4});
   ASSERT_EQ(waiting.state, OccupancyView::State::occupied);
   EXPECT_EQ(waiting.surface, 0U);
-  EXPECT_LT((*waiting.point - Eigen::Vector3d(0.3, -0.1, 2.4)).norm(), 0.1 / 128);
-  EXPECT_LT((*waiting.view - Eigen::Vector3d(-0.3, 0.1, -2.4).normalized()).norm(), 0.06)
+  EXPECT_LT((waiting.point - Eigen::Vector3d(0.3, -0.1, 2.4)).norm(), 0.1 / 128);
+  EXPECT_LT((waiting.view - Eigen::Vector3d(-0.3, 0.1, -2.4).normalized()).norm(), 0.06)
       << "seen from the origin";
 
   const Eigen::Vector3d centre(0.3, -0.2, 0.1), half(0.9, 1.1, 0.7);

@@ -194,34 +194,31 @@ TEST_F(BagChoice, ASelfBoxStandsInAFrameOfTf) {
 
 TEST_F(BagChoice, RegisteredCloudsAreSeenFromTheRobotsPlace) {
   const McapMessage registered = cloud(1, "/cloud_registered", "odom");
-  expect_from_the_robot({odometry(1, 7), registered});
-  expect_from_the_robot({tf(1, "odom", "base", 7), registered});
-  expect_from_the_robot({tf(1, "odom", "base", 7), odometry(1, 7), registered});
-  expect_from_the_robot({tf(1, "map", "odom", 0), tf(1, "odom", "base", 7), registered});
-  expect_from_the_robot({tf(1, "lio", "base", 7), cloud(1, "/cloud_registered", "lio")});
-  BagOptions choice;
-  choice.pose_topic = "/odom";
-  expect_from_the_robot({tf(1, "odom", "base", 5), odometry(1, 7), registered}, choice);
-  choice.pose_topic.reset();
-  choice.pose_frame = "bob";
-  expect_from_the_robot({tf(1, "odom", "alice", 5), tf(1, "odom", "bob", 7), registered}, choice);
-  // Moved by the map's frame.
-  expect_from_the_robot({tf(1, "map", "odom", 100), tf(1, "odom", "base", 7), registered}, {}, 107);
-}
-
-TEST_F(RegisteredClouds, OfARobotThatIsNotFoundAreRefused) {
-  const McapMessage registered = cloud(1, "/cloud_registered", "odom");
-  EXPECT_THAT(
-      refusal({tf(1, "map", "odom", 7), registered}),
-      AllOf(HasSubstr("in fixed frame 'odom' and no sensor pose is known"), HasSubstr("--pose-frame")));
-  EXPECT_THAT(refusal({tf(1, "odom", "alice", 5), tf(1, "odom", "bob", 7), registered}),
-              HasSubstr("--pose-frame"));
-  BagOptions choice;
-  choice.fixed_frame = "map";
-  EXPECT_THAT(places({tf(1, "map", "odom", 7), registered}, choice), ElementsAre(7));
-}
-
-TEST_F(BagChoice, AFrameInWhichALegMovesIsASensors) {
+  const auto expect_at = [&](double place, const std::vector<McapMessage>& messages,
+                             const BagOptions& choice = {}) {
+    const auto source = open_scans({bag(messages)}, {.bag = choice});
+    EXPECT_THAT(source->notes().back(), says("their rays start at"));
+    const auto all = read_all(*source);
+    ASSERT_EQ(all.size(), 1U);
+    EXPECT_EQ(all[0].T_map_sensor.translation().x(), place);
+    EXPECT_EQ(all[0].points, std::vector<Eigen::Vector3f>({{1 - 7, 2, 3}}));
+  };
+  expect_at(7, {odometry(1, 7), registered});
+  expect_at(7, {tf(1, "odom", "base", 7), registered});
+  expect_at(7, {tf(1, "odom", "base", 7), odometry(1, 7), registered});
+  expect_at(7, {tf(1, "map", "odom", 0), tf(1, "odom", "base", 7), registered});
+  expect_at(7, {tf(1, "lio", "base", 7), cloud(1, "/cloud_registered", "lio")});
+  expect_at(7, {tf(1, "odom", "base", 5), odometry(1, 7), registered}, {.pose_topic = "/odom"});
+  const std::vector<McapMessage> two{tf(1, "odom", "alice", 5), tf(1, "odom", "bob", 7), registered};
+  expect_at(7, two, {.pose_frame = "bob"});
+  expect_at(107,
+            {tf(1, "map", "odom", 100), tf(1, "odom", "base", 7), registered});  // moved by the map's frame
+  // A robot that is not found:
+  const std::vector<McapMessage> none{tf(1, "map", "odom", 7), registered};
+  EXPECT_THAT(refusal(none), says("in fixed frame 'odom' and no sensor pose is known", "--pose-frame"));
+  EXPECT_THAT(refusal(two), says("--pose-frame"));
+  EXPECT_THAT(places(none, {.fixed_frame = "map"}), ElementsAre(7));
+  // A frame in which a leg moves is a sensor's.
   EXPECT_THAT(places({tf(1, "base_link", "leg", 7), cloud(1, "/points", "base_link")}), ElementsAre(0));
 }
 
