@@ -130,18 +130,18 @@ struct Overlap {
 
 Overlap overlap_of(const Map& map, const Map& other, const Eigen::Isometry3d& T_other_map) {
   const double d = other.parameters().occupancy.resolution;
-  const auto state_at = [&](const Eigen::Vector3d& p) { return other.at(p).occupancy; };
+  const auto state_at = [&](const Eigen::Vector3d& p) { return other.at(p).state; };
   Overlap overlap;
-  map.for_each_point([&](const Map::Voxel& voxel) {
+  map.for_each_point([&](const OccupancyView::Voxel& voxel) {
     if (voxel.surface == 0) return;
     ++overlap.all;
-    const Eigen::Vector3d p = T_other_map * *voxel.point;
-    if (state_at(p) == Map::Occupancy::unknown) return;
+    const Eigen::Vector3d p = T_other_map * voxel.point;
+    if (state_at(p) == OccupancyView::State::unknown) return;
     ++overlap.known;
-    bool beside = state_at(p) == Map::Occupancy::occupied;
+    bool beside = state_at(p) == OccupancyView::State::occupied;
     for (int axis = 0; axis < 3 && !beside; ++axis)
       for (const double step : {-d, d})
-        if (state_at(p + step * Eigen::Vector3d::Unit(axis)) == Map::Occupancy::occupied) beside = true;
+        if (state_at(p + step * Eigen::Vector3d::Unit(axis)) == OccupancyView::State::occupied) beside = true;
     if (beside) ++overlap.agree;
   });
   return overlap;
