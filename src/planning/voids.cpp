@@ -134,8 +134,7 @@ class Voids {
         if ((payload->surface == plane_.id) != own) continue;
         const auto i = static_cast<unsigned>(std::countr_zero(m));
         visit(*payload, corner + middles_[i], [&]() -> Eigen::Vector3d {
-          return T_plane_map_ *
-                 occupancy::load_point(*payload, grid, key_of(cube, i)).template cast<double>();
+          return T_plane_map_ * occupancy::load_point(*payload, grid, key_of(cube, i));
         });
       }
       return true;

@@ -322,7 +322,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
         ADD_FAILURE() << "is no reason for a pending point";
         continue;
     }
-    EXPECT_EQ(why.looked_at, p);
+    EXPECT_EQ(why.looked_at->cast<float>(), p.cast<float>());
     if (why.reason != Reason::waiting) {
       EXPECT_EQ(why.reason == Reason::isolated, alone);
     }

@@ -359,7 +359,7 @@ TEST(OccupancyView, ReadsCubesAsVoxelByVoxel) {
         const VoxelPayload& payload =
             cube.payloads[std::popcount(cube.points & ((std::uint64_t{1} << i) - 1))];
         const geometry::VoxelGrid grid(view.resolution());
-        const Eigen::Vector3d point = load_point(payload, grid, k).cast<double>();
+        const Eigen::Vector3d point = load_point(payload, grid, k);
         EXPECT_TRUE(point.isApprox(view.at(grid.centre_of(k).cast<double>()).point, 1e-6));
       }
       if ((cube.known >> i & 1) != 0)

@@ -27,7 +27,7 @@ TEST(Payload, PointComesBackWithinHalfAStep) {
       VoxelPayload payload;
       store_point(payload, grid, key, point.cast<float>(), Eigen::Vector3f::Zero());
       ASSERT_TRUE(payload.has_point());
-      const Eigen::Vector3f back = load_point(payload, grid, key);
+      const Eigen::Vector3f back = load_point(payload, grid, key).cast<float>();
       const double rounding = 4 * std::numeric_limits<float>::epsilon() * point.norm();
       ASSERT_LE((back.cast<double>() - point).cwiseAbs().maxCoeff(), d / 512 + rounding);
       geometry::VoxelKey again;
@@ -45,7 +45,7 @@ TEST(Payload, PointOutsideItsVoxelIsDrawnToItsBorder) {
   VoxelPayload payload;
   store_point(payload, grid, key, grid.centre_of(key) + Eigen::Vector3f(0.1F, -0.1F, 0),
               Eigen::Vector3f::Zero());
-  const Eigen::Vector3d back = load_point(payload, grid, key).cast<double>() - grid.corner_of(key);
+  const Eigen::Vector3d back = load_point(payload, grid, key) - grid.corner_of(key);
   EXPECT_NEAR(back.x(), 0.02, 1e-4);
   EXPECT_NEAR(back.y(), 0, 1e-4);
 }

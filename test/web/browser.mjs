@@ -3,6 +3,7 @@ import { spawn } from 'node:child_process';
 import { mkdtempSync, rmSync, existsSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
+import { setTimeout as sleep } from 'node:timers/promises';
 import { pathToFileURL } from 'node:url';
 
 /** Ends the test as skipped. */
@@ -95,7 +96,9 @@ class Browser {
   async close() {
     this.process.kill();
     await this.gone;
-    rmSync(this.home, { recursive: true, force: true, maxRetries: 5 });
+    // Its helper processes write for a moment longer.
+    for (let left = 50; left > 0 && existsSync(this.home); --left)
+      try { rmSync(this.home, { recursive: true, force: true }); } catch { await sleep(100); }
   }
 }
 

@@ -143,7 +143,7 @@ void set_readings(Voxel& voxel, const Key3& key, const occupancy::VoxelPayload* 
   if (payload == nullptr) return;
   voxel.surface = payload->surface;
   if (!payload->has_point()) return;
-  voxel.point = occupancy::load_point(*payload, geometry::VoxelGrid(resolution), key_of(key)).cast<double>();
+  voxel.point = occupancy::load_point(*payload, geometry::VoxelGrid(resolution), key_of(key));
   voxel.view = sensing::views[payload->view].cast<double>();
   voxel.range_m = sensing::range_of_class(payload->range_class);
 }

@@ -24,7 +24,7 @@ inline void store_point(VoxelPayload& payload, const geometry::VoxelGrid& grid, 
   payload.view = sensing::encode_view(view) & 0xfff;
   payload.range_class = sensing::range_class_of(view.norm()) & 0xf;
 }
-inline Eigen::Vector3f load_point(const VoxelPayload& payload, const geometry::VoxelGrid& grid,
+inline Eigen::Vector3d load_point(const VoxelPayload& payload, const geometry::VoxelGrid& grid,
                                   geometry::VoxelKey key) {
   const auto place = [](unsigned offset) { return static_cast<std::uint8_t>(offset); };
   return sensing::point_at(grid, key,
@@ -33,7 +33,7 @@ inline Eigen::Vector3f load_point(const VoxelPayload& payload, const geometry::V
 inline VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid,
                            geometry::VoxelKey key, PayloadPlace place = {}, float log_odds = 0) {
   return {key,
-          load_point(payload, grid, key),
+          load_point(payload, grid, key).cast<float>(),
           sensing::views[payload.view],
           static_cast<std::uint8_t>(payload.range_class),
           payload.surface,

@@ -56,10 +56,10 @@ inline PlaceInVoxel place_in_voxel(const geometry::VoxelGrid& grid, geometry::Vo
   const auto quantised = [](double c) { return static_cast<std::uint8_t>(std::clamp(c, 0.0, 255.0)); };
   return {quantised(relative.x()), quantised(relative.y()), quantised(relative.z())};
 }
-inline Eigen::Vector3f point_at(const geometry::VoxelGrid& grid, geometry::VoxelKey key,
+inline Eigen::Vector3d point_at(const geometry::VoxelGrid& grid, geometry::VoxelKey key,
                                 const PlaceInVoxel& place) {
   const Eigen::Vector3d offset(place[0] + 0.5, place[1] + 0.5, place[2] + 0.5);
-  return (grid.corner_of(key) + offset * (grid.resolution() / 256)).cast<float>();
+  return grid.corner_of(key) + offset * (grid.resolution() / 256);
 }
 
 }  // namespace octosurf::sensing

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include <octosurf/error.hpp>
@@ -95,10 +96,10 @@ OccupancyView::Voxel Map::at(const Eigen::Vector3d& point) const {
 }
 
 void Map::for_each_point(const std::function<void(const OccupancyView::Voxel&)>& visit) const {
-  const occupancy::OccupancyMap& occupancy = surfaces::state_of(*this).occupancy;
-  const OccupancyView now = occupancy.now();
-  occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
-    visit(now.at(occupancy.grid().centre_of(p.key).cast<double>()));
+  const auto all = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  surfaces::state_of(*this).occupancy.now().for_each_occupied({-all, all}, [&](const auto& voxel) {
+    if (voxel.range_m > 0) visit(voxel);  // a reading's; not one that an octree without readings brought
+    return true;
   });
 }
 
