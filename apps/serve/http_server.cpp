@@ -264,7 +264,7 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
  private:
   void answer(error_code failed) {
     if (failed == beast::error::timeout) return;
-    if (failed)
+    if (failed && !parser_.is_header_done())  // else a body, which has its own refusal
       return send(refusal(400, "no HTTP request, or too long a one", "request",
                           "send HTTP/1.1 with a header of 8 KB at most"));
     const std::string target = string_of(parser_.get().target());

@@ -30,7 +30,7 @@ using Json = nlohmann::ordered_json;
 std::string export_text(const Snapshot& snapshot, const ExportExtras& extras) {
   const ExportOptions options;
   std::ostringstream out;
-  io::write_json({snapshot, options, extras, {}}, out);
+  io::write_json({snapshot, options, extras}, out);
   return std::move(out).str();
 }
 

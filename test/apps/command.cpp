@@ -107,7 +107,8 @@ void CommandTest::made_once(const std::string& name, const std::function<void()>
   };
   static std::map<std::string, Kept> all;
   Kept& kept = all[name];
-  if (!kept.folder.empty()) return fs::copy(kept.folder, folder, fs::copy_options::recursive);
+  if (!kept.folder.empty())
+    return fs::copy(kept.folder, folder, fs::copy_options::recursive | fs::copy_options::skip_existing);
   make();
   kept.folder = folder.string() + "-" + name;
   fs::copy(folder, kept.folder, fs::copy_options::recursive);

@@ -43,7 +43,7 @@ TEST_F(Lock, OfAProcessThatIsGoneIsTakenOver) {
 
 TEST_F(Lock, OfAForeignFileNothingReachesTheTerminalRaw) {
   write("m.lock", "\x1b[2Jprocess\x07 \xff of\tnobody\n");
-  EXPECT_THAT(run_well("map floor --resume m --again").err, HasSubstr("?[2Jprocess? ? of?nobody had locked"));
+  EXPECT_THAT(run_well("map floor --resume m").err, HasSubstr("?[2Jprocess? ? of?nobody had locked"));
 }
 
 /// By a copy, or a program that knows no locks.

@@ -171,19 +171,19 @@ TEST_F(Merge, OfPartsGivesTheSurfacesOfOneRun) {
   for (int k = 1; k <= parts; ++k)
     run_well("map floor -o p" + std::to_string(k) + " --subset " + std::to_string(k) + "/" +
              std::to_string(parts));
-  run_well("merge p1 p2 -o all");
-  for (int k = 3; k <= parts; ++k) run_well("merge all p" + std::to_string(k) + " -o all --force");
-  EXPECT_EQ(info("all").at("scans"), images);
+  run_well("merge p1 p2 -o whole");
+  for (int k = 3; k <= parts; ++k) run_well("merge whole p" + std::to_string(k) + " -o whole --force");
+  EXPECT_EQ(info("whole").at("scans"), images);
   // The camera sees 79/60 × 59/60 m and moves on by 0.1 m: area of all images together.
   constexpr double area = (79.0 / 60 + 0.1 * (images - 1)) * 59 / 60;
-  EXPECT_LT(apart_m2("all", "one"), 0.01 * 2 * area);
+  EXPECT_LT(apart_m2("whole", "one"), 0.01 * 2 * area);
   run_well("merge p4 p5 -o p45");
   run_well("merge p6 p45 -o half");
   run_well("merge p1 p2 -o p12");
   run_well("merge p12 p3 -o other_half");
   run_well("merge half other_half -o tree");
   EXPECT_EQ(info("tree").at("scans"), images);
-  EXPECT_LT(apart_m2("tree", "all"), 0.01 * 2 * area);
+  EXPECT_LT(apart_m2("tree", "whole"), 0.01 * 2 * area);
 }
 
 TEST_F(Merge, RefusesMapsOfTheSameScans) {

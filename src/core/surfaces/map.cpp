@@ -92,7 +92,10 @@ bool Map::holds(const Scan& scan) const {
 }
 
 OccupancyView::Voxel Map::at(const Eigen::Vector3d& point) const {
-  return surfaces::state_of(*this).occupancy.now().at(point);
+  const occupancy::OccupancyMap& occupancy = surfaces::state_of(*this).occupancy;
+  geometry::VoxelKey key;  // by float, as points are mapped
+  if (!occupancy.grid().key_of(point.cast<float>(), key)) return {};
+  return occupancy.now().at(occupancy.grid().centre_of(key).cast<double>());
 }
 
 void Map::for_each_point(const std::function<void(const OccupancyView::Voxel&)>& visit) const {

@@ -247,6 +247,7 @@ TEST_F(ScanFolders, InputsFollowOneAnother) {
   write_pcd("a/2.pcd");
   for (const char* name : {"b/0.bin", "b/1.bin"}) write(name, bytes_of(1.f, 2.f, 3.f, 0.f));
   write("b/times.txt", "0.05\n0.35\n");
+  write("b/poses.txt", std::string(identity_pose) + identity_pose);
   const auto a = folder / "a", b = folder / "b";
   const auto scans = read_all({a / "2.pcd", a / "1.pcd", b, a});
   EXPECT_THAT(names(scans), ElementsAre("2.pcd", "1.pcd", "0.bin", "1.bin", "1.pcd", "2.pcd"));
