@@ -24,6 +24,7 @@
 #include <chrono>
 #include <exception>
 #include <functional>
+#include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -249,7 +250,7 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
 
   void read() {
     parser_.header_limit(longest_header);
-    parser_.body_limit(boost::none);  // it is refused, not read
+    parser_.body_limit(std::numeric_limits<std::uint64_t>::max());  // a body is refused, not read
     stream_.expires_after(request_time);
     http::async_read_header(
         stream_, buffer_, parser_,
@@ -264,7 +265,7 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
  private:
   void answer(error_code failed) {
     if (failed == beast::error::timeout) return;
-    if (failed && !parser_.is_header_done())  // else a body, which has its own refusal
+    if (failed)
       return send(refusal(400, "no HTTP request, or too long a one", "request",
                           "send HTTP/1.1 with a header of 8 KB at most"));
     const std::string target = string_of(parser_.get().target());

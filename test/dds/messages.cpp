@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <regex>
 #include <sstream>
 #include <unistd.h>
@@ -54,8 +55,12 @@ void encode(CdrBytes& out, const std::string& type, const Json& value) {
       out.u32(static_cast<std::uint32_t>(size));
     else
       size = std::stoul(type.substr(list + 1));
+    const std::string of = type.substr(0, list);
     for (std::size_t i = 0; i < size; ++i)
-      encode(out, type.substr(0, list), value.is_null() ? Json() : value.at(i));
+      if (of == "float32" && !value.is_null() && value.at(i).is_null())
+        out.number(std::numeric_limits<float>::quiet_NaN());  // as ros::decode() reads it
+      else
+        encode(out, of, value.is_null() ? Json() : value.at(i));
   } else {
     for (const auto& [name, of] : dds_types().at(type))
       encode(out, of, value.contains(name) ? value.at(name) : Json());
