@@ -66,15 +66,15 @@ class Merge : public CommandTest {
 
 TEST_F(Merge, MakesOneMapOfTwo) {
   const std::string left = read("left.surfaces");
-  const std::string told = run_well("merge left right -o both").out;
-  EXPECT_THAT(told, HasSubstr("first"));
-  EXPECT_THAT(told, HasSubstr("written      both.surfaces, both.bt"));
+  const std::string printed = run_well("merge left right -o both").out;
+  EXPECT_THAT(printed, HasSubstr("first"));
+  EXPECT_THAT(printed, HasSubstr("written      both.surfaces, both.bt"));
   const json both = info("both");
   EXPECT_EQ(both.at("scans"), 12);
   EXPECT_LT(apart_m2("both", "all"), 0.8) << "of some 20 m²";
   const std::string surfaces = both.at("surfaces").dump() + " surfaces, ";
-  EXPECT_THAT(told, HasSubstr("merged       " + surfaces));
-  EXPECT_THAT(told, HasSubstr("of the second's " + info("right").at("surfaces").dump() + " surfaces go on"));
+  EXPECT_THAT(printed, HasSubstr("merged       " + surfaces));
+  EXPECT_THAT(printed, HasSubstr("of the second's " + info("right").at("surfaces").dump() + " surfaces go on"));
   EXPECT_EQ(read("left.surfaces"), left);
   EXPECT_TRUE(exists("both.bt"));
 }
@@ -100,10 +100,10 @@ TEST_F(Merge, TakesThePoseOfTheSecondFrame) {
 }
 
 TEST_F(Merge, FindsThePoseFromAGuess) {
-  const std::string told =
+  const std::string printed =
       run_well("merge left right_elsewhere -o both --pose 0.1 1.05 -0.04 1 -1 92 --align").out;
-  EXPECT_THAT(told, HasSubstr("6 of 6 directions fixed"));
-  std::istringstream pose(told.substr(told.find("--pose ") + 7));
+  EXPECT_THAT(printed, HasSubstr("6 of 6 directions fixed"));
+  std::istringstream pose(printed.substr(printed.find("--pose ") + 7));
   constexpr double within = 0.005, within_deg = 0.28;  // m; of 5 mm at a metre
   for (const auto& [truth, most] :
        {std::pair(0, within), {1, within}, {0, within}, {0, within_deg}, {0, within_deg}, {90, within_deg}}) {

@@ -131,9 +131,9 @@ class Answers(Served):
                 self.assertEqual(self.server.ask("/")[0], 400)
             else:
                 status, page = self.server.ask("/")
-                told = b'<meta name="octosurf-server" content="yes">\n'
-                self.assertIn(told, page)
-                page = page.replace(told, b"").replace(b" connect-src 'self';", b"")
+                marker = b'<meta name="octosurf-server" content="yes">\n'
+                self.assertIn(marker, page)
+                page = page.replace(marker, b"").replace(b" connect-src 'self';", b"")
                 self.assertEqual((status, page), (200, pathlib.Path(folder, "x.html").read_bytes()))
 
     def test_one_surface(self):
@@ -189,17 +189,17 @@ class Answers(Served):
         for asked in ("", "?since=1&run=another", "?since=999999999&run="):
             with serving.Live(self.server, asked) as live:
                 self.assertEqual((live.status, live.reply.getheader("Content-Type")), (200, "text/event-stream"))
-                told = live.message()
-                self.assertEqual((told["kind"], told["since"], told["map"]["revision"]), ("surfaces", None, revision))
-                self.assertEqual([s["id"] for s in told["map"]["surfaces"]], [s["id"] for s in self.surfaces])
+                event = live.message()
+                self.assertEqual((event["kind"], event["since"], event["map"]["revision"]), ("surfaces", None, revision))
+                self.assertEqual([s["id"] for s in event["map"]["surfaces"]], [s["id"] for s in self.surfaces])
         with serving.Live(self.server, f"?since={revision}&run=") as live:
             self.assertTrue(live.lines()[0].startswith(b":"), "it has it all")
 
     def test_voxels(self):
         status, packed = self.server.ask("/api/voxels")
-        told = serving.block(packed)
-        self.assertEqual((status, told["kind"]), (200, "voxels"))
-        self.assertGreater(told["arrays"]["voxel_x"][2], 1000)
+        message = serving.block(packed)
+        self.assertEqual((status, message["kind"]), (200, "voxels"))
+        self.assertGreater(message["arrays"]["voxel_x"][2], 1000)
 
 
 class Refusals(Served):
