@@ -21,10 +21,7 @@ function chromium() {
 
 /** A connection to the browser, or to one of its pages. */
 class Session {
-  constructor(browser, id) {
-    this.browser = browser;
-    this.id = id;
-  }
+  constructor(browser, id) { Object.assign(this, { browser, id }); }
 
   send(method, params = {}) { return this.browser.send(method, params, this.id); }
 }
