@@ -164,7 +164,7 @@ int run_command(CLI::App& app, int argc, char** argv) {
   } catch (const Error& error) {
     return complain(program, verb, error.what(), error.kind() == Error::Kind::usage ? wrong_use : failed);
   } catch (const std::bad_alloc&) {
-    return complain(program, verb, "out of memory; map fewer scans at once or use a coarser resolution",
+    return complain(program, verb, "out of memory; allow more (ulimit -v) or map at a coarser resolution",
                     failed);
   } catch (const std::exception& error) {
     return complain(program, verb, error.what(), failed);

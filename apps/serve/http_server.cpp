@@ -174,7 +174,8 @@ struct HttpServer::Impl {
     } catch (const boost::system::system_error& failure) {
       throw Error(Error::Kind::usage, "127.0.0.1 port " + std::to_string(port),
                   "cannot be listened on: " + failure.code().message(),
-                  "give a port that is free, or port 0");
+                  failure.code() == asio::error::no_descriptors ? "raise the limit of open files (ulimit -n)"
+                                                                : "give a port that is free, or port 0");
     }
     sockets = std::thread([this] { run(); });
   }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <pybind11/numpy.h>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -19,6 +20,18 @@ namespace octosurf::python {
 /// Numbers in C order; arrays that are otherwise are copied so.
 template <class Number>
 using Dense = pybind11::array_t<Number, pybind11::array::c_style | pybind11::array::forcecast>;
+
+/// Of an array or a list of real numbers. Throws Error(data) for booleans, complex numbers and text, which
+/// NumPy would convert.
+template <class Number>
+Dense<Number> dense(pybind11::handle given) {
+  const auto any = pybind11::array::ensure(given);
+  if (!any) throw pybind11::error_already_set();
+  if (std::string_view("iuf").find(any.dtype().kind()) == std::string_view::npos)
+    throw Error(Error::Kind::data, "array", "is of " + std::string(pybind11::str(any.dtype())),
+                "give real numbers");
+  return Dense<Number>(any);
+}
 
 /// Scalar and columns of a vector's elements that are the rows of an array.
 template <class Element>
@@ -57,8 +70,7 @@ inline std::vector<pybind11::array_t<double>> view_of(const std::vector<Ring2>& 
 template <class Element>
 void rows_from(const pybind11::handle& given, std::vector<Element>& rows) {
   constexpr pybind11::ssize_t columns = Row<Element>::columns;
-  const auto array = Dense<typename Row<Element>::Number>::ensure(given);
-  if (!array) throw pybind11::error_already_set();
+  const auto array = dense<typename Row<Element>::Number>(given);
   rows.resize(static_cast<std::size_t>(array.size() / columns));
   if (array.size() == 0) return;
   if (array.ndim() != 2 || array.shape(1) != columns)

@@ -158,17 +158,25 @@ struct type_caster<E, std::void_t<decltype(octosurf::python::Names<E>::what)>> {
   }
 };
 
+/// Arrays that are given: dense().
+template <class Number>
+struct pyobject_caster<octosurf::python::Dense<Number>> {
+  using Array = octosurf::python::Dense<Number>;
+  PYBIND11_TYPE_CASTER(Array, handle_type_name<Array>::name);
+
+  bool load(handle source, bool) {
+    value = octosurf::python::dense<Number>(source);
+    return true;
+  }
+};
+
 /// Rigid motions: 4×4 float64 whose last row is 0 0 0 1, copied; checked where they are used.
 template <>
 struct type_caster<Eigen::Isometry3d> {
   PYBIND11_TYPE_CASTER(Eigen::Isometry3d, const_name("numpy.ndarray[numpy.float64[4, 4]]"));
 
   bool load(handle source, bool) {
-    const auto numbers = array_t<double, array::c_style | array::forcecast>::ensure(source);
-    if (!numbers) {
-      PyErr_Clear();
-      return false;
-    }
+    const auto numbers = octosurf::python::dense<double>(source);
     const bool square = numbers.ndim() == 2 && numbers.shape(0) == 4 && numbers.shape(1) == 4;
     if (!square)
       throw octosurf::Error(octosurf::Error::Kind::data, "pose", "is not 4x4", "give a rigid motion");

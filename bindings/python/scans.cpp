@@ -23,8 +23,7 @@ constexpr int largest_image = 1 << 16;  ///< pixels a side
 std::string shape_of(const py::array& array) { return py::str(array.attr("shape")); }
 
 io::Intrinsics camera_of(const py::object& given) {
-  const auto numbers = Dense<double>::ensure(given);
-  if (!numbers) throw py::error_already_set();
+  const auto numbers = dense<double>(given);
   const double* k = numbers.data();
   io::Intrinsics camera;
   if (numbers.ndim() == 1 && numbers.size() == 4)

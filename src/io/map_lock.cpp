@@ -10,7 +10,6 @@
 #include <mutex>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <system_error>
 #include <unistd.h>
 
 #include <octosurf/error.hpp>
@@ -69,11 +68,7 @@ struct MapLock::Held {
     return before;
   }
 
-  [[noreturn]] void fail() const {
-    throw Error(Error::Kind::output, file.string(),
-                "cannot be written: " + std::generic_category().message(errno),
-                "check the folder, its rights and the space left");
-  }
+  [[noreturn]] void fail() const { fail_to_write(file, "cannot be written", errno); }
 
   fs::path file;
   int descriptor = -1;

@@ -23,19 +23,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* room_hint = "check the folder, its rights and the space left";
-
 /// 0, or errno. EINVAL and ENOTSUP mean that the file system needs no sync.
 int sync_failure(int descriptor) {
   if (::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP) return 0;
   return errno;
 }
 
-[[noreturn]] void not_synced(const fs::path& file, int failure) {
-  throw Error(Error::Kind::output, file.string(),
-              "may not have reached the disk: " + std::generic_category().message(failure), "check the disk");
-}
-
+constexpr const char* not_written = "cannot be written";
+constexpr const char* not_synced = "may not have reached the disk";
 constexpr std::string_view part_suffix = ".part-";
 constexpr std::size_t random_digits = 16;
 
@@ -106,6 +101,13 @@ bool still_there(int descriptor) {
 
 }  // namespace
 
+void fail_to_write(const fs::path& file, const std::string& what, int failure) {
+  const bool no_more_files = failure == EMFILE || failure == ENFILE;
+  throw Error(Error::Kind::output, file.string(), what + ": " + std::generic_category().message(failure),
+              no_more_files ? "raise the limit of open files (ulimit -n)"
+                            : "check the folder, its rights and the space left");
+}
+
 std::string whole_of_part(const fs::path& part) {
   const std::string ending = part.extension().string(), digits = "0123456789abcdef";
   return ending.size() == part_suffix.size() + random_digits && ending.starts_with(part_suffix) &&
@@ -133,7 +135,7 @@ void sync_folder(const fs::path& file) {
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const int failure = descriptor < 0 ? errno : sync_failure(descriptor);
   if (descriptor >= 0) ::close(descriptor);
-  if (failure != 0) not_synced(file, failure);
+  if (failure != 0) fail_to_write(file, not_synced, failure);
 }
 
 NewFile::NewFile(fs::path file, bool force, LeftOvers left_overs)
@@ -155,11 +157,6 @@ NewFile::~NewFile() {
   ::close(descriptor_);  // last: unlocked files that still exist count as left over
 }
 
-void NewFile::fail(const char* what, int failure) const {
-  throw Error(Error::Kind::output, file_.string(), what + (": " + std::generic_category().message(failure)),
-              room_hint);
-}
-
 void NewFile::make() {
   if (left_overs_ == LeftOvers::remove) remove_left_overs(file_.parent_path(), file_.filename().string());
   do {
@@ -171,7 +168,7 @@ void NewFile::make() {
     // Accessible to the owner only until commit() sets the permissions of the file it replaces.
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
                          replaces ? 0600 : 0666);
-    if (descriptor_ < 0 && errno != EEXIST) fail("cannot be written", errno);
+    if (descriptor_ < 0 && errno != EEXIST) fail_to_write(file_, not_written, errno);
     if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where the file system has locks
   } while (descriptor_ < 0 || !still_there(descriptor_));
 }
@@ -182,11 +179,11 @@ void NewFile::write(const std::function<void(std::ostream&)>& fill) {
   std::ostream stream(&buffer);
   fill(stream);
   stream.flush();
-  if (!stream) fail("cannot be written", buffer.failure());
+  if (!stream) fail_to_write(file_, not_written, buffer.failure());
 }
 
 void NewFile::sync() const {
-  if (const int failure = sync_failure(descriptor_); failure != 0) not_synced(file_, failure);
+  if (const int failure = sync_failure(descriptor_); failure != 0) fail_to_write(file_, not_synced, failure);
 }
 
 void NewFile::commit() {
@@ -199,7 +196,7 @@ void NewFile::commit() {
   }
   if (!force_ && errno == EEXIST)
     throw Error(Error::Kind::usage, file_.string(), "exists already", "--force overwrites it");
-  if (::rename(temporary_.c_str(), file_.c_str()) != 0) fail("cannot be put in place", errno);
+  if (::rename(temporary_.c_str(), file_.c_str()) != 0) fail_to_write(file_, "cannot be put in place", errno);
   committed_ = true;
 }
 

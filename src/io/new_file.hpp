@@ -42,7 +42,6 @@ class NewFile {
 
  private:
   void make();
-  [[noreturn]] void fail(const char* what, int failure) const;
 
   std::filesystem::path file_;
   std::filesystem::path temporary_;
@@ -51,6 +50,10 @@ class NewFile {
   LeftOvers left_overs_;
   bool committed_ = false;
 };
+
+/// Throws Error(output): `what` could not be done, with the text of `failure`, an errno, and a hint to mend
+/// it.
+[[noreturn]] void fail_to_write(const std::filesystem::path& file, const std::string& what, int failure);
 
 /// The name of the file of which this is an unfinished NewFile's; empty if it is none.
 std::string whole_of_part(const std::filesystem::path& part);

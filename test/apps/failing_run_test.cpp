@@ -88,6 +88,15 @@ TEST_F(FailingRun, AFullDiskNamesTheLastCheckpoint) {
   EXPECT_FALSE(exists("n.surfaces") || exists("n.bt"));
 }
 
+TEST_F(FailingRun, TooFewFilesNameTheirLimit) {
+  write_floor("floor", 2);
+  for (const char* limit : {"ulimit -n 5;", "ulimit -n 6;"}) {  // at reading back, and at the folder's sync
+    const Outcome none = run("map floor -o n", limit);
+    EXPECT_EQ(none.code, 1);
+    EXPECT_THAT(none.err, AllOf(HasSubstr("n."), HasSubstr("(ulimit -n)"), Not(HasSubstr("disk;"))));
+  }
+}
+
 TEST_F(FailingRun, NoMemoryKeepsWhatWasMapped) {
   if (sanitized) GTEST_SKIP() << "a sanitizer needs more address space than any limit leaves";
   constexpr int images = 160;

@@ -188,6 +188,9 @@ class Errors(unittest.TestCase):
         for points, pose in ((np.zeros((5, 2)), np.eye(4)), (floor(), 2 * np.eye(4)),
                              (floor(), np.diag([2.0, 1, 1, 1])), (floor(), np.eye(3))):
             self.refused("data", mapper.insert_points, points, pose)
+        for kind in (bool, complex, str):
+            self.refused("data", mapper.insert_points, floor().astype(kind), np.eye(4))
+            self.refused("data", octosurf.Scan, floor().astype(kind), np.eye(4))
         depth = np.ones((4, 4), np.uint16)
         self.refused("data", mapper.insert_depth, depth, (0, 1, 1, 1), np.eye(4))
         self.refused("data", mapper.insert_depth, depth.astype(np.int32), (1, 1, 1, 1), np.eye(4))

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <boost/crc.hpp>
+#include <cerrno>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -84,7 +85,7 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   io::NewFile bt(files.bt, true), surfaces(files.surfaces, true);
   bt.write([&](std::ostream& out) { surfaces::state_of(map).occupancy.write_bt(out); });
   const std::optional<io::FileSum> sum = io::sum_of(bt.temporary());
-  if (!sum) throw Error(Error::Kind::output, files.bt.string(), "cannot be read back", "check the disk");
+  if (!sum) io::fail_to_write(files.bt, "cannot be read back", errno);
   surfaces.write([&](std::ostream& out) { io::write_map(surfaces::state_of(map), *sum, out, from_there); });
   // Both are complete on disk before either is renamed. If the process dies between the two, the old
   // .surfaces is intact and detects that the .bt is not its own.
