@@ -35,8 +35,8 @@ void bind_parameters(Module& module) {
   surfaces.fields(OCTOSURF_FIELDS(SurfaceParameters, surface_tolerance, sensor_noise, range_noise,
                                   max_hole_size, min_surface_width));
   Settings<DetectionParameters> detection(module, "DetectionParameters");
-  detection.fields(OCTOSURF_FIELDS(DetectionParameters, detector, search_radius, normal_radius,
-                                   min_surface_points, detection_budget, detect_cylinders));
+  detection.fields(OCTOSURF_FIELDS(DetectionParameters, detector, search_radius, min_surface_points,
+                                   detection_budget, detect_cylinders));
 
   using P = Parameters;
   Settings<P>(module, "Parameters", parameters_doc)
@@ -51,7 +51,6 @@ void bind_parameters(Module& module) {
       .def("surface_tolerance", &P::surface_tolerance)
       .def("max_hole_size", &P::max_hole_size)
       .def("search_radius", &P::search_radius)
-      .def("normal_radius", &P::normal_radius)
       .def("min_surface_points", &P::min_surface_points)
       .def("get", &get_parameter, "name"_a,
            "The value in force as text, as `octosurf map --show-parameters` has it: angles in degrees.")

@@ -53,10 +53,8 @@ struct DetectionParameters {
   /// large backlog's delay: after eight scans a tenth of it is left.
   int detection_budget = 0;
   bool detect_cylinders = true;         ///< find pillars, rails and rungs among pending points
-  std::optional<double> search_radius;  ///< r, m: of the paper's detector, for outliers and normals; of
-                                        ///< cylinders, the largest neighbourhood; empty: derived
-  std::optional<double> normal_radius;  ///< m: neighbourhood of cylinders' normals where points are dense and
-                                        ///< exact; empty: derived
+  std::optional<double> search_radius;  ///< r, m: of the paper's detector, for outliers and normals; empty:
+                                        ///< derived
 };
 
 /// src/core/alignment: a scan's pose against the map, before insertion.
@@ -81,7 +79,6 @@ struct Parameters {
   double surface_tolerance() const;  ///< effective s: explicit, else sensor_noise + d/2
   double max_hole_size() const;      ///< effective h: explicit, else 0.08 m, at least 4 d
   double search_radius() const;      ///< effective r: explicit, else 5 d, at least 0.06 m
-  double normal_radius() const;      ///< effective value: explicit, else 2.5 d
   int min_surface_points() const;    ///< effective n: explicit, else 0.02 m² / d² in [20, 500]
 
   /// Throws Error(usage) naming field, value and rule.

@@ -123,8 +123,6 @@ const std::vector<Refused>& refused() {
       {"map floor -o n --preserve_surfaces maybe", {"preserve_surfaces", "'maybe'", "true or false"}},
       // what follows from a parameter is said of the one that was given
       {"map floor -o n --resolution 4", {"resolution: is 4", "surface_tolerance is 2.0", "at most 1 m"}},
-      {"map floor -o n --search-radius 0.03", {"search_radius: is 0.03", "normal_radius is 0.05"}},
-      {"map floor -o n --search-radius 0.03 --normal-radius 0.04", {"normal_radius: is 0.04"}},
       // map: inputs and outputs
       {"map -o n", {"INPUT"}},
       {"map floor", {"-o"}},

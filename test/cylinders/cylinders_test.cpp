@@ -1,6 +1,5 @@
 #include "cylinders/cylinders.hpp"
 
-#include "cylinders/cylinder_extraction.hpp"
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
@@ -46,7 +45,7 @@ void update(surfaces::MapState& state) {
   std::vector<PointId> pending;
   for (const geometry::VoxelKey key : state.queue.fresh) pending.push_back(ledger.window.find(key));
   state.queue.fresh.clear();
-  update_cylinders(ledger, pending, {});
+  update_cylinders(ledger, pending, {pending});
   ++state.revision;
   state.cylinders.publish(state.revision);
 }
@@ -120,26 +119,6 @@ TEST(DetectCylinders, NotWhatIsShorterThanItsRadiusOrSeenTooLittleOf) {
     wait(state, seen.scan(test::random_pose(rng), 0.02, rng));
     update(state);
     EXPECT_EQ(state.cylinders.size(), 0U) << seen.radius << " " << seen.length << " " << seen.span;
-  }
-}
-
-TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
-  std::mt19937_64 rng(test::seed());
-  surfaces::MapState state{Parameters{}};
-  const Scan scan = Seen{}.scan(test::random_pose(rng), 0.02, rng);
-  const occupancy::OccupancyDelta delta = test::occupy(state, scan);
-  std::optional<CylinderExtraction::ExtractedCylinder> first;
-  for (int round = 0; round < 3; ++round) {
-    surfaces::Ledger ledger(state);
-    CylinderRules rules(ledger);
-    std::vector<PointId> region;
-    for (const occupancy::VoxelPoint& p : delta.appeared) region.push_back(ledger.window.find(p.key));
-    const auto found = CylinderExtraction(ledger, rules)(region);
-    ASSERT_TRUE(found);
-    if (!first) first = found;
-    EXPECT_EQ(found->inliers.size(), first->inliers.size());
-    EXPECT_EQ(found->shape.axis, first->shape.axis);
-    EXPECT_EQ(found->shape.radius, first->shape.radius);
   }
 }
 

@@ -29,7 +29,7 @@ using ::testing::IsEmpty;
 
 Parameters papers() {
   Parameters parameters = Parameters::paper(0.04);
-  parameters.detection.search_radius = parameters.detection.normal_radius = 0.06;
+  parameters.detection.search_radius = 0.06;
   return parameters;
 }
 

@@ -217,18 +217,16 @@ TEST(Parameters, DerivedValuesAreWhatTheDocumentationSays) {
     EXPECT_NEAR(p.surface_tolerance(), p.surfaces.sensor_noise + d / 2, 1e-12);
     EXPECT_NEAR(p.max_hole_size(), std::max(0.08, 4 * d), 1e-12);
     EXPECT_NEAR(p.search_radius(), std::max(0.06, 5 * d), 1e-12);
-    EXPECT_NEAR(p.normal_radius(), 2.5 * d, 1e-12);
     EXPECT_EQ(p.min_surface_points(), std::clamp(static_cast<int>(std::lround(0.02 / (d * d))), 20, 500));
   }
   Parameters given;
   given.surfaces.surface_tolerance = 0.033;
   given.surfaces.max_hole_size = 0.3;
   given.detection.search_radius = 0.21;
-  given.detection.normal_radius = 0.12;
   given.detection.min_surface_points = 77;
   EXPECT_EQ((std::array{given.surface_tolerance(), given.max_hole_size(), given.search_radius(),
-                        given.normal_radius(), 1.0 * given.min_surface_points()}),
-            (std::array{0.033, 0.3, 0.21, 0.12, 77.0}));
+                        1.0 * given.min_surface_points()}),
+            (std::array{0.033, 0.3, 0.21, 77.0}));
 }
 
 /// Values out of range for each parameter. The message names parameter, value and rule.
@@ -248,7 +246,6 @@ TEST(Parameters, ValidateNamesFieldValueAndRule) {
       {"max_hole_size", {0, -1, 0.001, 0.65, 1e6}},
       {"min_surface_width", {-0.01, 1e6}},
       {"search_radius", {0, -0.15, 1e6}},
-      {"normal_radius", {0, -0.15, 1e6}},
       {"min_surface_points", {0, -50, 2}},
   };
   for (const auto& [name, values] : refused) {

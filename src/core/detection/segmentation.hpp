@@ -20,7 +20,7 @@ struct Segmentation {
   std::vector<Patch> patches = std::vector<Patch>(1);  ///< by label; the first is a placeholder for clutter
   std::vector<Outside> outside;                        ///< empty if the readings are all of the octree's
   std::vector<Readings::Index> too_few;                ///< readings of planes rejected for their number alone
-  std::vector<std::vector<Readings::Index>> curved;    ///< readings of patches rejected as curved
+  std::vector<std::vector<Readings::Index>> curved;  ///< readings of patches rejected as curved or too narrow
 
   /// Renames labels, and replaces the patches.
   void follow(std::span<const Label> into, std::vector<Patch> now) {

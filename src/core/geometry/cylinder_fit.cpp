@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <unordered_set>
 #include <vector>
 
 namespace octosurf::geometry {
@@ -188,46 +187,38 @@ CylinderExtent extent_of(const CylinderShape& shape, std::span<const CylinderSam
   return extent;
 }
 
-CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSample> samples, double cell) {
+CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSample> samples) {
   CylinderEvidence evidence;
   const CylinderExtent& extent = evidence.extent = extent_of(shape, samples);
-  const double n = static_cast<double>(samples.size());
   const double middle = (extent.low + extent.high) / 2, half = std::max(extent.length() / 2, 1e-6);
+  const double n = static_cast<double>(samples.size()), around = std::max(extent.span * shape.radius, 1e-6);
+  const double cell = std::sqrt(2 * 2 * half * around / n);
+  const auto columns = static_cast<std::size_t>(around / cell) + 1;
+  std::vector<bool> seen((static_cast<std::size_t>(2 * half / cell) + 1) * columns);
   const Eigen::Vector3d y = shape.axis.cross(extent.start);
-  // Residuals fitted by a parabola along the axis; normals by a line.
-  Eigen::Matrix3d parabola = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d parabola_side = Eigen::Vector3d::Zero();
-  Eigen::Matrix2d line = 1e-9 * Eigen::Matrix2d::Identity();
-  Eigen::Vector2d line_side = Eigen::Vector2d::Zero();
-  std::unordered_set<std::uint64_t> cells;
-  double chi = 0;
+  Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+  double chi2 = 0;
   for (const CylinderSample& s : samples) {
     const double f = shape.distance(s.position), t = (shape.height(s.position) - middle) / half;
-    chi += f * f / (s.sigma * s.sigma);
+    chi2 += f * f / (s.sigma * s.sigma);
     const Eigen::Vector3d row(1, t, t * t);
-    parabola += row * row.transpose();
-    parabola_side += f * row;
-    if (!s.normal.isZero()) {
-      line += row.head<2>() * row.head<2>().transpose();
-      line_side += s.normal.dot(shape.axis) * row.head<2>();
-    }
+    normal_matrix += row * row.transpose();
+    right_side += f * row;
     const Eigen::Vector3d q = shape.from_axis(s.position);
     double angle = std::atan2(q.dot(y), q.dot(extent.start));
     if (angle < -1e-9) angle += 2 * pi;
-    const auto along = static_cast<std::uint32_t>((t + 1) * half / cell);
-    const auto around = static_cast<std::uint32_t>(std::max(0.0, angle) * shape.radius / cell);
-    cells.insert(std::uint64_t{along} << 32 | around);
+    const auto column = static_cast<std::size_t>(std::max(0.0, angle) * shape.radius / cell);
+    seen[std::min(seen.size() - 1, static_cast<std::size_t>((t + 1) * half / cell) * columns + column)] =
+        true;
   }
-  const Eigen::Vector3d bend = parabola.ldlt().solve(parabola_side);
-  const Eigen::Vector2d lean = line.ldlt().solve(line_side);
-  evidence.scatter = std::sqrt(chi / n);
-  evidence.bulge = std::fabs(bend[2]);
-  evidence.taper = std::fabs(bend[1]);
-  evidence.lean = std::fabs(lean[0]) + std::fabs(lean[1]);
-  evidence.facets = CrossSection(shape, extent, samples).facets() / std::max(chi, 1e-12);
-  const double rows = std::ceil(extent.length() / cell),
-               columns = std::ceil(extent.span * shape.radius / cell);
-  evidence.coverage = static_cast<double>(cells.size()) / std::max(1.0, rows * columns);
+  const Eigen::Vector3d parabola = normal_matrix.ldlt().solve(right_side);
+  evidence.scatter = std::sqrt(chi2 / n);
+  evidence.coverage =
+      static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(seen.size());
+  evidence.bulge = std::fabs(parabola[2]);
+  evidence.taper = std::fabs(parabola[1]);
+  evidence.facets = CrossSection(shape, extent, samples).facets() / std::max(chi2, 1e-12);
   return evidence;
 }
 

@@ -24,8 +24,7 @@ struct CylinderShape {
 /// A point on a cylinder, for fitting and evaluation.
 struct CylinderSample {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit; zero: unknown
-  double sigma = 0.005;                              ///< m: the point's noise
+  double sigma = 0.005;  ///< m: the point's noise
 };
 
 /// Extent of points on a cylinder: heights about `shape.point`, and angles counter-clockwise about the axis.
@@ -52,11 +51,10 @@ struct CylinderEvidence {
   double facets = 0;    ///< residual squares of planes along the axis per the cylinder's: ≤ 1 on edges
   double bulge = 0;     ///< m: curvature of the lateral surface along the axis (spheres, vases)
   double taper = 0;     ///< m: change of the radius from the middle to an end (cones)
-  double lean = 0;      ///< largest part of the mean normal along the axis, over its length (spheres, cones)
-  double coverage = 0;  ///< share of the side within the extent that has points, in cells of `cell`
+  double coverage = 0;  ///< share of the side between its ends in cells with samples, on average two each
 };
 
 /// O(samples).
-CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSample> samples, double cell);
+CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSample> samples);
 
 }  // namespace octosurf::geometry

@@ -89,8 +89,7 @@ class SurfaceUpdate {
     enqueue(ledger_.take_unprocessed());
   }
 
-  /// Existing cylinders take new points and those just segmented; new cylinders begin in patches rejected as
-  /// curved, and in segmented points that no plane explains.
+  /// Existing cylinders take new points and those just segmented; new ones begin in rejected patches.
   void update_cylinders() {
     std::vector<PointId> all = fresh_;
     all.insert(all.end(), segmented_.begin(), segmented_.end());

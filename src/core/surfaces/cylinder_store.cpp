@@ -6,24 +6,12 @@
 
 namespace octosurf::surfaces {
 
-std::vector<geometry::CylinderSample> CylinderModel::samples(const sensing::NoiseModel& noise,
-                                                             std::size_t stride) const {
-  std::vector<geometry::CylinderSample> samples;
-  samples.reserve(inliers.size() / stride + 1);
-  std::size_t k = 0;
-  for (const auto& [key, inlier] : inliers)
-    if (k++ % stride == 0)
-      samples.push_back(
-          {inlier.position.cast<double>(), Eigen::Vector3d::Zero(), noise.sigma(inlier.range_class)});
-  return samples;
-}
-
 CylinderPtr CylinderModel::publish(std::uint64_t map_revision) const {
   std::vector<geometry::CylinderSample> points;
   points.reserve(inliers.size());
   double squares = 0;
   for (const auto& [key, inlier] : inliers) {
-    points.push_back({inlier.position.cast<double>(), Eigen::Vector3d::Zero(), 1});
+    points.push_back({inlier.position.cast<double>(), 1});
     squares += std::pow(shape.distance(points.back().position), 2);
   }
   const geometry::CylinderExtent extent = geometry::extent_of(shape, points);

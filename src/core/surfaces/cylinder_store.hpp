@@ -1,7 +1,6 @@
 #pragma once
 
 #include "geometry/cylinder_fit.hpp"
-#include "sensing/noise_model.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <map>
@@ -25,9 +24,6 @@ struct CylinderModel {
   std::uint64_t revision = 0;                    ///< map revision of the last published change
   CylinderPtr published;                         ///< null before the first publication
 
-  /// Inliers in key order, without normals; every `stride`-th.
-  std::vector<geometry::CylinderSample> samples(const sensing::NoiseModel& noise,
-                                                std::size_t stride = 1) const;
   /// The immutable form for readers. O(inliers).
   CylinderPtr publish(std::uint64_t map_revision) const;
 };

@@ -96,12 +96,8 @@ std::vector<Entry> make_entries() {
               {"max_hole_size", "m", "h: alpha of the polygons, largest gap within a surface"},
               [](const P& p) { return text_of(p.max_hole_size()); }),
       derived(d, &D::search_radius, Form::real,
-              {"search_radius", "m",
-               "r: neighbourhood of a point, for the paper's detector; for cylinders the largest"},
+              {"search_radius", "m", "r: neighbourhood of a point, for the paper's detector"},
               [](const P& p) { return text_of(p.search_radius()); }),
-      derived(d, &D::normal_radius, Form::real,
-              {"normal_radius", "m", "cylinders: neighbourhood for normals"},
-              [](const P& p) { return text_of(p.normal_radius()); }),
       derived(d, &D::min_surface_points, Form::integer,
               {"min_surface_points", "", "n: fewest points of a surface"},
               [](const P& p) { return std::to_string(p.min_surface_points()); }),
@@ -210,10 +206,6 @@ double Parameters::search_radius() const {
   return detection.search_radius.value_or(std::max(0.06, 5 * occupancy.resolution));
 }
 
-double Parameters::normal_radius() const {
-  return detection.normal_radius.value_or(2.5 * occupancy.resolution);
-}
-
 int Parameters::min_surface_points() const {
   if (detection.min_surface_points) return *detection.min_surface_points;
   const double voxels = 0.02 / (occupancy.resolution * occupancy.resolution);
@@ -251,8 +243,6 @@ void Parameters::validate() const {
     refuse("detector", "unknown", "likelihood or paper");
   check("search_radius", search_radius() >= o.resolution && search_radius() <= 64 * o.resolution,
         "from 1 to 64 voxels");
-  check("normal_radius", normal_radius() >= o.resolution && normal_radius() <= search_radius() * (1 + 1e-9),
-        "from 1 voxel to search_radius");
   check("min_surface_points", min_surface_points() >= 3, "at least 3");
   check("detection_budget", d.detection_budget >= 0, "at least 0");
   check("up", !up || std::fabs(up->norm() - 1) <= 1e-6, "of length 1");

@@ -39,8 +39,9 @@ struct Proposal {
   std::vector<FoundPlane> planes = std::vector<FoundPlane>(1);
   std::vector<Labelled> points;
   std::vector<Rest> rest;
-  std::vector<PointId> unprocessed;          ///< pending points that the next scan looks at again
-  std::vector<std::vector<PointId>> curved;  ///< points of patches rejected as curved: cylinders begin there
+  std::vector<PointId> unprocessed;  ///< pending points that the next scan looks at again
+  std::vector<std::vector<PointId>>
+      curved;  ///< points of patches in which cylinders begin: curved, or too narrow
 };
 
 }  // namespace octosurf::surfaces

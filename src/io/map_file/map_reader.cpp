@@ -26,8 +26,8 @@ constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
 /// Parameters of earlier versions that have a fixed value now, or none.
-constexpr std::array<std::string_view, 4> retired_parameters{"smoothness_angle", "max_curvature",
-                                                             "ransac_iterations", "mesh_thickness"};
+constexpr std::array<std::string_view, 5> retired_parameters{
+    "normal_radius", "smoothness_angle", "max_curvature", "ransac_iterations", "mesh_thickness"};
 constexpr double largest_integer = 1e9;  // limit of a parameter; real ones are far below
 
 /// A parsed record: its field number, and that field's bytes.

@@ -69,8 +69,8 @@ TEST_F(MapFiles, OfParametersAtTheirEndsLoad) {
                                   "min_surface_width=0",
                                   "min_surface_width=10",
                                   "min_surface_points=3",
-                                  "search_radius=0.05 normal_radius=0.05",
-                                  "search_radius=3.2 normal_radius=3.2",
+                                  "search_radius=0.05",
+                                  "search_radius=3.2",
                                   "detection_budget=1",
                                   "hit=0.999999 clamp_max=0.9999999",
                                   "miss=1e-6 clamp_min=1e-7",
@@ -129,7 +129,7 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
   // Every one another than the default: thirds of these, which no short text holds.
   std::istringstream thirds(
       "resolution 0.1 surface_tolerance 0.07 sensor_noise 0.01 range_noise 0.001 max_hole_size 0.5 "
-      "search_radius 0.7 normal_radius 0.4 min_surface_points 123 min_surface_width 0.2 "
+      "search_radius 0.7 min_surface_points 123 min_surface_width 0.2 "
       "detection_budget 2310 max_range 20 "
       "min_range 1 hit 2 miss 1 clamp_min 0.1 clamp_max 2.9 occupied 1.6 preserve_surfaces 0 "
       "detect_cylinders 0 align 0 up_x 1 up_y -2 up_z 2");
