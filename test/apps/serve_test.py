@@ -6,23 +6,16 @@ import pathlib
 import re
 import resource
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 import unittest
 
 import serving
+from serving import command
 
-COMMAND, MAP = sys.argv[1:3]
+MAP = sys.argv[2]
 PLAN = {"from": [-4.6, -0.6, 0.6, -135], "to": [-6.6, -2.7, 1.5, -135]}  # from the office's floor to the landing of its stair
-
-
-def command(*words, code=0):
-    program = COMMAND + ("-lab" if words[0] == "simulate" else "")
-    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True, timeout=300)
-    assert code is None or done.returncode == code, (words, done)
-    return done.stderr if code else done.stdout
 
 
 def query(*words):
@@ -49,16 +42,13 @@ class Served(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.server = serving.Server(COMMAND, MAP)
+        cls.server = serving.Server(MAP)
+        cls.addClassCleanup(cls.server.__exit__)
         cls.surfaces = cls.server.ask("/api/surfaces")[1]["surfaces"]
         cls.floor = max(cls.surfaces, key=lambda s: s["area_m2"] * (s["plane"]["normal"][2] > 0.9))
         # Inside it, with a foot's room.
         piece = cls.server.ask("/api/regions", surface=cls.floor["id"], pieces=1)[1]["pieces"][0]
         cls.at = [sum(p[i] for p in piece) / len(piece) for i in range(3)]
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.server.__exit__()
 
 
 class Answers(Served):
@@ -71,18 +61,18 @@ class Answers(Served):
 
     def test_places(self):
         x, y, z = self.at
-        box = self.answer("/api/query/box", min=[x - 1, y - 1, z - 1], max=[x + 1, y + 1, z + 1])
-        self.assertEqual(box, query("--box", x - 1, y - 1, z - 1, x + 1, y + 1, z + 1))
-        self.assertIn(self.floor["id"], box["surfaces"])
-        self.assertEqual(self.answer("/api/query/sphere", center=self.at, radius_m=0.5), query("--sphere", x, y, z, 0.5))
-        for direction in ([1, 0.2, -0.3], [0, 0, 1]):
-            ray = self.answer("/api/query/ray", **{"from": [x, y, z + 0.5], "direction": direction})
-            self.assertEqual(ray, query("--ray", x, y, z + 0.5, *direction))
-        for dz in (0, 90):
-            self.assertEqual(self.answer("/api/query/voxel", point=[x, y, z + dz]), query("--voxel", x, y, z + dz))
-        for question in ("nearest", "below"):
-            found = self.answer(f"/api/query/{question}", point=[x, y, z + 1], max_slope_deg=20)
-            self.assertEqual(found, query(f"--{question}", x, y, z + 1, "--max-slope", 20))
+        box, start = [x - 1, y - 1, z - 1, x + 1, y + 1, z + 1], [x, y, z + 0.5]
+        for question, parameters, words in (
+                ("box", {"min": box[:3], "max": box[3:]}, box), ("sphere", {"center": self.at, "radius_m": 0.5}, [*self.at, 0.5]),
+                ("ray", {"from": start, "direction": [1, 0.2, -0.3]}, [*start, 1, 0.2, -0.3]),
+                ("ray", {"from": start, "direction": [0, 0, 1]}, [*start, 0, 0, 1]),
+                ("voxel", {"point": self.at}, self.at), ("voxel", {"point": [x, y, z + 90]}, [x, y, z + 90]),
+                ("nearest", {"point": [x, y, z + 1], "max_slope_deg": 20}, [x, y, z + 1, "--max-slope", 20]),
+                ("below", {"point": [x, y, z + 1], "max_slope_deg": 20}, [x, y, z + 1, "--max-slope", 20])):
+            answer = self.answer(f"/api/query/{question}", **parameters)
+            self.assertEqual(answer, query(f"--{question}", *words), question)
+            if question == "box":
+                self.assertIn(self.floor["id"], answer["surfaces"])
         status, refused = self.server.ask("/api/query/below", point=[x, y, z - 90])
         self.assertEqual((status, refused["error"]), (404, "has no such surface below that place"))
 
@@ -118,12 +108,13 @@ class Answers(Served):
 
     def test_documents(self):
         self.assertEqual(self.server.ask("/api/info")[1], json.loads(command("info", MAP, "--json")))
+        status, packed = self.server.ask("/api/voxels")
+        voxels = serving.block(packed)
+        self.assertEqual((status, voxels["kind"]), (200, "voxels"))
+        self.assertGreater(voxels["arrays"]["voxel_x"][2], 1000)
         with tempfile.TemporaryDirectory() as folder:
             command("export", MAP, "--to", f"{folder}/x.json")
-            line = self.server.connection()
-            self.addCleanup(line.close)
-            line.request("GET", "/api/surfaces")
-            self.assertEqual(line.getresponse().read(), pathlib.Path(folder, "x.json").read_bytes())
+            self.assertEqual(self.server.ask("/api/surfaces", plain=True)[1], pathlib.Path(folder, "x.json").read_bytes())
             try:
                 command("view", MAP, "--html", f"{folder}/x.html")
             except AssertionError as built_without:
@@ -153,17 +144,8 @@ class Answers(Served):
             self.assertEqual(sorted(changes["appeared"] + changes["changed"]), now)
             self.assertEqual(changes["revision"], revision)
         self.assertEqual(self.server.ask("/api/changes", since=revision + 1)[0], 400)
-
-    def test_changes_in_a_box(self):
-        box = [self.at[i] + d for d in (-0.5, 0.5) for i in range(3)]
-        inside = [s for s in self.answer("/api/changes", since=0)["now"]["surfaces"] if touches(s, box)]
-        for corners in (box, box[3:] + box[:3]):
-            self.assertEqual(self.answer("/api/changes", since=0, box=corners)["now"]["surfaces"], inside)
-        self.assertTrue(0 < len(inside) < len(self.surfaces))
-        line = self.server.connection()
-        self.addCleanup(line.close)
-        line.request("GET", "/api/changes?since=0&box=90,90,90,91,91,91")
-        self.assertLess(len(line.getresponse().read()), 400, "nothing is there")
+        nothing = self.server.ask("/api/changes", plain=True, since=0, box=[90, 90, 90, 91, 91, 91])[1]
+        self.assertLess(len(nothing), 400, "nothing is there")
 
     def test_the_list_says_what_is_asked(self):
         listed = {one["path"]: one["parameters"] for one in self.server.ask("/api")[1]["questions"]}
@@ -195,12 +177,6 @@ class Answers(Served):
         with serving.Live(self.server, f"?since={revision}&run=") as live:
             self.assertTrue(live.lines()[0].startswith(b":"), "it has it all")
 
-    def test_voxels(self):
-        status, packed = self.server.ask("/api/voxels")
-        message = serving.block(packed)
-        self.assertEqual((status, message["kind"]), (200, "voxels"))
-        self.assertGreater(message["arrays"]["voxel_x"][2], 1000)
-
 
 class Refusals(Served):
     def refused(self, status, where, path, **more):
@@ -213,26 +189,20 @@ class Refusals(Served):
         voxel = "/api/query/voxel"
         for point in ([1, 2], "here", [1, 2, 1e7], "1,2,nan", "1,2,1e999", "1,2,"):
             self.refused(400, "point", voxel, point=point)
-        self.refused(400, "point", voxel)
-        self.refused(400, "point", voxel + "?point=1,2,%2")
-        self.refused(400, "point", voxel + "?point=1,2,3&point=1,2,4")
-        self.refused(400, "colour", voxel, point=[1, 2, 3], colour=1)
-        self.refused(400, "foot", "/api/regions", surface=1, foot="big")
-        self.refused(400, "surface", "/api/regions", surface=1.5)
-        self.refused(400, "robot", "/api/plan", **{"from": [0] * 4, "to": [0] * 4, "robot": "bird"})
-        self.refused(400, "since", "/live", since="soon")
-        self.refused(400, "colour", "/live", colour=1)
-        for path in (voxel, "/live"):
-            self.refused(400, "request", path + "?po%00int=1,2,3")
-        self.refused(400, "request", "/api/regions?surface=1&foot=0.1%00")
+        for where, path, parameters in (
+                ("point", voxel, {}), ("point", voxel + "?point=1,2,%2", {}), ("point", voxel + "?point=1,2,3&point=1,2,4", {}),
+                ("colour", voxel, {"point": [1, 2, 3], "colour": 1}), ("foot", "/api/regions", {"surface": 1, "foot": "big"}),
+                ("surface", "/api/regions", {"surface": 1.5}), ("since", "/live", {"since": "soon"}), ("colour", "/live", {"colour": 1}),
+                ("robot", "/api/plan", {"from": [0] * 4, "to": [0] * 4, "robot": "bird"}), ("request", voxel + "?po%00int=1,2,3", {}),
+                ("request", "/live?po%00int=1,2,3", {}), ("request", "/api/regions?surface=1&foot=0.1%00", {})):
+            self.refused(400, where, path, **parameters)
 
     def test_other_requests(self):
-        self.refused(404, "/nothing", "/nothing")
-        self.refused(405, "/api/info", "/api/info", method="POST", body="{}")
-        self.refused(405, "/api/plan", "/api/plan", method="DELETE")
-        self.refused(405, "/live", "/live", method="POST")
-        self.refused(413, "body", "/api/plan", body="x" * 2000)
-        self.refused(400, "request", "/", headers={"X-Long": "x" * 9000})
+        for status, where, path, more in (
+                (404, "/nothing", "/nothing", {}), (405, "/api/info", "/api/info", {"method": "POST", "body": "{}"}),
+                (405, "/api/plan", "/api/plan", {"method": "DELETE"}), (405, "/live", "/live", {"method": "POST"}),
+                (413, "body", "/api/plan", {"body": "x" * 2000}), (400, "request", "/", {"headers": {"X-Long": "x" * 9000}})):
+            self.refused(status, where, path, **more)
         with self.server.half_open(b"hello\r\n\r\n") as line:
             self.assertIn(b" 400 ", line.recv(4096))
 
@@ -267,7 +237,7 @@ class Limits(unittest.TestCase):
     """Clients that behave badly, and a stop."""
 
     def setUp(self):
-        self.server = serving.Server(COMMAND, MAP)
+        self.server = serving.Server(MAP)
         self.addCleanup(self.server.__exit__)
 
     def half_open(self, data, count=1):
@@ -309,20 +279,15 @@ class Limits(unittest.TestCase):
         self.addCleanup(serving.Live(self.server).close)
         self.ends_soon()
 
-    def ends_a_plan(self, number):
-        line = self.server.connection()
-        self.addCleanup(line.close)
-        line.request("GET", serving.url("/api/plan", **PLAN, robot="quadruped", improving=100000, time_s=30))
-        time.sleep(1)
-        self.assertEqual(self.server.ask("/api/info")[0], 200)
-        self.ends_soon(number)
-        self.assertEqual(line.getresponse().status, 503)
-
-    def test_ctrl_c_ends_a_plan(self):
-        self.ends_a_plan(signal.SIGINT)
-
-    def test_sigterm_ends_a_plan(self):
-        self.ends_a_plan(signal.SIGTERM)
+    def test_a_signal_ends_a_plan(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self.setUp()  # a server each
+            with contextlib.closing(self.server.connection()) as line:
+                line.request("GET", serving.url("/api/plan", **PLAN, robot="quadruped", improving=100000, time_s=30))
+                time.sleep(1)
+                self.assertEqual(self.server.ask("/api/info")[0], 200)
+                self.ends_soon(number)
+                self.assertEqual(line.getresponse().status, 503)
 
     def test_too_many_clients(self):
         idle = self.half_open(b"", 256)
@@ -353,7 +318,7 @@ class Recording(unittest.TestCase):
         command("map", f"{cls.folder}/scans", "-o", f"{cls.folder}/office", "--resolution", "0.04")
 
     def test_a_surface_that_went_is_told_from_one_that_never_was(self):
-        with serving.Server(COMMAND, f"{self.folder}/office") as server:
+        with serving.Server(f"{self.folder}/office") as server:
             there = {surface["id"] for surface in server.ask("/api/surfaces")[1]["surfaces"]}
             kinds = set()
             for missing in set(range(1, max(there))) - there:
@@ -371,7 +336,7 @@ class Recording(unittest.TestCase):
             self.assertEqual(kinds, {None, "was merged", "went"})
 
     def test_changes_in_a_box_are_those_of_the_map_that_touch_it(self):
-        with serving.Server(COMMAND, f"{self.folder}/office") as server:
+        with serving.Server(f"{self.folder}/office") as server:
             counts = {"changed": 0, "appeared": 0, "outside": 0}
             for since in range(server.ask("/api/info")[1]["revision"] + 1):
                 whole = server.ask("/api/changes", since=since)[1]
@@ -380,11 +345,12 @@ class Recording(unittest.TestCase):
                 there = [s for s in whole["now"]["surfaces"] if touches(s, box)]
                 ids = {s["id"] for s in there}
                 part = server.ask("/api/changes", since=since, box=box)[1]
+                self.assertEqual(server.ask("/api/changes", since=since, box=box[3:] + box[:3])[1], part)
                 self.assertEqual(part["now"]["surfaces"], there)
-                for kind in ("appeared", "changed"):
-                    self.assertEqual(part[kind], [i for i in whole[kind] if i in ids])
-                self.assertEqual(part["outside"], [i for i in whole["changed"] if i not in ids])
-                self.assertEqual([part[kind] for kind in ("gone", "merged", "split")], [whole[kind] for kind in ("gone", "merged", "split")])
+                expected = {kind: [i for i in whole[kind] if i in ids] for kind in ("appeared", "changed")}
+                expected |= {kind: whole[kind] for kind in ("gone", "merged", "split")}
+                expected["outside"] = [i for i in whole["changed"] if i not in ids]
+                self.assertEqual({kind: part[kind] for kind in expected}, expected)
                 for kind in counts:
                     counts[kind] += len(part[kind])
             self.assertGreater(min(counts.values()), 0, counts)
@@ -402,7 +368,7 @@ class WhileMapping(unittest.TestCase):
             for number, line in enumerate(lines):  # s: a slow machine falls behind, but joins no scans
                 line[0] = f"{0.5 * number + 55 * (number == self.SCANS):.6f}"
             (scans / "poses.txt").write_text("".join(" ".join(line) + "\n" for line in lines))
-            server = serving.Server(COMMAND, str(scans), "-o", str(served), "--realtime", "--detection-budget", "0",
+            server = serving.Server(str(scans), "-o", str(served), "--realtime", "--detection-budget", "0",
                                     "--resolution", "0.04", verb="map", port="--serve")
             stuck = [server.half_open(data) for data in (b"GET / ", b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")]
             stuck.append(serving.Live(server))

@@ -1,4 +1,5 @@
-"""A running `octosurf serve`, and requests to it that no well-behaved client would send."""
+"""The command, sys.argv[1], as its tests in Python run it; a running `octosurf serve`, and requests to it that no well-behaved client
+would send."""
 
 import base64
 import contextlib
@@ -14,17 +15,26 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 import urllib.parse
 
 QUESTIONS = {f"/api/query/{name}" for name in ("box", "sphere", "ray", "voxel", "nearest", "below", "foothold")} | {
     "/api/regions", "/api/regions/all", "/api/surface", "/api/changes", "/api/plan", "/api/voxels", "/live"}
 
 
-class Server:
-    """`with Server(command, "maps/office") as server:`; it has to end well on SIGTERM."""
+def command(*words, code=0, **how):
+    """What it says on stdout, or on stderr where it is to fail. With None as code it may end as it likes."""
+    program = sys.argv[1] + ("-lab" if words[0] == "simulate" else "")
+    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True, timeout=900, **how)
+    assert code is None or done.returncode == code, (words, done)
+    return done.stderr if code else done.stdout
 
-    def __init__(self, command, map_name, *options, verb="serve", port="--port"):
-        self.process = subprocess.Popen([command, verb, map_name, port, "0", *options],
+
+class Server:
+    """`with Server("maps/office") as server:`; it has to end well on SIGTERM."""
+
+    def __init__(self, map_name, *options, verb="serve", port="--port"):
+        self.process = subprocess.Popen([sys.argv[1], verb, map_name, port, "0", *options],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         while not (line := self.process.stdout.readline()).startswith("serving") and line:
             pass
@@ -45,20 +55,19 @@ class Server:
     def connection(self):
         return http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
 
-    def ask(self, path, method="GET", headers=None, body=None, **query):
-        """Status and body; JSON is read. Lists are given with commas."""
-        line = self.connection()
-        line.request(method, url(path, **query), body=body, headers=headers or {})
-        reply = line.getresponse()
-        content = reply.read()
-        line.close()
-        if reply.getheader("Content-Type") == "application/json" and content:
+    def ask(self, path, method="GET", headers=None, body=None, plain=False, **query):
+        """Status and body; JSON is read, unless it is to stay `plain`. Lists are given with commas."""
+        with contextlib.closing(self.connection()) as line:
+            line.request(method, url(path, **query), body=body, headers=headers or {})
+            reply = line.getresponse()
+            content = reply.read()
+        if reply.getheader("Content-Type") == "application/json" and content and not plain:
             content = json.loads(content)
         return reply.status, content
 
     def raw(self, data):
         """What comes back for these bytes; the connection may be reset."""
-        with socket.create_connection(("127.0.0.1", self.port), timeout=60) as line:
+        with self.half_open(b"") as line:
             answer = b""
             with contextlib.suppress(OSError):
                 line.sendall(data)
