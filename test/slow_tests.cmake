@@ -13,11 +13,11 @@ set(OCTOSURF_SLOW_alignment AlignedMap.ASensorsTiltAndScaleAreFoundAndAreNoDrift
     NearSurfaces.PosesThatSlidDoNotMakeAPlaneUncertain PoseFit.ErrorsAreAsItsCovarianceSays
     Revisits.TellABendThatNoMotionExplains Revisits.TellHowFarThePoseIsOff)
 set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.ASignalLeavesNoLockNorPartOfAnyVerbThatWritesAMap EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
-    FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.NoMemoryKeepsWhatWasMapped Files.ExportedSurfacesAreReadByPython
+    FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.NoMemoryKeepsWhatWasMapped CommandTest.ExportedSurfacesAreThoseOfTheMap
     Killed.* MapRun.DoubleLayersAreWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
     MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
     PoseCheck.PosesInAnotherFormAreRefusedAndTakenOnDemand PoseCheck.RightPosesAreNotRefusedWhereTheyDrift Remap.*
-    UpOption.GivenInEveryWay WrongUse.IsSaidInOneLineAndLeavesNothing ViewVerb.RefusesPlansThatAreNoneByName)
+    UpOption.GivenInEveryWay WrongUse.IsSaidInOneLineAndLeavesNothing)
 set(OCTOSURF_SLOW_contract Worlds/Contract.* MapperContract.ReportsItsTime)
 set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras
     Boundary.AgreesWithWhatTheCamerasCouldSee Boundary.LabelsDependNeitherOnThreadsNorOnSaving

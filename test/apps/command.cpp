@@ -3,11 +3,10 @@
 #include "support/invariants.hpp"
 #include "support/paths.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <gmock/gmock.h>
 #include <iomanip>
 #include <limits>
 #include <map>
@@ -15,8 +14,6 @@
 #include <sys/wait.h>
 
 namespace octosurf::test {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -28,6 +25,12 @@ std::string content_of(const fs::path& file) {
 bool is_progress(const std::string& line) {
   return line.find(" scans") != std::string::npos && line.find('/') < line.find(" scans") &&
          line.find_first_not_of("0123456789") == line.find('/');
+}
+
+std::string pose_file(const std::string& recording, int scan) {
+  std::ostringstream name;
+  name << recording << "/frame-" << std::setw(6) << std::setfill('0') << scan << ".pose.txt";
+  return name.str();
 }
 
 }  // namespace
@@ -63,17 +66,17 @@ Outcome CommandTest::run_well(const std::string& arguments) const {
   return outcome;
 }
 
-std::string CommandTest::error_of(const std::string& arguments, int code) const {
+std::string CommandTest::ends(const std::string& arguments, int code, const Words& words) const {
   const Outcome outcome = run(arguments);
   EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.err;
   EXPECT_EQ(outcome.errors.size(), 1u) << arguments << "\n" << outcome.err;
   if (outcome.errors.empty()) return {};
-  const std::string verb = arguments.substr(0, arguments.find(' '));
-  EXPECT_TRUE(outcome.errors[0].starts_with("octosurf: ") ||
-              outcome.errors[0].starts_with("octosurf " + verb + ": ") ||
-              outcome.errors[0].starts_with("octosurf-lab " + verb + ": "))
-      << outcome.errors[0];
-  return outcome.errors[0];
+  const std::string &line = outcome.errors[0], verb = arguments.substr(0, arguments.find(' '));
+  EXPECT_TRUE(line.starts_with("octosurf: ") || line.starts_with("octosurf " + verb + ": ") ||
+              line.starts_with("octosurf-lab " + verb + ": "))
+      << line;
+  for (const std::string& word : words) EXPECT_THAT(line, HasSubstr(word)) << arguments;
+  return line;
 }
 
 fs::path CommandTest::write(const std::string& name, std::string_view content) const {
@@ -88,13 +91,13 @@ std::string CommandTest::read(const std::string& name) const {
   return content_of(folder / name);
 }
 
-nlohmann::json CommandTest::read_json(const std::string& name) const {
-  return nlohmann::json::parse(read(name));
+json CommandTest::info(const std::string& map) const {
+  EXPECT_THAT(check_invariants(load_map(folder / map).map), IsEmpty());
+  return json_of("info " + map + " --json");
 }
 
-nlohmann::json CommandTest::info(const std::string& map) const {
-  EXPECT_THAT(check_invariants(load_map(folder / map).map), ::testing::IsEmpty());
-  return json_of("info " + map + " --json");
+bool CommandTest::same_maps(const std::string& a, const std::string& b) const {
+  return read(a + ".surfaces") == read(b + ".surfaces") && read(a + ".bt") == read(b + ".bt");
 }
 
 void CommandTest::made_once(const std::string& name, const std::function<void()>& make) const {
@@ -122,6 +125,17 @@ fs::path CommandTest::write_pcd(const std::string& name, const std::string& rows
                          rows);
 }
 
+void CommandTest::write_depths(const std::string& name, int width, int height,
+                               const std::function<double(int, int)>& depth_mm) const {
+  std::string image = "P5\n" + std::to_string(width) + " " + std::to_string(height) + "\n65535\n";
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u) {
+      const auto depth = static_cast<int>(std::lround(depth_mm(u, v)));
+      image += {static_cast<char>(depth >> 8), static_cast<char>(depth & 0xff)};
+    }
+  write(name, image);
+}
+
 void CommandTest::simulate_room() const {
   made_once("room", [this] { run_well("simulate room -o room --frames 16"); });
 }
@@ -129,35 +143,54 @@ void CommandTest::simulate_room() const {
 void CommandTest::simulate_for_bag(const std::string& name, const std::string& options) const {
   run_well("simulate room -o " + name + " " + options);
   if (exists(name + "/poses.txt")) return;
-  std::ostringstream poses;
-  poses.precision(std::numeric_limits<double>::max_digits10);
-  for (int frame = 0;; ++frame) {
-    std::ostringstream pose;
-    pose << name << "/frame-" << std::setw(6) << std::setfill('0') << frame << ".pose.txt";
-    if (!exists(pose.str())) break;
-    std::istringstream in(read(pose.str()));
+  std::vector<Eigen::Isometry3d> poses;
+  change_poses(name, [&](const Eigen::Matrix4d& T, int) {
+    poses.emplace_back(T);
+    return T;
+  });
+  write_poses(name + "/poses.txt", poses);
+  for (std::size_t i = 0; i < poses.size(); ++i) fs::remove(folder / pose_file(name, static_cast<int>(i)));
+}
+
+void CommandTest::change_poses(const std::string& recording, const Change& change) const {
+  int i = 0;
+  for (; exists(pose_file(recording, i)); ++i) {
+    std::istringstream in(read(pose_file(recording, i)));
     Eigen::Matrix4d T;
-    for (int i = 0; i < 16; ++i) in >> T(i / 4, i % 4);
-    const Eigen::Quaterniond q(Eigen::Matrix3d(T.topLeftCorner<3, 3>()));
-    poses << T(0, 3) << ' ' << T(1, 3) << ' ' << T(2, 3) << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
-          << ' ' << q.w() << '\n';
-    fs::remove(folder / pose.str());
+    for (int k = 0; k < 16; ++k) in >> T(k / 4, k % 4);
+    std::ostringstream out;
+    out.precision(std::numeric_limits<double>::max_digits10);
+    out << change(T, i) << '\n';
+    write(pose_file(recording, i), out.str());
   }
-  write(name + "/poses.txt", poses.str());
+  ASSERT_GT(i, 0) << recording;
+}
+
+void CommandTest::write_poses(const std::string& name, const std::vector<Eigen::Isometry3d>& poses,
+                              double rate_hz) const {
+  std::ostringstream lines;
+  lines.precision(std::numeric_limits<double>::max_digits10);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (rate_hz > 0) lines << static_cast<double>(i) / rate_hz << ' ';
+    const Eigen::Quaterniond q(poses[i].linear());
+    lines << poses[i].translation().transpose() << ' ' << q.coeffs().transpose() << '\n';
+  }
+  write(name, lines.str());
 }
 
 void CommandTest::write_floor(const std::string& name, int images, double slid) const {
-  constexpr int depth_mm = 1000;
-  std::string image = "P5\n80 60\n65535\n", poses;
-  for (int i = 0; i < floor_points; ++i) image += {char{depth_mm >> 8}, static_cast<char>(depth_mm & 0xff)};
-  for (int i = 0; i < images; ++i) {
-    write(name + "/" + std::to_string(i) + ".pgm", image);
-    std::ostringstream pose;
-    pose << 0.1 * i << " 0 " << 1 + floor_height + slid << " 1 0 0 0\n";  // half a turn about x: looks down
-    poses += pose.str();
-  }
-  write(name + "/poses.txt", poses);
+  for (int i = 0; i < images; ++i)
+    write_depths(name + "/" + std::to_string(i) + ".pgm", 80, 60, [](int, int) { return 1000; });
+  write_poses(name + "/poses.txt", floor_poses(images, slid));
   write(name + "/intrinsics.txt", "60 60 39.5 29.5\n");
+}
+
+std::vector<Eigen::Isometry3d> CommandTest::floor_poses(int images, double slid) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < images; ++i)  // half a turn about x: looks down
+    poses.push_back(Eigen::Translation3d(0.1 * i, 0, 1 + floor_height + slid) *
+                    Eigen::Quaterniond(0, 1, 0, 0));
+  return poses;
 }
 
 }  // namespace octosurf::test

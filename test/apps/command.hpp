@@ -1,14 +1,27 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <functional>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace octosurf::test {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// A text with all of these in it.
+template <class... Text>
+auto says(const Text&... texts) {
+  return ::testing::AllOf(HasSubstr(texts)...);
+}
 
 /// What a run of the program left behind.
 struct Outcome {
@@ -28,38 +41,53 @@ class CommandTest : public ::testing::Test {
   Outcome run(const std::string& arguments, const std::string& before = {}) const;
   /// Fails the test unless the exit code is 0.
   Outcome run_well(const std::string& arguments) const;
-  nlohmann::json json_of(const std::string& arguments) const {
-    return nlohmann::json::parse(run_well(arguments).out);
-  }
-  /// Fails the test unless it ends with this code and one line on stderr; returns the line.
-  std::string error_of(const std::string& arguments, int code) const;
+  json json_of(const std::string& arguments) const { return json::parse(run_well(arguments).out); }
+  /// Each fails the test unless it ends with 1, or 2, and one line on stderr, which has all these words in
+  /// it.
+  using Words = std::vector<std::string>;
+  void fails(const std::string& arguments, const Words& words) const { ends(arguments, 1, words); }
+  void wrong_use(const std::string& arguments, const Words& words) const { ends(arguments, 2, words); }
+  /// The same; returns the line.
+  std::string ends(const std::string& arguments, int code, const Words& words) const;
 
-  std::filesystem::path write(const std::string& name, std::string_view content) const;
+  fs::path write(const std::string& name, std::string_view content) const;
   std::string read(const std::string& name) const;
-  bool exists(const std::string& name) const { return std::filesystem::exists(folder / name); }
-  nlohmann::json read_json(const std::string& name) const;
-  nlohmann::json info(const std::string& map) const;  ///< of a map, whose invariants hold
+  bool exists(const std::string& name) const { return fs::exists(folder / name); }
+  json read_json(const std::string& name) const { return json::parse(read(name)); }
+  json info(const std::string& map) const;  ///< of a map, whose invariants hold
+  /// To the byte.
+  bool same_maps(const std::string& a, const std::string& b) const;
 
   /// What `make` leaves in the folder: made once in a process, copied for every later test. A name with the
   /// seed in it, where that is drawn from.
   void made_once(const std::string& name, const std::function<void()>& make) const;
 
   /// An ASCII PCD of rows "x y z\n".
-  std::filesystem::path write_pcd(const std::string& name, const std::string& rows,
-                                  const std::string& viewpoint = "0 0 0 1 0 0 0") const;
+  fs::path write_pcd(const std::string& name, const std::string& rows,
+                     const std::string& viewpoint = "0 0 0 1 0 0 0") const;
+  /// A binary PGM of 16 bits.
+  void write_depths(const std::string& name, int width, int height,
+                    const std::function<double(int, int)>& depth_mm) const;
   /// "room": a simulated recording of sixteen depth images.
   void simulate_room() const;
   /// Another one, its poses as quaternions in poses.txt, which is how bags have them.
   void simulate_for_bag(const std::string& name, const std::string& options) const;
+  /// Of a recording with a file of 4×4 for each scan: what `change` makes of each and its number.
+  using Change = std::function<Eigen::Matrix4d(const Eigen::Matrix4d&, int)>;
+  void change_poses(const std::string& recording, const Change& change) const;
+  /// A line tx ty tz qx qy qz qw each; before it a time, where there is a rate.
+  void write_poses(const std::string& name, const std::vector<Eigen::Isometry3d>& poses,
+                   double rate_hz = 0) const;
   /// `images` depth images of a floor at z = floor_height, seen by a camera that looks down from a
   /// metre above and moves 0.1 m along x from one to the next: each sees
-  /// 79/60 m × 59/60 m. PGM in millimetres, with poses.txt (tx ty tz qx qy qz qw) and intrinsics.txt.
+  /// 79/60 m × 59/60 m. PGM in millimetres, with poses.txt and intrinsics.txt.
   /// `slid`: m, by which the poses are too high.
   void write_floor(const std::string& name = "floor", int images = 6, double slid = 0) const;
+  static std::vector<Eigen::Isometry3d> floor_poses(int images = 6, double slid = 0);
   static constexpr int floor_points = 80 * 60;  ///< per image
   static constexpr double floor_height = 0.013;
 
-  std::filesystem::path folder;
+  fs::path folder;
 };
 
 /// With the scans "floor" in the folder and "m", their map.
@@ -72,7 +100,7 @@ class FloorTest : public CommandTest {
     });
   }
   /// What `query`, or another verb, answers about "m".
-  nlohmann::json ask(const std::string& what, const std::string& verb = "query") const {
+  json ask(const std::string& what, const std::string& verb = "query") const {
     return json_of(verb + " m --json " + what);
   }
 };

@@ -1,17 +1,13 @@
-// Parameters by file and flag.
+// Parameters by file and flag, and up: given, estimated, and asked for otherwise than the map has it.
 #include "apps/command.hpp"
 
-#include <gmock/gmock.h>
+#include <numbers>
 #include <sstream>
 
 #include <octosurf/parameters.hpp>
 
 namespace octosurf::test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 class Config : public CommandTest {
  protected:
@@ -31,8 +27,7 @@ TEST_F(Config, ShowsWhatIsInForce) {
   EXPECT_EQ(values["align"], "auto");
   EXPECT_EQ(values["resolution"], "0.02 m");
   EXPECT_EQ(values["max_hole_size"], "0.08 m");
-  values = shown("--resolution 0.05");
-  EXPECT_EQ(values["max_hole_size"], "0.2 m");  // 4 d
+  EXPECT_EQ(shown("--resolution 0.05")["max_hole_size"], "0.2 m");  // 4 d
   EXPECT_EQ(shown("--resolution 0.05 --max-hole-size 0.08")["max_hole_size"], "0.08 m");
 }
 
@@ -42,12 +37,11 @@ TEST_F(Config, ThePapersDetectorBringsThePapersValues) {
   for (const ParameterInfo& info : parameter_infos())
     EXPECT_EQ(values[info.name],
               get_parameter(paper, info.name) + (info.unit.empty() ? "" : " " + info.unit));
-  EXPECT_EQ(shown("--detector paper")["surface_tolerance"], "0.039641 m");  // 0.005 + 0.02 √3
-  EXPECT_EQ(shown("--detector paper --resolution 0.01")["surface_tolerance"],
-            "0.0223205 m");  // 0.005 + 0.01 √3
-  EXPECT_EQ(shown("--detector paper --sensor-noise 0.01")["surface_tolerance"], "0.044641 m");
-  EXPECT_EQ(shown("--detector paper --surface-tolerance 0.03 --resolution 0.01")["surface_tolerance"],
-            "0.03 m");
+  for (const auto& [flags, tolerance] : {std::pair("", "0.039641 m"),           // 0.005 + 0.02 √3
+                                         {"--resolution 0.01", "0.0223205 m"},  // 0.005 + 0.01 √3
+                                         {"--sensor-noise 0.01", "0.044641 m"},
+                                         {"--surface-tolerance 0.03 --resolution 0.01", "0.03 m"}})
+    EXPECT_EQ(shown(std::string("--detector paper ") + flags)["surface_tolerance"], tolerance);
   EXPECT_EQ(shown("--align auto --detector paper")["align"], "auto");
 }
 
@@ -61,26 +55,98 @@ TEST_F(Config, FlagsWinOverFileOverTheDetectorsValues) {
 }
 
 TEST_F(Config, FileAndLineOfAMistakeAreNamed) {
-  const auto mistake = [&](const std::string& content) {
+  const std::vector<std::pair<std::string, Words>> mistakes{
+      {"# x\nresolutoin = 0.04\n", {"o.cfg:2", "resolutoin"}},
+      {"resolution = fine\n", {"o.cfg:1", "'fine'"}},
+      {"resolution 0.04\n", {"o.cfg:1", "name = value"}},
+      {"resolution = -1\n", {"from 0.001 to 10 m"}}};
+  for (const auto& [content, words] : mistakes) {
     write("o.cfg", content);
-    return error_of("map --show-parameters --config o.cfg", 2);
-  };
-  EXPECT_THAT(mistake("# x\nresolutoin = 0.04\n"), AllOf(HasSubstr("o.cfg:2"), HasSubstr("resolutoin")));
-  EXPECT_THAT(mistake("resolution = fine\n"), AllOf(HasSubstr("o.cfg:1"), HasSubstr("'fine'")));
-  EXPECT_THAT(mistake("resolution 0.04\n"), AllOf(HasSubstr("o.cfg:1"), HasSubstr("name = value")));
-  EXPECT_THAT(mistake("resolution = -1\n"), HasSubstr("from 0.001 to 10 m"));
+    wrong_use("map --show-parameters --config o.cfg", words);
+  }
 }
 
 TEST_F(Config, TheMapIsMadeWithThem) {
   write_floor();
   write("o.cfg", "resolution = 0.04\n");
   run_well("map floor -o m --first 1 --config o.cfg --min_range 0.25 --report r.json");
-  const nlohmann::json parameters = read_json("r.json").at("parameters");
+  const json parameters = read_json("r.json").at("parameters");
   EXPECT_EQ(parameters.at("resolution"), 0.04);
   EXPECT_EQ(parameters.at("min_range"), 0.25);
   EXPECT_EQ(parameters.at("preserve_surfaces"), true);
   EXPECT_EQ(parameters.at("max_range"), "sensor");
   EXPECT_EQ(info("m").at("parameters"), parameters);
+}
+
+class UpOption : public FloorTest {
+ protected:
+  json up_of(const std::string& map, const std::string& more = {}) const {
+    return json_of("info " + map + " --json " + more).at("up");
+  }
+};
+
+TEST_F(UpOption, GivenInEveryWay) {
+  EXPECT_EQ(up_of("m").at("direction"), json({0.0, 0.0, 1.0}));
+  write("o.cfg", "up = 0 -1 0\n");
+  for (const char* up : {"--up -y", "--up 0 -2 0", "--up=-y", "--up 0,-2,0", "--config o.cfg"}) {
+    run_well(std::string("map floor --force -o o --first 1 ") + up);
+    EXPECT_EQ(up_of("o").at("direction"), json({0.0, -1.0, 0.0})) << up;
+    EXPECT_EQ(up_of("o").at("from"), "given");
+  }
+  run_well("map floor --resume m --first 1 --up auto");  // what is gone on with may get another
+  EXPECT_EQ(up_of("m").at("from"), "surfaces");
+  run_well("map floor -o n --resume m");
+  EXPECT_EQ(up_of("n").at("from"), "surfaces") << "kept";
+}
+
+TEST_F(UpOption, AutoIsToldInReportAndInfo) {
+  EXPECT_THAT(run_well("map floor -o m --force --up auto --report r.json").out, says("estimated from"));
+  const json up = read_json("r.json").at("up");
+  EXPECT_EQ(up.at("from"), "surfaces");
+  EXPECT_NEAR(up.at("direction").at(2), 1, 1e-6);
+  EXPECT_GT(up.at("level_m2"), 1);
+  EXPECT_EQ(read_json("r.json").at("parameters").at("up_z"), "estimated");
+  EXPECT_EQ(up_of("m"), up);
+  EXPECT_THAT(run_well("info m").out, says("estimated from"));
+}
+
+TEST_F(UpOption, AskedForOtherwise) {
+  for (const auto& [up, slope_deg] : {std::pair("", 0), {"--up x", 90}, {"--up -z", 180}, {"--up auto", 0}})
+    EXPECT_NEAR(ask(up, "info").at("largest").at(0).at("slope_deg"), slope_deg, 0.01) << up;
+  EXPECT_EQ(up_of("m", "--up auto").at("from"), "surfaces");
+  const auto picture = [&](const std::string& up) {
+    run_well("view m --force --png m.png --width 64 --height 64 " + up);
+    return read("m.png");
+  };
+  EXPECT_EQ(picture(""), picture("--up 0 0 1"));
+  EXPECT_NE(picture(""), picture("--up -y"));
+}
+
+TEST_F(UpOption, AnotherAxisIsSuggested) {
+  std::vector<Eigen::Isometry3d> poses = floor_poses();  // in a frame whose y is up
+  for (Eigen::Isometry3d& pose : poses)
+    pose = Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitX()) * pose;
+  write_poses("turned.txt", poses);
+  const std::string suggestion = "that up is y (", small = " --width 64 --height 64";
+  for (const std::string& verb : {std::string("map floor --poses turned.txt -o y"), std::string("info y"),
+                                  std::string("export y --to y.ply"), "view y --png y.png" + small})
+    EXPECT_THAT(run_well(verb).err, says(suggestion));
+  run_well("view y --png as_y.png --up y" + small);
+  EXPECT_EQ(read("y.png"), read("as_y.png")) << "drawn by what is suggested";
+  EXPECT_THAT(run("view y --foot none --html y.html").err, says(suggestion));  // with a page or without
+  EXPECT_THAT(run_well("export y --to auto.ply --up auto").err, Not(HasSubstr(suggestion)));
+  EXPECT_THAT(run_well("map floor -o z").err, Not(HasSubstr("suggest")));
+}
+
+TEST_F(UpOption, WallsThatAreMoreThanTheFloorHideNoOtherAxis) {
+  // In a frame whose y is up: a floor of 3.6 m², seen by cameras that look down, and a wall of 4.7 m², level
+  // to z, seen by twice as many that are held upright.
+  write_floor("corner", 12);
+  std::ostringstream poses;
+  for (int i = 0; i < 4; ++i) poses << 0.8 * i << " 1 0 0.70710678 0 0 0.70710678\n";  // look along -y
+  for (int i = 0; i < 8; ++i) poses << 0.5 * i << " 1.5 0 1 0 0 0\n";                  // along -z
+  write("corner/poses.txt", poses.str());
+  EXPECT_THAT(run_well("map corner -o y").err, says("that up is y (3."));
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
-// `octosurf merge` on maps of the two halves of a room.
+// `octosurf merge` on maps of the two halves of a room, and `octosurf diff` of one from which a table went.
 #include "apps/command.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 #include "support/unshared_area.hpp"
 
 #include <cmath>
-#include <gmock/gmock.h>
 #include <sstream>
 #include <utility>
 
@@ -14,9 +13,11 @@
 namespace octosurf::test {
 namespace {
 
-using nlohmann::json;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
+Parameters of_4_cm() {
+  Parameters coarse;
+  coarse.occupancy.resolution = 0.04;
+  return coarse;
+}
 
 class Merge : public CommandTest {
  protected:
@@ -34,7 +35,7 @@ class Merge : public CommandTest {
     // Seen from both halves, and not along x.
     scene.rectangle({-0.6, 1.4, 0}, {0.6, -0.5, 0}, {0, 0, 1.6})
         .rectangle({0, 0.9, 0}, {0.6, 0.5, 0}, {0, 0, 1.6});
-    Mapper left(parameters()), right(parameters()), all(parameters()), elsewhere(parameters());
+    Mapper left(of_4_cm()), right(of_4_cm()), all(of_4_cm()), elsewhere(of_4_cm());
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.translation().y() = 1;
     T.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -52,11 +53,6 @@ class Merge : public CommandTest {
     save_map(all.map(), folder / "all");
     save_map(elsewhere.map(), folder / "right_elsewhere");
   }
-  static Parameters parameters() {
-    Parameters coarse;
-    coarse.occupancy.resolution = 0.04;
-    return coarse;
-  }
   double apart_m2(const std::string& a, const std::string& b) const {
     const LoadedMap one = load_map(folder / a), other = load_map(folder / b);
     return unshared_area(*one.map.snapshot(), *other.map.snapshot()) +
@@ -64,45 +60,47 @@ class Merge : public CommandTest {
   }
 };
 
-TEST_F(Merge, MakesOneMapOfTwo) {
+/// With the scans' poses and intrinsics by name.
+const std::string map_floor = "map floor --poses floor/poses.txt --intrinsics floor/intrinsics.txt ";
+
+TEST_F(Merge, MakesOneMapOfTwoThatCanBeGoneOnWith) {
   const std::string left = read("left.surfaces");
   const std::string printed = run_well("merge left right -o both").out;
-  EXPECT_THAT(printed, HasSubstr("first"));
-  EXPECT_THAT(printed, HasSubstr("written      both.surfaces, both.bt"));
   const json both = info("both");
   EXPECT_EQ(both.at("scans"), 12);
   EXPECT_LT(apart_m2("both", "all"), 0.8) << "of some 20 m²";
-  const std::string surfaces = both.at("surfaces").dump() + " surfaces, ";
-  EXPECT_THAT(printed, HasSubstr("merged       " + surfaces));
-  EXPECT_THAT(printed, HasSubstr("of the second's " + info("right").at("surfaces").dump() + " surfaces go on"));
+  EXPECT_THAT(printed, says("first", "written      both.surfaces, both.bt",
+                            "merged       " + both.at("surfaces").dump() + " surfaces, ",
+                            "of the second's " + info("right").at("surfaces").dump() + " surfaces go on"));
   EXPECT_EQ(read("left.surfaces"), left);
   EXPECT_TRUE(exists("both.bt"));
+  write_floor();
+  run_well(map_floor + "--resume both -o both");
+  EXPECT_EQ(info("both").at("scans"), 18);
 }
 
 TEST_F(Merge, WritesOverWithForceOnly) {
   const std::string left = read("left.surfaces");
-  EXPECT_THAT(error_of("merge left right -o left", 2), HasSubstr("--force"));
+  wrong_use("merge left right -o left", {"--force"});
   EXPECT_EQ(read("left.surfaces"), left);
   run_well("merge left right -o left --force");
   EXPECT_EQ(info("left").at("scans"), 12);
-  EXPECT_THAT(error_of("merge left right", 2), HasSubstr("--output"));
-  EXPECT_THAT(error_of("merge right right -o twice", 2), HasSubstr("given twice"));
-  EXPECT_THAT(error_of("merge right ./right.surfaces -o twice", 2), HasSubstr("given twice"));
-  EXPECT_THAT(error_of("merge left right all -o both", 2), HasSubstr("all"));
-  EXPECT_THAT(error_of("merge left nothing -o both", 1), HasSubstr("nothing"));
+  wrong_use("merge left right", {"--output"});
+  wrong_use("merge right right -o twice", {"given twice"});
+  wrong_use("merge right ./right.surfaces -o twice", {"given twice"});
+  wrong_use("merge left right all -o both", {"all"});
+  fails("merge left nothing -o both", {"nothing"});
 }
 
-TEST_F(Merge, TakesThePoseOfTheSecondFrame) {
-  run_well("merge left right_elsewhere -o both --pose 0 1 0 0 0 90");
-  EXPECT_LT(apart_m2("both", "all"), 1.2);
-  EXPECT_EQ(run("merge left right -o none --pose 0 1 0").code, 2);
-  EXPECT_FALSE(exists("none.surfaces"));
-}
-
-TEST_F(Merge, FindsThePoseFromAGuess) {
-  const std::string printed =
-      run_well("merge left right_elsewhere -o both --pose 0.1 1.05 -0.04 1 -1 92 --align").out;
-  EXPECT_THAT(printed, HasSubstr("6 of 6 directions fixed"));
+TEST_F(Merge, TakesThePoseOfTheSecondFrameOrFindsItFromAGuess) {
+  run_well("merge left right_elsewhere -o stated --pose 0 1 0 0 0 90");
+  EXPECT_LT(apart_m2("stated", "all"), 1.2);
+  EXPECT_EQ(run("merge left right_elsewhere -o none --pose 0 1 0").code, 2);
+  const std::string guessed = "merge left right_elsewhere -o both --pose 0.1 1.05 -0.04 1 -1 92";
+  fails(guessed, {"where its surfaces meet", "--align"});
+  EXPECT_FALSE(exists("both.surfaces"));
+  const std::string printed = run_well(guessed + " --align").out;
+  EXPECT_THAT(printed, says("6 of 6 directions fixed"));
   std::istringstream pose(printed.substr(printed.find("--pose ") + 7));
   constexpr double within = 0.005, within_deg = 0.28;  // m; of 5 mm at a metre
   for (const auto& [truth, most] :
@@ -112,53 +110,43 @@ TEST_F(Merge, FindsThePoseFromAGuess) {
     EXPECT_NEAR(found, truth, most);
   }
   EXPECT_LT(apart_m2("both", "all"), 1.2);
-  EXPECT_THAT(error_of("merge left right_elsewhere -o none --pose 30 0 0 0 0 0 --align", 1),
-              HasSubstr("--pose"));
+  run_well(guessed + " --anyway --force");
+  fails("merge left right_elsewhere -o none --pose 30 0 0 0 0 0 --align", {"--pose"});
   EXPECT_FALSE(exists("none.surfaces"));
-}
-
-TEST_F(Merge, RefusesMapsThatDoNotFit) {
-  const std::string merge = "merge left right_elsewhere -o both --pose 0.1 1.05 -0.04 1 -1 92";
-  EXPECT_THAT(error_of(merge, 1), AllOf(HasSubstr("where its surfaces meet"), HasSubstr("--align")));
-  EXPECT_FALSE(exists("both.surfaces"));
-  run_well(merge + " --anyway");
 }
 
 /// Two maps of other places, each about its own 0, and two that lie apart.
 TEST_F(Merge, RefusesMapsThatShareNoPlace) {
   write_floor();
   run_well("map floor -o floor --resolution 0.04");
-  EXPECT_THAT(error_of("merge left floor -o both --pose 0 0 30 0 0 0", 1),
-              AllOf(HasSubstr("no place in common with left"), HasSubstr("--anyway")));
-  EXPECT_THAT(error_of("merge left floor -o both --pose 0 0 0.8 90 0 0", 1), HasSubstr("does not fit left"));
+  fails("merge left floor -o both --pose 0 0 30 0 0 0", {"no place in common with left", "--anyway"});
+  fails("merge left floor -o both --pose 0 0 0.8 90 0 0", {"does not fit left"});
   EXPECT_FALSE(exists("both.surfaces") || exists("both.lock"));
   run_well("merge left floor -o both --pose 0 0 30 0 0 0 --anyway");
 }
 
 TEST_F(Merge, RefusesScansThatBothHold) {
   write_floor();
-  const std::string floor = "map floor --poses floor/poses.txt --intrinsics floor/intrinsics.txt -o ";
-  run_well(floor + "one --first 4");
-  run_well(floor + "two --skip 3");
-  EXPECT_THAT(error_of("merge one two -o both", 1), HasSubstr("holds 1 scan of one"));
+  run_well(map_floor + "-o one --first 4");
+  run_well(map_floor + "-o two --skip 3");
+  fails("merge one two -o both", {"holds 1 scan of one"});
   run_well("merge one two -o both --anyway");
   EXPECT_EQ(info("both").at("scans"), 7);
-}
-
-TEST_F(Merge, RefusesAnotherResolution) {
-  Parameters coarse;
-  coarse.occupancy.resolution = 0.05;
-  save_map(Map(coarse), folder / "coarse");
-  EXPECT_THAT(error_of("merge left coarse -o both", 1), HasSubstr("resolution is 0.05"));
-  EXPECT_FALSE(exists("both.surfaces"));
+  run_well(map_floor + "-o kept --keep-scans kept.scans");
+  for (const std::string ending : {".surfaces", ".bt"})
+    fs::copy(folder / ("kept" + ending), folder / ("too" + ending));
+  fails("merge kept too -o again", {"count twice"});
+  EXPECT_FALSE(exists("again.surfaces"));
 }
 
 TEST_F(Merge, RefusesOtherParametersAndNamesBoth) {
-  Parameters other = parameters();
+  Parameters coarse, other = of_4_cm();
+  coarse.occupancy.resolution = 0.05;
   other.occupancy.hit = 0.8;
+  save_map(Map(coarse), folder / "coarse");
   save_map(Map(other), folder / "other");
-  EXPECT_THAT(error_of("merge left other -o both", 1),
-              AllOf(HasSubstr("its hit is 0.8"), HasSubstr("left is 0.7")));
+  fails("merge left coarse -o both", {"resolution is 0.05"});
+  fails("merge left other -o both", {"its hit is 0.8", "left is 0.7"});
   EXPECT_FALSE(exists("both.surfaces"));
   run_well("merge left other -o both --anyway");
 }
@@ -168,39 +156,68 @@ TEST_F(Merge, OfPartsGivesTheSurfacesOfOneRun) {
   constexpr int images = 20, parts = 6;
   write_floor("floor", images);
   run_well("map floor -o one");
-  for (int k = 1; k <= parts; ++k)
-    run_well("map floor -o p" + std::to_string(k) + " --subset " + std::to_string(k) + "/" +
-             std::to_string(parts));
-  run_well("merge p1 p2 -o whole");
-  for (int k = 3; k <= parts; ++k) run_well("merge whole p" + std::to_string(k) + " -o whole --force");
+  for (int k = 1; k <= parts; ++k) {
+    const std::string part = std::to_string(k);
+    run_well("map floor -o p" + part + " --subset " + part + "/" + std::to_string(parts));
+    if (k > 1)
+      run_well(std::string("merge ") + (k == 2 ? "p1" : "whole") + " p" + part + " -o whole --force");
+  }
   EXPECT_EQ(info("whole").at("scans"), images);
   // The camera sees 79/60 × 59/60 m and moves on by 0.1 m: area of all images together.
   constexpr double area = (79.0 / 60 + 0.1 * (images - 1)) * 59 / 60;
   EXPECT_LT(apart_m2("whole", "one"), 0.01 * 2 * area);
-  run_well("merge p4 p5 -o p45");
-  run_well("merge p6 p45 -o half");
-  run_well("merge p1 p2 -o p12");
-  run_well("merge p12 p3 -o other_half");
-  run_well("merge half other_half -o tree");
+  for (const char* two :
+       {"p4 p5 -o p45", "p6 p45 -o half", "p1 p2 -o p12", "p12 p3 -o other_half", "half other_half -o tree"})
+    run_well(std::string("merge ") + two);
   EXPECT_EQ(info("tree").at("scans"), images);
   EXPECT_LT(apart_m2("tree", "whole"), 0.01 * 2 * area);
 }
 
-TEST_F(Merge, RefusesMapsOfTheSameScans) {
-  write_floor();
-  run_well(
-      "map floor --poses floor/poses.txt --intrinsics floor/intrinsics.txt -o kept --keep-scans kept.scans");
-  std::filesystem::copy(folder / "kept.surfaces", folder / "too.surfaces");
-  std::filesystem::copy(folder / "kept.bt", folder / "too.bt");
-  EXPECT_THAT(error_of("merge kept too -o both", 1), HasSubstr("count twice"));
-  EXPECT_FALSE(exists("both.surfaces"));
+class Diff : public CommandTest {
+ protected:
+  /// before: a floor and a table; after: resumed without the table; other: another map, of the floor alone.
+  Diff() {
+    made_once("table" + std::to_string(seed()), [this] { make(); });
+  }
+  void make() const {
+    std::mt19937_64 random = rng();
+    Scene empty, full;
+    empty.rectangle({-1.5, -1.5, 0}, {3, 0, 0}, {0, 3, 0});
+    full = empty;
+    full.box({-0.4, -0.3, 0}, {0.4, 0.3, 0.4});
+    const auto look = [&](Mapper& mapper, const Scene& scene, int scans, const std::string& map) {
+      for (int i = 0; i < scans; ++i)
+        mapper.insert(camera_scan(
+            scene, look_at({1.6 * std::cos(0.7 * i), 1.6 * std::sin(0.7 * i), 1.4}, {0, 0, 0.1}), random));
+      save_map(mapper.map(), folder / map);
+    };
+    Mapper mapper(of_4_cm()), other(of_4_cm());
+    look(mapper, full, 9, "before");
+    look(mapper, empty, 18, "after");
+    look(other, empty, 9, "other");
+  }
+};
+
+TEST_F(Diff, TellsByIdsWhatWentAndWhatGrew) {
+  const json difference = json_of("diff --json before after");
+  EXPECT_EQ(difference.at("revision_before"), 9);
+  EXPECT_EQ(difference.at("revision_after"), 27);
+  double gone = 0, grown = 0;
+  for (const json& one : difference.at("gone")) gone += one.at("area_m2").get<double>();
+  for (const json& one : difference.at("changed"))
+    grown += one.at("area_after_m2").get<double>() - one.at("area_before_m2").get<double>();
+  EXPECT_NEAR(gone, 0.48 + 2 * 0.4 * (0.8 + 0.6), 0.4) << "its top and its sides";
+  EXPECT_NEAR(grown, 0.48, 0.15) << "the floor under it";
+  EXPECT_THAT(run_well("diff before after").out, says("revision 9 to 27"));
+  const json same = json_of("diff --json before before");
+  for (const char* list : {"appeared", "changed", "gone", "merged", "split"})
+    EXPECT_TRUE(same.at(list).empty()) << list;
 }
 
-TEST_F(Merge, CanBeGoneOnWith) {
-  run_well("merge left right -o both");
-  write_floor();
-  run_well("map floor --poses floor/poses.txt --intrinsics floor/intrinsics.txt --resume both -o both");
-  EXPECT_EQ(info("both").at("scans"), 18);
+TEST_F(Diff, MapsThatDoNotGoOnFromOneAnotherAreRefused) {
+  fails("diff before other", {"other: does not go on from before", "--resume before -o other"});
+  fails("diff after before", {"does not go on from after"});
+  fails("diff before nothing", {"nothing"});
 }
 
 }  // namespace

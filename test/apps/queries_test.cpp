@@ -1,14 +1,13 @@
-// The verbs `query`, `explain` and `view`.
+// What is asked of a map: the verbs `query`, `explain`, `view` and `plan`, and planners' own formats of
+// `export`. The plans themselves are test/planning's, what is in the files test/io checks.
 #include "apps/command.hpp"
 
-#include <gmock/gmock.h>
+#include <cmath>
+#include <sstream>
 
 namespace octosurf::test {
 namespace {
 
-using nlohmann::json;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 class Queries : public FloorTest {
@@ -46,9 +45,9 @@ TEST_F(Queries, OfPlaces) {
           {"--below 0.2 0 -0.5 --up -z", {{"distance_m", 0.5 + floor_height}}},
           {"--patch 0.1 0.1 0.5 30",  // of 32 × 20 cells one beside the middle
            {{"height_m/330", floor_height - 0.5}, {"cell/330", "supported"}, {"slope_deg/330", 0.0}}}});
-  EXPECT_LT(ask("--voxel 0.1 0.1 0.5").at("log_odds").get<double>(), 0);
-  EXPECT_THAT(run_well("query m --patch 0.1 0.1 0.5 30").out, HasSubstr("heights in cm from the base"));
-  EXPECT_THAT(run_well("query m --box 0 0 0.1 0.2 0.2 -0.1").out, HasSubstr("area m²"));
+  EXPECT_LT(ask("--voxel 0.1 0.1 0.5").at("log_odds"), 0);
+  EXPECT_THAT(run_well("query m --patch 0.1 0.1 0.5 30").out, says("heights in cm from the base"));
+  EXPECT_THAT(run_well("query m --box 0 0 0.1 0.2 0.2 -0.1").out, says("area m²"));
 }
 
 TEST_F(Queries, OfFootholds) {
@@ -64,7 +63,7 @@ TEST_F(Queries, OfFootholds) {
           {"--foothold 0.2 0 0 0 --foot 0.05 --edge-margin 2", {{"refused", "margin"}}},
           {"--foothold 0.2 0 0 0 --clearance 0.5", {{"accepted", true}}},
           {"--foothold 0.2 0 0 0 --frontier-margin 2", {{"refused", "frontier"}}}});
-  EXPECT_THAT(run_well("query m --foothold 0.2 5 0 0").out, HasSubstr("no: support"));
+  EXPECT_THAT(run_well("query m --foothold 0.2 5 0 0").out, says("no: support"));
 }
 
 TEST_F(Queries, OfRegionsAgreeWithThoseOfFootholds) {
@@ -81,54 +80,187 @@ TEST_F(Queries, OfRegionsAgreeWithThoseOfFootholds) {
   EXPECT_LT(any.at("area_m2"), region.at("area_m2"));
   expect({{"--regions 1 --foot 0.22x0.11 --yaw 90 --about 0.2 0 0 --reach 0.1", {{"area_m2", 0.04}}},
           {"--regions 1 --foot 9x9", {{"refused", {"support"}}}}});
-  EXPECT_THAT(run_well("query m --regions 1 --foot 9").out, HasSubstr("refused  support"));
+  EXPECT_THAT(run_well("query m --regions 1 --foot 9").out, says("refused  support"));
 }
 
 class ExplainVerb : public FloorTest {};
 
-TEST_F(ExplainVerb, SaysItInASentenceThenInFigures) {
+TEST_F(ExplainVerb, SaysItInASentenceThenInFiguresAndInJson) {
   const std::string there = run_well("explain m --at 0.2 0 0.01").out;
-  EXPECT_THAT(there, AllOf(StartsWith("There is a surface here: surface 1.\n"), HasSubstr("\nlooked at "),
-                           HasSubstr("\nnearest surface  1, ")));
+  EXPECT_THAT(there, StartsWith("There is a surface here: surface 1.\n"));
+  EXPECT_THAT(there, says("\nlooked at ", "\nnearest surface  1, "));
   EXPECT_THAT(run_well("explain m --at 0.2 0 0.5").out, StartsWith("No surface: this is free space.\n"));
   EXPECT_THAT(run_well("explain m --at 0.2 0 -0.5").out,
               StartsWith("No surface: nothing was ever seen here.\n"));
-}
-
-TEST_F(ExplainVerb, AnswersInJson) {
-  const json there = ask("--at 0.2 0 0.5", "explain");
-  EXPECT_EQ(there.at("reason"), "free_space");
-  EXPECT_EQ(there.at("asked"), json({0.2, 0.0, 0.5}));
-  for (const char* key : {"looked_at", "surface", "cylinder"}) EXPECT_TRUE(there.at(key).is_null()) << key;
-  EXPECT_EQ(there.at("nearest").at("surface"), 1);
-  EXPECT_NEAR(there.at("nearest").at("distance_m").get<double>(), 0.5 - floor_height, 0.001);
-  EXPECT_EQ(there.at("figures"), json::array());
-  EXPECT_EQ(there.at("around"), json::object());
+  const json free = ask("--at 0.2 0 0.5", "explain");
+  EXPECT_EQ(free.at("reason"), "free_space");
+  EXPECT_EQ(free.at("asked"), json({0.2, 0.0, 0.5}));
+  for (const char* key : {"looked_at", "surface", "cylinder"}) EXPECT_TRUE(free.at(key).is_null()) << key;
+  EXPECT_EQ(free.at("nearest").at("surface"), 1);
+  EXPECT_NEAR(free.at("nearest").at("distance_m"), 0.5 - floor_height, 0.001);
+  EXPECT_EQ(free.at("figures"), json::array());
+  EXPECT_EQ(free.at("around"), json::object());
 }
 
 TEST_F(ExplainVerb, TellsTheFiguresOfARefusal) {
   run_well("map floor -o m --force --first 1 --min-surface-width 1.2");  // an image is 0.98 m wide
   const std::string place = "--at 0 0 " + std::to_string(floor_height);
-  EXPECT_THAT(run_well("explain m " + place).out,
-              AllOf(HasSubstr(" m wide, and a surface needs 1.2 m."), HasSubstr("\nwidth "),
-                    HasSubstr(", at least 1.2 m\n"), HasSubstr("  too_narrow\n")));
+  EXPECT_THAT(run_well("explain m " + place).out, says(" m wide, and a surface needs 1.2 m.", "\nwidth ",
+                                                       ", at least 1.2 m\n", "  too_narrow\n"));
   const json figure = ask(place, "explain").at("figures").at(0);
   EXPECT_EQ(figure.at("name"), "width");
   EXPECT_EQ(figure.at("at_least"), 1.2);
-  EXPECT_NEAR(figure.at("value").get<double>(), 59.0 / 60, 0.04);
+  EXPECT_NEAR(figure.at("value"), 59.0 / 60, 0.04);
 }
 
-class ViewVerb : public FloorTest {
+class ViewVerb : public FloorTest {};
+
+TEST_F(ViewVerb, TakesSeveralFeet) {
+  const Outcome probe = run("view m --foot none --html probe.html");
+  if (probe.err.find("built without the page") != std::string::npos) GTEST_SKIP() << probe.err;
+  run_well("view m --foot 0.05 --foot 0.2x0.1");
+  EXPECT_TRUE(exists("m.html"));
+}
+
+/// A stair, simulated with few scans and mapped; `way` leads from its floor to its landing.
+class PlanVerb : public CommandTest {
  protected:
-  void SetUp() override {
-    const Outcome probe = run("view m --foot none --html probe.html");
-    if (probe.err.find("built without the page") != std::string::npos) GTEST_SKIP() << probe.err;
+  PlanVerb() {
+    made_once("stairs", [this] {
+      run_well("simulate stairs -o scans --frames 24 --noise-scale 0");
+      run_well("map scans -o m --resolution 0.03");
+      write("truth.json", read("scans/truth.json"));
+      fs::remove_all(folder / "scans");
+    });
+    const json truth = read_json("truth.json");
+    for (const json& face : truth.at("faces")) {
+      if (face.at("name") == "stair/top") tread = middle_of(face);
+      if (face.at("name") == "stair/top#6") landing = middle_of(face);
+    }
+    const Eigen::Vector2d up = (landing - tread).head<2>().normalized();
+    const double heading = std::atan2(up.y(), up.x()) * 180 / M_PI;
+    Eigen::Vector3d floor = tread;
+    floor.head<2>() -= 1.2 * up;
+    floor.z() -= 0.18;
+    std::ostringstream onto, whole;
+    onto << " --to " << landing.transpose() << ' ' << heading;
+    whole << " --from " << floor.transpose() << ' ' << heading << onto.str();
+    to = onto.str();
+    way = whole.str();
+  }
+
+  static Eigen::Vector3d middle_of(const json& face) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    const json &T = face.at("T_map_face"), &ring = face.at("polygons").at(0).at("outer");
+    for (const json& uv : ring)
+      for (int i = 0; i < 3; ++i)
+        sum[i] += T.at(4 * i).get<double>() * uv.at(0).get<double>() +
+                  T.at(4 * i + 1).get<double>() * uv.at(1).get<double>() + T.at(4 * i + 3).get<double>();
+    return sum / static_cast<double>(ring.size());
+  }
+
+  Eigen::Vector3d tread, landing;
+  std::string to, way;
+};
+
+TEST_F(PlanVerb, ClimbsTheStairAndWritesThePlan) {
+  EXPECT_THAT(run_well("plan m" + way + " -o plan.json -o plan.glb --png plan.png").out,
+              says(" steps over ", "\nstart  left", "    1  "));
+  const json plan = read_json("plan.json"), last = plan.at("steps").back();
+  EXPECT_EQ(plan.at("format"), "octosurf-plan");
+  EXPECT_TRUE(plan.at("found").get<bool>());
+  EXPECT_EQ(plan.at("start").size(), 2);
+  ASSERT_GE(plan.at("steps").size(), 6);
+  EXPECT_EQ(plan.at("body").size(), plan.at("steps").size() + 1);
+  EXPECT_NEAR(last.at("at").at(2), landing.z(), 0.05);
+  EXPECT_EQ(last.at("outline").size(), 4);
+  EXPECT_THAT(read("plan.glb"), StartsWith("glTF"));
+  EXPECT_THAT(read("plan.glb"), says("step_1_", "surface_1"));
+  EXPECT_THAT(read("plan.png"), says("PNG"));
+  run_well("plan m" + way + " --png over.png --eye 0 0 6 --target 0 0 0.5");
+  EXPECT_FALSE(read("over.png") == read("plan.png"));
+  wrong_use("plan m" + way + " --png plan.png", {"plan.png"});
+}
+
+TEST_F(PlanVerb, SaysWhyNotInOneLineAndInJson) {
+  fails("plan m --max-up 0.1" + way, {"every stance within reach was tried", "it came within "});
+  fails("plan m --from 50 0 0 0" + to, {"cannot stand at the start", "no surface"});
+  const Outcome answer = run("plan m --json --max-up 0.1" + way);
+  EXPECT_EQ(answer.code, 1);
+  const json plan = json::parse(answer.out), refusal = plan.at("refusal");
+  EXPECT_FALSE(plan.at("found").get<bool>());
+  EXPECT_EQ(refusal.at("why"), "unreachable");
+  EXPECT_LT(refusal.at("nearest").at(2), tread.z()) << "the first tread is too high";
+  EXPECT_EQ(refusal.at("refused").size(), 5);
+}
+
+TEST_F(PlanVerb, ARobotsFileIsOneOfTheTwoWithOtherLimits) {
+  const auto robot = [&](const std::string& limits) {
+    return "plan m --robot " + write("robot.json", limits).string() + way;
+  };
+  run_well(robot(R"({"robot": "biped", "foot": "0.2x0.1", "max_turn_deg": 20})"));
+  fails(robot(R"({"robot": "biped", "max_up_m": 0.1})"), {"too high or too low"});
+  fails(robot(R"({"robot": "biped", "reach_m": 0.1})"),
+        {"has reach_m, which is none of a biped's limits", "max_up_m"});
+  fails(robot(R"({"robot": "biped", "max_up_m": "much"})"), {"no number"});
+  fails(robot(R"({"robot": "snake"})"), {"is no robot"});
+  wrong_use("plan m --robot nowhere.json" + way, {"no file that can be read"});
+}
+
+class PlannerExportVerb : public FloorTest {
+ protected:
+  /// Area of the insets of a terrain's regions, seen from above.
+  double inset_m2(const std::string& options) const {
+    run_well("export m --to terrain.json --force --format planar_terrain " + options);
+    double twice = 0;
+    const json terrain = read_json("terrain.json");
+    for (const json& region : terrain.at("planarRegions"))
+      for (const json& inset : region.at("insets")) {
+        const json& ring = inset.at("outer_boundary").at("points");
+        for (std::size_t i = 0; i < ring.size(); ++i) {
+          const json &a = ring[i], &b = ring[(i + 1) % ring.size()];
+          twice += a.at("x").get<double>() * b.at("y").get<double>() -
+                   a.at("y").get<double>() * b.at("x").get<double>();
+        }
+      }
+    return twice / 2;
   }
 };
 
-TEST_F(ViewVerb, TakesSeveralFeet) {
-  run_well("view m --foot 0.05 --foot 0.2x0.1");
-  EXPECT_TRUE(exists("m.html"));
+TEST_F(PlannerExportVerb, RegionsAreInsetByTheFoot) {
+  // Of the floor, 79/60 + 0.5 by 59/60 m, a foot leaves the inset, a voxel from its edges.
+  constexpr double length = 79.0 / 60 + 0.5 - 2 * 0.02, width = 59.0 / 60 - 2 * 0.02;
+  // One camera saw the floor from above, so nobody saw what is over the floor's border.
+  const std::string free = "--unknown free ";
+  const double disc = inset_m2(free + "--foot-radius 0.1");
+  EXPECT_NEAR(disc, (length - 0.2) * (width - 0.2), 0.05);
+  EXPECT_NEAR(inset_m2(free + "--foot 0.4x0.2 --yaw 0"), (length - 0.4) * (width - 0.2), 0.05);
+  EXPECT_NEAR(inset_m2(free + "--foot 0.4x0.2 --yaw 90"), (length - 0.2) * (width - 0.4), 0.05);
+  EXPECT_LT(inset_m2("--foot-radius 0.1"), disc - 0.05);
+  // Nothing hangs over the floor: what is free over it stays, whatever the clearance.
+  EXPECT_NEAR(inset_m2(free + "--clearance 0.5"), inset_m2(free), 1e-6);
+}
+
+TEST_F(PlannerExportVerb, EveryFormatIsWritten) {
+  run_well("export m --to terrain.json --format planar_terrain --frame odom");
+  const json terrain = read_json("terrain.json");
+  EXPECT_EQ(terrain.at("planarRegions").size(), 1u);
+  EXPECT_EQ(terrain.at("gridmap").at("info").at("header").at("frame_id"), "odom");
+  run_well("export m --to terrain.cdr --format planar_terrain");
+  EXPECT_EQ(read("terrain.cdr").substr(0, 4), std::string("\0\1\0\0", 4));
+  EXPECT_THAT(run_well("export m --to grid.json --format grid_map --cell 0.1").out, says("cells of 0.1 m"));
+  EXPECT_EQ(read_json("grid.json").at("info").at("resolution"), 0.1);
+  run_well("export m --to m.json");  // without --format the ending decides
+  EXPECT_EQ(read_json("m.json").at("format"), "octosurf-surfaces");
+  wrong_use("export m --to terrain.json --format grid_map", {"--force"});
+
+  // Where up is given everything is turned.
+  EXPECT_THAT(run_well("export m --to tilted.json --format planar_terrain --up 1 0 2").out,
+              says("turned so that up is +z"));
+  const json turn = read_json("tilted.json").at("planarRegions")[0].at("plane_parameters").at("orientation");
+  const double x = turn.at("x"), y = turn.at("y");
+  EXPECT_NEAR(1 - 2 * (x * x + y * y), 2 / std::sqrt(5), 0.01);  // z of the normal
+  EXPECT_THAT(run_well("export m --to up.json --format grid_map").out, Not(HasSubstr("turned")));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // Scans that are kept while mapping, and maps that are built anew from them.
 #include "apps/command.hpp"
-#include "apps/running.hpp"
 #include "io/kept_scans.hpp"
 #include "io/readers/pose_file.hpp"
 #include "property/same_surfaces.hpp"
@@ -8,23 +7,14 @@
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
-#include <chrono>
 #include <cmath>
-#include <gmock/gmock.h>
 #include <random>
-#include <thread>
 
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::test {
 namespace {
-
-namespace fs = std::filesystem;
-using nlohmann::json;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 class Remap : public CommandTest {
  protected:
@@ -33,23 +23,20 @@ class Remap : public CommandTest {
     for (const io::FilePose& pose : io::read_poses(folder / file).poses) all.push_back(pose.T);
     return all;
   }
-  void write_poses(const std::string& file, const std::vector<Eigen::Isometry3d>& all) const {
-    std::string lines;
-    for (std::size_t i = 0; i < all.size(); ++i)
-      lines += io::tum_line(static_cast<double>(i) / 30, all[i]) + "\n";
-    write(file, lines);
+  void expect_poses(const std::string& file, const std::vector<Eigen::Isometry3d>& expected) const {
+    const std::vector<Eigen::Isometry3d> found = poses(file);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i)
+      EXPECT_LT((found[i].matrix() - expected[i].matrix()).norm(), 1e-12);
   }
   std::size_t files_in(const std::string& scans) const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder / scans), {}));
   }
-  /// Kept ones, so many; what a killed run has left behind is not looked at.
-  void same_scans(const std::string& a, const std::string& b, std::size_t scans) const {
-    const std::vector<fs::path> of_a = io::kept_scans(folder / a, scans),
-                                of_b = io::kept_scans(folder / b, scans);
-    for (std::size_t i = 0; i < scans; ++i) {
-      EXPECT_EQ(of_a[i].filename(), of_b[i].filename());
-      EXPECT_TRUE(read(a + "/" + of_a[i].filename().string()) == read(b + "/" + of_b[i].filename().string()))
-          << of_a[i];
+  void same_scans(const std::string& a, const std::string& b) const {
+    EXPECT_EQ(files_in(a), files_in(b));
+    for (const fs::path& scan : io::kept_scans(folder / a, files_in(a))) {
+      const std::string name = "/" + scan.filename().string();
+      EXPECT_TRUE(read(a + name) == read(b + name)) << scan;
     }
   }
   std::shared_ptr<const Snapshot> surfaces(const std::string& map) const {
@@ -72,20 +59,17 @@ class Remap : public CommandTest {
     camera.height = 120;
     camera.focal = 130;
     std::mt19937_64 random = rng();
-    std::string lines;
+    std::vector<Eigen::Isometry3d> poses;
     for (int i = 0; i < images; ++i) {
       const double a = 1.6 * i / images;
-      const Eigen::Isometry3d T =
-          look_at({0.4 + 1.9 * std::cos(a), 0.4 + 1.9 * std::sin(a), 1.5}, {0.2, 0.2, 0.5});
-      std::string image = "P5\n160 120\n65535\n";
-      for (const Eigen::Vector3f& p : camera_scan(scene, T, random, camera).points) {
-        const int depth_mm = p.allFinite() ? static_cast<int>(std::lround(1000 * p.z())) : 0;
-        image += {static_cast<char>(depth_mm >> 8), static_cast<char>(depth_mm & 0xff)};
-      }
-      write("room/" + std::to_string(i) + ".pgm", image);
-      lines += io::tum_line(i / 30.0, T) + "\n";
+      poses.push_back(look_at({0.4 + 1.9 * std::cos(a), 0.4 + 1.9 * std::sin(a), 1.5}, {0.2, 0.2, 0.5}));
+      const Scan scan = camera_scan(scene, poses.back(), random, camera);
+      write_depths("room/" + std::to_string(i) + ".pgm", 160, 120, [&](int u, int v) {
+        const Eigen::Vector3f& p = scan.points[static_cast<std::size_t>(160 * v + u)];
+        return p.allFinite() ? 1000.0 * p.z() : 0;
+      });
     }
-    write("room/poses.txt", lines);
+    write_poses("room/poses.txt", poses, 30);
     write("room/intrinsics.txt", "130 130 79.5 59.5\n");
   }
 
@@ -110,12 +94,12 @@ TEST_F(Remap, WithTheSamePosesGivesTheSameMap) {
   // Residuals are of the scans as they are given.
   run_well("map room -o m --resolution 0.04 --keep-scans kept --align off");
   EXPECT_EQ(files_in("kept"), 12U);
-  EXPECT_THAT(run_well("remap m -o n --report r.json").out, HasSubstr("0 new; 0 of those before are gone"));
+  EXPECT_THAT(run_well("remap m -o n --report r.json").out, says("0 new; 0 of those before are gone"));
   EXPECT_TRUE(read("m.bt") == read("n.bt"));
-  const json report = read_json("r.json");
-  EXPECT_EQ(report.at("remap").at("kept"), report.at("surfaces"));
-  EXPECT_EQ(report.at("remap").at("new"), 0);
-  EXPECT_THAT(report.at("remap").at("gone"), IsEmpty());
+  const json report = read_json("r.json"), remap = report.at("remap");
+  EXPECT_EQ(remap.at("kept"), report.at("surfaces"));
+  EXPECT_EQ(remap.at("new"), 0);
+  EXPECT_THAT(remap.at("gone"), IsEmpty());
   const auto before = surfaces("m"), after = surfaces("n");
   ASSERT_EQ(before->surfaces.size(), after->surfaces.size());
   ASSERT_GT(before->surfaces.size(), 3U);
@@ -136,15 +120,13 @@ TEST_F(Remap, ARigidMotionMovesTheMapAndKeepsIds) {
   T.translation() << 0.513, -1.207, 0.331;
   std::vector<Eigen::Isometry3d> corrected = poses("p.txt");
   for (Eigen::Isometry3d& pose : corrected) pose = T * pose;
-  write_poses("moved.txt", corrected);
+  write_poses("moved.txt", corrected, 30);
   const auto before = surfaces("m");
   run_well("remap m --poses moved.txt --write-poses used.txt");  // in place
   const auto after = surfaces("m");
   EXPECT_GE(expect_ids(*before, *after, T), 4U);
   expect_same(before->surfaces, after->surfaces, T, other_points);
-  const std::vector<Eigen::Isometry3d> used = poses("used.txt");
-  for (std::size_t i = 0; i < used.size(); ++i)
-    EXPECT_LT((used[i].matrix() - corrected[i].matrix()).norm(), 1e-12);
+  expect_poses("used.txt", corrected);
 
   // And back: the map knows its poses, the scans those of the beginning.
   run_well("remap m --poses p.txt");
@@ -160,7 +142,7 @@ TEST_F(Remap, ARecordingWhoseSecondHalfIsOffIsPutRight) {
   std::vector<Eigen::Isometry3d> wrong = poses("true.txt");
   for (std::size_t i = wrong.size() / 2; i < wrong.size(); ++i)
     wrong[i].pretranslate(Eigen::Vector3d(0.055, 0.049, 0.067));  // 10 cm
-  write_poses("wrong.txt", wrong);
+  write_poses("wrong.txt", wrong, 30);
   run_well("map room --poses wrong.txt -o m --resolution 0.03 --align off --keep-scans kept");
   const auto off = surfaces("m");
   run_well("remap m --poses true.txt -o right --report r.json");
@@ -177,16 +159,11 @@ TEST_F(Remap, ARecordingWhoseSecondHalfIsOffIsPutRight) {
 TEST_F(Remap, WrittenPosesAreThoseOfTheScans) {
   write_floor();
   run_well("map floor -o m --write-poses p.txt --checkpoint 0.001");
-  const std::vector<Eigen::Isometry3d> given = poses("floor/poses.txt"), used = poses("p.txt");
-  ASSERT_EQ(used.size(), given.size());
-  for (std::size_t i = 0; i < used.size(); ++i)
-    EXPECT_LT((used[i].matrix() - given[i].matrix()).norm(), 1e-12);
+  expect_poses("p.txt", poses("floor/poses.txt"));
   EXPECT_NEAR(io::read_poses(folder / "p.txt").poses[5].stamp_s.value(), 5 / 30.0, 1e-12);
-  EXPECT_THAT(error_of("map floor -o n --write-poses p.txt", 2), HasSubstr("p.txt: exists already"));
-  EXPECT_THAT(error_of("map floor -o n --write-poses floor/poses.txt --force", 2),
-              HasSubstr("--write-poses"));
-  EXPECT_THAT(error_of("map floor -o n --write-poses n.bt", 2), HasSubstr("--write-poses"));
-  EXPECT_THAT(error_of("map floor -o n --write-poses q --report q", 2), HasSubstr("--write-poses"));
+  wrong_use("map floor -o n --write-poses p.txt", {"p.txt: exists already"});
+  for (const char* taken : {"floor/poses.txt --force", "n.bt", "q --report q"})
+    wrong_use(std::string("map floor -o n --write-poses ") + taken, {"--write-poses"});
 }
 
 TEST_F(Remap, AMapGoesOnWithItsScans) {
@@ -195,102 +172,59 @@ TEST_F(Remap, AMapGoesOnWithItsScans) {
   run_well("map floor -o m --keep-scans m.scans --first 3");
   const Outcome fork = run_well("map floor --resume m -o fork --skip 3");
   ASSERT_EQ(fork.errors.size(), 1U);
-  EXPECT_THAT(fork.errors[0], HasSubstr("--keep-scans COPY"));
+  EXPECT_THAT(fork.errors[0], says("--keep-scans COPY"));
   EXPECT_TRUE(load_map(folder / "fork").scans.folder.empty());
   EXPECT_EQ(files_in("m.scans"), 3U);
-  EXPECT_THAT(error_of("map floor --resume m -o own --keep-scans own.scans --skip 3", 1),
-              HasSubstr("000000"));
-  EXPECT_THAT(error_of("map floor --resume m -o own --keep-scans m.scans --skip 3", 2),
-              HasSubstr("another map"));
+  fails("map floor --resume m -o own --keep-scans own.scans --skip 3", {"000000"});
+  wrong_use("map floor --resume m -o own --keep-scans m.scans --skip 3", {"another map"});
   fs::copy(folder / "m.scans", folder / "own.scans");
   run_well("map floor --resume m -o own --keep-scans own.scans --skip 3");
-  same_scans("own.scans", "whole.scans", 6);
-  EXPECT_EQ(files_in("own.scans"), 6U);
+  same_scans("own.scans", "whole.scans");
   EXPECT_EQ(files_in("m.scans"), 3U);
   run_well("map floor --resume m --skip 3");  // by itself
-  same_scans("m.scans", "whole.scans", 6);
+  same_scans("m.scans", "whole.scans");
   EXPECT_TRUE(read("m.bt") == read("whole.bt"));
   run_well("map whole.scans -o again");  // read like other scans
   EXPECT_TRUE(read("again.bt") == read("whole.bt"));
+  // A remapped map does not write into the folder of the other.
+  run_well("remap m -o n");
+  wrong_use("map floor --resume n --keep-scans m.scans", {"another map"});
+  EXPECT_EQ(run_well("map floor --resume n -o o").errors.size(), 1U);
+  EXPECT_EQ(files_in("m.scans"), 6U);
+  run_well("map floor --resume n --keep-scans own.scans");
+  EXPECT_EQ(files_in("own.scans"), 12U);
 
   fs::remove_all(folder / "m.scans");
   const Outcome gone = run_well("map floor --resume m");
   ASSERT_EQ(gone.errors.size(), 1U);
-  EXPECT_THAT(gone.errors[0], HasSubstr("are not there"));
-  EXPECT_THAT(error_of("remap m", 2), HasSubstr("not kept"));
-}
-
-TEST_F(Remap, ARemappedMapDoesNotWriteIntoTheOthersFolder) {
-  write_floor();
-  run_well("map floor -o m --keep-scans kept");
-  run_well("remap m -o n");
-  EXPECT_THAT(error_of("map floor --resume n --keep-scans kept", 2), HasSubstr("another map"));
-  EXPECT_EQ(run_well("map floor --resume n -o o").errors.size(), 1U);
-  EXPECT_EQ(files_in("kept"), 6U);
-  fs::copy(folder / "kept", folder / "n.scans");
-  run_well("map floor --resume n --keep-scans n.scans");
-  EXPECT_EQ(files_in("n.scans"), 12U);
+  EXPECT_THAT(gone.errors[0], says("are not there"));
+  wrong_use("remap m", {"not kept"});
 }
 
 TEST_F(Remap, WhatCannotBeDoneIsSaid) {
   write_floor();
   run_well("map floor -o plain");
-  EXPECT_THAT(error_of("remap plain", 2), HasSubstr("--keep-scans"));
-  EXPECT_THAT(error_of("remap", 2), HasSubstr("map is required"));
-  EXPECT_THAT(error_of("remap nowhere", 1), HasSubstr("there is no such map"));
-  EXPECT_THAT(error_of("map floor --resume plain --keep-scans s", 2), HasSubstr("6 scans"));
-  EXPECT_THAT(error_of("map floor -o n --keep-scans floor", 2), HasSubstr("--keep-scans"));
-  EXPECT_THAT(error_of("map plain.bt -o n --keep-scans s", 2), HasSubstr("octree"));
+  wrong_use("remap plain", {"--keep-scans"});
+  wrong_use("remap", {"map is required"});
+  fails("remap nowhere", {"there is no such map"});
+  wrong_use("map floor --resume plain --keep-scans s", {"6 scans"});
+  wrong_use("map floor -o n --keep-scans floor", {"--keep-scans"});
+  wrong_use("map plain.bt -o n --keep-scans s", {"octree"});
   run_well("map floor -o m --keep-scans kept");
-  EXPECT_THAT(error_of("map floor -o n --keep-scans kept", 2), HasSubstr("not an empty folder"));
-  EXPECT_THAT(error_of("remap m -o plain", 2), HasSubstr("exists already"));
-  EXPECT_THAT(error_of("remap m --report m.bt", 2), HasSubstr("--report"));
-  write("five.txt", "0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n");
-  EXPECT_THAT(error_of("remap m --poses five.txt", 1), AllOf(HasSubstr("2 poses"), HasSubstr("6 scans")));
+  wrong_use("map floor -o n --keep-scans kept", {"not an empty folder"});
+  wrong_use("remap m -o plain", {"exists already"});
+  wrong_use("remap m --report m.bt", {"--report"});
+  write_poses("two.txt", floor_poses(2));
+  fails("remap m --poses two.txt", {"2 poses", "6 scans"});
   write("late.txt", "9 0 0 1 1 0 0 0\n9.01 0 0 1 1 0 0 0\n");
-  EXPECT_THAT(error_of("remap m --poses late.txt", 1), HasSubstr("at its time"));
+  fails("remap m --poses late.txt", {"at its time"});
   const std::string before = read("m.surfaces");
   fs::rename(folder / "kept", folder / "moved");
-  EXPECT_THAT(error_of("remap m", 1), HasSubstr("000000"));
+  fails("remap m", {"000000"});
   run_well("remap m --scans moved -o n");
   fs::remove(io::kept_scans(folder / "moved", 6)[4]);
-  EXPECT_THAT(error_of("remap m --scans moved", 1), HasSubstr("000004"));
+  fails("remap m --scans moved", {"000004"});
   EXPECT_EQ(read("m.surfaces"), before);
-}
-
-/// Whenever it is killed, map and scans go on together, and end as if nothing had been.
-TEST_F(Remap, KilledAtAnyMomentMapAndScansAgree) {
-  constexpr int images = 20;
-  write_floor("floor", images);
-  run_well("map floor -o whole --keep-scans whole.scans");
-  run_well("map floor -o seed --first 2 --keep-scans seed.scans");
-  std::mt19937_64 random(seed());
-  const auto begin_anew = [&] {
-    for (const char* ending : {".surfaces", ".bt"})
-      fs::copy_file(folder / (std::string("seed") + ending), folder / (std::string("m") + ending),
-                    fs::copy_options::overwrite_existing);
-  };
-  const std::vector<std::string> going_on{"map", "floor",        "--resume", "m",         "--skip",
-                                          "2",   "--checkpoint", "0.01",     "--threads", "1"};
-  begin_anew();
-  const auto start = std::chrono::steady_clock::now();
-  ASSERT_EQ(Running(folder, going_on).wait(), 0);
-  const auto whole = std::chrono::steady_clock::now() - start;
-  for (int kill = 0; kill < 6; ++kill) {
-    begin_anew();
-    {
-      Running run(folder, going_on);
-      std::this_thread::sleep_for(whole * std::uniform_real_distribution<double>(0.1, 0.95)(random));
-      run.send(SIGKILL);
-      run.wait();
-    }
-    const std::size_t scans = load_map(folder / "m").map.size().scans;
-    EXPECT_NO_THROW(io::kept_scans(folder / "seed.scans", scans));
-    if (scans < images) run_well("map floor --resume m --skip " + std::to_string(scans));
-    EXPECT_TRUE(read("m.bt") == read("whole.bt")) << "killed after " << scans;
-    same_scans("seed.scans", "whole.scans", images);
-    run_well("remap m -o n --force");
-  }
 }
 
 }  // namespace

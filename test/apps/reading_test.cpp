@@ -1,0 +1,229 @@
+// Readings in another unit, cut by a limit that nobody stated, or with poses that are not T_map_sensor are no
+// map without a word; nor are poses that jump.
+#include "apps/command.hpp"
+#include "support/seed.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace octosurf::test {
+namespace {
+
+class Units : public CommandTest {
+ protected:
+  /// Depth images, seen from one place, whose rows are `nearest` millimetres away and farther, by `step`.
+  void write_ramp(const std::string& name, int nearest, int step,
+                  const std::string& intrinsics = "60 60 39.5 29.5\n") const {
+    write_depths(name + "/0.pgm", 80, 60, [&](int u, int v) { return nearest + step * v + step * u / 7; });
+    write(name + "/poses.txt", "0 0 0 0 0 0 1\n");
+    write(name + "/intrinsics.txt", intrinsics);
+  }
+
+  /// A spinning lidar's cloud of a hall of 12 × 8 × 3 m, in units to the metre. `none`: m, range of every
+  /// fourth column, whose rays did not return.
+  void write_hall(const std::string& name, double units, std::optional<double> none = {},
+                  int columns = 512) const {
+    std::vector<Eigen::Vector3f> points;
+    for (int row = 0; row < 32; ++row)
+      for (int column = 0; column < columns; ++column) {
+        const double elevation = (row - 15.5) * 2.5 * std::numbers::pi / 180;
+        const double azimuth = (column + 0.5) * 2 * std::numbers::pi / columns;
+        const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
+                                  std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+        const Eigen::Vector3d side(6, 4, ray.z() > 0 ? 2 : 1);
+        const double range = none && column % 4 == 0 ? *none : (side.array() / ray.array().abs()).minCoeff();
+        points.push_back((units * range * ray).cast<float>());
+      }
+    std::string text = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+                       std::to_string(columns) + "\nHEIGHT 32\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
+                       std::to_string(32 * columns) + "\nDATA binary\n";
+    text.append(reinterpret_cast<const char*>(points.data()), points.size() * sizeof points[0]);
+    write(name, text);
+  }
+};
+
+TEST_F(Units, ALimitThatNobodyStatedAndCutsMuchIsToldOrRefused) {
+  write_ramp("far", 4010, 20);
+  fails("map far -o far", {"mapped, all", "--depth-scale", "--max-range", "nothing is written"});
+  EXPECT_FALSE(exists("far.surfaces"));
+  run_well("map far -o far --max-range 20");
+  EXPECT_TRUE(exists("far.surfaces"));
+  write_ramp("half", 3000, 35);
+  EXPECT_THAT(run("map half -o half").err, says("beyond 4 m", "--max-range"));
+  EXPECT_THAT(run("map half -o stated --max-range 4").err, Not(HasSubstr("beyond 4 m")));
+  write_ramp("near", 1000, 20);
+  EXPECT_THAT(run("map near -o near").err, Not(HasSubstr("beyond 4 m")));
+}
+
+TEST_F(Units, AnOrganisedLidarIsMappedAsFarAsItReaches) {
+  write_hall("hall.pcd", 1);
+  const std::string lidar = run_well("map hall.pcd -o hall --resolution 0.1 --viewpoint 0 0 0").out;
+  EXPECT_THAT(lidar, says("spinning lidar"));
+  EXPECT_THAT(lidar, Not(HasSubstr("only freed space")));
+  EXPECT_THAT(run("map hall.pcd -o camera --resolution 0.1 --sensor camera").out,
+              says("depth camera, as stated", "only freed space"));
+}
+
+TEST_F(Units, ACloudInMillimetresOrCentimetresIsRefused) {
+  for (const int units : {100, 1000}) {
+    write_hall("hall.pcd", units);
+    fails("map hall.pcd -o refused --resolution 0.1", {"as if not in metres", "--cloud-scale 1000"});
+    run_well("map hall.pcd -o hall --resolution 0.1 --force --cloud-scale " + std::to_string(units));
+  }
+  write_hall("hall.pcd", 20, {}, 64);  // 19 of 20 readings within 120 m
+  EXPECT_THAT(run("map hall.pcd -o large --resolution 0.1").err, says("--resolution 1 or more"));
+  run_well("map hall.pcd -o large --resolution 1 --force");
+}
+
+TEST_F(Units, AValueWithoutReturnThatComesLateIsNamed) {
+  constexpr int scans = 22;  // those looked at before the run, and two
+  for (int i = 0; i < scans; ++i)
+    write_hall("late/" + std::to_string(i) + ".pcd", 1, i + 1 < scans ? std::nullopt : std::optional(100.0));
+  EXPECT_THAT(run_well("map late -o late/map --resolution 0.1").out,
+              says("4096 readings of its 16384 lie at 100.000 m in all directions"));
+}
+
+TEST_F(Units, IntrinsicsOfImagesOfAnotherSizeAreRefused) {
+  write_ramp("near", 1000, 20, "525 525 319.5 239.5\n");
+  fails("map near -o near", {"images of about 640x480 pixels, not of 80x60", "times 0.125"});
+  write_ramp("small", 1000, 20, "30 30 19.5 14.5\n");  // of 40x30
+  fails("map small -o small", {"images of about 40x30 pixels"});
+  write_ramp("outside", 1000, 20, "60 60 100 29.5\n");
+  fails("map outside -o outside", {"principal point"});
+  write_ramp("part", 1000, 20, "60 60 60 29.5\n");  // an image's part, cut at the left
+  run_well("map part -o part");
+}
+
+class PoseCheck : public CommandTest {
+ protected:
+  /// Of the simulated room, with each of its poses changed.
+  void write_room(const std::string& name, const Change& change) const {
+    simulate_room();
+    fs::copy(folder / "room", folder / name);
+    change_poses(name, change);
+  }
+};
+
+const Eigen::Matrix4d turned = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
+
+/// Axes of a body's frame (x forward, z up) in that of a camera (x right, y down, z forward), or the other
+/// way.
+Eigen::Matrix4d camera_in_body() {
+  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+  T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return T;
+}
+
+TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
+  simulate_room();
+  run_well("map room -o right --resolution 0.1");
+  const double area = info("right")["area_m2"].get<double>();
+  const std::vector<std::pair<std::string, std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>>> forms{
+      {"inverse", [](const Eigen::Matrix4d& T) { return T.inverse().eval(); }},
+      {"w-first",
+       [](const Eigen::Matrix4d& T) {  // as if w x y z were x y z w
+         const Eigen::Quaterniond q(Eigen::Matrix3d(T.topLeftCorner<3, 3>()));
+         Eigen::Matrix4d read = T;
+         read.topLeftCorner<3, 3>() = Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()).toRotationMatrix();
+         return read;
+       }},
+      {"opengl", [](const Eigen::Matrix4d& T) { return (T * turned).eval(); }},
+      {"opengl-inverse", [](const Eigen::Matrix4d& T) { return (T * turned).inverse().eval(); }}};
+  for (const auto& [name, change] : forms) {
+    write_room(name, [change = change](const Eigen::Matrix4d& T, int) { return change(T); });
+    fails("map " + name + " -o wrong --resolution 0.1",
+          {"taken as " + name + ";", "nothing is written", "--pose-form " + name});
+    EXPECT_FALSE(exists("wrong.surfaces"));
+    run_well("map " + name + " -o maps/" + name + " --resolution 0.1 --pose-form " + name);
+    EXPECT_NEAR(info("maps/" + name)["area_m2"], area, 0.02 * area) << name;
+  }
+  run_well("map inverse -o wrong --resolution 0.1 --pose-form as-given");
+  EXPECT_TRUE(exists("wrong.surfaces"));
+
+  // Optical data with the frame of the body: the only form that is taken unasked.
+  write_room("body", [](const Eigen::Matrix4d& T, int) { return (T * camera_in_body().inverse()).eval(); });
+  EXPECT_THAT(run_well("map body -o maps/body --resolution 0.1").out,
+              says("begun anew with --pose-form of-body"));
+  EXPECT_NEAR(info("maps/body")["area_m2"], area, 0.02 * area);
+  fails("map body -o kept --resolution 0.1 --keep-scans kept", {"--pose-form of-body"});
+}
+
+TEST_F(PoseCheck, PosesInAnotherUnitThanTheReadingsAreRefused) {
+  for (const auto& [name, scale] :
+       {std::pair<std::string, double>("4", 4), {"1000", 1000}, {"0.25", 0.25}, {"10", 10}, {"0.2", 0.2}}) {
+    write_room(name, [scale = scale](Eigen::Matrix4d T, int) {
+      T.topRightCorner<3, 1>() /= scale;
+      return T;
+    });
+    fails("map " + name + " -o wrong --resolution 0.1", {"--cloud-scale " + name, "nothing is written"});
+    EXPECT_FALSE(exists("wrong.surfaces"));
+  }
+  run_well("map 4 -o wrong --resolution 0.1 --depth-scale 1000");
+}
+
+TEST_F(PoseCheck, ACamerasPosesForALidarsScansAreRefused) {
+  run_well("simulate room -o room --sensor spinning --frames 8");
+  // The camera stands by the lidar, at a few hundredths of the usual range.
+  Eigen::Isometry3d T_lidar_camera(camera_in_body());
+  T_lidar_camera.translation() << 0.06, 0, -0.04;
+  std::istringstream in(read("room/poses.txt"));
+  std::ostringstream out;
+  out.precision(17);
+  double stamp = 0;
+  Eigen::Vector3d t;
+  Eigen::Quaterniond q;
+  while (in >> stamp >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w()) {
+    const Eigen::Isometry3d T = Eigen::Translation3d(t) * q.normalized() * T_lidar_camera;
+    for (int i = 0; i < 12; ++i) out << T(i / 4, i % 4) << (i < 11 ? ' ' : '\n');
+  }
+  write("camera.txt", out.str());
+  const std::string map = "map room --poses camera.txt -o map --resolution 0.1";
+  fails(map, {"--pose-form of-camera"});
+  run_well(map + " --pose-form of-camera");
+}
+
+TEST_F(PoseCheck, RightPosesAreNotRefusedWhereTheyDrift) {
+  run_well("simulate corridor -o corridor --length 8 --laps 2 --frames 24 --drift-m 0.3 --drift-deg 3");
+  run_well("map corridor -o corridor --resolution 0.1");
+}
+
+/// A recording whose poses jump for good, as where a loop closes on a map that was bent on the way.
+class Closures : public CommandTest {
+ protected:
+  static constexpr int frames = 30, first_moved = 20;
+  /// Of a room whose poses of `first_moved` to `to` are 8 cm off along x: what is told of closures.
+  json closures(int to, const std::string& options, const ::testing::Matcher<std::string>& said) const {
+    const std::string world = std::to_string(seed());
+    made_once("room to close" + world, [&] {
+      run_well("simulate room -o room --frames " + std::to_string(frames) + " --seed " + world);
+    });
+    change_poses("room", [&](Eigen::Matrix4d T, int i) {
+      if (i >= first_moved && i < to) T(0, 3) += 0.08;
+      return T;
+    });
+    EXPECT_THAT(run_well("map room -o map --first 26 --report report.json " + options).err, said);
+    return read_json("report.json").at("alignment").at("closures");
+  }
+};
+
+TEST_F(Closures, AreToldWithScansAndDistance) {
+  // Without a budget, so that walls are known by the time they are seen again.
+  const json found = closures(frames, "--detection-budget 0",
+                              HasSubstr("where the poses do not meet what was mapped before"));
+  ASSERT_GE(found.size(), 1U);
+  // The first scans may be left out, or moved in part, until what they see tells where they are.
+  const std::string first = found[0].at("first");
+  EXPECT_GE(first, "room/frame-0000" + std::to_string(first_moved));
+  EXPECT_LT(first, "room/frame-0000" + std::to_string((first_moved + frames) / 2));
+  // Directions that the scan in question does not determine do not count.
+  EXPECT_GT(found[0].at("distance_m"), 0.02);
+  EXPECT_LT(found[0].at("distance_m"), 0.07);
+}
+
+TEST_F(Closures, AreNotSingleJumps) {
+  EXPECT_TRUE(closures(first_moved + 1, "", Not(HasSubstr("do not meet"))).empty());
+}
+
+}  // namespace
+}  // namespace octosurf::test
