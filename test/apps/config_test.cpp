@@ -23,7 +23,7 @@ class Config : public CommandTest {
 
 TEST_F(Config, ShowsWhatIsInForce) {
   auto values = shown("");
-  EXPECT_EQ(values.size(), 24u);
+  EXPECT_EQ(values.size(), 23u);
   EXPECT_EQ(values["align"], "auto");
   EXPECT_EQ(values["resolution"], "0.02 m");
   EXPECT_EQ(values["max_hole_size"], "0.08 m");

@@ -459,7 +459,11 @@ TEST_F(DamagedMapFiles, MutatedRecordsDoNoHarm) {
     Mapper mapper(load_map(folder / "map").map);
     check_invariants(mapper.map());
     mapper.insert(scan);
-    bytes_of(mapper.map());
+    try {
+      bytes_of(mapper.map());
+    } catch (const Error& grown) {  // just below a limit when it was read
+      EXPECT_THAT(grown.what(), HasSubstr("is not saved so"));
+    }
   }
   EXPECT_GT(loaded, 20) << "nothing of what this test is about happened";
   EXPECT_LT(loaded, 380);
