@@ -11,7 +11,7 @@
 namespace octosurf::cylinders {
 namespace {
 
-constexpr double largest_radius = 0.5;  // m: what is wider is met as planes
+constexpr double largest_radius = 0.5;  // m: wider ones are found as planes
 /// Voxels, radius: three across. The points of narrower ones are means over more than one side of a square
 /// bar, which round it.
 constexpr double fewest_voxels = 1.5;
@@ -21,7 +21,7 @@ constexpr double least_span = 60 * rad_per_deg;  // rad: a sixth of the way roun
 /// 2 ln(6 / √2π).
 constexpr double even_chi2 = 1.745;
 /// Nats by which a cylinder explains its points better than flat sides do: a false one in one of 10⁴ places,
-/// as of planes. Of a known one nothing is searched for.
+/// as of planes. A known one needs no search.
 constexpr double log_places = 9;
 /// Flat sides' squares per a cylinder's: below, errors that are not noise decide, such as voxels' means at a
 /// post's edges.
@@ -92,7 +92,7 @@ std::optional<geometry::CylinderShape> CylinderCriterion::through(std::span<cons
   bend << heights[3], heights[4], heights[4], heights[5];
   const geometry::PrincipalAxes2 bends = geometry::principal_axes(bend);
   const double radius = -1 / bends.values[0];
-  // A patch tells the radius to a factor of two; the fit goes on from there.
+  // A patch determines the radius to a factor of two; the fit refines it.
   if (!(radius > fewest_voxels * map_.grid.resolution() / 2 && radius < 2 * largest_radius)) return {};
   return geometry::CylinderShape{mean + (heights[0] - radius) * axes.col(0),
                                  axes.rightCols<2>() * bends.vectors.col(1), radius};

@@ -62,7 +62,7 @@ class CylinderUpdate {
     for (const PointId i : points) cylinders_.add(cylinder, inlier(i));
   }
 
-  /// Known cylinders take the points that belong to them, and what is connected with these.
+  /// Known cylinders take the points that belong to them, and those connected with these.
   void grow_known() {
     if (cylinders_.size() == 0 || points_.empty()) return;
     const double h = map_.parameters.max_hole_size();
@@ -82,7 +82,7 @@ class CylinderUpdate {
     }
   }
 
-  /// Finds cylinders in a patch: in all of it, then in each half of what is left, because a ladder's front
+  /// Finds cylinders in a patch: in all of it, then in each half of the rest, because a ladder's front
   /// is one patch of many bars.
   void begin_in(std::vector<PointId> patch) {
     const std::size_t fewest = std::max<std::size_t>(fewest_of_part, criterion_.min_points() / parts_of_bar);

@@ -16,9 +16,8 @@ void retract_cylinders(surfaces::Ledger& ledger, const occupancy::OccupancyDelta
 /// rejected as curved, and those too narrow for a surface.
 ///
 /// 1. Known ones take points that belong to them, and grow from there through the octree.
-/// 2. A patch, or else each half of what is left of it, gives a first shape by its curvature; it grows
-/// through
-///    the octree, is fitted to what it reached, and is kept if convincing.
+/// 2. A patch, or else each half of the rest of it, gives a first shape by its curvature, which grows through
+///    the octree, is fitted to the points it reached, and is kept if convincing.
 /// 3. Those that changed by an eighth are refitted; those no longer convincing are erased, and their points
 ///    stay pending. Those that one shape explains are merged, the larger keeping its id.
 /// Changes only cylinders, and nothing if there are no such points or changes.

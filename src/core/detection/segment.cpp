@@ -111,12 +111,6 @@ std::optional<Refusal> refusal_of_side(const Readings& readings, const Patch& pa
   return Refusal{.reason = Reason::edge_on, .measured = cos_incidence, .limit = least};
 }
 
-bool bends(const Readings& readings, const std::vector<Label>& labels, const Patch& patch,
-           const std::vector<Index>& indices) {
-  return is_curved(readings, patch, indices) ||
-         is_curved_in_places(readings, patch, clear_of_other_planes(readings, labels, indices));
-}
-
 /// None for a patch that is large enough, wide enough, not seen edge-on and not curved. The part outside is
 /// known only as sums, which contribute their extent.
 std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentLimits& limits,
@@ -139,7 +133,10 @@ std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentL
     return Refusal{.reason = Reason::too_narrow, .measured = width, .limit = limits.least_width};
   if (!(outside.readings > 0))
     if (const auto unsided = refusal_of_side(readings, patch, indices)) return unsided;
-  if (!(outside.readings > 0) && bends(readings, labels, patch, indices)) return Refusal{Reason::curved};
+  if (!(outside.readings > 0) &&
+      (is_curved(readings, patch, indices) ||
+       is_curved_in_places(readings, patch, clear_of_other_planes(readings, labels, indices))))
+    return Refusal{Reason::curved};
   return {};
 }
 

@@ -164,8 +164,9 @@ void OccupancyMap::read_block(geometry::VoxelKey key, std::vector<VoxelPoint>& o
 
 void OccupancyMap::for_each_point(const std::function<void(const VoxelPoint&)>& visit) const {
   tree_->visit_points({}, VoxelTree::top_level,
-                      [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place,
-                          float log_odds) { visit(point_of(payload, grid_, k, place, log_odds)); });
+                      [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place, float) {
+                        visit(point_of(payload, grid_, k, place));
+                      });
 }
 
 namespace {

@@ -107,25 +107,25 @@ OccupancyMap OccupancyMap::resampled(const OccupancyMap& other, const Eigen::Iso
   VoxelTree& to = *here.tree_;
   const Eigen::Isometry3d T_other_here = T_here_other.inverse();
   Resampling(from, here.grid_, T_other_here, to).below({0, 0, 0}, VoxelTree::top_level);
-  from.visit_points(
-      {}, VoxelTree::top_level, [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace, float) {
-        const Eigen::Vector3f point = (T_here_other * load_point(payload, other.grid_, k)).cast<float>();
-        geometry::VoxelKey key;
-        if (!here.grid_.key_of(point, key)) {
-          ++lost;
-          return;
-        }
-        const float log_odds = from.find(k).log_odds;
-        const VoxelTree::Lookup found = to.find(key);
-        const bool taken = found.payload != nullptr;
-        const unsigned range_class = taken ? found.payload->range_class : 0;
-        to.set_leaf(key, 0, taken ? std::max(log_odds, found.log_odds) : log_odds);
-        if (taken && payload.range_class >= range_class) return;
-        VoxelPayload& moved = to.make_payload(key) = payload;
-        store_place(moved, here.grid_, key, point);
-        const Eigen::Vector3d view = sensing::decode_view(payload.view).cast<double>();
-        moved.view = sensing::encode_view((T_here_other.linear() * view).cast<float>()) & 0xfff;
-      });
+  from.visit_points({}, VoxelTree::top_level,
+                    [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace, float log_odds) {
+                      const Eigen::Vector3f point =
+                          (T_here_other * load_point(payload, other.grid_, k)).cast<float>();
+                      geometry::VoxelKey key;
+                      if (!here.grid_.key_of(point, key)) {
+                        ++lost;
+                        return;
+                      }
+                      const VoxelTree::Lookup found = to.find(key);
+                      const bool taken = found.payload != nullptr;
+                      const unsigned range_class = taken ? found.payload->range_class : 0;
+                      to.set_leaf(key, 0, taken ? std::max(log_odds, found.log_odds) : log_odds);
+                      if (taken && payload.range_class >= range_class) return;
+                      VoxelPayload& moved = to.make_payload(key) = payload;
+                      store_place(moved, here.grid_, key, point);
+                      const Eigen::Vector3d view = sensing::decode_view(payload.view).cast<double>();
+                      moved.view = sensing::encode_view((T_here_other.linear() * view).cast<float>()) & 0xfff;
+                    });
   return here;
 }
 
