@@ -1,22 +1,18 @@
 #include "picture_eye.hpp"
 
 #include <CLI/CLI.hpp>
+#include <vector>
 
 namespace octosurf {
 
-EyeOptions add_eye_options(CLI::App& verb, CLI::Option* png, PictureEye& eye) {
-  return {verb.add_option("--eye", eye.eye, "X Y Z: draw the picture as seen from here [from one side above]")
-              ->expected(3)
-              ->needs(png),
-          verb.add_option("--target", eye.target, "X Y Z: look at this [the map's middle]")
-              ->expected(3)
-              ->needs(png)};
-}
-
-void look_from(const PictureEye& eye, PictureOptions& options) {
-  const auto point = [](const std::vector<double>& xyz) { return Eigen::Vector3d(xyz[0], xyz[1], xyz[2]); };
-  if (!eye.eye.empty()) options.eye = point(eye.eye);
-  if (!eye.target.empty()) options.target = point(eye.target);
+std::pair<CLI::Option*, CLI::Option*> add_eye_options(CLI::App& verb, CLI::Option* png,
+                                                      PictureOptions& picture) {
+  const auto add = [&](const char* name, const char* help, std::optional<Eigen::Vector3d>& to) {
+    const auto take = [&to](const std::vector<double>& xyz) { to = Eigen::Vector3d(xyz.data()); };
+    return verb.add_option_function<std::vector<double>>(name, take, help)->expected(3)->needs(png);
+  };
+  return {add("--eye", "X Y Z: draw the picture as seen from here [from one side above]", picture.eye),
+          add("--target", "X Y Z: look at this [the map's middle]", picture.target)};
 }
 
 }  // namespace octosurf

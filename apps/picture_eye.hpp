@@ -1,6 +1,6 @@
 #pragma once
 
-#include <vector>
+#include <utility>
 
 #include <octosurf/export.hpp>
 
@@ -11,18 +11,8 @@ class Option;
 
 namespace octosurf {
 
-/// A picture's eye and target: --eye and --target, x y z each, or empty.
-struct PictureEye {
-  std::vector<double> eye, target;
-};
-
-struct EyeOptions {
-  CLI::Option *eye, *target;
-};
-/// Adds both to a verb whose option `png` names the picture.
-EyeOptions add_eye_options(CLI::App& verb, CLI::Option* png, PictureEye& eye);
-
-/// Copies the given values into `options`.
-void look_from(const PictureEye& eye, PictureOptions& options);
+/// Adds --eye and --target, X Y Z each, to a verb whose option `png` names the picture.
+std::pair<CLI::Option*, CLI::Option*> add_eye_options(CLI::App& verb, CLI::Option* png,
+                                                      PictureOptions& picture);
 
 }  // namespace octosurf

@@ -6,25 +6,21 @@
 #include "output_files.hpp"
 #include "picture_eye.hpp"
 #include "query_fields.hpp"
+#include "serve/served_map.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <map>
 #include <memory>
-#include <numbers>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <octosurf/boundary.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/footsteps.hpp>
-#include <octosurf/map.hpp>
 #include <octosurf/plan_files.hpp>
-#include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
@@ -46,7 +42,7 @@ unknown (--unknown free), while for the body unknown space counts as free.
 
 struct PlanArguments {
   std::string map, up, png;
-  PictureEye eye;
+  PictureOptions picture;
   PlanQuery query;
   std::vector<std::string> outputs;
   bool json = false, force = false;
@@ -72,8 +68,8 @@ void print(const FootstepPlan& plan) {
   for (std::size_t i = 0; i < plan.steps.size(); ++i) line(std::to_string(i + 1), plan.steps[i]);
 }
 
-void write(const PlanArguments& arguments, const Snapshot& snapshot, const FootstepPlan& plan,
-           const Robot& robot, const Eigen::Vector3d& up) {
+void write(PlanArguments& arguments, const Snapshot& snapshot, const FootstepPlan& plan, const Robot& robot,
+           const Eigen::Vector3d& up) {
   for (const std::string& file : arguments.outputs) {
     if (file.ends_with(".json")) {
       io::NewFile output(file, arguments.force);
@@ -89,12 +85,10 @@ void write(const PlanArguments& arguments, const Snapshot& snapshot, const Foots
     }
   }
   if (arguments.png.empty()) return;
-  PictureOptions options;
-  options.up = up;
-  options.force = arguments.force;
-  options.meshes = footprints(plan, robot);
-  look_from(arguments.eye, options);
-  render_png(snapshot, arguments.png, options);
+  arguments.picture.up = up;
+  arguments.picture.force = arguments.force;
+  arguments.picture.meshes = footprints(plan, robot);
+  render_png(snapshot, arguments.png, arguments.picture);
 }
 
 void require_sensible_files(const PlanArguments& arguments) {
@@ -106,18 +100,17 @@ void require_sensible_files(const PlanArguments& arguments) {
   require_apart("--png", arguments.png, files_of_map(arguments.map));
 }
 
-void run_plan(const PlanArguments& arguments) {
+void run_plan(PlanArguments& arguments) {
   require_sensible_files(arguments);
-  const LoadedMap loaded = open_map(arguments.map);
+  LoadedMap loaded = open_map(arguments.map);
   warn_of_up(loaded.map, arguments.up);
-  const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
+  const ServedMap map(std::move(loaded), arguments.map, arguments.up);
+  const planning::AskedMap& asked = map.asked;
   const PlanQuery& query = arguments.query;
-  const Robot robot = robot_of(query, up);
-  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
-  const planning::AskedMap asked(arguments.map, snapshot, loaded.map.octree(), up,
-                                 [&](const Surface& surface) { return label_edges(loaded.map, surface); });
+  const Robot robot = robot_of(query, asked.up);
   const FootstepPlan plan = planner_on(asked, robot).plan(query.from, query.to, query.budget);
-  write(arguments, *asked.ground(GroundRules::of(robot, asked.octree.resolution())).solid(), plan, robot, up);
+  const GroundView ground = asked.ground(GroundRules::of(robot, asked.octree.resolution()));
+  write(arguments, *ground.solid(), plan, robot, asked.up);
   if (arguments.json) std::printf("%s\n", to_json(plan, robot).c_str());
   if (!plan.found()) throw Error(Error::Kind::data, arguments.map, plan.refusal->sentence);
   if (!arguments.json) print(plan);
@@ -146,7 +139,7 @@ void add_plan(CLI::App& app) {
   CLI::Option* png =
       verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green")
           ->type_name("FILE");
-  add_eye_options(*verb, png, arguments->eye);
+  add_eye_options(*verb, png, arguments->picture);
   verb->add_flag("--force", arguments->force, "overwrite files");
   verb->callback([arguments] { run_plan(*arguments); });
 }

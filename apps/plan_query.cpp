@@ -16,49 +16,33 @@ const std::vector<RobotLimit>& robot_limits() {
   using B = Biped;
   using Q = Quadruped;
   static const std::vector<RobotLimit> limits{
-      {"max_forward", "longest step forward, m", 1, [](B& r) { return &r.max_forward_m; }, nullptr},
-      {"max_backward", "m, likewise", 1, [](B& r) { return &r.max_backward_m; }, nullptr},
-      {"min_width", "m, between the feet", 1, [](B& r) { return &r.min_width_m; }, nullptr},
-      {"max_width", "m, likewise", 1, [](B& r) { return &r.max_width_m; }, nullptr},
-      {"max_step", "m: a quadruped's body moves at most this far while each foot steps once", 1, nullptr,
+      {"max_forward", "longest step forward, m", 1, [](B& r) { return &r.max_forward_m; }},
+      {"max_backward", "m, likewise", 1, [](B& r) { return &r.max_backward_m; }},
+      {"min_width", "m, between the feet", 1, [](B& r) { return &r.min_width_m; }},
+      {"max_width", "m, likewise", 1, [](B& r) { return &r.max_width_m; }},
+      {"max_step", "m: a quadruped's body moves at most this far while each foot steps once", 1,
        [](Q& r) { return &r.max_step_m; }},
-      {"reach", "m: a quadruped's foot steps at most this far from below its hip", 1, nullptr,
+      {"reach", "m: a quadruped's foot steps at most this far from below its hip", 1,
        [](Q& r) { return &r.reach_m; }},
-      {"max_up", "m, of a step", 1, [](B& r) { return &r.max_up_m; }, [](Q& r) { return &r.max_up_m; }},
-      {"max_down", "m, of a step", 1, [](B& r) { return &r.max_down_m; }, [](Q& r) { return &r.max_down_m; }},
-      {"max_turn", "degrees a step", rad_per_deg, [](B& r) { return &r.max_turn_rad; },
-       [](Q& r) { return &r.max_turn_rad; }},
-      {"max_slope", "degrees, of the ground", rad_per_deg, [](B& r) { return &r.contact.max_slope_rad; },
-       [](Q& r) { return &r.contact.max_slope_rad; }},
-      {"edge_margin", "m, between soles and edges", 1, [](B& r) { return &r.contact.edge_margin_m; },
-       [](Q& r) { return &r.contact.edge_margin_m; }},
+      {"max_up", "m, of a step", 1, [](auto& r) { return &r.max_up_m; }},
+      {"max_down", "m, of a step", 1, [](auto& r) { return &r.max_down_m; }},
+      {"max_turn", "degrees a step", rad_per_deg, [](auto& r) { return &r.max_turn_rad; }},
+      {"max_slope", "degrees, of the ground", rad_per_deg, [](auto& r) { return &r.contact.max_slope_rad; }},
+      {"edge_margin", "m, between soles and edges", 1, [](auto& r) { return &r.contact.edge_margin_m; }},
       {"frontier_margin", "m, between soles and edges beyond which nothing was observed", 1,
-       [](B& r) { return &r.contact.frontier_margin_m; }, [](Q& r) { return &r.contact.frontier_margin_m; }},
-      {"lift", "m: height of a swinging foot", 1, [](B& r) { return &r.lift_m; },
-       [](Q& r) { return &r.lift_m; }},
-      {"high_lift", "m: likewise where it would touch something", 1, [](B& r) { return &r.high_lift_m; },
-       [](Q& r) { return &r.high_lift_m; }},
-      {"stance_width", "m, between the feet when it stands", 1, [](B& r) { return &r.stance_width_m; },
-       [](Q& r) { return &r.stance_width_m; }},
-      {"stance_length", "m, likewise between fore and hind feet", 1, nullptr,
-       [](Q& r) { return &r.stance_length_m; }},
-      {"body_length", "m, of the trunk", 1, [](B& r) { return &r.body.length_m; },
-       [](Q& r) { return &r.body.length_m; }},
-      {"body_width", "m, likewise", 1, [](B& r) { return &r.body.width_m; },
-       [](Q& r) { return &r.body.width_m; }},
-      {"body_from", "m: height of its underside", 1, [](B& r) { return &r.body.from_m; },
-       [](Q& r) { return &r.body.from_m; }},
-      {"body_to", "m: height of its top", 1, [](B& r) { return &r.body.to_m; },
-       [](Q& r) { return &r.body.to_m; }}};
+       [](auto& r) { return &r.contact.frontier_margin_m; }},
+      {"lift", "m: height of a swinging foot", 1, [](auto& r) { return &r.lift_m; }},
+      {"high_lift", "m: likewise where it would touch something", 1, [](auto& r) { return &r.high_lift_m; }},
+      {"stance_width", "m, between the feet when it stands", 1, [](auto& r) { return &r.stance_width_m; }},
+      {"stance_length", "m, likewise between fore and hind feet", 1, [](Q& r) { return &r.stance_length_m; }},
+      {"body_length", "m, of the trunk", 1, [](auto& r) { return &r.body.length_m; }},
+      {"body_width", "m, likewise", 1, [](auto& r) { return &r.body.width_m; }},
+      {"body_from", "m: height of its underside", 1, [](auto& r) { return &r.body.from_m; }},
+      {"body_to", "m: height of its top", 1, [](auto& r) { return &r.body.to_m; }}};
   return limits;
 }
 
 std::string RobotLimit::field() const { return name + (unit != 1 ? std::string("_deg") : std::string("_m")); }
-
-double* RobotLimit::of(Robot& robot) const {
-  if (auto* kind = std::get_if<Biped>(&robot)) return biped != nullptr ? biped(*kind) : nullptr;
-  return quadruped != nullptr ? quadruped(std::get<Quadruped>(robot)) : nullptr;
-}
 
 std::string name_of(const Robot& robot) {
   return std::holds_alternative<Biped>(robot) ? "biped" : "quadruped";

@@ -14,16 +14,24 @@ class AskedMap;
 
 namespace octosurf {
 
-/// A limit of a robot, and its field in each; null: that robot has none.
+/// A limit of a robot, and where each has it. `Field` takes the robots that do, and keeps nothing.
 struct RobotLimit {
-  const char* name;  ///< without unit
-  const char* help;
-  double unit;  ///< in which it is given, in SI
-  double* (*biped)(Biped&);
-  double* (*quadruped)(Quadruped&);
+  template <class Field>
+  RobotLimit(const char* called, const char* text, double given_in, Field)
+      : name(called), help(text), unit(given_in), of([](Robot& robot) {
+          return std::visit(
+              [](auto& kind) -> double* {
+                if constexpr (std::is_invocable_v<Field, decltype(kind)>) return Field()(kind);
+                return nullptr;
+              },
+              robot);
+        }) {}
 
-  std::string field() const;       ///< name with unit: "max_up_m"
-  double* of(Robot& robot) const;  ///< null: the robot has none
+  const char *name, *help;  ///< name without unit
+  double unit;              ///< in which it is given, in SI
+  double* (*of)(Robot&);    ///< null: the robot has none
+
+  std::string field() const;  ///< name with unit: "max_up_m"
 };
 
 const std::vector<RobotLimit>& robot_limits();

@@ -2,6 +2,7 @@
 #include "planner_export.hpp"
 
 #include "bounds.hpp"
+#include "geometry/degrees.hpp"
 #include "plan_query.hpp"
 #include "planning/questions.hpp"
 
@@ -23,9 +24,8 @@
 namespace octosurf {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 // Floors are level to this (up.hpp): an estimate that near to z leaves the map as the robot's poses have it.
-constexpr double level_rad = 5 * degree;
+constexpr double level_rad = 5 * rad_per_deg;
 
 ContactShape chosen_foot(const PlannerExport& options) {
   if (options.foot.empty())
@@ -39,7 +39,7 @@ GroundRules chosen_rules(const PlannerExport& options, const Eigen::Vector3d& up
   planning::ContactQuestion query;
   const bool nav2 = options.format == "nav2";
   query.robot = nav2 ? robot_in(options.robot) : Quadruped{};
-  query.max_slope_rad = options.max_slope_deg * degree;
+  query.max_slope_rad = options.max_slope_deg * rad_per_deg;
   query.clearance_m = options.clearance;
   query.as_mapped = options.as_mapped;
   query.unknown_is_free = options.unknown == "free";
@@ -81,7 +81,7 @@ class PlannerExporter {
     PlannerContact contact;
     contact.shape = ground_.rules().foot;
     contact.limits = ground_.rules().limits;
-    if (options_.yaw_deg) contact.yaw_rad = *options_.yaw_deg * degree;
+    if (options_.yaw_deg) contact.yaw_rad = *options_.yaw_deg * rad_per_deg;
     contact.turn = turn_;
     return planner_surfaces(*ground_.solid(), contact, &octree_);
   }
@@ -90,14 +90,14 @@ class PlannerExporter {
     HeightGridOptions wanted;
     wanted.cell = options_.cell.value_or(0);
     wanted.turn = turn_;
-    wanted.max_slope_rad = std::min(options_.max_slope_deg * degree, steepest);
+    wanted.max_slope_rad = std::min(options_.max_slope_deg * rad_per_deg, steepest);
     wanted.below = options_.below;
     return height_grid(*ground_.solid(), wanted);
   }
 
   void write_terrain() const {
     const PlanarTerrainCount count =
-        export_planar_terrain(contact_surfaces(), grid(80 * degree), options_.frame, file_, force_);
+        export_planar_terrain(contact_surfaces(), grid(80 * rad_per_deg), options_.frame, file_, force_);
     std::printf("%s: %zu regions\n", file_.c_str(), count.regions);
     if (count.without_inset + count.too_steep > 0)
       std::fprintf(stderr, "left out: %zu regions without room for the foot, %zu steeper than 80 degrees\n",

@@ -13,33 +13,23 @@
 namespace octosurf {
 namespace {
 
-using planning::PlaceQuestion;
-
 QuestionField foot_field(std::optional<ContactShape>& to) {
-  QuestionField field{"foot", "LENGTHxWIDTH of a sole, or the radius of a disc, m [the robot's]", 0};
-  field.take_text = [&to](const std::string& text) { to = planning::foot_of(text); };
-  return field;
+  return text_field("foot", "LENGTHxWIDTH of a sole, or the radius of a disc, m [the robot's]", {},
+                    [&to](const std::string& text) { to = planning::foot_of(text); });
 }
 
 QuestionField robot_field(Robot& to) {
-  QuestionField field{"robot", "biped or quadruped: whose foot and limits hold", 0};
-  field.words = {"biped", "quadruped"};
+  QuestionField field =
+      text_field("robot", "biped or quadruped: whose foot and limits hold", {"biped", "quadruped"},
+                 [&to](const std::string& text) { to = robot_in(text); });
   field.or_file = " (or a JSON file)";
-  field.take_text = [&to](const std::string& text) { to = robot_in(text); };
   return std::move(field).by_default("biped");
 }
 
 QuestionField unknown_field(bool& is_free) {
-  QuestionField field{"unknown", "what space over a foot is that nobody saw: blocked or free", 0};
-  field.words = {"blocked", "free"};
-  field.take_text = [&is_free](const std::string& text) { is_free = text == "free"; };
-  return std::move(field).by_default("blocked");
-}
-
-QuestionField standing_field(const char* name, const char* description, Standing& to) {
-  QuestionField field{name, description, 4, -farthest_m, farthest_m, false, true};
-  field.take = [&to](const std::vector<double>& v) { to = {{v[0], v[1], v[2]}, v[3] * rad_per_deg}; };
-  return field;
+  return text_field("unknown", "what space over a foot is that nobody saw: blocked or free",
+                    {"blocked", "free"}, [&is_free](const std::string& text) { is_free = text == "free"; })
+      .by_default("blocked");
 }
 
 /// " [biped 0.3, quadruped 0.4]", in the limit's unit.
@@ -54,64 +44,7 @@ std::string defaults_of(const RobotLimit& limit) {
   return text + "]";
 }
 
-template <PlaceQuestion::Kind kind>
-QuestionFields place_fields(AskedOfMap& asked) {
-  PlaceQuestion& q = asked.place;
-  q.kind = kind;
-  if (kind == PlaceQuestion::box)
-    return {point_field("min", "a corner, m", q.point).needed(),
-            point_field("max", "the opposite one, m", q.corner).needed()};
-  if (kind == PlaceQuestion::sphere)
-    return {point_field("center", "m", q.point).needed(),
-            number_field("radius_m", "m", q.distance_m, 0, farthest_m).needed()};
-  if (kind == PlaceQuestion::ray)
-    return {point_field("from", "where it begins, m", q.point).needed(),
-            point_field("direction", "of any length", q.direction).needed()};
-  QuestionFields fields{point_field("point", "m", q.point).needed()};
-  if (kind != PlaceQuestion::voxel)
-    fields.push_back(number_field("max_slope_deg",
-                                  "only surfaces that slope so much at most; 90 leaves out ceilings",
-                                  q.max_slope_rad, 0, 180, rad_per_deg)
-                         .by_default("180"));
-  return fields;
-}
-
-QuestionFields foothold_fields(AskedOfMap& asked) {
-  QuestionFields fields = contact_fields(asked.contact);
-  fields.push_back(point_field("point", "m", asked.contact.at).needed());
-  fields.push_back(
-      number_field("yaw_deg", "heading, degrees", asked.contact.yaw_rad, -3600, 3600, rad_per_deg).needed());
-  return fields;
-}
-
-QuestionFields regions_fields(AskedOfMap& asked) {
-  QuestionFields fields = region_fields(asked.contact);
-  fields.push_back(number_field("surface", "its id", asked.contact.surface, 1, last_id).needed());
-  return fields;
-}
-
 }  // namespace
-
-const std::vector<MapQuestion>& map_questions() {
-  static const std::vector<MapQuestion> all{
-      {"nearest", "X Y Z", "the place on a surface that is nearest to a point",
-       place_fields<PlaceQuestion::nearest>},
-      {"below", "X Y Z", "the place on a surface that is met first straight below a point",
-       place_fields<PlaceQuestion::below>},
-      {"box", "X Y Z X Y Z", "the surfaces in a box between two corners", place_fields<PlaceQuestion::box>},
-      {"sphere", "X Y Z R", "the surfaces within R metres of a point", place_fields<PlaceQuestion::sphere>},
-      {"ray", "X Y Z DX DY DZ", "the first surface along a ray from a point, in a direction",
-       place_fields<PlaceQuestion::ray>},
-      {"voxel", "X Y Z", "the voxel that holds a point: its state, and whose it is",
-       place_fields<PlaceQuestion::voxel>},
-      {"foothold", "X Y Z YAW",
-       "what a foot at this heading (degrees) would stand on, on the surface nearest to a point, or why it "
-       "cannot",
-       foothold_fields},
-      {"regions", "ID", "where on a surface the middle of a foot may be, so that all of it is supported",
-       regions_fields}};
-  return all;
-}
 
 std::string QuestionField::option() const {
   std::string text = "--" + name;
@@ -135,12 +68,17 @@ void QuestionField::put(const std::vector<double>& given, const std::string& cal
   take(given);
 }
 
-QuestionField text_field(const char* name, const char* description, std::string& to,
-                         std::vector<std::string> words) {
+QuestionField text_field(const char* name, const char* description, std::vector<std::string> words,
+                         std::function<void(const std::string&)> take) {
   QuestionField field{name, description, 0};
   field.words = std::move(words);
-  field.take_text = [&to](const std::string& text) { to = text; };
+  field.take_text = std::move(take);
   return field;
+}
+
+QuestionField standing_field(const char* name, const char* description, Standing& to, double farthest) {
+  const auto take = [&to](const std::vector<double>& v) { to = {{v[0], v[1], v[2]}, v[3] * rad_per_deg}; };
+  return {name, description, 4, -farthest, farthest, take, false, true};
 }
 
 QuestionFields contact_fields(planning::ContactQuestion& q) {
@@ -190,14 +128,10 @@ QuestionFields plan_fields(PlanQuery& q) {
                      q.from),
       standing_field("to", "X Y Z YAW: goal", q.to), robot_field(q.robot), foot_field(q.foot),
       unknown_field(q.unknown_is_free)};
-  for (const RobotLimit& limit : robot_limits()) {
-    const bool angle = limit.unit != 1;
-    QuestionField field{limit.field(), limit.help + defaults_of(limit), 1, 0, angle ? 180 : largest_robot_m};
-    field.take = [&q, &limit](const std::vector<double>& v) {
-      q.limits.emplace_back(&limit, v[0] * limit.unit);
-    };
-    fields.push_back(std::move(field));
-  }
+  for (const RobotLimit& limit : robot_limits())
+    fields.push_back(
+        {limit.field(), limit.help + defaults_of(limit), 1, 0, limit.unit != 1 ? 180 : largest_robot_m,
+         [&q, &limit](const std::vector<double>& v) { q.limits.emplace_back(&limit, v[0] * limit.unit); }});
   return fields;
 }
 

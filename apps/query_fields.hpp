@@ -25,14 +25,16 @@ constexpr double last_id = 4294967295.0;  ///< of 32 bits
 /// A field of a question: a parameter of its URL, with a unit in its name ("max_slope_deg"), or an option of
 /// its command ("--max-slope").
 struct QuestionField {
+  using Take = std::function<void(const std::vector<double>&)>;
+
   std::string name, description;
   std::size_t numbers = 1;  ///< 0: a text
   double low = 0, high = 0;
+  Take take{};
   bool whole = false, required = false;
   std::string usual{};               ///< as it would be given; empty: none
   std::vector<std::string> words{};  ///< that a text may be; empty: any
   std::string or_file{};             ///< of an option, whose text may also name a file; empty: it may not
-  std::function<void(const std::vector<double>&)> take{};
   std::function<void(const std::string&)> take_text{};
 
   std::string option() const;
@@ -47,38 +49,26 @@ using QuestionFields = std::vector<QuestionField>;
 // Fields that write to a question. `unit`: of what is given, in SI.
 
 template <class T>
-QuestionField point_field(const char* name, const char* description, T& to) {
-  QuestionField field{name, description, 3, -farthest_m, farthest_m};
-  field.take = [&to](const std::vector<double>& v) { to = Eigen::Vector3d(v.data()); };
-  return field;
+QuestionField point_field(const char* name, const char* description, T& to, double farthest = farthest_m) {
+  return {name,      description, 3,
+          -farthest, farthest,    [&to](const std::vector<double>& v) { to = Eigen::Vector3d(v.data()); }};
 }
 template <class T>
 QuestionField number_field(const char* name, const char* description, T& to, double low, double high,
                            double unit = 1) {
-  QuestionField field{name, description, 1, low, high, std::integral<T>};
-  field.take = [&to, unit](const std::vector<double>& v) {
+  const auto take = [&to, unit](const std::vector<double>& v) {
     if constexpr (std::integral<T>)
       to = static_cast<T>(v[0]);
     else
       to = v[0] * unit;
   };
-  return field;
+  return {name, description, 1, low, high, take, std::integral<T>};
 }
-QuestionField text_field(const char* name, const char* description, std::string& to,
-                         std::vector<std::string> words = {});
-
-/// What may be asked of a map; each question has its part of it.
-struct AskedOfMap {
-  planning::PlaceQuestion place;
-  planning::ContactQuestion contact;
-};
-
-/// A question of `octosurf query` and of `octosurf serve`. The command takes what is required together.
-struct MapQuestion {
-  const char *name, *takes, *summary;
-  QuestionFields (*fields)(AskedOfMap&);  ///< makes it the question that is asked
-};
-const std::vector<MapQuestion>& map_questions();
+QuestionField text_field(const char* name, const char* description, std::vector<std::string> words,
+                         std::function<void(const std::string&)> take);
+/// With its heading in degrees; required.
+QuestionField standing_field(const char* name, const char* description, Standing& to,
+                             double farthest = farthest_m);
 
 /// Of both footholds and contact regions.
 QuestionFields contact_fields(planning::ContactQuestion& question);

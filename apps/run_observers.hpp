@@ -22,4 +22,9 @@ RunObservers checks_of(RunState& run);
 /// the run starts from are, and its own will be. Throws what prevents an output.
 RunObservers outputs_of(RunState& run, KeptScans kept);
 
+/// `map --serve`: serves the map while it grows, from threads that leave the processor to the mapper, and
+/// prints the address. Answers are of the latest snapshot; the mapper never waits for them. Throws as
+/// HttpServer.
+std::unique_ptr<RunObserver> live_view(RunState& run);
+
 }  // namespace octosurf

@@ -5,7 +5,6 @@
 #include "run_summary.hpp"
 #include "run_warnings.hpp"
 #include "scene_log.hpp"
-#include "serve/live_view.hpp"
 
 #include <cstdio>
 #include <utility>

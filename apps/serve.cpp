@@ -2,7 +2,7 @@
 #include "bounds.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
-#include "serve/api.hpp"
+#include "serve/http_server.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -43,15 +43,13 @@ struct ServeArguments {
 };
 
 void run_serve(const ServeArguments& arguments) {
-  LoadedMap map = open_map(arguments.map);
-  const auto served = std::make_shared<const ServedMap>(std::move(map), title_of(arguments.map), arguments.up,
-                                                        arguments.max_mb);
-  Api api([&] { return served; });
+  const auto served = std::make_shared<const ServedMap>(open_map(arguments.map), title_of(arguments.map),
+                                                        arguments.up, arguments.max_mb);
   sigset_t ends;
   sigemptyset(&ends);
   for (const int number : {SIGINT, SIGTERM}) sigaddset(&ends, number);
   ::pthread_sigmask(SIG_BLOCK, &ends, nullptr);  // first: who reads the line may send one
-  const HttpServer server(arguments.port, api);
+  const HttpServer server(arguments.port, [&] { return served; });
   std::printf("serving %s\n", server.url().c_str());
   std::fflush(stdout);
   int number = 0;

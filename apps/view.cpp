@@ -3,28 +3,23 @@
 #include "io/new_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
-#include "page_feet.hpp"
 #include "picture_eye.hpp"
+#include "serve/served_map.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <future>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <octosurf/boundary.hpp>
-#include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/page.hpp>
-#include <octosurf/stairs.hpp>
 
 namespace octosurf {
 namespace {
@@ -57,43 +52,24 @@ of octosurf serve computes regions for any foot and limits.
 struct ViewArguments {
   std::string map, html, png, from = "iso", up;
   std::vector<std::string> feet;
-  PictureEye eye;
-  int width = PictureOptions{}.width, height = PictureOptions{}.height;
+  PictureOptions picture;
   double max_mb = PageOptions{}.max_mb;
   bool whole = false, pending = false, edges = false, force = false;
 };
-
-std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map, const Snapshot& snapshot) {
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  for (const SurfacePtr& surface : snapshot.surfaces) edges[surface->id] = label_edges(map, *surface);
-  return edges;
-}
 
 void write_html(const ViewArguments& arguments) {
   const std::string title = title_of(arguments.map);
   const std::string html = arguments.html.empty() ? title + ".html" : arguments.html;
   require_apart("--html", html, files_of_map(arguments.map));
-  const LoadedMap loaded = open_map(arguments.map);
+  LoadedMap loaded = open_map(arguments.map);
   io::NewFile output(html, arguments.force);  // first, because making a page takes a while
-  const Map& map = loaded.map;
-  PageOptions options;
-  options.up = up_in_force(map, arguments.up).direction;
-  if (const auto up = suggested_up(map, arguments.up)) options.suggested_up = up->direction;
-  options.max_mb = arguments.max_mb;
-  warn_of_up(map, arguments.up);
-  const OccupancyView octree = map.octree();
-  PageMap shown{title, with_gaps(*map.snapshot(), octree, 0), octree};
-  // For a hall edges and feet take seconds each: in parallel, if a thread is available.
-  auto edges = std::async([&] { return edges_of(map, *shown.snapshot); });
-  shown.stairs = find_stairs(*shown.snapshot, options.up).stairs;
-  if (arguments.feet != std::vector<std::string>{"none"})
-    shown.feet = page_feet({title, map.snapshot(), octree, options.up, {}}, arguments.feet);
-  shown.edges = edges.get();
-  const Page page = make_page(shown, options);
+  warn_of_up(loaded.map, arguments.up);
+  const ServedMap map(std::move(loaded), title, arguments.up, arguments.max_mb);
+  const Page page = map.page_with(arguments.feet);
   output.write([&](std::ostream& out) { out << page.html; });
   output.commit();
   std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(page.html.size()) / 1e6,
-              shown.snapshot->surfaces.size());
+              map.asked.snapshot->surfaces.size());
   if (page.merged == 0)
     std::printf("without voxels, which do not fit into %g MB (--max-mb)\n", arguments.max_mb);
   else if (page.merged > 1)
@@ -104,15 +80,12 @@ void write_html(const ViewArguments& arguments) {
   if (page.feet_left_out) std::printf("contact regions do not fit into it, either (--foot none, --max-mb)\n");
 }
 
-void draw_png(const ViewArguments& arguments) {
+void draw_png(ViewArguments& arguments) {
   require_apart("--png", arguments.png, files_of_map(arguments.map));
   const LoadedMap loaded = open_map(arguments.map);
-  PictureOptions options;
-  options.width = arguments.width;
-  options.height = arguments.height;
+  PictureOptions& options = arguments.picture;
   const auto at = std::find(view_names.begin(), view_names.end(), arguments.from);
   options.from = static_cast<ViewFrom>(at - view_names.begin());
-  look_from(arguments.eye, options);
   warn_of_up(loaded.map, arguments.up);
   const std::optional<Up> suggested = suggested_up(loaded.map, arguments.up);
   options.up = (suggested ? *suggested : up_in_force(loaded.map, arguments.up)).direction;
@@ -124,7 +97,7 @@ void draw_png(const ViewArguments& arguments) {
     });
   }
   const std::shared_ptr<const Snapshot> snapshot = with_gaps(*loaded.map.snapshot(), loaded.map.octree(), 0);
-  if (arguments.edges) options.edges = edges_of(loaded.map, *snapshot);
+  if (arguments.edges) options.edges = edges_in(*snapshot, loaded.map);
   render_png(*snapshot, arguments.png, options);
   std::printf("%s: %zu surfaces\n", arguments.png.c_str(), snapshot->surfaces.size());
 }
@@ -133,11 +106,12 @@ void add_picture_options(CLI::App& verb, ViewArguments& arguments, CLI::Option* 
   CLI::Option* from = verb.add_option("--from", arguments.from, "iso, top, front, back, left or right")
                           ->check(CLI::IsMember({"iso", "top", "front", "back", "left", "right"}))
                           ->capture_default_str();
-  const auto [eye, target] = add_eye_options(verb, png, arguments.eye);
+  PictureOptions& picture = arguments.picture;
+  const auto [eye, target] = add_eye_options(verb, png, picture);
   eye->excludes(from);
   for (CLI::Option* option :
-       {from, eye, target, verb.add_option("--width", arguments.width, "pixels")->capture_default_str(),
-        verb.add_option("--height", arguments.height, "pixels")->capture_default_str(),
+       {from, eye, target, verb.add_option("--width", picture.width, "pixels")->capture_default_str(),
+        verb.add_option("--height", picture.height, "pixels")->capture_default_str(),
         verb.add_flag("--whole", arguments.whole, "draw surfaces seen from behind, too: ceilings hide rooms"),
         verb.add_flag("--pending", arguments.pending, "draw pending points as grey dots"),
         verb.add_flag("--edges", arguments.edges, "draw edges in a colour by what lies beyond them")})

@@ -1,7 +1,7 @@
 #include "serve/http_server.hpp"
 
 #include "geometry/interruption.hpp"
-#include "serve/api.hpp"
+#include "questions.hpp"
 
 #include <algorithm>
 #include <array>
@@ -26,7 +26,6 @@
 #include <functional>
 #include <limits>
 #include <new>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <thread>
@@ -142,31 +141,11 @@ std::string head_of(const HttpReply& reply, bool with_length) {
 
 }  // namespace
 
-HttpReply json_reply(std::string body) {
-  return {200, "application/json", std::make_shared<const std::string>(std::move(body))};
-}
-
-HttpReply refusal(int status, const std::string& what, const std::string& where, const std::string& hint) {
-  using Json = nlohmann::ordered_json;
-  const Json json{{"error", what}, {"where", where}, {"hint", hint}};
-  HttpReply reply = json_reply(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
-  reply.status = status;
-  return reply;
-}
-
-HttpReply refusal(int status, const Error& error, const std::string& where) {
-  // what() is "where: what; hint", with parts that are empty left out.
-  std::string what = error.what();
-  if (!error.where().empty()) what.erase(0, error.where().size() + 2);
-  if (!error.hint().empty()) what.erase(what.size() - error.hint().size() - 2);
-  return refusal(status, what, where, error.hint());
-}
-
 /// Sockets and clocks have one thread, which never waits for an answer: these are made by others.
 struct HttpServer::Impl {
   class Client;
 
-  Impl(std::uint16_t port, Api& from) : api(from) {
+  Impl(std::uint16_t port, LatestMap map) : latest(std::move(map)) {
     const tcp::endpoint place(asio::ip::address_v4::loopback(), port);
     try {
       acceptor = tcp::acceptor(io, place);
@@ -210,22 +189,7 @@ struct HttpServer::Impl {
 
   void accept();
 
-  /// `make` in another thread, then `next` in that of the sockets.
-  template <class Make, class Next>
-  void work(bool takes_long, Make make, Next next) {
-    auto task = [this, make = std::move(make), next = std::move(next),
-                 busy = asio::make_work_guard(io)]() mutable {
-      try {
-        make();
-        asio::post(io, std::move(next));
-      } catch (const std::exception&) {  // no memory for a client
-      }
-    };
-    if (takes_long) return asio::post(long_answers, std::move(task));
-    asio::post(workers, std::move(task));
-  }
-
-  Api& api;
+  const LatestMap latest;
   std::atomic<int> clients = 0, followers = 0;
   std::uint16_t bound_port = 0;
   bool accepting = false, ending = false;  // of the thread of the sockets
@@ -273,19 +237,33 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
     const std::size_t end = std::min(target.find('?'), target.size());
     path_ = target.substr(0, end);
     if (const auto why = refused(parser_, path_)) return send(*why);
-    const auto make = [this, query = target.substr(std::min(end + 1, target.size()))] {
-      const QueryParameters given = parameters_in(query);
-      if (path_ != live_path) return server_.api.answer(path_, given);
-      next_event_ = server_.api.events(given);
-      return HttpReply{200, "text/event-stream", std::make_shared<const std::string>("\n")};
-    };
-    server_.work(
-        path_ == "/api/plan" || path_ == "/api/regions/all",
-        [self = shared_from_this(), make] { self->reply_ = safe(self->path_, make); },
-        [self = shared_from_this()] {
-          const bool follows = self->next_event_ && self->parser_.get().method() == http::verb::get;
-          follows ? self->follow() : self->send(self->reply_);
+    make(
+        [this, query = target.substr(std::min(end + 1, target.size()))] {
+          const QueryParameters given = parameters_in(query);
+          if (path_ != live_path) return answer_to(*server_.latest(), path_, given);
+          next_event_ = events_of(server_.latest, given);
+          return HttpReply{200, "text/event-stream", std::make_shared<const std::string>("\n")};
+        },
+        [this] {
+          const bool follows = next_event_ && parser_.get().method() == http::verb::get;
+          follows ? follow() : send(reply_);
         });
+  }
+
+  /// The reply, by `how` in another thread, then `next` in that of the sockets.
+  template <class How, class Next>
+  void make(How how, Next next) {
+    auto task = [self = shared_from_this(), how = std::move(how), next,
+                 busy = asio::make_work_guard(server_.io)] {
+      try {
+        self->reply_ = safe(self->path_, how);
+        asio::post(self->server_.io, [self, next] { next(); });
+      } catch (const std::exception&) {  // no memory for a client
+      }
+    };
+    if (path_ == "/api/plan" || path_ == "/api/regions/all")
+      return asio::post(server_.long_answers, std::move(task));
+    asio::post(server_.workers, std::move(task));
   }
 
   void follow() {
@@ -293,25 +271,23 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
       return send(refusal(503, "too many follow the map", live_path, "try again"));
     following_ = true;
     ++server_.followers;
-    write(head_of(reply_, false), nullptr, [this] { make_event(); });
+    write(head_of(reply_, false), nullptr, [this] { tell(); });
   }
-  void make_event() {
-    server_.work(
-        false,
-        [self = shared_from_this()] {
-          self->reply_ = safe(live_path, [&] { return HttpReply{200, {}, self->next_event_()}; });
+  void tell() {
+    make(
+        [this] {
+          return HttpReply{200, {}, next_event_()};
         },
-        [self = shared_from_this()] { self->send_event(); });
-  }
-  void send_event() {
-    if (reply_.status != 200) return;
-    // Without an event a comment, which finds out who has gone.
-    write(reply_.body ? "" : ":\n\n", reply_.body, [this] {
-      pause_.expires_after(event_interval);
-      pause_.async_wait([self = shared_from_this()](error_code) {
-        if (!self->server_.ending) self->make_event();
-      });
-    });
+        [this] {
+          if (reply_.status != 200) return;
+          // Without an event a comment, which finds out who has gone.
+          write(reply_.body ? "" : ":\n\n", reply_.body, [this] {
+            pause_.expires_after(event_interval);
+            pause_.async_wait([self = shared_from_this()](error_code) {
+              if (!self->server_.ending) self->tell();
+            });
+          });
+        });
   }
 
   template <class Next>
@@ -352,7 +328,8 @@ void HttpServer::Impl::accept() {
   accepting = true;
 }
 
-HttpServer::HttpServer(std::uint16_t port, Api& api) : impl_(std::make_unique<Impl>(port, api)) {}
+HttpServer::HttpServer(std::uint16_t port, LatestMap map)
+    : impl_(std::make_unique<Impl>(port, std::move(map))) {}
 
 HttpServer::~HttpServer() = default;
 

@@ -1,27 +1,12 @@
 #pragma once
 
+#include "serve/api.hpp"
+
 #include <cstdint>
 #include <memory>
 #include <string>
 
-#include <octosurf/error.hpp>
-
 namespace octosurf {
-
-class Api;
-
-struct HttpReply {
-  int status = 200;
-  std::string type;
-  std::shared_ptr<const std::string> body;  ///< shared, because pages are large and requested often
-};
-
-HttpReply json_reply(std::string body);
-
-/// {"error": `what`, "where": …, "hint": …}
-HttpReply refusal(int status, const std::string& what, const std::string& where, const std::string& hint);
-/// Likewise; `where` in the place of the error's own.
-HttpReply refusal(int status, const Error& error, const std::string& where);
 
 /// Answers GET and HEAD requests of this machine.
 ///
@@ -33,13 +18,12 @@ HttpReply refusal(int status, const Error& error, const std::string& where);
 /// 4. Plans are made one at a time, and take no time from other answers.
 /// 5. `live_path` is answered by server-sent events, at most five a second. The next event is made once the
 ///    one before is sent: a slow client gets fewer and larger ones, and may come back with its revision.
-/// 6. What Api throws is answered: Error(usage) 400, Error(data) 404, all else 500. Without memory for a
+/// 6. What is thrown is answered: Error(usage) 400, Error(data) 404, all else 500. Without memory for a
 ///    client it is dropped.
 class HttpServer {
  public:
-  /// Answers from now on, in threads of its own. `api` has to outlive this. Throws Error(usage) for a port
-  /// that is taken.
-  HttpServer(std::uint16_t port, Api& api);  ///< 0: any port that is free
+  /// Answers from now on, in threads of its own. Throws Error(usage) for a port that is taken.
+  HttpServer(std::uint16_t port, LatestMap map);  ///< 0: any port that is free
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
   /// Interrupts what is being made (geometry::interruption), and gives clients a second to take their

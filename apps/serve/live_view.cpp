@@ -1,8 +1,6 @@
-#include "serve/live_view.hpp"
-
 #include "output_files.hpp"
-#include "run_observer.hpp"
-#include "serve/api.hpp"
+#include "run_observers.hpp"
+#include "serve/http_server.hpp"
 
 #include <array>
 #include <cstdio>
@@ -13,7 +11,6 @@
 #include <string>
 #include <sys/resource.h>
 
-#include <octosurf/page.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
@@ -41,7 +38,7 @@ class LiveView : public RunObserver {
         run_{new_run()},
         up_(mapper_.map().parameters().up) {
     run.mapper.share_octree();
-    server_.emplace(*run.options.serve_port, api_);
+    server_.emplace(*run.options.serve_port, [this] { return latest(); });
     std::printf("serving %s\n", server_->url().c_str());
     std::fflush(stdout);
   }
@@ -52,9 +49,8 @@ class LiveView : public RunObserver {
     const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
     const std::lock_guard lock(making_);
     if (!latest_ || latest_->asked.snapshot != snapshot)
-      latest_ =
-          std::make_shared<const ServedMap>(snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction,
-                                            PageOptions{}.max_mb, run_, latest_.get());
+      latest_ = std::make_shared<const ServedMap>(
+          snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, run_, latest_.get());
     return latest_;
   }
 
@@ -64,7 +60,6 @@ class LiveView : public RunObserver {
   const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
   std::mutex making_;                        ///< of the latest
   std::shared_ptr<const ServedMap> latest_;
-  Api api_{[this] { return latest(); }};
   std::optional<HttpServer> server_;
 };
 

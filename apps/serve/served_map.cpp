@@ -9,6 +9,7 @@
 #include "up_option.hpp"
 
 #include <algorithm>
+#include <future>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -18,7 +19,7 @@
 #include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/gaps.hpp>
-#include <octosurf/page.hpp>
+#include <octosurf/plan_files.hpp>
 
 namespace octosurf {
 
@@ -73,13 +74,13 @@ Eigen::AlignedBox3d extent_of(const Surface& surface) {
               "ask for id " + into);
 }
 
+}  // namespace
+
 std::map<SurfaceId, std::vector<PolygonEdges>> edges_in(const Snapshot& snapshot, const Map& map) {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   for (const SurfacePtr& surface : snapshot.surfaces) edges[surface->id] = label_edges(map, *surface);
   return edges;
 }
-
-}  // namespace
 
 std::shared_ptr<const Snapshot> ShownSurfaces::of(const GroundView& ground) {
   const auto shown = std::make_shared<Snapshot>(*ground.solid());
@@ -108,11 +109,10 @@ ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, dou
             [this](const Surface& surface) { return label_edges(map_->map, surface); }},
       max_page_mb_(max_page_mb),
       up_(up),
-      suggested_up_(suggested_up(map.map, up)),
       map_(std::move(map)) {}
 
 ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-                     double max_page_mb, Run of, const ServedMap* previous)
+                     Run of, const ServedMap* previous)
     : asked{std::move(name),
             snapshot,
             snapshot->octree,
@@ -123,7 +123,7 @@ ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name,
             },
             previous != nullptr ? &previous->asked : nullptr},
       run(std::move(of)),
-      max_page_mb_(max_page_mb) {}
+      max_page_mb_(PageOptions{}.max_mb) {}
 
 template <class Make>
 ServedMap::Text ServedMap::text(const std::string& key, const Make& make) const {
@@ -137,21 +137,30 @@ std::shared_ptr<const Snapshot> ServedMap::shown() const {
   });
 }
 
+PageMap ServedMap::page_map() const {
+  PageMap map{asked.name, shown(), asked.octree};
+  map.stairs = asked.bare_ground().stairs().stairs;
+  return map;
+}
+
+Page ServedMap::page_with(const std::vector<std::string>& feet) const {
+  PageOptions options;
+  options.up = asked.up;
+  options.max_mb = max_page_mb_;
+  PageMap map = page_map();
+  // Of a map that grows they would be outdated at once: its page requests them.
+  if (map_) {
+    if (const auto up = suggested_up(map_->map, up_)) options.suggested_up = up->direction;
+    // For a hall edges and feet take seconds each: in parallel, if a thread is available.
+    auto edges = std::async([&] { return edges_in(*map.snapshot, map_->map); });
+    if (feet != std::vector<std::string>{"none"}) map.feet = page_feet(asked, feet);
+    map.edges = edges.get();
+  }
+  return make_page(map, options);
+}
+
 ServedMap::Text ServedMap::page() const {
-  return text("page", [this] {
-    PageOptions options;
-    options.up = asked.up;
-    if (suggested_up_) options.suggested_up = suggested_up_->direction;
-    options.max_mb = max_page_mb_;
-    PageMap map{asked.name, shown(), asked.octree};
-    map.stairs = asked.bare_ground().stairs().stairs;
-    // Of a map that grows they would be outdated at once: its page requests them.
-    if (map_) {
-      map.edges = edges_in(*map.snapshot, map_->map);
-      map.feet = page_feet(asked);
-    }
-    return served(make_page(map, options).html, run.name);
-  });
+  return text("page", [this] { return served(page_with({}).html, run.name); });
 }
 
 ServedMap::Text ServedMap::info() const {
@@ -197,8 +206,7 @@ ServedMap::Text ServedMap::voxels() const {
 ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) const {
   const std::lock_guard lock(making_);
   if (event_ && event_since_ == since) return event_;
-  PageMap map{asked.name, shown(), asked.octree};
-  map.stairs = asked.bare_ground().stairs().stairs;
+  const PageMap map = page_map();
   io::SurfacesMessage how;
   how.up = asked.up;
   if (since) how.changes = changes_since(*map.snapshot, *since);
@@ -219,6 +227,22 @@ std::string ServedMap::surface_json(SurfaceId id) const {
   if (const auto gaps = all.gaps.find(id); gaps != all.gaps.end()) extras.gaps.insert(*gaps);
   if (const auto edges = all.edges.find(id); edges != all.edges.end()) extras.edges.insert(*edges);
   return Json::parse(export_text(alone, extras))["surfaces"][0].dump();
+}
+
+std::string ServedMap::plan_json(const PlanQuery& query) const {
+  const Robot robot = robot_of(query, asked.up);
+  Json key{name_of(robot), query.unknown_is_free};
+  if (query.foot) {
+    key.push_back(query.foot->radius);
+    for (const Eigen::Vector2d& corner : query.foot->outline) key.push_back(corner);
+  }
+  for (const auto& [limit, value] : query.limits) key.push_back({limit->name, value});
+  const std::lock_guard lock(planning_);
+  if (planned_for_ != key.dump()) {
+    planner_ = std::make_unique<FootstepPlanner>(planner_on(asked, robot));
+    planned_for_ = key.dump();
+  }
+  return to_json(planner_->plan(query.from, query.to, query.budget), robot);
 }
 
 std::string ServedMap::changes_json(std::uint64_t since,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "io/exporters/page_messages.hpp"
+#include "plan_query.hpp"
 #include "planning/made_once.hpp"
 #include "planning/questions.hpp"
 
@@ -14,7 +15,7 @@
 
 #include <octosurf/export.hpp>
 #include <octosurf/map.hpp>
-#include <octosurf/up.hpp>
+#include <octosurf/page.hpp>
 
 namespace octosurf {
 
@@ -36,11 +37,15 @@ class ShownSurfaces {
   std::map<SurfaceId, Outline> outlines_;
 };
 
+/// label_edges() of its surfaces.
+std::map<SurfaceId, std::vector<PolygonEdges>> edges_in(const Snapshot& snapshot, const Map& map);
+
 /// A map to be queried from any thread; never changes. Derived data are made once, for all clients.
 class ServedMap {
  public:
   /// `name` for its readers and errors; `up`: of --up.
-  ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb);
+  ServedMap(LoadedMap map, std::string name, const std::string& up,
+            double max_page_mb = PageOptions{}.max_mb);
   /// What a map that goes on growing has beside it: of its run, for all its moments.
   struct Run {
     std::string name;
@@ -48,15 +53,17 @@ class ServedMap {
   };
   /// A map that goes on growing, which has no kinds of edges yet. The snapshot has its octree. `previous`:
   /// the same earlier, null: none.
-  ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-            double max_page_mb, Run run, const ServedMap* previous);
+  ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up, Run run,
+            const ServedMap* previous);
 
   using Text = std::shared_ptr<const std::string>;
 
   const planning::AskedMap asked;
   const Run run;  ///< without a name: of a finished map
 
-  Text page() const;      ///< HTML
+  /// With these feet as of page_feet(), "none": without.
+  Page page_with(const std::vector<std::string>& feet) const;
+  Text page() const;      ///< HTML of that which asks this server
   Text info() const;      ///< JSON
   Text surfaces() const;  ///< the export as JSON
   Text voxels() const;    ///< io::voxels_message()
@@ -66,6 +73,8 @@ class ServedMap {
   /// cylinders whose bounding box meets it. What changed elsewhere, and may have touched it before, is listed
   /// as "outside". All that is gone or merged is listed, as its extent is not kept.
   std::string changes_json(std::uint64_t since, const std::optional<Eigen::AlignedBox3d>& box) const;
+  /// Throws as robot_of() and FootstepPlanner. One plan at a time.
+  std::string plan_json(const PlanQuery& query) const;
   /// io::surfaces_message() as a server-sent event: since an earlier revision, or everything.
   Text changes_event(std::optional<std::uint64_t> since) const;
 
@@ -76,13 +85,13 @@ class ServedMap {
   };
   template <class Make>
   Text text(const std::string& key, const Make& make) const;
-  /// Surfaces without their voids.
+  /// Surfaces without their voids, and their stairs.
+  PageMap page_map() const;
   std::shared_ptr<const Snapshot> shown() const;
   const Export& exported() const;
 
   const double max_page_mb_;
   const std::string up_;
-  const std::optional<Up> suggested_up_;  ///< in the place of the map's own
   const std::optional<LoadedMap> map_;
   mutable planning::MadeOnce<std::string, Text> texts_;
   mutable planning::MadeOnce<int, std::shared_ptr<const Snapshot>> shown_;
@@ -90,6 +99,9 @@ class ServedMap {
   mutable std::mutex making_;  ///< of the latest event, which most clients take
   mutable Text event_;
   mutable std::optional<std::uint64_t> event_since_;
+  mutable std::mutex planning_;  ///< of what follows
+  mutable std::string planned_for_;
+  mutable std::unique_ptr<FootstepPlanner> planner_;  ///< of the robot of the last plan
 };
 
 }  // namespace octosurf

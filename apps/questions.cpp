@@ -1,0 +1,383 @@
+#include "questions.hpp"
+
+#include "geometry/degrees.hpp"
+#include "io/exporters/stairs_json.hpp"
+#include "surface_table.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include <octosurf/error.hpp>
+#include <octosurf/ground_patch.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Fields = QuestionFields;
+using planning::PlaceQuestion;
+
+constexpr double last_revision = 9007199254740991.0;  // JSON has no larger whole numbers
+constexpr std::chrono::seconds longest_answer{20};    // plans wait for it
+
+void print(const Eigen::Vector3d& v, const char* what) {
+  std::printf("%s %.4f %.4f %.4f\n", what, v.x(), v.y(), v.z());
+}
+
+// Places.
+
+template <PlaceQuestion::Kind kind>
+Fields place_fields(Request& asked) {
+  PlaceQuestion& q = asked.place;
+  q.kind = kind;
+  if (kind == PlaceQuestion::box)
+    return {point_field("min", "a corner, m", q.point).needed(),
+            point_field("max", "the opposite one, m", q.corner).needed()};
+  if (kind == PlaceQuestion::sphere)
+    return {point_field("center", "m", q.point).needed(),
+            number_field("radius_m", "m", q.distance_m, 0, farthest_m).needed()};
+  if (kind == PlaceQuestion::ray)
+    return {point_field("from", "where it begins, m", q.point).needed(),
+            point_field("direction", "of any length", q.direction).needed()};
+  Fields fields{point_field("point", "m", q.point).needed()};
+  if (kind != PlaceQuestion::voxel)
+    fields.push_back(number_field("max_slope_deg",
+                                  "only surfaces that slope so much at most; 90 leaves out ceilings",
+                                  asked.contact.max_slope_rad, 0, 180, rad_per_deg)
+                         .by_default("180"));
+  return fields;
+}
+
+/// A ray may meet nothing.
+planning::PlaceAnswer find_place(const planning::AskedMap& map, const Request& asked) {
+  PlaceQuestion question = asked.place;
+  question.max_slope_rad = asked.contact.max_slope_rad.value_or(std::numbers::pi);
+  planning::PlaceAnswer found = planning::answer(map, question);
+  const bool below = question.kind == PlaceQuestion::below;
+  if (!found.found && (below || question.kind == PlaceQuestion::nearest))
+    throw Error(Error::Kind::data, map.name,
+                below ? "has no such surface below that place" : "has no such surfaces",
+                "map more scans first, or allow a greater slope (--max-slope, max_slope_deg)");
+  return found;
+}
+
+const char* state_name(OccupancyView::State state) {
+  constexpr const char* names[] = {"unknown", "free", "occupied"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+std::string place_json(const ServedMap& map, const Request& asked) {
+  const auto kind = asked.place.kind;
+  const planning::PlaceAnswer found = find_place(map.asked, asked);
+  if (kind == PlaceQuestion::sphere || kind == PlaceQuestion::box)
+    return Json{{"surfaces", found.surfaces}}.dump();
+  Json json{{"surface", nullptr}};
+  if (kind == PlaceQuestion::voxel) {
+    json = {{"state", state_name(found.voxel.state)}, {"log_odds", nullptr}, {"surface", nullptr}};
+    if (found.voxel.state != OccupancyView::State::unknown) json["log_odds"] = found.voxel.log_odds;
+  }
+  if (!found.surfaces.empty()) json["surface"] = found.surfaces[0];
+  if (!found.found) return json.dump();
+  json["point"] = found.point;
+  json["distance_m"] = found.distance_m;
+  if (kind == PlaceQuestion::ray) {
+    json["side"] = found.front ? "front" : "back";
+    return json.dump();
+  }
+  const Surface& surface = map.asked.surface(found.surfaces[0]);
+  json["normal"] = surface.plane.normal;
+  json["slope_deg"] = slope_rad(surface, map.asked.up) * deg_per_rad;
+  json["area_m2"] = surface.area_m2;
+  return json.dump();
+}
+
+void print_place(const ServedMap& map, const Request& asked) {
+  const auto kind = asked.place.kind;
+  const planning::PlaceAnswer found = find_place(map.asked, asked);
+  if (kind == PlaceQuestion::sphere || kind == PlaceQuestion::box) {
+    std::vector<SurfacePtr> surfaces = map.asked.snapshot->surfaces;
+    std::erase_if(surfaces, [&](const SurfacePtr& surface) {
+      return !std::binary_search(found.surfaces.begin(), found.surfaces.end(), surface->id);
+    });
+    return print_table(surfaces, map.asked.up);
+  }
+  if (kind == PlaceQuestion::voxel) {
+    const OccupancyView::Voxel& voxel = found.voxel;
+    std::printf("state     %s\n", state_name(voxel.state));
+    if (voxel.state != OccupancyView::State::unknown) std::printf("log-odds  %.3f\n", voxel.log_odds);
+    if (voxel.surface != 0)
+      std::printf("surface   %u\n", voxel.surface);
+    else if (voxel.state == OccupancyView::State::occupied)
+      std::printf("surface   none yet\n");
+    return;
+  }
+  if (!found.found) {
+    std::printf("nothing   the ray meets no surface\n");
+    return;
+  }
+  const bool ray = kind == PlaceQuestion::ray;
+  const Surface& surface = map.asked.surface(found.surfaces[0]);
+  std::printf("surface   %u%s\n", surface.id,
+              !ray          ? ""
+              : found.front ? ", from its front"
+                            : ", from its back");
+  print(found.point, "point    ");
+  std::printf("distance  %.4f m\n", found.distance_m);
+  if (ray) return;
+  print(surface.plane.normal, "normal   ");
+  std::printf("slope     %.2f°\n", slope_rad(surface, map.asked.up) * deg_per_rad);
+  std::printf("area      %.3f m²\n", surface.area_m2);
+}
+
+// Footholds and contact regions.
+
+Fields foothold_fields(Request& asked) {
+  Fields fields = contact_fields(asked.contact);
+  fields.push_back(point_field("point", "m", asked.contact.at).needed());
+  fields.push_back(
+      number_field("yaw_deg", "heading, degrees", asked.contact.yaw_rad, -3600, 3600, rad_per_deg).needed());
+  return fields;
+}
+
+std::string foothold_json(const ServedMap& map, const Request& asked) {
+  const planning::FoundFoothold answer = planning::find_foothold(map.asked, asked.contact);
+  const Foothold& found = answer.foothold;
+  Json shares;
+  for (std::size_t k = 0; k < answer.ground.size(); ++k)
+    shares[std::string(ground_names[k])] = answer.ground[k];
+  const Json json{{"surface", found.surface},
+                  {"accepted", found.accepted},
+                  {"refused", found.refused ? Json(contact_refusal_name(*found.refused)) : Json()},
+                  {"supported", found.supported},
+                  {"ground", shares},
+                  {"margin_m", found.margin_m},
+                  {"point", Eigen::Vector3d(found.T_map_contact.translation())},
+                  {"normal", Eigen::Vector3d(found.T_map_contact.linear().col(2))},
+                  {"heading", Eigen::Vector3d(found.T_map_contact.linear().col(0))}};
+  return json.dump();
+}
+
+void print_foothold(const ServedMap& map, const Request& asked) {
+  const planning::FoundFoothold answer = planning::find_foothold(map.asked, asked.contact);
+  const Foothold& found = answer.foothold;
+  const std::string refused = found.refused ? std::string(contact_refusal_name(*found.refused)) : "";
+  std::printf("surface    %u\n", found.surface);
+  std::printf("accepted   %s\n", found.accepted ? "yes" : ("no: " + refused).c_str());
+  std::printf("supported  %.1f %%\n", 100 * found.supported);
+  if (answer.ground[static_cast<std::size_t>(Ground::supported)] < 1) {
+    std::printf("ground    ");
+    for (std::size_t k = 0; k < ground_names.size(); ++k)
+      if (answer.ground[k] > 0) std::printf(" %.0f %% %s", 100 * answer.ground[k], ground_names[k].data());
+    std::printf("\n");
+  }
+  std::printf("margin     %.4f m\n", found.margin_m);
+  print(found.T_map_contact.translation(), "point     ");
+  print(found.T_map_contact.linear().col(2), "normal    ");
+}
+
+Fields all_regions_fields(Request& asked) { return region_fields(asked.contact); }
+
+Fields one_region_fields(Request& asked) {
+  Fields fields = region_fields(asked.contact);
+  fields.push_back(number_field("surface", "its id", asked.contact.surface, 1, last_id).needed());
+  return fields;
+}
+
+std::string region_json(const planning::AskedMap& map, const planning::ContactQuestion& question) {
+  const planning::FoundRegion found = planning::find_region(map, question);
+  Json json = io::region_json(*found.surface, found.region);
+  json["pieces"] = Json::array();
+  for (const ConvexPiece& piece : found.pieces) json["pieces"].push_back(piece.vertices);
+  return json.dump();
+}
+
+std::string one_region_json(const ServedMap& map, const Request& asked) {
+  return region_json(map.asked, asked.contact);
+}
+
+std::string all_regions_json(const ServedMap& map, const Request& asked) {
+  const Snapshot& snapshot = *map.asked.snapshot;
+  planning::ContactQuestion question = asked.contact;
+  std::string answer = "{\"revision\":" + std::to_string(snapshot.revision) + ",\"regions\":[";
+  const auto end = std::chrono::steady_clock::now() + longest_answer;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    if (std::chrono::steady_clock::now() > end)
+      throw Error(Error::Kind::usage, "clearance_m", "takes too long on all surfaces of this map",
+                  "ask /api/regions surface by surface, or give clearance_m=0");
+    question.surface = surface->id;
+    answer.append(answer.back() == '[' ? "" : ",").append(region_json(map.asked, question));
+  }
+  return answer.append("]}");
+}
+
+void print_region(const ServedMap& map, const Request& asked) {
+  const auto& [surface, region, pieces] = planning::find_region(map.asked, asked.contact);
+  std::size_t holes = 0;
+  for (const Polygon& polygon : region.polygons) holes += polygon.holes.size();
+  std::printf("surface  %u, %.3f m²\n", surface->id, surface->area_m2);
+  std::printf("region   %.3f m² in %zu parts with %zu holes\n", region.area_m2, region.polygons.size(),
+              holes);
+  for (const ContactRefusal refusal : region.refused)
+    std::printf("refused  %s\n", contact_refusal_name(refusal).data());
+  for (const ConvexPiece& piece : pieces) std::printf("piece    of %zu corners\n", piece.vertices.size());
+}
+
+// Stairs and patches.
+
+constexpr double anywhere_m = std::numeric_limits<double>::infinity();
+
+Fields stair_fields(Request& asked) {
+  return {point_field("point", "m", asked.place.point, anywhere_m).needed()};
+}
+
+Stair find_stair(const planning::AskedMap& map, const Request& asked) {
+  const GroundView ground = map.bare_ground();
+  if (const Stair* stair = nearest_stair(*map.snapshot, ground.stairs().stairs, asked.place.point))
+    return *stair;
+  throw Error(Error::Kind::data, map.name, "has no stair", "map more of it first");
+}
+
+std::string stair_json(const ServedMap& map, const Request& asked) {
+  return io::stair_json(find_stair(map.asked, asked));
+}
+
+void print_stair(const ServedMap& map, const Request& asked) {
+  print_table(std::vector<Stair>{find_stair(map.asked, asked)});
+}
+
+Fields patch_fields(Request& asked) { return {standing_field("base", "of a robot", asked.base, anywhere_m)}; }
+
+const PatchLayout& patch_layout() {
+  static const PatchLayout layout = PatchLayout::grid();
+  return layout;
+}
+
+GroundPatch find_patch(const planning::AskedMap& map, const Standing& base) {
+  GroundRules rules = GroundRules::of(Biped{}, map.octree.resolution());
+  rules.limits.up = map.up;
+  Eigen::Isometry3d T_map_base(upright(map.up).inverse() *
+                               Eigen::AngleAxisd(base.yaw_rad, Eigen::Vector3d::UnitZ()));
+  T_map_base.translation() = base.at;
+  return ground_patch(map.ground(rules), T_map_base, patch_layout());
+}
+
+std::string patch_json(const ServedMap& map, const Request& asked) {
+  const GroundPatch patch = find_patch(map.asked, asked.base);
+  Json cells = Json::array();
+  for (const PatchCell cell : patch.cell)
+    cells.push_back(patch_cell_names.at(static_cast<std::size_t>(cell)));
+  Json slopes = Json::array();  // NaN becomes null
+  for (const float slope : patch.slope_rad) slopes.push_back(slope * deg_per_rad);
+  return Json{{"points", patch_layout().points},
+              {"height_m", patch.height},
+              {"cell", cells},
+              {"slope_deg", slopes},
+              {"edge_m", patch.edge_m}}
+      .dump();
+}
+
+void print_patch(const ServedMap& map, const Request& asked) {
+  const GroundPatch patch = find_patch(map.asked, asked.base);
+  const std::vector<Eigen::Vector2d>& points = patch_layout().points;
+  std::printf("heights in cm from the base, seen from above, ahead up: # occupied, v below, . unseen\n");
+  for (std::size_t i = points.size(); i-- > 0;) {
+    if (patch.cell[i] == PatchCell::supported)
+      std::printf("%5.0f", 100 * patch.height[i]);
+    else
+      std::printf("    %c", ". #v"[static_cast<std::size_t>(patch.cell[i])]);
+    if (i == 0 || points[i - 1].x() < points[i].x()) std::printf("\n");
+  }
+}
+
+// What only the server is asked.
+
+Fields surface_fields(Request& asked) {
+  return {number_field("id", "its id", asked.contact.surface, 1, last_id).needed()};
+}
+
+QuestionField since_field(Request& asked, const char* description) {
+  const auto take = [&asked](const std::vector<double>& v) {
+    asked.since = static_cast<std::uint64_t>(v[0]);
+  };
+  return {"since", description, 1, 0, last_revision, take, true};
+}
+
+Fields changes_fields(Request& asked) {
+  const auto take_box = [&asked](const std::vector<double>& v) {
+    const Eigen::Vector3d one(v.data()), other(v.data() + 3);
+    asked.box.emplace(one.cwiseMin(other), one.cwiseMax(other));
+  };
+  return {since_field(asked, "a revision that /api/info or an earlier answer gave").needed(),
+          {"box", "two opposite corners, m: only surfaces whose bounding box meets it", 6, -farthest_m,
+           farthest_m, take_box}};
+}
+
+Fields path_fields(Request& asked) {
+  Fields fields = plan_fields(asked.plan);
+  PlanBudget& budget = asked.plan.budget;
+  fields.push_back(number_field("budget", "expansions to find a plan", budget.expansions, 1, 100000)
+                       .by_default(std::to_string(budget.expansions)));
+  fields.push_back(
+      number_field("improving", "further expansions to find a better one", budget.improving, 0, 100000)
+          .by_default(std::to_string(budget.improving)));
+  fields.push_back(number_field("time_s", "of search at most", budget.time_s, 0, 30).by_default("10"));
+  return fields;
+}
+
+Fields live_fields(Request& asked) {
+  return {since_field(asked, "the revision that is known; everything, if it is not given"),
+          text_field("run", "whose revision that is, as the events say", {},
+                     [&asked](const std::string& text) { asked.run = text; })};
+}
+
+}  // namespace
+
+const std::vector<Question>& questions() {
+  static const std::vector<Question> all{
+      {"nearest", "X Y Z", "/api/query/nearest", "the place on a surface that is nearest to a point",
+       place_fields<PlaceQuestion::nearest>, place_json, print_place},
+      {"below", "X Y Z", "/api/query/below",
+       "the place on a surface that is met first straight below a point", place_fields<PlaceQuestion::below>,
+       place_json, print_place},
+      {"box", "X Y Z X Y Z", "/api/query/box", "the surfaces in a box between two corners",
+       place_fields<PlaceQuestion::box>, place_json, print_place},
+      {"sphere", "X Y Z R", "/api/query/sphere", "the surfaces within R metres of a point",
+       place_fields<PlaceQuestion::sphere>, place_json, print_place},
+      {"ray", "X Y Z DX DY DZ", "/api/query/ray",
+       "the first surface along a ray from a point, in a direction", place_fields<PlaceQuestion::ray>,
+       place_json, print_place},
+      {"voxel", "X Y Z", "/api/query/voxel", "the voxel that holds a point: its state, and whose it is",
+       place_fields<PlaceQuestion::voxel>, place_json, print_place},
+      {"foothold", "X Y Z YAW", "/api/query/foothold",
+       "what a foot at this heading (degrees) would stand on, on the surface nearest to a point, or why it "
+       "cannot",
+       foothold_fields, foothold_json, print_foothold},
+      {"regions", "ID", "/api/regions",
+       "where on a surface the middle of a foot may be, so that all of it is supported", one_region_fields,
+       one_region_json, print_region},
+      {"stair", "X Y Z", "", "the stair nearest to this point: risers, treads, width, heading", stair_fields,
+       stair_json, print_stair},
+      {"patch", "X Y Z YAW", "",
+       "heights of the ground around a robot whose base is there, 32 x 20 cells of 5 cm", patch_fields,
+       patch_json, print_patch},
+      {"", "", "/api/regions/all", "likewise on every surface", all_regions_fields, all_regions_json},
+      {"", "", "/api/surface", "a surface as in /api/surfaces", surface_fields,
+       [](const ServedMap& map, const Request& asked) { return map.surface_json(asked.contact.surface); }},
+      {"", "", "/api/changes",
+       "what became of the surfaces since a revision, and those that appeared or changed as they are now",
+       changes_fields,
+       [](const ServedMap& map, const Request& asked) { return map.changes_json(*asked.since, asked.box); }},
+      {"", "", "/api/plan", "footsteps from one place to another, or why there are none", path_fields,
+       [](const ServedMap& map, const Request& asked) { return map.plan_json(asked.plan); }},
+      {"", "", voxels_path, "the octree's occupied voxels, packed as for the page",
+       [](Request&) { return Fields{}; }, nullptr},
+      {"", "", live_path, "server-sent events: what changes on the map, as it changes", live_fields,
+       nullptr}};
+  return all;
+}
+
+}  // namespace octosurf
