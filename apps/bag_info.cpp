@@ -1,5 +1,4 @@
-#include "bag_info.hpp"
-
+#include "info.hpp"
 #include "io/readers/bag_index.hpp"
 
 #include <algorithm>

@@ -145,8 +145,7 @@ void export_mcap(const LoadedMap& loaded, const Up& up, const ExportArguments& a
   std::vector<Eigen::Isometry3d> trajectory;
   for (const auto& [stamp_s, pose] : poses) trajectory.push_back(pose);
 
-  io::NewFile file(arguments.file, arguments.force);
-  file.write([&](std::ostream& out) {
+  io::write_file(arguments.file, arguments.force, [&](std::ostream& out) {
     const double begin_s = poses.empty() ? 0 : poses.front().first;
     io::FoxgloveLog log(out, up.direction);
     log.add_surfaces(begin_s, *snapshot);
@@ -156,7 +155,6 @@ void export_mcap(const LoadedMap& loaded, const Up& up, const ExportArguments& a
     for (const auto& [stamp_s, pose] : poses) log.add_pose(stamp_s, pose);
     log.finish();
   });
-  file.commit();
   std::printf("%s: %zu surfaces, %zu poses\n", arguments.file.c_str(), snapshot->surfaces.size(),
               poses.size());
 }

@@ -1,7 +1,6 @@
 // `octosurf info`: what is in a map or a bag.
 #include "info.hpp"
 
-#include "bag_info.hpp"
 #include "io/exporters/stairs_json.hpp"
 #include "io/readers/bag.hpp"
 #include "io/text_file.hpp"

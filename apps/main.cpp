@@ -35,19 +35,10 @@ Examples:
 }  // namespace octosurf
 
 int main(int argc, char** argv) {
-  CLI::App app{octosurf::command_description, "octosurf"};
-  octosurf::add_map(app);
-  octosurf::add_localize(app);
-  octosurf::add_remap(app);
-  octosurf::add_merge(app);
-  octosurf::add_clear(app);
-  octosurf::add_info(app);
-  octosurf::add_export(app);
-  octosurf::add_view(app);
-  octosurf::add_serve(app);
-  octosurf::add_query(app);
-  octosurf::add_plan(app);
-  octosurf::add_explain(app);
-  octosurf::add_diff(app);
-  return octosurf::run_command(app, argc, argv);
+  using namespace octosurf;
+  CLI::App app{command_description, "octosurf"};
+  for (const auto add : {add_map, add_localize, add_remap, add_merge, add_clear, add_info, add_export,
+                         add_view, add_serve, add_query, add_plan, add_explain, add_diff})
+    add(app);
+  return run_command(app, argc, argv);
 }

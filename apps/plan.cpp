@@ -72,9 +72,7 @@ void write(PlanArguments& arguments, const Snapshot& snapshot, const FootstepPla
            const Eigen::Vector3d& up) {
   for (const std::string& file : arguments.outputs) {
     if (file.ends_with(".json")) {
-      io::NewFile output(file, arguments.force);
-      output.write([&](std::ostream& out) { out << to_json(plan, robot) << '\n'; });
-      output.commit();
+      io::write_file(file, arguments.force, [&](std::ostream& out) { out << to_json(plan, robot) << '\n'; });
     } else {
       ExportExtras extras;
       extras.meshes = footprints(plan, robot);

@@ -59,8 +59,7 @@ Eigen::Quaterniond turn_of(const Up& up) {
 class PlannerExporter {
  public:
   PlannerExporter(const Map& map, const Up& up, const PlannerExport& options, std::string file, bool force)
-      : octree_(map.octree()),
-        ground_(map.snapshot(), octree_, chosen_rules(options, up.direction, octree_.resolution())),
+      : ground_(map.snapshot(), map.octree(), chosen_rules(options, up.direction, map.octree().resolution())),
         options_(options),
         turn_(turn_of(up)),
         file_(std::move(file)),
@@ -83,7 +82,7 @@ class PlannerExporter {
     contact.limits = ground_.rules().limits;
     if (options_.yaw_deg) contact.yaw_rad = *options_.yaw_deg * rad_per_deg;
     contact.turn = turn_;
-    return planner_surfaces(*ground_.solid(), contact, &octree_);
+    return planner_surfaces(*ground_.solid(), contact, &ground_.octree());
   }
 
   HeightGrid grid(double steepest) const {
@@ -135,7 +134,6 @@ class PlannerExporter {
       std::fprintf(stderr, "left out: stair %u, an end of which is in no storey\n", stairs[i].id);
   }
 
-  OccupancyView octree_;
   GroundView ground_;
   const PlannerExport& options_;
   Eigen::Quaterniond turn_;
@@ -146,51 +144,39 @@ class PlannerExporter {
 }  // namespace
 
 void add_planner_options(CLI::App& verb, PlannerExport& options) {
-  const std::string group = "For planners' own formats (--format)";
   verb.add_option("--format", options.format,
                   "planar_terrain or grid_map (.json, .cdr), nav2 (a folder); docs/formats.md, section 7 "
                   "[--to's ending decides: nav2 for one with a slash]")
       ->check(CLI::IsMember({"planar_terrain", "grid_map", "nav2"}));
+  verb.option_defaults()->group("For planners' own formats (--format)");
   verb.add_option("--foot", options.foot,
-                  "LENGTHxWIDTH of a sole about its reference point, or a radius; m [--foot-radius]")
-      ->group(group);
-  verb.add_option("--foot-radius", options.foot_radius, "m: a round foot [0.06]")
-      ->check(at_least(0))
-      ->group(group);
-  verb.add_option("--yaw", options.yaw_deg, "heading of --foot, degrees [any heading]")->group(group);
+                  "LENGTHxWIDTH of a sole about its reference point, or a radius; m [--foot-radius]");
+  verb.add_option("--foot-radius", options.foot_radius, "m: a round foot [0.06]")->check(at_least(0));
+  verb.add_option("--yaw", options.yaw_deg, "heading of --foot, degrees [any heading]");
   verb.add_option("--max-slope", options.max_slope_deg, "degrees against up")
       ->check(between(0, 180))
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   verb.add_option("--clearance", options.clearance,
                   "m: height over the foot that must be clear; 0: not checked [0.6]")
-      ->check(at_least(0))
-      ->group(group);
+      ->check(at_least(0));
   verb.add_option("--cell", options.cell, "m: of height grids [the map's resolution], of nav2's [0.05]")
-      ->check(more_than(0))
-      ->group(group);
-  verb.add_option("--below", options.below, "m: height grids ignore what is above [all counts]")
-      ->group(group);
+      ->check(more_than(0));
+  verb.add_option("--below", options.below, "m: height grids ignore what is above [all counts]");
   verb.add_option("--frame", options.frame, "frame id of planar_terrain, grid_map and nav2's route")
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   verb.add_option("--radius", options.radius, "m: nav2: of the robot's footprint [of --robot]")
-      ->check(more_than(0))
-      ->group(group);
+      ->check(more_than(0));
   verb.add_option("--headroom", options.headroom, "m: nav2: what is higher is no obstacle [of --robot]")
-      ->check(more_than(0))
-      ->group(group);
+      ->check(more_than(0));
   verb.add_option("--max-step", options.max_step, "m: nav2: the highest step within a storey")
       ->check(more_than(0))
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   verb.add_option("--min-area", options.min_area, "m2: nav2: of a storey to which no stair leads")
       ->check(at_least(0))
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   verb.add_option("--stair-operation", options.stair_operation,
-                  "nav2: the route server's operation where a stair is entered and left [none]")
-      ->group(group);
+                  "nav2: the route server's operation where a stair is entered and left [none]");
+  verb.option_defaults()->group("Options");
 }
 
 void export_for_planner(const Map& map, const Up& up, const PlannerExport& options, const std::string& file,

@@ -22,9 +22,9 @@ void PoseLog::add(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
 }
 
 void PoseLog::write() {
-  io::NewFile file(file_, force_);
-  file.write([&](std::ostream& out) { out << "# stamp tx ty tz qx qy qz qw, sensor to map\n" << lines_; });
-  file.commit();
+  io::write_file(file_, force_, [&](std::ostream& out) {
+    out << "# stamp tx ty tz qx qy qz qw, sensor to map\n" << lines_;
+  });
   force_ = true;  // from now on it is ours
   failing_ = false;
 }

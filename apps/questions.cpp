@@ -5,6 +5,7 @@
 #include "surface_table.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -21,6 +22,7 @@ using Json = nlohmann::ordered_json;
 using Fields = QuestionFields;
 using planning::PlaceQuestion;
 
+constexpr std::array<const char*, 3> state_names{"unknown", "free", "occupied"};  // by State
 constexpr double last_revision = 9007199254740991.0;  // JSON has no larger whole numbers
 constexpr std::chrono::seconds longest_answer{20};    // plans wait for it
 
@@ -65,11 +67,6 @@ planning::PlaceAnswer find_place(const planning::AskedMap& map, const Request& a
   return found;
 }
 
-const char* state_name(OccupancyView::State state) {
-  constexpr const char* names[] = {"unknown", "free", "occupied"};
-  return names[static_cast<std::size_t>(state)];
-}
-
 std::string place_json(const ServedMap& map, const Request& asked) {
   const auto kind = asked.place.kind;
   const planning::PlaceAnswer found = find_place(map.asked, asked);
@@ -77,7 +74,9 @@ std::string place_json(const ServedMap& map, const Request& asked) {
     return Json{{"surfaces", found.surfaces}}.dump();
   Json json{{"surface", nullptr}};
   if (kind == PlaceQuestion::voxel) {
-    json = {{"state", state_name(found.voxel.state)}, {"log_odds", nullptr}, {"surface", nullptr}};
+    json = {{"state", state_names.at(static_cast<std::size_t>(found.voxel.state))},
+            {"log_odds", nullptr},
+            {"surface", nullptr}};
     if (found.voxel.state != OccupancyView::State::unknown) json["log_odds"] = found.voxel.log_odds;
   }
   if (!found.surfaces.empty()) json["surface"] = found.surfaces[0];
@@ -107,7 +106,7 @@ void print_place(const ServedMap& map, const Request& asked) {
   }
   if (kind == PlaceQuestion::voxel) {
     const OccupancyView::Voxel& voxel = found.voxel;
-    std::printf("state     %s\n", state_name(voxel.state));
+    std::printf("state     %s\n", state_names.at(static_cast<std::size_t>(voxel.state)));
     if (voxel.state != OccupancyView::State::unknown) std::printf("log-odds  %.3f\n", voxel.log_odds);
     if (voxel.surface != 0)
       std::printf("surface   %u\n", voxel.surface);
@@ -179,8 +178,6 @@ void print_foothold(const ServedMap& map, const Request& asked) {
   print(found.T_map_contact.linear().col(2), "normal    ");
 }
 
-Fields all_regions_fields(Request& asked) { return region_fields(asked.contact); }
-
 Fields one_region_fields(Request& asked) {
   Fields fields = region_fields(asked.contact);
   fields.push_back(number_field("surface", "its id", asked.contact.surface, 1, last_id).needed());
@@ -193,10 +190,6 @@ std::string region_json(const planning::AskedMap& map, const planning::ContactQu
   json["pieces"] = Json::array();
   for (const ConvexPiece& piece : found.pieces) json["pieces"].push_back(piece.vertices);
   return json.dump();
-}
-
-std::string one_region_json(const ServedMap& map, const Request& asked) {
-  return region_json(map.asked, asked.contact);
 }
 
 std::string all_regions_json(const ServedMap& map, const Request& asked) {
@@ -241,20 +234,7 @@ Stair find_stair(const planning::AskedMap& map, const Request& asked) {
   throw Error(Error::Kind::data, map.name, "has no stair", "map more of it first");
 }
 
-std::string stair_json(const ServedMap& map, const Request& asked) {
-  return io::stair_json(find_stair(map.asked, asked));
-}
-
-void print_stair(const ServedMap& map, const Request& asked) {
-  print_table(std::vector<Stair>{find_stair(map.asked, asked)});
-}
-
 Fields patch_fields(Request& asked) { return {standing_field("base", "of a robot", asked.base, anywhere_m)}; }
-
-const PatchLayout& patch_layout() {
-  static const PatchLayout layout = PatchLayout::grid();
-  return layout;
-}
 
 GroundPatch find_patch(const planning::AskedMap& map, const Standing& base) {
   GroundRules rules = GroundRules::of(Biped{}, map.octree.resolution());
@@ -262,7 +242,7 @@ GroundPatch find_patch(const planning::AskedMap& map, const Standing& base) {
   Eigen::Isometry3d T_map_base(upright(map.up).inverse() *
                                Eigen::AngleAxisd(base.yaw_rad, Eigen::Vector3d::UnitZ()));
   T_map_base.translation() = base.at;
-  return ground_patch(map.ground(rules), T_map_base, patch_layout());
+  return ground_patch(map.ground(rules), T_map_base, PatchLayout::grid());
 }
 
 std::string patch_json(const ServedMap& map, const Request& asked) {
@@ -272,7 +252,7 @@ std::string patch_json(const ServedMap& map, const Request& asked) {
     cells.push_back(patch_cell_names.at(static_cast<std::size_t>(cell)));
   Json slopes = Json::array();  // NaN becomes null
   for (const float slope : patch.slope_rad) slopes.push_back(slope * deg_per_rad);
-  return Json{{"points", patch_layout().points},
+  return Json{{"points", PatchLayout::grid().points},
               {"height_m", patch.height},
               {"cell", cells},
               {"slope_deg", slopes},
@@ -282,7 +262,7 @@ std::string patch_json(const ServedMap& map, const Request& asked) {
 
 void print_patch(const ServedMap& map, const Request& asked) {
   const GroundPatch patch = find_patch(map.asked, asked.base);
-  const std::vector<Eigen::Vector2d>& points = patch_layout().points;
+  const std::vector<Eigen::Vector2d> points = PatchLayout::grid().points;
   std::printf("heights in cm from the base, seen from above, ahead up: # occupied, v below, . unseen\n");
   for (std::size_t i = points.size(); i-- > 0;) {
     if (patch.cell[i] == PatchCell::supported)
@@ -294,10 +274,6 @@ void print_patch(const ServedMap& map, const Request& asked) {
 }
 
 // What only the server is asked.
-
-Fields surface_fields(Request& asked) {
-  return {number_field("id", "its id", asked.contact.surface, 1, last_id).needed()};
-}
 
 QuestionField since_field(Request& asked, const char* description) {
   const auto take = [&asked](const std::vector<double>& v) {
@@ -358,14 +334,24 @@ const std::vector<Question>& questions() {
        foothold_fields, foothold_json, print_foothold},
       {"regions", "ID", "/api/regions",
        "where on a surface the middle of a foot may be, so that all of it is supported", one_region_fields,
-       one_region_json, print_region},
+       [](const ServedMap& map, const Request& asked) { return region_json(map.asked, asked.contact); },
+       print_region},
       {"stair", "X Y Z", "", "the stair nearest to this point: risers, treads, width, heading", stair_fields,
-       stair_json, print_stair},
+       [](const ServedMap& map, const Request& asked) {
+         return io::stair_json(find_stair(map.asked, asked));
+       },
+       [](const ServedMap& map, const Request& asked) {
+         print_table(std::vector<Stair>{find_stair(map.asked, asked)});
+       }},
       {"patch", "X Y Z YAW", "",
        "heights of the ground around a robot whose base is there, 32 x 20 cells of 5 cm", patch_fields,
        patch_json, print_patch},
-      {"", "", "/api/regions/all", "likewise on every surface", all_regions_fields, all_regions_json},
-      {"", "", "/api/surface", "a surface as in /api/surfaces", surface_fields,
+      {"", "", "/api/regions/all", "likewise on every surface",
+       [](Request& asked) { return region_fields(asked.contact); }, all_regions_json},
+      {"", "", "/api/surface", "a surface as in /api/surfaces",
+       [](Request& asked) {
+         return Fields{number_field("id", "its id", asked.contact.surface, 1, last_id).needed()};
+       },
        [](const ServedMap& map, const Request& asked) { return map.surface_json(asked.contact.surface); }},
       {"", "", "/api/changes",
        "what became of the surfaces since a revision, and those that appeared or changed as they are now",

@@ -175,9 +175,8 @@ class Remap {
   void write_report(const Map& map, const Succeeded& surfaces) const {
     auto report = nlohmann::ordered_json::parse(statistics_.to_json(map, context_));
     report["remap"] = {{"kept", surfaces.kept}, {"new", surfaces.born}, {"gone", surfaces.gone}};
-    io::NewFile file(options_.report, options_.force);
-    file.write([&](std::ostream& out) { out << report.dump(1) << '\n'; });
-    file.commit();
+    io::write_file(options_.report, options_.force,
+                   [&](std::ostream& out) { out << report.dump(1) << '\n'; });
   }
 
   void print_summary(const Map& map, const Succeeded& surfaces) const {

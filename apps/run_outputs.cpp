@@ -1,12 +1,16 @@
 #include "io/new_file.hpp"
+#include "io/text_file.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "run_observers.hpp"
-#include "run_summary.hpp"
 #include "run_warnings.hpp"
 #include "scene_log.hpp"
+#include "surface_table.hpp"
+#include "up_option.hpp"
 
 #include <cstdio>
+#include <memory>
+#include <string>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -43,6 +47,67 @@ class MapSaver : public RunObserver {
   const ScanKeeper& keeper_;
 };
 
+void print_dropped(const ScanReport& totals) {
+  const std::pair<std::size_t, const char*> reasons[] = {{totals.points_not_finite, "not finite"},
+                                                         {totals.points_too_near, "nearer than min_range"},
+                                                         {totals.points_out_of_map, "outside the octree"}};
+  for (const auto& [count, reason] : reasons)
+    if (count > 0) std::printf("%-12s %zu points: %s\n", "dropped", count, reason);
+  if (totals.points_beyond_range > 0)
+    std::printf("%-12s %zu points only freed space: beyond max_range\n", "far", totals.points_beyond_range);
+}
+
+void print_alignment(const RunStatistics& statistics) {
+  const std::size_t corrected = statistics.scans_with(AlignmentOutcome::corrected),
+                    recovered = statistics.scans_with(AlignmentOutcome::recovered),
+                    rejected = statistics.scans_with(AlignmentOutcome::rejected),
+                    unexplained = statistics.scans_with(AlignmentOutcome::unexplained);
+  if (corrected + recovered + rejected + unexplained == 0) return;
+  std::printf("%-12s %zu corrected", "poses", corrected + recovered);
+  if (recovered > 0) std::printf(", %zu of them far off", recovered);
+  if (rejected > 0) std::printf("; %s left out: they fit nowhere", io::count_of(rejected, "scan").c_str());
+  if (unexplained > 0) std::printf("; %zu fit nowhere and are mapped as given", unexplained);
+  std::printf("\n");
+}
+
+void print_scans(const RunState& run, const Map::Size& size) {
+  const auto scans = static_cast<std::size_t>(run.statistics.scans());
+  std::printf("%-12s %zu", "scans", scans);
+  if (size.scans + run.statistics.scans_with(AlignmentOutcome::rejected) != scans)
+    std::printf(", %zu with those before", static_cast<std::size_t>(size.scans));
+  if (const std::vector<std::string>& skipped = run.context.skipped_scans; !skipped.empty())
+    std::printf(", %zu skipped, e.g. %s", skipped.size(), skipped[0].c_str());
+  std::printf("\n");
+}
+
+void print_summary(const RunState& run) {
+  const Map& map = run.mapper.map();
+  const Map::Size size = map.size();
+  const RunStatistics& statistics = run.statistics;
+  const std::shared_ptr<const Snapshot> snapshot = run.mapper.snapshot();
+  print_scans(run, size);
+  std::printf("%-12s %zu, of them %zu new\n", "points", statistics.totals().points_raw,
+              statistics.totals().appeared);
+  print_dropped(statistics.totals());
+  print_alignment(statistics);
+  if (const alignment::RunAgreement& agreement = statistics.agreement(); agreement.scans() > 0)
+    std::printf("%-12s %.1f %%, least %.1f %%\n", "agreement", 100 * agreement.median(),
+                100 * agreement.least());
+  std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*snapshot));
+  std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
+  std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", run.now_s(),
+              statistics.scan_ms_percentile(0.5), statistics.scan_ms_percentile(0.95));
+  std::printf("%-12s ", "written");
+  for (std::size_t i = 0; i < run.written.size(); ++i)
+    std::printf("%s%s", i == 0 ? "" : ", ", run.written[i].c_str());
+  std::printf("\n");
+  if (snapshot->surfaces.empty()) return;
+  const Up up = up_of(map);
+  if (up.source != Up::Source::given) std::printf("%-12s %s\n", "up", describe(up).c_str());
+  std::printf("\n");
+  print_table(largest_surfaces(*snapshot, 5), up.direction);
+}
+
 /// The report, the summary and the warnings of a run that is over.
 class RunReport : public RunObserver {
  public:
@@ -53,11 +118,9 @@ class RunReport : public RunObserver {
     const Map& map = run_.mapper.map();
     const std::string& report = run_.options.report;
     run_.context.wall_s = run_.now_s();
-    if (!report.empty()) {
-      io::NewFile file(report, run_.options.force);
-      file.write([&](std::ostream& out) { out << run_.statistics.to_json(map, run_.context) << '\n'; });
-      file.commit();
-    }
+    if (!report.empty())
+      io::write_file(report, run_.options.force,
+                     [&](std::ostream& out) { out << run_.statistics.to_json(map, run_.context) << '\n'; });
     print_summary(run_);
     print_warnings(run_.statistics, map, !run_.options.viewpoint.empty());
   }

@@ -9,8 +9,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <octosurf/adapters/paper_detector.hpp>
+#include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf {
@@ -20,7 +23,15 @@ struct RunState {
   using Clock = std::chrono::steady_clock;
 
   /// `begin_time`: of the whole run, reading of the map that it resumes included.
-  RunState(const MapOptions& map_options, Map start, RunContext run_context, Clock::time_point begin_time);
+  RunState(const MapOptions& map_options, Map start, RunContext run_context, Clock::time_point begin_time)
+      : options(map_options),
+        mapper(std::move(start), options.threads, paper_detector()),
+        statistics(mapper.map().parameters()),
+        context(std::move(run_context)),
+        checkpoints(options.output, options.checkpoint_s, options.force && options.resume.empty()),
+        begin(begin_time) {
+    mapper.remember_scans();
+  }
 
   const MapOptions& options;
   Mapper mapper;
@@ -37,7 +48,11 @@ struct RunState {
 
   double now_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
   /// Throws Error(data): the run is not worth saving, and nothing is written.
-  [[noreturn]] void refuse(const std::string& what, const std::string& hint);
+  [[noreturn]] void refuse(const std::string& what, const std::string& hint) {
+    changed = false;
+    throw Error(Error::Kind::data, context.input.empty() ? "" : context.input.front(),
+                what + "; nothing is written", hint);
+  }
 
  private:
   Clock::time_point begin;

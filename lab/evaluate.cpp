@@ -152,9 +152,7 @@ void require_writable(const EvaluateArguments& arguments) {
 
 void write_json(const EvaluateArguments& arguments, const std::string& json) {
   if (arguments.json.empty()) return;
-  io::NewFile file(arguments.json, arguments.force);
-  file.write([&](std::ostream& out) { out << json << '\n'; });
-  file.commit();
+  io::write_file(arguments.json, arguments.force, [&](std::ostream& out) { out << json << '\n'; });
 }
 
 template <class Scores>

@@ -54,14 +54,6 @@ Json list_of_questions() {
   throw Error(Error::Kind::usage, where.substr(0, longest_text), what, hint);
 }
 
-double number_in(const QuestionField& field, std::string_view text) {
-  double value = 0;
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (failure != std::errc() || end != text.data() + text.size())
-    refuse(field.name, "is no number", "write it as 1.25 or 1e-3");
-  return value;
-}
-
 void take(const QuestionField& field, const std::string& text) {
   if (field.numbers == 0) {
     if (text.size() > longest_text) refuse(field.name, "is too long", "give fewer letters");
@@ -71,11 +63,13 @@ void take(const QuestionField& field, const std::string& text) {
   }
   if (static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1 != field.numbers)
     refuse(field.name, "is not " + std::to_string(field.numbers) + " numbers", field.description);
-  std::vector<double> numbers;
-  for (std::string_view rest = text; numbers.size() < field.numbers;) {
-    const std::size_t length = std::min(rest.find(','), rest.size());
-    numbers.push_back(number_in(field, rest.substr(0, length)));
-    rest.remove_prefix(std::min(length + 1, rest.size()));
+  std::vector<double> numbers(field.numbers);
+  const char *at = text.data(), *const end = at + text.size();
+  for (double& number : numbers) {
+    const auto [behind, failure] = std::from_chars(at, end, number);
+    if (failure != std::errc() || (behind != end && *behind != ','))
+      refuse(field.name, "is no number", "write it as 1.25 or 1e-3");
+    at = std::min(behind + 1, end);
   }
   field.put(numbers, field.name);
 }

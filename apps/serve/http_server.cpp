@@ -97,16 +97,6 @@ HttpReply safe(const std::string& path, const std::function<HttpReply()>& make) 
   }
 }
 
-/// The name in a Host field, without its port and brackets.
-std::string host_name(const std::string& host) {
-  return host.starts_with('[') ? host.substr(1, host.find(']') - 1) : host.substr(0, host.find(':'));
-}
-
-bool is_this_machine(const std::string& name) {
-  error_code no_address;
-  return beast::iequals(name, "localhost") || asio::ip::make_address(name, no_address).is_loopback();
-}
-
 /// The refusal, if the request is not let in.
 std::optional<HttpReply> refused(const http::request_parser<http::empty_body>& parser,
                                  const std::string& path) {
@@ -115,7 +105,10 @@ std::optional<HttpReply> refused(const http::request_parser<http::empty_body>& p
     return refusal(400, "the request names no host", "Host", "send HTTP/1.1 with a Host field");
   const std::string host = string_of(request[http::field::host]),
                     origin = string_of(request[http::field::origin]);
-  if (const std::string name = host_name(host); !is_this_machine(name))
+  const std::string name =  // without its port and brackets
+      host.starts_with('[') ? host.substr(1, host.find(']') - 1) : host.substr(0, host.find(':'));
+  error_code no_address;
+  if (!beast::iequals(name, "localhost") && !asio::ip::make_address(name, no_address).is_loopback())
     return refusal(421, "this server is of this machine alone, not '" + name + "'", "Host",
                    "use 127.0.0.1 or localhost");
   if (request.count(http::field::origin) > 0 && origin != "http://" + host && origin != "https://" + host)

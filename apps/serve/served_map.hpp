@@ -61,7 +61,7 @@ class ServedMap {
   const planning::AskedMap asked;
   const Run run;  ///< without a name: of a finished map
 
-  /// With these feet as of page_feet(), "none": without.
+  /// With contact regions of these feet, as of view's --foot.
   Page page_with(const std::vector<std::string>& feet) const;
   Text page() const;      ///< HTML of that which asks this server
   Text info() const;      ///< JSON

@@ -200,4 +200,10 @@ void NewFile::commit() {
   committed_ = true;
 }
 
+void write_file(const fs::path& file, bool force, const std::function<void(std::ostream&)>& fill) {
+  NewFile out(file, force);
+  out.write(fill);
+  out.commit();
+}
+
 }  // namespace octosurf::io

@@ -51,6 +51,10 @@ class NewFile {
   bool committed_ = false;
 };
 
+/// A NewFile, written and committed.
+void write_file(const std::filesystem::path& file, bool force,
+                const std::function<void(std::ostream&)>& fill);
+
 /// Throws Error(output): `what` could not be done, with the text of `failure`, an errno, and a hint to mend
 /// it.
 [[noreturn]] void fail_to_write(const std::filesystem::path& file, const std::string& what, int failure);

@@ -14,13 +14,11 @@ std::unique_ptr<octomap::OcTree> read_octree(const std::filesystem::path& file) 
 }
 
 void write_ot(const octomap::OcTree& tree, const std::filesystem::path& file, bool force) {
-  io::NewFile out(file, force);
-  out.write([&](std::ostream& stream) {
+  io::write_file(file, force, [&](std::ostream& stream) {
     // OctoMap writes the resolution with the stream's precision: six digits would move voxels of 1/30 m.
     stream.precision(std::numeric_limits<double>::max_digits10);
     tree.write(stream);
   });
-  out.commit();
 }
 
 std::string octomap_message_data(const octomap::OcTree& tree) {

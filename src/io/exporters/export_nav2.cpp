@@ -20,12 +20,6 @@ constexpr const char* route_file = "route.geojson";
 
 std::string name_of_storey(std::size_t storey) { return "storey_" + std::to_string(storey); }
 
-void write_file(const fs::path& file, const std::function<void(std::ostream&)>& fill) {
-  io::NewFile out(file, false);
-  out.write(fill);
-  out.commit();
-}
-
 /// As map_server reads it: the first row has the largest y.
 void write_pgm(const Storey& storey, std::ostream& out) {
   constexpr std::array<char, 3> shades{static_cast<char>(205), static_cast<char>(254), 0};  // by StoreyCell
@@ -171,11 +165,14 @@ void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
     const PartFolder part(folder);
     for (std::size_t i = 0; i < storeys.size(); ++i) {
       const std::string name = name_of_storey(i);
-      write_file(part.path / (name + ".pgm"), [&](std::ostream& out) { write_pgm(storeys[i], out); });
-      write_file(part.path / (name + ".yaml"), [&](std::ostream& out) { write_yaml(storeys[i], name, out); });
+      io::write_file(part.path / (name + ".pgm"), false,
+                     [&](std::ostream& out) { write_pgm(storeys[i], out); });
+      io::write_file(part.path / (name + ".yaml"), false,
+                     [&](std::ostream& out) { write_yaml(storeys[i], name, out); });
     }
     if (!route.edges.empty())
-      write_file(part.path / route_file, [&](std::ostream& out) { write_route(route, stairs, options, out); });
+      io::write_file(part.path / route_file, false,
+                     [&](std::ostream& out) { write_route(route, stairs, options, out); });
     replace(folder, part.path);
   } catch (const fs::filesystem_error& error) {
     throw Error(Error::Kind::output, folder.string(), "cannot be written: " + error.code().message());

@@ -89,15 +89,13 @@ void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file
   const std::string ending = io::ending_of(file);
   check_export(file, ending, options);
   const io::ExportJob job{snapshot, options, extras};
-  io::NewFile output(file, options.force);
-  output.write([&](std::ostream& out) {
+  io::write_file(file, options.force, [&](std::ostream& out) {
     if (ending == ".json") return io::write_json(job, out);
     const std::vector<io::Shape> shapes = io::make_shapes(job);
     if (shapes.empty()) throw io::nothing_to_write(file);
     if (ending == ".ply") return io::write_ply(shapes, job.wants(ExportPart::points), out);
     io::write_glb(shapes, job, out);
   });
-  output.commit();
 }
 
 }  // namespace octosurf

@@ -146,14 +146,12 @@ void write_message(const std::function<void(MessageWriter&)>& message, const std
   if (ending != ".json" && ending != ".cdr")
     throw Error(Error::Kind::usage, file.string(), "is neither JSON nor CDR by its ending",
                 "end the name in .json or .cdr");
-  NewFile output(file, force);
-  output.write([&](std::ostream& out) {
+  write_file(file, force, [&](std::ostream& out) {
     if (ending == ".cdr")
       out << cdr_of(message);
     else
       write_json(message, out);
   });
-  output.commit();
 }
 
 }  // namespace octosurf::io
