@@ -44,7 +44,7 @@ Examples:
   octosurf map walk.mcap -o maps/walk                           a bag; info walk.mcap tells its topics
   octosurf map walk.bag --topic /lidar/points --fixed-frame odom -o maps/walk
   octosurf map old.bt -o maps/old                               surfaces of an OctoMap
-  octosurf map --resume maps/old --octree edited.bt -o maps/new   its ids, on the occupancy of an OctoMap
+  octosurf map edited.bt --resume maps/old -o maps/new          its ids, on the occupancy of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
   octosurf map kitchen -o maps/live --realtime --serve 8080     a page that follows it: http://127.0.0.1:8080/
   octosurf map kitchen -o maps/kitchen --mcap kitchen.mcap      poses and surfaces as they change, for Foxglove
@@ -76,15 +76,12 @@ struct Inputs {
 Inputs sort_inputs(const MapOptions& options) {
   Inputs inputs;
   for (const std::string& input : options.inputs) {
-    if (!is_occupancy_map(input)) {
-      if (input == options.octree)
-        throw Error(Error::Kind::usage, "--octree", input + " is no OctoMap", "give a .bt or .ot");
+    if (!is_occupancy_map(input))
       inputs.scans.emplace_back(input);
-    } else if (inputs.octree) {
+    else if (inputs.octree)
       throw Error(Error::Kind::usage, input, "is a second octree", "give one .bt or .ot");
-    } else {
+    else
       inputs.octree = input;
-    }
   }
   return inputs;
 }
@@ -102,6 +99,10 @@ bool goes_on_in_place(const MapOptions& options) {
   return !options.resume.empty() && writes_over(options.resume, options.output);
 }
 
+bool is_octree_of(const std::string& map, const fs::path& file) {
+  return same_file(file, files_of_map(map).back());
+}
+
 /// Rejects outputs that equal each other or an input of the run, except the resumed map and its octree.
 void refuse_collisions(const MapOptions& options) {
   std::vector<std::string> read = options.inputs;
@@ -111,7 +112,7 @@ void refuse_collisions(const MapOptions& options) {
   const std::vector<std::string> written = files_of_map(options.output);
   for (const std::string& file : written)
     for (const std::string& input : read)
-      if (fs::is_regular_file(input) && !(goes_on_in_place(options) && same_file(input, options.octree)))
+      if (fs::is_regular_file(input) && !(goes_on_in_place(options) && is_octree_of(options.resume, input)))
         require_apart("-o", file, {input});
   const std::vector<std::string> resumed =
       options.resume.empty() ? std::vector<std::string>{} : files_of_map(options.resume);
@@ -146,7 +147,7 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     LoadedMap loaded = load_map(options.resume);
     choice.require_same(loaded.map.parameters());
     surfaces::state_of(loaded.map).parameters.up = choice.up_over(loaded.map.parameters());
-    if (!options.octree.empty() && same_file(options.octree, files_of_map(options.resume).back()))
+    if (inputs.octree && is_octree_of(options.resume, *inputs.octree))
       loaded.warning.clear();  // it is what the run takes over
     else if (goes_on_in_place(options))
       io::set_aside_edited_octree(loaded, options.output);
@@ -204,7 +205,6 @@ void map_scans(MapOptions& options, const ParameterChoice& choice) {
 
 void run_map(MapOptions& options) {
   const ParameterChoice choice(options.parameters, options.realtime);
-  if (!options.octree.empty()) options.inputs.push_back(options.octree);
   if (options.show_parameters) return show_parameters(options, choice);
   try {
     map_scans(options, choice);
@@ -225,12 +225,11 @@ void add_map(CLI::App& app) {
   options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("input", options->inputs, "folders or files");
   verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
-  verb->add_option("--resume", options->resume, "map to continue; may be the one of -o")->type_name("MAP");
   verb->add_option(
-          "--octree", options->octree,
-          "--resume: take over the occupancy of this OctoMap (.bt, .ot), where the map's surfaces stay "
-          "and grow on their planes; without --resume the map starts from it")
-      ->type_name("FILE");
+          "--resume", options->resume,
+          "map to continue; may be the one of -o. It takes over the occupancy of an input that is an "
+          "OctoMap (.bt, .ot), where its surfaces stay and grow on their planes")
+      ->type_name("MAP");
   verb->add_option("--report", options->report, "write a report of the run to this file (JSON)")
       ->type_name("FILE");
   verb->add_option("--keep-scans", options->keep_scans, "keep the scans in this folder, for remap")

@@ -16,8 +16,8 @@ namespace octosurf {
 /// Options of `octosurf map`.
 struct MapOptions {
   std::vector<std::string> inputs;
-  std::string output, resume, octree, report;  ///< stems of maps; files
-  std::string keep_scans, write_poses, mcap;   ///< folder; files
+  std::string output, resume, report;         ///< stems of maps; files
+  std::string keep_scans, write_poses, mcap;  ///< folder; files
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;

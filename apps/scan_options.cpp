@@ -13,10 +13,9 @@ namespace octosurf {
 namespace {
 
 constexpr const char* rare_options =
-    "Rarely needed: --rate HZ of scans without time stamps [30, lidar 10]; --fields N floats of a point in "
-    "velodyne\nfiles [4, or what their values say]; --deskew off: leave the sensor's motion within a scan "
-    "[auto: undo it by\nthe points' times]; of bags --pose-frame FRAME whose poses --pose-topic gives "
-    "[Odometry's child frame, else the\nsensor's].\n";
+    "Rarely needed: --rate HZ of scans without time stamps [30, lidar 10]; --deskew off: leave the sensor's "
+    "motion\nwithin a scan [auto: undo it by the points' times]; of bags --pose-frame FRAME whose poses "
+    "--pose-topic gives\n[Odometry's child frame, else the sensor's].\n";
 
 void add_bag_options(CLI::App& verb, BagOptions& bag) {
   const char* const group = "Bags";
@@ -81,7 +80,6 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
   verb.add_option("--depth-scale", source.depth_scale,
                   "units of a depth image per metre [5000 for TUM, else 1000]")
       ->group(group);
-  verb.add_option("--fields", source.fields)->check(at_least(3))->group(rare_group);
   verb.add_option("--cloud-scale", source.cloud_scale,
                   "units of a cloud per metre: 1000 for millimetres, 3.2808 for feet [1]")
       ->group(group);

@@ -101,8 +101,8 @@ Scan deskewed(Scan scan, const std::optional<Times>& times_s, const std::vector<
 std::string open_scans_doc() {
   std::string doc = doc_of("open_scans") + std::string("\n");
   for (const std::string name :
-       {"poses", "intrinsics", "depth_scale", "fields", "rate_hz", "max_pose_gap_s", "origin", "skip_bad",
-        "deskew", "sensor", "cloud_scale", "no_return", "self_boxes", "clear_no_return_m"})
+       {"poses", "intrinsics", "depth_scale", "rate_hz", "max_pose_gap_s", "origin", "skip_bad", "deskew",
+        "sensor", "cloud_scale", "no_return", "self_boxes", "clear_no_return_m"})
     doc += "\n" + name + ": " + field_doc("ScanSourceOptions." + name, "", name != "no_return");
   for (const std::string name : {"topics", "pose_topic", "pose_frame", "fixed_frame"})
     doc += "\n" + name + ": " + field_doc("BagOptions." + name, "", true);
@@ -203,8 +203,7 @@ void bind_scans(Module& module) {
   module.def(
       "open_scans",
       [](std::variant<fs::path, std::vector<fs::path>> inputs, std::optional<fs::path> poses,
-         std::optional<fs::path> intrinsics, std::optional<double> depth_scale,
-         std::optional<std::size_t> fields, std::optional<double> rate_hz,
+         std::optional<fs::path> intrinsics, std::optional<double> depth_scale, std::optional<double> rate_hz,
          std::optional<double> max_pose_gap_s, std::optional<Eigen::Vector3d> origin,
          std::vector<std::string> topics, std::optional<std::string> pose_topic,
          std::optional<std::string> pose_frame, std::optional<std::string> fixed_frame, bool skip_bad,
@@ -217,7 +216,6 @@ void bind_scans(Module& module) {
         options.poses = std::move(poses);
         options.intrinsics = std::move(intrinsics);
         options.depth_scale = depth_scale;
-        options.fields = fields;
         options.rate_hz = rate_hz;
         options.max_pose_gap_s = max_pose_gap_s;
         options.origin = origin;
@@ -234,11 +232,10 @@ void bind_scans(Module& module) {
         return std::make_unique<Recording>(open_scans(std::get<1>(inputs), options));
       },
       "inputs"_a, py::kw_only(), "poses"_a = py::none(), "intrinsics"_a = py::none(),
-      "depth_scale"_a = py::none(), "fields"_a = py::none(), "rate_hz"_a = py::none(),
-      "max_pose_gap_s"_a = py::none(), "origin"_a = py::none(), "topics"_a = std::vector<std::string>(),
-      "pose_topic"_a = py::none(), "pose_frame"_a = py::none(), "fixed_frame"_a = py::none(),
-      "skip_bad"_a = false, "deskew"_a = true, "sensor"_a = py::none(), "cloud_scale"_a = py::none(),
-      "no_return"_a = std::vector<double>(),
+      "depth_scale"_a = py::none(), "rate_hz"_a = py::none(), "max_pose_gap_s"_a = py::none(),
+      "origin"_a = py::none(), "topics"_a = std::vector<std::string>(), "pose_topic"_a = py::none(),
+      "pose_frame"_a = py::none(), "fixed_frame"_a = py::none(), "skip_bad"_a = false, "deskew"_a = true,
+      "sensor"_a = py::none(), "cloud_scale"_a = py::none(), "no_return"_a = std::vector<double>(),
       "self_boxes"_a = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>(),
       "clear_no_return_m"_a = 0.0, Released(), open_scans_doc().c_str());
 }

@@ -45,8 +45,6 @@ struct ScanSourceOptions {
   std::optional<std::filesystem::path> intrinsics = {};
   /// Depth image units per metre; empty: 5000 for TUM folders, else 1000.
   std::optional<double> depth_scale = {};
-  /// Floats of a point in velodyne files, x y z first; empty: 4, or what their values say.
-  std::optional<std::size_t> fields = {};
   /// Scans per second if there are no time stamps; empty: 30 for depth cameras, 10 for lidar.
   std::optional<double> rate_hz = {};
   /// Maximum time between neighbouring poses for interpolation; empty: 0.1 for files of poses, 0.25 for bags.

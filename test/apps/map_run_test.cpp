@@ -365,7 +365,7 @@ TEST_F(MapRun, AnEditedOctreeIsTakenOverOrKept) {
   write_slab("wider.bt", 30);
   run_well("map slab.bt -o m");
   const json id = info("m").at("largest").at(0).at("id");
-  run_well("map --resume m --octree wider.bt -o n");
+  run_well("map wider.bt --resume m -o n");
   const json after = info("n").at("largest").at(0);
   EXPECT_EQ(after.at("id"), id);
   EXPECT_EQ(after.at("inliers"), 600);
@@ -373,17 +373,17 @@ TEST_F(MapRun, AnEditedOctreeIsTakenOverOrKept) {
 
   // Another tool has written over the map's own.
   write("m.bt", read("wider.bt"));
-  EXPECT_THAT(run("map slab.bt --resume m").err, says("--octree m.edited.bt"));
+  EXPECT_THAT(run("map slab.bt --resume m").err, says("map m.edited.bt --resume m "));
   EXPECT_TRUE(read("m.edited.bt") == read("wider.bt"));
   EXPECT_EQ(info("m").at("points"), 400);
   write("m.bt", read("wider.bt"));
-  EXPECT_THAT(run_well("map --resume m --octree m.bt").errors, IsEmpty());
+  EXPECT_THAT(run_well("map m.bt --resume m").errors, IsEmpty());
   EXPECT_EQ(info("m").at("largest").at(0).at("id"), id);
   EXPECT_EQ(info("m").at("points"), 600);
   EXPECT_FALSE(exists("m.edited-2.bt"));
-  wrong_use("map --resume m --octree slab.bt --octree wider.bt", {"--octree"});
+  wrong_use("map slab.bt wider.bt --resume m", {"wider.bt"});
   octomap::OcTree(0.04).writeBinary((folder / "fine.bt").string());
-  fails("map --resume m --octree fine.bt", {"voxels of 0.04"});
+  fails("map fine.bt --resume m", {"voxels of 0.04"});
 }
 
 TEST_F(MapRun, APillarIsTold) {

@@ -68,7 +68,6 @@ const std::vector<Refused>& refused() {
       {"map floor -o n --reprot=r.json", {"did you mean --report?"}},
       {"map floor -o n --frobnicate", {"--frobnicate"}},
       {"map floor -o n --every 0", {"--every: '0' must be 1 or more"}},
-      {"map floor -o n --fields 2", {"--fields: '2' must be 3 or more"}},
       {"map floor -o n --threads 0", {"threads"}},
       {"map floor -o n --depth-scale -3", {"-3"}},
       {"map floor -o n --skip 6", {"none of the 6 scans"}},

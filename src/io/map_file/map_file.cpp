@@ -48,7 +48,7 @@ std::string warning_of(const fs::path& file, const io::FileSum& expected) {
   if (!ignored && bytes == expected.bytes && io::sum_of(file) == expected) return {};
   return file.string() +
          ": is not the one that was saved with the .surfaces, which alone is read; saving the map replaces "
-         "it, map --octree takes over its occupancy";
+         "it, map with --resume takes over its occupancy";
 }
 
 /// `path` relative to `folder`; absolute if there is no relative path.
@@ -110,7 +110,8 @@ void io::set_aside_edited_octree(LoadedMap& loaded, const fs::path& stem) {
     throw Error(Error::Kind::output, kept.string(), "cannot be written: " + failure.message(),
                 "move " + bt.string() + ", which is not the map's own, elsewhere");
   loaded.warning = bt.string() + ": is not the one that was saved with the map; it is kept as " +
-                   kept.string() + ", and --octree " + kept.string() + " takes over its occupancy";
+                   kept.string() + ", and octosurf map " + kept.string() + " --resume " + stem.string() +
+                   " takes over its occupancy";
 }
 
 LoadedMap load_map(const fs::path& stem) {

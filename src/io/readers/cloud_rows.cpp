@@ -228,7 +228,7 @@ Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats) {
                                                             : " and " + count_of(floats - 3, "value"));
   if (bytes.size() % step != 0)
     refuse_velodyne(file, "is not a list of " + form,
-                    "it is truncated, or --fields says how many floats a point takes");
+                    "it is truncated, or a point takes another number of floats: write a PCD");
   const std::size_t points = bytes.size() / step;
   CloudPoints read = binary_points(bytes,
                                    {{{0, step, 0, Scalar::float32},
@@ -243,7 +243,7 @@ Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats) {
       refuse_velodyne(file,
                       std::to_string(absurd) + " of " + std::to_string(points) + " values of " + "xyz"[axis] +
                           " are larger than the earth: not a list of " + form,
-                      "write it as float32, or --fields says how many a point takes");
+                      "write it as float32, or as PCD");
   }
   return {std::move(read.points), Eigen::Isometry3d::Identity(), false, read.shift};
 }

@@ -48,19 +48,14 @@ void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
                 "give --intrinsics FILE (3x3 K, or fx fy cx cy)");
 }
 
-/// By the first file of the recording that has readings enough.
-void find_floats(ListedRecording& recording, const ScanSourceOptions& options,
-                 std::vector<std::string>& notes) {
+/// By the recording's first file.
+void find_floats(ListedRecording& recording, std::vector<std::string>& notes) {
   if (recording.scans.front().kind != FileKind::velodyne) return;
-  if (options.fields) {
-    recording.floats = *options.fields;
-    return;
-  }
   const fs::path& first = recording.scans.front().file;
   recording.floats = floats_of_velodyne(first);
   if (recording.floats != ListedRecording{}.floats)
     notes.push_back(first.string() + ": " + std::to_string(recording.floats) +
-                    " floats a point, by its values: x y z first; --fields says otherwise");
+                    " floats a point, by its values: x y z first");
 }
 
 /// Consecutive files from one folder are one recording, in the order given.
@@ -145,8 +140,6 @@ void check_options(const ScanSourceOptions& options) {
   positive(options.depth_scale, "depth_scale");
   positive(options.cloud_scale, "cloud_scale");
   positive(options.rate_hz, "rate_hz");
-  if (options.fields && (*options.fields < 3 || *options.fields > largest_step / sizeof(float)))
-    throw Error(Error::Kind::usage, "fields", std::to_string(*options.fields) + " floats hold no point");
   for (const double value : options.no_return)
     if (!(std::isfinite(value) && value >= 0))
       throw Error(Error::Kind::usage, "no_return", std::to_string(value) + " is not a range in metres");
@@ -183,7 +176,7 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
     open_graph(recording);
     name_sensor(recording);
     find_camera(recording, options);
-    find_floats(recording, options, list.notes);
+    find_floats(recording, list.notes);
     find_stamps(recording);
     if (!options.poses) find_poses(recording, options, list.notes);
   }

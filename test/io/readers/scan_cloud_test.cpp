@@ -327,9 +327,6 @@ TEST_F(Clouds, HowManyFloatsAVelodynePointTakesIsToldByItsValues) {
         if (expected.back().isZero(0)) expected.back().setConstant(nan);
       }
       expect_points(read_all(*source).at(0).points, expected);
-      if (floats != 4) {
-        EXPECT_EQ(open_scans({file}, {.fields = floats})->notes().size(), sensor);
-      }
     }
 }
 
@@ -342,7 +339,7 @@ TEST_F(Clouds, VelodyneFilesOfOtherNumbersAreRefused) {
   EXPECT_THAT(failure({write("doubles.bin", doubles)}), says("float32"));
   const std::vector<float> values = readings(5, false);
   const std::string bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
-  EXPECT_THAT(failure({write("cut.bin", bytes.substr(0, bytes.size() - 4))}), says("--fields"));
+  EXPECT_THAT(failure({write("cut.bin", bytes.substr(0, bytes.size() - 4))}), says("truncated"));
 }
 
 TEST_F(Clouds, CoordinatesOfASurveyAreReadLessAnOriginOfWholeMetres) {
