@@ -54,23 +54,22 @@ struct ExportArguments {
   PlannerExport planner;
 };
 
-ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const ExportArguments& arguments,
-                         const std::vector<ExportPart>& parts) {
+/// What the wanted parts take that the snapshot lacks.
+void add_parts(const Map& map, const Snapshot& snapshot, const ExportArguments& arguments,
+               ExportOptions& options) {
   const auto wants = [&](ExportPart part) {
-    return std::find(parts.begin(), parts.end(), part) != parts.end();
+    return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
   };
   const bool labelled = io::ending_of(arguments.file) == ".json";
-  ExportExtras extras;
   for (const SurfacePtr& surface : snapshot.surfaces) {
-    if (wants(ExportPart::convex)) extras.convex[surface->id] = convex_pieces(*surface, surface->polygons);
-    if (labelled) extras.edges[surface->id] = label_edges(map, *surface);
+    if (wants(ExportPart::convex)) options.convex[surface->id] = convex_pieces(*surface, surface->polygons);
+    if (labelled) options.edges[surface->id] = label_edges(map, *surface);
   }
   if (wants(ExportPart::points)) {
     map.for_each_point([&](const OccupancyView::Voxel& voxel) {
-      if (voxel.surface != 0) extras.points[voxel.surface].push_back(voxel.point);
+      if (voxel.surface != 0) options.points[voxel.surface].push_back(voxel.point);
     });
   }
-  return extras;
 }
 
 void export_by_ending(const Map& map, const Up& up, const ExportArguments& arguments) {
@@ -84,7 +83,6 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   options.up = up.direction;
   options.origin = map.origin();
   options.mesh_thickness = arguments.thickness;
-  std::map<SurfaceId, std::vector<Gap>> gaps;
   std::shared_ptr<const Snapshot> snapshot = map.snapshot();
   Stairs stairs = find_stairs(*snapshot, up.direction);
   std::size_t without_ground = 0;
@@ -97,16 +95,15 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
     rules.widest_unseen_m = whose.bridge.value_or(0);
     const GroundView ground(snapshot, map.octree(), rules);
     stairs = ground.stairs();
-    gaps = ground.gaps();
+    options.gaps = ground.gaps();
     snapshot = ground.supported();
     without_ground = static_cast<std::size_t>(
         std::count_if(snapshot->surfaces.begin(), snapshot->surfaces.end(),
                       [](const SurfacePtr& surface) { return surface->polygons.empty(); }));
   }
-  ExportExtras extras = make_extras(map, *snapshot, arguments, options.parts);
-  extras.gaps = std::move(gaps);
-  extras.stairs = std::move(stairs);
-  export_surfaces(*snapshot, arguments.file, options, extras);
+  add_parts(map, *snapshot, arguments, options);
+  options.stairs = std::move(stairs);
+  export_surfaces(*snapshot, arguments.file, options);
   std::printf("%s: %zu surfaces%s\n", arguments.file.c_str(), snapshot->surfaces.size(),
               whose.as_mapped ? ", as mapped" : (", ground of a " + whose.robot).c_str());
   if (without_ground > 0)

@@ -74,12 +74,11 @@ void write(PlanArguments& arguments, const Snapshot& snapshot, const FootstepPla
     if (file.ends_with(".json")) {
       io::write_file(file, arguments.force, [&](std::ostream& out) { out << to_json(plan, robot) << '\n'; });
     } else {
-      ExportExtras extras;
-      extras.meshes = footprints(plan, robot);
       ExportOptions options;
       options.up = up;
       options.force = arguments.force;
-      export_surfaces(snapshot, file, options, extras);
+      options.meshes = footprints(plan, robot);
+      export_surfaces(snapshot, file, options);
     }
   }
   if (arguments.png.empty()) return;

@@ -121,7 +121,7 @@ class PlannerExporter {
     const std::vector<Storey> storeys = find_storeys(ground_, limits);
     const StoreyRoute route = find_route(ground_, storeys, limits);
     const std::vector<Stair>& stairs = ground_.stairs().stairs;
-    export_nav2(storeys, route, stairs, file_, {options_.frame, options_.stair_operation, force_});
+    export_nav2(storeys, route, stairs, options_.frame, file_, force_, options_.stair_operation);
     for (std::size_t i = 0; i < storeys.size(); ++i)
       std::printf("storey_%zu: %zu x %zu cells of %g m at z = %.2f m, %.1f m2 free\n", i, storeys[i].columns,
                   storeys[i].rows, storeys[i].cell_m, storeys[i].height_m, storeys[i].area_m2);

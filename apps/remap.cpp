@@ -78,7 +78,7 @@ class Remap {
     find_scans();
     const Parameters parameters = before_.map.parameters();
     Parameters as_given = parameters;
-    as_given.alignment.enabled = false;  // these poses are corrected already
+    as_given.align = false;  // these poses are corrected already
     Mapper mapper(as_given, options_.threads, paper_detector());
     insert_all(mapper);
     Map map = std::move(mapper).release();

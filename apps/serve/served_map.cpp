@@ -29,10 +29,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// As export_surfaces() writes .json.
-std::string export_text(const Snapshot& snapshot, const ExportExtras& extras) {
-  const ExportOptions options;
+std::string export_text(const Snapshot& snapshot, const ExportOptions& options) {
   std::ostringstream out;
-  io::write_json({snapshot, options, extras}, out);
+  io::write_json({snapshot, options}, out);
   return std::move(out).str();
 }
 
@@ -215,17 +214,17 @@ const ServedMap::Export& ServedMap::exported() const {
     if (!map_) return {shown(), {}};
     const GroundView ground = asked.bare_ground();
     Export all{ground.supported(), {}};
-    all.extras.gaps = ground.gaps();
-    all.extras.edges = edges_in(*all.snapshot, map_->map);
+    all.options.gaps = ground.gaps();
+    all.options.edges = edges_in(*all.snapshot, map_->map);
     return all;
   });
 }
 
 ServedMap::Text ServedMap::surfaces() const {
   return text("surfaces", [this] {
-    ExportExtras extras = exported().extras;
-    extras.stairs = asked.bare_ground().stairs();
-    return export_text(*exported().snapshot, extras);
+    ExportOptions options = exported().options;
+    options.stairs = asked.bare_ground().stairs();
+    return export_text(*exported().snapshot, options);
   });
 }
 
@@ -255,10 +254,10 @@ std::string ServedMap::surface_json(SurfaceId id) const {
                                [id](const SurfacePtr& surface) { return surface->id == id; });
   if (at == snapshot->surfaces.end()) refuse_missing(asked, id);
   Snapshot alone{snapshot->revision, snapshot->resolution, {*at}};
-  ExportExtras extras;
-  if (const auto gaps = all.gaps.find(id); gaps != all.gaps.end()) extras.gaps.insert(*gaps);
-  if (const auto edges = all.edges.find(id); edges != all.edges.end()) extras.edges.insert(*edges);
-  return Json::parse(export_text(alone, extras))["surfaces"][0].dump();
+  ExportOptions options;
+  if (const auto gaps = all.gaps.find(id); gaps != all.gaps.end()) options.gaps.insert(*gaps);
+  if (const auto edges = all.edges.find(id); edges != all.edges.end()) options.edges.insert(*edges);
+  return Json::parse(export_text(alone, options))["surfaces"][0].dump();
 }
 
 std::string ServedMap::plan_json(const PlanQuery& query) const {

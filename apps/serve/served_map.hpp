@@ -81,7 +81,7 @@ class ServedMap {
  private:
   struct Export {
     std::shared_ptr<const Snapshot> snapshot;
-    ExportExtras extras;
+    ExportOptions options;
   };
   template <class Make>
   Text text(const std::string& key, const Make& make) const;

@@ -30,11 +30,11 @@ void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<
                  double mesh_thickness, const std::optional<Eigen::Vector3d>& up, bool force,
                  std::map<SurfaceId, std::vector<ConvexPiece>> convex, const py::object& points,
                  SurfaceEdges edges) {
-  ExportExtras extras{std::move(convex), rows_as_points(points), std::move(edges), {}, {}, {}};
+  ExportOptions options{std::move(parts),        mesh_thickness,  up_in(snapshot, up),
+                        Eigen::Vector3d::Zero(), force,           std::move(convex),
+                        rows_as_points(points),  std::move(edges)};
   const py::gil_scoped_release others_run;
-  export_surfaces(*snapshot, file,
-                  {std::move(parts), mesh_thickness, up_in(snapshot, up), Eigen::Vector3d::Zero(), force},
-                  extras);
+  export_surfaces(*snapshot, file, options);
 }
 
 void picture(const SnapshotPtr& snapshot, const fs::path& file, int width, int height, ViewFrom from,

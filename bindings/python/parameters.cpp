@@ -10,7 +10,7 @@ constexpr const char* parameters_doc =
     R"(Everything that decides what comes out; equal Parameters and scans give equal maps.
 
 SI units, angles in radians. A field that is None is derived from the others; an explicit value wins. The constructor takes
-the fields of its settings by their own names, too, and `align` for alignment.enabled: Parameters(resolution=0.01, up=None) is
+the fields of its settings by their own names, too: Parameters(resolution=0.01, up=None) is
 Parameters(occupancy={"resolution": 0.01}, up=None). Fields can be set afterwards, too.)";
 
 constexpr const char* paper_doc =
@@ -26,8 +26,6 @@ std::vector<std::string> parameter_names() {
 }  // namespace
 
 void bind_parameters(Module& module) {
-  Settings<AlignmentParameters>(module, "AlignmentParameters")
-      .fields(OCTOSURF_FIELDS(AlignmentParameters, enabled));
   Settings<OccupancyParameters> occupancy(module, "OccupancyParameters");
   occupancy.fields(OCTOSURF_FIELDS(OccupancyParameters, resolution, max_range, min_range, hit, miss,
                                    clamp_min, clamp_max, occupied, preserve_surfaces));
@@ -40,8 +38,7 @@ void bind_parameters(Module& module) {
 
   using P = Parameters;
   Settings<P>(module, "Parameters", parameters_doc)
-      .fields(OCTOSURF_FIELDS(P, alignment))
-      .keyword("align", "alignment", "enabled")
+      .fields(OCTOSURF_FIELDS(P, align))
       .group("occupancy", &P::occupancy, occupancy)
       .group("surfaces", &P::surfaces, surfaces)
       .group("detection", &P::detection, detection)

@@ -125,7 +125,7 @@ void set_fields(const SettingsWords& words, const py::object& settings, const py
       for (const SettingsWords::Inner& one : words.inner) known.push_back(one.word);
       throw py::type_error("there is no field '" + name + "'" + suggestion(name, known));
     }
-    set(settings.attr(at->group.c_str()), at->field, value);
+    set(settings.attr(at->group.c_str()), name, value);
   }
 }
 

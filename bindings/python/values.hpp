@@ -196,7 +196,7 @@ class Value : public Class<T, Options...> {
 /// What the constructor of settings takes by name: their fields, and fields of those that are settings.
 struct SettingsWords {
   struct Inner {
-    std::string word, group, field;
+    std::string word, group;
   };
 
   FieldNames fields;
@@ -254,16 +254,10 @@ class Settings : public Class<T> {
     return *this;
   }
 
-  /// A word by which the constructor takes a field of the settings that the field `group` is.
-  Settings& keyword(const std::string& word, const char* group, const std::string& field) {
-    words_->inner.push_back({word, group, field});
-    return *this;
-  }
-
   /// A field that is settings: the constructor takes their fields by name, too.
   template <class Field>
   Settings& group(const char* name, Field T::*member, const Settings<Field>& inner) {
-    for (const std::string& one : inner.names()) keyword(one, name, one);
+    for (const std::string& one : inner.names()) words_->inner.push_back({one, name});
     field(name, member);
     return *this;
   }

@@ -22,17 +22,6 @@ enum class ExportPart { polygons, meshes, convex, points };
 /// By ExportPart, as `export --what` accepts them.
 inline constexpr std::array<std::string_view, 4> export_part_names{"polygons", "meshes", "convex", "points"};
 
-/// Options of export_surfaces().
-struct ExportOptions {
-  /// .json: any number, in addition to the polygons. .ply, .glb: exactly one.
-  std::vector<ExportPart> parts{ExportPart::polygons};
-  double mesh_thickness = 0.02;                   ///< m, of meshes
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, of .glb
-  /// Map::origin(), m: written to .json (`"origin"`) and .glb (`extras` of its root node) unless it is 0.
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  bool force = false;  ///< overwrite an existing file
-};
-
 /// A further object to display, such as footprints. Map frame.
 struct NamedMesh {
   std::string name;              ///< of the object in the file
@@ -40,13 +29,21 @@ struct NamedMesh {
   Mesh mesh;                     ///< its triangles
 };
 
-/// Data that a snapshot lacks, by surface; only requested parts of surfaces in the snapshot are read.
-struct ExportExtras {
-  std::map<SurfaceId, std::vector<ConvexPiece>> convex;      ///< convex_pieces()
-  std::map<SurfaceId, std::vector<Eigen::Vector3d>> points;  ///< map frame
+/// Options of export_surfaces(), and what a snapshot lacks, by surface; of that only requested parts of
+/// surfaces in the snapshot are read.
+struct ExportOptions {
+  /// .json: any number, in addition to the polygons. .ply, .glb: exactly one.
+  std::vector<ExportPart> parts{ExportPart::polygons};
+  double mesh_thickness = 0.02;                   ///< m, of meshes
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, of .glb
+  /// Map::origin(), m: written to .json (`"origin"`) and .glb (`extras` of its root node) unless it is 0.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  bool force = false;                                          ///< overwrite an existing file
+  std::map<SurfaceId, std::vector<ConvexPiece>> convex{};      ///< convex_pieces()
+  std::map<SurfaceId, std::vector<Eigen::Vector3d>> points{};  ///< map frame
   /// label_edges(); written to .json if present.
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  std::vector<NamedMesh> meshes;  ///< .glb: further objects
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
+  std::vector<NamedMesh> meshes{};  ///< .glb: further objects
   /// Of find_gaps(); written to .json if present.
   std::map<SurfaceId, std::vector<Gap>> gaps{};
   /// Of find_stairs(); written to .json if present.
@@ -69,7 +66,7 @@ struct ExportExtras {
 /// Throws Error(usage) for an unsupported extension or part, or an existing file without `force`; Error(data)
 /// for numbers that are not finite and labels of other polygons; Error(output) if it cannot be written.
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
-                     const ExportOptions& options = {}, const ExportExtras& extras = {});
+                     const ExportOptions& options = {});
 
 /// Viewpoint of a picture; all but `top` look from outside at the middle of the map.
 enum class ViewFrom { iso, top, front, back, left, right };

@@ -15,7 +15,6 @@
 
 namespace octosurf::occupancy {
 class VoxelTree;
-struct VoxelPayload;
 }  // namespace octosurf::occupancy
 
 namespace octosurf::geometry {
@@ -51,6 +50,7 @@ class OccupancyView {
   OccupancyView();
   /// Used by src/core/occupancy.
   OccupancyView(std::shared_ptr<const occupancy::VoxelTree> tree, double resolution);
+  const occupancy::VoxelTree* tree() const { return tree_.get(); }  ///< likewise; null: empty
 
   double resolution() const { return resolution_; }  ///< d; 0 for an empty view
   /// Log-odds from which a voxel counts as occupied; 0 for an empty view.
@@ -111,21 +111,6 @@ class OccupancyView {
   /// O(nodes of both). Throws Error(usage) if the resolutions differ.
   void for_each_change(const OccupancyView& before, const VisitChange& visit) const;
 
-  /// A cube of 4³ voxels, or a larger one whose voxels are all alike.
-  struct Cube {
-    std::array<std::uint16_t, 3> corner{};  ///< as a Leaf's
-    std::uint8_t level = 2;                 ///< as a Leaf's; 2 or more
-    std::uint64_t known = 0;     ///< a bit for each voxel, in Morton order; of a larger cube all or none
-    std::uint64_t occupied = 0;  ///< likewise
-    std::uint64_t points = 0;    ///< voxels whose point is stored, among the occupied ones
-    /// Of these, in their order, as stored: src/core/occupancy/payload.hpp decodes it.
-    const occupancy::VoxelPayload* payloads = nullptr;
-    SurfaceId surface(unsigned voxel) const;  ///< of an occupied voxel, by Morton index; 0: pending
-  };
-  /// Calls `visit` for the cubes with known voxels (or only those with occupied ones) that meet `box`, in
-  /// Morton order, until it returns false. The fastest way to read all of a region: some 50 ns for 4³ voxels.
-  void for_each_cube(const Eigen::AlignedBox3d& box, const std::function<bool(const Cube&)>& visit,
-                     bool occupied_only = false) const;
   /// Calls `visit` with corner and level of each cube in which the state, surface or point of some voxel is
   /// not as in `before`; disjoint, of 4³ voxels or more. Cost and errors as for_each_change().
   void for_each_changed_cube(

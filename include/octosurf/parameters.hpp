@@ -57,14 +57,9 @@ struct DetectionParameters {
                                         ///< derived
 };
 
-/// src/core/alignment: a scan's pose against the map, before insertion.
-struct AlignmentParameters {
-  bool enabled = true;  ///< correct significant pose errors; off: poses are used as given
-};
-
 /// All settings that affect the result; equal Parameters and scans give equal bytes.
 struct Parameters {
-  AlignmentParameters alignment;  ///< of a scan's pose
+  bool align = true;              ///< correct significant pose errors; off: poses are used as given
   OccupancyParameters occupancy;  ///< the octree
   SurfaceParameters surfaces;     ///< what belongs to a surface
   DetectionParameters detection;  ///< new surfaces

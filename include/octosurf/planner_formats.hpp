@@ -80,20 +80,14 @@ PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surf
 void export_grid_map(const HeightGrid& grid, const std::string& frame, const std::filesystem::path& file,
                      bool force = false);
 
-/// Options of export_nav2().
-struct Nav2Options {
-  std::string frame = "map";  ///< frame id of the route's nodes
-  /// Operation of the route server to run where a stair is entered and left; empty: none, as a route server
-  /// without that operation fails there.
-  std::string stair_operation{};
-  bool force = false;  ///< replace an existing folder
-};
-
 /// A folder for Nav2: `storey_0.pgm` with `storey_0.yaml` and so on, as map_server loads them, and
 /// `route.geojson`, as route_server does, unless the route has no edges: it refuses such files. `route` and
-/// `stairs` are those of the storeys. docs/formats.md, section 7, lists what is in the files.
+/// `stairs` are those of the storeys, `frame` is the frame id of the route's nodes, `stair_operation` the
+/// operation of the route server to run where a stair is entered and left; empty: none, as a route server
+/// without that operation fails there. docs/formats.md, section 7, lists what is in the files.
 void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
-                 const std::vector<Stair>& stairs, const std::filesystem::path& folder,
-                 const Nav2Options& options = {});
+                 const std::vector<Stair>& stairs, const std::string& frame,
+                 const std::filesystem::path& folder, bool force = false,
+                 const std::string& stair_operation = {});
 
 }  // namespace octosurf

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -41,12 +42,6 @@ enum class StoreyCell : std::uint8_t {
   occupied  ///< an obstacle, a void or a drop, or too narrow between these
 };
 
-/// Where a storey's ground continues in another one's grid.
-struct StoreySeam {
-  std::size_t other = 0;                         ///< index of the other storey
-  Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< the widest place of the seam, on this storey's ground
-};
-
 /// Ground that a robot can go about on without a stair, as a grid of square cells. Places are in the grids'
 /// frame: the map's, turned by StoreyLimits::turn.
 struct Storey {
@@ -59,7 +54,9 @@ struct Storey {
   double height_m = 0;                               ///< median elevation
   double area_m2 = 0;                                ///< free
   std::vector<SurfaceId> surfaces;                   ///< that it is made of, ascending
-  std::vector<StoreySeam> seams;                     ///< by `other`
+  /// The storeys, by index, in whose grids the ground continues, and the widest place of each seam, on this
+  /// storey's ground.
+  std::map<std::size_t, Eigen::Vector3d> seams;
 
   /// The middle of a cell: x, y.
   Eigen::Vector2d center_of(std::size_t cell) const {

@@ -38,10 +38,10 @@ Columns::Columns(const OccupancyView& octree, const GroundPlane& plane, const Ei
   along_normal_ = plane.T_map_plane.linear().col(2) / d;
   thickness_ = reach / d;
   contents_.assign(static_cast<std::size_t>(bricks_.prod()) * brick_voxels, Content::unknown);
-  octree.for_each_cube(box, [this](const OccupancyView::Cube& cube) { return copy(cube), true; });
+  occupancy::for_each_cube(octree, box, [this](const occupancy::Cube& cube) { return copy(cube), true; });
 }
 
-void Columns::copy(const OccupancyView::Cube& cube) {
+void Columns::copy(const occupancy::Cube& cube) {
   const Eigen::Array3i corner(cube.corner[0], cube.corner[1], cube.corner[2]);
   const Eigen::Array3i first = ((corner - low_) / 4).max(0),
                        last = ((corner - low_) / 4 + (1 << (cube.level - 2)) - 1).min(bricks_ - 1);

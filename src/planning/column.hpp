@@ -1,5 +1,7 @@
 #pragma once
 
+#include "occupancy/cubes.hpp"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -52,7 +54,7 @@ class Columns {
  private:
   enum class Content : std::uint8_t { unknown, free, own, other, pending };
 
-  void copy(const OccupancyView::Cube& cube);
+  void copy(const occupancy::Cube& cube);
   bool is_open(const Eigen::Vector3d& place) const;
   /// In voxels, from the lowest one held.
   Eigen::Vector3d place_of(const Eigen::Vector2d& uv) const {

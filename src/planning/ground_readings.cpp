@@ -64,8 +64,8 @@ GroundReadings::GroundReadings(const GroundView& view, const Eigen::Isometry3d& 
   first_.assign(static_cast<std::size_t>(size_.prod()) + 1, 0);
   readings_.reserve(1 << 13);
   cell_of_.reserve(1 << 13);
-  view.octree().for_each_cube(
-      part, [this](const OccupancyView::Cube& cube) { return add(cube), true; }, true);
+  occupancy::for_each_cube(
+      view.octree(), part, [this](const occupancy::Cube& cube) { return add(cube), true; }, true);
   sort_by_cell();
 }
 
@@ -91,7 +91,7 @@ std::uint32_t GroundReadings::find_plane(SurfaceId id) {
   return index;
 }
 
-void GroundReadings::add(const OccupancyView::Cube& cube) {
+void GroundReadings::add(const occupancy::Cube& cube) {
   const geometry::VoxelGrid grid(view_.octree().resolution());
   const Eigen::Vector3d low = grid.corner_of({cube.corner[0], cube.corner[1], cube.corner[2]});
   const Eigen::Vector3f corner = T_patch_map_.linear() * (low - T_map_patch_.translation()).cast<float>();

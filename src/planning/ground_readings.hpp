@@ -1,5 +1,7 @@
 #pragma once
 
+#include "occupancy/cubes.hpp"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
@@ -79,7 +81,7 @@ class GroundReadings {
     return ((place - low_) * (1 / cell_m)).array().cast<int>();  // toward zero
   }
   Look look(const Eigen::Vector2f& place, float ground, float depth) const;
-  void add(const OccupancyView::Cube& cube);
+  void add(const occupancy::Cube& cube);
   void sort_by_cell();
   /// Index; 0 of none.
   std::uint32_t plane_of(SurfaceId id) {

@@ -118,8 +118,8 @@ class Router {
   StoreyRoute route() {
     for (std::size_t i = 0; i < stairs_.size(); ++i) add_stair(i);
     for (std::size_t a = 0; a < storeys_.size(); ++a)
-      for (const StoreySeam& seam : storeys_[a].seams)
-        if (seam.other > a) add_seam(a, seam);
+      for (const auto& [b, at] : storeys_[a].seams)
+        if (b > a) add_seam(a, b, at);
     const std::size_t ends = route_.nodes.size();
     for (std::size_t i = 0; i < ends; ++i) add_ways(i, ends);
     return std::move(route_);
@@ -180,9 +180,9 @@ class Router {
     add_both(std::move(edge));
   }
 
-  void add_seam(std::size_t storey, const StoreySeam& seam) {
-    const std::size_t before = route_.nodes.size(), from = add_node(RoutePlace::seam, seam.at, storey),
-                      to = add_node(RoutePlace::seam, seam.at, seam.other);
+  void add_seam(std::size_t a, std::size_t b, const Eigen::Vector3d& at) {
+    const std::size_t before = route_.nodes.size(), from = add_node(RoutePlace::seam, at, a),
+                      to = add_node(RoutePlace::seam, at, b);
     if (from == none || to == none) return route_.nodes.resize(before);
     add_both({from, to, (route_.nodes[from].at - route_.nodes[to].at).norm()});
   }

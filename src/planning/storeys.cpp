@@ -165,8 +165,7 @@ void add_seams(const StoreyGround& ground, std::vector<Found>& found) {
           widest.try_emplace({from->second, to->second}, -1.0F, Eigen::Vector3d::Zero()).first->second;
       if (wide > best.first) best = {wide, {at.x(), at.y(), spot.height}};
     });
-  for (const auto& [pair, best] : widest)
-    found[pair.first].storey.seams.push_back({pair.second, best.second});
+  for (const auto& [pair, best] : widest) found[pair.first].storey.seams[pair.second] = best.second;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "planning/unknown_space.hpp"
 
 #include "geometry/voxel_grid.hpp"
+#include "occupancy/cubes.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -11,7 +12,6 @@
 namespace octosurf::planning {
 namespace {
 
-constexpr int origin = 32768;          // key at 0 m
 constexpr int beside = 2;              // voxels: whether one lies in a cube of 3³ depends on these
 constexpr int bits = 64 - 2 * beside;  // a row's voxels, without those beside them
 
@@ -24,8 +24,9 @@ class Rows {
                  ~std::uint64_t{0});
   }
 
-  void remove_known(const OccupancyView::Cube& cube) {
-    const Eigen::Array3i at = Eigen::Array3i(cube.corner[0], cube.corner[1], cube.corner[2]) - origin - low_;
+  void remove_known(const occupancy::Cube& cube) {
+    const Eigen::Array3i key(cube.corner[0], cube.corner[1], cube.corner[2]);
+    const Eigen::Array3i at = key - geometry::VoxelGrid::origin - low_;
     const int edge = 1 << cube.level;
     const Eigen::Array3i from = at.max(0), to = (at + edge).min(size_);
     for (int z = from.z(); z < to.z(); ++z)
@@ -106,7 +107,7 @@ void for_each_unknown(const OccupancyView& octree, const Eigen::AlignedBox3d& bo
     Rows rows(from, to);
     const Eigen::Vector3d first = ((from - beside).cast<double>() * d).matrix(),
                           last = ((to + 1 + beside).cast<double>() * d).matrix();
-    octree.for_each_cube({first, last}, [&](const OccupancyView::Cube& cube) {
+    occupancy::for_each_cube(octree, {first, last}, [&](const occupancy::Cube& cube) {
       rows.remove_known(cube);
       return true;
     });

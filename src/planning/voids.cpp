@@ -2,6 +2,7 @@
 
 #include "geometry/morton.hpp"
 #include "geometry/voxel_grid.hpp"
+#include "occupancy/cubes.hpp"
 #include "occupancy/payload.hpp"
 #include "planning/cell_grid.hpp"
 
@@ -123,7 +124,7 @@ class Voids {
     const geometry::VoxelGrid grid(d_);
     const double half_cube = 3.5 * d_;
     const Eigen::AlignedBox2d wide = box_about(part, half_cube);
-    const auto in_cube = [&](const OccupancyView::Cube& cube) {
+    const auto in_cube = [&](const occupancy::Cube& cube) {
       const Eigen::Vector3d corner = T_plane_map_ * grid.corner_of(key_of(cube, 0)),
                             middle = corner + middles_.back() + middles_.front();
       if (middle.z() < below - half_cube || middle.z() > above + half_cube ||
@@ -143,14 +144,14 @@ class Voids {
     for (const double u : {part.min().x(), part.max().x()})
       for (const double v : {part.min().y(), part.max().y()})
         for (const double z : {below, above}) box.extend(plane_.T_map_plane * Eigen::Vector3d(u, v, z));
-    octree_.for_each_cube(box_about(box, half_cube), in_cube, true);
+    occupancy::for_each_cube(octree_, box_about(box, half_cube), in_cube, true);
   }
 
   static Eigen::Vector3i in_cube(unsigned i) {
     return {static_cast<int>(geometry::compact_bits(i)), static_cast<int>(geometry::compact_bits(i >> 1)),
             static_cast<int>(geometry::compact_bits(i >> 2))};
   }
-  static geometry::VoxelKey key_of(const OccupancyView::Cube& cube, unsigned i) {
+  static geometry::VoxelKey key_of(const occupancy::Cube& cube, unsigned i) {
     const Eigen::Vector3i in = in_cube(i);
     const auto key = [&](int axis) {
       return static_cast<std::uint16_t>(cube.corner[static_cast<std::size_t>(axis)] + in[axis]);

@@ -19,7 +19,7 @@ Parameters plain_occupancy() {
   parameters.occupancy.resolution = 0.05;
   parameters.occupancy.preserve_surfaces = false;
   parameters.occupancy.max_range = 3;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   return parameters;
 }
 

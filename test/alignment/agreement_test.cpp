@@ -53,7 +53,7 @@ std::vector<Scan> walk(int scans) {
 TEST(Agreement, IsOfWhatTheMapHeldBefore) {
   Parameters parameters;
   parameters.occupancy.resolution = 0.05;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   Mapper mapper(parameters);
   const Scan right = seen_from(Eigen::Vector3d::Zero());
   EXPECT_EQ(mapper.insert(right).agreement.compared(), 0U);
@@ -135,7 +135,7 @@ TEST(Agreement, LeavesOutAScanThatContradictsAllThatIsKnown) {
   for (const bool enabled : {true, false}) {
     Parameters parameters;
     parameters.occupancy.resolution = 0.05;
-    parameters.alignment.enabled = enabled;
+    parameters.align = enabled;
     Mapper mapper(parameters);
     const std::vector<Scan> scans = walk(12);
     for (const Scan& scan : scans) mapper.insert(scan);

@@ -45,7 +45,7 @@ std::vector<Scan> walk(int scans, std::mt19937_64 rng, int laps = 1) {
 Parameters coarse(bool aligned, double resolution = 0.04) {
   Parameters parameters;
   parameters.occupancy.resolution = resolution;
-  parameters.alignment.enabled = aligned;
+  parameters.align = aligned;
   return parameters;
 }
 
@@ -105,7 +105,7 @@ TEST(AlignedMap, ExactPosesGiveTheSameMapAsWithoutAlignment) {
     io::write_map(surfaces::state_of(mapper.map()), {}, out);
     std::istringstream in(out.str());
     io::MapFile read = io::read_map(in, out.str().size(), "map");
-    read.state->parameters.alignment.enabled = false;
+    read.state->parameters.align = false;
     read.state->alignment.reset();
     return bytes_of(*read.state);
   };

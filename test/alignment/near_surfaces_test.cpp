@@ -22,7 +22,7 @@ OffsetVariances after_slide(double slid_m) {
   Scene scene;
   scene.rectangle({0.03, 0.03, 0.03}, {3, 0, 0}, {0, 0.8, 0});
   Parameters parameters;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   Mapper mapper(parameters);
   for (const bool again : {false, true})
     for (int i = 0; i < 12; ++i) {

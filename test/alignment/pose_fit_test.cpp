@@ -193,7 +193,7 @@ TEST(PoseSearch, WhereNothingWasSeenTheMapSpeaksForNoPose) {
   Twist step;
   step << 0, 0, 0, -0.28, 0, -0.17;
   const Eigen::Isometry3d lower = octosurf::alignment::moved(truth, step);
-  EXPECT_GT(search.lay(lower).explained, search.lay(truth).explained);
+  EXPECT_GT(search.fitter().lay(lower).explained, search.fitter().lay(truth).explained);
   EXPECT_FALSE(search.speak_for(lower, truth, 4));
 }
 

@@ -46,7 +46,7 @@ class Revisits : public testing::Test {
     sensing::NoiseModel noise{Parameters()};
     noise.observe(scan);
     const PoseSearch search(*map_, surfaces_, scan, noise, {0, 4}, scan.T_map_sensor, AlignmentReach());
-    return observe(scan, scan.T_map_sensor, search.lay(scan.T_map_sensor).readings, patches_,
+    return observe(scan, scan.T_map_sensor, search.fitter().lay(scan.T_map_sensor).readings, patches_,
                    SensorKind::depth_camera, voxel_m);
   }
   Scan scan(int i) { return camera_scan(furnished_room(), view(i), rng_, camera_); }

@@ -267,7 +267,7 @@ TEST(Footsteps, UpMayBeAnyDirection) {
 /// A mapped octree with a box of occupied voxels in it, out of a scan of the box's points.
 OccupancyView octree_with(const std::vector<Eigen::AlignedBox3d>& boxes) {
   Parameters parameters;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   parameters.occupancy.max_range = 100;
   Scan scan;
   for (const Eigen::AlignedBox3d& box : boxes)

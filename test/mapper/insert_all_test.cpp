@@ -29,7 +29,7 @@ std::vector<Scan> box_goes(std::mt19937_64& rng) {
 
 Parameters as_given() {
   Parameters parameters;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   return parameters;
 }
 

@@ -1,5 +1,6 @@
 // Views of the octree: what they answer against a list of all voxels, and that nothing that is inserted later
 // is seen in them.
+#include "occupancy/cubes.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
 #include "occupancy/payload.hpp"
@@ -351,7 +352,7 @@ TEST(OccupancyView, ReadsCubesAsVoxelByVoxel) {
   const OccupancyView view = map.share();
   std::map<geometry::VoxelKey, std::pair<bool, SurfaceId>> read, expected;
   const Eigen::AlignedBox3d everything(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
-  view.for_each_cube(everything, [&](const OccupancyView::Cube& cube) {
+  for_each_cube(view, everything, [&](const Cube& cube) {
     test::for_each_voxel_of(cube.corner, cube.level, [&](geometry::VoxelKey k) {
       const auto i = geometry::morton_of(k.x & 3U, k.y & 3U, k.z & 3U);
       const bool occupied = (cube.occupied >> i & 1) != 0;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <random>
+#include <span>
 
 namespace octosurf::occupancy {
 namespace {
@@ -16,10 +17,10 @@ namespace {
 template <std::size_t width>
 std::vector<std::uint64_t> walked(const GridOrigin& from, std::span<const GridRay> rays, bool paged) {
   BlockAddress address;
-  RayBox box;
+  KeyBox box;
   for (std::size_t a = 0; a < 3; ++a) {
-    box.min[a] = from.key[a] - 60;
-    box.max[a] = from.key[a] + 60;
+    box.low[a] = from.key[a] - 60;
+    box.high[a] = from.key[a] + 60;
   }
   address.fit(box);
   std::vector<std::uint64_t> bits(std::size_t{1} << (address.size_bits - 6));

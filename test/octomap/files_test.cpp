@@ -28,7 +28,7 @@ class OctomapFilesTest : public test::FolderTest {
   std::unique_ptr<octomap::OcTree> scanned(double resolution) {
     Parameters parameters;
     parameters.occupancy.resolution = resolution;
-    parameters.alignment.enabled = false;
+    parameters.align = false;
     Mapper mapper(parameters);
     for (int i = 0; i < 3; ++i) mapper.insert(test::room_scan(random, 800, {1, 1, 1}, {0.3 * i, 0, 0}));
     return to_octree(mapper.map().octree());

@@ -23,7 +23,7 @@ Parameters coarse(double resolution = 0.1) {
   Parameters parameters;
   parameters.occupancy.resolution = resolution;
   parameters.occupancy.max_range = 3;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   return parameters;
 }
 

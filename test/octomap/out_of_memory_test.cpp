@@ -17,7 +17,7 @@ namespace {
 TEST(FollowerWithoutMemory, KeepsTheLastTreeAndCatchesUp) {
   Parameters parameters;
   parameters.occupancy.resolution = 0.2;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   Mapper mapper(parameters);
   std::mt19937_64 random = test::rng();
   std::vector<OccupancyView> views;

@@ -305,7 +305,7 @@ TEST(Gaps, SlotsBetweenBoardsAreHolesAsRaysPassThem) {
   std::mt19937_64 rng(test::seed());
   Parameters parameters;
   parameters.occupancy.resolution = edge;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   Mapper mapper(parameters);
   for (const double x : {0.0, 0.8, 1.6, 2.2, 2.8})
     for (const double y : {-0.6, 1.0, 2.6})

@@ -25,7 +25,7 @@ GroundView ground_of(const Scene& scene, const std::vector<Eigen::Vector3d>& eye
   std::mt19937_64 rng = test::rng();
   Parameters parameters;
   parameters.occupancy.resolution = 0.02;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   Mapper mapper(parameters);
   for (std::size_t i = 0; i < eyes.size(); ++i)
     mapper.insert(

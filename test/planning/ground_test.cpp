@@ -24,7 +24,7 @@ const SlopeLimit walkable{Eigen::Vector3d::UnitZ(), 0.5};
 Mapper new_mapper() {
   Parameters parameters;
   parameters.occupancy.resolution = edge;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   return Mapper(parameters);
 }
 

@@ -31,7 +31,7 @@ GroundView ground_of(const Scene& scene, const std::vector<Survey>& surveys) {
   std::mt19937_64 rng = test::rng();
   Parameters parameters;
   parameters.occupancy.resolution = d;
-  parameters.alignment.enabled = false;
+  parameters.align = false;
   Mapper mapper(parameters);
   for (const Survey& survey : surveys) {
     const Eigen::Array2d size = survey.area.sizes(), count = (size / 2.2).ceil();

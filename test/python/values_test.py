@@ -109,7 +109,7 @@ class Keywords(unittest.TestCase):
             for name, value in getattr(octosurf.Parameters.paper(resolution=0.05), group).to_dict().items():
                 flat = octosurf.Parameters(**{name: value})
                 self.assertEqual(flat, octosurf.Parameters(**{group: {name: value}}), name)
-        self.assertFalse(octosurf.Parameters(align=False).alignment.enabled)
+        self.assertFalse(octosurf.Parameters(align=False).align)
 
     def test_begin_maps_and_win_over_the_parameters(self):
         mapper = octosurf.Mapper(resolution=0.05, up=None, threads=2)

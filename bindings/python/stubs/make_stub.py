@@ -69,9 +69,7 @@ def keywords_of(cls):
         if isinstance(member, property) and member.fset:
             kind = setter_type(member)
             group = getattr(octosurf, kind, None)
-            if cls is octosurf.Parameters and group is octosurf.AlignmentParameters:
-                fields["align"] = "bool"
-            elif cls is octosurf.Parameters and group:
+            if cls is octosurf.Parameters and group:
                 fields |= keywords_of(group)
             fields[name] = f"Union[{kind}, Mapping[str, Any]]" if group else kind
     return fields

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <octomap/OccupancyOcTreeBase.h>
-#include <vector>
 
 #include <octosurf/adapters/detail/tree_writer.hpp>
 
@@ -19,14 +18,14 @@ inline std::array<std::uint16_t, 3> array_of(const octomap::OcTreeKey& key) {
 /// OctoMap's rule: beyond the range a ray ends at it and hits nothing.
 template <class Tree>
 void add_ray(const Tree& tree, const octomap::point3d& origin, const octomap::point3d& end,
-             const octomap::OcTreeKey& key, double max_range, bool to_centre, std::vector<GridRay>& rays) {
+             const octomap::OcTreeKey& key, double max_range, bool to_centre, ScanRays& rays) {
   if (max_range < 0 || (end - origin).norm() <= max_range) {
-    rays.push_back({{end.x(), end.y(), end.z()}, array_of(key), true, to_centre});
+    rays.add({end.x(), end.y(), end.z()}, array_of(key), true, to_centre);
     return;
   }
   const octomap::point3d cut = origin + (end - origin).normalized() * static_cast<float>(max_range);
   if (octomap::OcTreeKey at; tree.coordToKeyChecked(cut, at))
-    rays.push_back({{cut.x(), cut.y(), cut.z()}, array_of(at), false, false});
+    rays.add({cut.x(), cut.y(), cut.z()}, array_of(at), false, false);
 }
 
 template <class Tree>
@@ -39,14 +38,14 @@ void collect_rays(const Tree& tree, const octomap::Pointcloud& scan, const octom
     octomap::OcTreeKey key;
     if (!std::isfinite(point.x() + point.y() + point.z()) || !tree.coordToKeyChecked(point, key)) continue;
     if (!discretize) {
-      add_ray(tree, origin, point, key, max_range, false, scratch.rays);
+      add_ray(tree, origin, point, key, max_range, false, scratch);
       continue;
     }
     if (any && key == last) continue;
     any = true;
     last = key;
     if (scratch.is_new_end(array_of(key)))
-      add_ray(tree, origin, tree.keyToCoord(key), key, max_range, true, scratch.rays);
+      add_ray(tree, origin, tree.keyToCoord(key), key, max_range, true, scratch);
   }
 }
 
@@ -78,10 +77,9 @@ void insert_point_cloud(Tree& tree, const octomap::Pointcloud& scan, const octom
   }
   thread_local detail::ScanRays scratch;
   detail::collect_rays(tree, scan, sensor_origin, max_range, discretize, scratch);
-  const detail::GridOrigin from{{sensor_origin.x(), sensor_origin.y(), sensor_origin.z()},
-                                detail::array_of(origin_key),
-                                tree.getResolution()};
-  detail::BatchInsert<Tree>(tree, lazy_eval)(scratch.trace(from, threads));
+  const auto touched = scratch.trace({sensor_origin.x(), sensor_origin.y(), sensor_origin.z()},
+                                     detail::array_of(origin_key), tree.getResolution(), threads);
+  detail::BatchInsert<Tree>(tree, lazy_eval)(touched);
 }
 
 }  // namespace octosurf

@@ -89,24 +89,18 @@ inline pcl::PolygonMesh to_polygon_mesh(const Mesh& mesh) {
 
 namespace detail {
 
-/// Integrals over a polygon: 1, u and v, and uu, uv, vv.
-struct AreaMoments {
-  double area = 0;
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
-
-  /// By Green's theorem; holes, being clockwise, subtract.
-  void add(const Ring2& ring) {
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
-      const double cross = a.x() * b.y() - b.x() * a.y();
-      area += cross / 2;
-      first += cross / 6 * (a + b);
-      const Eigen::Vector2d sum = a + b;
-      second += cross / 24 * (sum * sum.transpose() + a * a.transpose() + b * b.transpose());
-    }
+/// The integral of (u, v, 1)·(u, v, 1)ᵀ over a ring's area, by Green's theorem; negative for a hole, which is
+/// clockwise.
+inline Eigen::Matrix3d moments_of(const Ring2& ring) {
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < ring.size(); ++i) {  // a triangle with the origin for each edge
+    const Eigen::Vector3d o = Eigen::Vector3d::UnitZ(), a = ring[i].homogeneous(),
+                          b = ring[(i + 1) % ring.size()].homogeneous(), sum = o + a + b;
+    moments += (a.x() * b.y() - b.x() * a.y()) / 24 *
+               (sum * sum.transpose() + o * o.transpose() + a * a.transpose() + b * b.transpose());
   }
-};
+  return moments;
+}
 
 }  // namespace detail
 
@@ -119,19 +113,19 @@ inline std::vector<pcl::PlanarRegion<pcl::PointXYZ>> to_planar_regions(const Sur
   Eigen::Vector4f plane;
   plane << surface.plane.normal.cast<float>(), static_cast<float>(-surface.plane.offset);
   for (const Polygon& polygon : surface.polygons) {
-    detail::AreaMoments moments;
-    moments.add(polygon.outer);
-    for (const Ring2& hole : polygon.holes) moments.add(hole);
-    const Eigen::Vector2d mean = moments.first / moments.area;
+    Eigen::Matrix3d moments = detail::moments_of(polygon.outer);
+    for (const Ring2& hole : polygon.holes) moments += detail::moments_of(hole);
+    const double area = moments(2, 2);
+    const Eigen::Vector2d mean = moments.topRightCorner<2, 1>() / area;
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-    spread.topLeftCorner<2, 2>() = moments.second / moments.area - mean * mean.transpose();
+    spread.topLeftCorner<2, 2>() = moments.topLeftCorner<2, 2>() / area - mean * mean.transpose();
     spread(2, 2) = surface.rms_m * surface.rms_m;
     pcl::PointCloud<pcl::PointXYZ>::VectorType contour;
     for (const Eigen::Vector2d& uv : polygon.outer) {
       const Eigen::Vector3f p = surface.to_map(uv).cast<float>();
       contour.push_back({p.x(), p.y(), p.z()});
     }
-    const double share = surface.area_m2 > 0 ? moments.area / surface.area_m2 : 0;
+    const double share = surface.area_m2 > 0 ? area / surface.area_m2 : 0;
     regions.emplace_back(surface.to_map(mean).cast<float>(), (R * spread * R.transpose()).cast<float>(),
                          static_cast<unsigned>(std::lround(share * static_cast<double>(surface.inliers))),
                          contour, plane);

@@ -95,7 +95,6 @@ bool DriftFilter::is_new_view() const {
 
 /// First the sensor's error from what no motion explains, then both from what a motion could.
 void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Revisit& revisit) const {
-  constexpr int errors = sensor_error_size;
   // Common errors of views decorrelate over a span, so this many views count as one (autoregressive error).
   const double way = std::max(state_.travelled_m - state_.view_m, revisit_span_m / views_a_span);
   const double alike = 1 / std::tanh(way / (2 * revisit_span_m));
@@ -104,14 +103,15 @@ void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Re
   auto& P = h.covariance;
   State step = State::Zero();
   {
-    const SensorErrorCovariance own = P.bottomRightCorner<errors, errors>();
+    const SensorErrorCovariance own = P.bottomRightCorner<sensor_error_size, sensor_error_size>();
     const SensorErrorCovariance widened = SensorErrorCovariance::Identity() + own * information;
     const SensorErrorCovariance share = information * inverse(widened);
-    const Eigen::Matrix<double, State::RowsAtCompileTime, errors> of_errors = P.rightCols<errors>();
+    const Eigen::Matrix<double, State::RowsAtCompileTime, sensor_error_size> of_errors =
+        P.rightCols<sensor_error_size>();
     P = symmetric((P - of_errors * share * of_errors.transpose()).eval());
-    step = P.rightCols<errors>() * (right - information * h.errors);
+    step = P.rightCols<sensor_error_size>() * (right - information * h.errors);
   }
-  h.errors += step.tail<errors>();
+  h.errors += step.tail<sensor_error_size>();
   if (h.rate_m > 0) h.correction = moved(h.correction * T_given_, step.head<6>()) * T_given_.inverse();
   if (revisit.motion.size() == 0) return;
 
@@ -134,7 +134,7 @@ void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Re
   const double share = std::min(1.0, (freedom + dimensions) / (freedom + squared));
   step = share * across * weighted;
   P = symmetric((P - share * across * solver.solve(across.transpose())).eval());
-  h.errors += step.tail<errors>();
+  h.errors += step.tail<sensor_error_size>();
   if (h.rate_m > 0) h.correction = moved(T, step.head<6>()) * T_given_.inverse();
 }
 

@@ -1,14 +1,155 @@
-#include "alignment/locate_scan.hpp"
+// Finds the place of a scan, or of another map, in a complete map.
+#include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
 #include "sensing/downsample.hpp"
 #include "sensing/noise_model.hpp"
+#include "sensing/reading_code.hpp"
+#include "sensing/reading_model.hpp"
+#include "surfaces/map_state.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <octosurf/alignment.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/map_alignment.hpp>
 
 namespace octosurf {
+namespace {
+
+/// Throws Error(usage) for an empty map or an invalid reach.
+void require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentReach& reach) {
+  if (map == nullptr) throw Error(Error::Kind::usage, "map", "is null", "give the snapshot of a map");
+  const auto require = [](const char* name, double value, double most) {
+    if (!(value > 0 && value <= most))
+      throw Error(Error::Kind::usage, name, "is " + std::to_string(value),
+                  "must be in (0, " + std::to_string(most) + "]");
+  };
+  require("reach.translation_m", reach.translation_m, 10);
+  require("reach.rotation_rad", reach.rotation_rad, 0.5);
+}
+
+/// With the scan's known noise and further errors of its points.
+Alignment locate_scan(const Snapshot& map, alignment::NearSurfaces& surfaces, const Scan& scan,
+                      const sensing::NoiseModel& noise, const AlignmentReach& reach,
+                      const alignment::FitErrors& errors = {}) {
+  const alignment::RangeLimits limits{0, sensing::default_max_range(scan.sensor)};
+  const alignment::PoseSearch search(map, surfaces, scan, noise, limits, scan.T_map_sensor, reach, errors);
+  Alignment result;
+  result.samples = search.samples();
+  const std::optional<alignment::PoseFit> found = search.coarse(scan.T_map_sensor);
+  const alignment::PoseFit fit =
+      found ? *found
+            : search.fine(scan.T_map_sensor, alignment::uncertainty(reach.rotation_rad, map.resolution));
+  const alignment::Determined determined = alignment::determined_by(fit, map.resolution);
+  alignment::describe(fit, determined, reach, result);
+  result.disagreement = alignment::twist_between(scan.T_map_sensor, fit.T_map_sensor);
+  result.T_map_sensor =
+      found ? alignment::without_undetermined(scan.T_map_sensor, fit, determined) : scan.T_map_sensor;
+  result.outcome = found                                        ? AlignmentOutcome::corrected
+                   : fit.known < alignment::least_known_samples ? AlignmentOutcome::nothing_known
+                                                                : AlignmentOutcome::unexplained;
+  return result;
+}
+
+/// A point on a surface, in the frame of its map.
+struct Reading {
+  Eigen::Vector3d point, normal;
+  Eigen::Vector3d sensor;  ///< approximate sensor position
+  double off = 0;          ///< distance from its surface's plane, m
+};
+
+/// The region of the map that the other's points may meet within reach.
+class Neighbourhood {
+ public:
+  Neighbourhood(const Snapshot& map, const AlignmentReach& reach) : reach_(reach) {
+    Eigen::AlignedBox3d all;
+    for (const SurfacePtr& surface : map.surfaces) {
+      Eigen::AlignedBox3d box;
+      for (const Eigen::Vector3d& vertex : surface->boundary) box.extend(vertex);
+      if (box.isEmpty()) continue;
+      boxes_.push_back(box);
+      all.extend(box);
+    }
+    if (!all.isEmpty()) centre_ = all.center();
+  }
+  bool holds(const Eigen::Vector3d& p) const {
+    const double off = reach_.translation_m + reach_.rotation_rad * (p - centre_).norm();
+    return std::any_of(boxes_.begin(), boxes_.end(),
+                       [&](const auto& box) { return box.squaredExteriorDistance(p) <= off * off; });
+  }
+
+ private:
+  AlignmentReach reach_;
+  std::vector<Eigen::AlignedBox3d> boxes_;
+  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+};
+
+/// Surface by surface, so that neighbours in the list are mostly neighbours on one surface, as in a scan.
+std::vector<Reading> readings_near(const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other,
+                                   const Neighbourhood& near) {
+  std::map<SurfaceId, std::vector<Reading>> of_surface;
+  other.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
+    const Eigen::Vector3d point = p.position.cast<double>();
+    if (p.surface == 0 || !near.holds(T_map_other * point)) return;
+    const Plane& plane = other.surfaces.find(p.surface)->plane();
+    of_surface[p.surface].push_back({point, plane.normal,
+                                     point + sensing::range_of_class(p.range_class) * p.view.cast<double>(),
+                                     plane.signed_distance(point)});
+  });
+  std::vector<Reading> all;
+  for (const auto& [id, readings] : of_surface) all.insert(all.end(), readings.begin(), readings.end());
+  return all;
+}
+
+/// A surface seen at a grazing angle is not used.
+bool faces(const Reading& reading, const Eigen::Vector3d& place) {
+  const Eigen::Vector3d sight = place - reading.point;
+  return reading.normal.dot(sight) > sensing::ReadingModel::grazing_cosine * sight.norm();
+}
+
+/// The sensor position that most readings face.
+Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
+  constexpr std::size_t places = 100, judges = 1000;
+  const std::size_t step = std::max<std::size_t>(1, readings.size() / places);
+  const std::size_t stride = std::max<std::size_t>(1, readings.size() / judges);
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < readings.size(); i += step) {
+    std::size_t cos_incidence = 0;
+    for (std::size_t k = 0; k < readings.size(); k += stride)
+      cos_incidence += faces(readings[k], readings[i].sensor);
+    if (cos_incidence <= most) continue;
+    most = cos_incidence;
+    best = readings[i].sensor;
+  }
+  return best;
+}
+
+/// Ratio of the deviation of neighbouring points from their planes to the sensor's noise: poses that drifted
+/// during mapping cause common errors, unlike a scan's noise.
+double noise_factor(const std::vector<Reading>& readings, const Eigen::Vector3d& place,
+                    const sensing::NoiseModel& noise) {
+  constexpr std::size_t in_a_row = alignment::most_in_a_row;
+  double squares = 0, expected = 0;
+  for (std::size_t i = 0; i + in_a_row <= readings.size(); i += in_a_row) {
+    double off = 0;
+    for (std::size_t k = i; k < i + in_a_row; ++k) off += readings[k].off / in_a_row;
+    const auto range = static_cast<float>((readings[i].point - place).norm());
+    const double spread = noise.measured_sigma(sensing::range_class_of(range));
+    squares += off * off;
+    expected += spread * spread / in_a_row;
+  }
+  return expected > 0 ? std::max(1.0, std::sqrt(squares / expected)) : 1;
+}
+
+}  // namespace
 
 double Alignment::determined_length_m(const Twist& twist) const {
   double squares = 0;
@@ -28,54 +169,51 @@ struct Localizer::Impl {
 
 Localizer::Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach)
     : impl_(std::make_unique<Impl>(Impl{std::move(map), reach, {}})) {
-  alignment::require_reach(impl_->map, reach);
+  require_reach(impl_->map, reach);
 }
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
-void alignment::require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentReach& reach) {
-  if (map == nullptr) throw Error(Error::Kind::usage, "map", "is null", "give the snapshot of a map");
-  const auto require = [](const char* name, double value, double most) {
-    if (!(value > 0 && value <= most))
-      throw Error(Error::Kind::usage, name, "is " + std::to_string(value),
-                  "must be in (0, " + std::to_string(most) + "]");
-  };
-  require("reach.translation_m", reach.translation_m, 10);
-  require("reach.rotation_rad", reach.rotation_rad, 0.5);
-}
-
 Alignment Localizer::operator()(const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
   sensing::NoiseModel noise{Parameters()};
   noise.observe(scan);
-  return alignment::locate_scan(*impl_->map, impl_->surfaces, scan, noise, impl_->reach);
-}
-
-Alignment alignment::locate_scan(const Snapshot& map, alignment::NearSurfaces& surfaces, const Scan& scan,
-                                 const sensing::NoiseModel& noise, const AlignmentReach& reach,
-                                 const alignment::FitErrors& errors) {
-  const alignment::RangeLimits limits{0, sensing::default_max_range(scan.sensor)};
-  const alignment::PoseSearch search(map, surfaces, scan, noise, limits, scan.T_map_sensor, reach, errors);
-  Alignment result;
-  result.samples = search.samples();
-  const std::optional<alignment::PoseFit> found = search.coarse(scan.T_map_sensor);
-  const alignment::PoseFit fit =
-      found ? *found
-            : search.fine(scan.T_map_sensor, alignment::uncertainty(reach.rotation_rad, map.resolution));
-  const alignment::Determined determined = alignment::determined_by(fit, map.resolution);
-  alignment::describe(fit, determined, 1, reach, result);
-  result.disagreement = alignment::twist_between(scan.T_map_sensor, fit.T_map_sensor);
-  result.T_map_sensor =
-      found ? alignment::without_undetermined(scan.T_map_sensor, fit, determined) : scan.T_map_sensor;
-  result.outcome = found                                        ? AlignmentOutcome::corrected
-                   : fit.known < alignment::least_known_samples ? AlignmentOutcome::nothing_known
-                                                                : AlignmentOutcome::unexplained;
-  return result;
+  return locate_scan(*impl_->map, impl_->surfaces, scan, noise, impl_->reach);
 }
 
 Alignment align(const std::shared_ptr<const Snapshot>& map, const Scan& scan, const AlignmentReach& reach) {
   return Localizer(map, reach)(scan);
+}
+
+/// The points on the other map's surfaces are treated as one scan.
+MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& other,
+                        const Eigen::Isometry3d& T_map_other, const AlignmentReach& reach) {
+  require_rigid(T_map_other, "T_map_other");
+  require_reach(map, reach);
+  const surfaces::MapState& theirs = surfaces::state_of(other);
+  std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
+  Eigen::Isometry3d T_other_sensor = Eigen::Isometry3d::Identity();
+  T_other_sensor.translation() = best_place(readings);
+  Scan scan;
+  scan.name = "the other map";
+  scan.sensor = SensorKind::lidar;  // no range limit
+  scan.T_map_sensor = T_map_other * T_other_sensor;
+  const Eigen::Vector3d place = T_other_sensor.translation();
+  std::erase_if(readings, [&](const Reading& reading) { return !faces(reading, place); });
+  for (const Reading& reading : readings) scan.points.push_back((reading.point - place).cast<float>());
+  MapAlignment result{T_map_other, {}};
+  result.scan.outcome = AlignmentOutcome::nothing_known;
+  result.scan.T_map_sensor = scan.T_map_sensor;
+  if (!scan.points.empty()) {
+    alignment::FitErrors errors;
+    errors.noise_factor = noise_factor(readings, place, theirs.noise);
+    alignment::NearSurfaces surfaces;
+    result.scan = locate_scan(*map, surfaces, scan, theirs.noise, reach, errors);
+  }
+  if (result.scan.outcome == AlignmentOutcome::corrected)
+    result.T_map_other = result.scan.T_map_sensor * T_other_sensor.inverse();
+  return result;
 }
 
 }  // namespace octosurf

@@ -2,12 +2,17 @@
 
 #include "alignment/linear.hpp"
 #include "alignment/pose_fit.hpp"
+#include "geometry/moments.hpp"
+#include "geometry/voxel_key.hpp"
+#include "sensing/reading_code.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <tsl/robin_map.h>
+#include <utility>
 
 namespace octosurf::alignment {
 namespace {
@@ -17,6 +22,95 @@ constexpr double offset_spread = 0.01;                    // m
 constexpr std::size_t most_planes = 12, most_surfaces = 5;
 /// Triples whose normals span less volume determine a direction worse than a quarter as well as their planes.
 constexpr double least_volume = 0.25;
+
+constexpr std::size_t most_readings = 20000, most_found = 24;
+constexpr double patch_edge = 8;      // voxels: with some twenty of a camera's readings
+constexpr double least_readings = 6;  // of a patch: three for its plane, and as many to check it
+constexpr double same_normal = 0.99;  // cosine: patches' normals are accurate to a few degrees
+constexpr double same_plane = 2;      // voxels: distance from the plane
+
+struct ScanPatch {
+  geometry::Moments moments;  ///< about the sensor
+  double variance = 0;        ///< Σ of the readings' along the line of sight
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ(), centroid = Eigen::Vector3d::Zero();
+  bool on_plane = false;  ///< on the plane that is being collected
+};
+
+/// In the order of the scan's first reading in each.
+std::vector<ScanPatch> collect(const Scan& scan, const sensing::NoiseModel& noise, const RangeLimits& limits,
+                               double edge) {
+  std::vector<ScanPatch> patches;
+  tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> places;
+  const std::size_t step = std::max<std::size_t>(1, scan.points.size() / most_readings);
+  for (std::size_t i = 0; i < scan.points.size(); i += step) {
+    const Eigen::Vector3d point = scan.points[i].cast<double>();
+    const double range = point.norm();
+    if (!limits.hold(range) || range > edge * (1 << 19)) continue;
+    const auto [at, added] = places.try_emplace(
+        geometry::packed_cell((point / edge).array().floor().cast<int>().matrix()), patches.size());
+    if (added) patches.emplace_back();
+    ScanPatch& patch = patches[at->second];
+    patch.moments.add(point);
+    const double spread = noise.measured_sigma(sensing::range_class_of(static_cast<float>(range)));
+    patch.variance += spread * spread;
+  }
+  return patches;
+}
+
+/// Toward the sensor.
+Eigen::Vector3d normal_of(const geometry::PlaneFit& fit) {
+  return fit.normal.dot(fit.centroid) > 0 ? Eigen::Vector3d(-fit.normal) : fit.normal;
+}
+
+/// Keeps the flat ones, with their planes; most readings first.
+void keep_flat(std::vector<ScanPatch>& patches) {
+  std::erase_if(patches, [](ScanPatch& patch) {
+    if (patch.moments.count < least_readings) return true;
+    const geometry::PlaneFit fit = geometry::fit_plane(patch.moments);
+    patch.centroid = fit.centroid;
+    patch.normal = normal_of(fit);
+    const double noise = patch.variance / patch.moments.count;
+    return fit.variances[0] > 2 * noise || fit.variances[1] < 4 * fit.variances[0];
+  });
+  std::stable_sort(patches.begin(), patches.end(),
+                   [](const ScanPatch& a, const ScanPatch& b) { return a.moments.count > b.moments.count; });
+}
+
+/// A plane that many readings of one scan lie on, sensor's frame.
+struct ScanPlane {
+  Eigen::Vector3d normal;    ///< unit, toward the sensor
+  Eigen::Vector3d centroid;  ///< of its readings
+  double readings = 0;       ///< patches' readings, a measure of the visible area
+};
+
+/// The largest planes of a scan, largest first: patches of neighbouring readings that are flat within noise,
+/// joined where they are coplanar. Uses some ten thousand readings, independent of their order. O(readings).
+std::vector<ScanPlane> planes_of_scan(const Scan& scan, const sensing::NoiseModel& noise,
+                                      const RangeLimits& limits, double resolution) {
+  std::vector<ScanPatch> patches = collect(scan, noise, limits, patch_edge * resolution);
+  keep_flat(patches);
+  std::vector<ScanPlane> planes;
+  while (!patches.empty() && planes.size() < most_found) {
+    geometry::Moments all = patches.front().moments;
+    geometry::PlaneFit fit = geometry::fit_plane(all);
+    // Twice: readings collected by the first patch's plane give a better plane, which collects the rest.
+    for (int round = 0; round < 2; ++round) {
+      all = {};
+      for (ScanPatch& patch : patches) {
+        patch.on_plane = &patch == &patches.front() ||
+                         (std::fabs(patch.normal.dot(fit.normal)) > same_normal &&
+                          std::fabs(fit.normal.dot(patch.centroid - fit.centroid)) < same_plane * resolution);
+        if (patch.on_plane) all.add(patch.moments);
+      }
+      fit = geometry::fit_plane(all);
+    }
+    planes.push_back({normal_of(fit), fit.centroid, all.count});
+    std::erase_if(patches, [](const ScanPatch& patch) { return patch.on_plane; });
+  }
+  std::stable_sort(planes.begin(), planes.end(),
+                   [](const ScanPlane& a, const ScanPlane& b) { return a.readings > b.readings; });
+  return planes;
+}
 
 struct Match {
   const ScanPlane* plane;
@@ -108,11 +202,13 @@ std::vector<Triple> triples_of(std::span<const ScanPlane> planes) {
 
 }  // namespace
 
-std::vector<Eigen::Isometry3d> poses_by_planes(std::span<const ScanPlane> planes,
+std::vector<Eigen::Isometry3d> poses_by_planes(const Scan& scan, const sensing::NoiseModel& noise,
+                                               const RangeLimits& limits, double resolution,
                                                std::span<const AlignedSurface* const> surfaces,
                                                const Eigen::Isometry3d& start, const AlignmentReach& reach,
                                                std::size_t most) {
   const Matcher matcher(start, reach);
+  const std::vector<ScanPlane> planes = planes_of_scan(scan, noise, limits, resolution);
   std::vector<ScanPlane> known;
   std::vector<std::vector<Match>> candidates;
   for (const ScanPlane& plane : planes) {

@@ -2,6 +2,7 @@
 
 #include "alignment/linear.hpp"
 #include "sensing/reading_code.hpp"
+#include "sensing/reading_model.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -15,9 +16,6 @@ using Derivatives =
     Eigen::Matrix<double, 9, 1>;  // derivatives by the pose's twist, and by the surface's slopes and offset
 using Block = Eigen::Matrix<double, 9, 9>;
 
-/// Minimum cosine between a surface's normal and the line of sight: at grazing angles a reading may belong to
-/// objects in front or behind.
-constexpr double least_cos_incidence = 0.15;
 /// Minimum cosine for measuring range errors: below it, the plane's own error would count more than twice.
 constexpr double least_cos_for_errors = 0.5;
 constexpr double significant = 3;      // standard deviations within which a reading is explained
@@ -82,6 +80,22 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist) {
   return result;
 }
 
+TwistCovariance set_directions(const TwistCovariance& directions,
+                               const Eigen::Ref<const Eigen::VectorXd>& variances, double lever_m,
+                               const AlignmentReach& reach, Alignment& alignment) {
+  alignment.directions = directions;
+  alignment.determined = static_cast<int>(variances.size());
+  alignment.lever_m = lever_m;
+  Twist per_metre;
+  per_metre << Eigen::Vector3d::Constant(1 / lever_m), Eigen::Vector3d::Ones();
+  const TwistCovariance motions = per_metre.asDiagonal() * directions;
+  const double far = std::max(reach.translation_m, reach.rotation_rad * lever_m);
+  Twist all = Twist::Constant(far * far);
+  all.head(variances.size()) = variances;
+  alignment.covariance = motions * all.asDiagonal() * motions.transpose();
+  return motions;
+}
+
 struct PoseFitter::Sums {
   TwistCovariance information = TwistCovariance::Zero();
   Twist gradient = Twist::Zero();
@@ -113,7 +127,7 @@ std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose,
   for (std::uint32_t i = 0; i < samples_.size(); i += static_cast<std::uint32_t>(every)) {
     const Eigen::Vector3f relative = (pose.linear() * samples_[i].point).cast<float>();
     along.noalias() = planes.leftCols<3>() * relative;
-    const float cos_incidence = static_cast<float>(least_cos_incidence * samples_[i].range);
+    const float cos_incidence = static_cast<float>(sensing::ReadingModel::grazing_cosine * samples_[i].range);
     for (Eigen::Index s = 0; s < count; ++s)
       if (along[s] < -cos_incidence && std::fabs(along[s] + planes(s, 3)) < static_cast<float>(reach))
         pairings.push_back({i, static_cast<std::uint32_t>(s)});
@@ -146,68 +160,78 @@ struct PoseFitter::Match {
   bool explained() const { return distance * distance < significant * significant * certain; }
 };
 
-/// Matches one sample with the nearest of the surfaces that cover it, if within the gate. `known`: whether
-/// one covers it.
-std::optional<PoseFitter::Match> PoseFitter::match(const Eigen::Isometry3d& pose, double gate,
-                                                   std::span<const Pairing> candidates, bool& known) const {
-  const Sample& sample = samples_[candidates.front().sample];
+/// A sample at a pose: matched with the nearest of the surfaces that cover it, if within the gate.
+struct PoseFitter::Matched {
+  std::uint32_t sample;
+  bool known = false;  ///< a surface covers it
+  std::optional<Match> match{};
+  bool explained() const { return match && match->explained(); }
+};
+
+PoseFitter::Matched PoseFitter::match(const Eigen::Isometry3d& pose, double gate,
+                                      std::span<const Pairing> candidates) const {
+  Matched matched{candidates.front().sample};
+  const Sample& sample = samples_[matched.sample];
   const Eigen::Vector3d sensor = pose.translation(), arm = pose.linear() * sample.point;
   std::optional<Sighting> best;
   double nearest = gate;
   std::uint32_t which = 0;
-  known = false;
   for (const Pairing& candidate : candidates) {
     const AlignedSurface& surface = *surfaces_[candidate.surface];
     const Sighting sighting(surface, sensor, arm);
-    if (known && std::fabs(sighting.distance) >= nearest) continue;
+    if (matched.known && std::fabs(sighting.distance) >= nearest) continue;
     if (!sighting.covered_by(surface)) continue;
-    known = true;
+    matched.known = true;
     if (std::fabs(sighting.distance) >= nearest) continue;
     nearest = std::fabs(sighting.distance);
     which = candidate.surface;
     best = sighting;
   }
-  if (!best) return {};
+  if (!best) return matched;
   const AlignedSurface& surface = *surfaces_[which];
   // A mean of readings on both sides of an edge lies on neither.
   const Sighting first(surface, sensor, pose.linear() * sample.first),
       last(surface, sensor, pose.linear() * sample.last);
-  known = first.covered_by(surface) && last.covered_by(surface);
-  if (!known || std::fabs(first.distance) >= gate || std::fabs(last.distance) >= gate) return {};
+  matched.known = first.covered_by(surface) && last.covered_by(surface);
+  if (!matched.known || std::fabs(first.distance) >= gate || std::fabs(last.distance) >= gate) return matched;
 
   const Eigen::Vector3d& n = surface.plane.normal;
   Derivatives row;
   row.head<3>() = arm.cross(n);
   row.segment<3>(3) = n;
   row.tail<3>() << -best->in_surface.x(), -best->in_surface.y(), -1;
-  const double cosine =
-      std::max(sensing::NoiseModel::least_cos_incidence, std::fabs(n.dot(arm)) / sample.range);
+  const double cosine = std::max(sensing::ReadingModel::view_error, std::fabs(n.dot(arm)) / sample.range);
   const double spread = errors_.noise_factor * sample.spread, along_normal = spread * cosine;
   const double reading = along_normal * along_normal;
   const Eigen::Vector3d by_surface = row.tail<3>();
   const double certain = reading + by_surface.dot(surface.covariance * by_surface) +
                          by_surface.cwiseAbs2().dot(common_of(reading));
-  return Match{which, best->distance, reading, certain, row};
+  matched.match = {which, best->distance, reading, certain, row};
+  return matched;
 }
 
-void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
-                            std::vector<SurfaceSums>& of_surface) const {
-  bool known = false;
-  const std::optional<Match> matched = match(at.pose, at.gate, candidates, known);
-  sums.known += known ? 1 : 0;
-  if (!matched) return;
-  sums.explained += matched->explained() ? 1 : 0;
-  const Sample& sample = samples_[candidates.front().sample];
-  const double distance = matched->distance;
-  const Twist by_pose = matched->row.head<6>();
-  const double robust =
-      tukey_weight(distance, std::sqrt(matched->certain + by_pose.dot(at.uncertainty * by_pose)));
+template <class Visit>
+void PoseFitter::for_each_match(const Eigen::Isometry3d& pose, double gate, std::span<const Pairing> pairings,
+                                const Visit& visit) const {
+  for_each_sample(pairings, [&](auto candidates) { visit(match(pose, gate, candidates)); });
+}
+
+void PoseFitter::add_match(const Matched& matched, const TwistCovariance& uncertainty, Sums& sums,
+                           std::vector<SurfaceSums>& of_surface) const {
+  sums.known += matched.known ? 1 : 0;
+  sums.explained += matched.explained() ? 1 : 0;
+  if (!matched.match) return;
+  const Sample& sample = samples_[matched.sample];
+  const Match& match = *matched.match;
+  const double distance = match.distance;
+  const Twist by_pose = match.row.head<6>();
+  const double robust = tukey_weight(distance, std::sqrt(match.certain + by_pose.dot(uncertainty * by_pose)));
   if (robust == 0) return;
-  SurfaceSums& sum = of_surface[matched->surface];
+  SurfaceSums& sum = of_surface[match.surface];
   // Samples that share readings carry no more information than those readings.
-  const double weight = 1 / (sample.overlap * matched->reading);
-  sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(matched->row, robust * weight);
-  sum.right += robust * weight * distance * matched->row;
+  const double weight = 1 / (sample.overlap * match.reading);
+  sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(match.row, robust * weight);
+  sum.right += robust * weight * distance * match.row;
   sum.squares += robust * weight * distance * distance;
   sum.counted += robust / sample.overlap;
   sum.samples += 1 / sample.overlap;
@@ -261,7 +285,8 @@ double PoseFitter::disagreement_ratio(const Sums& sums) {
 PoseFitter::Sums PoseFitter::linearise(const Linearisation& at, std::span<const Pairing> pairings) const {
   std::vector<SurfaceSums> of_surface(surfaces_.size());
   Sums sums;
-  for_each_sample(pairings, [&](auto candidates) { add_sample(at, candidates, sums, of_surface); });
+  for_each_match(at.pose, at.gate, pairings,
+                 [&](const Matched& matched) { add_match(matched, at.uncertainty, sums, of_surface); });
   for (std::size_t s = 0; s < surfaces_.size(); ++s)
     if (of_surface[s].samples > 0) add_surface(*surfaces_[s], of_surface[s], sums);
   return sums;
@@ -270,45 +295,37 @@ PoseFitter::Sums PoseFitter::linearise(const Linearisation& at, std::span<const 
 Layout PoseFitter::lay(const Eigen::Isometry3d& pose) const {
   Layout layout;
   layout.readings.reserve(samples_.size());
-  for_each_sample(pair(pose, errors_.gate_m), [&](auto candidates) {
-    bool known = false;
-    const std::optional<Match> matched = match(pose, errors_.gate_m, candidates, known);
-    layout.known += known ? 1 : 0;
-    if (!matched) return;
-    layout.explained += matched->explained() ? 1 : 0;
-    if (std::fabs(matched->distance) < errors_.fine_gate_m())
-      layout.readings.push_back(
-          {samples_[candidates.front().sample].point, surfaces_[matched->surface], matched->reading});
+  for_each_match(pose, errors_.gate_m, pair(pose, errors_.gate_m), [&](const Matched& matched) {
+    layout.known += matched.known ? 1 : 0;
+    layout.explained += matched.explained() ? 1 : 0;
+    if (const auto& match = matched.match; match && std::fabs(match->distance) < errors_.fine_gate_m())
+      layout.readings.push_back({samples_[matched.sample].point, surfaces_[match->surface], match->reading});
   });
   return layout;
 }
 
 std::vector<PoseFitter::Verdict> PoseFitter::judge(const Eigen::Isometry3d& pose, double reach) const {
   std::vector<Verdict> verdicts(samples_.size(), Verdict::none);
-  for_each_sample(pair(pose, reach), [&](auto candidates) {
-    bool known = false;
-    const std::optional<Match> matched = match(pose, errors_.fine_gate_m(), candidates, known);
-    if (!known) return;
-    verdicts[candidates.front().sample] =
-        matched && matched->explained() ? Verdict::explained : Verdict::contradicted;
+  for_each_match(pose, errors_.fine_gate_m(), pair(pose, reach), [&](const Matched& matched) {
+    if (matched.known)
+      verdicts[matched.sample] = matched.explained() ? Verdict::explained : Verdict::contradicted;
   });
   return verdicts;
 }
 
 std::vector<sensing::NoiseModel::Residual> PoseFitter::residuals(const Eigen::Isometry3d& pose) const {
   std::vector<sensing::NoiseModel::Residual> residuals;
-  for_each_sample(pair(pose, errors_.gate_m), [&](auto candidates) {
-    bool known = false;
-    const std::optional<Match> matched = match(pose, errors_.fine_gate_m(), candidates, known);
-    if (!matched) return;
-    const Sample& sample = samples_[candidates.front().sample];
-    const Eigen::Vector3d& normal = surfaces_[matched->surface]->plane.normal;
+  for_each_match(pose, errors_.fine_gate_m(), pair(pose, errors_.gate_m), [&](const Matched& matched) {
+    if (!matched.match) return;
+    const Sample& sample = samples_[matched.sample];
+    const auto& [surface, distance, reading, certain, row] = *matched.match;
+    const Eigen::Vector3d& normal = surfaces_[surface]->plane.normal;
     const double cos_incidence = -normal.dot(pose.linear() * sample.point) / sample.range;
     if (cos_incidence < least_cos_for_errors) return;
     const auto range_class =
         static_cast<std::uint8_t>(sensing::range_class_of(static_cast<float>(sample.range)));
-    residuals.push_back({range_class, matched->surface, matched->distance / cos_incidence,
-                         sample.spread * sample.spread, cos_incidence});
+    residuals.push_back(
+        {range_class, surface, distance / cos_incidence, sample.spread * sample.spread, cos_incidence});
   });
   return residuals;
 }

@@ -18,6 +18,12 @@ namespace octosurf::alignment {
 Twist twist_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
 Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist);
 
+/// Fills in Alignment's directions, lever and covariance: the first directions have these variances, m², the
+/// others are unknown within `reach`. Returns the directions as twists.
+TwistCovariance set_directions(const TwistCovariance& directions,
+                               const Eigen::Ref<const Eigen::VectorXd>& variances, double lever_m,
+                               const AlignmentReach& reach, Alignment& alignment);
+
 /// The best pose by scan and surfaces.
 struct PoseFit {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
@@ -102,16 +108,19 @@ class PoseFitter {
   struct Sums;
   struct SurfaceSums;
   struct Match;
+  struct Matched;
   struct Linearisation {
     const Eigen::Isometry3d& pose;
     double gate;
     const TwistCovariance& uncertainty;  ///< of the pose: widens the weights' reach
   };
   Eigen::Vector3d common_of(double reading) const;
-  std::optional<Match> match(const Eigen::Isometry3d& pose, double gate, std::span<const Pairing> candidates,
-                             bool& known) const;
-  void add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
-                  std::vector<SurfaceSums>& of_surface) const;
+  Matched match(const Eigen::Isometry3d& pose, double gate, std::span<const Pairing> candidates) const;
+  template <class Visit>
+  void for_each_match(const Eigen::Isometry3d& pose, double gate, std::span<const Pairing> pairings,
+                      const Visit& visit) const;
+  void add_match(const Matched& matched, const TwistCovariance& uncertainty, Sums& sums,
+                 std::vector<SurfaceSums>& of_surface) const;
   static double unevenness(const SurfaceSums& of);
   void add_surface(const AlignedSurface& surface, const SurfaceSums& of, Sums& sums) const;
   static double disagreement_ratio(const Sums& sums);

@@ -2,7 +2,6 @@
 
 #include "alignment/linear.hpp"
 #include "alignment/plane_match.hpp"
-#include "alignment/scan_planes.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -48,11 +47,15 @@ double range_of(std::span<const Sample> samples) {
   return samples.empty() ? 0 : std::sqrt(squares / static_cast<double>(samples.size()));
 }
 
-/// The determined part of a twist, m; 0 otherwise.
+/// A twist along the directions, m.
 Twist along(const Determined& determined, const Twist& twist) {
-  Twist along = determined.directions.transpose() * determined.scale.cwiseInverse().asDiagonal() * twist;
-  along.tail(6 - determined.count).setZero();
-  return along;
+  return determined.directions.transpose() * determined.scale.cwiseInverse().asDiagonal() * twist;
+}
+/// Likewise; 0 along those that are not determined.
+Twist determined_part(const Determined& determined, const Twist& twist) {
+  Twist part = along(determined, twist);
+  part.tail(6 - determined.count).setZero();
+  return part;
 }
 
 }  // namespace
@@ -78,32 +81,27 @@ Determined determined_by(const PoseFit& fit, double resolution) {
   return determined;
 }
 
-double length(const Determined& determined, const Twist& twist) { return along(determined, twist).norm(); }
+double length(const Determined& determined, const Twist& twist) {
+  return determined_part(determined, twist).norm();
+}
 
 double deviations(const Determined& determined, const Twist& twist) {
-  return along(determined, twist).cwiseQuotient(determined.variances.cwiseSqrt()).norm();
+  return determined_part(determined, twist).cwiseQuotient(determined.variances.cwiseSqrt()).norm();
 }
 
 Eigen::Isometry3d without_undetermined(const Eigen::Isometry3d& start, const PoseFit& fit,
                                        const Determined& determined) {
-  Twist along = determined.directions.transpose() * determined.scale.cwiseInverse().asDiagonal() *
-                twist_between(start, fit.T_map_sensor);
-  for (int i = 0; i < determined.count; ++i) along[i] = 0;
-  return moved(fit.T_map_sensor, -(determined.scale.asDiagonal() * determined.directions * along));
+  Twist rest = along(determined, twist_between(start, fit.T_map_sensor));
+  rest.head(determined.count).setZero();
+  return moved(fit.T_map_sensor, -(determined.scale.asDiagonal() * determined.directions * rest));
 }
 
-void describe(const PoseFit& fit, const Determined& determined, double factor, const AlignmentReach& reach,
+void describe(const PoseFit& fit, const Determined& determined, const AlignmentReach& reach,
               Alignment& alignment) {
-  alignment.directions = determined.directions;
-  alignment.determined = determined.count;
-  alignment.lever_m = fit.lever_m;
+  set_directions(determined.directions, determined.variances.head(determined.count), fit.lever_m, reach,
+                 alignment);
   alignment.known = fit.known;
   alignment.explained = fit.explained;
-  Twist variances = factor * factor * determined.variances;
-  const double far = std::max(reach.translation_m, reach.rotation_rad * fit.lever_m);
-  variances.tail(6 - determined.count).setConstant(far * far);
-  const TwistCovariance motions = determined.scale.asDiagonal() * determined.directions;
-  alignment.covariance = motions * variances.asDiagonal() * motions.transpose();
 }
 
 PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan,
@@ -115,8 +113,8 @@ PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& 
       limits_(limits),
       resolution_(map.resolution),
       reach_(reach),
-      samples_(sample_scan(scan, noise, sample_count, least_exact * map.resolution / errors.noise_factor,
-                           limits.min_m, limits.max_m)),
+      samples_(
+          sample_scan(scan, noise, limits, sample_count, least_exact * map.resolution / errors.noise_factor)),
       near_(surfaces.in(map,
                         reachable_box(samples_, start, gate_voxels * map.resolution + reach.translation_m,
                                       reach.rotation_rad),
@@ -162,9 +160,8 @@ bool PoseSearch::speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d
 }
 
 std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const {
-  const std::vector<ScanPlane> planes =
-      planes_of_scan(scan_, noise_, limits_.min_m, limits_.max_m, resolution_);
-  std::vector<Eigen::Isometry3d> poses = poses_by_planes(planes, near_, start, reach_, most_poses);
+  std::vector<Eigen::Isometry3d> poses =
+      poses_by_planes(scan_, noise_, limits_, resolution_, near_, start, reach_, most_poses);
   poses.insert(poses.begin(), start);
   const double range = range_of(samples_);
   keep_best(poses, start, few, most_scored);

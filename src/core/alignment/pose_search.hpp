@@ -11,11 +11,6 @@
 
 namespace octosurf::alignment {
 
-/// Range limits of the readings used.
-struct RangeLimits {
-  double min_m = 0, max_m = 0;
-};
-
 /// Searches poses of one scan that agree with the surrounding surfaces.
 class PoseSearch {
  public:
@@ -32,11 +27,8 @@ class PoseSearch {
   /// The pose within reach of `start` that explains the scan best: candidates from matched planes, the best
   /// ones refined. None if too little is explained, or another pose explains nearly as much.
   std::optional<PoseFit> coarse(const Eigen::Isometry3d& start) const;
-  /// As PoseFitter's, like the next.
-  Layout lay(const Eigen::Isometry3d& pose) const { return fitter_.lay(pose); }
-  std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const {
-    return fitter_.residuals(pose);
-  }
+  /// Of the scan's samples and those surfaces.
+  const PoseFitter& fitter() const { return fitter_; }
   /// Whether the map contradicts significantly fewer samples at one pose than at another, in standard
   /// deviations under the hypothesis that both are equally good. Unseen places do not count: on a stair, new
   /// treads would lie on known ones if everything is placed one tread too low.
@@ -85,8 +77,8 @@ Determined determined_by(const PoseFit& fit, double resolution);
 Eigen::Isometry3d without_undetermined(const Eigen::Isometry3d& start, const PoseFit& fit,
                                        const Determined& determined);
 
-/// Fills in Alignment from a fit; the covariance is `factor`² times that of the readings.
-void describe(const PoseFit& fit, const Determined& determined, double factor, const AlignmentReach& reach,
+/// Fills in Alignment from a fit.
+void describe(const PoseFit& fit, const Determined& determined, const AlignmentReach& reach,
               Alignment& alignment);
 
 }  // namespace octosurf::alignment

@@ -16,6 +16,8 @@
 namespace octosurf::alignment {
 namespace {
 
+using geometry::packed_cell;
+
 constexpr std::size_t most_views = 2 * RecordingCheck::enough_views;  // effort, memory
 constexpr std::size_t readings_kept = 2000;  // of a view: as dense as cells, in a view of 60°
 /// Of a scan one reading in so many at most: neighbours on a line repeat each other. A lidar's lines make a
@@ -28,7 +30,7 @@ constexpr std::size_t least_views = 4;
 constexpr double cell_share = 0.015;
 /// The same where small errors are compared: a camera's noise, a degree's arc.
 constexpr double fine_cell_share = 0.006;
-constexpr double farthest_cell = (1 << 20) - 1;  // of 21 bits a coordinate in a key, its neighbours included
+constexpr double farthest_cell = (1 << 20) - 1;  // of geometry::packed_cell(), its neighbours included
 /// In the other form at most half of the readings may be unmatched, compared with the given form, and this
 /// share more matched. Wrong poses match a third by chance, right ones all but newly seen places.
 constexpr double alone_share = 0.5, more_laid = 0.2;
@@ -71,12 +73,6 @@ constexpr std::array trials{Trial{Meaning::late, 0.05, 0.02},
                             Trial{Meaning::turned_x, turn_rad, turn_rad / 2},
                             Trial{Meaning::turned_y, turn_rad, turn_rad / 2},
                             Trial{Meaning::turned_z, turn_rad, turn_rad / 2}};
-
-std::uint64_t key_of(const Eigen::Vector3i& cell) {
-  constexpr std::uint64_t mask = (1U << 21U) - 1;
-  return (static_cast<std::uint64_t>(cell.x()) & mask) << 42U |
-         (static_cast<std::uint64_t>(cell.y()) & mask) << 21U | (static_cast<std::uint64_t>(cell.z()) & mask);
-}
 
 bool is_form(Meaning meaning) { return static_cast<std::size_t>(meaning) < pose_forms; }
 
@@ -186,9 +182,9 @@ RecordingCheck::Laid RecordingCheck::share_laid(Meaning meaning, double value, d
         const Eigen::Vector3d at = *T * point.cast<double>().cwiseProduct(factors);
         if (!(at.array().abs() < farthest_cell).all()) continue;
         const Eigen::Vector3i middle = at.array().floor().cast<int>();
-        own.push_back(key_of(middle));
+        own.push_back(packed_cell(middle));
         for (int k = 0; tested && k < 27; ++k)
-          if (seen.contains(key_of(middle + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)))) {
+          if (seen.contains(packed_cell(middle + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)))) {
             ++laid;
             break;
           }
@@ -231,8 +227,8 @@ double RecordingCheck::share_seen_through(double scale) const {
   constexpr double before = 0.8;                          // of the nearest range of a bin
   const auto bin_of = [&](const Eigen::Vector3d& p) {
     const double azimuth = std::atan2(p.y(), p.x()), elevation = std::atan2(p.z(), p.head<2>().norm());
-    return key_of(Eigen::Vector3i(static_cast<int>(std::floor(azimuth / bin_rad)),
-                                  static_cast<int>(std::floor(elevation / bin_rad)), 0));
+    return packed_cell({static_cast<int>(std::floor(azimuth / bin_rad)),
+                        static_cast<int>(std::floor(elevation / bin_rad)), 0});
   };
   std::vector<double> shares;
   for (std::size_t k = 1; k < views_.size(); ++k) {

@@ -18,8 +18,6 @@ constexpr int level_voxels = 4;
 /// Cosine of the largest turn of a surface that counts as the same: 10°.
 constexpr double same_side = 0.985;
 constexpr int rounds = 3;
-/// Standard deviation of normal errors relative to the median of their size.
-constexpr double by_median = 1.4826;
 /// Minimum number of patches: twice the number of a pose's parameters.
 constexpr std::size_t fewest_patches = 12;
 
@@ -149,7 +147,7 @@ Revisit measure(std::span<const PatchObservation> observations, double travelled
     if (round > 0) {
       double noise = 0;
       for (const PatchRow& row : rows) noise += row.noise / static_cast<double>(rows.size());
-      const double deviation = by_median * geometry::median_of(offs);
+      const double deviation = geometry::deviation_per_median * geometry::median_of(offs);
       scatter = std::sqrt(std::max(least * least, (deviation * deviation - noise) / 2));
     }
   }
@@ -187,21 +185,11 @@ Revisit measure(std::span<const PatchObservation> observations, double travelled
 }
 
 void describe(const Revisit& revisit, const SensorErrors& errors, Alignment& alignment) {
-  const auto count = revisit.motion.size();
-  alignment.directions = revisit.all_directions;
-  alignment.determined = static_cast<int>(count);
-  alignment.lever_m = revisit.lever_m;
-  Twist in_metres;
-  in_metres << Eigen::Vector3d::Constant(1 / revisit.lever_m), Eigen::Vector3d::Ones();
-  const TwistCovariance motions = in_metres.asDiagonal() * revisit.all_directions;
-  const AlignmentReach reach;
-  const double far = std::max(reach.translation_m, reach.rotation_rad * revisit.lever_m);
-  Twist variances = Twist::Constant(far * far);
-  variances.head(count) = revisit.variances;
-  alignment.covariance = motions * variances.asDiagonal() * motions.transpose();
-  if (count == 0) return;
+  const TwistCovariance motions =
+      set_directions(revisit.all_directions, revisit.variances, revisit.lever_m, AlignmentReach(), alignment);
+  if (alignment.determined == 0) return;
   const auto along = (revisit.motion - revisit.by_error * errors).eval();
-  alignment.disagreement = motions.leftCols(count) * along;
+  alignment.disagreement = motions.leftCols(alignment.determined) * along;
   alignment.innovation_m = along.norm();
 }
 

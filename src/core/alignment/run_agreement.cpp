@@ -10,7 +10,7 @@ namespace {
 
 /// A step from one scan to the next is a jump if it exceeds the median by this many standard deviations
 /// (estimated from the median deviation, for a normal distribution) and is twice the median.
-constexpr double jump_deviations = 6, of_median_deviation = 1.4826;
+constexpr double jump_deviations = 6;
 /// m and rad: smaller steps are jitter of poses that stand still.
 constexpr double least_jump_m = 0.05, least_jump_rad = 0.02;
 /// Shares of the scans after the first contradiction: of those that contradict, and of those at which
@@ -26,7 +26,8 @@ double largest_step(const std::vector<double>& steps, double least) {
   const double usual = median_of(steps, 0);
   std::vector<double> off;
   for (const double one : steps) off.push_back(std::fabs(one - usual));
-  return std::max(least, usual + std::max(usual, jump_deviations * of_median_deviation * median_of(off, 0)));
+  return std::max(
+      least, usual + std::max(usual, jump_deviations * geometry::deviation_per_median * median_of(off, 0)));
 }
 
 }  // namespace

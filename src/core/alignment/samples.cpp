@@ -5,20 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <numeric>
 
 namespace octosurf::alignment {
 
 namespace {
 
-/// Consecutive readings averaged in one sample: at 2.5 m a camera's eight lie within two voxels of 2 cm.
-constexpr std::size_t most_in_a_row = 8;
 /// Neighbours on one surface, as a share of the range.
 constexpr double nearby = 0.05;
-
-bool within(double range, double min_range, double max_range) {  // NaN fails
-  return range >= min_range && range > 0 && range <= max_range;
-}
 
 /// A sample's range of readings in the scan.
 struct ReadingRange {
@@ -41,23 +36,22 @@ void note_overlap(const std::vector<ReadingRange>& of_sample, std::vector<Sample
 
 }  // namespace
 
-std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, std::size_t count,
-                                double most_spread, double min_range, double max_range) {
+std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, const RangeLimits& limits,
+                                std::size_t count, double most_spread) {
   std::vector<Sample> samples;
   std::vector<ReadingRange> of_sample;
   samples.reserve(count);
   of_sample.reserve(count);
   const std::size_t size = scan.points.size();
-  constexpr double golden_ratio = 0.6180339887498949;
   double place = 0;  // relative position in the scan
   // Missing readings leave their place empty, so that the others stay evenly spread.
   for (std::size_t i = 0; i < std::min(count, size); ++i) {
-    place += golden_ratio;
+    place += std::numbers::phi - 1;
     if (place >= 1) place -= 1;
     const std::size_t first = std::min(static_cast<std::size_t>(place * static_cast<double>(size)), size - 1);
     const Eigen::Vector3d start = scan.points[first].cast<double>();
     const double range = start.norm();
-    if (!within(range, min_range, max_range)) continue;
+    if (!limits.hold(range)) continue;
     Eigen::Vector3d sum = start, before = start;
     std::size_t at = first + 1;
     for (; at < std::min(first + most_in_a_row, size); ++at) {

@@ -18,10 +18,19 @@ struct Sample {
   double overlap = 1;           ///< mean number of samples that share each of its readings
 };
 
-/// At most `count` samples of the scan's readings between the ranges, spread evenly over it for any order
+/// Of the readings used, m.
+struct RangeLimits {
+  double min_m = 0, max_m = 0;
+  bool hold(double range) const { return range >= min_m && range > 0 && range <= max_m; }  ///< not for NaN
+};
+
+/// Consecutive readings averaged in one sample: at 2.5 m a camera's eight lie within two voxels of 2 cm.
+inline constexpr std::size_t most_in_a_row = 8;
+
+/// At most `count` samples of the scan's readings within the limits, spread evenly over it for any order
 /// (multiples of the golden ratio). Samples with a spread of more than `most_spread` are skipped. In a scan
 /// with few readings samples overlap. O(count), and a word for each reading of the scan.
-std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, std::size_t count,
-                                double most_spread, double min_range, double max_range);
+std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, const RangeLimits& limits,
+                                std::size_t count, double most_spread);
 
 }  // namespace octosurf::alignment

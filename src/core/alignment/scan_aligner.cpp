@@ -3,20 +3,19 @@
 #include "alignment/drift_filter.hpp"
 #include "alignment/revisit.hpp"
 #include "alignment/run_agreement.hpp"
-#include "alignment/scan_agreement.hpp"
+#include "sensing/reading_code.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <optional>
 
 namespace octosurf::alignment {
 namespace {
 
-/// Of the usual share of explained readings: below it, the pose is searched for farther away.
-constexpr double much_less = 0.8;
 /// Of the usual share of known readings: below it, the scan may be from elsewhere; also the minimum for
 /// accepting a distant pose.
 constexpr double half_known = 0.5;
@@ -66,7 +65,8 @@ class ScanAlignment {
   static double share_of(std::size_t count, std::size_t all) {
     return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, all));
   }
-  bool is_explained(double share) const { return share >= much_less * state_.usual_share; }
+  /// Else the pose is searched for farther away.
+  bool is_explained(double share) const { return share >= RunAgreement::much_less * state_.usual_share; }
   bool found_elsewhere(const PoseSearch& search, const PoseFit& fit, const Determined& determined) const;
   bool is_worth_a_search(double known_share) const;
   void note_jump(const PoseFit& fit, const Determined& determined);
@@ -154,12 +154,12 @@ bool ScanAlignment::is_worth_a_search(double known_share) const {
   const auto& failed_search = state_.failed_search;
   return !failed_search || state_.travelled_m - failed_search->travelled_m >= revisit_span_m ||
          known_share < half_known * failed_search->known ||
-         result_.alignment.explained_share() < much_less * failed_search->share;
+         result_.alignment.explained_share() < RunAgreement::much_less * failed_search->share;
 }
 
 void ScanAlignment::align(const PoseSearch& search, const std::function<bool()>& rejects) {
   Alignment& alignment = result_.alignment;
-  const Layout layout = search.lay(expected_);
+  const Layout layout = search.fitter().lay(expected_);
   alignment.samples = search.samples();
   alignment.known = layout.known;
   alignment.explained = layout.explained;
@@ -184,7 +184,7 @@ void ScanAlignment::align(const PoseSearch& search, const std::function<bool()>&
       alignment.known = found->known;
       alignment.explained = found->explained;
       if (found_elsewhere(search, *found, determined)) {
-        describe(*found, determined, 1, search.reach(), alignment);
+        describe(*found, determined, search.reach(), alignment);
         alignment.disagreement = twist_between(given_, found->T_map_sensor);
         alignment.innovation_m = length(determined, twist_between(expected_, found->T_map_sensor));
         note_jump(*found, determined);
@@ -224,13 +224,15 @@ AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& s
   result.state = record.state;
   result.alignment.T_map_sensor = scan.T_map_sensor;
   const std::shared_ptr<const Snapshot> published = map.snapshot.latest();
+  const auto shared_at = [](const PoseSearch& search, const Eigen::Isometry3d& pose) {
+    return sensing::NoiseModel::shared_variances(search.fitter().residuals(pose));
+  };
   const auto search_from = [&](const Eigen::Isometry3d& start) {
     return PoseSearch(*published, surfaces_, scan, map.noise, limits, start, AlignmentReach(),
                       {.common_share = common_share}, &map);
   };
-  if (!map.parameters.alignment.enabled) {
-    result.shared =
-        sensing::NoiseModel::shared_variances(search_from(scan.T_map_sensor).residuals(scan.T_map_sensor));
+  if (!map.parameters.align) {
+    result.shared = shared_at(search_from(scan.T_map_sensor), scan.T_map_sensor);
     return result;
   }
   ScanAlignment alignment(result, record.patches, scan, map.parameters);
@@ -238,12 +240,33 @@ AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& s
   alignment.align(search, [&] { return contradicts(agreement_of(map, scan, alignment.expected(), limits)); });
   const AlignmentOutcome outcome = result.alignment.outcome;
   const bool rejected = outcome == AlignmentOutcome::rejected;
-  if (!rejected)
-    result.shared = sensing::NoiseModel::shared_variances(search.residuals(result.alignment.T_map_sensor));
+  if (!rejected) result.shared = shared_at(search, result.alignment.T_map_sensor);
   if (rejected || outcome == AlignmentOutcome::unexplained)
     result.state.note_misfit(
         {result.alignment.T_map_sensor.translation(), farthest_reading(scan, limits.max_m), rejected});
   return result;
+}
+
+Agreement agreement_of(const surfaces::MapState& map, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                       const RangeLimits& limits) {
+  constexpr std::size_t samples = 400;  // effort: a share of 90 % is then known to 1.5 %
+  const double d = map.parameters.occupancy.resolution;
+  std::vector<occupancy::SightLine> lines;
+  for (std::size_t k = 0; k < samples && !scan.points.empty(); ++k) {
+    // Multiples of the golden ratio spread evenly over pictures and rings of any size.
+    const double place = std::fmod(static_cast<double>(k) * std::numbers::phi, 1);
+    const auto i = static_cast<std::size_t>(place * static_cast<double>(scan.points.size()));
+    const Eigen::Vector3d p = scan.points[i].cast<double>();
+    Eigen::Vector3d start = Eigen::Vector3d::Zero();
+    if (i < scan.origins.size()) start = scan.origins[i].cast<double>();
+    const double range = (p - start).norm();
+    if (!(range >= limits.min_m && range <= limits.max_m)) continue;  // NaN
+    const unsigned range_class = sensing::range_class_of(static_cast<float>(range)) & 0xf;
+    // Within a voxel and a deviation; with three, half of what a jump of 10 cm contradicts is near enough.
+    lines.push_back(
+        {T_map_sensor * start, T_map_sensor * p, d + std::sqrt(map.noise.reading_variance(range_class))});
+  }
+  return map.occupancy.agreement_with(lines);
 }
 
 }  // namespace octosurf::alignment

@@ -154,7 +154,7 @@ class Collector {
   /// By block, the boxes widened by h around the points in nearby blocks.
   std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> boxes_within_gap(
       const std::vector<PointId>& points) const {
-    constexpr occupancy::KeyBox empty{{occupancy::last_key, occupancy::last_key, occupancy::last_key},
+    constexpr occupancy::KeyBox empty{{geometry::VoxelGrid::last, geometry::VoxelGrid::last, geometry::VoxelGrid::last},
                                       {0, 0, 0}};
     std::map<VoxelBlocks::Place, occupancy::KeyBox> boxes;
     for (const PointId point : points) {

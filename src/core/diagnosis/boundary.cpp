@@ -53,15 +53,8 @@ class EdgeLabeller {
   }
 
  private:
-  std::optional<occupancy::OccupancyMap::Lookup> at(const Eigen::Vector3d& p) const {
-    geometry::VoxelKey key;
-    if (!state_.occupancy.grid().key_of(p.cast<float>(), key)) return {};
-    return state_.occupancy.at(key);
-  }
-  bool is_free(const Eigen::Vector3d& p) const {
-    const auto found = at(p);
-    return found && found->state == occupancy::OccupancyMap::State::free;
-  }
+  occupancy::OccupancyMap::Lookup at(const Eigen::Vector3d& p) const { return state_.occupancy.at(p); }
+  bool is_free(const Eigen::Vector3d& p) const { return at(p).state == occupancy::OccupancyMap::State::free; }
   double off_plane(const occupancy::VoxelPoint& p) const {
     return std::fabs(surface_.plane.signed_distance(p.position.cast<double>()));
   }
@@ -71,13 +64,13 @@ class EdgeLabeller {
     std::optional<occupancy::VoxelPoint> best;
     double nearest = 2 * d_;
     for (double t = -reach_off_plane_; t <= reach_off_plane_; t += d_ / 2) {
-      const auto found = at(vertex + t * normal_);
-      if (!found || !found->point || found->point->surface != surface_.id) continue;
-      const Eigen::Vector3d offset = found->point->position.cast<double>() - vertex;
+      const std::optional<occupancy::VoxelPoint> found = at(vertex + t * normal_).point;
+      if (!found || found->surface != surface_.id) continue;
+      const Eigen::Vector3d offset = found->position.cast<double>() - vertex;
       const double aside = (offset - offset.dot(normal_) * normal_).norm();
       if (aside >= nearest) continue;
       nearest = aside;
-      best = found->point;
+      best = found;
     }
     return best;
   }
@@ -86,9 +79,9 @@ class EdgeLabeller {
   bool obstacle_at(const Eigen::Vector3d& place, double tolerance) const {
     const double reach = tolerance + 1.5 * d_;
     for (double t = -reach; t <= reach; t += d_ / 2) {
-      const auto found = at(place + t * normal_);
-      if (!found || !found->point || found->point->surface == surface_.id) continue;
-      if (found->point->surface != 0 || off_plane(*found->point) > tolerance) return true;
+      const std::optional<occupancy::VoxelPoint> found = at(place + t * normal_).point;
+      if (!found || found->surface == surface_.id) continue;
+      if (found->surface != 0 || off_plane(*found) > tolerance) return true;
     }
     return false;
   }
@@ -97,7 +90,8 @@ class EdgeLabeller {
   /// below.
   bool open_at(const Eigen::Vector3d& place, const Eigen::Vector3d& view, double tolerance) const {
     const double depth = tolerance + d_ / 2;
-    if (is_free(place - depth / std::max(0.15, normal_.dot(view)) * view)) return true;
+    const double cosine = std::max(sensing::ReadingModel::grazing_cosine, normal_.dot(view));
+    if (is_free(place - depth / cosine * view)) return true;
     return is_free(place) && is_free(place - depth * normal_);
   }
 
@@ -110,9 +104,8 @@ class EdgeLabeller {
     const Eigen::Vector3d sight = to_sensor.normalized();
     const double farthest = to_sensor.norm() / class_spread;  // not beyond the sensor
     for (double t = d_; t < farthest; t += 0.7 * d_) {
-      const auto found = at(place + t * sight);
-      if (found && found->point && found->point->surface != surface_.id &&
-          off_plane(*found->point) > tolerance + d_)
+      const std::optional<occupancy::VoxelPoint> found = at(place + t * sight).point;
+      if (found && found->surface != surface_.id && off_plane(*found) > tolerance + d_)
         return EdgeKind::occluded;
     }
     const double away = -outward.dot(view), longest = range * class_spread, shortest = range / class_spread;

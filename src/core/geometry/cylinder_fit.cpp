@@ -13,7 +13,7 @@
 namespace octosurf::geometry {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double largest_radius = 2;  // m: beyond it the fit has diverged
 
 using Vector5d = Eigen::Matrix<double, 5, 1>;

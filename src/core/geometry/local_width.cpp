@@ -12,6 +12,8 @@
 namespace octosurf::geometry {
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
 /// Points by square cells, so that neighbours within a cell's edge are in nine of them.
 class PointCells {
  public:
@@ -59,11 +61,10 @@ class PointCells {
 };
 
 double width_around(const PointCells& cells, std::size_t i, double along) {
-  constexpr double all = std::numeric_limits<double>::infinity();
-  const Eigen::Matrix2d c = cells.covariance_around(i, {0, 0}, all);
+  const Eigen::Matrix2d c = cells.covariance_around(i, {0, 0}, infinity);
   const double difference = (c(0, 0) - c(1, 1)) / 2;
   double variance = c.trace() / 2 - std::hypot(difference, c(0, 1));
-  if (along < all) {
+  if (along < infinity) {
     const double angle = std::atan2(c(0, 1), difference) / 2;
     const Eigen::Vector2d axis(std::cos(angle), std::sin(angle)), across(-axis.y(), axis.x());
     variance = across.dot(cells.covariance_around(i, axis, along) * across);
@@ -77,16 +78,15 @@ std::optional<double> median_local_width(std::span<const Eigen::Vector2d> points
                                          double spacing, std::size_t most,
                                          std::span<const Eigen::Vector2d> spread, double along) {
   if (points.empty() || width <= spacing) return {};
-  constexpr double unknown = std::numeric_limits<double>::infinity();
   const PointCells cells(points, spread, 1.5 * width);
   const std::size_t stride = (points.size() - 1) / most + 1;
   std::vector<double> widths;
   for (std::size_t i = 0; i < points.size(); i += stride) {
     const double around = width_around(cells, i, along);
-    widths.push_back(around > spacing ? around : unknown);
+    widths.push_back(around > spacing ? around : infinity);
   }
   const double median = median_of(widths);
-  if (median == unknown) return {};
+  if (median == infinity) return {};
   return std::hypot(median, spacing);
 }
 

@@ -13,4 +13,7 @@ T median_of(std::vector<T>& values) {
   return *middle;
 }
 
+/// Standard deviation of normal values in medians of how far they lie off their middle.
+inline constexpr double deviation_per_median = 1.4826;
+
 }  // namespace octosurf::geometry

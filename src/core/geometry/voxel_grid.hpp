@@ -3,13 +3,16 @@
 #include "geometry/voxel_key.hpp"
 
 #include <Eigen/Core>
+#include <algorithm>
 
 namespace octosurf::geometry {
 
 /// Conversion between coordinates and keys, in OctoMap's arithmetic, so that trees agree bit by bit.
 class VoxelGrid {
  public:
-  static constexpr int origin = 32768;  ///< key of the voxel that starts at coordinate 0
+  static constexpr int origin = 32768;         ///< key of the voxel that starts at coordinate 0
+  static constexpr int last = 2 * origin - 1;  ///< highest key
+  static int clamped(int key) { return std::clamp(key, 0, last); }
 
   explicit VoxelGrid(double resolution) : resolution_(resolution), per_metre_(1.0 / resolution) {}
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,12 @@ inline constexpr std::array<VoxelStep, 6> face_steps{
 constexpr VoxelKey stepped(VoxelKey k, const VoxelStep& step) {
   return {static_cast<std::uint16_t>(k.x + step[0]), static_cast<std::uint16_t>(k.y + step[1]),
           static_cast<std::uint16_t>(k.z + step[2])};
+}
+
+/// Of a cell of some grid, whose coordinates are below 2²⁰ in size.
+inline std::uint64_t packed_cell(const Eigen::Vector3i& cell) {
+  const auto part = [](int v) { return static_cast<std::uint64_t>(v) & 0x1fffff; };
+  return part(cell.x()) << 42 | part(cell.y()) << 21 | part(cell.z());
 }
 
 /// Spreads the bits of packed keys over a hash table (the finaliser of splitmix64).

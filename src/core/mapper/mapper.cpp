@@ -1,6 +1,4 @@
-#include "alignment/scan_agreement.hpp"
 #include "alignment/scan_aligner.hpp"
-#include "mapper/adopt_surfaces.hpp"
 #include "mapper/map_change.hpp"
 #include "mapper/merge_maps.hpp"
 #include "mapper/stopwatch.hpp"
@@ -98,6 +96,8 @@ struct Mapper::Impl {
   /// By another cause than a scan. Throws before any change if ids could run out.
   ScanReport change_map(const std::string& what, std::size_t new_points, mapper::Effort effort,
                         const std::function<void(mapper::MapChange&)>& change_octree);
+  /// By occupied voxels that no scan was seen to hit.
+  ScanReport take_voxels(const std::function<occupancy::OccupancyDelta(occupancy::OccupancyMap&)>& take);
 
   Map map;
   int threads;
@@ -240,37 +240,36 @@ ScanReport Mapper::drain() {
   });
 }
 
-ScanReport Mapper::detect_in_occupancy() {
-  surfaces::MapState& state = surfaces::state_of(impl_->map);
-  return impl_->change_map("octree", 0, mapper::Effort::all, [&](mapper::MapChange& change) {
+ScanReport Mapper::Impl::take_voxels(
+    const std::function<occupancy::OccupancyDelta(occupancy::OccupancyMap&)>& take) {
+  surfaces::MapState& state = surfaces::state_of(map);
+  return change_map("octree", 0, mapper::Effort::all, [&](mapper::MapChange& change) {
     ScanReport& report = change.begin();
-    occupancy::OccupancyDelta delta;
-    mapper::Stopwatch time(report);
-    time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
+    const occupancy::OccupancyDelta delta =
+        mapper::Stopwatch(report)(Stage::occupancy, [&] { return take(state.occupancy); });
     observe_voxel_centres(delta.appeared, state);
     report.points_raw = report.voxels = delta.appeared.size();
     change.retract(delta);
   });
 }
 
+ScanReport Mapper::detect_in_occupancy() {
+  return impl_->take_voxels([](occupancy::OccupancyMap& octree) {
+    return occupancy::OccupancyDelta{.appeared = octree.adopt_occupied_voxels()};
+  });
+}
+
 ScanReport Mapper::replace_occupancy(const Map& other) {
-  surfaces::MapState& state = surfaces::state_of(impl_->map);
-  const double d = state.parameters.occupancy.resolution, theirs = other.parameters().occupancy.resolution;
+  const double d = surfaces::state_of(impl_->map).parameters.occupancy.resolution,
+               theirs = other.parameters().occupancy.resolution;
   // Files have six digits of it. At the octree's edge, 2¹⁵ voxels away, places are then less than one off.
   if (!(std::abs(theirs - d) <= 1e-5 * d))
     throw Error(Error::Kind::data, "octree",
                 "has voxels of " + std::to_string(theirs) + " m, and the map of " + std::to_string(d) + " m",
                 "write it anew at the map's resolution");
   if (&other == &impl_->map) return {};
-  return impl_->change_map("octree", 0, mapper::Effort::all, [&](mapper::MapChange& change) {
-    ScanReport& report = change.begin();
-    mapper::Stopwatch time(report);
-    const occupancy::OccupancyDelta delta =
-        time(Stage::occupancy, [&] { return state.occupancy.replace(surfaces::state_of(other).occupancy); });
-    observe_voxel_centres(delta.appeared, state);
-    report.points_raw = report.voxels = delta.appeared.size();
-    change.retract(delta);
-  });
+  return impl_->take_voxels(
+      [&](occupancy::OccupancyMap& octree) { return octree.replace(surfaces::state_of(other).occupancy); });
 }
 
 MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {

@@ -1,11 +1,13 @@
 // Creates points for octrees without any, as from OctoMap files.
+#include "geometry/voxel_key.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "occupancy/open_space.hpp"
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
 
 #include <optional>
+#include <tsl/robin_map.h>
 #include <tsl/robin_set.h>
+#include <vector>
 
 #include <octosurf/error.hpp>
 
@@ -13,6 +15,84 @@ namespace octosurf::occupancy {
 namespace {
 
 using geometry::VoxelKey;
+
+using State = OccupancyMap::State;
+
+bool is_free(const OccupancyMap& map, VoxelKey key) { return map.at(key).state == State::free; }
+
+/// Determines from which side occupied voxels were seen. The ray of a reading that ends behind a surface
+/// frees voxels there: pockets of free space from which nothing was seen. Around a sensor everything is free,
+/// and its rays connect that space with what it saw. Open is free space that is face-connected with an
+/// aligned cube of 4³ free voxels; rays of outliers, few and a voxel wide, do not fill such a cube. In a map
+/// without one all free space is open, and in a map without free space unknown space is. Results are cached:
+/// free space must not change meanwhile.
+class OpenSpace {
+ public:
+  OpenSpace(const OccupancyMap& map, const VoxelTree& tree);
+  /// O(1) amortised: visits only as much of a component as is needed to decide.
+  bool contains(VoxelKey key);
+
+ private:
+  static constexpr int cube_edge = 4;  // voxels
+
+  bool in_free_cube(VoxelKey key);
+  bool is_connected(VoxelKey key);
+
+  const OccupancyMap& map_;
+  enum class Rule { connected, free, unknown } rule_;
+  tsl::robin_map<std::uint64_t, bool, geometry::PackedKeyHash> cubes_;  ///< whether all free
+  tsl::robin_map<std::uint64_t, bool, geometry::PackedKeyHash> open_;   ///< free voxels outside such cubes
+};
+
+OpenSpace::OpenSpace(const OccupancyMap& map, const VoxelTree& tree) : map_(map), rule_(Rule::unknown) {
+  tree.visit_leaves([&](const VoxelTree::Node& leaf, VoxelKey corner) {
+    if (rule_ == Rule::connected || tree.occupied(leaf.log_odds())) return;
+    rule_ = in_free_cube(corner) ? Rule::connected : Rule::free;
+  });
+}
+
+bool OpenSpace::in_free_cube(VoxelKey key) {
+  const auto down = [](std::uint16_t v) { return static_cast<std::uint16_t>(v / cube_edge * cube_edge); };
+  const VoxelKey corner{down(key.x), down(key.y), down(key.z)};
+  const auto [entry, is_new] = cubes_.try_emplace(corner.packed(), true);
+  for (int i = 0; is_new && i < cube_edge * cube_edge * cube_edge; ++i)
+    if (!is_free(map_,
+                 stepped(corner, {i % cube_edge, i / cube_edge % cube_edge, i / cube_edge / cube_edge}))) {
+      entry.value() = false;
+      break;
+    }
+  return entry->second;
+}
+
+bool OpenSpace::contains(VoxelKey key) {
+  if (rule_ == Rule::unknown) return map_.at(key).state == State::unknown;
+  return is_free(map_, key) && (rule_ == Rule::free || is_connected(key));
+}
+
+bool OpenSpace::is_connected(VoxelKey key) {
+  if (in_free_cube(key)) return true;
+  const auto [seed, is_new] = open_.try_emplace(key.packed(), false);
+  if (!is_new) return seed->second;
+  std::vector<VoxelKey> component{key};
+  bool open = false;
+  for (std::size_t i = 0; i < component.size() && !open; ++i)
+    for (const geometry::VoxelStep& step : geometry::face_steps) {
+      const VoxelKey next = stepped(component[i], step);
+      if (!is_free(map_, next)) continue;
+      if (in_free_cube(next)) {
+        open = true;
+        break;
+      }
+      const auto [entry, unvisited] = open_.try_emplace(next.packed(), false);
+      if (unvisited)
+        component.push_back(next);
+      else if (entry->second)  // otherwise a pocket would be visited completely
+        open = true;
+    }
+  if (open)
+    for (const VoxelKey k : component) open_[k.packed()] = true;
+  return open;
+}
 
 std::int64_t cube(std::int64_t edge) { return edge * edge * edge; }
 

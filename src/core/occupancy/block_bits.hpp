@@ -1,6 +1,6 @@
 #pragma once
 
-#include "geometry/morton.hpp"
+#include "occupancy/key_box.hpp"
 
 #include <array>
 #include <cstdint>
@@ -11,26 +11,15 @@
 
 namespace octosurf::occupancy {
 
-/// Inclusive box of voxel keys.
-struct RayBox {
-  std::array<int, 3> min{}, max{};
-
-  bool contains(const std::array<std::uint16_t, 3>& key) const {
-    for (std::size_t a = 0; a < 3; ++a)
-      if (key[a] < min[a] || key[a] > max[a]) return false;
-    return true;
-  }
-};
-
 /// Maps the voxels of a box to bit addresses: the nine low bits are the Morton index inside a block of 8³
 /// voxels (one cache line), the higher bits interleave the block's coordinates as far as the box extends
 /// along each axis. Addresses wrap around, so the box may lie anywhere. To step along an axis, add with the
 /// other axes' bits set to ones.
 class BlockAddress {
  public:
-  void fit(const RayBox& box) {
+  void fit(const KeyBox& box) {
     std::array<unsigned, 3> bits;
-    for (std::size_t a = 0; a < 3; ++a) bits[a] = bits_for(box.min[a], box.max[a]);
+    for (std::size_t a = 0; a < 3; ++a) bits[a] = bits_for(box.low[a], box.high[a]);
     if (bits == bits_) return;
     bits_ = bits;
     mask = {0, 0, 0};

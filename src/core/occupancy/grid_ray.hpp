@@ -8,12 +8,22 @@
 #include <cstdlib>
 #include <limits>
 
-#include <octosurf/adapters/detail/scan_rays.hpp>
-
 namespace octosurf::occupancy {
 
-using detail::GridOrigin;
-using detail::GridRay;
+/// One ray of a scan, from the sensor to where it ends.
+struct GridRay {
+  std::array<float, 3> end;          ///< map frame, m
+  std::array<std::uint16_t, 3> key;  ///< voxel of `end`, as OctoMap's OcTreeKey
+  bool hit = true;                   ///< that voxel is hit; else the ray was cut there
+  bool to_centre = true;             ///< `end` is the centre of that voxel
+};
+
+/// Where the rays start, and the voxel edge.
+struct GridOrigin {
+  std::array<float, 3> position{};  ///< map frame, m
+  std::array<std::uint16_t, 3> key{};
+  double resolution = 0;
+};
 
 /// State of a walk from voxel to voxel (Amanatides & Woo, 1987) in the arithmetic of OctoMap's
 /// `computeRayKeys`, so that both pass the same voxels to the last bit.
@@ -37,7 +47,8 @@ struct GridWalk {
       if (sign[a] == 0) {
         t[a] = dt[a] = std::numeric_limits<double>::max();
       } else {
-        double border = (static_cast<double>(from.key[a] - 32768) + 0.5) * from.resolution;
+        const int key = from.key[a] - geometry::VoxelGrid::origin;
+        double border = (static_cast<double>(key) + 0.5) * from.resolution;
         border += static_cast<double>(static_cast<float>(sign[a] * from.resolution * 0.5));
         t[a] = (border - static_cast<double>(from.position[a])) / d;
         dt[a] = from.resolution / std::fabs(d);

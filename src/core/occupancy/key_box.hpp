@@ -10,16 +10,16 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf::occupancy {
 
 /// A voxel's key as signed numbers, which may be outside the octree.
 using Key3 = std::array<int, 3>;
 
-inline constexpr int last_key = 65535;
+using geometry::VoxelGrid;
 
-inline double centre_of(int key, double resolution) {
-  return (key - geometry::VoxelGrid::origin + 0.5) * resolution;
-}
+inline double centre_of(int key, double resolution) { return (key - VoxelGrid::origin + 0.5) * resolution; }
 inline Eigen::Vector3d centre_of(const Key3& key, double resolution) {
   return {centre_of(key[0], resolution), centre_of(key[1], resolution), centre_of(key[2], resolution)};
 }
@@ -35,7 +35,7 @@ inline std::array<std::uint16_t, 3> corner_of(const Key3& key) {
 
 /// A box of voxels, both ends included; empty if an end precedes its beginning.
 struct KeyBox {
-  Key3 low{0, 0, 0}, high{last_key, last_key, last_key};
+  Key3 low{0, 0, 0}, high{VoxelGrid::last, VoxelGrid::last, VoxelGrid::last};
 
   static KeyBox cube(const Key3& corner, int level) {
     const int edge = (1 << level) - 1;
@@ -62,12 +62,18 @@ struct KeyBox {
     return true;
   }
   bool holds(const KeyBox& other) const { return holds(other.low) && holds(other.high); }
-  bool holds(const Key3& key) const {
+  template <class Key>  // Key3, or OctoMap's
+  bool holds(const std::array<Key, 3>& key) const {
     for (std::size_t i = 0; i < 3; ++i)
       if (key[i] < low[i] || key[i] > high[i]) return false;
     return true;
   }
 };
+
+/// Throws Error(usage).
+inline void require_box(const Eigen::AlignedBox3d& box) {
+  if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");
+}
 
 /// The voxels whose centres lie in a closed box.
 inline KeyBox keys_in(const Eigen::AlignedBox3d& box, double resolution) {
@@ -75,15 +81,15 @@ inline KeyBox keys_in(const Eigen::AlignedBox3d& box, double resolution) {
   for (std::size_t i = 0; i < 3; ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
     const auto near = [&](double coordinate) {
-      const double key = coordinate / resolution + geometry::VoxelGrid::origin - 0.5;
-      return static_cast<int>(std::clamp(std::nearbyint(key), -1.0, last_key + 1.0));
+      const double key = coordinate / resolution + VoxelGrid::origin - 0.5;
+      return static_cast<int>(std::clamp(std::nearbyint(key), -1.0, VoxelGrid::last + 1.0));
     };
     // The division may round across a centre, so the centres are compared themselves.
     int low = near(box.min()[axis]), high = near(box.max()[axis]);
     if (centre_of(low, resolution) < box.min()[axis]) ++low;
     if (centre_of(high, resolution) > box.max()[axis]) --high;
     keys.low[i] = std::max(0, low);
-    keys.high[i] = std::min(last_key, high);
+    keys.high[i] = std::min(VoxelGrid::last, high);
   }
   return keys;
 }
@@ -94,8 +100,8 @@ inline KeyBox keys_that_meet(const Eigen::AlignedBox3d& box, double resolution) 
   for (std::size_t i = 0; i < 3; ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
     const auto key = [&](double coordinate) {
-      return static_cast<int>(std::clamp(std::floor(coordinate / resolution) + geometry::VoxelGrid::origin,
-                                         -1.0, last_key + 1.0));
+      return static_cast<int>(
+          std::clamp(std::floor(coordinate / resolution) + VoxelGrid::origin, -1.0, VoxelGrid::last + 1.0));
     };
     keys.low[i] = key(box.min()[axis]);
     keys.high[i] = key(box.max()[axis]);

@@ -30,7 +30,8 @@ class NearestSearch {
     for (std::size_t i = 0; i < 3; ++i) {
       const double place =
           point_[static_cast<Eigen::Index>(i)] / resolution_ + geometry::VoxelGrid::origin - 0.5;
-      nearest_[i] = static_cast<int>(std::clamp(std::ceil(place - 0.5), 0.0, double{last_key}));
+      nearest_[i] =
+          static_cast<int>(std::clamp(std::ceil(place - 0.5), 0.0, double{geometry::VoxelGrid::last}));
     }
     below(tree_.root(), {0, 0, 0});
   }

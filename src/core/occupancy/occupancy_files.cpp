@@ -1,6 +1,5 @@
 // The octree's way to and from bytes. OctoMap's own readers recurse without a limit and read on
 // past the end of a file, so its two formats are parsed here, with both checked.
-#include "geometry/morton.hpp"
 #include "occupancy/key_box.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
@@ -26,12 +25,6 @@ constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
 // Memory limit for a .bt, which has two bits for a voxel: a scanned building takes 37 times its size, and the
 // maximum is 144 times.
 constexpr std::size_t free_bytes = std::size_t{32} << 20, bytes_per_file_byte = 64;
-
-geometry::VoxelKey child_key(geometry::VoxelKey key, unsigned child, int level) {
-  return {static_cast<std::uint16_t>(key.x | (child & 1) << level),
-          static_cast<std::uint16_t>(key.y | (child >> 1 & 1) << level),
-          static_cast<std::uint16_t>(key.z | (child >> 2 & 1) << level)};
-}
 
 /// OctoMap's .bt: two bits a child, in preorder; undivided where eight children are equal.
 class BtWriter {
@@ -116,7 +109,7 @@ class TreeReader {
   struct Subject {
     std::string where, damage, hint;
   };
-  using Key = geometry::VoxelKey;
+  using Key = occupancy::Key3;
 
   /// `source` gives the next bytes; none: it ends there.
   TreeReader(occupancy::VoxelTree& tree, const std::function<std::string()>& source, Subject subject,
@@ -124,7 +117,7 @@ class TreeReader {
       : tree_(tree), source_(source), subject_(std::move(subject)), most_bytes_(most_bytes) {}
 
   /// A map's own: a byte of child bits; without any log-odds, and its point.
-  void read_own(Key corner = {}, int level = top) {
+  void read_own(const Key& corner = {}, int level = top) {
     const auto mask = get<std::uint8_t>();
     if (mask == 0) {
       const auto log_odds = get_log_odds();
@@ -133,16 +126,16 @@ class TreeReader {
       const auto payload = get<occupancy::VoxelPayload>();
       if (!payload.has_point()) fail("a point has no distance class");
       if (level != 0 || !tree_.occupied(log_odds)) fail("a point stands in a voxel that cannot hold one");
-      tree_.make_payload(corner) = payload;
+      tree_.make_payload(occupancy::key_of(corner)) = payload;
       return;
     }
     divide(corner, level);
     for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) read_own(child_key(corner, c, level - 1), level - 1);
+      if (mask >> c & 1) read_own(occupancy::child_corner(corner, c, level - 1), level - 1);
   }
 
   /// OctoMap's .ot: log-odds and `dropped` bytes, then a byte of child bits.
-  void read_ot(std::size_t dropped, Key corner = {}, int level = top) {
+  void read_ot(std::size_t dropped, const Key& corner = {}, int level = top) {
     ++nodes_;
     const auto log_odds = get_log_odds();
     for (std::size_t i = 0; i < dropped; ++i) get<std::uint8_t>();
@@ -150,11 +143,11 @@ class TreeReader {
     if (mask == 0) return set_leaf(corner, level, log_odds);
     divide(corner, level);
     for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) read_ot(dropped, child_key(corner, c, level - 1), level - 1);
+      if (mask >> c & 1) read_ot(dropped, occupancy::child_corner(corner, c, level - 1), level - 1);
   }
 
   /// OctoMap's .bt: two bits a child: 00 unknown, 01 free (low bit first), 10 occupied, 11 has children.
-  void read_bt(Key corner = {}, int level = top) {
+  void read_bt(const Key& corner = {}, int level = top) {
     ++nodes_;
     const auto bits = get<std::uint16_t>();
     if (bits == 0) return set_leaf(corner, level, 0);  // OctoMap's value for an unset node
@@ -163,11 +156,11 @@ class TreeReader {
       const unsigned kind = bits >> (2 * c) & 3;
       nodes_ += kind == 1 || kind == 2;
       if (kind == 1 || kind == 2)
-        set_leaf(child_key(corner, c, level - 1), level - 1,
+        set_leaf(occupancy::child_corner(corner, c, level - 1), level - 1,
                  kind == 1 ? tree_.model().clamp_min : tree_.model().clamp_max);
     }
     for (unsigned c = 0; c < 8; ++c)
-      if ((bits >> (2 * c) & 3) == 3) read_bt(child_key(corner, c, level - 1), level - 1);
+      if ((bits >> (2 * c) & 3) == 3) read_bt(occupancy::child_corner(corner, c, level - 1), level - 1);
   }
 
   std::size_t nodes() const { return nodes_; }  ///< of OctoMap's
@@ -188,11 +181,12 @@ class TreeReader {
  private:
   static constexpr int top = occupancy::VoxelTree::top_level, brick = occupancy::VoxelTree::brick_level;
 
-  void divide(Key corner, int level) {
+  void divide(const Key& corner, int level) {
     if (level == 0) fail("deeper than 16 levels");
-    if (level == brick) brick_ = &tree_.make_brick(corner);
+    if (level == brick) brick_ = &tree_.make_brick(occupancy::key_of(corner));
   }
-  void set_leaf(Key corner, int level, float log_odds) {
+  void set_leaf(const Key& at, int level, float log_odds) {
+    const geometry::VoxelKey corner = occupancy::key_of(at);
     // Most leaves are in bricks: descending from the root to each would take half of the time.
     if (level < brick)
       occupancy::VoxelTree::set_leaf(*brick_, corner, level, log_odds);

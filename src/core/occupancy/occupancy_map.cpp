@@ -92,40 +92,6 @@ OccupancyDelta OccupancyMap::insert(const sensing::VoxelScan& scan, const sensin
   return apply(RayTracer(grid_)(scan, index, threads), scan, planes);
 }
 
-namespace {
-
-/// Decides which points are kept when two octrees are merged.
-struct MergePolicy {
-  const geometry::VoxelGrid& grid;
-  OccupancyMap::Merged merged;
-
-  void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
-    merged.delta.vanished.push_back(point_of(payload, grid, key));
-  }
-
-  void meet(VoxelPayload& payload, const VoxelPayload& theirs, geometry::VoxelKey key) {
-    const VoxelPoint before = point_of(payload, grid, key);
-    const bool had_point = payload.has_point();
-    if (had_point && theirs.range_class >= payload.range_class) return;
-    payload = theirs;
-    payload.surface = before.surface & 0xffffff;
-    if (had_point) {
-      merged.delta.refined.push_back({before, point_of(payload, grid, key)});
-    } else {
-      merged.delta.appeared.push_back(point_of(payload, grid, key));
-      merged.surfaces.push_back(theirs.surface);
-    }
-  }
-};
-
-}  // namespace
-
-OccupancyMap::Merged OccupancyMap::merge(const OccupancyMap& other) {
-  MergePolicy policy{grid_, {}};
-  tree_->add(*other.tree_, policy);
-  return std::move(policy.merged);
-}
-
 bool OccupancyMap::empty() const { return tree_->empty(); }
 
 OccupancyMap::Lookup OccupancyMap::at(geometry::VoxelKey key) const {
@@ -134,6 +100,11 @@ OccupancyMap::Lookup OccupancyMap::at(geometry::VoxelKey key) const {
   Lookup lookup{tree_->occupied(found.log_odds) ? State::occupied : State::free, found.log_odds, {}};
   if (found.payload != nullptr) lookup.point = point_of(*found.payload, grid_, key);
   return lookup;
+}
+
+OccupancyMap::Lookup OccupancyMap::at(const Eigen::Vector3d& point) const {
+  geometry::VoxelKey key;
+  return grid_.key_of(point.cast<float>(), key) ? at(key) : Lookup{};
 }
 
 void OccupancyMap::begin_changes() { tree_->begin_changes(); }

@@ -46,15 +46,15 @@ struct OccupancyDelta {
   struct Refined {
     VoxelPoint before, after;  ///< same key and surface
   };
-  std::vector<VoxelPoint> appeared;  ///< pending, surface 0
-  std::vector<VoxelPoint> vanished;  ///< their former points
-  std::vector<Refined> refined;
+  std::vector<VoxelPoint> appeared{};  ///< pending, surface 0
+  std::vector<VoxelPoint> vanished{};  ///< their former points
+  std::vector<Refined> refined{};
   /// Hits in voxels that belong to a surface and keep their point.
   struct Confirmed {
     SurfaceId surface;
     std::uint32_t end;  ///< index into the scan's ends
   };
-  std::vector<Confirmed> confirmed;
+  std::vector<Confirmed> confirmed{};
 };
 
 /// From where a reading was taken, m, map frame, and how far from it matter may be the same.
@@ -136,6 +136,7 @@ class OccupancyMap {
     std::optional<VoxelPoint> point;
   };
   Lookup at(geometry::VoxelKey key) const;
+  Lookup at(const Eigen::Vector3d& point) const;  ///< unknown outside
 
   void assign(const VoxelPoint& point, SurfaceId surface);  ///< faster with its `place`
   void assign(geometry::VoxelKey key, SurfaceId surface);   ///< no-op without a point

@@ -1,4 +1,5 @@
 #include "geometry/voxel_grid.hpp"
+#include "occupancy/cubes.hpp"
 #include "occupancy/nearest_voxel.hpp"
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
@@ -22,7 +23,6 @@ using occupancy::ints;
 using occupancy::Key3;
 using occupancy::key_of;
 using occupancy::KeyBox;
-using occupancy::last_key;
 using Node = occupancy::VoxelTree::Node;
 
 /// Calls `visit(node, corner)` for the bricks and uniform cubes that meet a box, those with known voxels or
@@ -152,10 +152,6 @@ void require_finite(const Eigen::Vector3d& point, const char* where) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
 }
 
-void require_box(const Eigen::AlignedBox3d& box) {
-  if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");
-}
-
 }  // namespace
 
 OccupancyView::OccupancyView() = default;
@@ -167,7 +163,7 @@ float OccupancyView::occupied_from() const { return tree_ ? tree_->model().occup
 Voxel OccupancyView::at(const Eigen::Vector3d& point) const {
   if (tree_ == nullptr) return {};
   const Eigen::Array3d scaled = (point / resolution_).array() + geometry::VoxelGrid::origin;
-  if (!(scaled >= 0).all() || !(scaled < last_key + 1).all()) return {};
+  if (!(scaled >= 0).all() || !(scaled < geometry::VoxelGrid::last + 1).all()) return {};
   const Key3 key{static_cast<int>(scaled.x()), static_cast<int>(scaled.y()), static_cast<int>(scaled.z())};
   return voxel(key_of(key));
 }
@@ -203,7 +199,7 @@ std::optional<Voxel> OccupancyView::first_on_way(const Eigen::Vector3d& from, co
 
 void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
                                       const std::function<bool(const Voxel&)>& visit) const {
-  require_box(box);
+  occupancy::require_box(box);
   if (tree_ == nullptr || box.isEmpty()) return;
   const KeyBox keys = occupancy::keys_in(box, resolution_);
   const auto one = [&](const Key3& key, float log_odds, const occupancy::VoxelPayload* payload) {
@@ -230,7 +226,7 @@ void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
 }
 
 OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const {
-  require_box(box);
+  occupancy::require_box(box);
   Count count;
   if (tree_ == nullptr || box.isEmpty()) return count;
   const KeyBox keys = occupancy::keys_in(box, resolution_);
@@ -253,27 +249,28 @@ OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const 
   return count;
 }
 
-SurfaceId OccupancyView::Cube::surface(unsigned voxel) const {
+SurfaceId occupancy::Cube::surface(unsigned voxel) const {
   return (points >> voxel & 1) == 0 ? 0 : payloads[geometry::bit_count(points & ~(~0ULL << voxel))].surface;
 }
 
-void OccupancyView::for_each_cube(const Eigen::AlignedBox3d& box,
-                                  const std::function<bool(const Cube&)>& visit, bool occupied_only) const {
+void occupancy::for_each_cube(const OccupancyView& view, const Eigen::AlignedBox3d& box,
+                              const std::function<bool(const Cube&)>& visit, bool occupied_only) {
   require_box(box);
-  if (tree_ == nullptr || box.isEmpty()) return;
+  const VoxelTree* tree = view.tree();
+  if (tree == nullptr || box.isEmpty()) return;
   Cube cube;
-  visit_cubes(tree_->root(), {0, 0, 0}, occupancy::keys_that_meet(box, resolution_), occupied_only,
+  visit_cubes(tree->root(), {0, 0, 0}, keys_that_meet(box, view.resolution()), occupied_only,
               [&](const Node& node, const Key3& corner) {
-                cube.corner = occupancy::corner_of(corner);
+                cube.corner = corner_of(corner);
                 cube.level = static_cast<std::uint8_t>(node.level());
-                if (const occupancy::VoxelTree::Brick* brick = node.brick()) {
+                if (const VoxelTree::Brick* brick = node.brick()) {
                   cube.known = brick->known;
-                  cube.occupied = occupancy::occupied_in(*tree_, *brick);
-                  cube.payloads = tree_->payloads_of(*brick);
+                  cube.occupied = occupied_in(*tree, *brick);
+                  cube.payloads = tree->payloads_of(*brick);
                   cube.points = brick->points;
                 } else {
                   cube.known = ~std::uint64_t{0};
-                  cube.occupied = tree_->occupied(node.log_odds()) ? cube.known : 0;
+                  cube.occupied = tree->occupied(node.log_odds()) ? cube.known : 0;
                   cube.points = 0;
                 }
                 return visit(cube);

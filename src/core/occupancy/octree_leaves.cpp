@@ -30,20 +30,8 @@ class LeafCollector {
   LeafCollector(const KeyBox& range, std::vector<Leaf>& leaves, const OccupancyView::VisitLeaves* visit)
       : range_(range), leaves_(leaves), visit_(visit) {}
 
-  void collect(const Node& node, const Key3& corner) { below(node, corner); }
-  void collect_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Key3& corner) {
-    in_octet(brick, octet, corner);
-  }
-  void hand_on() {
-    if (!leaves_.empty()) (*visit_)(leaves_);
-    leaves_.clear();
-  }
-
- private:
-  static constexpr std::size_t enough = 4096;
-
   /// True if the node is one leaf, which is now the last one.
-  bool below(const Node& node, const Key3& corner) {
+  bool collect(const Node& node, const Key3& corner) {
     if (!node.exists() || !range_.meets(KeyBox::cube(corner, node.level()))) return false;
     if (const occupancy::VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
     if (!node.has_children()) {
@@ -52,21 +40,15 @@ class LeafCollector {
     }
     bool all = true;
     for (unsigned c = 0; c < 8; ++c)
-      all = below(node.child(c), child_corner(corner, c, node.level() - 1)) && all;
+      all = collect(node.child(c), child_corner(corner, c, node.level() - 1)) && all;
     if (all && merge(corner, node.level())) return true;
     // No ancestor is a single leaf either, so the collected leaves are final.
+    constexpr std::size_t enough = 4096;
     if (visit_ != nullptr && leaves_.size() >= enough) hand_on();
     return false;
   }
 
-  bool in_brick(const occupancy::VoxelTree::Brick& brick, const Key3& corner) {
-    bool all = true;
-    for (unsigned octet = 0; octet < 8; ++octet)
-      all = in_octet(brick, octet, child_corner(corner, octet, 1)) && all;
-    return all && merge(corner, occupancy::VoxelTree::brick_level);
-  }
-
-  bool in_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Key3& corner) {
+  bool collect_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Key3& corner) {
     const auto known = static_cast<unsigned>(brick.known >> (8 * octet) & 0xff);
     const float* values = brick.value.data() + 8 * octet;
     if (known == 0xff && range_.meets(KeyBox::cube(corner, 1)) &&
@@ -78,6 +60,19 @@ class LeafCollector {
       if (const Key3 voxel = child_corner(corner, i, 0); (known >> i & 1) != 0 && range_.holds(voxel))
         add(voxel, 0, values[i]);
     return false;
+  }
+
+  void hand_on() {
+    if (!leaves_.empty()) (*visit_)(leaves_);
+    leaves_.clear();
+  }
+
+ private:
+  bool in_brick(const occupancy::VoxelTree::Brick& brick, const Key3& corner) {
+    bool all = true;
+    for (unsigned octet = 0; octet < 8; ++octet)
+      all = collect_octet(brick, octet, child_corner(corner, octet, 1)) && all;
+    return all && merge(corner, occupancy::VoxelTree::brick_level);
   }
 
   void add(const Key3& corner, int level, float log_odds) {
@@ -100,15 +95,6 @@ class LeafCollector {
   const OccupancyView::VisitLeaves* visit_;
 };
 
-/// All leaves of a tree in a range.
-void visit_leaves(const occupancy::VoxelTree& tree, const KeyBox& range,
-                  const OccupancyView::VisitLeaves& visit) {
-  std::vector<Leaf> leaves;
-  LeafCollector collector(range, leaves, &visit);
-  collector.collect(tree.root(), {0, 0, 0});
-  collector.hand_on();
-}
-
 /// Where two trees were shared from one, unchanged nodes need no comparison.
 class History {
  public:
@@ -126,111 +112,62 @@ class History {
   std::uint32_t shares_;    // before the earlier of the two
 };
 
-/// Traverses two trees in parallel.
-class Comparison {
- public:
-  Comparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now,
-             const OccupancyView::VisitChange& visit)
-      : visit_(visit), history_(before, now) {
-    compare(before.root(), now.root(), {0, 0, 0});
-  }
-
- private:
-  /// `before` covers the same cube; if it is one leaf it may be larger.
-  void compare(const Node& before, const Node& now, const Key3& corner) {
-    if (history_.same(before, now)) return;
-    if (!now.has_children()) {
-      if (before.has_children() || before.exists() != now.exists() ||
-          (now.exists() && before.log_odds() != now.log_odds()))
-        changed(now, corner);
-    } else if (!before.exists()) {
-      changed(now, corner);
-    } else if (const occupancy::VoxelTree::Brick* is = now.brick()) {
-      compare_octets(before, *is, corner);
-    } else {
-      for (unsigned c = 0; c < 8; ++c)
-        compare(before.has_children() ? before.child(c) : before, now.child(c),
-                child_corner(corner, c, now.level() - 1));
-    }
-  }
-
-  void compare_octets(const Node& before, const occupancy::VoxelTree::Brick& is, const Key3& corner) {
-    const occupancy::VoxelTree::Brick* was = before.brick();
-    // A write copies a whole chunk, so most of its nodes are equal: a bitwise comparison is fast.
-    if (was == &is || (was != nullptr && was->known == is.known &&
-                       std::memcmp(was->value.data(), is.value.data(), sizeof is.value) == 0))
-      return;
-    for (unsigned octet = 0; octet < 8; ++octet) {
-      bool same = true;
-      for (unsigned i = 8 * octet; i < 8 * octet + 8; ++i) {
-        const bool was_known = was == nullptr || (was->known >> i & 1) != 0;
-        const float was_value = was == nullptr ? before.log_odds() : was->value[i];
-        same = same && was_known == ((is.known >> i & 1) != 0) && was_value == is.value[i];
-      }
-      if (same) continue;
-      const Key3 at = child_corner(corner, octet, 1);
-      leaves_.clear();
-      LeafCollector(KeyBox{}, leaves_, nullptr).collect_octet(is, octet, at);
-      visit_(corner_of(at), 1, leaves_);
-    }
-  }
-
-  void changed(const Node& now, const Key3& corner) {
-    leaves_.clear();
-    LeafCollector(KeyBox{}, leaves_, nullptr).collect(now, corner);
-    visit_(corner_of(corner), static_cast<std::uint8_t>(now.level()), leaves_);
-  }
-
-  const OccupancyView::VisitChange& visit_;
-  History history_;
-  std::vector<Leaf> leaves_;
-};
-
 using Brick = occupancy::VoxelTree::Brick;
+using Corner = std::array<std::uint16_t, 3>;
 
-/// Finds the cubes in which a voxel's state or payload changed.
-class StateComparison {
- public:
-  using Visit = std::function<void(const std::array<std::uint16_t, 3>& corner, int level)>;
+/// A leaf represents eight equal children.
+Node part_of(const Node& node, unsigned c) { return node.has_children() ? node.child(c) : node; }
 
-  StateComparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now, const Visit& visit)
-      : before_(before), now_(now), history_(before, now), visit_(visit) {
-    compare(before.root(), now.root(), {0, 0, 0}, occupancy::VoxelTree::top_level);
+/// Walks two trees side by side, where they may differ: `goes_on(before, now, corner, level)` of each cube
+/// says whether to go on into its eighths. Either node covers this cube, or is a larger leaf.
+template <class GoesOn>
+void walk_both(const History& history, const Node& before, const Node& now, const Key3& corner, int level,
+               const GoesOn& goes_on) {
+  if (history.same(before, now) || !goes_on(before, now, corner, level)) return;
+  for (unsigned c = 0; c < 8; ++c)
+    walk_both(history, part_of(before, c), part_of(now, c), child_corner(corner, c, level - 1), level - 1,
+              goes_on);
+}
+template <class GoesOn>
+void walk_both(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now, const GoesOn& goes_on) {
+  walk_both(History(before, now), before.root(), now.root(), {0, 0, 0}, occupancy::VoxelTree::top_level,
+            goes_on);
+}
+
+/// The octets, as a mask, in which a brick's log-odds are not those of the node that was there.
+unsigned changed_octets(const Node& before, const Brick& is) {
+  const Brick* was = before.brick();
+  // A write copies a whole chunk, so most of its nodes are equal: a bitwise comparison is fast.
+  if (was == &is || (was != nullptr && was->known == is.known &&
+                     std::memcmp(was->value.data(), is.value.data(), sizeof is.value) == 0))
+    return 0;
+  unsigned octets = 0;
+  for (unsigned i = 0; i < 64; ++i) {
+    const bool was_known = was == nullptr || (was->known >> i & 1) != 0;
+    const float was_value = was == nullptr ? before.log_odds() : was->value[i];
+    if (was_known != ((is.known >> i & 1) != 0) || was_value != is.value[i]) octets |= 1U << i / 8;
   }
+  return octets;
+}
 
- private:
-  struct Contents {
-    std::uint64_t known = 0, occupied = 0;
-    std::span<const occupancy::VoxelPayload> payloads{};
-  };
-  static Contents contents_of(const occupancy::VoxelTree& tree, const Node& node) {
-    if (const Brick* brick = node.has_children() ? node.brick() : nullptr)
-      return {brick->known,
-              occupied_in(tree, *brick),
-              {tree.payloads_of(*brick), static_cast<std::size_t>(std::popcount(brick->points))}};
-    if (!node.exists()) return {};
-    return {~std::uint64_t{0}, tree.occupied(node.log_odds()) ? ~std::uint64_t{0} : 0, {}};
-  }
+/// What a cube's voxels are: of a brick, or all alike.
+struct Contents {
+  std::uint64_t known = 0, occupied = 0;
+  std::span<const occupancy::VoxelPayload> payloads{};
 
-  /// Either covers this cube, or is a larger leaf.
-  void compare(const Node& before, const Node& now, const Key3& corner, int level) {
-    if (history_.same(before, now)) return;
-    const bool divided = before.has_children() || now.has_children();
-    if (divided && level > occupancy::VoxelTree::brick_level) {
-      for (unsigned c = 0; c < 8; ++c)
-        compare(before.has_children() ? before.child(c) : before, now.has_children() ? now.child(c) : now,
-                child_corner(corner, c, level - 1), level - 1);
-      return;
+  Contents(const occupancy::VoxelTree& tree, const Node& node) {
+    if (const Brick* brick = node.brick()) {
+      known = brick->known;
+      occupied = occupied_in(tree, *brick);
+      payloads = {tree.payloads_of(*brick), static_cast<std::size_t>(std::popcount(brick->points))};
+    } else if (node.exists()) {
+      known = ~std::uint64_t{0};
+      occupied = tree.occupied(node.log_odds()) ? known : 0;
     }
-    const Contents was = contents_of(before_, before), is = contents_of(now_, now);
-    if (was.known != is.known || was.occupied != is.occupied ||
-        !std::equal(was.payloads.begin(), was.payloads.end(), is.payloads.begin(), is.payloads.end()))
-      visit_(corner_of(corner), level);
   }
-
-  const occupancy::VoxelTree &before_, &now_;
-  History history_;
-  const Visit& visit_;
+  bool operator==(const Contents& other) const {
+    return known == other.known && occupied == other.occupied && std::ranges::equal(payloads, other.payloads);
+  }
 };
 
 void require_same_resolution(const OccupancyView& a, const OccupancyView& b) {
@@ -238,9 +175,18 @@ void require_same_resolution(const OccupancyView& a, const OccupancyView& b) {
     throw Error(Error::Kind::usage, "before", "is a view of a map of another resolution");
 }
 
-const occupancy::VoxelTree& nothing() {
-  static const occupancy::VoxelTree tree{occupancy::OccupancyModel{}};
-  return tree;
+const occupancy::VoxelTree& tree_of(const OccupancyView& view) {
+  static const occupancy::VoxelTree nothing{occupancy::OccupancyModel{}};
+  return view.tree() != nullptr ? *view.tree() : nothing;
+}
+
+/// All leaves of a tree in a range.
+void visit_leaves(const occupancy::VoxelTree& tree, const KeyBox& range,
+                  const OccupancyView::VisitLeaves& visit) {
+  std::vector<Leaf> leaves;
+  LeafCollector collector(range, leaves, &visit);
+  collector.collect(tree.root(), {0, 0, 0});
+  collector.hand_on();
 }
 
 }  // namespace
@@ -250,7 +196,7 @@ void OccupancyView::for_each_leaf(const VisitLeaves& visit) const {
 }
 
 void OccupancyView::for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLeaves& visit) const {
-  if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");
+  occupancy::require_box(box);
   if (tree_ != nullptr && !box.isEmpty())
     visit_leaves(*tree_, occupancy::keys_that_meet(box, resolution_), visit);
 }
@@ -258,17 +204,43 @@ void OccupancyView::for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLea
 void OccupancyView::for_each_change(const OccupancyView& before, const VisitChange& visit) const {
   if (tree_ == nullptr && before.tree_ == nullptr) return;
   require_same_resolution(*this, before);
-  Comparison(before.tree_ != nullptr ? *before.tree_ : nothing(), tree_ != nullptr ? *tree_ : nothing(),
-             visit);
+  std::vector<Leaf> leaves;
+  LeafCollector collector(KeyBox{}, leaves, nullptr);
+  const auto goes_on = [&](const Node& was, const Node& is, const Key3& corner, int level) {
+    if (!is.has_children() || !was.exists()) {
+      if (was.has_children() || was.exists() != is.exists() ||
+          (is.exists() && was.log_odds() != is.log_odds())) {
+        leaves.clear();
+        collector.collect(is, corner);
+        visit(corner_of(corner), static_cast<std::uint8_t>(level), leaves);
+      }
+      return false;
+    }
+    const Brick* brick = is.brick();
+    if (brick == nullptr) return true;
+    const unsigned changed = changed_octets(was, *brick);
+    for (unsigned octet = 0; octet < 8; ++octet) {
+      if ((changed >> octet & 1) == 0) continue;
+      const Key3 at = child_corner(corner, octet, 1);
+      leaves.clear();
+      collector.collect_octet(*brick, octet, at);
+      visit(corner_of(at), 1, leaves);
+    }
+    return false;
+  };
+  walk_both(tree_of(before), tree_of(*this), goes_on);
 }
 
 void OccupancyView::for_each_changed_cube(
-    const OccupancyView& before,
-    const std::function<void(const std::array<std::uint16_t, 3>&, int)>& visit) const {
+    const OccupancyView& before, const std::function<void(const Corner& corner, int level)>& visit) const {
   if (tree_ == before.tree_) return;
   require_same_resolution(*this, before);
-  StateComparison(before.tree_ != nullptr ? *before.tree_ : nothing(), tree_ != nullptr ? *tree_ : nothing(),
-                  visit);
+  const occupancy::VoxelTree &then = tree_of(before), &now = tree_of(*this);
+  walk_both(then, now, [&](const Node& was, const Node& is, const Key3& corner, int level) {
+    if ((was.has_children() || is.has_children()) && level > occupancy::VoxelTree::brick_level) return true;
+    if (!(Contents(then, was) == Contents(now, is))) visit(corner_of(corner), level);
+    return false;
+  });
 }
 
 void occupancy::OccupancyMap::set_leaves(std::span<const Leaf> leaves) {

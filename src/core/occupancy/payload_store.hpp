@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <tuple>
 
 namespace octosurf::occupancy {
 
@@ -48,49 +49,33 @@ class PayloadStore {
   /// Read-only copy, see Pool::share().
   PayloadStore share() {
     PayloadStore copy;
-    copy.fours_ = fours_.share();
-    copy.eights_ = eights_.share();
-    copy.sixteens_ = sixteens_.share();
-    copy.thirty_twos_ = thirty_twos_.share();
-    copy.sixty_fours_ = sixty_fours_.share();
+    copy.pools_ = std::apply([](auto&... pool) { return Pools(pool.share()...); }, pools_);
     return copy;
   }
   // See Pool.
   void begin_changes() {
-    for_each_pool([](auto& pool) { pool.begin_changes(); });
+    std::apply([](auto&... pool) { (pool.begin_changes(), ...); }, pools_);
   }
   void commit() noexcept {
-    for_each_pool([](auto& pool) { pool.commit(); });
+    std::apply([](auto&... pool) { (pool.commit(), ...); }, pools_);
   }
   void roll_back() noexcept {
-    for_each_pool([](auto& pool) { pool.roll_back(); });
+    std::apply([](auto&... pool) { (pool.roll_back(), ...); }, pools_);
   }
   std::size_t bytes() const {
-    return fours_.bytes() + eights_.bytes() + sixteens_.bytes() + thirty_twos_.bytes() + sixty_fours_.bytes();
+    return std::apply([](const auto&... pool) { return (pool.bytes() + ...); }, pools_);
   }
 
  private:
   /// The pool of a size class; none of class 0.
   template <class Self, class Visit>
   static void with_pool(Self& self, unsigned size_class, const Visit& visit) {
-    switch (size_class) {
-      case 1:
-        return visit(self.fours_);
-      case 2:
-        return visit(self.eights_);
-      case 3:
-        return visit(self.sixteens_);
-      case 4:
-        return visit(self.thirty_twos_);
-      case 5:
-        return visit(self.sixty_fours_);
-      default:
-        return;
-    }
-  }
-  template <class Visit>
-  void for_each_pool(const Visit& visit) {
-    for (unsigned size_class = 1; size_class <= 5; ++size_class) with_pool(*this, size_class, visit);
+    std::apply(
+        [&](auto&... pool) {
+          unsigned of = 0;
+          ((++of == size_class ? visit(pool) : void()), ...);
+        },
+        self.pools_);
   }
   static unsigned room(unsigned size_class) { return size_class == 0 ? 0 : 2U << size_class; }
   PayloadRun make(unsigned size_class) {
@@ -105,11 +90,10 @@ class PayloadStore {
     run = to;
   }
 
-  Pool<std::array<VoxelPayload, 4>, 9> fours_;
-  Pool<std::array<VoxelPayload, 8>, 8> eights_;
-  Pool<std::array<VoxelPayload, 16>, 7> sixteens_;
-  Pool<std::array<VoxelPayload, 32>, 6> thirty_twos_;
-  Pool<std::array<VoxelPayload, 64>, 5> sixty_fours_;
+  template <std::size_t payloads, unsigned chunk_bits>
+  using PoolOf = Pool<std::array<VoxelPayload, payloads>, chunk_bits>;
+  using Pools = std::tuple<PoolOf<4, 9>, PoolOf<8, 8>, PoolOf<16, 7>, PoolOf<32, 6>, PoolOf<64, 5>>;
+  Pools pools_;  ///< by size class, from 1 on
 };
 
 }  // namespace octosurf::occupancy

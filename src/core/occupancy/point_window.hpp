@@ -2,7 +2,6 @@
 
 #include "geometry/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "occupancy/paged_vector.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,11 +9,34 @@
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
+#include <memory>
 #include <tsl/robin_map.h>
 #include <utility>
 #include <vector>
 
 namespace octosurf::occupancy {
+
+/// A sequence that grows at its end, page by page, and never moves its elements: references stay valid for
+/// its lifetime. Like std::deque, with pages whose elements are found by a shift.
+template <class T, unsigned page_bits = 10>
+class PagedVector {
+ public:
+  std::size_t size() const { return size_; }
+
+  /// Grows to `size` elements, new ones as T{}; smaller sizes change nothing.
+  void grow_to(std::size_t size) {
+    while (pages_.size() << page_bits < size) pages_.push_back(std::make_unique<T[]>(page_size));
+    size_ = std::max(size_, size);
+  }
+
+  T& operator[](std::size_t i) { return pages_[i >> page_bits][i & (page_size - 1)]; }
+  const T& operator[](std::size_t i) const { return pages_[i >> page_bits][i & (page_size - 1)]; }
+
+ private:
+  static constexpr std::size_t page_size = std::size_t{1} << page_bits;
+  std::vector<std::unique_ptr<T[]>> pages_;
+  std::size_t size_ = 0;
+};
 
 /// A point inside a scan: its place in the scan's window.
 enum class PointId : std::uint32_t { none = ~std::uint32_t{0} };
@@ -194,10 +216,10 @@ class PointWindow {
 
 template <class Visit>
 void PointWindow::for_each_block_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
-  for_each_block_in(
-      {std::max(0, key.x - reach), std::max(0, key.y - reach), std::max(0, key.z - reach)},
-      {std::min(65535, key.x + reach), std::min(65535, key.y + reach), std::min(65535, key.z + reach)},
-      {key.x >> 3, key.y >> 3, key.z >> 3}, visit);
+  const auto at = [](int k) { return geometry::VoxelGrid::clamped(k); };
+  for_each_block_in({at(key.x - reach), at(key.y - reach), at(key.z - reach)},
+                    {at(key.x + reach), at(key.y + reach), at(key.z + reach)},
+                    {key.x >> 3, key.y >> 3, key.z >> 3}, visit);
 }
 
 template <class Visit>

@@ -20,23 +20,23 @@ void RayBits::clear() {
 }
 
 void RayBits::set_core(const GridOrigin& from, std::span<const GridRay> rays) {
-  for (std::size_t a = 0; a < 3; ++a) core_.min[a] = core_.max[a] = from.key[a];
+  for (std::size_t a = 0; a < 3; ++a) core_.low[a] = core_.high[a] = from.key[a];
   for (const GridRay& ray : rays)
     for (std::size_t a = 0; a < 3; ++a) {
-      core_.min[a] = std::min(core_.min[a], int{ray.key[a]});
-      core_.max[a] = std::max(core_.max[a], int{ray.key[a]});
+      core_.low[a] = std::min(core_.low[a], int{ray.key[a]});
+      core_.high[a] = std::max(core_.high[a], int{ray.key[a]});
     }
   std::array<unsigned, 3> bits;
-  for (std::size_t a = 0; a < 3; ++a) bits[a] = BlockAddress::bits_for(core_.min[a], core_.max[a]);
+  for (std::size_t a = 0; a < 3; ++a) bits[a] = BlockAddress::bits_for(core_.low[a], core_.high[a]);
   while (bits[0] + bits[1] + bits[2] > core_bits) {
     const auto widest = static_cast<std::size_t>(std::max_element(bits.begin(), bits.end()) - bits.begin());
     const int half = (1 << --bits[widest]) / 2 - 8;
-    core_.min[widest] = std::max(core_.min[widest], from.key[widest] - half);
-    core_.max[widest] = std::min(core_.max[widest], from.key[widest] + half);
+    core_.low[widest] = std::max(core_.low[widest], from.key[widest] - half);
+    core_.high[widest] = std::min(core_.high[widest], from.key[widest] + half);
   }
   for (std::size_t a = 0; a < 3; ++a) {  // of a block all or nothing: it is listed once
-    core_.min[a] &= ~7;
-    core_.max[a] |= 7;
+    core_.low[a] &= ~7;
+    core_.high[a] |= 7;
   }
   address_.fit(core_);
   paged_ = address_.size_bits > small_bits;
@@ -54,7 +54,7 @@ void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const GridRay
       const GridRay& ray = rays[i++];
       if (ray.key == from.key) continue;  // within the sensor's own voxel: OctoMap frees no voxel
       out = GridWalk(ray, from);
-      if (core_.contains(ray.key) && (ray.to_centre || out.ends_clearly(ray, from))) return true;
+      if (core_.holds(ray.key) && (ray.to_centre || out.ends_clearly(ray, from))) return true;
       marks.slow.push_back(&ray);
     }
     return false;
@@ -63,7 +63,7 @@ void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const GridRay
 }
 
 std::uint64_t* RayBits::stray_word(const std::array<std::uint16_t, 3>& key, bool hit) {
-  if (core_.contains(key)) {
+  if (core_.holds(key)) {
     const std::uint64_t address = address_.of(key[0], key[1], key[2]);
     if (paged_) marks_[0].pages[address >> 15] = 1;
     return (hit ? hits_ : marks_[0].misses).data() + (address >> 6);
@@ -137,8 +137,8 @@ void RayBits::collect_block(unsigned x, unsigned y, unsigned z, int threads) {
 void RayBits::collect(unsigned level, unsigned x, unsigned y, unsigned z, int threads) {
   const std::array<unsigned, 3> corner{x, y, z};
   for (std::size_t a = 0; a < 3; ++a)
-    if (static_cast<int>(corner[a] + (1U << level)) <= core_.min[a] >> 3 ||
-        static_cast<int>(corner[a]) > core_.max[a] >> 3)
+    if (static_cast<int>(corner[a] + (1U << level)) <= core_.low[a] >> 3 ||
+        static_cast<int>(corner[a]) > core_.high[a] >> 3)
       return;
   if (level == 0) return collect_block(x, y, z, threads);
   if (level == 2 && paged_) {

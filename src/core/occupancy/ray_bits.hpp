@@ -9,6 +9,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include <octosurf/adapters/detail/scan_rays.hpp>
+
 namespace octosurf::occupancy {
 
 using detail::TouchedBlock;
@@ -46,7 +48,7 @@ class RayBits {
   std::uint64_t* stray_word(const std::array<std::uint16_t, 3>& key, bool hit);
 
   static constexpr unsigned core_bits = 31, small_bits = 27;
-  RayBox core_;
+  KeyBox core_;
   BlockAddress address_;
   bool paged_ = false;
   std::vector<Marks> marks_{1};

@@ -84,10 +84,12 @@ class Resampling {
         (T_from_to_.linear().cwiseAbs() * Eigen::Vector3d::Constant((edge - 1) / 2)).array() + rounding;
     KeyBox box;
     for (int i = 0; i < 3; ++i) {
-      const double low = std::floor(centre[i] - half[i]) + geometry::VoxelGrid::origin;
-      const double high = std::floor(centre[i] + half[i]) + geometry::VoxelGrid::origin;
-      box.low[static_cast<std::size_t>(i)] = static_cast<int>(std::clamp(low, -1.0, last_key + 1.0));
-      box.high[static_cast<std::size_t>(i)] = static_cast<int>(std::clamp(high, -1.0, last_key + 1.0));
+      const auto key = [](double voxels) {
+        const double at = std::floor(voxels) + geometry::VoxelGrid::origin;
+        return static_cast<int>(std::clamp(at, -1.0, geometry::VoxelGrid::last + 1.0));
+      };
+      box.low[static_cast<std::size_t>(i)] = key(centre[i] - half[i]);
+      box.high[static_cast<std::size_t>(i)] = key(centre[i] + half[i]);
     }
     return box;
   }

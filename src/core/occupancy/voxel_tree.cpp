@@ -103,8 +103,7 @@ VoxelTree::Lookup VoxelTree::find(geometry::VoxelKey key) const {
 }
 
 void VoxelTree::set_leaf(geometry::VoxelKey corner, int level, float log_odds) {
-  without_points_ = true;  // until share() has checked
-  settled_ = false;
+  expect_leaves();
   Slot* slot = &root_;
   for (int l = top_level - 1; l >= std::max(level, brick_level); --l)
     slot = &divided(*slot)[child_of(corner, l)];

@@ -22,6 +22,7 @@ namespace octosurf::occupancy {
 /// OctoMap's occupancy model as log-odds, in its own arithmetic.
 struct OccupancyModel {
   float hit = 0, miss = 0, clamp_min = 0, clamp_max = 0, occupied = 0;
+  float clamped(float v) const { return v < clamp_min ? clamp_min : v > clamp_max ? clamp_max : v; }
 };
 
 /// OctoMap's octree in another layout: 16 levels, undivided where all below is equal. Down to cubes of 4³
@@ -58,35 +59,20 @@ class VoxelTree {
     if (!blocks.empty()) descend(root_, top_level, blocks, policy);
   }
 
-  /// Adds the log-odds of another tree on the same grid with the same clamps, clamped; a voxel unknown in one
-  /// gets the other's. `other` must not be this one. Policy:
+  /// Makes of each voxel what an operation says of it and of its operand: another tree on the same grid, not
+  /// this one, or a region of space. `becomes` may make no voxel occupied without a point, unless
+  /// expect_leaves(). O(nodes that meet the operand, and of this tree in its uniform cubes). Operation:
+  /// - `Cube`, `Cube root()`, `Cube part(Cube, unsigned child)`: of the operand, beside this tree's cubes.
+  /// - `bool keeps(Cube, bool known)`: this tree stays as it is there; `known`: some of it is.
+  /// - `bool is_uniform(Cube)`; then `at(Cube)`, else `at(Cube of brick_level, unsigned voxel)`: the operand.
+  /// - `std::optional<float> becomes(std::optional<float> here, at)`: log-odds; none: unknown.
   /// - `void vanished(const VoxelPayload&, VoxelKey)`: as above.
-  /// - `void meet(VoxelPayload&, const VoxelPayload& theirs, VoxelKey)`: the voxel is occupied and has a
-  ///   point in `other`; fill in or refine. Ascending Morton order.
-  /// O(nodes of `other`, and of this one in its undivided cubes).
-  template <class Policy>
-  void add(const VoxelTree& other, Policy& policy) {
-    add(root_, {other, other.root_}, top_level, 0, policy);
-  }
-
-  enum class Meets { nothing, some, all };
-  /// Forgets a region, or sets it to one free value. Policy:
-  /// - `Meets meets(VoxelKey corner, int level)`: of the part, the middles of a cube's voxels.
-  /// - `void vanished(const VoxelPayload&, VoxelKey)`: as above.
-  /// O(nodes that meet it).
-  template <class Policy>
-  void clear(std::optional<float> becomes, Policy& policy) {
-    clear(root_, top_level, 0, becomes, policy);
-  }
-
-  /// Copies every voxel of `other`, on the same grid: unknown, or its log-odds, clamped as here. Values at a
-  /// clamp, such as all of a .bt, are only occupied or free: log-odds here that agree with them stay. Policy:
-  /// `void vanished(const VoxelPayload&, VoxelKey)`: as above. O(nodes of both).
-  template <class Policy>
-  void replace(const VoxelTree& other, Policy& policy) {
-    without_points_ = true;  // until share() has checked
-    settled_ = false;
-    replace(root_, {other, other.root_}, top_level, 0, policy);
+  /// - `std::uint64_t points(Cube)`, `void meet(VoxelPayload&, Cube, unsigned voxel, VoxelKey)`, or neither:
+  ///   of a brick's voxels with points in the operand, those that are occupied now; fill in or refine.
+  ///   Ascending Morton order.
+  template <class Operation>
+  void combine(Operation& operation) {
+    combine(root_, top_level, 0, operation.root(), operation);
   }
 
   struct Lookup {
@@ -133,9 +119,17 @@ class VoxelTree {
   /// Makes the cube of 4³ voxels with this corner a brick, dividing nodes as needed; the same as set_leaf()
   /// for its voxels, without the descent from the root. For filling a tree; valid until another leaf is set.
   Brick& make_brick(geometry::VoxelKey corner) {
+    expect_leaves();
+    return brick_at(corner);
+  }
+  /// Before occupied voxels without points are made otherwise.
+  void expect_leaves() {
     without_points_ = true;  // until share() has checked
     settled_ = false;
-    return brick_at(corner);
+  }
+  /// As of another tree, before its leaves are added.
+  void expect_leaves_of(const VoxelTree& other) {
+    without_points_ = without_points_ || (!other.empty() && other.without_points_);
   }
   static void set_leaf(Brick& b, geometry::VoxelKey corner, int level, float log_odds);
   /// The payload of an occupied voxel, created if absent; divides its ancestors.
@@ -218,33 +212,12 @@ class VoxelTree {
   std::uint64_t kept(const Brick& b, std::uint64_t brick_morton, std::uint64_t misses, Policy& policy) const;
   template <class Policy>
   void drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_t misses, Policy& policy);
-  struct Theirs {  ///< a slot of another tree
-    const VoxelTree& tree;
-    const Slot& slot;
-  };
-  template <class Policy>
-  void clear(Slot& slot, int level, std::uint64_t morton, std::optional<float> becomes, Policy& policy);
-  template <class Policy>
-  void clear_brick(Slot& slot, std::uint64_t brick_morton, std::optional<float> becomes, Policy& policy);
-  template <class Policy>
-  void add(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy);
-  template <class Policy>
-  void add_brick(Slot& slot, const Theirs& theirs, std::uint64_t brick_morton, Policy& policy);
-  template <class Policy>
-  void replace(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy);
-  template <class Policy>
-  void replace_brick(Slot& slot, const Theirs& theirs, std::uint64_t brick_morton, Policy& policy);
-  // What replace() makes of a voxel, known or not.
-  float stated(bool known, float value, float theirs) const {
-    const bool saturated = theirs <= model_.clamp_min || theirs >= model_.clamp_max;
-    return known && saturated && occupied(value) == occupied(theirs)
-               ? value
-               : std::clamp(theirs, model_.clamp_min, model_.clamp_max);
-  }
-  float sum(float a, float b) const {
-    const float both = a + b;
-    return both < model_.clamp_min ? model_.clamp_min : both > model_.clamp_max ? model_.clamp_max : both;
-  }
+  template <class Operation>
+  void combine(Slot& slot, int level, std::uint64_t morton, const typename Operation::Cube& operand,
+               Operation& operation);
+  template <class Operation>
+  void combine_brick(Slot& slot, std::uint64_t brick_morton, const typename Operation::Cube& operand,
+                     Operation& operation);
   template <class Visit>
   void visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) const;
 
@@ -333,17 +306,13 @@ void VoxelTree::update_brick(Slot& slot, std::uint64_t brick_morton, std::uint64
   if ((misses & b.points) != 0) misses = kept(b, brick_morton, misses, policy);
   for (std::uint64_t m = misses; m != 0; m &= m - 1) {
     float& value = b.value[static_cast<std::size_t>(std::countr_zero(m))];
-    const float lower = value + model_.miss;
-    value = lower < model_.clamp_min ? model_.clamp_min : lower > model_.clamp_max ? model_.clamp_max : lower;
+    value = model_.clamped(value + model_.miss);
   }
   if ((misses & b.points) != 0) drop_vanished(b, brick_morton, misses & b.points, policy);
   for (std::uint64_t m = hits; m != 0; m &= m - 1) {
     const auto i = static_cast<unsigned>(std::countr_zero(m));
     float& value = b.value[i];
-    const float higher = value + model_.hit;
-    value = higher < model_.clamp_min   ? model_.clamp_min
-            : higher > model_.clamp_max ? model_.clamp_max
-                                        : higher;
+    value = model_.clamped(value + model_.hit);
     if (occupied(value)) policy.hit(payload(b, i), key_of(brick_morton << 6 | i));
   }
   b.known |= hits | misses;
@@ -372,45 +341,6 @@ void VoxelTree::drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_
     payloads_.erase(b.payloads, rank, geometry::bit_count(b.points));
     b.points &= ~(std::uint64_t{1} << i);
   }
-}
-
-template <class Policy>
-void VoxelTree::add(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy) {
-  if (theirs.slot.link == unknown) return;
-  without_points_ = without_points_ || theirs.tree.without_points_;
-  if (theirs.slot.link == leaf && slot.link < first_link) {
-    slot.value = slot.link == leaf ? sum(slot.value, theirs.slot.value) : theirs.slot.value;
-    slot.link = leaf;
-    return;
-  }
-  if (level == brick_level) return add_brick(slot, theirs, morton, policy);
-  Group& children = divided(slot);
-  for (unsigned c = 0; c < 8; ++c) {
-    // A leaf represents eight equal children.
-    const Slot& child = theirs.slot.link == leaf ? theirs.slot : theirs.tree.group(theirs.slot)[c];
-    add(children[c], {theirs.tree, child}, level - 1, morton << 3 | c, policy);
-  }
-  close(slot);
-}
-
-template <class Policy>
-void VoxelTree::add_brick(Slot& slot, const Theirs& theirs, std::uint64_t brick_morton, Policy& policy) {
-  Brick& b = brick_at(slot);
-  const Brick* of = theirs.slot.link == leaf ? nullptr : &theirs.tree.brick(theirs.slot);
-  const std::uint64_t known = of == nullptr ? whole : of->known;
-  for (std::uint64_t m = known; m != 0; m &= m - 1) {
-    const auto i = static_cast<unsigned>(std::countr_zero(m));
-    const float value = of == nullptr ? theirs.slot.value : of->value[i];
-    b.value[i] = (b.known >> i & 1) != 0 ? sum(b.value[i], value) : value;
-  }
-  b.known |= known;
-  if ((known & b.points) != 0) drop_vanished(b, brick_morton, known & b.points, policy);
-  for (std::uint64_t m = of == nullptr ? 0 : of->points; m != 0; m &= m - 1) {
-    const auto i = static_cast<unsigned>(std::countr_zero(m));
-    if (occupied(b.value[i]))
-      policy.meet(payload(b, i), theirs.tree.payloads_of(*of)[of->rank(i)], key_of(brick_morton << 6 | i));
-  }
-  close_brick(slot);
 }
 
 template <class Visit>

@@ -34,7 +34,6 @@ struct SharedVariance {
 class NoiseModel {
  public:
   static constexpr std::size_t classes = 16, bins = 160;
-  static constexpr double least_cos_incidence = 0.07;  ///< sine of a stored view's error, about 4°
   using Histogram = std::array<std::array<std::uint32_t, bins>, classes>;
 
   explicit NoiseModel(const Parameters& parameters);

@@ -29,8 +29,12 @@ namespace octosurf::sensing {
 /// variance is chosen to give it the reach s, and the other classes' scale with it.
 class ReadingModel {
  public:
-  /// Sine of the error of a stored view: it is coded to 3.9° (sensing/reading_code.hpp).
-  static constexpr double view_error = NoiseModel::least_cos_incidence;
+  /// Sine of the error of a stored view, which is coded to 3.9° (sensing/reading_code.hpp): the least cosine
+  /// of incidence that is told from 0.
+  static constexpr double view_error = 0.07;
+  /// Least cosine of incidence at which a reading surely is the surface's: at grazing angles it may belong to
+  /// objects in front or behind.
+  static constexpr double grazing_cosine = 0.15;
   /// m. Minimum common error of readings of one surface, which does not average out, once poses are aligned:
   /// a tenth of a millimetre within one scan, 1 mm in recordings without drift.
   static constexpr double pose_sigma = 0.001;

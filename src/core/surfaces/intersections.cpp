@@ -114,8 +114,8 @@ class Intersections {
     std::uint64_t regions = 0;
     for (const int k :
          {key.x - reach, key.y - reach, key.z - reach, key.x + reach, key.y + reach, key.z + reach})
-      regions =
-          regions << 10 | static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> SurfaceStore::region_bits);
+      regions = regions << 10 |
+                static_cast<std::uint64_t>(geometry::VoxelGrid::clamped(k) >> SurfaceStore::region_bits);
     const auto known = in_regions_.find(regions);
     if (known != in_regions_.end()) return known->second;
     const SurfaceStore::Ids found = surfaces_.in_regions_near(key, reach);

@@ -3,7 +3,6 @@
 #include "occupancy/occupancy_map.hpp"
 #include "sensing/noise_model.hpp"
 #include "surfaces/cylinder_store.hpp"
-#include "surfaces/pending_queue.hpp"
 #include "surfaces/published.hpp"
 #include "surfaces/surface_store.hpp"
 
@@ -17,6 +16,14 @@ struct AlignmentRecord;
 }  // namespace octosurf::alignment
 
 namespace octosurf::surfaces {
+
+/// Pending points added since the last detection around them, and the order of further detection.
+struct PendingQueue {
+  std::vector<geometry::VoxelKey> fresh;   ///< key order; some may no longer be pending
+  std::vector<geometry::VoxelKey> blocks;  ///< oldest first: one voxel of each waiting block
+
+  bool operator==(const PendingQueue&) const = default;
+};
 
 /// The whole state of a map: the contents of a .surfaces file, and the working data of a Mapper. Everything
 /// that affects the next scan is here and is saved, so that resuming changes nothing.

@@ -3,7 +3,6 @@
 #include "occupancy/neighbours.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <algorithm>
 #include <cstdint>
 
 namespace octosurf::surfaces {
@@ -26,7 +25,7 @@ struct MapView {
 
   /// Key of the cell that holds a voxel. Cells, too, begin at coordinate 0.
   geometry::VoxelKey cell_of(geometry::VoxelKey voxel) const {
-    const auto part = [this](std::uint16_t k) { return key(((k - first_key) >> level) + first_key); };
+    const auto part = [this](std::uint16_t k) { return key(((k - grid.origin) >> level) + grid.origin); };
     return {part(voxel.x), part(voxel.y), part(voxel.z)};
   }
   geometry::VoxelKey first_voxel_of(geometry::VoxelKey cell) const { return voxel_in(cell, 0); }
@@ -37,11 +36,10 @@ struct MapView {
   bool is_pending(PointId i) const { return i != PointId::none && window[i].surface == 0; }
 
  private:
-  static constexpr int first_key = geometry::VoxelGrid::origin;  // at coordinate 0
-  static std::uint16_t key(int k) { return static_cast<std::uint16_t>(std::clamp(k, 0, 65535)); }
+  static std::uint16_t key(int k) { return static_cast<std::uint16_t>(geometry::VoxelGrid::clamped(k)); }
   geometry::VoxelKey voxel_in(geometry::VoxelKey cell, int beyond) const {
     const auto part = [&](std::uint16_t k) {
-      return key((k - first_key) * (1 << level) + first_key + beyond);
+      return key((k - grid.origin) * (1 << level) + grid.origin + beyond);
     };
     return {part(cell.x), part(cell.y), part(cell.z)};
   }

@@ -60,6 +60,16 @@ Entry derived(Group Parameters::*group, std::optional<Value> Group::*field, Form
           std::move(in_force)};
 }
 
+/// Off, or auto.
+Entry automatic(bool Parameters::*field, ParameterInfo info) {
+  return {std::move(info),
+          Form::choice,
+          [=](const Parameters& p) { return static_cast<double>(p.*field); },
+          [=](Parameters& p, std::optional<double> value) { p.*field = *value != 0; },
+          {},
+          {"off", "auto"}};
+}
+
 /// A component of `up`. Components are set separately; validate() checks for a unit vector.
 Entry component(int axis, ParameterInfo info) {
   return {std::move(info), Form::real,
@@ -79,7 +89,6 @@ std::vector<Entry> make_entries() {
   using O = OccupancyParameters;
   using S = SurfaceParameters;
   using D = DetectionParameters;
-  using A = AlignmentParameters;
   constexpr auto o = &P::occupancy;
   constexpr auto s = &P::surfaces;
   constexpr auto d = &P::detection;
@@ -120,8 +129,8 @@ std::vector<Entry> make_entries() {
              "most pending readings segmented in a scan (a quarter of them, if that is more); 0: all"}),
       choice(d, &D::detector, {"likelihood", "paper"},
              {"detector", "", "likelihood, or paper: the paper's thresholds, by PCL's parts"}),
-      choice(
-          &P::alignment, &A::enabled, {"off", "auto"},
+      automatic(
+          &P::align,
           {"align", "",
            "auto: correct poses once surfaces seen long ago show that they drift; off: take them as given"}),
       component(0, {"up_x", "", "unit vector against gravity, map frame; auto: from the surfaces"}),
@@ -183,7 +192,7 @@ Parameters Parameters::paper(double resolution, double sensor_noise) {
   Parameters p;
   p.occupancy.resolution = resolution;
   p.surfaces.sensor_noise = sensor_noise;
-  p.alignment.enabled = false;
+  p.align = false;
   p.detection.detector = DetectorKind::paper;
   p.detection.detect_cylinders = false;
   p.surfaces.surface_tolerance = sensor_noise + resolution * std::sqrt(3.0);

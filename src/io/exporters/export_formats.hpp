@@ -17,7 +17,6 @@ namespace octosurf::io {
 struct ExportJob {
   const Snapshot& snapshot;
   const ExportOptions& options;
-  const ExportExtras& extras;
   bool with_boundary = true;
 
   bool wants(ExportPart part) const;
@@ -44,7 +43,7 @@ std::vector<Shape> make_shapes(const ExportJob& job);
 /// Binary, colours by vertex; points also with a label, the surface's id.
 void write_ply(const std::vector<Shape>& shapes, bool points, std::ostream& out);
 
-/// A mesh for each shape, and the extras' meshes.
+/// A mesh for each shape, and the options' meshes.
 void write_glb(const std::vector<Shape>& shapes, const ExportJob& job, std::ostream& out);
 
 /// `value` if it is finite; else throws Error(data) naming `what`.

@@ -126,7 +126,7 @@ class Scene {
 void write_glb(const std::vector<Shape>& shapes, const ExportJob& job, std::ostream& out) {
   Scene scene(job.options.up, job.options.origin);
   for (const Shape& shape : shapes) scene.add("surface_" + std::to_string(shape.id), shape.color, shape.mesh);
-  for (const NamedMesh& mesh : job.extras.meshes) scene.add(mesh.name, mesh.color, mesh.mesh);
+  for (const NamedMesh& mesh : job.options.meshes) scene.add(mesh.name, mesh.color, mesh.mesh);
   scene.write(out);
 }
 

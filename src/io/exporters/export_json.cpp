@@ -38,8 +38,8 @@ Json numbers_json(const Matrix& matrix) {
 }
 
 Json polygons_json(const ExportJob& job, const Surface& surface) {
-  const auto labels = job.extras.edges.find(surface.id);
-  const bool labelled = labels != job.extras.edges.end();
+  const auto labels = job.options.edges.find(surface.id);
+  const bool labelled = labels != job.options.edges.end();
   if (labelled) require_labels_of(surface, labels->second);
   Json list = Json::array();
   for (std::size_t p = 0; p < surface.polygons.size(); ++p) {
@@ -85,7 +85,7 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
             {"revision", surface.revision},
             {"parents", surface.parents},
             {"polygons", polygons_json(job, surface)}};
-  if (const auto gaps = job.extras.gaps.find(id); gaps != job.extras.gaps.end())
+  if (const auto gaps = job.options.gaps.find(id); gaps != job.options.gaps.end())
     json["gaps"] = list_of(gaps->second, [&](const Gap& gap) { return gap_json(gap, surface); });
   if (job.with_boundary) json["boundary"] = points_json(surface.boundary);
   if (job.wants(ExportPart::meshes)) {
@@ -141,7 +141,7 @@ void write_json(const ExportJob& job, std::ostream& out) {
   out << "\n],\"cylinders\":[";
   write_each(out, job.snapshot.cylinders, "cylinder ", cylinder_json);
   out << "\n]";
-  if (const auto& found = job.extras.stairs)
+  if (const auto& found = job.options.stairs)
     out << ",\"stairs\":" << stairs_json(found->stairs) << ",\"steps\":" << steps_json(found->single_steps);
   out << "}\n";
 }

@@ -79,7 +79,7 @@ Json metadata_of(const RouteEdge& edge, const StoreyRoute& route, const std::vec
 }
 
 Json edge_feature(const RouteEdge& edge, std::size_t id, const StoreyRoute& route,
-                  const std::vector<Stair>& stairs, const Nav2Options& options) {
+                  const std::vector<Stair>& stairs, const std::string& stair_operation) {
   Json line = Json::array({coordinates(route.nodes.at(edge.from).at)});
   for (const Eigen::Vector3d& at : edge.over_stair) line.push_back(coordinates(at));
   line.push_back(coordinates(route.nodes.at(edge.to).at));
@@ -89,22 +89,22 @@ Json edge_feature(const RouteEdge& edge, std::size_t id, const StoreyRoute& rout
                   {"cost", rounded(edge.length_m)},
                   {"overridable", true},
                   {"metadata", metadata_of(edge, route, stairs)}};
-  if (edge.stair && !options.stair_operation.empty())
+  if (edge.stair && !stair_operation.empty())
     for (const auto& [name, trigger] : {std::pair{"enter_stair", "ON_ENTER"}, {"leave_stair", "ON_EXIT"}})
       properties["operations"][name] = {
-          {"type", options.stair_operation}, {"trigger", trigger}, {"metadata", properties["metadata"]}};
+          {"type", stair_operation}, {"trigger", trigger}, {"metadata", properties["metadata"]}};
   return feature("MultiLineString", Json::array({std::move(line)}), std::move(properties));
 }
 
-void write_route(const StoreyRoute& route, const std::vector<Stair>& stairs, const Nav2Options& options,
-                 std::ostream& out) {
+void write_route(const StoreyRoute& route, const std::vector<Stair>& stairs, const std::string& frame,
+                 const std::string& stair_operation, std::ostream& out) {
   out << R"({"type": "FeatureCollection", "name": "octosurf", "features": [)";
   const char* separator = "\n";
   for (std::size_t i = 0; i < route.nodes.size(); ++i, separator = ",\n")
-    out << separator << node_feature(route.nodes[i], i, options.frame);
+    out << separator << node_feature(route.nodes[i], i, frame);
   // Ids of edges go on behind those of nodes: what closes one must not close the other.
   for (std::size_t i = 0; i < route.edges.size(); ++i)
-    out << separator << edge_feature(route.edges[i], route.nodes.size() + i, route, stairs, options);
+    out << separator << edge_feature(route.edges[i], route.nodes.size() + i, route, stairs, stair_operation);
   out << "\n]}\n";
 }
 
@@ -157,11 +157,12 @@ void replace(const fs::path& folder, const fs::path& part) {
 }  // namespace
 
 void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
-                 const std::vector<Stair>& stairs, const fs::path& to, const Nav2Options& options) {
+                 const std::vector<Stair>& stairs, const std::string& frame, const fs::path& to, bool force,
+                 const std::string& stair_operation) {
   const fs::path folder = to.has_filename() ? to : to.parent_path();
   if (storeys.empty()) throw io::nothing_to_write(folder);
   try {
-    require_replaceable(folder, options.force);
+    require_replaceable(folder, force);
     const PartFolder part(folder);
     for (std::size_t i = 0; i < storeys.size(); ++i) {
       const std::string name = name_of_storey(i);
@@ -172,7 +173,7 @@ void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
     }
     if (!route.edges.empty())
       io::write_file(part.path / route_file, false,
-                     [&](std::ostream& out) { write_route(route, stairs, options, out); });
+                     [&](std::ostream& out) { write_route(route, stairs, frame, stair_operation, out); });
     replace(folder, part.path);
   } catch (const fs::filesystem_error& error) {
     throw Error(Error::Kind::output, folder.string(), "cannot be written: " + error.code().message());

@@ -41,10 +41,10 @@ bool io::ExportJob::wants(ExportPart part) const {
   return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
 }
 const std::vector<ConvexPiece>& io::ExportJob::convex(SurfaceId id) const {
-  return find_or_empty(extras.convex, id);
+  return find_or_empty(options.convex, id);
 }
 const std::vector<Eigen::Vector3d>& io::ExportJob::points_of(SurfaceId id) const {
-  return find_or_empty(extras.points, id);
+  return find_or_empty(options.points, id);
 }
 
 double io::finite(double value, const std::string& what) {
@@ -85,10 +85,10 @@ Eigen::Vector3d io::tidy(const Eigen::Vector3d& point) {
 }
 
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
-                     const ExportOptions& options, const ExportExtras& extras) {
+                     const ExportOptions& options) {
   const std::string ending = io::ending_of(file);
   check_export(file, ending, options);
-  const io::ExportJob job{snapshot, options, extras};
+  const io::ExportJob job{snapshot, options};
   io::write_file(file, options.force, [&](std::ostream& out) {
     if (ending == ".json") return io::write_json(job, out);
     const std::vector<io::Shape> shapes = io::make_shapes(job);

@@ -1,6 +1,7 @@
 #include "io/exporters/foxglove_log.hpp"
 
 #include "geometry/symmetric.hpp"
+#include "geometry/voxel_grid.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "octosurf_foxglove.pb.h"
 
@@ -173,7 +174,6 @@ Cells cells_around_occupied(const OccupancyView& octree) {
 }
 
 void mark_free(Cells& cells, const OccupancyView& octree) {
-  constexpr double zero_key = 32768;
   const double d = octree.resolution();
   const Eigen::Vector3d size = cells.count.cast<double>() * cells.edge, end = cells.corner + size;
   octree.for_each_leaf({cells.corner, end}, [&](std::span<const OccupancyView::Leaf> leaves) {
@@ -181,7 +181,7 @@ void mark_free(Cells& cells, const OccupancyView& octree) {
       if (leaf.log_odds >= octree.occupied_from()) continue;
       // Between the centres of its first and its last voxel.
       const Eigen::Vector3d low(leaf.corner[0], leaf.corner[1], leaf.corner[2]);
-      const Eigen::Vector3d first = (low.array() - zero_key + 0.5) * d;
+      const Eigen::Vector3d first = (low.array() - geometry::VoxelGrid::origin + 0.5) * d;
       const Eigen::Vector3d last = first.array() + ((1 << leaf.level) - 1) * d;
       if ((last.array() < cells.corner.array()).any() || (first.array() >= end.array()).any()) continue;
       const auto from = cells.index(first.cwiseMax(cells.corner)), to = cells.index(last);

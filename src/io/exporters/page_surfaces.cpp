@@ -13,11 +13,10 @@ using Json = PageBlock::Json;
 
 /// As octosurf export writes .json.
 std::string export_text(const PageMap& map, const Snapshot& snapshot) {
-  ExportExtras extras;
-  extras.edges = map.edges;
-  if (!map.stairs.empty()) extras.stairs = Stairs{map.stairs, {}};
-  const ExportOptions options;
-  const ExportJob job{snapshot, options, extras, false};
+  ExportOptions options;
+  options.edges = map.edges;
+  if (!map.stairs.empty()) options.stairs = Stairs{map.stairs, {}};
+  const ExportJob job{snapshot, options, false};
   std::ostringstream out;
   write_json(job, out);
   return std::move(out).str();

@@ -1,5 +1,7 @@
 #include "io/readers/reading_rules.hpp"
 
+#include "sensing/downsample.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -25,8 +27,6 @@ constexpr double least_share = 0.01;
 /// wall that continues towards the sensor.
 constexpr float empty_below = 0.9F;
 constexpr double hardly_any = 0.01;  // of the readings with the value; of a floor before a wall 3 %
-/// m: of a camera, which maps as far. Nearer, a floor seen from straight above is as level.
-constexpr float camera_limit_m = 4;
 /// m: inside of a lidar's housing, where rays start beside the origin.
 constexpr float housing_m = 0.1F;
 
@@ -136,11 +136,12 @@ void ReadingRules::look_for_none(Known& known, const Scan& scan, const std::stri
   };
   if (known.kind == SensorKind::depth_camera) {
     const auto depths = far_alike(scan.points, [&](const auto& p) { return p[known.axis]; });
-    if (depths && depths->distance > camera_limit_m) add(*depths, ", and none before");
+    if (depths && depths->distance > sensing::depth_camera_max_range) add(*depths, ", and none before");
     return;
   }
+  // Nearer, a floor seen from straight above is as level.
   if (const auto ranges = far_alike(scan.points, range_of);
-      ranges && ranges->distance > camera_limit_m && !in_a_plane(*ranges))
+      ranges && ranges->distance > sensing::depth_camera_max_range && !in_a_plane(*ranges))
     add(*ranges, " in all directions, and none before");
   Alike near;
   for (const Eigen::Vector3f& p : scan.points)

@@ -27,7 +27,7 @@ constexpr double least_jump_m_s = 2, least_jump_rad_s = 3;
 constexpr double least_jump_m = 0.1, least_jump_rad = 0.1;
 // Speeds lie up to 7 spreads (1.4826 times the median of how far they are from the median) above the median
 // in correct recordings, hand-held and on robots; odometry that restarts 0.7 m away is at 1000.
-constexpr double jump_spreads = 20, spread_of_median = 1.4826;
+constexpr double jump_spreads = 20;
 // A robot that stood and runs is fast in several steps, up to 3.3 times as in the second fastest of those
 // around. One bad sample makes two fast steps.
 constexpr std::size_t steps_around = 4, fast_beside = 1;
@@ -68,7 +68,7 @@ void mark_fast(const std::vector<double>& lengths, const std::vector<double>& ti
   std::vector<double> sorted = speeds;
   const double usual = geometry::median_of(sorted);
   for (double& speed : sorted) speed = std::abs(speed - usual);
-  const double spread = spread_of_median * geometry::median_of(sorted);
+  const double spread = geometry::deviation_per_median * geometry::median_of(sorted);
   const double most = std::max(least_speed, usual + jump_spreads * spread);
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     if (!(lengths[i] > least_length && speeds[i] > most)) continue;

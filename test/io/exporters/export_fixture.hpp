@@ -25,9 +25,9 @@ class ExportTest : public FolderTest {
   }
   std::filesystem::path write(const std::string& name, std::vector<ExportPart> parts) const {
     const std::size_t before = count_files();
-    ExportOptions options;
+    ExportOptions options = extras_;
     options.parts = std::move(parts);
-    export_surfaces(room_, path(name), options, extras_);
+    export_surfaces(room_, path(name), options);
     EXPECT_EQ(count_files(), before + 1);
     return path(name);
   }
@@ -39,7 +39,7 @@ class ExportTest : public FolderTest {
   }
 
   Snapshot room_ = make_room();
-  ExportExtras extras_;
+  ExportOptions extras_;
 };
 
 inline double area(const Mesh& mesh) {

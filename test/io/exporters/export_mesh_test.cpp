@@ -166,11 +166,11 @@ TEST_F(ExportTest, GlbIsReadByTinygltf) {
 }
 
 TEST_F(ExportTest, GlbStandsUpright) {
-  ExportOptions options;
+  ExportOptions options = extras_;
   options.force = true;
   for (const Eigen::Vector3d& z : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.2, -0.9, -0.4)}) {
     options.up = z;
-    export_surfaces(room_, path("room.glb"), options, extras_);
+    export_surfaces(room_, path("room.glb"), options);
     const tinygltf::Model model = load_glb(path("room.glb"));
     ASSERT_EQ(model.scenes.size(), 1u);
     ASSERT_EQ(model.scenes[0].nodes.size(), 1u);
@@ -184,15 +184,15 @@ TEST_F(ExportTest, GlbStandsUpright) {
     EXPECT_NEAR(matrix.determinant(), 1, 1e-6);
   }
   options.up.setZero();
-  EXPECT_THROW(export_surfaces(room_, path("room.glb"), options, extras_), Error);
+  EXPECT_THROW(export_surfaces(room_, path("room.glb"), options), Error);
 }
 
 TEST_F(ExportTest, AnOriginStandsOnceInGlbAndJson) {
-  ExportOptions options;
+  ExportOptions options = extras_;
   options.origin = {448000.25, 5411000, 120};
   for (const char* ending : {".glb", ".json"}) {
-    export_surfaces(room_, path(std::string("far") + ending), options, extras_);
-    export_surfaces(room_, path(std::string("near") + ending), {}, extras_);
+    export_surfaces(room_, path(std::string("far") + ending), options);
+    export_surfaces(room_, path(std::string("near") + ending), extras_);
   }
   const tinygltf::Model far = load_glb(path("far.glb")), near = load_glb(path("near.glb"));
   const auto extras = [](const tinygltf::Model& model) {

@@ -108,9 +108,9 @@ TEST_F(ExportTest, EdgeLabelsOfOtherPolygonsAreRefused) {
   edges.outer.assign(floor.polygons[0].outer.size(), EdgeKind::real);
   edges.holes.emplace_back(floor.polygons[0].holes[0].size(), EdgeKind::real);
   const auto refused = [&](const std::vector<PolygonEdges>& wrong) {
-    ExportExtras extras;
-    extras.edges[floor.id] = wrong;
-    expect_refused(Error::Kind::data, [&] { export_surfaces(room_, path("wrong.json"), {}, extras); });
+    ExportOptions options;
+    options.edges[floor.id] = wrong;
+    expect_refused(Error::Kind::data, [&] { export_surfaces(room_, path("wrong.json"), options); });
     EXPECT_EQ(count_files(), 0U);
   };
   refused({});
@@ -149,10 +149,9 @@ TEST_F(ExportTest, UnwritablePlaceIsNamed) {
   for (const char* name : {"no/folder.json", "no/folder.ply", "no/folder.glb"}) {
     expect_refused(Error::Kind::output, [&] { export_surfaces(room_, path(name)); });
   }
-  ExportOptions options;
+  ExportOptions options = extras_;
   options.parts = {points};
-  expect_refused(Error::Kind::output,
-                 [&] { export_surfaces(room_, path("no/folder.ply"), options, extras_); });
+  expect_refused(Error::Kind::output, [&] { export_surfaces(room_, path("no/folder.ply"), options); });
   options.force = true;
   std::filesystem::create_directory(path("folder.json"));
   expect_refused(Error::Kind::output, [&] { export_surfaces(room_, path("folder.json"), options); });
@@ -176,10 +175,10 @@ TEST_F(ExportTest, FullDiskIsAnErrorAndLeavesNothing) {
 
 TEST_F(ExportTest, WrongUseIsNamed) {
   const auto expect_wrong = [&](const char* name, const std::vector<ExportPart>& parts) {
-    ExportOptions options;
+    ExportOptions options = extras_;
     options.parts = parts;
     expect_refused(
-        Error::Kind::usage, [&] { export_surfaces(room_, path(name), options, extras_); }, name);
+        Error::Kind::usage, [&] { export_surfaces(room_, path(name), options); }, name);
   };
   expect_wrong("room.xyz", {polygons});
   expect_wrong("room", {polygons});

@@ -5,24 +5,8 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
 namespace octosurf::detail {
-
-/// One ray of a scan, from the sensor to where it ends.
-struct GridRay {
-  std::array<float, 3> end;          ///< map frame, m
-  std::array<std::uint16_t, 3> key;  ///< voxel of `end`, as OctoMap's OcTreeKey
-  bool hit = true;                   ///< that voxel is hit; else the ray was cut there
-  bool to_centre = true;             ///< `end` is the centre of that voxel
-};
-
-/// Where the rays start, and the voxel edge.
-struct GridOrigin {
-  std::array<float, 3> position{};  ///< map frame, m
-  std::array<std::uint16_t, 3> key{};
-  double resolution = 0;
-};
 
 /// 8³ voxels that a scan touched: bit m of the masks is the voxel with Morton index m inside the
 /// block, so that word w and its bytes are the octree's children and grandchildren.
@@ -61,10 +45,15 @@ class ScanRays {
   void clear();
   /// Whether no earlier call since clear() named this voxel.
   bool is_new_end(const std::array<std::uint16_t, 3>& key);
-  /// Touched blocks of `rays` in ascending Morton order; valid until the next call.
-  std::span<const TouchedBlock> trace(const GridOrigin& from, int threads);
-
-  std::vector<GridRay> rays;
+  /// A ray to `end` (map frame, m) in the voxel `key`, as OctoMap's OcTreeKey: hit, unless the ray was cut
+  /// there. `to_centre`: `end` is the voxel's centre.
+  void add(const std::array<float, 3>& end, const std::array<std::uint16_t, 3>& key, bool hit,
+           bool to_centre);
+  /// Blocks in ascending Morton order that the rays from `position` in the voxel `key` touch; valid until the
+  /// next call.
+  std::span<const TouchedBlock> trace(const std::array<float, 3>& position,
+                                      const std::array<std::uint16_t, 3>& key, double resolution,
+                                      int threads);
 
  private:
   struct Parts;
