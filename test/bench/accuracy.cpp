@@ -29,12 +29,11 @@ struct Method {
 
 std::vector<Method> methods_of(const Options& options) {
   const double d = options.resolutions.front();
-  std::vector<Method> methods{{"ours/default", parameters_at(d, options.set)},
-                              {"ours/paper/r=0.15", paper_parameters(d, 0.15)},
-                              {"ours/paper/r=0.06", paper_parameters(d, 0.06)},
-                              {"cgal/growing", parameters_at(d), cgal_region_growing},
-                              {"cgal/ransac", parameters_at(d), cgal_efficient_ransac}};
-  return methods;
+  return {{"ours/default", parameters_at(d, options.set)},
+          {"ours/paper/r=0.15", paper_parameters(d, 0.15)},
+          {"ours/paper/r=0.06", paper_parameters(d, 0.06)},
+          {"cgal/growing", parameters_at(d), cgal_region_growing},
+          {"cgal/ransac", parameters_at(d), cgal_efficient_ransac}};
 }
 
 /// The default, and without one thing that the paper does not do or does otherwise.
@@ -67,8 +66,8 @@ std::vector<Method> departures_of(const Options& options) {
 std::vector<Method> wanted(std::vector<Method> methods, const Options& options) {
   if (!options.only.empty())
     std::erase_if(methods, [&](const Method& method) {
-      return std::none_of(options.only.begin(), options.only.end(),
-                          [&](const std::string& prefix) { return method.name.starts_with(prefix); });
+      return std::ranges::none_of(options.only,
+                                  [&](const std::string& prefix) { return method.name.starts_with(prefix); });
     });
   if (methods.empty()) throw Error(Error::Kind::usage, "--only", "leaves no method", "try ours or cgal");
   return methods;
@@ -166,8 +165,7 @@ void score(const std::vector<Method>& methods, const Options& options) {
         const evaluation::FaceScore& face = evaluation.face_scores[k];
         if (face.verdict == evaluation::TruthVerdict::not_judged) continue;
         const bool correct = face.verdict == evaluation::TruthVerdict::correct;
-        const auto its = std::find_if(truth.faces.begin(), truth.faces.end(),
-                                      [&](const evaluation::TrueFace& one) { return one.id == face.id; });
+        const auto its = std::ranges::find(truth.faces, face.id, &evaluation::TrueFace::id);
         const bool is_seen_well = seen_well(*its, voxels, method.parameters);
         well += is_seen_well;
         well_correct += is_seen_well && correct;
@@ -192,7 +190,7 @@ void departures(const Options& options) { score(wanted(departures_of(options), o
 
 void stairs(const Options& options) {
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
-    const Mapper mapper = mapped(recorded, parameters_at(options.resolutions.front(), options.set));
+    const Mapper mapper = mapped(recorded, options);
     const Eigen::Vector3d up = up_of(mapper.map()).direction;
     const evaluation::StairScores scores =
         evaluation::evaluate_stairs(find_stairs(*mapper.snapshot(), up).stairs, recorded.truth, up);

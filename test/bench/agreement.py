@@ -43,26 +43,22 @@ FAULTS = {  # name: what the warning is to say
     "jump": "jump", "yaw": "jump", "two passes": "two tracks", "late": "after their stamps", "focal": "focal length",
     "unit": "times as long", "left-handed": "axis reversed", "inverse": "taken as inverse",
 }
+SCALES = {"focal": [1 / 1.15, 1 / 1.15, 1], "unit": 0.8, "left-handed": [1, -1, 1]}  # of readings
 
 
-def turned(axis, degrees):
-    matrix, (i, j) = np.eye(4), [(1, 2), (2, 0), (0, 1)][axis]
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    matrix[i, i] = matrix[j, j] = c
-    matrix[i, j], matrix[j, i] = -s, s
+def turned(degrees):
+    """About z."""
+    matrix, c, s = np.eye(4), np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    matrix[:2, :2] = [[c, -s], [s, c]]
     return matrix
 
 
 def quaternion(matrix):
     """x y z w, by the largest of the four."""
     m = matrix[:3, :3]
-    squares = np.array([1 + m[0, 0] - m[1, 1] - m[2, 2], 1 - m[0, 0] + m[1, 1] - m[2, 2], 1 - m[0, 0] - m[1, 1] + m[2, 2], 1 + np.trace(m)])
-    k = int(np.argmax(squares))
-    rows = [[squares[0], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
-            [m[0, 1] + m[1, 0], squares[1], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
-            [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], squares[2], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], squares[3]]]
-    q = np.array(rows[k])
+    v = np.array([[m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]])
+    products = np.block([[m + m.T + (1 - np.trace(m)) * np.eye(3), v.T], [v, np.array([[1 + np.trace(m)]])]])  # 4 q qᵀ
+    q = products[np.argmax(np.diag(products))]
     return q / np.linalg.norm(q)
 
 
@@ -75,18 +71,12 @@ def with_fault(scans, fault):
         if fault == "jump" and k >= middle:
             pose = np.vstack([np.c_[pose[:3, :3], pose[:3, 3] + [0.24, 0.18, 0]], pose[3]])
         if fault == "yaw" and k >= middle:
-            pose = pivot @ turned(2, 5) @ np.linalg.inv(pivot) @ pose
+            pose = pivot @ turned(5) @ np.linalg.inv(pivot) @ pose
         if fault == "two passes" and k % 2:
             pose = scans[(k + middle) % len(scans)][1]
-        if fault == "focal":
-            points = points * np.float32([1 / 1.15, 1 / 1.15, 1])
-        if fault == "unit":
-            points = points * np.float32(0.8)
-        if fault == "left-handed":
-            points = points * np.float32([1, -1, 1])
         if fault == "inverse":
             pose = np.linalg.inv(pose)
-        made.append((points, pose, stamp))
+        made.append((points * np.float32(SCALES[fault]) if fault in SCALES else points, pose, stamp))
     return made
 
 

@@ -26,6 +26,17 @@ std::filesystem::path mesh_of(const std::string& scene) {
   return data_path("terrain_meshes/" + scene + ".stl");
 }
 
+/// Every `every`-th scan of a recording, at most `limit` (0: all).
+void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
+                   const VisitScan& visit) {
+  const auto source = open_scans({recording});
+  for (std::size_t index = 0; limit == 0 || index <= (limit - 1) * every; ++index) {
+    const std::optional<Scan> scan = source->next();
+    if (!scan) return;
+    if (index % every == 0) visit(*scan);
+  }
+}
+
 }  // namespace
 
 void write(Json row, const Json& more) {
@@ -86,8 +97,8 @@ Parameters paper_parameters(double resolution, double search_radius) {
   return parameters;
 }
 
-Mapper mapped(const Recorded& recorded, const Parameters& parameters) {
-  Mapper mapper(parameters);
+Mapper mapped(const Recorded& recorded, const Options& options) {
+  Mapper mapper(parameters_at(options.resolutions.front(), options.set));
   for (const Scan& scan : recorded.scans) mapper.insert(scan);
   return mapper;
 }
@@ -104,23 +115,24 @@ std::filesystem::path kitchen_of(const Options& options) {
   return data_path("rgbd_7scenes_redkitchen");
 }
 
-void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
-                   const std::function<void(const Scan&)>& visit) {
-  const auto source = open_scans({recording});
-  std::size_t visited = 0;
-  for (std::size_t index = 0; limit == 0 || visited < limit; ++index) {
-    const std::optional<Scan> scan = source->next();
-    if (!scan) return;
-    if (index % every != 0) continue;
-    visit(*scan);
-    ++visited;
-  }
+std::vector<Scan> scans_of(const std::filesystem::path& recording, std::size_t limit) {
+  std::vector<Scan> scans;
+  for_each_scan(recording, 1, limit, [&](const Scan& scan) { scans.push_back(scan); });
+  return scans;
 }
 
-std::vector<Scan> scans_of(const std::filesystem::path& recording, std::size_t every, std::size_t limit) {
-  std::vector<Scan> scans;
-  for_each_scan(recording, every, limit, [&](const Scan& scan) { scans.push_back(scan); });
-  return scans;
+void for_each_kitchen_scan(const Options& options, const VisitScan& visit) {
+  for_each_scan(kitchen_of(options), options.every, options.frames, visit);
+}
+
+void for_each_run(const Options& options, std::size_t every,
+                  const std::function<void(Json, const std::function<void(const VisitScan&)>&)>& run) {
+  run({{"scene", "kitchen"}}, [&](const VisitScan& visit) { for_each_kitchen_scan(options, visit); });
+  for_each_recording(options, [&](const Recorded& recorded, const Json& row) {
+    run(row, [&](const VisitScan& visit) {
+      for (std::size_t i = 0; i < recorded.scans.size(); i += every) visit(recorded.scans[i]);
+    });
+  });
 }
 
 OctomapScan::OctomapScan(const Scan& scan) {
@@ -134,21 +146,29 @@ OctomapScan::OctomapScan(const Scan& scan) {
     if (p.allFinite()) cloud.push_back(point(scan.T_map_sensor * p.cast<double>()));
 }
 
-std::vector<StandingFace> standing_faces(const evaluation::Truth& truth) {
-  std::vector<StandingFace> faces;
-  for (const evaluation::TrueFace& face : truth.faces)
-    if (!face.gone)
-      faces.push_back({&face, evaluation::PlanarRegion(face.polygons), face.T_map_face.inverse()});
+std::vector<Face> faces_of(const Snapshot& snapshot) {
+  std::vector<Face> faces;
+  for (const SurfacePtr& one : snapshot.surfaces)
+    faces.push_back(
+        {one->plane, one->T_map_surface, evaluation::PlanarRegion(one->polygons), one.get(), nullptr});
   return faces;
 }
 
-double off_outlines(const std::vector<StandingFace>& faces, const Eigen::Vector3d& p,
-                    const Eigen::Vector3d& normal, double tolerance, double at_most) {
-  for (const StandingFace& face : faces) {
+std::vector<Face> standing_faces(const evaluation::Truth& truth) {
+  std::vector<Face> faces;
+  for (const evaluation::TrueFace& one : truth.faces)
+    if (!one.gone)
+      faces.push_back({one.plane, one.T_map_face, evaluation::PlanarRegion(one.polygons), nullptr, &one});
+  return faces;
+}
+
+double off_outlines(const std::vector<Face>& faces, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+                    double tolerance, double at_most) {
+  for (const Face& face : faces) {
     if (face.normal().dot(normal) < std::cos(max_slope) || face.region.empty() ||
         std::abs(face.height(p)) > tolerance)
       continue;
-    if (face.region.contains(face.foot(p))) return 0;
+    if (face.holds(p)) return 0;
     at_most = std::min(at_most, face.region.ring_distance(face.foot(p), at_most));
   }
   return at_most;
@@ -176,6 +196,11 @@ double percentile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
   const double rank = std::ceil(share * static_cast<double>(values.size()));
   return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+}
+
+Json quantiles(const std::string& prefix, const std::string& unit, const std::vector<double>& values) {
+  return {{prefix + "p50_" + unit, percentile(values, 0.5)},
+          {prefix + "p99_" + unit, percentile(values, 0.99)}};
 }
 
 double mean(const std::vector<double>& values) {
@@ -229,7 +254,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Options, scenes, sensors, seeds,
 int main(int argc, char** argv) {
   using namespace octosurf::bench;
   // clang-format off
-  const std::map<std::string, void (*)(const Options&)> benchmarks{
+  const std::map<std::string, Benchmark*> benchmarks{
       {"accuracy", accuracy}, {"departures", departures}, {"dynamics", dynamics}, {"floor", octosurf::bench::floor},
       {"footholds", footholds}, {"gaps", gaps}, {"ground", ground}, {"kitchen", kitchen}, {"labelled", labelled},
       {"patches", patches}, {"plans", plans}, {"queries", queries}, {"repeatability", repeatability},

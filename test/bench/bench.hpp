@@ -50,27 +50,22 @@ struct Options {
   bool mosd = false, brief = false, verbose = false;
 };
 
-// Each is a benchmark.
-void accuracy(const Options& options);
-void departures(const Options& options);
-void dynamics(const Options& options);
-void floor(const Options& options);
-void footholds(const Options& options);
-void gaps(const Options& options);
-void ground(const Options& options);
-void kitchen(const Options& options);
-void labelled(const Options& options);
-void patches(const Options& options);
-void plans(const Options& options);
-void queries(const Options& options);
-void repeatability(const Options& options);
-void speed(const Options& options);
-void stairs(const Options& options);
-void steadiness(const Options& options);
-void table1(const Options& options);
+using Benchmark = void(const Options& options);
+Benchmark accuracy, departures, dynamics, floor, footholds, gaps, ground, kitchen, labelled, patches, plans,
+    queries, repeatability, speed, stairs, steadiness, table1;
 
 /// Writes a line, at once: both objects as one.
 void write(Json row, const Json& more = Json::object());
+
+/// Counts by name, of which none is missing.
+struct Counts {
+  Json row;
+
+  explicit Counts(std::initializer_list<const char*> names) {
+    for (const char* name : names) row[name] = std::uint64_t{0};
+  }
+  std::uint64_t& operator[](const char* name) { return row.at(name).get_ref<std::uint64_t&>(); }
+};
 
 /// A simulated recording, all in memory.
 struct Recorded {
@@ -90,17 +85,23 @@ Parameters parameters_at(double resolution, const std::vector<std::string>& set 
 /// The paper's, but for r.
 Parameters paper_parameters(double resolution, double search_radius);
 
-/// The map of a recording.
-Mapper mapped(const Recorded& recorded, const Parameters& parameters);
+/// The map of a recording, at the first of --resolutions.
+Mapper mapped(const Recorded& recorded, const Options& options);
 
 /// A folder or file of ../shared/data; throws Error(data) if it is missing.
 std::filesystem::path data_path(const std::string& name);
 /// The kitchen, or what --inputs names in its place.
 std::filesystem::path kitchen_of(const Options& options);
-/// Every `every`-th scan of a recording, at most `limit` (0: all).
-void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
-                   const std::function<void(const Scan&)>& visit);
-std::vector<Scan> scans_of(const std::filesystem::path& recording, std::size_t every, std::size_t limit);
+/// The first scans of a recording, or all.
+std::vector<Scan> scans_of(const std::filesystem::path& recording, std::size_t limit = 0);
+
+using VisitScan = std::function<void(const Scan&)>;
+/// The kitchen's, by --every and --frames.
+void for_each_kitchen_scan(const Options& options, const VisitScan& visit);
+/// `run(row, scans)` of the kitchen, and of each simulated recording, of these every `every`-th scan.
+void for_each_run(
+    const Options& options, std::size_t every,
+    const std::function<void(Json row, const std::function<void(const VisitScan&)>& scans)>& run);
 
 /// OctoMap's input in its own form, in the map's frame.
 struct OctomapScan {
@@ -109,22 +110,34 @@ struct OctomapScan {
   explicit OctomapScan(const Scan& scan);
 };
 
-/// A true face that stands at the end, ready for queries.
-struct StandingFace {
-  const evaluation::TrueFace* truth;
+/// A surface, or a true face that stands at the end, ready for queries.
+struct Face {
+  Plane plane;
+  Eigen::Isometry3d T_map_face;
   evaluation::PlanarRegion region;
-  Eigen::Isometry3d T_face_map;
+  const Surface* surface = nullptr;
+  const evaluation::TrueFace* truth = nullptr;
+  Eigen::Isometry3d T_face_map = T_map_face.inverse();
 
-  const Eigen::Vector3d& normal() const { return truth->plane.normal; }
-  double height(const Eigen::Vector3d& p) const { return truth->plane.signed_distance(p); }
+  const Eigen::Vector3d& normal() const { return plane.normal; }
+  double height(const Eigen::Vector3d& p) const { return plane.signed_distance(p); }
   Eigen::Vector2d foot(const Eigen::Vector3d& p) const { return (T_face_map * p).head<2>(); }
+  bool holds(const Eigen::Vector3d& p) const { return region.contains(foot(p)); }
+  /// Calls `visit(p)` for the points of a grid, as PlanarRegion::for_each_cell().
+  template <class Visit>
+  void for_each_point(double step, const Visit& visit) const {
+    region.for_each_cell(step, [&](const Eigen::Vector2d& uv) {
+      visit(Eigen::Vector3d(T_map_face * Eigen::Vector3d(uv.x(), uv.y(), 0)));
+    });
+  }
 };
-/// `truth` must outlive them.
-std::vector<StandingFace> standing_faces(const evaluation::Truth& truth);
+// What they are of must outlive them.
+std::vector<Face> faces_of(const Snapshot& snapshot);
+std::vector<Face> standing_faces(const evaluation::Truth& truth);
 /// How far a point of something with this normal lies off the outlines of all faces that slope alike, by
 /// max_slope, and whose planes are within `tolerance`; `at_most` if that far or farther.
-double off_outlines(const std::vector<StandingFace>& faces, const Eigen::Vector3d& p,
-                    const Eigen::Vector3d& normal, double tolerance, double at_most);
+double off_outlines(const std::vector<Face>& faces, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+                    double tolerance, double at_most);
 
 /// Points every centimetre all over a contact with `margin` around it, its outline included, about its
 /// reference point.
@@ -134,6 +147,8 @@ Ring2 ring_of(const ContactShape& shape);
 
 /// The smallest value that at least `share` of the values do not exceed; 0 if there are none.
 double percentile(std::vector<double> values, double share);
+/// Median and 99th percentile: PREFIXp50_UNIT, PREFIXp99_UNIT.
+Json quantiles(const std::string& prefix, const std::string& unit, const std::vector<double>& values);
 double mean(const std::vector<double>& values);
 
 /// Wall-clock milliseconds of one call.

@@ -83,47 +83,44 @@ Mixed mixed(const Scan& scan, double stamp_s, const std::vector<Mover>& movers) 
   return result;
 }
 
-void compare(const Json& recording, const std::vector<Scan>& scans, const Options& options) {
-  const std::vector<Mover> movers = movers_of(scans, options.count);
-  const double resolution = options.resolutions.front();
-  Mapper mapper(parameters_at(resolution, options.set));
-  octomap::OcTree tree(resolution);
-  std::vector<Mixed> all;
-  double now_s = 0;
-  for (const Scan& scan : scans) {
-    if (!all.empty()) now_s += duration(all.back().scan, scan);
-    all.push_back(mixed(scan, now_s, movers));
-    mapper.insert(all.back().scan);
-    const double range = sensing::default_max_range(scan.sensor);
-    const OctomapScan input(all.back().scan);
-    tree.insertPointCloud(input.cloud, input.origin, std::isfinite(range) ? range : -1, false, true);
-  }
-  // Readings by whether a mover's, and whether their voxel is occupied at the end.
-  std::array<std::array<std::size_t, 2>, 2> ours{}, plain{};
-  for (const Mixed& part : all)
-    for (std::size_t i = 0; i < part.moves.size(); ++i) {
-      const Eigen::Vector3f& point = part.scan.points[i];
-      if (!point.allFinite() || point.norm() > sensing::default_max_range(part.scan.sensor)) continue;
-      const Eigen::Vector3d at = part.scan.T_map_sensor * point.cast<double>();
-      ++ours[part.moves[i]][mapper.map().at(at).state == OccupancyView::State::occupied];
-      const octomap::OcTreeNode* node = tree.search(at.x(), at.y(), at.z());
-      ++plain[part.moves[i]][node != nullptr && tree.isNodeOccupied(node)];
-    }
-  if (ours[1] == std::array<std::size_t, 2>{}) return;
-  for (const auto& [name, kept] : {std::pair{"octosurf", &ours}, {"OctoMap", &plain}}) {
-    write(recording, {{"method", name},
-                      {"static", (*kept)[0][0] + (*kept)[0][1]},
-                      {"kept_static", (*kept)[0][1]},
-                      {"moving", (*kept)[1][0] + (*kept)[1][1]},
-                      {"kept_moving", (*kept)[1][1]}});
-  }
-}
-
 }  // namespace
 
 void dynamics(const Options& options) {
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
-    compare(recording, recorded.scans, options);
+    const std::vector<Scan>& scans = recorded.scans;
+    const std::vector<Mover> movers = movers_of(scans, options.count);
+    const double resolution = options.resolutions.front();
+    Mapper mapper(parameters_at(resolution, options.set));
+    octomap::OcTree tree(resolution);
+    std::vector<Mixed> all;
+    double now_s = 0;
+    for (const Scan& scan : scans) {
+      if (!all.empty()) now_s += duration(all.back().scan, scan);
+      all.push_back(mixed(scan, now_s, movers));
+      mapper.insert(all.back().scan);
+      const double range = sensing::default_max_range(scan.sensor);
+      const OctomapScan input(all.back().scan);
+      tree.insertPointCloud(input.cloud, input.origin, std::isfinite(range) ? range : -1, false, true);
+    }
+    // Readings by whether a mover's, and whether their voxel is occupied at the end.
+    std::array<std::array<std::size_t, 2>, 2> ours{}, plain{};
+    for (const Mixed& part : all)
+      for (std::size_t i = 0; i < part.moves.size(); ++i) {
+        const Eigen::Vector3f& point = part.scan.points[i];
+        if (!point.allFinite() || point.norm() > sensing::default_max_range(part.scan.sensor)) continue;
+        const Eigen::Vector3d at = part.scan.T_map_sensor * point.cast<double>();
+        ++ours[part.moves[i]][mapper.map().at(at).state == OccupancyView::State::occupied];
+        const octomap::OcTreeNode* node = tree.search(at.x(), at.y(), at.z());
+        ++plain[part.moves[i]][node != nullptr && tree.isNodeOccupied(node)];
+      }
+    if (ours[1] == std::array<std::size_t, 2>{}) return;
+    for (const auto& [name, kept] : {std::pair{"octosurf", &ours}, {"OctoMap", &plain}}) {
+      write(recording, {{"method", name},
+                        {"static", (*kept)[0][0] + (*kept)[0][1]},
+                        {"kept_static", (*kept)[0][1]},
+                        {"moving", (*kept)[1][0] + (*kept)[1][1]},
+                        {"kept_moving", (*kept)[1][1]}});
+    }
   });
 }
 

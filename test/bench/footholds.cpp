@@ -2,6 +2,7 @@
 // truth, for several margins, and beside them the convex hull's plain inset.
 
 #include "bench/bench.hpp"
+#include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
 
 #include <algorithm>
@@ -21,14 +22,9 @@ constexpr std::size_t by_hull = margins.size();
 constexpr double inside_by = 0.01;   // m: truly supported is what lies so far inside
 constexpr double false_from = 0.05;  // m off every true outline: no rim any more, nothing is there
 
-struct Foot {
-  std::string name;
-  GroundRules rules;
-};
-
 /// Feet on outlines as mapped, and on ground by default.
-std::vector<Foot> all_feet(double resolution) {
-  std::vector<Foot> feet;
+std::vector<std::pair<std::string, GroundRules>> all_feet(double resolution) {
+  std::vector<std::pair<std::string, GroundRules>> feet;
   for (const auto& [name, robot] : {std::pair("sole", Robot(Biped{})), {"ball", Robot(Quadruped{})}}) {
     GroundRules ground = GroundRules::of(robot, resolution), mapped = ground;
     mapped.as_mapped = true;
@@ -72,7 +68,7 @@ class Ground {
           faces_[f].normal().z() < std::cos(max_slope) ? 0.0 : static_cast<double>(cells_[f].size()));
   }
   bool has_ground() const {
-    return std::any_of(weights_.begin(), weights_.end(), [](double weight) { return weight > 0; });
+    return std::ranges::any_of(weights_, [](double weight) { return weight > 0; });
   }
 
   double off(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
@@ -81,11 +77,11 @@ class Ground {
 
   /// Whether a face is over a place, lower than a contact's clearance.
   bool covered(const Eigen::Vector3d& at, const ContactLimits& limits) const {
-    return std::any_of(faces_.begin(), faces_.end(), [&](const StandingFace& face) {
+    return std::ranges::any_of(faces_, [&](const Face& face) {
       if (face.normal().z() < 0.1) return false;
       const Eigen::Vector3d over = at - face.height(at) / face.normal().z() * Eigen::Vector3d::UnitZ();
       return over.z() - at.z() > limits.obstacle_from_m && over.z() - at.z() < limits.clearance_m &&
-             face.region.contains(face.foot(over));
+             face.holds(over);
     });
   }
 
@@ -93,7 +89,7 @@ class Ground {
     std::uniform_real_distribution<double> uniform(0, 1);
     std::discrete_distribution<std::size_t> by_area(weights_.begin(), weights_.end());
     const std::size_t f = by_area(rng);
-    const StandingFace& face = faces_[f];
+    const Face& face = faces_[f];
     const auto& [row, column] = cells_[f][rng() % cells_[f].size()];
     const double v = (row + uniform(rng)) * cell_, u = (column + uniform(rng)) * cell_;
     const Eigen::Rotation2Dd turn(2 * std::numbers::pi * uniform(rng));
@@ -111,7 +107,7 @@ class Ground {
 
  private:
   using Cell = std::pair<int, int>;  // row, column
-  std::vector<StandingFace> faces_;
+  std::vector<Face> faces_;
   std::vector<std::vector<Cell>> cells_;  // that were seen, by face; in order
   std::vector<double> weights_;           // of faces that a foot is put on
   double cell_, tolerance_;
@@ -141,28 +137,26 @@ std::vector<Walkable> walkable(const Snapshot& snapshot) {
   return all;
 }
 
-/// Of one way to accept: footholds, and those of them that are off by more than so much; of truly good ones.
-struct Tally {
-  std::size_t accepted = 0, off_1cm = 0, off_2cm = 0, off_all = 0, good_accepted = 0;
-};
-
 /// The queries to one map for one foot.
 struct Asked {
   const Mapper& mapper;
   const std::vector<Walkable>& surfaces;
   const Ground& ground;
-  const Foot& foot;
+  const GroundRules& rules;
   double tolerance;
   OccupancyView octree = mapper.map().octree();
-  GroundView view{mapper.snapshot(), octree, foot.rules};
-  Ring2 ring = ring_of(foot.rules.foot);
-  std::array<Tally, margins.size() + 1> tallies{};
-  std::size_t good = 0, room_unseen = 0;
+  GroundView view{mapper.snapshot(), octree, rules};
+  Ring2 ring = ring_of(rules.foot);
+  /// Of each way to accept: footholds, and those of them that are off by more than so much; of truly good
+  /// ones.
+  std::vector<Counts> tallies{margins.size() + 1,
+                              Counts{"accepted", "off_1cm", "off_2cm", "false", "good_accepted"}};
+  Counts truly{"good", "room_unseen"};
   std::vector<double> us{};
 
   /// Random places on what the map says is there: how many are accepted, and which of them are not there.
   void ask_map(std::mt19937_64& rng, std::size_t count) {
-    const std::vector<Eigen::Vector2d> points = points_of(foot.rules.foot, 0);
+    const std::vector<Eigen::Vector2d> points = points_of(rules.foot, 0);
     std::uniform_real_distribution<double> uniform(0, 1);
     std::vector<double> areas;
     for (const Walkable& one : surfaces) areas.push_back(one.hull.area());
@@ -185,17 +179,17 @@ struct Asked {
                                        one.surface->plane.normal));
       for (std::size_t m = 0; m < tallies.size(); ++m) {
         if (m == by_hull ? !hull : !found.accepted || found.margin_m < margins[m]) continue;
-        ++tallies[m].accepted;
-        tallies[m].off_1cm += off > 0.01;
-        tallies[m].off_2cm += off > 0.02;
-        tallies[m].off_all += off >= false_from;
+        ++tallies[m]["accepted"];
+        tallies[m]["off_1cm"] += off > 0.01;
+        tallies[m]["off_2cm"] += off > 0.02;
+        tallies[m]["false"] += off >= false_from;
       }
     }
   }
 
   /// Whether no ray entered some voxel over a point of a foot, where the limits want it known.
   bool unseen_over(const Eigen::Isometry3d& T_map_contact, const Eigen::Vector2d& p) const {
-    const ContactLimits& limits = foot.rules.limits;
+    const ContactLimits& limits = rules.limits;
     for (double z = limits.obstacle_from_m; z < limits.unknown_to_m; z += octree.resolution() / 2)
       if (octree.at(T_map_contact * Eigen::Vector3d(p.x(), p.y(), z)).state == OccupancyView::State::unknown)
         return true;
@@ -204,20 +198,18 @@ struct Asked {
 
   /// Places that are truly supported and were seen: how many are accepted, by any surface that is there.
   void ask_truth(std::mt19937_64& rng, std::size_t count) {
-    const std::vector<Eigen::Vector2d> points = points_of(foot.rules.foot, inside_by);
+    const std::vector<Eigen::Vector2d> points = points_of(rules.foot, inside_by);
     for (std::size_t i = 0; i < count; ++i) {
       const Ground::Place place = ground.place(rng, points);
       if (!place.supported || !place.seen) continue;
-      if (std::any_of(points.begin(), points.end(), [&](const Eigen::Vector2d& p) {
-            return ground.covered(place.T_map_contact * Eigen::Vector3d(p.x(), p.y(), 0), foot.rules.limits);
+      if (std::ranges::any_of(points, [&](const Eigen::Vector2d& p) {
+            return ground.covered(place.T_map_contact * Eigen::Vector3d(p.x(), p.y(), 0), rules.limits);
           }))
         continue;
       const auto over = [&](const Eigen::Vector2d& p) { return unseen_over(place.T_map_contact, p); };
-      if (std::any_of(points.begin(), points.end(), over)) {
-        ++room_unseen;
-        continue;
-      }
-      ++good;
+      const bool unseen = std::ranges::any_of(points, over);
+      ++truly[unseen ? "room_unseen" : "good"];
+      if (unseen) continue;
       double margin = -1;
       bool hull = false;
       const Eigen::Vector3d at = place.T_map_contact.translation();
@@ -231,8 +223,8 @@ struct Asked {
         if (found.accepted) margin = std::max(margin, found.margin_m);
         hull = hull || one.in_hull(ring, found.T_map_contact);
       }
-      for (std::size_t m = 0; m < margins.size(); ++m) tallies[m].good_accepted += margin >= margins[m];
-      tallies[by_hull].good_accepted += hull;
+      for (std::size_t m = 0; m < tallies.size(); ++m)
+        tallies[m]["good_accepted"] += m == by_hull ? hull : margin >= margins[m];
     }
   }
 };
@@ -240,9 +232,9 @@ struct Asked {
 }  // namespace
 
 void footholds(const Options& options) {
-  const std::vector<Foot> feet = all_feet(options.resolutions.front());
+  const auto feet = all_feet(options.resolutions.front());
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
-    Mapper mapper = mapped(recorded, parameters_at(options.resolutions.front(), options.set));
+    Mapper mapper = mapped(recorded, options);
     mapper.drain();
     const std::shared_ptr<const Snapshot> kept = mapper.snapshot();
     const Snapshot& snapshot = *kept;
@@ -251,23 +243,15 @@ void footholds(const Options& options) {
     const std::vector<Walkable> surfaces = walkable(snapshot);
     if (surfaces.empty() || !ground.has_ground()) return;
     std::mt19937_64 rng(recording.at("seed").get<std::uint64_t>());
-    for (const Foot& foot : feet) {
-      Asked asked{mapper, surfaces, ground, foot, tolerance};
+    for (const auto& [foot, rules] : feet) {
+      Asked asked{mapper, surfaces, ground, rules, tolerance};
       asked.ask_map(rng, options.count);
       asked.ask_truth(rng, options.count);
       for (std::size_t m = 0; m < asked.tallies.size(); ++m) {
-        const Tally& tally = asked.tallies[m];
-        write(recording, {{"foot", foot.name},
-                          {"margin_m", m == by_hull ? Json("hull") : Json(margins[m])},
-                          {"accepted", tally.accepted},
-                          {"off_1cm", tally.off_1cm},
-                          {"off_2cm", tally.off_2cm},
-                          {"false", tally.off_all},
-                          {"good", asked.good},
-                          {"room_unseen", asked.room_unseen},
-                          {"good_accepted", tally.good_accepted},
-                          {"p50_us", percentile(asked.us, 0.5)},
-                          {"p99_us", percentile(asked.us, 0.99)}});
+        Json row{{"foot", foot}, {"margin_m", m == by_hull ? Json("hull") : Json(margins[m])}};
+        for (const Json& part : {asked.tallies[m].row, asked.truly.row, quantiles("", "us", asked.us)})
+          row.update(part);
+        write(recording, row);
       }
     }
   });

@@ -41,6 +41,10 @@ class View {
   std::array<Eigen::AlignedBox1d, columns> spans_;
 };
 
+bool is_level(const Face& face, const Eigen::Vector3d& up) {
+  return face.normal().dot(up) > std::cos(level_rad);
+}
+
 /// The faces that stand at the end.
 class TrueWorld {
  public:
@@ -49,44 +53,39 @@ class TrueWorld {
 
   template <class Visit>
   void for_each_on_ground(const Visit& visit) const {
-    for (const StandingFace& face : faces_)
-      if (is_level(face))
-        face.region.for_each_cell(asked_every, [&](const Eigen::Vector2d& uv) {
-          visit(Eigen::Vector3d(face.truth->T_map_face * Eigen::Vector3d(uv.x(), uv.y(), 0)));
-        });
+    for (const Face& face : faces_)
+      if (is_level(face, up_)) face.for_each_point(asked_every, visit);
   }
 
   /// No face between.
   bool sees(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) const {
-    return std::none_of(faces_.begin(), faces_.end(), [&](const StandingFace& face) {
+    return std::ranges::none_of(faces_, [&](const Face& face) {
       const double from = face.height(eye), to = face.height(p);
       if (std::fabs(to) < 1e-3 || from * to >= 0) return false;
-      return face.region.contains(face.foot(eye + (p - eye) * (from / (from - to))));
+      return face.holds(eye + (p - eye) * (from / (from - to)));
     });
   }
 
   /// Neither ground, nor within `margin` of its rim, nor inside of something.
   bool is_void(const Eigen::Vector3d& p, double margin) const {
-    const bool on_ground = std::any_of(faces_.begin(), faces_.end(), [&](const StandingFace& face) {
-      return is_level(face) && std::fabs(face.height(p)) < on_plane_m &&
-             face.region.within(face.foot(p), margin);
-    });
-    if (on_ground) return false;
+    if (std::ranges::any_of(faces_, [&](const Face& face) {
+          return is_level(face, up_) && std::fabs(face.height(p)) < on_plane_m &&
+                 face.region.within(face.foot(p), margin);
+        }))
+      return false;
     const Eigen::Vector3d x = up_.unitOrthogonal(), y = up_.cross(x);
     const std::array<Eigen::Vector3d, 6> ways{up_, -up_, x, -x, y, -y};
-    return std::none_of(ways.begin(), ways.end(), [&](const auto& way) { return meets_a_back(p, way); });
+    return std::ranges::none_of(ways, [&](const auto& way) { return meets_a_back(p, way); });
   }
 
  private:
-  bool is_level(const StandingFace& face) const { return face.normal().dot(up_) > std::cos(level_rad); }
   /// The first face on a ray is seen from inside.
   bool meets_a_back(const Eigen::Vector3d& p, const Eigen::Vector3d& way) const {
     double next = std::numeric_limits<double>::infinity();
     bool back = false;
-    for (const StandingFace& face : faces_) {
+    for (const Face& face : faces_) {
       const double cosine = face.normal().dot(way), off = -face.height(p) / cosine;
-      if (std::fabs(cosine) < 1e-6 || off < 0 || off > next) continue;
-      if (!face.region.contains(face.foot(p + off * way))) continue;
+      if (std::fabs(cosine) < 1e-6 || off < 0 || off > next || !face.holds(p + off * way)) continue;
       next = off;
       back = cosine > 0;
     }
@@ -94,26 +93,7 @@ class TrueWorld {
   }
 
   Eigen::Vector3d up_;
-  std::vector<StandingFace> faces_;
-};
-
-/// Level surfaces, ready to be asked.
-class Supported {
- public:
-  Supported(const Snapshot& snapshot, const Eigen::Vector3d& up) {
-    for (const SurfacePtr& surface : snapshot.surfaces)
-      if (surface->plane.normal.dot(up) > std::cos(level_rad))
-        surfaces_.emplace_back(surface->T_map_surface.inverse(), evaluation::PlanarRegion(surface->polygons));
-  }
-  bool at(const Eigen::Vector3d& p) const {
-    return std::any_of(surfaces_.begin(), surfaces_.end(), [&](const auto& one) {
-      const Eigen::Vector3d local = one.first * p;
-      return std::fabs(local.z()) < on_plane_m && one.second.contains(local.head<2>());
-    });
-  }
-
- private:
-  std::vector<std::pair<Eigen::Isometry3d, evaluation::PlanarRegion>> surfaces_;
+  std::vector<Face> faces_;
 };
 
 }  // namespace
@@ -124,15 +104,20 @@ class Supported {
 void gaps(const Options& options) {
   const double resolution = options.resolutions.front();
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
-    const Mapper mapper = mapped(recorded, parameters_at(resolution, options.set));
+    const Mapper mapper = mapped(recorded, options);
     const Eigen::Vector3d up = up_of(mapper.map()).direction;
     const std::shared_ptr<const Snapshot> as_mapped = mapper.snapshot();
     std::map<SurfaceId, std::vector<Gap>> found;
     const auto grounded = with_gaps(*as_mapped, mapper.map().octree(), widest_gap_m, &found);
     const TrueWorld world(recorded.truth, up);
     const View view(recorded.simulated->rays());
-    const Supported before(*as_mapped, up), after(*grounded, up);
-    std::size_t near = 0, near_mapped = 0, near_bridged = 0, seen = 0, seen_mapped = 0, seen_bridged = 0;
+    const std::vector<Face> before = faces_of(*as_mapped), after = faces_of(*grounded);
+    const auto supported = [&](const std::vector<Face>& faces, const Eigen::Vector3d& p) {
+      return std::ranges::any_of(faces, [&](const Face& face) {
+        return is_level(face, up) && std::fabs(face.height(p)) < on_plane_m && face.holds(p);
+      });
+    };
+    Counts asked{"near", "near_mapped", "near_bridged", "seen", "seen_mapped", "seen_bridged"};
     world.for_each_on_ground([&](const Eigen::Vector3d& p) {
       bool is_near = false, in_sight = false;
       for (std::size_t i = 0; i < recorded.simulated->size() && !in_sight; ++i) {
@@ -142,39 +127,32 @@ void gaps(const Options& options) {
         in_sight = view.holds(pose.inverse() * p) && world.sees(pose.translation(), p);
       }
       if (!is_near) return;
-      const bool mapped_there = before.at(p), bridged_there = after.at(p);
-      ++near;
-      near_mapped += mapped_there;
-      near_bridged += bridged_there;
-      seen += in_sight;
-      seen_mapped += in_sight && mapped_there;
-      seen_bridged += in_sight && bridged_there;
+      const bool mapped_there = supported(before, p), bridged_there = supported(after, p);
+      ++asked["near"];
+      asked["near_mapped"] += mapped_there;
+      asked["near_bridged"] += bridged_there;
+      asked["seen"] += in_sight;
+      asked["seen_mapped"] += in_sight && mapped_there;
+      asked["seen_bridged"] += in_sight && bridged_there;
     });
-    std::size_t bridged = 0, over_void = 0, beyond = 0;
-    for (const SurfacePtr& surface : grounded->surfaces) {
-      if (surface->plane.normal.dot(up) <= std::cos(level_rad)) continue;
-      for (const Gap& gap : found[surface->id]) {
+    Counts sampled{"bridged", "over_void", "beyond"};
+    for (const Face& face : after) {
+      if (!is_level(face, up)) continue;
+      for (const Gap& gap : found[face.surface->id]) {
         if (!gap.bridged) continue;
         evaluation::PlanarRegion({gap.outline}).for_each_cell(sampled_every, [&](const Eigen::Vector2d& uv) {
-          const Eigen::Vector3d p = surface->to_map(uv);
-          ++bridged;
-          over_void += world.is_void(p, 0);
-          beyond += world.is_void(p, std::numbers::sqrt2 * resolution);
+          const Eigen::Vector3d p = face.surface->to_map(uv);
+          ++sampled["bridged"];
+          sampled["over_void"] += world.is_void(p, 0);
+          sampled["beyond"] += world.is_void(p, std::numbers::sqrt2 * resolution);
         });
       }
     }
-    const auto area = [](std::size_t samples, double edge) {
-      return static_cast<double>(samples) * edge * edge;
-    };
-    write(recording, {{"near_m2", area(near, asked_every)},
-                      {"near_mapped_m2", area(near_mapped, asked_every)},
-                      {"near_bridged_m2", area(near_bridged, asked_every)},
-                      {"seen_m2", area(seen, asked_every)},
-                      {"seen_mapped_m2", area(seen_mapped, asked_every)},
-                      {"seen_bridged_m2", area(seen_bridged, asked_every)},
-                      {"bridged_m2", area(bridged, sampled_every)},
-                      {"over_void_m2", area(over_void, sampled_every)},
-                      {"beyond_m2", area(beyond, sampled_every)}});
+    Json areas;
+    for (const auto& [counts, edge] : {std::pair(&asked, asked_every), {&sampled, sampled_every}})
+      for (const auto& [name, samples] : counts->row.items())
+        areas[name + "_m2"] = samples.get<double>() * edge * edge;
+    write(recording, areas);
   });
 }
 

@@ -84,7 +84,7 @@ struct Walk {
 Json count(const Walk& walk, const std::string& name) {
   std::vector<double> whole;
   for (const ScanReport& report : walk.reports) whole.push_back(report.total_ms);
-  Json row{{"p50_ms", percentile(whole, 0.5)}, {"p99_ms", percentile(whole, 0.99)}};
+  Json row = quantiles("", "ms", whole);
   row["stage_p50_ms"] =
       stages_of(walk.reports, [](const std::vector<double>& ms) { return percentile(ms, 0.5); });
   row["ground"] = walk.ground.medians();
@@ -173,8 +173,7 @@ void floor(const Options& options) {
 
 /// Ground kept up while recordings are mapped: the kitchen, and simulated ones.
 void ground(const Options& options) {
-  const auto run = [&](const Json& row,
-                       const std::function<void(const std::function<void(const Scan&)>&)>& scans) {
+  for_each_run(options, 1, [&](const Json& row, const auto& scans) {
     Mapper mapper(parameters_at(options.resolutions.front(), options.set));
     mapper.share_octree();
     GroundTimes times;
@@ -186,11 +185,6 @@ void ground(const Options& options) {
     Json more{{"insert_ms", percentile(insert_ms, 0.5)}};
     more.update(times.medians());
     write(row, more);
-  };
-  run({{"scene", "kitchen"}},
-      [&](const auto& visit) { for_each_scan(kitchen_of(options), options.every, options.frames, visit); });
-  for_each_recording(options, [&](const Recorded& recorded, const Json& row) {
-    run(row, [&](const auto& visit) { std::for_each(recorded.scans.begin(), recorded.scans.end(), visit); });
   });
 }
 
@@ -238,7 +232,7 @@ void queries(const Options& options) {
   Mapper mapper(parameters_at(options.resolutions.front(), options.set));
   SurfaceIndex followed(mapper.snapshot());
   std::vector<double> inserts, follows;
-  for_each_scan(kitchen_of(options), options.every, options.frames, [&](const Scan& scan) {
+  for_each_kitchen_scan(options, [&](const Scan& scan) {
     inserts.push_back(time_ms([&] { mapper.insert(scan); }));
     follows.push_back(time_ms([&] { followed = SurfaceIndex(mapper.snapshot(), &followed); }));
   });

@@ -131,8 +131,7 @@ std::vector<Side> all_sides(const Options& options) {
         const auto place = std::make_shared<const Place>(of);
         for (const auto& [name, label, run] : all) {
           const std::string full = place->path + "/" + name;
-          if (options.only.empty() ||
-              std::any_of(options.only.begin(), options.only.end(), [&](const std::string& pattern) {
+          if (options.only.empty() || std::ranges::any_of(options.only, [&](const std::string& pattern) {
                 return std::regex_search(full, std::regex("^(" + pattern + ")"));
               }))
             sides.push_back({full, label, place, run});
@@ -142,7 +141,7 @@ std::vector<Side> all_sides(const Options& options) {
   for (const bool fine : {false, true}) {
     const std::string d = fine ? "/d:0.01" : "/d:0.02", what = fine ? "kitchen, 1 cm" : "kitchen, 2 cm";
     Place place{"kitchen" + d, what, fine ? 0.01 : 0.02, 4,
-                scans_of(kitchen_of(options), 1, (fine ? 15 : 60) / (options.brief ? 3 : 1))};
+                scans_of(kitchen_of(options), (fine ? 15 : 60) / (options.brief ? 3 : 1))};
     add(place, {{"octomap", octomap, octomap_insertion},
                 {"occupancy", ours + what, occupancy_insertion},
                 {"plain", "`insert_point_cloud` into a plain `octomap::OcTree`, " + what, plain_insertion},
@@ -152,8 +151,7 @@ std::vector<Side> all_sides(const Options& options) {
                 {"read_binary", "OctoMap's readBinary", read_binary}});
   }
   const std::string hall = "real lidar in a hall, 5 cm";
-  add({"lidar/hall", hall, 0.05, 1000,
-       scans_of(data_path("lidar_balm_realworld"), 1, options.brief ? 3 : 12)},
+  add({"lidar/hall", hall, 0.05, 1000, scans_of(data_path("lidar_balm_realworld"), options.brief ? 3 : 12)},
       {{"octomap", octomap, octomap_insertion}, {"occupancy", ours + hall, occupancy_insertion}});
   if (sides.empty())
     throw Error(Error::Kind::usage, "--only", "matches no side", "try kitchen, lidar, loading");
@@ -179,7 +177,7 @@ void kitchen(const Options& options) {
   octomap::OcTree octomap(resolution);
   std::vector<ScanReport> reports;
   std::vector<double> ms, octomap_ms;
-  for_each_scan(kitchen_of(options), options.every, options.frames, [&](const Scan& scan) {
+  for_each_kitchen_scan(options, [&](const Scan& scan) {
     ms.push_back(time_ms([&] { reports.push_back(mapper.insert(scan)); }));
     if (options.octomap_every == 0 || (ms.size() - 1) % options.octomap_every != 0) return;
     const OctomapScan input(scan);

@@ -141,8 +141,7 @@ Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters,
 std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& options) {
   constexpr double finest_for_paper = 0.01;
   const auto wanted = [&](const std::string& method) {
-    return options.only.empty() ||
-           std::find(options.only.begin(), options.only.end(), method) != options.only.end();
+    return options.only.empty() || std::ranges::find(options.only, method) != options.only.end();
   };
   const Parameters ours = parameters_at(cloud.resolution, options.set);
   std::vector<Segmentation> results{segment_ours(cloud, ours, "octosurf")};
@@ -166,18 +165,15 @@ std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& option
 /// what was there and was taken away.
 double behind_what_went(const VoxelCloud& cloud, const Segmentation& segmentation) {
   constexpr double clear = 0.03;  // m: no noise of that camera, at a metre
-  std::vector<std::pair<const Surface*, evaluation::PlanarRegion>> surfaces;
-  for (const SurfacePtr& surface : segmentation.snapshot.surfaces)
-    surfaces.emplace_back(surface.get(), surface->polygons);
+  const std::vector<Face> surfaces = faces_of(segmentation.snapshot);
   double behind = 0, all = 0;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     if (cloud.cloud.labels[i] != support) continue;
     const Eigen::Vector3d& p = cloud.points[i];
     ++all;
-    behind += std::any_of(surfaces.begin(), surfaces.end(), [&](const auto& one) {
-      const double stretch = one.first->plane.offset / one.first->plane.normal.dot(p);
-      return stretch > 0 && stretch < 1 - clear / p.norm() &&
-             one.second.within((one.first->T_map_surface.inverse() * (stretch * p)).template head<2>(), 0);
+    behind += std::ranges::any_of(surfaces, [&](const Face& one) {
+      const double stretch = one.plane.offset / one.normal().dot(p);
+      return stretch > 0 && stretch < 1 - clear / p.norm() && one.holds(stretch * p);
     });
   }
   return behind / all;
@@ -190,8 +186,7 @@ double behind_what_went(const VoxelCloud& cloud, const Segmentation& segmentatio
 /// to the least-squares plane of the label.
 Json support_score(const VoxelCloud& cloud, const Segmentation& segmentation) {
   const auto& labels = segmentation.evaluation.label_scores;
-  const auto label =
-      std::find_if(labels.begin(), labels.end(), [](const auto& l) { return l.label == support; });
+  const auto label = std::ranges::find(labels, support, &evaluation::LabelScore::label);
   if (label == labels.end())
     throw Error(Error::Kind::data, "labels", "no point belongs to the support", "label 1 is expected");
   const Surface* surface = segmentation.snapshot.find(label->surface);
@@ -203,7 +198,7 @@ Json support_score(const VoxelCloud& cloud, const Segmentation& segmentation) {
     if (cloud.cloud.labels[i] == 0) continue;
     const double stretch = surface->plane.offset / surface->plane.normal.dot(cloud.points[i]);
     const bool meets = std::isfinite(stretch) && stretch > 0 &&
-                       region.within((to_surface * (stretch * cloud.points[i])).head<2>(), 0);
+                       region.contains((to_surface * (stretch * cloud.points[i])).head<2>());
     both += meets && cloud.cloud.labels[i] == support;
     either += meets || cloud.cloud.labels[i] == support;
   }

@@ -18,17 +18,16 @@ namespace {
 constexpr double right_m = 0.01, void_m = 0.05;  // of a height; of ground that is not there
 
 /// Where a face crosses the upright line through p; empty beside it, and of walls.
-std::optional<double> height_over(const StandingFace& face, const Eigen::Vector3d& p) {
+std::optional<double> height_over(const Face& face, const Eigen::Vector3d& p) {
   if (std::fabs(face.normal().z()) < 0.1) return {};
   const double z = p.z() - face.height(p) / face.normal().z();
-  if (!face.region.contains(face.foot({p.x(), p.y(), z}))) return {};
-  return z;
+  return face.holds({p.x(), p.y(), z}) ? std::optional(z) : std::nullopt;
 }
 
 /// The highest face that is not above `below`; minus infinity without one.
-double highest(const std::vector<StandingFace>& faces, const Eigen::Vector3d& p, double below) {
+double highest(const std::vector<Face>& faces, const Eigen::Vector3d& p, double below) {
   double found = -std::numeric_limits<double>::infinity();
-  for (const StandingFace& face : faces)
+  for (const Face& face : faces)
     if (const auto z = height_over(face, p); z && *z <= below) found = std::max(found, *z);
   return found;
 }
@@ -89,11 +88,11 @@ std::vector<double> beside_mapping(const Recorded& recorded, const Parameters& p
 /// patch, of the finished map and beside a thread that maps.
 void patches(const Options& options) {
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
-    const Mapper mapper = mapped(recorded, parameters_at(options.resolutions.front(), options.set));
+    const Mapper mapper = mapped(recorded, options);
     const GroundView view(mapper.snapshot(), mapper.map().octree());
-    const std::vector<StandingFace> faces = standing_faces(recorded.truth);
+    const std::vector<Face> faces = standing_faces(recorded.truth);
     const PatchLayout layout = PatchLayout::grid();
-    std::size_t cells = 0, known = 0, right = 0, beside = 0, supported = 0, wrong = 0;
+    Counts count{"cells", "known", "right", "beside", "supported", "wrong"};
     std::vector<double> ms;
     for (std::size_t i = 0; i < recorded.scans.size(); i += std::max<std::size_t>(1, options.every)) {
       const Eigen::Isometry3d base = base_of(recorded.scans[i]);
@@ -102,7 +101,7 @@ void patches(const Options& options) {
       const double ground = highest(faces, base.translation(), base.translation().z());
       if (!std::isfinite(ground)) continue;
       for (std::size_t k = 0; k < layout.points.size(); ++k) {
-        ++cells;
+        ++count["cells"];
         if (std::isnan(patch.height[k])) continue;
         const Eigen::Vector3d p =
             base * Eigen::Vector3d(layout.points[k].x(), layout.points[k].y(), patch.height[k]);
@@ -113,12 +112,12 @@ void patches(const Options& options) {
         };
         const double off = off_at(0, 0), d = view.octree().resolution();
         const double nearby = std::min({off, off_at(d, 0), off_at(-d, 0), off_at(0, d), off_at(0, -d)});
-        ++known;
-        right += off < right_m;
-        beside += nearby < right_m;
+        ++count["known"];
+        count["right"] += off < right_m;
+        count["beside"] += nearby < right_m;
         if (patch.cell[k] != PatchCell::supported) continue;
-        ++supported;
-        wrong += nearby > void_m;
+        ++count["supported"];
+        count["wrong"] += nearby > void_m;
         if (options.verbose && nearby >= right_m)
           std::fprintf(stderr, "%zu: %.3f %.3f %.3f off %.3f %s\n", i, p.x(), p.y(), p.z(), off,
                        std::string(patch_cell_names.at(static_cast<std::size_t>(patch.cell[k]))).c_str());
@@ -126,16 +125,9 @@ void patches(const Options& options) {
     }
     const std::vector<double> mapping_ms =
         beside_mapping(recorded, parameters_at(options.resolutions.front(), options.set), layout);
-    write(recording, {{"cells", cells},
-                      {"known", known},
-                      {"right", right},
-                      {"beside", beside},
-                      {"supported", supported},
-                      {"wrong", wrong},
-                      {"p50_ms", percentile(ms, 0.5)},
-                      {"p99_ms", percentile(ms, 0.99)},
-                      {"mapping_p50_ms", percentile(mapping_ms, 0.5)},
-                      {"mapping_p99_ms", percentile(mapping_ms, 0.99)}});
+    count.row.update(quantiles("", "ms", ms));
+    count.row.update(quantiles("mapping_", "ms", mapping_ms));
+    write(recording, count.row);
   });
 }
 

@@ -137,7 +137,7 @@ class TruePoints {
 struct World {
   std::shared_ptr<const Snapshot> mapped, truth;
   OccupancyView octree, true_octree;
-  std::vector<StandingFace> ground;
+  std::vector<Face> ground;
   TruePoints points;
   std::vector<Standing> candidates;  ///< seen level ground
 };
@@ -145,7 +145,7 @@ struct World {
 World make_world(const Recorded& recorded) {
   const simulation::Recording& recording = *recorded.simulated;
   World world;
-  Mapper mapper = mapped(recorded, {}), true_mapper;
+  Mapper mapper = mapped(recorded, Options{}), true_mapper;
   for (std::size_t i = 0; i < recording.size(); ++i) {
     const simulation::Readings ideal = recording.ideal(i);
     const Eigen::Isometry3d T = recording.true_pose(i);
@@ -166,11 +166,9 @@ World make_world(const Recorded& recorded) {
   world.true_octree = true_mapper.map().octree();
   world.truth = true_surfaces(recorded.truth);
   world.ground = standing_faces(recorded.truth);
-  for (const StandingFace& one : world.ground) {
+  for (const Face& one : world.ground) {
     const evaluation::TrueFace& face = *one.truth;
-    one.region.for_each_cell(sample_m, [&](const Eigen::Vector2d& uv) {
-      world.points.add(face.T_map_face * Eigen::Vector3d(uv.x(), uv.y(), 0));
-    });
+    one.for_each_point(sample_m, [&](const Eigen::Vector3d& p) { world.points.add(p); });
     if (face.plane.normal.z() < level) continue;
     for (const evaluation::CellRun& run : face.visible)
       for (int i = 0; i < run.count; i += 5)
@@ -187,7 +185,7 @@ World make_world(const Recorded& recorded) {
 /// plane.
 bool supported(const World& world, const Footstep& foot, const std::vector<Eigen::Vector2d>& sole,
                double off_plane) {
-  return std::all_of(sole.begin(), sole.end(), [&](const Eigen::Vector2d& p) {
+  return std::ranges::all_of(sole, [&](const Eigen::Vector2d& p) {
     return off_outlines(world.ground, foot.T_map_foot * Eigen::Vector3d(p.x(), p.y(), 0),
                         foot.T_map_foot.linear().col(2), off_plane, 2 * within_m) <= within_m;
   });
@@ -302,7 +300,8 @@ Json plan_in(const World& world, const Options& options, std::uint64_t seed) {
       if (on_truth.plan(drawn, drawn).found()) return drawn;
     }
   };
-  std::map<std::string, std::size_t> count;
+  Counts count{"found",     "ways",          "truth", "only_map", "only_truth", "steps",
+               "soles_off", "soles_off_1cm", "touch", "refuted",  "refused",    "budget"};
   std::vector<double> ms;
   for (std::size_t goal = 0; goal < options.count; ++goal) {
     const Standing from = standing();
@@ -332,9 +331,7 @@ Json plan_in(const World& world, const Options& options, std::uint64_t seed) {
     count["refuted"] += !verify_plan(plan, *world.mapped, world.octree, robot).empty();
   }
   Json result{{"robot", options.robot}, {"goals", options.count}};
-  for (const char* name : {"found", "ways", "truth", "only_map", "only_truth", "steps", "soles_off",
-                           "soles_off_1cm", "touch", "refuted", "refused", "budget"})
-    result[name] = count[name];
+  result.update(count.row);
   if (ms.empty()) return result;
   result["first_ms"] = ms.front();  // with all preparation
   ms.erase(ms.begin());

@@ -15,20 +15,6 @@ namespace {
 constexpr double same_normal_deg = 20;  // noise tilts a plane of n points by less
 constexpr double step = 0.01;           // m, between samples
 
-struct Face {
-  const Surface& surface;
-  evaluation::PlanarRegion region;
-  Eigen::Isometry3d T_face_map;
-};
-
-std::vector<Face> faces_of(const Snapshot& snapshot) {
-  std::vector<Face> faces;
-  for (const SurfacePtr& surface : snapshot.surfaces)
-    faces.push_back(
-        {*surface, evaluation::PlanarRegion(surface->polygons), surface->T_map_surface.inverse()});
-  return faces;
-}
-
 /// Samples of one map's surfaces where the other has seen something, and how far its surfaces are off there.
 class Agreement {
  public:
@@ -36,8 +22,8 @@ class Agreement {
 
   void add(const Snapshot& snapshot, const Map& other, const std::vector<Face>& others) {
     for (const Face& face : faces_of(snapshot))
-      face.region.for_each_cell(step, [&](const Eigen::Vector2d& uv) {
-        const Eigen::Vector3d p = face.surface.to_map(uv), n = face.surface.plane.normal;
+      face.for_each_point(step, [&](const Eigen::Vector3d& p) {
+        const Eigen::Vector3d n = face.normal();
         bool seen = false, full = false;
         for (const double off : {-tolerance_, 0.0, tolerance_}) {
           const OccupancyView::Voxel voxel = other.at(p + off * n);
@@ -49,9 +35,10 @@ class Agreement {
         const Face* nearest = nullptr;
         double least = tolerance_;
         for (const Face& one : others) {
-          const double off = std::fabs(one.surface.plane.signed_distance(p));
-          if (off > least || one.surface.plane.normal.dot(n) < std::cos(same_normal_deg / deg)) continue;
-          if (!one.region.within((one.T_face_map * p).head<2>(), tolerance_)) continue;
+          const double off = std::fabs(one.height(p));
+          if (off > least || one.normal().dot(n) < std::cos(same_normal_deg / deg) ||
+              !one.region.within(one.foot(p), tolerance_))
+            continue;
           least = off;
           nearest = &one;
         }
@@ -60,7 +47,7 @@ class Agreement {
           return;
         }
         offsets_mm_.push_back(1e3 * least);
-        angles_deg_.push_back(deg * std::acos(std::min(1.0, nearest->surface.plane.normal.dot(n))));
+        angles_deg_.push_back(deg * std::acos(std::min(1.0, nearest->normal().dot(n))));
       });
   }
   Json numbers() const {

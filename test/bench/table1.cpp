@@ -84,8 +84,7 @@ void measure(const Options& options, const std::string& environment, const std::
     // The paper had other parameters for its real sensor, too. This one's noise grows with the distance.
     parameters.surfaces.range_noise.reset();
     LiveRun run(parameters, options.threads);
-    for_each_scan(kitchen_of(options), options.every, options.frames,
-                  [&](const Scan& scan) { run.arrive(thin(scan)); });
+    for_each_kitchen_scan(options, [&](const Scan& scan) { run.arrive(thin(scan)); });
     write(row, run.numbers());
     return;
   }
