@@ -1,6 +1,5 @@
 // The node beside a robot of another vendor, over the loopback.
 #include "dds/robot.hpp"
-#include "support/bag_writer.hpp"
 
 #include <algorithm>
 #include <chrono>
