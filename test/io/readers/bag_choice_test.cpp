@@ -33,18 +33,12 @@ class BagChoice : public ScanFiles {
   std::string refusal(const std::vector<McapMessage>& messages, const BagOptions& choice = {}) const {
     return failure({bag(messages)}, {.bag = choice});
   }
-  /// Where the scans were taken, along x.
   std::vector<double> places(const std::vector<McapMessage>& messages, const BagOptions& choice = {},
                              bool skip_bad = false) const {
-    std::vector<double> all;
-    for (const Scan& scan : scans(messages, choice, skip_bad))
-      all.push_back(scan.T_map_sensor.translation().x());
-    return all;
+    return test::places(scans(messages, choice, skip_bad));
   }
   std::vector<double> stamps(const std::vector<McapMessage>& messages) const {
-    std::vector<double> all;
-    for (const Scan& scan : scans(messages)) all.push_back(scan.stamp_s);
-    return all;
+    return test::stamps(scans(messages));
   }
 };
 
@@ -116,9 +110,7 @@ TEST_F(BagChoice, BadSamplesOfTfAreLeftOutAndTold) {
   messages.push_back(cloud(1.05));
   const auto source = open_scans({bag(messages)});
   EXPECT_THAT(source->notes().back(), says("poses: 2 samples left out", "1 %"));
-  const auto scans = read_all(*source);
-  ASSERT_EQ(scans.size(), 1U);
-  EXPECT_NEAR(scans[0].T_map_sensor.translation().x(), 2.5, 1e-9);
+  EXPECT_THAT(test::places(read_all(*source)), ElementsAre(DoubleNear(2.5, 1e-9)));
 }
 
 TEST_F(BagChoice, LivoxMessagesAreClouds) {
@@ -472,12 +464,8 @@ TEST_F(BagChoice, CloudsAndPosesMayLieInTwoBags) {
   const std::vector<McapMessage> poses{fixed("base", "lidar", 1), tf(1, "odom", "base", 10),
                                        tf(2, "odom", "base", 20)};
   const auto clouds = write("sensors/a.mcap", mcap_of(scans)), state = write("state/b.mcap", mcap_of(poses));
-  for (const auto& inputs : {std::vector{clouds, state}, {state, clouds}}) {
-    const auto all = read_all(inputs);
-    ASSERT_EQ(all.size(), 2U);
-    EXPECT_EQ(all[0].T_map_sensor.translation().x(), 11);
-    EXPECT_EQ(all[1].T_map_sensor.translation().x(), 21);
-  }
+  for (const auto& inputs : {std::vector{clouds, state}, {state, clouds}})
+    EXPECT_THAT(test::places(read_all(inputs)), ElementsAre(11, 21));
   // Two whole recordings stay two.
   const auto one = mcap_of({tf(1, "odom", "lidar", 4), cloud(1)}),
              other = mcap_of({tf(1, "odom", "lidar", 5), cloud(1, "/other")});

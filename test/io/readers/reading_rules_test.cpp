@@ -30,11 +30,6 @@ class ReadingRules : public ScanFiles {
     text.append(reinterpret_cast<const char*>(points.data()), points.size() * sizeof points[0]);
     return write(name, text);
   }
-
-  static std::size_t readings(const Scan& scan) {
-    return static_cast<std::size_t>(
-        std::ranges::count_if(scan.points, [](const auto& p) { return p.allFinite(); }));
-  }
 };
 
 /// Rays of 32 rings around z, each of the length that `range(azimuth, elevation)` says, m.

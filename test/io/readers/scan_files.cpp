@@ -1,5 +1,7 @@
 #include "io/readers/scan_files.hpp"
 
+#include <algorithm>
+#include <cstring>
 #include <spng.h>
 
 namespace octosurf::test {
@@ -67,6 +69,34 @@ std::vector<Scan> read_all(ScanSource& source) {
 
 std::vector<Scan> read_all(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {
   return read_all(*open_scans(inputs, options));
+}
+
+std::vector<double> stamps(const std::vector<Scan>& scans) {
+  std::vector<double> all;
+  for (const Scan& scan : scans) all.push_back(scan.stamp_s);
+  return all;
+}
+
+std::vector<double> places(const std::vector<Scan>& scans) {
+  std::vector<double> all;
+  for (const Scan& scan : scans) all.push_back(scan.T_map_sensor.translation().x());
+  return all;
+}
+
+std::size_t readings(const Scan& scan) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(scan.points, [](const auto& p) { return p.allFinite(); }));
+}
+
+void expect_same_scans(const std::vector<Scan>& scans, const std::vector<Scan>& expected, double pose_error) {
+  ASSERT_EQ(scans.size(), expected.size());
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const auto &points = scans[i].points, &those = expected[i].points;
+    ASSERT_EQ(points.size(), those.size()) << i;
+    EXPECT_EQ(std::memcmp(points.data(), those.data(), sizeof points[0] * points.size()), 0) << i;
+    const Eigen::Matrix4d off = scans[i].T_map_sensor.matrix() - expected[i].T_map_sensor.matrix();
+    EXPECT_LE(off.cwiseAbs().maxCoeff(), pose_error) << i;
+  }
 }
 
 std::string failure(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {

@@ -30,6 +30,13 @@ std::vector<Scan> read_all(ScanSource& source);
 std::vector<Scan> read_all(const std::vector<std::filesystem::path>& inputs,
                            const ScanSourceOptions& options = {});
 
+std::vector<double> stamps(const std::vector<Scan>& scans);
+std::vector<double> places(const std::vector<Scan>& scans);  ///< x of where they were taken
+std::size_t readings(const Scan& scan);
+/// The same points to the bit, "not a number" included, and the same poses but for `pose_error`.
+void expect_same_scans(const std::vector<Scan>& scans, const std::vector<Scan>& expected,
+                       double pose_error = 0);
+
 /// The message of the Error(data) that opening or reading throws; fails the test if there is none.
 std::string failure(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options = {});
 

@@ -1,7 +1,6 @@
 #include "io/readers/scan_files.hpp"
 #include "support/paths.hpp"
 
-#include <algorithm>
 #include <gmock/gmock.h>
 #include <octomap/octomap.h>
 
@@ -15,11 +14,6 @@ class RealScans : public ScanFiles {
  protected:
   void SetUp() override {
     if (!fs::is_directory(data)) GTEST_SKIP() << "no ../shared/data";
-  }
-
-  static std::size_t finite(const Scan& scan) {
-    return static_cast<std::size_t>(
-        std::count_if(scan.points.begin(), scan.points.end(), [](const auto& p) { return p.allFinite(); }));
   }
 
   const fs::path data = test::paths::data();
@@ -84,8 +78,8 @@ TEST_F(RealScans, LabelledFrames) {
   ASSERT_EQ(frames.size(), 8u);
   for (const auto& frame : frames) {
     EXPECT_EQ(frame.points.size(), 640u * 480u);
-    EXPECT_GT(finite(frame), 50000u);
-    EXPECT_LT(finite(frame), 640u * 480u);
+    EXPECT_GT(readings(frame), 50000u);
+    EXPECT_LT(readings(frame), 640u * 480u);
     EXPECT_EQ(frame.sensor, SensorKind::depth_camera);
   }
   const auto b = read_all({data / "labelled_mosd/setup_B"});
@@ -101,9 +95,9 @@ TEST_F(RealScans, LabelledFrames) {
 }
 
 TEST_F(RealScans, StaticClouds) {
-  const fs::path folder = data / "static_clouds";
-  const auto one = [&](const char* name) { return read_all({folder / name}).at(0); };
-  EXPECT_EQ(finite(one("pcl_table_scene_mug_stereo_textured.pcd")), 209280u);
+  const fs::path clouds = data / "static_clouds";
+  const auto one = [&](const char* name) { return read_all({clouds / name}).at(0); };
+  EXPECT_EQ(readings(one("pcl_table_scene_mug_stereo_textured.pcd")), 209280u);
   EXPECT_EQ(one("pcl_room_scan1.pcd").points.size(), 112586u);
   EXPECT_EQ(one("open3d_fragment.pcd").points.size(), 113662u);
   EXPECT_EQ(one("pcl_region_growing_tutorial.pcd").points.size(), 108104u);
@@ -113,10 +107,10 @@ TEST_F(RealScans, StaticClouds) {
   Eigen::AlignedBox3f extent;
   for (const Eigen::Vector3f& p : building.points) extent.extend(p);
   EXPECT_NEAR(extent.sizes().y(), 54.8378, 1e-3);  // by awk
-  EXPECT_TRUE(is_occupancy_map(folder / "octomap_geb079.bt"));
-  EXPECT_THAT(failure({folder / "octomap_scan.dat.bz2"}), says("not a kind of file"));
+  EXPECT_TRUE(is_occupancy_map(clouds / "octomap_geb079.bt"));
+  EXPECT_THAT(failure({clouds / "octomap_scan.dat.bz2"}), says("not a kind of file"));
 
-  const fs::path graph = folder / "octomap_spherical_scan.graph";
+  const fs::path graph = clouds / "octomap_spherical_scan.graph";
   const Scan sphere = read_all({graph}).at(0);
   octomap::ScanGraph reference;
   reference.readBinary(graph.string());
