@@ -8,13 +8,7 @@
 #include "evaluation/stairs.hpp"
 #include "geometry/voxel_grid.hpp"
 
-#include <cmath>
-#include <map>
 #include <set>
-
-#include <octosurf/adapters/paper_detector.hpp>
-#include <octosurf/error.hpp>
-#include <octosurf/up.hpp>
 
 namespace octosurf::bench {
 namespace {
@@ -158,8 +152,7 @@ void score(const std::vector<Method>& methods, const Options& options) {
       const evaluation::Truth truth =
           evaluation::join_faces(recorded.truth, evaluation.options.one_plane_at(evaluation.resolution_m));
       Json row = Json::parse(to_json(evaluation));
-      row.update(Json{
-          {"method", method.name}, {"scans", recorded.scans.size()}, {"ms", ms}, {"wrong", Json::array()}});
+      row.update(named("method scans ms wrong", method.name, recorded.scans.size(), ms, Json::array()));
       std::size_t well = 0, well_correct = 0;
       for (std::size_t k = 0; k < evaluation.face_scores.size(); ++k) {
         const evaluation::FaceScore& face = evaluation.face_scores[k];
@@ -195,17 +188,13 @@ void stairs(const Options& options) {
     const evaluation::StairScores scores =
         evaluation::evaluate_stairs(find_stairs(*mapper.snapshot(), up).stairs, recorded.truth, up);
     for (const evaluation::StairScore& stair : scores.stairs) {
-      Json row{{"seen", stair.wholly_seen()},
-               {"steps", stair.steps},
-               {"found", stair.found},
-               {"pieces", stair.pieces},
-               {"right_count", stair.wholly_seen() && stair.right_count()}};
-      if (row["right_count"])
-        row.update(Json{{"right_course", stair.right_kind},
-                        {"riser_mm", 1e3 * std::fabs(stair.riser_m)},
-                        {"tread_mm", 1e3 * std::fabs(stair.tread_m)},
-                        {"width_mm", 1e3 * std::fabs(stair.width_m)},
-                        {"heading_deg", deg * std::fabs(stair.heading_rad)}});
+      const bool right = stair.wholly_seen() && stair.right_count();
+      Json row = named("seen steps found pieces right_count", stair.wholly_seen(), stair.steps, stair.found,
+                       stair.pieces, right);
+      if (right)
+        row.update(named("right_course riser_mm tread_mm width_mm heading_deg", stair.right_kind,
+                         1e3 * std::fabs(stair.riser_m), 1e3 * std::fabs(stair.tread_m),
+                         1e3 * std::fabs(stair.width_m), deg * std::fabs(stair.heading_rad)));
       write(recording, row);
     }
     write(recording, {{"invented", scores.invented}});

@@ -4,16 +4,12 @@
 #include "planning/convex_sides.hpp"
 #include "simulation/scenes.hpp"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <malloc.h>
-#include <map>
 #include <numeric>
 #include <unistd.h>
 
-#include <octosurf/error.hpp>
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::bench {

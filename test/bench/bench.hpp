@@ -6,22 +6,34 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <octomap/OcTree.h>
 #include <optional>
+#include <random>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/contact.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/ground.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/parameters.hpp>
 #include <octosurf/scan.hpp>
 #include <octosurf/surface.hpp>
+#include <octosurf/up.hpp>
 
 /// One program of benchmarks: each measures methods on recordings and writes what it counts, a JSON object a
 /// line. bench.py adds the lines up, and shows them.
@@ -56,6 +68,16 @@ Benchmark accuracy, departures, dynamics, floor, footholds, gaps, ground, kitche
 
 /// Writes a line, at once: both objects as one.
 void write(Json row, const Json& more = Json::object());
+
+/// A row of these names, apart by blanks, and their values.
+template <class... Value>
+Json named(const char* names, const Value&... values) {
+  std::istringstream words(names);
+  std::string word;
+  Json row;
+  ((words >> word, row[word] = values), ...);
+  return row;
+}
 
 /// Counts by name, of which none is missing.
 struct Counts {

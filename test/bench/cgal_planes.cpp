@@ -12,9 +12,7 @@
 #include <CGAL/pca_estimate_normals.h>
 #include <CGAL/property_map.h>
 #include <CGAL/version.h>
-#include <Eigen/Geometry>
 #include <boost/property_map/function_property_map.hpp>
-#include <cmath>
 #include <numeric>
 #include <tsl/robin_set.h>
 #include <tuple>

@@ -4,11 +4,6 @@
 #include "bench/bench.hpp"
 #include "sensing/downsample.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-
 namespace octosurf::bench {
 namespace {
 
@@ -115,11 +110,9 @@ void dynamics(const Options& options) {
       }
     if (ours[1] == std::array<std::size_t, 2>{}) return;
     for (const auto& [name, kept] : {std::pair{"octosurf", &ours}, {"OctoMap", &plain}}) {
-      write(recording, {{"method", name},
-                        {"static", (*kept)[0][0] + (*kept)[0][1]},
-                        {"kept_static", (*kept)[0][1]},
-                        {"moving", (*kept)[1][0] + (*kept)[1][1]},
-                        {"kept_moving", (*kept)[1][1]}});
+      const auto& [still, moving] = *kept;
+      write(recording, named("method static kept_static moving kept_moving", name, still[0] + still[1],
+                             still[1], moving[0] + moving[1], moving[1]));
     }
   });
 }

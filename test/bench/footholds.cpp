@@ -5,14 +5,6 @@
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <random>
-
-#include <octosurf/ground.hpp>
-#include <octosurf/up.hpp>
-
 namespace octosurf::bench {
 namespace {
 

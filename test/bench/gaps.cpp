@@ -2,13 +2,7 @@
 
 #include "bench/bench.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
-
 #include <octosurf/gaps.hpp>
-#include <octosurf/up.hpp>
 
 namespace octosurf::bench {
 namespace {

@@ -2,12 +2,6 @@
 
 #include "bench/bench.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <random>
-
-#include <octosurf/ground.hpp>
 #include <octosurf/planning.hpp>
 #include <octosurf/queries.hpp>
 
@@ -90,10 +84,9 @@ Json count(const Walk& walk, const std::string& name) {
   row["ground"] = walk.ground.medians();
   const std::string stem = scratch(name);
   save_map(walk.mapper.map(), stem);
-  row.update(Json{{"heap_bytes", walk.heap_bytes},
-                  {"tree_bytes", walk.mapper.map().size().bytes},
-                  {"file_bytes", std::filesystem::file_size(stem + ".surfaces")},
-                  {"surfaces", walk.mapper.snapshot()->surfaces.size()}});
+  row.update(named("heap_bytes tree_bytes file_bytes surfaces", walk.heap_bytes,
+                   walk.mapper.map().size().bytes, std::filesystem::file_size(stem + ".surfaces"),
+                   walk.mapper.snapshot()->surfaces.size()));
   return row;
 }
 
@@ -127,12 +120,8 @@ std::shared_ptr<const Snapshot> random_surfaces(std::mt19937_64& random) {
 }
 
 void write_times(const std::string& what, const std::vector<double>& ms, std::size_t answers = 0) {
-  write({{"question", what},
-         {"p50_us", 1000 * percentile(ms, 0.5)},
-         {"p99_us", 1000 * percentile(ms, 0.99)},
-         {"p999_us", 1000 * percentile(ms, 0.999)},
-         {"mean_us", 1000 * mean(ms)},
-         {"answers", answers}});
+  write(named("question p50_us p99_us p999_us mean_us answers", what, 1000 * percentile(ms, 0.5),
+              1000 * percentile(ms, 0.99), 1000 * percentile(ms, 0.999), 1000 * mean(ms), answers));
 }
 
 }  // namespace

@@ -7,13 +7,9 @@
 #include "surfaces/double_layers.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <algorithm>
-#include <map>
-#include <random>
 #include <regex>
 
 #include <octosurf/adapters/octomap.hpp>
-#include <octosurf/error.hpp>
 
 namespace octosurf::bench {
 namespace {
@@ -196,15 +192,10 @@ void kitchen(const Options& options) {
     const Surface& smaller = *snapshot->find(layer.smaller);
     doubled += smaller.area_m2 * static_cast<double>(layer.inliers) / static_cast<double>(smaller.inliers);
   }
-  Json row{{"scans", ms.size()},
-           {"resolution", resolution},
-           {"surfaces", snapshot->surfaces.size()},
-           {"surfaces_over_min_area", over_min_area},
-           {"area_m2", area},
-           {"double_layers", layers.size()},
-           {"double_layers_m2", doubled},
-           {"ms", mean(ms)},
-           {"stage_ms", stages_of(reports)}};
+  Json row = named(
+      "scans resolution surfaces surfaces_over_min_area area_m2 double_layers double_layers_m2 ms stage_ms",
+      ms.size(), resolution, snapshot->surfaces.size(), over_min_area, area, layers.size(), doubled, mean(ms),
+      stages_of(reports));
   if (!octomap_ms.empty()) row["octomap_ms"] = mean(octomap_ms);
   write(row);
 }

@@ -5,12 +5,6 @@
 #include "evaluation/labels.hpp"
 #include "sensing/downsample.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include <octosurf/adapters/paper_detector.hpp>
-#include <octosurf/error.hpp>
-
 namespace octosurf::bench {
 namespace {
 
@@ -203,10 +197,8 @@ Json support_score(const VoxelCloud& cloud, const Segmentation& segmentation) {
     either += meets || cloud.cloud.labels[i] == support;
   }
   if (label->surface == 0) return Json::object();
-  return {{"iou_points", label->iou},
-          {"iou_pixels", both / either},
-          {"offset_m", label->offset_m},
-          {"angle_deg", label->normal_rad * deg}};
+  return named("iou_points iou_pixels offset_m angle_deg", label->iou, both / either, label->offset_m,
+               label->normal_rad * deg);
 }
 
 }  // namespace
@@ -232,11 +224,9 @@ void labelled(const Options& options) {
           for (int k = 0; k < scans_to_forget; ++k) growing->insert(voxels.scan);
           row["behind_what_went"] = behind_what_went(voxels, judged(voxels, *growing));
         }
-        write({{"cloud", cloud.name},
-               {"resolution", resolution},
-               {"method", segmentation.method},
-               {"ms", segmentation.ms}},
-              row);
+        write(
+            named("cloud resolution method ms", cloud.name, resolution, segmentation.method, segmentation.ms),
+            row);
       }
     }
   }

@@ -2,12 +2,9 @@
 
 #include "bench/bench.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <mutex>
-#include <optional>
 #include <thread>
 
 #include <octosurf/ground_patch.hpp>

@@ -6,13 +6,8 @@
 #include "footsteps/swing.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
-#include <array>
 #include <boost/polygon/polygon.hpp>
-#include <cmath>
 #include <ctime>
-#include <map>
-#include <random>
 
 #include <octosurf/footsteps.hpp>
 

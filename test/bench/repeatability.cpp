@@ -1,11 +1,6 @@
 // Whether two maps of one place agree, each of every second scan of a real recording: no labels are needed.
 
 #include "bench/bench.hpp"
-#include "evaluation/planar_region.hpp"
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 
 #include <octosurf/scan_source.hpp>
 
@@ -52,14 +47,12 @@ class Agreement {
   }
   Json numbers() const {
     const double all = static_cast<double>(samples_);
-    return {{"both_saw_m2", step * step * all / 2},
-            {"agreeing", static_cast<double>(offsets_mm_.size()) / all},
-            {"without_surface", static_cast<double>(pending_) / all},
-            {"seen_empty", static_cast<double>(free_) / all},
-            {"offset_p50_mm", percentile(offsets_mm_, 0.5)},
-            {"offset_p95_mm", percentile(offsets_mm_, 0.95)},
-            {"angle_p50_deg", percentile(angles_deg_, 0.5)},
-            {"angle_p95_deg", percentile(angles_deg_, 0.95)}};
+    return named(
+        "both_saw_m2 agreeing without_surface seen_empty offset_p50_mm offset_p95_mm angle_p50_deg "
+        "angle_p95_deg",
+        step * step * all / 2, static_cast<double>(offsets_mm_.size()) / all,
+        static_cast<double>(pending_) / all, static_cast<double>(free_) / all, percentile(offsets_mm_, 0.5),
+        percentile(offsets_mm_, 0.95), percentile(angles_deg_, 0.5), percentile(angles_deg_, 0.95));
   }
 
  private:

@@ -3,10 +3,6 @@
 
 #include "bench/bench.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
 #include <unordered_set>
 
 namespace octosurf::bench {
@@ -23,9 +19,8 @@ class Steadiness {
   }
   Json numbers() const {
     const double all = std::max<double>(1, static_cast<double>(same_ + flipped_ + renamed_));
-    return {{"unchanged_m2", all * area_},
-            {"flipped", static_cast<double>(flipped_) / all},
-            {"renamed", static_cast<double>(renamed_) / all}};
+    return named("unchanged_m2 flipped renamed", all * area_, static_cast<double>(flipped_) / all,
+                 static_cast<double>(renamed_) / all);
   }
 
  private:

@@ -4,16 +4,9 @@
 #include "bench/bench.hpp"
 #include "run_statistics.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <ctime>
 #include <iterator>
-#include <limits>
-#include <random>
 #include <span>
-
-#include <octosurf/adapters/paper_detector.hpp>
-#include <octosurf/error.hpp>
 
 namespace octosurf::bench {
 namespace {
@@ -54,10 +47,9 @@ class LiveRun {
   Json numbers() {
     finish();
     const Json report = Json::parse(statistics_.to_json(mapper_.map()));
-    return {{"points_per_second", report.at("points_per_second")},
-            {"time_to_first_detection_s", report.at("time_to_first_detection_s")},
-            {"detection_lag_s", report.at("detection_lag_s").at("mean")},
-            {"categorized_percent", report.at("categorized_percent")}};
+    return named("points_per_second time_to_first_detection_s detection_lag_s categorized_percent",
+                 report.at("points_per_second"), report.at("time_to_first_detection_s"),
+                 report.at("detection_lag_s").at("mean"), report.at("categorized_percent"));
   }
 
  private:
