@@ -6,11 +6,6 @@
 #include "support/random_scans.hpp"
 #include "support/scene.hpp"
 
-#include <cstring>
-#include <gmock/gmock.h>
-#include <limits>
-#include <random>
-
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::test {

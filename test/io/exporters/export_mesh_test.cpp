@@ -2,8 +2,6 @@
 
 #include <assimp/Importer.hpp>
 #include <assimp/scene.h>
-#include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <pcl/PolygonMesh.h>
 #include <pcl/conversions.h>

@@ -1,8 +1,6 @@
 #include "export_fixture.hpp"
 #include "support/full_disk.hpp"
 
-#include <limits>
-
 namespace octosurf::test {
 namespace {
 

@@ -5,9 +5,6 @@
 #include "io/exporters/mcap_writer.hpp"
 #include "io/readers/bag.hpp"
 #include "octosurf_foxglove.pb.h"
-#include "support/seed.hpp"
-
-#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {

@@ -1,8 +1,6 @@
 #include "export_fixture.hpp"
 
-#include <algorithm>
 #include <cstdlib>
-#include <memory>
 #include <spng.h>
 
 #include <octosurf/up.hpp>

@@ -2,9 +2,6 @@
 
 #include "io/files.hpp"
 #include "planning/shapes.hpp"
-#include "support/seed.hpp"
-
-#include <random>
 
 #include <octosurf/planner_formats.hpp>
 

@@ -4,17 +4,10 @@
 #include "map_files.hpp"
 #include "support/invariants.hpp"
 #include "support/packed_map.hpp"
-#include "support/seed.hpp"
 
-#include <array>
 #include <boost/crc.hpp>
-#include <cmath>
-#include <gmock/gmock.h>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-#include <limits>
-#include <random>
-#include <sstream>
 #include <zstd.h>
 
 namespace octosurf::test {

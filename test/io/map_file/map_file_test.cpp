@@ -3,14 +3,9 @@
 #include "support/invariants.hpp"
 #include "support/paths.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <gmock/gmock.h>
 #include <octomap/OcTree.h>
-#include <random>
-#include <set>
-#include <sstream>
 
 namespace octosurf::test {
 namespace {

@@ -6,12 +6,6 @@
 #include "support/packed_map.hpp"
 #include "support/random_scans.hpp"
 #include "support/round_scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gmock/gmock.h>
-#include <random>
-#include <sstream>
 
 namespace octosurf::test {
 namespace {

@@ -2,11 +2,6 @@
 
 #include "io/files.hpp"
 #include "map_file.pb.h"
-#include "support/seed.hpp"
-
-#include <functional>
-#include <string>
-#include <vector>
 
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>

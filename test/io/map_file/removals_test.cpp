@@ -2,8 +2,6 @@
 #include "map_files.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <gmock/gmock.h>
-
 #include <octosurf/changes.hpp>
 
 namespace octosurf::test {

@@ -5,7 +5,6 @@
 #include "support/full_disk.hpp"
 
 #include <cerrno>
-#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {

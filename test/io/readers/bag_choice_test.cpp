@@ -2,9 +2,6 @@
 #include "io/readers/bag_files.hpp"
 #include "io/readers/sensor_messages.hpp"
 
-#include <algorithm>
-#include <limits>
-
 #include <octosurf/ros_messages.hpp>
 
 namespace octosurf::test {

@@ -2,8 +2,6 @@
 #include "io/readers/bag_files.hpp"
 
 #include <cstdlib>
-#include <cstring>
-#include <gmock/gmock.h>
 #include <zstd.h>
 
 namespace octosurf::test {

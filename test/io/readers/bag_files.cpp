@@ -2,11 +2,6 @@
 
 #include "support/bag_writer.hpp"
 
-#include <cmath>
-#include <limits>
-#include <map>
-#include <sstream>
-
 namespace octosurf::test {
 
 namespace fs = std::filesystem;

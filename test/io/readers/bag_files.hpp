@@ -4,10 +4,6 @@
 #include "io/readers/bag.hpp"
 #include "io/readers/scan_files.hpp"
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 namespace octosurf::test {
 
 /// Recordings in folders, and bags of them as others write them (write_bag.py).

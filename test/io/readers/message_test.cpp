@@ -5,7 +5,6 @@
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
 #include <fastcdr/config.h>
-#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {

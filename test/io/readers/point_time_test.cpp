@@ -3,11 +3,6 @@
 #include "io/readers/bag_files.hpp"
 #include "io/readers/scan_motion.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-
 namespace octosurf::test {
 namespace {
 

@@ -2,13 +2,6 @@
 // would.
 #include "io/readers/scan_files.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <limits>
-#include <numbers>
-#include <random>
-
 namespace octosurf::test {
 namespace {
 

@@ -1,11 +1,6 @@
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/scan_files.hpp"
-#include "support/seed.hpp"
 
-#include <algorithm>
-#include <array>
-#include <limits>
-#include <numbers>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>

@@ -1,7 +1,5 @@
 #include "io/readers/scan_files.hpp"
 
-#include <algorithm>
-#include <cstring>
 #include <spng.h>
 
 namespace octosurf::test {

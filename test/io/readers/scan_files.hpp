@@ -2,10 +2,6 @@
 
 #include "io/files.hpp"
 
-#include <cstdint>
-#include <gmock/gmock.h>
-#include <vector>
-
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::test {

@@ -1,10 +1,5 @@
 #include "io/readers/scan_files.hpp"
 #include "io/readers/scan_list.hpp"
-#include "support/seed.hpp"
-
-#include <gmock/gmock.h>
-#include <random>
-#include <sstream>
 
 namespace octosurf::test {
 namespace {

@@ -2,7 +2,6 @@
 
 #include "io/readers/scan_files.hpp"
 
-#include <gmock/gmock.h>
 #include <octomap/octomap.h>
 
 namespace octosurf::test {

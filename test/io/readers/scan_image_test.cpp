@@ -1,10 +1,6 @@
 #include "io/readers/depth_image.hpp"
 #include "io/readers/scan_files.hpp"
 #include "io/readers/sensor_messages.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {

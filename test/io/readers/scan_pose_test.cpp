@@ -2,10 +2,7 @@
 #include "io/readers/scan_files.hpp"
 #include "io/readers/scan_list.hpp"
 
-#include <cmath>
-#include <gmock/gmock.h>
 #include <iomanip>
-#include <sstream>
 
 namespace octosurf::test {
 namespace {

@@ -1,7 +1,6 @@
 #include "io/readers/scan_files.hpp"
 #include "support/paths.hpp"
 
-#include <gmock/gmock.h>
 #include <octomap/octomap.h>
 
 namespace octosurf::test {

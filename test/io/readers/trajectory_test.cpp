@@ -1,11 +1,6 @@
 #include "io/readers/trajectory.hpp"
 
 #include "io/readers/scan_files.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <limits>
-#include <random>
 
 namespace octosurf::test {
 namespace {

@@ -1,10 +1,6 @@
 #include "io/readers/transform_tree.hpp"
 
 #include "io/readers/scan_files.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <random>
 
 namespace octosurf::test {
 namespace {
