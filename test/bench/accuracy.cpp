@@ -57,16 +57,6 @@ std::vector<Method> departures_of(const Options& options) {
   return methods;
 }
 
-std::vector<Method> wanted(std::vector<Method> methods, const Options& options) {
-  if (!options.only.empty())
-    std::erase_if(methods, [&](const Method& method) {
-      return std::ranges::none_of(options.only,
-                                  [&](const std::string& prefix) { return method.name.starts_with(prefix); });
-    });
-  if (methods.empty()) throw Error(Error::Kind::usage, "--only", "leaves no method", "try ours or cgal");
-  return methods;
-}
-
 /// Snapshot, and its time: CGAL's is that of normals and planes of all scans' voxels together.
 std::pair<Snapshot, double> run_method(const Method& method, const std::vector<Scan>& scans, int threads) {
   if (method.cgal != nullptr) return cgal_surfaces(method.cgal, scans, method.parameters);
@@ -143,7 +133,9 @@ bool seen_well(const evaluation::TrueFace& face, const VoxelsByFace& voxels, con
   return false;
 }
 
-void score(const std::vector<Method>& methods, const Options& options) {
+void score(std::vector<Method> methods, const Options& options) {
+  std::erase_if(methods, [&](const Method& method) { return !wanted(options, method.name); });
+  if (methods.empty()) throw Error(Error::Kind::usage, "--only", "leaves no method", "try ours or cgal");
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
     const VoxelsByFace voxels = voxels_by_face(recorded, options.resolutions.front());
     for (const Method& method : methods) {
@@ -178,8 +170,8 @@ void score(const std::vector<Method>& methods, const Options& options) {
 
 }  // namespace
 
-void accuracy(const Options& options) { score(wanted(methods_of(options), options), options); }
-void departures(const Options& options) { score(wanted(departures_of(options), options), options); }
+void accuracy(const Options& options) { score(methods_of(options), options); }
+void departures(const Options& options) { score(departures_of(options), options); }
 
 void stairs(const Options& options) {
   for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {

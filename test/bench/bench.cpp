@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <malloc.h>
 #include <numeric>
+#include <regex>
 #include <unistd.h>
 
 #include <octosurf/scan_source.hpp>
@@ -97,6 +98,13 @@ Mapper mapped(const Recorded& recorded, const Options& options) {
   Mapper mapper(parameters_at(options.resolutions.front(), options.set));
   for (const Scan& scan : recorded.scans) mapper.insert(scan);
   return mapper;
+}
+
+bool wanted(const Options& options, const std::string& name) {
+  const auto begins = [&](const std::string& with) {
+    return std::regex_search(name, std::regex("^(" + with + ")"));
+  };
+  return options.only.empty() || std::ranges::any_of(options.only, begins);
 }
 
 std::filesystem::path data_path(const std::string& name) {

@@ -49,7 +49,7 @@ struct Options {
   std::vector<std::string> scenes{"room", "office", "stairs", "stones"}, sensors{"depth"};
   std::vector<std::uint64_t> seeds{1};
   std::vector<double> resolutions{0.02};  ///< d, m
-  std::vector<std::string> only;          ///< methods
+  std::vector<std::string> only;          ///< see wanted()
   std::vector<std::string> set;           ///< NAME=VALUE, parameters of ours
   std::vector<std::string> inputs;        ///< real recordings, labelled clouds
   std::size_t count = 0;                  ///< of footholds, goals, queries, movers, laps
@@ -109,6 +109,9 @@ Parameters paper_parameters(double resolution, double search_radius);
 
 /// The map of a recording, at the first of --resolutions.
 Mapper mapped(const Recorded& recorded, const Options& options);
+
+/// Whether --only lets a name pass: its beginning, as a regular expression.
+bool wanted(const Options& options, const std::string& name);
 
 /// A folder or file of ../shared/data; throws Error(data) if it is missing.
 std::filesystem::path data_path(const std::string& name);

@@ -7,8 +7,6 @@
 #include "surfaces/double_layers.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <regex>
-
 #include <octosurf/adapters/octomap.hpp>
 
 namespace octosurf::bench {
@@ -127,10 +125,7 @@ std::vector<Side> all_sides(const Options& options) {
         const auto place = std::make_shared<const Place>(of);
         for (const auto& [name, label, run] : all) {
           const std::string full = place->path + "/" + name;
-          if (options.only.empty() || std::ranges::any_of(options.only, [&](const std::string& pattern) {
-                return std::regex_search(full, std::regex("^(" + pattern + ")"));
-              }))
-            sides.push_back({full, label, place, run});
+          if (wanted(options, full)) sides.push_back({full, label, place, run});
         }
       };
   const std::string octomap = "OctoMap's insertion", ours = "occupancy insertion, ";

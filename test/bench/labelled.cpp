@@ -134,22 +134,20 @@ Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters,
 /// Ours first; at d below 1 cm the paper's r of 15 cm holds a thousand points and more, and is left out.
 std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& options) {
   constexpr double finest_for_paper = 0.01;
-  const auto wanted = [&](const std::string& method) {
-    return options.only.empty() || std::ranges::find(options.only, method) != options.only.end();
-  };
   const Parameters ours = parameters_at(cloud.resolution, options.set);
   std::vector<Segmentation> results{segment_ours(cloud, ours, "octosurf")};
   if (options.mosd) return results;
   const double h = ours.max_hole_size();
-  if (wanted("growing"))
+  if (wanted(options, "growing"))
     results.push_back(best_of(cloud, "CGAL region growing", cgal_region_growing, {15 / deg, 25 / deg}, {h}));
-  if (wanted("pcl"))  // it has no tolerance; a region's angle is between neighbours: 3° is of PCL's manual
+  if (wanted(options,
+             "pcl"))  // it has no tolerance; a region's angle is between neighbours: 3° is of PCL's manual
     results.push_back(best_of(cloud, "PCL region growing", pcl_region_growing, {3 / deg, 8 / deg}, {h}));
-  if (wanted("ransac"))
+  if (wanted(options, "ransac"))
     results.push_back(best_of(cloud, "CGAL Efficient RANSAC", cgal_efficient_ransac,
                               {std::acos(0.87), std::acos(0.95)}, {2.5 * cloud.resolution, h}));
   for (const auto& [radius, name] : {std::pair{0.15, "0.15"}, {0.06, "0.06"}})
-    if (wanted("paper") && (radius < 0.1 || cloud.resolution >= finest_for_paper))
+    if (wanted(options, "paper") && (radius < 0.1 || cloud.resolution >= finest_for_paper))
       results.push_back(segment_ours(cloud, paper_parameters(cloud.resolution, radius),
                                      std::string("`detector = paper`, r = ") + name));
   return results;

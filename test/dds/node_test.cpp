@@ -1,17 +1,11 @@
 // The node beside a robot of another vendor, over the loopback.
 #include "dds/robot.hpp"
 
-#include <algorithm>
-#include <chrono>
-#include <gmock/gmock.h>
 #include <iostream>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <octomap/OcTree.h>
 #include <sstream>
-#include <thread>
-#include <utility>
 
 namespace octosurf::test {
 namespace {

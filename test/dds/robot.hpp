@@ -7,11 +7,7 @@
 #include "support/bag_writer.hpp"
 #include "support/paths.hpp"
 
-#include <algorithm>
 #include <cstdlib>
-#include <map>
-#include <memory>
-#include <string>
 #include <unistd.h>
 #include <vector>
 
