@@ -9,7 +9,6 @@
 #include <cctype>
 #include <chrono>
 #include <cstdlib>
-#include <cstring>
 #include <random>
 #include <sstream>
 #include <stdexcept>
@@ -34,12 +33,9 @@ using Qos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
 /// `type`: as DDS names it. `also`: more user data, "key=value;".
 Qos qos_of(Profile profile, int depth, const std::string& type, const std::string& also) {
   Qos qos(dds_create_qos(), dds_delete_qos);
-  std::string user_data = also, ros_type = type.substr(0, type.size() - 1);  // without the last _
-  for (const auto& [from, to] : {std::pair("::dds_::", "::"), std::pair("::", "/")})
-    for (std::size_t at = 0; (at = ros_type.find(from)) != std::string::npos;)
-      ros_type.replace(at, std::strlen(from), to);
-  if (const std::string_view hash = type_hash(ros_type); !hash.empty())
-    user_data += "typehash=" + std::string(hash) + ";";
+  std::string user_data = also;
+  for (const auto& [name, hash] : type_hashes)
+    if (name == type) user_data += "typehash=" + std::string(hash) + ";";
   dds_qset_userdata(qos.get(), user_data.data(), user_data.size());
   const bool reliable = profile != Profile::sensor;
   dds_qset_reliability(qos.get(), reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,

@@ -1,4 +1,5 @@
-"""Writes the type hashes (REP 2016, RIHS01) of what octosurf-dds reads and writes: type_hashes.py type_hashes.hpp
+"""Writes the type hashes (REP 2016, RIHS01) of what octosurf-dds reads and writes, by the types' names over DDS, as a C++
+table: type_hashes.py type_hashes.hpp
 
 ROS 2 since Iron warns about endpoints without. Those of ros2.idl are the published definitions', octosurf_msgs' follow
 from its files."""
@@ -15,36 +16,9 @@ HERE = pathlib.Path(__file__).resolve().parent
 # type_description_interfaces/FieldType, by IDL's names.
 IDS = {"float": 10, "double": 11, "octet": 3, "int8": 2, "short": 4, "unsigned short": 5, "long": 6, "unsigned long": 7,
        "long long": 8, "unsigned long long": 9, "boolean": 15, "string": 17}
-COLUMNS = 111  # .clang-format's, and the line's end
 BOUNDED_STRING, ARRAY, SEQUENCE = 21, 48, 144
 # Topics' types that are parts of others, too.
 NESTED_ELSEWHERE = {"octosurf_msgs/msg/Surfaces", "grid_map_msgs/msg/GridMap", "std_msgs/msg/Float32MultiArray"}
-HEAD = """\
-#pragma once
-
-#include <string>
-#include <string_view>
-
-// Written by idl/type_hashes.py.
-
-namespace octosurf::dds {
-
-/// RIHS01 of a type as ROS names it, "sensor_msgs/msg/Image"; empty: not known.
-inline std::string_view type_hash(const std::string& type) {
-  struct Entry {
-    std::string_view type, hash;
-  };
-  static constexpr Entry all[] = {
-"""
-TAIL = """\
-  };
-  for (const Entry& entry : all)
-    if (entry.type == type) return entry.hash;
-  return {};
-}
-
-}  // namespace octosurf::dds
-"""
 
 
 def ros_name(name):
@@ -98,15 +72,18 @@ def hash_of(name, types):
     return "RIHS01_" + hashlib.sha256(text.encode()).hexdigest()
 
 
+def dds_name(name):
+    package, kind, name = name.split("/")
+    return f"{package}::{kind}::dds_::{name}_"
+
+
 def text():
     types = described()
     used = {field["type"]["nested_type_name"] for fields in types.values() for field in fields}
     outermost = sorted(name for name in types if name not in used or name in NESTED_ELSEWHERE)
-    entries = []
-    for name in outermost:
-        one_line = f'      {{"{name}", "{hash_of(name, types)}"}},\n'
-        entries.append(one_line if len(one_line) <= COLUMNS else one_line.replace(", ", ",\n       "))
-    return HEAD + "".join(entries) + TAIL
+    rows = "".join(f'    {{"{dds_name(name)}", "{hash_of(name, types)}"}},\n' for name in outermost)
+    return ("#include <string_view>\n#include <utility>\n\n"
+            f"inline constexpr std::pair<std::string_view, std::string_view> type_hashes[] = {{\n{rows}}};\n")
 
 
 if __name__ == "__main__":
