@@ -143,8 +143,8 @@ Json json_of(const LoadedMap& loaded, const Contents& contents) {
   json["cylinders"] = Json::array();
   for (const CylinderPtr& cylinder : contents.snapshot->cylinders)
     json["cylinders"].push_back(to_json(*cylinder));
-  json["stairs"] = Json::parse(io::stairs_json(contents.stairs.stairs));
-  json["steps"] = Json::parse(io::steps_json(contents.stairs.single_steps));
+  json["stairs"] = contents.stairs.stairs;
+  json["steps"] = contents.stairs.single_steps;
   json["parameters"] = Json::parse(parameters_json(map.parameters()));
   json["warnings"] = Json::array();
   if (!loaded.warning.empty()) json["warnings"].push_back(loaded.warning);

@@ -338,7 +338,7 @@ const std::vector<Question>& questions() {
        print_region},
       {"stair", "X Y Z", "", "the stair nearest to this point: risers, treads, width, heading", stair_fields,
        [](const ServedMap& map, const Request& asked) {
-         return io::stair_json(find_stair(map.asked, asked));
+         return Json(find_stair(map.asked, asked)).dump();
        },
        [](const ServedMap& map, const Request& asked) {
          print_table(std::vector<Stair>{find_stair(map.asked, asked)});

@@ -17,18 +17,18 @@ constexpr double icl_units_per_metre = 5000;
 }
 
 LabelledCloud load_pcd(const fs::path& file) {
-  const auto [cloud, labels] = io::read_labelled_pcd(file);
+  const io::Cloud cloud = io::read_pcd(file);
   require_rigid(cloud.T_map_sensor, file.string());
-  if (labels.field.empty())
+  if (cloud.labels.field.empty())
     refuse(file, "has no labels", "they are expected in a 4-byte field label or intensity");
   // mOSD's clouds are coloured; labels without colours are planes, e.g. of a simulated recording.
-  const bool support = labels.field == "label" && labels.colored;
+  const bool support = cloud.labels.field == "label" && cloud.labels.colored;
   const Eigen::Isometry3f T_map_sensor = cloud.T_map_sensor.cast<float>();
   LabelledCloud result;
   result.kind = support ? LabelledCloud::Kind::support : LabelledCloud::Kind::planes;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     if (!cloud.points[i].allFinite()) continue;
-    const double label = labels.values[i];  // a whole number, and 0 for anything else
+    const double label = cloud.labels.values[i];  // a whole number, and 0 for anything else
     const auto id = label >= 0.5 && label < 4294967295.0 ? static_cast<std::uint32_t>(label + 0.5) : 0U;
     result.points.push_back(T_map_sensor * cloud.points[i]);
     result.labels.push_back(support && id >= 1 && id <= 9 ? 1 : id);  // parts of one table

@@ -19,8 +19,6 @@ class Cyclone final : public node::Middleware {
   /// rmw_cyclonedds_cpp, and CYCLONEDDS_URI. Throws Error(usage) if that cannot be.
   explicit Cyclone(std::uint32_t domain);
   ~Cyclone() override;
-  Cyclone(const Cyclone&) = delete;
-  Cyclone& operator=(const Cyclone&) = delete;
 
   /// These throw Error(usage) unless it is a whole topic name.
   std::unique_ptr<node::Publisher> advertise(const std::string& topic, const std::string& type,

@@ -1,7 +1,7 @@
 #include "messages.hpp"
 
 #include "io/exporters/export_formats.hpp"
-#include "io/exporters/grid_map_message.hpp"
+#include "io/exporters/planner_messages.hpp"
 
 #include <array>
 #include <vector>

@@ -22,64 +22,50 @@ void add_options(CLI::App& app, NodeOptions& options) {
   app.add_option("--depth-scale", options.depth_scale,
                  "depth's units per metre [1000 of integers, 1 of floats]")
       ->check(CLI::PositiveNumber);
-  app.add_option("--frame", options.frame, "the map's, in tf")->capture_default_str();
-  app.add_option("--tf", options.tf, "topic of transforms; of fixed ones the same with _static")
-      ->capture_default_str();
-  app.add_option("--base", options.base, "the robot's frame in tf, about which patches are read")
-      ->capture_default_str();
+  app.option_defaults()->always_capture_default();
+  app.add_option("--frame", options.frame, "the map's, in tf");
+  app.add_option("--tf", options.tf, "topic of transforms; of fixed ones the same with _static");
+  app.add_option("--base", options.base, "the robot's frame in tf, about which patches are read");
   app.add_option("--max-pose-gap", options.max_pose_gap_s,
                  "longest gap between transforms to interpolate over, s")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--wait", options.wait_s, "longest time that a scan waits for tf and CameraInfo, s")
-      ->check(CLI::Range(0.0, 60.0))
-      ->capture_default_str();
+      ->check(CLI::Range(0.0, 60.0));
   app.add_flag("--reliable", options.reliable,
                "reliable QoS: lost scans are sent again; needs publishers that offer it");
   app.add_option("--queue", options.queue_mb, "MB of waiting scans; beyond it the oldest are dropped")
-      ->check(CLI::Range(1, 65536))
-      ->capture_default_str();
+      ->check(CLI::Range(1, 65536));
   app.add_option("-o,--output", options.output, "the map: MAP.surfaces and MAP.bt")->required();
   auto* resume = app.add_flag("--resume", options.resume, "resume the map, if it is there");
   app.add_flag("--force", options.force, "start a new map, and overwrite an existing one")->excludes(resume);
   app.add_option("--checkpoint", options.checkpoint_s, "seconds between saves; 0: only at the end")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app.add_option("--name", options.name, "before topics and services")->capture_default_str();
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--name", options.name, "before topics and services");
   app.add_option("--publish", options.publish_s, "seconds between publications of the map")
-      ->check(CLI::Range(0.01, 3600.0))
-      ->capture_default_str();
+      ->check(CLI::Range(0.01, 3600.0));
   app.add_option("--radius", options.radius_m,
                  "m around the robot in which the map is published; 0: everything")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--grid-cell", options.grid_cell_m,
                  "m, of grid map and planar terrain; at least the map's resolution")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      ->check(CLI::PositiveNumber);
   app.add_option("--patch-rate", options.patch_hz, "Hz, of patches about the robot; 0: none")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str();
+      ->check(CLI::Range(0.0, 1000.0));
   app.add_option("--patch-length", options.patch_length_m, "m, of a patch along the robot's heading")
-      ->check(CLI::Range(0.01, 6.0))
-      ->capture_default_str();
+      ->check(CLI::Range(0.01, 6.0));
   app.add_option("--patch-width", options.patch_width_m, "m, of a patch across it")
-      ->check(CLI::Range(0.01, 6.0))
-      ->capture_default_str();
+      ->check(CLI::Range(0.01, 6.0));
   app.add_option("--patch-cell", options.patch_cell_m, "m, between a patch's places")
-      ->check(CLI::Range(0.01, 1.0))
-      ->capture_default_str();
+      ->check(CLI::Range(0.01, 1.0));
   app.add_option("--foot-radius", options.foot_radius_m, "m, of the planar terrain's insets")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      ->check(CLI::PositiveNumber);
   app.add_option("--max-slope", options.max_slope_deg, "degrees, of planar terrain and grid map")
-      ->check(CLI::Range(0.0, 80.0))
-      ->capture_default_str();
+      ->check(CLI::Range(0.0, 80.0));
   app.add_option("--clearance", options.clearance_m,
                  "m over a foot of the planar terrain that must be free; 0: any")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app.add_option("--threads", options.threads, "result does not depend on it")->capture_default_str();
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--threads", options.threads, "result does not depend on it");
+  app.option_defaults()->always_capture_default(false);
   add_reading_options(app, options.readings);
   add_parameter_options(app, options.parameters, true);
   require_finite(app);

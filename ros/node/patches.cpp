@@ -1,6 +1,6 @@
 #include "patches.hpp"
 
-#include "io/exporters/grid_map_message.hpp"
+#include "io/exporters/planner_messages.hpp"
 #include "io/readers/transform_tree.hpp"
 #include "messages.hpp"
 #include "publications.hpp"

@@ -2,8 +2,7 @@
 
 #include "geometry/degrees.hpp"
 #include "geometry/voxel_grid.hpp"
-#include "io/exporters/grid_map_message.hpp"
-#include "io/exporters/planar_terrain_message.hpp"
+#include "io/exporters/planner_messages.hpp"
 #include "messages.hpp"
 
 #include <algorithm>

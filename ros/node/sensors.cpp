@@ -3,9 +3,7 @@
 #include "io/readers/pose_file.hpp"
 #include "io/readers/reading_rules.hpp"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -27,13 +25,6 @@ constexpr std::int64_t out_of_order_ns = 3'000'000'000;
 
 std::unique_ptr<io::MessageReader> reader_of(std::string_view message) {
   return io::message_reader(message, MessageEncoding::cdr);
-}
-
-std::string name_of(const std::string& topic, std::int64_t stamp_ns) {
-  std::array<char, 48> time{};
-  std::snprintf(time.data(), time.size(), "%lld.%09lld", static_cast<long long>(stamp_ns / 1000000000),
-                static_cast<long long>(std::abs(stamp_ns % 1000000000)));
-  return topic + " at " + time.data();
 }
 
 }  // namespace
@@ -149,7 +140,7 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
                           rules_.apply(received.scan, {}, options_.takes_depth(), options_.scans()));
   }
   received.stamp_ns = header.stamp_ns;
-  received.scan.name = name_of(options_.scans(), header.stamp_ns);
+  received.scan.name = options_.scans() + " at " + io::stamp_text(header.stamp_ns);
   received.scan.stamp_s = static_cast<double>(header.stamp_ns) / 1e9;
   received.scan.T_map_sensor = T_map_sensor;
   return received;

@@ -28,8 +28,6 @@ class ScanWriter {
   /// Appends after the first `scans` scans in `folder`; later files are removed. Creates a missing folder.
   /// Throws Error(output), and Error(data) if one of them is missing.
   ScanWriter(std::filesystem::path folder, std::uint64_t scans);
-  ScanWriter(const ScanWriter&) = delete;
-  ScanWriter& operator=(const ScanWriter&) = delete;
   ~ScanWriter();
 
   /// The next one in order. Throws Error(output) if the one before could not be written.

@@ -1,6 +1,7 @@
 #include "io/map_lock.hpp"
 
 #include "io/new_file.hpp"
+#include "io/text_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +10,6 @@
 #include <map>
 #include <mutex>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <octosurf/error.hpp>
@@ -19,22 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the holder wrote: "process 123 of HOST", of a foreign file without what no terminal should get. Empty
-/// if it has not yet.
+/// What the holder wrote: "process 123 of HOST", empty if it has not yet.
 std::string holder_in(int descriptor) {
   std::array<char, 512> text{};
   const ssize_t size = std::max<ssize_t>(::pread(descriptor, text.data(), text.size(), 0), 0);
-  std::string holder(text.data(), std::find(text.data(), text.data() + size, '\n'));
-  std::replace_if(
-      holder.begin(), holder.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return holder;
-}
-
-bool is_at(int descriptor, const fs::path& path) {
-  struct stat opened {
-  }, named{};
-  return ::fstat(descriptor, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 &&
-         named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
+  return printable({text.data(), std::find(text.data(), text.data() + size, '\n')});
 }
 
 }  // namespace

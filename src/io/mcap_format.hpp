@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <string_view>
-#include <zlib.h>
 
 namespace octosurf::io {
 
@@ -23,11 +22,5 @@ enum class McapOp : std::uint8_t {
   summary_offset = 14,
   data_end = 15,
 };
-
-/// Continues the checksum `before` with `bytes`.
-inline std::uint32_t mcap_crc(std::string_view bytes, std::uint32_t before = 0) {
-  return static_cast<std::uint32_t>(
-      ::crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
-}
 
 }  // namespace octosurf::io

@@ -36,11 +36,9 @@ constexpr std::size_t random_digits = 16;
 
 /// The open file is a regular file of this user, at `path` and without other links.
 bool is_own(int descriptor, const fs::path& path) {
-  struct stat opened {
-  }, named{};
+  struct stat opened {};
   return ::fstat(descriptor, &opened) == 0 && S_ISREG(opened.st_mode) && opened.st_uid == ::geteuid() &&
-         opened.st_nlink == 1 && ::lstat(path.c_str(), &named) == 0 && named.st_dev == opened.st_dev &&
-         named.st_ino == opened.st_ino;
+         opened.st_nlink == 1 && is_at(descriptor, path);
 }
 
 void remove_if_left_over(const fs::path& path) {
@@ -106,6 +104,21 @@ void fail_to_write(const fs::path& file, const std::string& what, int failure) {
   throw Error(Error::Kind::output, file.string(), what + ": " + std::generic_category().message(failure),
               no_more_files ? "raise the limit of open files (ulimit -n)"
                             : "check the folder, its rights and the space left");
+}
+
+bool is_at(int descriptor, const fs::path& path) {
+  struct stat opened {
+  }, named{};
+  return ::fstat(descriptor, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 &&
+         named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
+}
+
+std::string ending_of(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return ending;
 }
 
 std::string whole_of_part(const fs::path& part) {

@@ -59,6 +59,12 @@ void write_file(const std::filesystem::path& file, bool force,
 /// it.
 [[noreturn]] void fail_to_write(const std::filesystem::path& file, const std::string& what, int failure);
 
+/// Whether the open file is the one of this name.
+bool is_at(int descriptor, const std::filesystem::path& path);
+
+/// ".json" of "FILE.JSON".
+std::string ending_of(const std::filesystem::path& file);
+
 /// The name of the file of which this is an unfinished NewFile's; empty if it is none.
 std::string whole_of_part(const std::filesystem::path& part);
 

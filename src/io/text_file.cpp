@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <zlib.h>
 
 #include <octosurf/error.hpp>
 
@@ -121,6 +122,17 @@ std::vector<double> numbers(const TextLine& line, const std::filesystem::path& f
   values.reserve(line.words.size());
   for (const auto& word : line.words) values.push_back(number(word, file, line.number));
   return values;
+}
+
+std::string printable(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
+}
+
+std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before) {
+  return static_cast<std::uint32_t>(
+      ::crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 std::string read_bytes(const std::filesystem::path& file, std::size_t limit) {

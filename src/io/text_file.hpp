@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -59,6 +60,12 @@ double time_stamp(std::string_view word, const std::filesystem::path& file, std:
 
 /// All words of a line as numbers.
 std::vector<double> numbers(const TextLine& line, const std::filesystem::path& file);
+
+/// Without what no terminal should get, of a foreign file.
+std::string printable(std::string text);
+
+/// zlib's CRC-32; continues that of the bytes `before`.
+std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before = 0);
 
 /// The file's bytes; throws Error(data) if it cannot be read or is larger than `limit`.
 std::string read_bytes(const std::filesystem::path& file, std::size_t limit);

@@ -53,9 +53,6 @@ double finite(double value, SurfaceId id);  ///< of a surface
 /// Throws Error(data) unless there is a label for every edge of the surface's polygons.
 void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges);
 
-/// ".json" of "FILE.JSON".
-std::string ending_of(const std::filesystem::path& file);
-
 /// For formats that cannot be empty.
 Error nothing_to_write(const std::filesystem::path& file);
 

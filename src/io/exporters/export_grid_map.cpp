@@ -1,5 +1,5 @@
 #include "io/exporters/export_formats.hpp"
-#include "io/exporters/grid_map_message.hpp"
+#include "io/exporters/planner_messages.hpp"
 
 #include <algorithm>
 

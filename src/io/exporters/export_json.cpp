@@ -142,7 +142,7 @@ void write_json(const ExportJob& job, std::ostream& out) {
   write_each(out, job.snapshot.cylinders, "cylinder ", cylinder_json);
   out << "\n]";
   if (const auto& found = job.options.stairs)
-    out << ",\"stairs\":" << stairs_json(found->stairs) << ",\"steps\":" << steps_json(found->single_steps);
+    out << ",\"stairs\":" << Json(found->stairs) << ",\"steps\":" << Json(found->single_steps);
   out << "}\n";
 }
 

@@ -2,8 +2,7 @@
 #include "geometry/rings.hpp"
 #include "geometry/triangulate.hpp"
 #include "io/exporters/export_formats.hpp"
-#include "io/exporters/grid_map_message.hpp"
-#include "io/exporters/planar_terrain_message.hpp"
+#include "io/exporters/planner_messages.hpp"
 
 #include <algorithm>
 #include <array>

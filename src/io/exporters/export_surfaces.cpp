@@ -30,13 +30,6 @@ const std::vector<Value>& find_or_empty(const std::map<SurfaceId, std::vector<Va
 
 }  // namespace
 
-std::string io::ending_of(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return ending;
-}
-
 bool io::ExportJob::wants(ExportPart part) const {
   return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
 }

@@ -1,5 +1,7 @@
 #include "io/exporters/mcap_writer.hpp"
 
+#include "io/text_file.hpp"
+
 #include <algorithm>
 #include <concepts>
 #include <new>
@@ -62,7 +64,7 @@ void McapWriter::add_record(std::string& to, Op op, std::string_view content, st
 void McapWriter::put(std::string_view bytes) {
   out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   written_ += bytes.size();
-  crc_ = mcap_crc(bytes, crc_);
+  crc_ = crc32_of(bytes, crc_);
 }
 
 std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view type,
@@ -93,7 +95,7 @@ void McapWriter::end_chunk() {
   const std::uint64_t chunk_begin = written_, size = chunk_.size();
   std::string record;
   add_record(record, Op::chunk,
-             content_of(chunk_span_.begin_ns, chunk_span_.end_ns, size, mcap_crc(chunk_), compression,
+             content_of(chunk_span_.begin_ns, chunk_span_.end_ns, size, crc32_of(chunk_), compression,
                         static_cast<std::uint64_t>(packed.size())),
              packed);
   put(record);
@@ -162,7 +164,7 @@ void McapWriter::finish() {
   footer.resize(footer.size() - 4);
   summary += footer;
   put(summary);
-  put(content_of(mcap_crc(summary)));
+  put(content_of(crc32_of(summary)));
   put(mcap_magic);
 }
 

@@ -36,16 +36,8 @@ class JsonWriter : public MessageWriter {
     // A frame's name may come from a command line or a bag: invalid UTF-8 must not stop the export.
     out_ << nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
-  void write(std::span<const float> list) override {
-    begin_list(list.size());
-    for (const float value : list) put(value);
-    end_list();
-  }
-  void write(std::span<const std::int8_t> list) override {
-    begin_list(list.size());
-    for (const int value : list) put(value);
-    end_list();
-  }
+  void write(std::span<const float> list) override { put_list(list); }
+  void write(std::span<const std::int8_t> list) override { put_list(list); }
 
  private:
   void separate() {
@@ -73,6 +65,13 @@ class JsonWriter : public MessageWriter {
       const char* end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
       out_.write(text.data(), end - text.data());
     }
+  }
+
+  template <class One>
+  void put_list(std::span<const One> list) {
+    open('[');
+    for (const One value : list) put(value);
+    close(']');
   }
 
   std::ostream& out_;

@@ -2,7 +2,6 @@
 #include "io/exporters/camera.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "io/new_file.hpp"
-#include "io/png_file.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -10,7 +9,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
+#include <memory>
+#include <spng.h>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -352,6 +354,30 @@ std::vector<std::uint8_t> draw(const Snapshot& snapshot, const PictureOptions& o
   return rgb;
 }
 
+/// An 8-bit RGB image, rows from the top.
+void write_png(const std::vector<std::uint8_t>& rgb, int width, int height, std::ostream& out) {
+  const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> context(spng_ctx_new(SPNG_CTX_ENCODER),
+                                                                    &spng_ctx_free);
+  if (!context) throw std::bad_alloc();
+  const auto require = [](int status) {
+    if (status != 0) throw Error(Error::Kind::output, "picture", spng_strerror(status));
+  };
+  spng_ihdr header{};
+  header.width = static_cast<std::uint32_t>(width);
+  header.height = static_cast<std::uint32_t>(height);
+  header.bit_depth = 8;
+  header.color_type = SPNG_COLOR_TYPE_TRUECOLOR;
+  require(spng_set_option(context.get(), SPNG_ENCODE_TO_BUFFER, 1));
+  require(spng_set_ihdr(context.get(), &header));
+  require(spng_encode_image(context.get(), rgb.data(), rgb.size(), SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE));
+  std::size_t size = 0;
+  int status = 0;
+  const std::unique_ptr<void, decltype(&std::free)> png(spng_get_png_buffer(context.get(), &size, &status),
+                                                        &std::free);
+  require(status);
+  out.write(static_cast<const char*>(png.get()), static_cast<std::streamsize>(size));
+}
+
 }  // namespace
 
 void render_png(const Snapshot& snapshot, const std::filesystem::path& file, const PictureOptions& options) {
@@ -362,7 +388,7 @@ void render_png(const Snapshot& snapshot, const std::filesystem::path& file, con
   geometry::require_direction(options.up, "up");
   io::NewFile output(file, options.force);
   const std::vector<std::uint8_t> rgb = draw(snapshot, options);
-  output.write([&](std::ostream& out) { io::write_png(rgb, options.width, options.height, out); });
+  output.write([&](std::ostream& out) { write_png(rgb, options.width, options.height, out); });
   output.commit();
 }
 

@@ -6,7 +6,7 @@
 
 namespace octosurf {
 
-static void to_json(nlohmann::ordered_json& json, const Step& step) {
+void to_json(nlohmann::ordered_json& json, const Step& step) {
   json = {{"lower", step.lower},
           {"upper", step.upper},
           {"riser_m", step.riser_m},
@@ -15,7 +15,7 @@ static void to_json(nlohmann::ordered_json& json, const Step& step) {
           {"edge", step.edge}};
 }
 
-static void to_json(nlohmann::ordered_json& json, const Stair& stair) {
+void to_json(nlohmann::ordered_json& json, const Stair& stair) {
   const auto landing = [](SurfaceId id) {
     return id == 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(id);
   };
@@ -34,11 +34,5 @@ static void to_json(nlohmann::ordered_json& json, const Stair& stair) {
           {"landing_above", landing(stair.landing_above)},
           {"steps", stair.steps}};
 }
-
-std::string io::stair_json(const Stair& stair) { return nlohmann::ordered_json(stair).dump(); }
-std::string io::stairs_json(const std::vector<Stair>& stairs) {
-  return nlohmann::ordered_json(stairs).dump();
-}
-std::string io::steps_json(const std::vector<Step>& steps) { return nlohmann::ordered_json(steps).dump(); }
 
 }  // namespace octosurf

@@ -1,16 +1,13 @@
 #pragma once
 
-#include <string>
-#include <vector>
+#include <nlohmann/json_fwd.hpp>
 
 #include <octosurf/stairs.hpp>
 
-namespace octosurf::io {
+namespace octosurf {
 
-/// JSON text of a stair, of several, and of single steps, as in exported files and answers: m, degrees, map
-/// frame.
-std::string stair_json(const Stair& stair);
-std::string stairs_json(const std::vector<Stair>& stairs);
-std::string steps_json(const std::vector<Step>& steps);  ///< likewise
+// Steps and stairs as in exported files and answers: m, degrees, map frame.
+void to_json(nlohmann::ordered_json& json, const Step& step);
+void to_json(nlohmann::ordered_json& json, const Stair& stair);
 
-}  // namespace octosurf::io
+}  // namespace octosurf

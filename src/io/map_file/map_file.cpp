@@ -2,9 +2,9 @@
 
 #include "io/map_lock.hpp"
 #include "io/new_file.hpp"
+#include "io/text_file.hpp"
 
 #include <array>
-#include <boost/crc.hpp>
 #include <cerrno>
 #include <fstream>
 #include <optional>
@@ -18,14 +18,13 @@ namespace octosurf {
 std::optional<io::FileSum> io::sum_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return {};
-  boost::crc_32_type crc;
   FileSum sum;
   std::array<char, 65536> buffer;
   while (in.read(buffer.data(), buffer.size()), in.gcount() > 0) {
-    crc.process_bytes(buffer.data(), static_cast<std::size_t>(in.gcount()));
-    sum.bytes += static_cast<std::uint64_t>(in.gcount());
+    const std::string_view bytes(buffer.data(), static_cast<std::size_t>(in.gcount()));
+    sum.crc32 = crc32_of(bytes, sum.crc32);
+    sum.bytes += bytes.size();
   }
-  sum.crc32 = crc.checksum();
   if (in.bad()) return {};
   return sum;
 }

@@ -2,6 +2,7 @@
 #include "io/map_file/map_limits.hpp"
 #include "io/map_file/record_numbers.hpp"
 #include "io/map_file/records.hpp"
+#include "io/text_file.hpp"
 #include "map_file.pb.h"
 
 #include <algorithm>
@@ -35,13 +36,6 @@ struct RecordView {
   int field = 0;
   std::string_view content;
 };
-
-std::string printable(std::string text) {
-  text.resize(std::min<std::size_t>(text.size(), 64));
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return text;
-}
 
 class MapReader : Damage {
  public:
@@ -139,7 +133,7 @@ class MapReader : Damage {
                                      [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)
         throw Error(Error::Kind::data, where,
-                    "has a parameter '" + printable(p.name()) + "' that this octosurf does not know",
+                    "has a parameter '" + printable(p.name().substr(0, 64)) + "' that this octosurf does not know",
                     "use the newer version that wrote it");
       require(!p.has_value() || std::fabs(p.value()) <= largest_integer, "a parameter makes no sense");
       not_usage([&] {

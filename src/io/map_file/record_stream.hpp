@@ -3,9 +3,12 @@
 #include <cstdint>
 #include <istream>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <vector>
+#include <zstd.h>
 
 #include <octosurf/error.hpp>
 
@@ -43,48 +46,67 @@ struct Expansion {
 class RecordWriter {
  public:
   explicit RecordWriter(std::ostream& out);
-  RecordWriter(const RecordWriter&) = delete;
-  RecordWriter& operator=(const RecordWriter&) = delete;
-  ~RecordWriter();
 
   /// Throws Error(output) if the record is larger than the limit. Check the stream's state for write errors.
   void put(std::string_view record);
-  /// Ends a block of the compressor, so that the next data have their own frequency tables.
-  void end_block();
+
   /// Ends the frame. Pads to `least_bytes` with zeros in a skippable zstd frame, so that a highly
   /// compressible map does not look like a decompression bomb.
   void finish(std::uint64_t least_bytes = 0);
 
-  std::uint64_t records() const;
-  std::uint64_t bytes() const;  ///< before compression, lengths included
-  std::uint32_t crc32() const;  ///< of all bytes before compression, lengths included
+  std::uint64_t records() const { return records_; }
+  std::uint64_t bytes() const { return taken_; }  ///< before compression, lengths included
+  std::uint32_t crc32() const { return crc_; }    ///< of all bytes before compression, lengths included
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void take(std::string_view bytes);
+  void compress(std::string_view bytes, ZSTD_EndDirective mode);
+  void write(std::string_view bytes);
+
+  std::ostream& out_;
+  std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context_{ZSTD_createCCtx(), &ZSTD_freeCCtx};
+  std::vector<char> buffer_ = std::vector<char>(ZSTD_CStreamOutSize());
+  std::uint32_t crc_ = 0;
+  std::uint64_t records_ = 0, taken_ = 0, written_ = 0;
 };
 
 /// Reads records from untrusted input: memory grows with the bytes actually read; records over the limit and
 /// streams that decompress to over `budget` bytes are rejected.
-class RecordReader {
+class RecordReader : Damage {
  public:
-  /// `where` names the file in messages.
-  RecordReader(std::istream& in, std::uint64_t budget, std::string where);
-  RecordReader(const RecordReader&) = delete;
-  RecordReader& operator=(const RecordReader&) = delete;
-  ~RecordReader();
+  /// `name`: the file's, in messages.
+  RecordReader(std::istream& in, std::uint64_t budget, std::string name);
 
   /// False at the end of the frame, which must be the end of the stream except for zeros in a skippable
   /// frame. Throws Error(data).
   bool next(std::string& record);
 
-  std::uint64_t records() const;  ///< read so far
+  std::uint64_t records() const { return records_; }  ///< read so far
   /// Of all decompressed bytes before the last record and its length.
-  std::uint32_t crc32_before_last() const;
+  std::uint32_t crc32_before_last() const { return crc_before_last_; }
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  /// Decompresses until a byte is available; false at the end of the frame.
+  bool refill();
+  void read_more();
+  void end_frame();
+  bool has_packed() { return input_.pos != input_.size || in_.peek() != std::istream::traits_type::eof(); }
+  unsigned char next_packed();
+  /// Up to `most` available bytes; call refill() first.
+  std::string_view take(std::size_t most);
+  std::optional<std::size_t> read_length();
+
+  std::istream& in_;
+  std::uint64_t budget_;
+  std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context_{ZSTD_createDCtx(), &ZSTD_freeDCtx};
+  std::vector<char> packed_ = std::vector<char>(ZSTD_DStreamInSize());
+  std::vector<char> plain_ = std::vector<char>(ZSTD_DStreamOutSize());
+  ZSTD_inBuffer input_{packed_.data(), 0, 0};
+  ZSTD_outBuffer output_{plain_.data(), plain_.size(), 0};
+  std::size_t position_ = 0;  // in `output_`
+  bool ended_ = false;
+  std::uint32_t crc_ = 0, crc_before_last_ = 0;
+  std::uint64_t records_ = 0;
 };
 
 }  // namespace octosurf::io

@@ -5,9 +5,7 @@
 #include "io/readers/pose_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include <octosurf/error.hpp>
@@ -25,10 +23,7 @@ std::vector<RecordedSensor> BagRecording::sensors() const {
 }
 
 std::string BagRecording::name_of(const ListedMessage& scan) const {
-  std::array<char, 48> time{};
-  std::snprintf(time.data(), time.size(), "%lld.%09lld", static_cast<long long>(scan.header_ns / 1000000000),
-                static_cast<long long>(std::abs(scan.header_ns % 1000000000)));
-  return files_[scan.place.file].string() + " " + index_.topics[scan.topic].topic.name + " at " + time.data();
+  return files_[scan.place.file].string() + " " + index_.topics[scan.topic].topic.name + " at " + stamp_text(scan.header_ns);
 }
 
 Eigen::Isometry3d BagRecording::pose_on_topic(std::int64_t stamp_ns) const {

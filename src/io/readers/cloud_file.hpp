@@ -11,6 +11,13 @@
 
 namespace octosurf::io {
 
+/// Labels of a PCD's points.
+struct PcdLabels {
+  std::string field;           ///< label, else intensity, four bytes wide; empty: none
+  std::vector<double> values;  ///< of the points
+  bool colored = false;        ///< it has a field rgba, too
+};
+
 /// A point cloud file's points (sensor frame, metres, unconverted) and pose, unchecked. Points exactly at the
 /// origin become not finite: drivers write them for "no return".
 struct Cloud {
@@ -20,6 +27,7 @@ struct Cloud {
   /// What was subtracted from the points: not 0 for coordinates of a survey, which no sensor's frame has.
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   PointTimes times{};  ///< of a field that is called like a time
+  PcdLabels labels{};
 };
 
 // Each throws Error(data) for files that are truncated, damaged or without points. Headers are checked
@@ -38,18 +46,6 @@ Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats);
 /// How many float32 a point of a velodyne file takes: KITTI's 4 unless its values say otherwise. Throws
 /// Error(data) for a file of anything else.
 std::size_t floats_of_velodyne(const std::filesystem::path& file);
-
-/// Labels of a PCD's points.
-struct PcdLabels {
-  std::string field;           ///< label, else intensity, four bytes wide; empty: none
-  std::vector<double> values;  ///< of the points
-  bool colored = false;        ///< it has a field rgba, too
-};
-struct LabelledPcd {
-  Cloud cloud;
-  PcdLabels labels;
-};
-LabelledPcd read_labelled_pcd(const std::filesystem::path& file);
 
 constexpr std::size_t largest_cloud_file = std::size_t{4} << 30;
 

@@ -1,8 +1,8 @@
 #include "io/readers/file_kind.hpp"
 
+#include "io/new_file.hpp"
 #include "io/readers/scan_graph.hpp"
 
-#include <algorithm>
 #include <array>
 #include <fstream>
 #include <string>
@@ -46,13 +46,6 @@ constexpr std::array endings{
     std::pair<std::string_view, FileKind>{".ot", FileKind::occupancy_map},
 };
 
-std::string lower_ending(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return ending;
-}
-
 }  // namespace
 
 FileKind kind_of(const std::filesystem::path& file) noexcept try {
@@ -63,7 +56,7 @@ FileKind kind_of(const std::filesystem::path& file) noexcept try {
   for (const auto& [signature, kind] : signatures)
     if (head.starts_with(signature)) return kind;
   for (const auto& [ending, kind] : endings)
-    if (lower_ending(file) == ending) return kind;
+    if (ending_of(file) == ending) return kind;
   return ScanGraphFile::matches(file) ? FileKind::graph : FileKind::unknown;
 } catch (const std::exception&) {
   return FileKind::unknown;

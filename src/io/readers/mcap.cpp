@@ -1,6 +1,7 @@
 // MCAP (mcap.dev/spec): records of an opcode and a length, messages in chunks or bare. Debian has no reader.
 #include "io/mcap_format.hpp"
 #include "io/readers/chunked_bag.hpp"
+#include "io/text_file.hpp"
 
 #include <limits>
 #include <map>
@@ -24,7 +25,7 @@ class McapBag : public ChunkedBag {
 
   void read_messages(const Visit& visit, std::vector<std::string>* left_out) override {
     file_.seek(0);
-    crc_ = mcap_crc(file_.take(mcap_magic.size()));
+    crc_ = crc32_of(file_.take(mcap_magic.size()));
     messages_ = 0;
     whole_ = true;
     while (read_record(visit, left_out)) {
@@ -62,7 +63,7 @@ class McapBag : public ChunkedBag {
       if (whole_ && crc != 0 && crc != crc_) throw damage(begin, "the check sum of its messages is wrong");
       return false;
     }
-    crc_ = mcap_crc(record, mcap_crc(head, crc_));
+    crc_ = crc32_of(record, crc32_of(head, crc_));
     try {
       if (op == Op::chunk)
         read_chunk(begin, unpack_at(begin, record), visit);
@@ -138,7 +139,7 @@ class McapBag : public ChunkedBag {
     const std::string_view format = fields.text();
     const std::string_view packed = fields.take(fields.u64());
     std::string records = unpacked(packed, format, size);
-    if (crc != 0 && crc != mcap_crc(records)) fail_reading("a chunk's check sum is wrong");
+    if (crc != 0 && crc != crc32_of(records)) fail_reading("a chunk's check sum is wrong");
     return records;
   }
 

@@ -69,11 +69,9 @@ class PcdReader {
     } else {
       refuse("PCD DATA is none of ascii, binary, binary_compressed");
     }
+    cloud.labels = std::move(labels_);
     return cloud;
   }
-
-  /// After read().
-  PcdLabels take_labels() { return std::move(labels_); }
 
  private:
   [[noreturn]] void refuse(const std::string& what) const {
@@ -241,13 +239,6 @@ class PcdReader {
 Cloud read_pcd(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, largest_cloud_file);
   return PcdReader(file, bytes).read();
-}
-
-LabelledPcd read_labelled_pcd(const std::filesystem::path& file) {
-  const std::string bytes = read_bytes(file, largest_cloud_file);
-  PcdReader reader(file, bytes);
-  Cloud cloud = reader.read();
-  return {std::move(cloud), reader.take_labels()};
 }
 
 }  // namespace octosurf::io

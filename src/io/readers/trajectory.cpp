@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 
@@ -86,6 +87,13 @@ void mark_fast(const std::vector<double>& lengths, const std::vector<double>& ti
 std::int64_t to_ns(double seconds) {
   constexpr double most = 9.2e18;
   return std::llround(std::clamp(seconds * 1e9, -most, most));
+}
+
+std::string stamp_text(std::int64_t stamp_ns) {
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%lld.%09lld", static_cast<long long>(stamp_ns / 1000000000),
+                static_cast<long long>(std::abs(stamp_ns % 1000000000)));
+  return text.data();
 }
 
 Trajectory::Sample Trajectory::sample(double stamp_s, const Eigen::Isometry3d& T) {

@@ -23,6 +23,9 @@ struct NoPose : std::runtime_error {
 /// Nearest within the numbers' range; `seconds` is finite.
 std::int64_t to_ns(double seconds);
 
+/// "1305031102.160407000", s.
+std::string stamp_text(std::int64_t stamp_ns);
+
 /// One frame's poses in another over time: the pose at any time, where samples are near enough.
 class Trajectory {
  public:

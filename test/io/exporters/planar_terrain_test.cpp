@@ -1,5 +1,5 @@
 // PlanarTerrain messages, decoded from their definitions and asked what ocs2 and legged_perceptive ask.
-#include "io/exporters/planar_terrain_message.hpp"
+#include "io/exporters/planner_messages.hpp"
 #include "io/exporters/planner_fixture.hpp"
 #include "io/ros_messages.hpp"
 #include "support/polygons.hpp"
