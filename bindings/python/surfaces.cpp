@@ -1,8 +1,9 @@
 // octosurf/surface.hpp, cylinder.hpp and removals.hpp in Python.
 #include "map_holder.hpp"
 
+#include "io/text_file.hpp"
+
 #include <algorithm>
-#include <cstdio>
 
 #include <octosurf/pieces.hpp>
 #include <octosurf/removals.hpp>
@@ -42,11 +43,9 @@ py::array_t<double> to_map(const Surface& surface, const Dense<double>& uv) {
 }
 
 std::string text_of_surface(const Surface& surface) {
-  char text[160];
   const Eigen::Vector3d& n = surface.plane.normal;
-  std::snprintf(text, sizeof text, "<Surface %u: %.3f m², normal (%.3f, %.3f, %.3f), offset %.3f m>",
-                surface.id, surface.area_m2, n.x(), n.y(), n.z(), surface.plane.offset);
-  return text;
+  return io::formatted("<Surface %u: %.3f m², normal (%.3f, %.3f, %.3f), offset %.3f m>", surface.id,
+                       surface.area_m2, n.x(), n.y(), n.z(), surface.plane.offset);
 }
 
 void bind_surface(Module& module) {

@@ -1,6 +1,7 @@
 #include "node.hpp"
 
-#include <array>
+#include "io/text_file.hpp"
+
 #include <cstdio>
 #include <utility>
 
@@ -56,13 +57,10 @@ std::string Node::finish(const std::function<bool()>& hurry) {
   inputs_.clear();
   mapping_.finish(hurry);
   const MappingCounts counts = mapping_.counts();
-  std::array<char, 200> line{};
   const auto number = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
-  std::snprintf(line.data(), line.size(),
-                "%llu scans: %llu mapped, %llu rejected, %llu refused, %llu dropped, %llu not reached",
-                number(counts.received), number(counts.mapped), number(counts.rejected),
-                number(counts.refused), number(counts.dropped), number(counts.waiting));
-  return line.data();
+  return io::formatted("%llu scans: %llu mapped, %llu rejected, %llu refused, %llu dropped, %llu not reached",
+                       number(counts.received), number(counts.mapped), number(counts.rejected),
+                       number(counts.refused), number(counts.dropped), number(counts.waiting));
 }
 
 }  // namespace octosurf::node

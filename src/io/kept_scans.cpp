@@ -5,10 +5,8 @@
 #include "io/text_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <charconv>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <memory>
@@ -28,9 +26,7 @@ static_assert(std::endian::native == std::endian::little && sizeof(Eigen::Vector
               "points are written as they lie in memory");
 
 std::string numbered(std::uint64_t number) {
-  std::array<char, 24> text{};
-  std::snprintf(text.data(), text.size(), "%06llu_", static_cast<unsigned long long>(number));
-  return text.data();
+  return formatted("%06llu_", static_cast<unsigned long long>(number));
 }
 
 fs::path file_of(const Scan& scan, std::uint64_t number) {

@@ -1,10 +1,11 @@
 #include "io/new_file.hpp"
 
+#include "io/text_file.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <fcntl.h>
 #include <streambuf>
 #include <string>
@@ -54,9 +55,7 @@ std::string new_part_ending() {
   std::uint64_t number = 0;
   if (::getrandom(&number, sizeof number, 0) != sizeof number)
     throw Error(Error::Kind::output, "temporary file", "the system gives no random number for its name");
-  std::array<char, random_digits + 1> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return std::string(part_suffix) + text.data();
+  return std::string(part_suffix) + formatted("%016llx", static_cast<unsigned long long>(number));
 }
 
 /// Writes to a file and keeps the error code, which std::filebuf does not.

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <charconv>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -48,6 +50,14 @@ std::string text_of(const Eigen::Vector3d& place);
 
 /// "1 scan", "2 scans", for messages.
 std::string count_of(std::size_t count, const char* what);
+
+/// As printf() writes it, up to 400 bytes.
+template <class... Values>
+std::string formatted(const char* format, Values... values) {
+  std::array<char, 400> text{};
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
 
 /// The shortest text that reads back as the same number, in any locale.
 std::string digits_of(double value, std::chars_format format = std::chars_format::general);

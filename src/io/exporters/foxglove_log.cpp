@@ -3,6 +3,7 @@
 #include "geometry/symmetric.hpp"
 #include "geometry/voxel_grid.hpp"
 #include "io/exporters/export_formats.hpp"
+#include "io/text_file.hpp"
 #include "octosurf_foxglove.pb.h"
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <google/protobuf/descriptor.pb.h>
 #include <limits>
 #include <numbers>
@@ -96,11 +96,9 @@ void add_color_fields(Message& message, std::uint32_t offset) {
 }
 
 void add_metadata(foxglove::SceneEntity& entity, const char* key, double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
   foxglove::KeyValuePair& pair = *entity.add_metadata();
   pair.set_key(key);
-  pair.set_value(text.data());
+  pair.set_value(formatted("%.6g", value));
 }
 
 void describe(foxglove::SceneEntity& entity, const Surface& surface, const Eigen::Vector3d& up) {

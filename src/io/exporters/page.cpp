@@ -1,9 +1,9 @@
 #include "geometry/directions.hpp"
 #include "io/exporters/page_messages.hpp"
 #include "io/exporters/page_template.hpp"
+#include "io/text_file.hpp"
 
 #include <cmath>
-#include <cstdio>
 
 #include <octosurf/error.hpp>
 
@@ -45,13 +45,10 @@ Page make_page(const PageMap& map, const PageOptions& options) {
     how.feet = false;
     surfaces = script(io::surfaces_message(map, how));
   }
-  if (left() < 0) {
-    char needed[32];
-    std::snprintf(needed, sizeof needed, "allow %.1f MB (--max-mb)",
-                  std::ceil(10 * (options.max_mb - left() / 1e6)) / 10);
+  if (left() < 0)
     throw Error(Error::Kind::output, map.name, "makes a page larger than allowed even without voxels",
-                needed);
-  }
+                io::formatted("allow %.1f MB (--max-mb)",
+                              std::ceil(10 * (options.max_mb - left() / 1e6)) / 10));
   return {std::string(before).append(surfaces).append(voxels).append(after), drawn.voxels, drawn.merged,
           feet_left_out};
 }

@@ -14,11 +14,9 @@ using Json = PageBlock::Json;
 
 /// An occupied voxel, or several merged to a larger one.
 struct PageVoxel {
-  int x = 0, y = 0, z = 0;  ///< its corner over its edge
+  std::array<int, 3> zyx{};  ///< its corner over its edge
   float log_odds = 0;
   SurfaceId surface = 0;
-
-  std::tuple<int, int, int> place() const { return {z, y, x}; }
 };
 
 /// All occupied voxels, by z, then y, then x.
@@ -29,23 +27,22 @@ std::vector<PageVoxel> occupied_voxels(const OccupancyView& octree) {
   const Eigen::Vector3d far = Eigen::Vector3d::Constant(std::numeric_limits<double>::max());
   octree.for_each_occupied({-far, far}, [&](const OccupancyView::Voxel& voxel) {
     const Eigen::Vector3i at = (voxel.center / d).array().floor().cast<int>();
-    voxels.push_back({at.x(), at.y(), at.z(), voxel.log_odds, voxel.surface});
+    voxels.push_back({{at.z(), at.y(), at.x()}, voxel.log_odds, voxel.surface});
     return true;
   });
-  std::sort(voxels.begin(), voxels.end(),
-            [](const PageVoxel& a, const PageVoxel& b) { return a.place() < b.place(); });
+  std::ranges::sort(voxels, {}, &PageVoxel::zyx);
   return voxels;
 }
 
 /// Of each cube of 2³ voxels the one with the highest log-odds, as large as the cube.
 void merge_voxels(std::vector<PageVoxel>& voxels) {
   for (PageVoxel& voxel : voxels)
-    for (int* key : {&voxel.x, &voxel.y, &voxel.z}) *key >>= 1;  // rounds down
+    for (int& key : voxel.zyx) key >>= 1;  // rounds down
   std::stable_sort(voxels.begin(), voxels.end(), [](const PageVoxel& a, const PageVoxel& b) {
-    return std::tuple(a.place(), -a.log_odds) < std::tuple(b.place(), -b.log_odds);
+    return std::tuple(a.zyx, -a.log_odds) < std::tuple(b.zyx, -b.log_odds);
   });
-  const auto same = [](const PageVoxel& a, const PageVoxel& b) { return a.place() == b.place(); };
-  voxels.erase(std::unique(voxels.begin(), voxels.end(), same), voxels.end());
+  const auto [rest, end] = std::ranges::unique(voxels, {}, &PageVoxel::zyx);
+  voxels.erase(rest, end);
 }
 
 /// Each number less the one before it, modulo 2¹⁶: small numbers compress well.
@@ -61,9 +58,7 @@ void add_voxels(PageBlock& block, const std::vector<PageVoxel>& voxels, double s
   PageVoxel low = voxels.front();
   float least = low.log_odds, greatest = low.log_odds;
   for (const PageVoxel& voxel : voxels) {
-    low.x = std::min(low.x, voxel.x);
-    low.y = std::min(low.y, voxel.y);
-    low.z = std::min(low.z, voxel.z);
+    for (std::size_t k = 0; k < 3; ++k) low.zyx[k] = std::min(low.zyx[k], voxel.zyx[k]);
     least = std::min(least, voxel.log_odds);
     greatest = std::max(greatest, voxel.log_odds);
   }
@@ -73,19 +68,18 @@ void add_voxels(PageBlock& block, const std::vector<PageVoxel>& voxels, double s
   std::vector<std::uint8_t> log_odds;
   std::vector<SurfaceId> surfaces;
   for (const PageVoxel& voxel : voxels) {
-    places[0].push_back(static_cast<std::uint16_t>(voxel.x - low.x));  // an octree is 65536 voxels wide
-    places[1].push_back(static_cast<std::uint16_t>(voxel.y - low.y));
-    places[2].push_back(static_cast<std::uint16_t>(voxel.z - low.z));
+    for (std::size_t k = 0; k < 3; ++k)  // an octree is 65536 voxels wide
+      places[k].push_back(static_cast<std::uint16_t>(voxel.zyx[k] - low.zyx[k]));
     log_odds.push_back(static_cast<std::uint8_t>(std::lround((voxel.log_odds - least) / step)));
     surfaces.push_back(voxel.surface);
   }
   block.json["voxels"] = {{"size", size},
-                          {"low", Json::array({low.x, low.y, low.z})},
+                          {"low", Json::array({low.zyx[2], low.zyx[1], low.zyx[0]})},
                           {"least_log_odds", least},
                           {"log_odds_step", step}};
-  block.add("voxel_x", differences(places[0]));
+  block.add("voxel_x", differences(places[2]));
   block.add("voxel_y", differences(places[1]));
-  block.add("voxel_z", differences(places[2]));
+  block.add("voxel_z", differences(places[0]));
   block.add("voxel_log_odds", log_odds);
   block.add("voxel_surface", surfaces);
 }

@@ -33,9 +33,7 @@ void visit(map_file::AlignmentHypothesis& record, AlignmentState::Hypothesis& h,
 }
 
 void visit(RecordNumbers<double>& numbers, AlignmentState::Misfit& misfit) {
-  numbers(misfit.position);
-  numbers(misfit.reach_m);
-  numbers(misfit.left_out);
+  numbers(misfit.position, misfit.reach_m, misfit.left_out);
 }
 
 using PoseNumbers = google::protobuf::RepeatedField<double>;
@@ -63,13 +61,10 @@ struct PatchNumbers {
         observations(*record.mutable_looks(), damage, sensible_look) {}
 
   void operator()(alignment::SeenPatch& patch) {
-    for (double* number : {&patch.offset, &patch.since, &patch.until}) planes(*number);
+    planes(patch.offset, patch.since, patch.until);
     observations(patch.normal);
-    for (alignment::Observation* observation : {&patch.past, &patch.waiting, &patch.recent}) {
-      observations(observation->weight);
-      observations(observation->distance);
-      observations(observation->by_error);
-    }
+    for (alignment::Observation* observation : {&patch.past, &patch.waiting, &patch.recent})
+      observations(observation->weight, observation->distance, observation->by_error);
   }
 
   RecordNumbers<double> planes;

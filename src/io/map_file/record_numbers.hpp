@@ -49,6 +49,12 @@ class RecordNumbers {
   void operator()(Eigen::Isometry3d& T) {
     for (int i = 0; i < 12; ++i) (*this)(T(i / 4, i % 4));
   }
+  template <class First, class... More>
+  void operator()(First& first, More&... more) requires(sizeof...(more) > 0) {
+    (*this)(first);
+    (*this)(more...);
+  }
+
   bool at_end() const { return at_ == list_.size(); }
 
  private:
@@ -63,7 +69,7 @@ template <class Real, class... Values>
 void visit_numbers(google::protobuf::RepeatedField<Real>* list, const Damage* damage, NumberRule rule,
                    Values&... values) {
   RecordNumbers<Real> numbers(*list, damage, rule);
-  (numbers(values), ...);
+  numbers(values...);
   if (damage) damage->require(numbers.at_end(), "lacks numbers, or has too many");
 }
 

@@ -28,11 +28,7 @@ void visit(map_file::Surface& record, State& s, const Damage* damage) {
   visit_numbers(record.mutable_hash_frame(), damage, finite_numbers, s.hash_frame);
   visit_numbers(record.mutable_reference(), damage, finite_numbers, s.reference);
   RecordNumbers<double> moments(*record.mutable_moments(), damage, finite_numbers);
-  for (geometry::Moments& m : s.moments) {
-    moments(m.count);
-    moments(m.sum);
-    moments(m.outer);
-  }
+  for (geometry::Moments& m : s.moments) moments(m.count, m.sum, m.outer);
   if (damage) damage->require(moments.at_end(), "lacks numbers, or has too many");
   geometry::Moments& seen = s.evidence.moments;
   if (damage ? record.evidence_size() > 0 : s.evidence.readings > 0)

@@ -4,8 +4,6 @@
 #include "io/text_file.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <set>
 
 #include <octosurf/error.hpp>
@@ -190,12 +188,10 @@ void BagRecording::require_one_clock() const {
   if (scans.apart_s < least_s || !(pose_topic_ || tree_.moves(index_.frames[scans_.front().frame]))) return;
   constexpr double hour_s = 3600, year_s = 365.25 * 24 * hour_s;
   const bool years = scans.apart_s > year_s;
-  std::array<char, 120> what{};
-  std::snprintf(what.data(), what.size(),
-                " is stamped %.3f s, %.3g %s from the poses recorded then: two clocks",
-                static_cast<double>(scans_.front().header_ns) / 1e9,
-                scans.apart_s / (years ? year_s : hour_s), years ? "years" : "hours");
-  refuse(scans.topic.name + what.data(), "--stamps recorded takes the recorder's time for both");
+  refuse(scans.topic.name + formatted(" is stamped %.3f s, %.3g %s from the poses recorded then: two clocks",
+                                      static_cast<double>(scans_.front().header_ns) / 1e9,
+                                      scans.apart_s / (years ? year_s : hour_s), years ? "years" : "hours"),
+         "--stamps recorded takes the recorder's time for both");
 }
 
 /// Ambiguous tf is refused unless the options decide.

@@ -4,10 +4,8 @@
 #include "io/text_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -139,19 +137,16 @@ void require_same_size(const Intrinsics& camera, int width, int height, const st
   const bool scaled = off(across) && off(along) && std::abs(across / along - 1) < 0.1;
   const auto inside = [](double side) { return side >= 0 && side <= 2; };
   if (!scaled && inside(across) && inside(along)) return;
-  std::array<char, 160> what{};
-  std::snprintf(
-      what.data(), what.size(),
-      "the intrinsics' principal point %g %g is that of images of about %.0fx%.0f pixels, not of %dx%d",
-      camera.cx, camera.cy, 2 * camera.cx + 1, 2 * camera.cy + 1, width, height);
   std::string hint = "give --intrinsics of these images";
-  if (scaled) {
-    std::array<char, 60> factor{};
-    std::snprintf(factor.data(), factor.size(), ": fx fy cx cy times %.3g",
-                  (width / (2 * camera.cx + 1) + height / (2 * camera.cy + 1)) / 2);
-    hint += factor.data();
-  }
-  throw Error(Error::Kind::data, where, what.data(), hint);
+  if (scaled)
+    hint += formatted(": fx fy cx cy times %.3g",
+                      (width / (2 * camera.cx + 1) + height / (2 * camera.cy + 1)) / 2);
+  throw Error(
+      Error::Kind::data, where,
+      formatted(
+          "the intrinsics' principal point %g %g is that of images of about %.0fx%.0f pixels, not of %dx%d",
+          camera.cx, camera.cy, 2 * camera.cx + 1, 2 * camera.cy + 1, width, height),
+      hint);
 }
 
 DepthImage read_depth_image(const std::filesystem::path& file) {

@@ -1,12 +1,12 @@
 #include "io/readers/reading_rules.hpp"
 
+#include "io/text_file.hpp"
 #include "sensing/downsample.hpp"
+
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 
@@ -31,13 +31,6 @@ constexpr double hardly_any = 0.01;  // of the readings with the value; of a flo
 constexpr float housing_m = 0.1F;
 
 bool is_reading(const Eigen::Vector3f& p) { return p.allFinite() && p.cwiseAbs().maxCoeff() < no_farther; }
-
-template <class... Values>
-std::string text(const char* format, Values... values) {
-  std::array<char, 200> line{};
-  std::snprintf(line.data(), line.size(), format, values...);
-  return line.data();
-}
 
 /// Readings at one distance.
 struct Alike {
@@ -129,9 +122,9 @@ void ReadingRules::look_for_none(Known& known, const Scan& scan, const std::stri
     for (const float none : known.none)
       if (std::abs(none - alike.distance) <= same_m) return;
     known.none.push_back(alike.distance);
-    notes_.push_back(where + text(": %zu readings of its %zu lie at %.3f m%s: taken as no return; "
-                                  "--no-return names such values, 0: there are none",
-                                  alike.points.size(), scan.points.size(),
+    notes_.push_back(where + formatted(": %zu readings of its %zu lie at %.3f m%s: taken as no return; "
+                                       "--no-return names such values, 0: there are none",
+                                       alike.points.size(), scan.points.size(),
                                   static_cast<double>(alike.distance), how));
   };
   if (known.kind == SensorKind::depth_camera) {
@@ -189,8 +182,8 @@ std::vector<std::size_t> ReadingRules::drop(Known& known, Scan& scan, bool depth
         scan.points[i].setConstant(std::numeric_limits<float>::quiet_NaN());
     }
   if (huge > 0 && !std::exchange(known.huge, true))
-    notes_.push_back(where +
-                     text(": %zu readings of its %zu are farther than the earth is wide: taken as no return",
+    notes_.push_back(
+        where + formatted(": %zu readings of its %zu are farther than the earth is wide: taken as no return",
                           huge, scan.points.size()));
   return free;
 }

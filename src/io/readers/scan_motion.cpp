@@ -1,11 +1,11 @@
 #include "io/readers/scan_motion.hpp"
 
 #include "geometry/median.hpp"
+#include "io/text_file.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string_view>
@@ -28,9 +28,7 @@ double median_gap(const std::vector<double>& stamps_s) {
 }
 
 std::string centimetres(double metres) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.*f cm", metres < 0.095 ? 1 : 0, 100 * metres);
-  return text.data();
+  return formatted("%.*f cm", metres < 0.095 ? 1 : 0, 100 * metres);
 }
 
 /// Keeps enough points to measure how far they move.

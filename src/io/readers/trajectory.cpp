@@ -7,9 +7,7 @@
 #include "io/text_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <limits>
@@ -41,9 +39,7 @@ bool is_pose(const Trajectory::Sample& sample) {
 }
 
 std::string seconds_text(std::int64_t ns) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3f s", static_cast<double>(ns) / 1e9);
-  return text.data();
+  return formatted("%.3f s", static_cast<double>(ns) / 1e9);
 }
 
 /// b − a, or the largest number if that overflows; a ≤ b.
@@ -90,10 +86,8 @@ std::int64_t to_ns(double seconds) {
 }
 
 std::string stamp_text(std::int64_t stamp_ns) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), "%lld.%09lld", static_cast<long long>(stamp_ns / 1000000000),
-                static_cast<long long>(std::abs(stamp_ns % 1000000000)));
-  return text.data();
+  return formatted("%lld.%09lld", static_cast<long long>(stamp_ns / 1000000000),
+                   static_cast<long long>(std::abs(stamp_ns % 1000000000)));
 }
 
 Trajectory::Sample Trajectory::sample(double stamp_s, const Eigen::Isometry3d& T) {
@@ -216,11 +210,10 @@ std::string text_of_jumps(const Trajectory& poses) {
   const std::vector<Trajectory::Jump>& jumps = poses.jumps();
   if (jumps.empty()) return {};
   const Trajectory::Jump& first = jumps.front();
-  std::array<char, 120> by{};
-  std::snprintf(by.data(), by.size(), "by %.2f m and %.1f degrees %.2f s after the first", first.distance_m,
-                first.angle_rad * deg_per_rad,
-                static_cast<double>(ns_between(poses.samples().front().stamp_ns, first.after_ns)) / 1e9);
-  return "poses jump " + (jumps.size() == 1 ? "" : count_of(jumps.size(), "time") + ", first ") + by.data() +
+  return "poses jump " + (jumps.size() == 1 ? "" : count_of(jumps.size(), "time") + ", first ") +
+         formatted("by %.2f m and %.1f degrees %.2f s after the first", first.distance_m,
+                   first.angle_rad * deg_per_rad,
+                   static_cast<double>(ns_between(poses.samples().front().stamp_ns, first.after_ns)) / 1e9) +
          ": odometry that began anew, or a correction; scans between are left out";
 }
 

@@ -1,11 +1,11 @@
 #include "io/readers/transform_tree.hpp"
 
 #include "geometry/median.hpp"
+#include "io/text_file.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 namespace octosurf::io {
@@ -134,11 +134,9 @@ TransformTree::Doubts TransformTree::doubts_of(const std::string& frame) const {
         if (one.track.changes() && doubts.changed.empty()) doubts.changed = name + " in " + parent;
         continue;
       }
-      if (const double apart_m = to_and_fro(one.track.samples()); apart_m > 0) {
-        std::array<char, 32> apart{};
-        std::snprintf(apart.data(), apart.size(), ", by %.2f m", apart_m);
-        doubts.disagreement = "two publishers of " + parent + " -> " + name + " disagree" + apart.data();
-      }
+      if (const double apart_m = to_and_fro(one.track.samples()); apart_m > 0)
+        doubts.disagreement =
+            "two publishers of " + parent + " -> " + name + formatted(" disagree, by %.2f m", apart_m);
       // Not one after the other, as of a thing that is handed over.
       const auto &samples = above.front().track.samples(), &others = one.track.samples();
       if (one.parent != above.front().parent && doubts.parents.empty() &&
