@@ -100,9 +100,8 @@ RawScan BagRecording::read(std::size_t index) {
     const std::string_view bytes = bag_->read(listed.place);
     if (is_cloud) {
       const auto reader = message_reader(bytes, topic.topic.encoding);
-      CloudMessage cloud = is_livox_type(topic.topic.type)
-                               ? read_livox_message(*reader, largest_scan(bytes_))
-                               : read_cloud_message(*reader, largest_scan(bytes_));
+      Cloud cloud = is_livox_type(topic.topic.type) ? read_livox_message(*reader, largest_scan(bytes_))
+                                                    : read_cloud_message(*reader, largest_scan(bytes_));
       if (cloud.organised) scan.sensor = SensorKind::depth_camera;  // if its rays do not tell
       scan.points = std::move(cloud.points);
       raw.shift = cloud.shift;

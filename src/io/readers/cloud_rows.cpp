@@ -30,14 +30,14 @@ bool is_return(const Eigen::Vector3d& point) { return point.allFinite() && !poin
 
 /// The points given by `at(row, i)`, less their shift.
 template <class At>
-CloudPoints shifted(std::size_t width, std::size_t rows, const At& at) {
+Cloud shifted(std::size_t width, std::size_t rows, const At& at) {
   constexpr std::size_t sampled = 255;  // their middle is that of all to some percent of their spread
   std::array<std::vector<double>, 3> sample;
   const std::size_t count = width * rows;
   for (std::size_t i = 0; i < count; i += 1 + count / sampled)
     if (const Eigen::Vector3d point = at(i / width, i % width); is_return(point))
       for (std::size_t axis = 0; axis < 3; ++axis) sample[axis].push_back(point[static_cast<int>(axis)]);
-  CloudPoints result;
+  Cloud result;
   for (std::size_t axis = 0; axis < 3 && !sample[0].empty(); ++axis) {
     const auto middle = sample[axis].begin() + static_cast<std::ptrdiff_t>(sample[axis].size() / 2);
     std::nth_element(sample[axis].begin(), middle, sample[axis].end());
@@ -57,20 +57,11 @@ CloudPoints shifted(std::size_t width, std::size_t rows, const At& at) {
 
 }  // namespace
 
-CloudPoints points_from(const std::vector<Eigen::Vector3d>& points) {
-  return shifted(points.size(), 1, [&](std::size_t, std::size_t i) { return points[i]; });
-}
-
-CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
-                          bool swap_bytes) {
-  return binary_points(bytes, xyz, points, 1, bytes.size(), swap_bytes);
-}
-
-CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t width, std::size_t rows,
-                          std::size_t row, bool swap_bytes) {
+Cloud binary_points(std::string_view bytes, const Coordinates& xyz, bool swap_bytes, std::size_t width,
+                    std::size_t rows, std::size_t row) {
   // Of almost all clouds x, y and z have one type, which is looked at once.
   const bool one_type = xyz[1].type == xyz[0].type && xyz[2].type == xyz[0].type;
-  CloudPoints read = with_type_of(one_type ? xyz[0].type : Scalar::none, [&](auto value) {
+  Cloud read = with_type_of(one_type ? xyz[0].type : Scalar::none, [&](auto value) {
     return shifted(width, rows, [&](std::size_t r, std::size_t i) {
       Eigen::Vector3d point;
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -102,8 +93,8 @@ CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::s
   return read;
 }
 
-CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
-                        const std::filesystem::path& file, bool more_columns) {
+Cloud text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
+                  const std::filesystem::path& file, bool more_columns) {
   std::vector<Eigen::Vector3d> result;
   result.reserve(std::min(points, lines.rest().size() / (2 * columns) + 1));  // a digit and a blank a value
   for (std::string_view line; result.size() < points && lines.next(line);) {
@@ -118,7 +109,8 @@ CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points
       point[static_cast<int>(axis)] = number(words[xyz[axis].column], file, lines.number());
     result.push_back(point);
   }
-  if (result.size() == points) return points_from(result);
+  if (result.size() == points)
+    return shifted(points, 1, [&](std::size_t, std::size_t i) { return result[i]; });
   throw Error(Error::Kind::data, file.string(),
               "truncated: " + std::to_string(result.size()) + " of " + std::to_string(points) + " points",
               "write the file again");
@@ -130,8 +122,8 @@ void TimeField::note(std::string_view field, const Field& at) {
   place = at;
 }
 
-PointTimes binary_times(std::string_view bytes, const TimeField& time, std::size_t width, std::size_t rows,
-                        std::size_t row, bool swap_bytes) {
+PointTimes binary_times(std::string_view bytes, const TimeField& time, bool swap_bytes, std::size_t width,
+                        std::size_t rows, std::size_t row) {
   if (!time.place) return {};
   PointTimes times{time.name, {}};
   times.values.reserve(width * rows);
@@ -230,11 +222,11 @@ Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats) {
     refuse_velodyne(file, "is not a list of " + form,
                     "it is truncated, or a point takes another number of floats: write a PCD");
   const std::size_t points = bytes.size() / step;
-  CloudPoints read = binary_points(bytes,
-                                   {{{0, step, 0, Scalar::float32},
-                                     {sizeof(float), step, 0, Scalar::float32},
-                                     {2 * sizeof(float), step, 0, Scalar::float32}}},
-                                   points, !little_endian_host);
+  Cloud read = binary_points(bytes,
+                             {{{0, step, 0, Scalar::float32},
+                               {sizeof(float), step, 0, Scalar::float32},
+                               {2 * sizeof(float), step, 0, Scalar::float32}}},
+                             !little_endian_host, points);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::size_t absurd = 0;
     for (std::size_t i = 0; i < points; ++i)
@@ -245,7 +237,7 @@ Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats) {
                           " are larger than the earth: not a list of " + form,
                       "write it as float32, or as PCD");
   }
-  return {std::move(read.points), Eigen::Isometry3d::Identity(), false, read.shift};
+  return read;
 }
 
 }  // namespace octosurf::io

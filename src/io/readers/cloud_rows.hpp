@@ -1,7 +1,7 @@
 #pragma once
 
 #include "io/readers/bounded_file.hpp"
-#include "io/readers/scan_motion.hpp"
+#include "io/readers/cloud_file.hpp"
 #include "io/text_file.hpp"
 
 #include <Eigen/Core>
@@ -91,28 +91,26 @@ inline double value_of(std::string_view bytes, const Field& field, std::size_t i
   });
 }
 
-/// Points less `shift`. It is 0 unless half of the points lie farther than `farthest_m` from 0 along an axis,
-/// as a survey's coordinates do: then whole metres amid them, as float would round the points.
-struct CloudPoints {
-  std::vector<Eigen::Vector3f> points;
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-};
 /// From here on float rounds by more than half a millimetre. No sensor reaches so far.
 constexpr double farthest_m = 8192;
 
-/// The caller must ensure that all values lie in `bytes`. Points exactly at 0 become not finite: drivers
-/// write them for "no return". Throws std::runtime_error for float32 that is so far from 0 that it rounds by
-/// more than a reading's noise.
-CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
-                          bool swap_bytes);
-/// The same in `rows` of `width` points, from one to the next `row` bytes.
-CloudPoints binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t width, std::size_t rows,
-                          std::size_t row, bool swap_bytes);
+/// The axis of a field called x, y or z.
+inline std::optional<std::size_t> axis_of(std::string_view field) {
+  const std::size_t axis = std::string_view("xyz").find(field);
+  return field.size() == 1 && axis < 3 ? std::optional(axis) : std::nullopt;
+}
+
+/// The points and their shift, in `rows` of `width` points, from one to the next `row` bytes. The caller must
+/// ensure that all values lie in `bytes`. Points exactly at 0 become not finite: drivers write them for "no
+/// return". Throws std::runtime_error for float32 that is so far from 0 that it rounds by more than a
+/// reading's noise.
+Cloud binary_points(std::string_view bytes, const Coordinates& xyz, bool swap_bytes, std::size_t width,
+                    std::size_t rows = 1, std::size_t row = 0);
 
 /// One point per line of `columns` words, or of more with `more_columns`. Throws Error(data) with the line
 /// for other lines and for missing ones.
-CloudPoints text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
-                        const std::filesystem::path& file, bool more_columns = false);
+Cloud text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
+                  const std::filesystem::path& file, bool more_columns = false);
 
 /// The first field that is called as drivers call a point's time.
 struct TimeField {
@@ -122,13 +120,11 @@ struct TimeField {
   void note(std::string_view field, const Field& at);
 };
 /// As binary_points(); empty if there is no such field.
-PointTimes binary_times(std::string_view bytes, const TimeField& time, std::size_t width, std::size_t rows,
-                        std::size_t row, bool swap_bytes);
+PointTimes binary_times(std::string_view bytes, const TimeField& time, bool swap_bytes, std::size_t width,
+                        std::size_t rows = 1, std::size_t row = 0);
+
 /// In rows that text_points() has read.
 PointTimes text_times(Lines rows, const TimeField& time, std::size_t points,
                       const std::filesystem::path& file);
-
-/// Points less their shift.
-CloudPoints points_from(const std::vector<Eigen::Vector3d>& points);
 
 }  // namespace octosurf::io

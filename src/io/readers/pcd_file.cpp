@@ -51,11 +51,13 @@ class PcdReader {
     lay_out(1);
     const std::size_t step_of_ones = step_, columns_of_ones = columns_;
     lay_out(0);
-    Cloud cloud{{}, viewpoint(), header_.contains("HEIGHT") && value("HEIGHT") > 1, {}};
+    const Eigen::Isometry3d T_map_sensor = viewpoint();
+    const bool organised = header_.contains("HEIGHT") && value("HEIGHT") > 1;
+    Cloud cloud;
     if (format == "ascii") {
       Lines rows = lines_;
       if (columns_ != columns_of_ones && columns_in(rows) == columns_of_ones) lay_out(1);
-      take(text_points(lines_, xyz_, points_, columns_, file_), cloud);
+      cloud = text_points(lines_, xyz_, points_, columns_, file_);
       labels_.values = text_times(rows, label_, points_, file_).values;
       cloud.times = text_times(rows, time_, points_, file_);
     } else if (format == "binary") {
@@ -63,12 +65,14 @@ class PcdReader {
       const std::size_t before = bytes_ - bytes.size(), size = points_ * step_;
       if (bytes.size() == points_ * step_of_ones) lay_out(1);
       if (before < page_bytes && bytes_ == page_bytes + size) bytes.remove_prefix(page_bytes - before);
-      read_binary(rows_of(bytes), cloud);
+      cloud = binary(rows_of(bytes));
     } else if (format == "binary_compressed") {
-      read_binary(decompressed(lines_.rest(), step_of_ones), cloud);
+      cloud = binary(decompressed(lines_.rest(), step_of_ones));
     } else {
       refuse("PCD DATA is none of ascii, binary, binary_compressed");
     }
+    cloud.T_map_sensor = T_map_sensor;
+    cloud.organised = organised;
     cloud.labels = std::move(labels_);
     return cloud;
   }
@@ -124,15 +128,14 @@ class PcdReader {
       const std::size_t size = count_in_header(sizes[i], file_);
       std::size_t count = count_in_header(counts[i], file_);
       const Scalar type = scalar_of(types[i], size);
-      const auto axis = std::string_view("xyz").find(names[i]);
-      const bool coordinate = names[i].size() == 1 && axis != std::string_view::npos;
-      if (count == 0) count = coordinate ? 1 : zero_counts;
+      const auto axis = axis_of(names[i]);
+      if (count == 0) count = axis ? 1 : zero_counts;
       if ((type == Scalar::none && names[i] != "_") || size > largest_step || count > largest_step)
         refuse(std::string("PCD field '").append(names[i].substr(0, 20)) +
                "' has no usable SIZE, TYPE or COUNT");
-      if (coordinate) {
-        found[axis] += is_real(type) && count == 1 ? 1 : 2;
-        xyz_[axis] = {step_, 0, columns_, type};
+      if (axis) {
+        found[*axis] += is_real(type) && count == 1 ? 1 : 2;
+        xyz_[*axis] = {step_, 0, columns_, type};
       }
       note_label(names[i], type, count);
       if (count == 1) time_.note(names[i], {step_, 0, columns_, type});
@@ -149,11 +152,6 @@ class PcdReader {
     while (rows.next(line))
       if (const Words words = words_of(line); !words.empty()) return words.size();
     return 0;
-  }
-
-  void take(CloudPoints points, Cloud& cloud) const {
-    cloud.points = std::move(points.points);
-    cloud.shift = points.shift;
   }
 
   void note_label(std::string_view name, Scalar type, std::size_t count) {
@@ -210,10 +208,11 @@ class PcdReader {
     if (time_.place) change(*time_.place);
   }
 
-  void read_binary(std::string_view bytes, Cloud& cloud) {
-    take(binary_points(bytes, xyz_, points_, !little_endian_host), cloud);
-    cloud.times = binary_times(bytes, time_, points_, 1, 0, !little_endian_host);
-    labels_.values = binary_times(bytes, label_, points_, 1, 0, !little_endian_host).values;
+  Cloud binary(std::string_view bytes) {
+    Cloud cloud = binary_points(bytes, xyz_, !little_endian_host, points_);
+    cloud.times = binary_times(bytes, time_, !little_endian_host, points_);
+    labels_.values = binary_times(bytes, label_, !little_endian_host, points_).values;
+    return cloud;
   }
 
   Eigen::Isometry3d viewpoint() const {

@@ -54,11 +54,11 @@ class PlyReader {
     for (auto element = elements_.begin(); element != vertex; ++element) skip(*element, data);
     const Lines rows = lines_;
     if (vertex->lists) time_ = {};
-    CloudPoints read = format_ == "ascii" ? text(*vertex) : binary(*vertex, data);
+    Cloud cloud = format_ == "ascii" ? text(*vertex) : binary(*vertex, data);
     if (time_.place) time_.place->step = vertex->step;
-    PointTimes times = format_ == "ascii" ? text_times(rows, time_, vertex->count, file_)
-                                          : binary_times(data, time_, vertex->count, 1, 0, swaps());
-    return {std::move(read.points), Eigen::Isometry3d::Identity(), false, read.shift, std::move(times)};
+    cloud.times = format_ == "ascii" ? text_times(rows, time_, vertex->count, file_)
+                                     : binary_times(data, time_, swaps(), vertex->count);
+    return cloud;
   }
 
  private:
@@ -109,10 +109,9 @@ class PlyReader {
     } else {
       property.name = words[2];
       property.type = scalar(words[1]);
-      const auto axis = std::string_view("xyz").find(property.name);
-      if (element.name == "vertex" && property.name.size() == 1 && axis != std::string_view::npos) {
-        found_[axis] += is_real(property.type) ? 1 : 2;
-        xyz_[axis] = {element.step, 0, element.properties.size(), property.type};
+      if (const auto axis = axis_of(property.name); axis && element.name == "vertex") {
+        found_[*axis] += is_real(property.type) ? 1 : 2;
+        xyz_[*axis] = {element.step, 0, element.properties.size(), property.type};
       }
       if (element.name == "vertex")
         time_.note(property.name, {element.step, 0, element.properties.size(), property.type});
@@ -167,7 +166,7 @@ class PlyReader {
            std::string(element.name.substr(0, 20)) + " announced");
   }
 
-  CloudPoints text(const Element& vertex) {
+  Cloud text(const Element& vertex) {
     for (const Field& c : xyz_)
       for (std::size_t i = 0; i < c.column; ++i)
         if (vertex.properties[i].count != Scalar::none)
@@ -175,30 +174,28 @@ class PlyReader {
     return text_points(lines_, xyz_, vertex.count, vertex.properties.size(), file_, vertex.lists);
   }
 
-  CloudPoints binary(const Element& vertex, std::string_view data) {
+  Cloud binary(const Element& vertex, std::string_view data) {
     if (data.size() / std::max<std::size_t>(1, vertex.step) < vertex.count) refuse_truncated(vertex);
     std::string packed;
     if (vertex.lists) {  // their lengths differ: the coordinates alone have a step
       std::size_t step = 0;
-      const auto is_coordinate = [](const Property& property) {
-        return property.name == "x" || property.name == "y" || property.name == "z";
-      };
       for (const Property& property : vertex.properties) {
-        if (!is_coordinate(property)) continue;
-        xyz_[static_cast<std::size_t>(property.name[0] - 'x')].offset = step;
+        const auto axis = axis_of(property.name);
+        if (!axis) continue;
+        xyz_[*axis].offset = step;
         step += size_of(property.type);
       }
       packed.reserve(step * vertex.count);
       for (std::size_t i = 0; i < vertex.count; ++i)
         walk(vertex, data, [&](const Property& property, const char* place) {
-          if (is_coordinate(property)) packed.append(place, size_of(property.type));
+          if (axis_of(property.name)) packed.append(place, size_of(property.type));
         });
       data = packed;
       for (Field& c : xyz_) c.step = step;
     } else {
       for (Field& c : xyz_) c.step = vertex.step;
     }
-    return binary_points(data, xyz_, vertex.count, swaps());
+    return binary_points(data, xyz_, swaps(), vertex.count);
   }
 
   const std::filesystem::path& file_;

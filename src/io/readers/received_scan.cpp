@@ -42,7 +42,7 @@ ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, c
                              std::optional<SensorKind> sensor) {
   return naming(where, [&] {
     ReceivedScan received = begin_scan(cloud, encoding, where);
-    io::CloudMessage read =
+    io::Cloud read =
         io::read_cloud_message(*io::message_reader(cloud, encoding), io::largest_scan(cloud.size()));
     if (!read.shift.isZero(0)) io::fail_reading("points over 8 km away, which no sensor's frame has");
     received.scan.points = std::move(read.points);

@@ -51,12 +51,11 @@ CloudFields read_fields(MessageReader& message) {
     const Scalar type = scalar_of(message.u8());
     message.u32();  // values of it; drivers write 0 or 1
     fields.time.note(name, {offset, 0, 0, type});
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (name != std::string_view("xyz").substr(axis, 1)) continue;
-      if (!is_real(type)) fail_reading("its field " + name + " is no float32 or float64");
-      fields.xyz[axis] = {offset, 0, 0, type};
-      ++found[axis];
-    }
+    const auto axis = axis_of(name);
+    if (!axis) continue;
+    if (!is_real(type)) fail_reading("its field " + name + " is no float32 or float64");
+    fields.xyz[*axis] = {offset, 0, 0, type};
+    ++found[*axis];
   }
   if (found != std::array{1, 1, 1}) fail_reading("a cloud without one each of x, y and z");
   return fields;
@@ -123,11 +122,12 @@ MessageHeader read_header(MessageReader& message) {
   return {std::int64_t{1000000000} * seconds + nanoseconds, without_slash(message.text())};
 }
 
-CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size) {
+Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size) {
   read_header(message);
   const std::uint64_t height = message.u32(), width = message.u32();
-  if (width == 0 || height == 0)
-    return {{}, height > 1, {}, {}};  // a scan without returns; its fields may be none
+  Cloud cloud;
+  cloud.organised = height > 1;
+  if (width == 0 || height == 0) return cloud;  // a scan without returns; its fields may be none
   auto [xyz, time] = read_fields(message);
   const bool big_endian = message.u8() != 0;
   const std::uint64_t step = message.u32(), row_step = message.u32();
@@ -145,22 +145,23 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
                  " bytes, but holds " + std::to_string(data.size()) + " bytes");
   if (width * height > largest_size / (time.place ? bytes_of_timed_point : sizeof(Eigen::Vector3f)))
     fail_reading("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
-  CloudPoints read = binary_points(data, xyz, width, height, row, big_endian);
-  return {std::move(read.points), height > 1, read.shift,
-          binary_times(data, time, width, height, row, big_endian)};
+  cloud = binary_points(data, xyz, big_endian, width, height, row);
+  cloud.organised = height > 1;
+  cloud.times = binary_times(data, time, big_endian, width, height, row);
+  return cloud;
 }
 
 bool is_livox_type(std::string_view type) {
   return type.starts_with("livox") && type.ends_with("/CustomMsg");
 }
 
-CloudMessage read_livox_message(MessageReader& message, std::uint64_t largest_size) {
+Cloud read_livox_message(MessageReader& message, std::uint64_t largest_size) {
   read_header(message);
   const std::uint64_t first_ns = message.u64();
   const std::uint64_t count = livox_points(message);
   if (count > largest_size / bytes_of_timed_point)
     fail_reading("a cloud of " + std::to_string(count) + " points, far more than its bag's size");
-  CloudMessage cloud;
+  Cloud cloud;
   cloud.times.field = "offset_time";
   for (std::uint64_t i = 0; i < count; ++i) {
     cloud.times.values.push_back(static_cast<double>(first_ns + message.u32()));

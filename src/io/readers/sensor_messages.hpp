@@ -2,8 +2,8 @@
 
 #include "io/readers/bag.hpp"
 #include "io/readers/bounded_file.hpp"
+#include "io/readers/cloud_file.hpp"
 #include "io/readers/depth_image.hpp"
-#include "io/readers/scan_motion.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -59,19 +59,13 @@ MessageHeader read_header(MessageReader& message);
 
 /// Points of a sensor_msgs/PointCloud2 in its frame: x, y, z as float32 or float64 at any offset, of either
 /// byte order, with padding between points and rows. Points exactly at the origin become not finite.
-struct CloudMessage {
-  std::vector<Eigen::Vector3f> points;
-  bool organised = false;                           ///< rows and columns, as from a depth camera
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< as Cloud's
-  PointTimes times{};                               ///< of a field that is called like a time, or Livox'
-};
 /// `largest_size`: memory limit of the points in bytes.
-CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size);
+Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size);
 
 /// CustomMsg of Livox' drivers (livox_ros_driver, livox_ros_driver2, livox_interfaces).
 bool is_livox_type(std::string_view type);
 /// Points at the origin, and those that its tag calls noise, become not finite.
-CloudMessage read_livox_message(MessageReader& message, std::uint64_t largest_size);
+Cloud read_livox_message(MessageReader& message, std::uint64_t largest_size);
 
 /// PointCloud2 and Livox' CustomMsg.
 bool is_cloud_type(std::string_view type);
