@@ -1,12 +1,14 @@
 #pragma once
 
 #include "io/map_lock.hpp"
+#include "middleware.hpp"
 #include "node_options.hpp"
 #include "planning/questions.hpp"
-#include "scan_queue.hpp"
 #include "sensors.hpp"
 
+#include <chrono>
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <exception>
@@ -44,6 +46,41 @@ struct MapMoment {
   std::int64_t stamp_ns = 0;  ///< of the last scan mapped, since the node was started, or of the one before
   std::optional<Eigen::Vector3d> sensor;  ///< where it was taken from; empty: none was
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+};
+
+/// A queue of received scans with a limit in bytes: beyond it the oldest are dropped, so that mapping stays
+/// near the robot's current place. Not thread-safe.
+class ScanQueue {
+ public:
+  struct Item {
+    RawMessage message;
+    std::chrono::steady_clock::time_point came;
+  };
+
+  explicit ScanQueue(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+  /// Returns how many made way; a message that is larger than all the queue is one of them.
+  std::size_t push(Item item) {
+    bytes_ += item.message.bytes.size();
+    items_.push_back(std::move(item));
+    std::size_t dropped = 0;
+    for (; bytes_ > most_bytes_; ++dropped) pop();
+    return dropped;
+  }
+
+  std::optional<Item> pop() {
+    if (items_.empty()) return std::nullopt;
+    std::optional<Item> first = std::move(items_.front());
+    items_.pop_front();
+    bytes_ -= first->message.bytes.size();
+    return first;
+  }
+
+  std::size_t size() const { return items_.size(); }
+
+ private:
+  std::size_t most_bytes_, bytes_ = 0;
+  std::deque<Item> items_;
 };
 
 /// The map and its thread: requests are served between two scans, or from snapshots in parallel.

@@ -17,25 +17,19 @@
 namespace octosurf::node {
 namespace {
 
-Eigen::Vector3d read_point(io::MessageReader& in) {
-  Eigen::Vector3d point;
-  for (double& value : point) value = in.f64();
-  return point;
-}
-
 Standing read_standing(io::MessageReader& in) {
   Standing standing;
-  standing.at = read_point(in);
+  standing.at = io::read_vector(in);
   standing.yaw_rad = in.f64();
   return standing;
 }
 
-/// `success` and `message`, with which every reply begins: what `work` says, or what it throws.
-void write_outcome(io::MessageWriter& out, const std::function<std::string()>& work) {
+/// `success` and `message`, with which every reply begins: what `work` makes of it, or what it throws.
+void write_outcome(io::MessageWriter& out, const std::function<void(std::string& message)>& work) {
   bool success = true;
   std::string message;
   try {
-    message = work();
+    work(message);
   } catch (const std::exception& error) {
     success = false;
     message = error.what();
@@ -106,20 +100,20 @@ std::string Services::stem_of(const std::string& name) const {
 
 void Services::save(io::MessageReader& in, io::MessageWriter& out) {
   const std::string file = in.text();
-  write_outcome(out, [&] { return mapping_.save(stem_of(file)); });
+  write_outcome(out, [&](std::string& message) { message = mapping_.save(stem_of(file)); });
 }
 
 void Services::load(io::MessageReader& in, io::MessageWriter& out) {
   const std::string file = in.text();
-  write_outcome(out, [&] { return mapping_.load(stem_of(file)); });
+  write_outcome(out, [&](std::string& message) { message = mapping_.load(stem_of(file)); });
 }
 
 void Services::query(io::MessageReader& in, io::MessageWriter& out) {
   planning::PlaceQuestion question;
   question.kind = in.u8();
-  question.point = read_point(in);
-  question.corner = read_point(in);
-  question.direction = read_point(in);
+  question.point = io::read_vector(in);
+  question.corner = io::read_vector(in);
+  question.direction = io::read_vector(in);
   const double distance = in.f64(), max_slope = in.f64();
   question.surface = in.u32();
   using Kind = planning::PlaceQuestion;
@@ -127,10 +121,7 @@ void Services::query(io::MessageReader& in, io::MessageWriter& out) {
   if (max_slope != 0) question.max_slope_rad = max_slope;
   planning::PlaceAnswer found;
   const MapMoment moment = mapping_.moment();
-  write_outcome(out, [&] {
-    found = planning::answer(*mapping_.asked(moment), question);
-    return std::string();
-  });
+  write_outcome(out, [&](std::string&) { found = planning::answer(*mapping_.asked(moment), question); });
   out.fields("revision", moment.snapshot->revision, "found", found.found, "surfaces", found.surfaces, "point",
              found.point, "distance", found.distance_m, "normal", found.normal, "front", found.front, "state",
              static_cast<std::uint8_t>(found.voxel.state), "log_odds",
@@ -154,12 +145,12 @@ void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
   question.obstacle_margin_m = given();
   question.clearance_m = given();
   question.as_mapped = in.u8() != 0;
-  const Eigen::Vector3d about = read_point(in);
+  const Eigen::Vector3d about = io::read_vector(in);
   if (const auto reach = given()) question.at = about, question.reach_m = *reach;
   question.pieces = in.u32();
   std::vector<planning::FoundRegion> regions;
   const MapMoment moment = mapping_.moment();
-  write_outcome(out, [&] {
+  write_outcome(out, [&](std::string&) {
     if (is_sole == (radius != 0))
       throw Error(Error::Kind::usage, "length, width, radius", "say no foot, or two",
                   "give length and width, or a radius");
@@ -173,7 +164,6 @@ void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
         regions.push_back(planning::find_region(*asked, question));
       }
     }
-    return std::string();
   });
   out.fields("revision", moment.snapshot->revision, "regions", io::each(regions, write_region));
 }
@@ -190,7 +180,7 @@ void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
   FootstepPlan plan;
   bool found = false;
   const MapMoment moment = mapping_.moment();
-  write_outcome(out, [&] {
+  write_outcome(out, [&](std::string& message) {
     if (!name.empty() && name != "biped" && name != "quadruped")
       throw Error(Error::Kind::usage, "robot", "is neither biped nor quadruped: " + name.substr(0, 40));
     Robot robot = name == "quadruped" ? Robot(Quadruped{}) : Robot(Biped{});
@@ -199,7 +189,7 @@ void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
     const GroundView ground = asked->ground(GroundRules::of(robot, moment.snapshot->resolution));
     plan = FootstepPlanner(ground.solid(), asked->octree, robot).plan(start, goal, budget);
     found = plan.found();
-    return plan.refusal ? plan.refusal->sentence : std::string();
+    if (plan.refusal) message = plan.refusal->sentence;
   });
   out.fields("revision", moment.snapshot->revision, "found", found, "start",
              io::each(plan.start, write_footstep), "steps", io::each(plan.steps, write_footstep), "cost",
@@ -209,11 +199,11 @@ void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
 
 void Services::changes(io::MessageReader& in, io::MessageWriter& out) {
   const std::uint64_t since = in.u64();
-  const Eigen::Vector3d one = read_point(in), other = read_point(in);
+  const Eigen::Vector3d one = io::read_vector(in), other = io::read_vector(in);
   const MapMoment moment = mapping_.moment();
   MapChanges changes;
   Snapshot changed = *moment.snapshot;
-  write_outcome(out, [&] {
+  write_outcome(out, [&](std::string&) {
     changes = changes_since(*moment.snapshot, since);
     std::vector<SurfaceId> within;
     if (one != other)
@@ -223,7 +213,6 @@ void Services::changes(io::MessageReader& in, io::MessageWriter& out) {
     });
     std::erase_if(changed.cylinders,
                   [&](const CylinderPtr& cylinder) { return cylinder->revision <= since; });
-    return std::string();
   });
   const auto write_successor = [](io::MessageWriter& to, const auto& successor) {
     to.message("before", successor.before, "now", successor.now);
@@ -236,25 +225,23 @@ void Services::changes(io::MessageReader& in, io::MessageWriter& out) {
 
 void Services::publish(io::MessageReader& in, io::MessageWriter& out) {
   const double radius = in.f64();
-  write_outcome(out, [&] {
+  write_outcome(out, [&](std::string&) {
     if (!(radius >= 0)) throw Error(Error::Kind::usage, "radius", "is negative", "give 0 for everything");
     publications_.publish_all(radius);
-    return std::string();
   });
 }
 
 void Services::clear(io::MessageReader& in, io::MessageWriter& out) {
   SpacePart part;
-  const Eigen::Vector3d middle = read_point(in);
-  Eigen::Quaterniond turn;
-  for (double& value : turn.coeffs()) value = in.f64();
-  part.half_size = read_point(in) / 2;
+  const Eigen::Vector3d middle = io::read_vector(in);
+  Eigen::Quaterniond turn = io::read_quaternion(in);
+  part.half_size = io::read_vector(in) / 2;
   part.round = in.u8() != 0;
   const bool as_free = in.u8() != 0;
-  write_outcome(out, [&] {
+  write_outcome(out, [&](std::string& message) {
     if (turn.coeffs().isZero()) turn.setIdentity();  // a message's orientation that nobody has set
     part.T_map_part = pose_from_transform(middle, turn, "part");
-    return mapping_.clear(part, as_free);
+    message = mapping_.clear(part, as_free);
   });
   out.fields("revision", mapping_.moment().snapshot->revision);
 }

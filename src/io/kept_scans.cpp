@@ -45,12 +45,6 @@ std::optional<std::uint64_t> number_of(const fs::path& file) {
   return number;
 }
 
-[[noreturn]] void fail_writing(const fs::path& where, const std::string& what,
-                               const std::error_code& failure) {
-  throw Error(Error::Kind::output, where.string(), what + (": " + failure.message()),
-              "check the folder, its rights and the space left");
-}
-
 /// The kept scans in `folder`, by number; none if there is no folder.
 std::multimap<std::uint64_t, fs::path> files_in(const fs::path& folder) {
   std::multimap<std::uint64_t, fs::path> files;
@@ -68,11 +62,11 @@ std::multimap<std::uint64_t, fs::path> files_in(const fs::path& folder) {
 void make_folder(const fs::path& folder, std::uint64_t scans) {
   std::error_code failure;
   fs::create_directories(folder, failure);
-  if (failure) fail_writing(folder, "cannot be made", failure);
+  if (failure) fail_to_write(folder, "cannot be made", failure.value());
   remove_left_overs(folder);
   for (const auto& [number, file] : files_in(folder)) {
     if (number >= scans) fs::remove(file, failure);
-    if (failure) fail_writing(file, "cannot be replaced", failure);
+    if (failure) fail_to_write(file, "cannot be replaced", failure.value());
   }
 }
 

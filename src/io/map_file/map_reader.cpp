@@ -133,7 +133,8 @@ class MapReader : Damage {
                                      [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)
         throw Error(Error::Kind::data, where,
-                    "has a parameter '" + printable(p.name().substr(0, 64)) + "' that this octosurf does not know",
+                    "has a parameter '" + printable(p.name().substr(0, 64)) +
+                        "' that this octosurf does not know",
                     "use the newer version that wrote it");
       require(!p.has_value() || std::fabs(p.value()) <= largest_integer, "a parameter makes no sense");
       not_usage([&] {

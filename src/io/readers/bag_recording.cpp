@@ -23,7 +23,8 @@ std::vector<RecordedSensor> BagRecording::sensors() const {
 }
 
 std::string BagRecording::name_of(const ListedMessage& scan) const {
-  return files_[scan.place.file].string() + " " + index_.topics[scan.topic].topic.name + " at " + stamp_text(scan.header_ns);
+  return files_[scan.place.file].string() + " " + index_.topics[scan.topic].topic.name + " at " +
+         stamp_text(scan.header_ns);
 }
 
 Eigen::Isometry3d BagRecording::pose_on_topic(std::int64_t stamp_ns) const {

@@ -24,8 +24,8 @@ struct Cloud {
   std::vector<Eigen::Vector3f> points;
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   bool organised = false;  ///< rows and columns, like an image
-  /// Subtracted from the points. 0 unless half of them lie farther than `farthest_m` (cloud_rows.hpp) from 0
-  /// along an axis, as a survey's coordinates do: then whole metres amid them, as float would round the points.
+  /// m, subtracted from the points: 0 unless half of them lie farther than `farthest_m` (cloud_rows.hpp) from
+  /// 0 along an axis, as a survey's coordinates do, which float would round; then whole metres amid them.
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   PointTimes times{};  ///< of a field that is called like a time
   PcdLabels labels{};

@@ -181,11 +181,6 @@ float float_at(std::string_view bytes, std::size_t i) {
   return number_at<float>(bytes.data() + sizeof(float) * i, !little_endian_host);
 }
 
-[[noreturn]] void refuse_velodyne(const std::filesystem::path& file, const std::string& what,
-                                  const std::string& hint) {
-  throw Error(Error::Kind::data, file.string(), what, hint);
-}
-
 }  // namespace
 
 std::size_t floats_of_velodyne(const std::filesystem::path& file) {
@@ -214,13 +209,16 @@ std::size_t floats_of_velodyne(const std::filesystem::path& file) {
 Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats) {
   const std::size_t step = floats * sizeof(float);
   const std::string bytes = read_bytes(file, largest_cloud_file);
-  if (bytes.empty()) refuse_velodyne(file, "is empty", "the file is truncated or foreign");
+  const auto refuse = [&](const std::string& what, const char* hint) {
+    throw Error(Error::Kind::data, file.string(), what, hint);
+  };
+  if (bytes.empty()) refuse("is empty", "the file is truncated or foreign");
   const std::string form = "float32 x y z" + (floats == kitti_floats ? std::string(" reflectance")
                                               : floats == 3          ? ""
                                                             : " and " + count_of(floats - 3, "value"));
   if (bytes.size() % step != 0)
-    refuse_velodyne(file, "is not a list of " + form,
-                    "it is truncated, or a point takes another number of floats: write a PCD");
+    refuse("is not a list of " + form,
+           "it is truncated, or a point takes another number of floats: write a PCD");
   const std::size_t points = bytes.size() / step;
   Cloud read = binary_points(bytes,
                              {{{0, step, 0, Scalar::float32},
@@ -232,10 +230,9 @@ Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats) {
     for (std::size_t i = 0; i < points; ++i)
       absurd += std::fabs(float_at(bytes, i * floats + axis)) > largest_coordinate;
     if (10 * absurd > points)
-      refuse_velodyne(file,
-                      std::to_string(absurd) + " of " + std::to_string(points) + " values of " + "xyz"[axis] +
-                          " are larger than the earth: not a list of " + form,
-                      "write it as float32, or as PCD");
+      refuse(std::to_string(absurd) + " of " + std::to_string(points) + " values of " + "xyz"[axis] +
+                 " are larger than the earth: not a list of " + form,
+             "write it as float32, or as PCD");
   }
   return read;
 }

@@ -17,18 +17,6 @@ std::string without_slash(std::string frame) {
   return frame;
 }
 
-Eigen::Vector3d read_vector(MessageReader& message) {
-  Eigen::Vector3d v;
-  for (double& value : v) value = message.f64();
-  return v;
-}
-
-Eigen::Quaterniond read_quaternion(MessageReader& message) {
-  Eigen::Quaterniond q;
-  for (double& value : q.coeffs()) value = message.f64();  // x y z w, as ROS has them
-  return q;
-}
-
 /// A PointField's datatype.
 Scalar scalar_of(std::uint8_t datatype) {
   constexpr std::array types{Scalar::none,  Scalar::int8,   Scalar::uint8,   Scalar::int16,  Scalar::uint16,
@@ -112,6 +100,18 @@ std::string MessageReader::text() {
   std::string_view text = bytes();
   if (encoding_ == MessageEncoding::cdr && text.ends_with('\0')) text.remove_suffix(1);
   return std::string(text);
+}
+
+Eigen::Vector3d read_vector(MessageReader& message) {
+  Eigen::Vector3d v;
+  for (double& value : v) value = message.f64();
+  return v;
+}
+
+Eigen::Quaterniond read_quaternion(MessageReader& message) {
+  Eigen::Quaterniond q;
+  for (double& value : q.coeffs()) value = message.f64();  // x y z w, as ROS has them
+  return q;
 }
 
 MessageHeader read_header(MessageReader& message) {

@@ -57,6 +57,11 @@ struct MessageHeader {
 };
 MessageHeader read_header(MessageReader& message);
 
+/// geometry_msgs/Point, Vector3.
+Eigen::Vector3d read_vector(MessageReader& message);
+/// geometry_msgs/Quaternion.
+Eigen::Quaterniond read_quaternion(MessageReader& message);
+
 /// Points of a sensor_msgs/PointCloud2 in its frame: x, y, z as float32 or float64 at any offset, of either
 /// byte order, with padding between points and rows. Points exactly at the origin become not finite.
 /// `largest_size`: memory limit of the points in bytes.
