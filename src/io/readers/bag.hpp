@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -7,7 +8,6 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <vector>
 
 #include <octosurf/ros_messages.hpp>
@@ -18,9 +18,7 @@ struct BagTopic {
   std::string name;
   std::string type;  ///< "sensor_msgs/PointCloud2", in ROS 2's bags too (sensor_msgs/msg/PointCloud2 there)
   MessageEncoding encoding = MessageEncoding::other;
-  bool operator<(const BagTopic& other) const {
-    return std::tie(name, type, encoding) < std::tie(other.name, other.type, other.encoding);
-  }
+  auto operator<=>(const BagTopic&) const = default;
 };
 
 /// Location of a message; meaningful only to its bag.

@@ -91,14 +91,6 @@ ListedRecording list_tum(const fs::path& folder) {
   return recording;
 }
 
-/// A ROS 2 bag.
-ListedRecording list_bag(const fs::path& folder) {
-  ListedRecording recording;
-  recording.folder = folder;
-  for (const fs::path& file : files_of_bag(folder)) recording.scans.push_back({file, FileKind::bag});
-  return recording;
-}
-
 }  // namespace
 
 bool natural_less(const std::string& a, const std::string& b) {
@@ -141,9 +133,13 @@ std::vector<fs::path> around(const fs::path& folder) {
 
 ListedRecording list_folder(const fs::path& folder) {
   if (has_tum_index(folder)) return list_tum(folder);
-  if (is_bag(folder)) return list_bag(folder);
-  std::string first_picture;
   ListedRecording found;
+  if (is_bag(folder)) {  // of ROS 2
+    found.folder = folder;
+    for (const fs::path& file : files_of_bag(folder)) found.scans.push_back({file, FileKind::bag});
+    return found;
+  }
+  std::string first_picture;
   for (const auto& family : families()) {
     for (const auto& subfolder : family.subfolders) {
       const fs::path place = subfolder.empty() ? folder : folder / subfolder;
