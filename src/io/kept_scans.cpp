@@ -58,18 +58,6 @@ std::multimap<std::uint64_t, fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Creates the folder, or removes what killed runs left in it: scans from number `scans` on, and parts.
-void make_folder(const fs::path& folder, std::uint64_t scans) {
-  std::error_code failure;
-  fs::create_directories(folder, failure);
-  if (failure) fail_to_write(folder, "cannot be made", failure.value());
-  remove_left_overs(folder);
-  for (const auto& [number, file] : files_in(folder)) {
-    if (number >= scans) fs::remove(file, failure);
-    if (failure) fail_to_write(file, "cannot be replaced", failure.value());
-  }
-}
-
 /// Pads with NaN to the number of points at which readers recognise the sensor.
 void write_pcd(const Scan& scan, std::ostream& out) {
   const bool camera = scan.sensor == SensorKind::depth_camera;
@@ -114,7 +102,14 @@ void require_room_for_scans(const fs::path& folder) {
 
 ScanWriter::ScanWriter(fs::path folder, std::uint64_t scans) : folder_(std::move(folder)), next_(scans) {
   kept_scans(folder_, scans);
-  make_folder(folder_, scans);
+  std::error_code failure;
+  fs::create_directories(folder_, failure);
+  if (failure) fail_to_write(folder_, "cannot be made", failure.value());
+  remove_left_overs(folder_);  // of killed runs, as are later scans
+  for (const auto& [number, file] : files_in(folder_)) {
+    if (number >= scans) fs::remove(file, failure);
+    if (failure) fail_to_write(file, "cannot be replaced", failure.value());
+  }
 }
 
 ScanWriter::~ScanWriter() {

@@ -18,8 +18,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* route_file = "route.geojson";
 
-std::string name_of_storey(std::size_t storey) { return "storey_" + std::to_string(storey); }
-
 /// As map_server reads it: the first row has the largest y.
 void write_pgm(const Storey& storey, std::ostream& out) {
   constexpr std::array<char, 3> shades{static_cast<char>(205), static_cast<char>(254), 0};  // by StoreyCell
@@ -165,7 +163,7 @@ void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
     require_replaceable(folder, force);
     const PartFolder part(folder);
     for (std::size_t i = 0; i < storeys.size(); ++i) {
-      const std::string name = name_of_storey(i);
+      const std::string name = "storey_" + std::to_string(i);
       io::write_file(part.path / (name + ".pgm"), false,
                      [&](std::ostream& out) { write_pgm(storeys[i], out); });
       io::write_file(part.path / (name + ".yaml"), false,

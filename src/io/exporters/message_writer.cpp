@@ -81,11 +81,7 @@ class JsonWriter : public MessageWriter {
 /// Values in sequence, without names.
 class CdrWriter : public MessageWriter {
  public:
-  void begin_message() override {}
-  void end_message() override {}
-  void field(const char*) override {}
   void begin_list(std::size_t size) override { put(static_cast<std::uint32_t>(size)); }
-  void end_list() override {}
   void write(Number value) override {
     std::visit([this](auto number) { put(number); }, value);
   }
@@ -115,12 +111,6 @@ class CdrWriter : public MessageWriter {
   std::string bytes_;
 };
 
-void write_json(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
-  JsonWriter writer(out);
-  message(writer);
-  out << '\n';
-}
-
 }  // namespace
 
 void MessageWriter::write(const Eigen::Vector3d& point) {
@@ -146,10 +136,10 @@ void write_message(const std::function<void(MessageWriter&)>& message, const std
     throw Error(Error::Kind::usage, file.string(), "is neither JSON nor CDR by its ending",
                 "end the name in .json or .cdr");
   write_file(file, force, [&](std::ostream& out) {
-    if (ending == ".cdr")
-      out << cdr_of(message);
-    else
-      write_json(message, out);
+    if (ending == ".cdr") return void(out << cdr_of(message));
+    JsonWriter writer(out);
+    message(writer);
+    out << '\n';
   });
 }
 

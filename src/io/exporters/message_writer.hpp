@@ -32,11 +32,11 @@ class MessageWriter {
 
   virtual ~MessageWriter() = default;
 
-  virtual void begin_message() = 0;
-  virtual void end_message() = 0;
-  virtual void field(const char* name) = 0;  ///< the next value written is the field's
+  virtual void begin_message() {}
+  virtual void end_message() {}
+  virtual void field(const char* /*name*/) {}  ///< the next value written is the field's
   virtual void begin_list(std::size_t size) = 0;
-  virtual void end_list() = 0;
+  virtual void end_list() {}
   virtual void write(Number value) = 0;
   virtual void write(std::string_view value) = 0;
   virtual void write(std::span<const float> list) = 0;
