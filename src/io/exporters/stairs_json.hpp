@@ -4,10 +4,14 @@
 
 #include <octosurf/stairs.hpp>
 
-namespace octosurf {
-
 // Steps and stairs as in exported files and answers: m, degrees, map frame.
-void to_json(nlohmann::ordered_json& json, const Step& step);
-void to_json(nlohmann::ordered_json& json, const Stair& stair);
 
-}  // namespace octosurf
+template <>
+struct nlohmann::adl_serializer<octosurf::Step> {
+  static void to_json(ordered_json& json, const octosurf::Step& step);
+};
+
+template <>
+struct nlohmann::adl_serializer<octosurf::Stair> {
+  static void to_json(ordered_json& json, const octosurf::Stair& stair);
+};
