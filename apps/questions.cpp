@@ -337,9 +337,7 @@ const std::vector<Question>& questions() {
        [](const ServedMap& map, const Request& asked) { return region_json(map.asked, asked.contact); },
        print_region},
       {"stair", "X Y Z", "", "the stair nearest to this point: risers, treads, width, heading", stair_fields,
-       [](const ServedMap& map, const Request& asked) {
-         return Json(find_stair(map.asked, asked)).dump();
-       },
+       [](const ServedMap& map, const Request& asked) { return Json(find_stair(map.asked, asked)).dump(); },
        [](const ServedMap& map, const Request& asked) {
          print_table(std::vector<Stair>{find_stair(map.asked, asked)});
        }},

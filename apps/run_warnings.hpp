@@ -28,8 +28,8 @@ std::string spacing_warning(const Scan& scan, const Parameters& parameters);
 /// What scans contradict, or how they would agree far better; empty if none does.
 std::string contradiction_text(const RunStatistics& statistics);
 
-/// After a run's summary, warns on stderr of problems with poses, sensor and surfaces. `viewpoint_given`: scans
-/// have no poses for that reason.
+/// After a run's summary, warns on stderr of problems with poses, sensor and surfaces. `viewpoint_given`:
+/// scans have no poses for that reason.
 void print_warnings(const RunStatistics& statistics, const Map& map, bool viewpoint_given);
 
 }  // namespace octosurf

@@ -106,12 +106,12 @@ up: (3,), map frame; None: as Surface.slope_rad() has it.)");
 void bind_exports(Module& module) {
   bind_height_grid(module);
   bind_planner_formats(module);
-  module.def(
-      "export_surfaces", &export_file, "snapshot"_a, "file"_a, py::kw_only(),
-      "parts"_a = std::vector<ExportPart>{ExportPart::polygons}, "mesh_thickness"_a = 0.02,
-      "up"_a = py::none(), "force"_a = false, "convex"_a = std::map<SurfaceId, std::vector<ConvexPiece>>{},
-      "points"_a = py::none(), "edges"_a = SurfaceEdges{},
-      R"(Writes the surfaces in the format the file's ending names: .json, .ply, .glb.
+  module.def("export_surfaces", &export_file, "snapshot"_a, "file"_a, py::kw_only(),
+             "parts"_a = std::vector<ExportPart>{ExportPart::polygons}, "mesh_thickness"_a = 0.02,
+             "up"_a = py::none(), "force"_a = false,
+             "convex"_a = std::map<SurfaceId, std::vector<ConvexPiece>>{}, "points"_a = py::none(),
+             "edges"_a = SurfaceEdges{},
+             R"(Writes the surfaces in the format the file's ending names: .json, .ply, .glb.
 
 parts: "polygons", "meshes", "convex", "points"; .json takes any number, others exactly one.
 convex: by surface id, for that part. points: an array as Map.points() gives it, likewise.

@@ -1,7 +1,6 @@
 // octosurf/surface.hpp, cylinder.hpp and removals.hpp in Python.
-#include "map_holder.hpp"
-
 #include "io/text_file.hpp"
+#include "map_holder.hpp"
 
 #include <algorithm>
 

@@ -150,8 +150,8 @@ TEST(FclOctree, CollidesWithWhatIsOccupied) {
     });
     if (std::abs(overlap) < 1e-6) continue;  // they touch
     fcl::CollisionResultd result;
-    const fcl::CollisionObjectd box(std::make_shared<fcl::Boxd>(0.3, 0.24, 0.4),
-                                    Eigen::Matrix3d::Identity(), at);
+    const fcl::CollisionObjectd box(std::make_shared<fcl::Boxd>(0.3, 0.24, 0.4), Eigen::Matrix3d::Identity(),
+                                    at);
     const bool hit = fcl::collide(&octree, &box, fcl::CollisionRequestd(), result) > 0;
     ASSERT_EQ(hit, overlap > 0);
     ++(hit ? hits : misses);

@@ -46,9 +46,9 @@ Page make_page(const PageMap& map, const PageOptions& options) {
     surfaces = script(io::surfaces_message(map, how));
   }
   if (left() < 0)
-    throw Error(Error::Kind::output, map.name, "makes a page larger than allowed even without voxels",
-                io::formatted("allow %.1f MB (--max-mb)",
-                              std::ceil(10 * (options.max_mb - left() / 1e6)) / 10));
+    throw Error(
+        Error::Kind::output, map.name, "makes a page larger than allowed even without voxels",
+        io::formatted("allow %.1f MB (--max-mb)", std::ceil(10 * (options.max_mb - left() / 1e6)) / 10));
   return {std::string(before).append(surfaces).append(voxels).append(after), drawn.voxels, drawn.merged,
           feet_left_out};
 }

@@ -132,10 +132,10 @@ class MapReader : Damage {
       const bool known = std::any_of(infos.begin(), infos.end(),
                                      [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)
-        throw Error(Error::Kind::data, where,
-                    "has a parameter '" + printable(p.name().substr(0, 64)) +
-                        "' that this octosurf does not know",
-                    "use the newer version that wrote it");
+        throw Error(
+            Error::Kind::data, where,
+            "has a parameter '" + printable(p.name().substr(0, 64)) + "' that this octosurf does not know",
+            "use the newer version that wrote it");
       require(!p.has_value() || std::fabs(p.value()) <= largest_integer, "a parameter makes no sense");
       not_usage([&] {
         set_parameter_value(parameters, p.name(), p.has_value() ? std::optional(p.value()) : std::nullopt);

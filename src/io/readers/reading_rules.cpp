@@ -125,7 +125,7 @@ void ReadingRules::look_for_none(Known& known, const Scan& scan, const std::stri
     notes_.push_back(where + formatted(": %zu readings of its %zu lie at %.3f m%s: taken as no return; "
                                        "--no-return names such values, 0: there are none",
                                        alike.points.size(), scan.points.size(),
-                                  static_cast<double>(alike.distance), how));
+                                       static_cast<double>(alike.distance), how));
   };
   if (known.kind == SensorKind::depth_camera) {
     const auto depths = far_alike(scan.points, [&](const auto& p) { return p[known.axis]; });

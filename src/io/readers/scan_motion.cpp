@@ -27,9 +27,7 @@ double median_gap(const std::vector<double>& stamps_s) {
   return gaps.empty() ? usual_sweep_s : geometry::median_of(gaps);
 }
 
-std::string centimetres(double metres) {
-  return formatted("%.*f cm", metres < 0.095 ? 1 : 0, 100 * metres);
-}
+std::string centimetres(double metres) { return formatted("%.*f cm", metres < 0.095 ? 1 : 0, 100 * metres); }
 
 /// Keeps enough points to measure how far they move.
 void thin(RawScan& raw) {

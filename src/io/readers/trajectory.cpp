@@ -38,9 +38,7 @@ bool is_pose(const Trajectory::Sample& sample) {
   return sample.translation.allFinite() && std::abs(sample.rotation.norm() - 1) <= 1e-2;
 }
 
-std::string seconds_text(std::int64_t ns) {
-  return formatted("%.3f s", static_cast<double>(ns) / 1e9);
-}
+std::string seconds_text(std::int64_t ns) { return formatted("%.3f s", static_cast<double>(ns) / 1e9); }
 
 /// b − a, or the largest number if that overflows; a ≤ b.
 std::int64_t ns_between(std::int64_t a, std::int64_t b) {

@@ -1,6 +1,6 @@
 // PlanarTerrain messages, decoded from their definitions and asked what ocs2 and legged_perceptive ask.
-#include "io/exporters/planner_messages.hpp"
 #include "io/exporters/planner_fixture.hpp"
+#include "io/exporters/planner_messages.hpp"
 #include "io/ros_messages.hpp"
 #include "support/polygons.hpp"
 
