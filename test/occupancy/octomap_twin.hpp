@@ -134,7 +134,7 @@ inline void expect_equal(const occupancy::OccupancyMap& ours, const octomap::OcT
         return static_cast<std::uint16_t>(first[static_cast<unsigned>(axis)] +
                                           ((c >> axis & 1) ? edge - 1 : 0));
       };
-      const auto lookup = ours.at({at(0), at(1), at(2)});
+      const auto lookup = ours.at(geometry::VoxelKey{at(0), at(1), at(2)});
       ++compared;
       if (lookup.state == occupancy::OccupancyMap::State::unknown || lookup.log_odds != leaf->getLogOdds())
         ++different;
