@@ -190,7 +190,10 @@ std::vector<Assignment> PaperDetector::add_inliers(const MapView& map, std::span
   return taken;
 }
 
-std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<const PointId> left) const {
+std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<const PointId> fresh) const {
+  std::vector<PointId> left;
+  std::copy_if(fresh.begin(), fresh.end(), std::back_inserter(left),
+               [&](PointId i) { return map.is_pending(i); });
   const double s = map.parameters.surface_tolerance(), h = map.parameters.max_hole_size();
   const int reach = static_cast<int>(std::ceil(h / map.grid.resolution()));
   const std::vector<VoxelBlocks::Place> near_cloud = blocks_near(map, left, reach);

@@ -34,14 +34,9 @@ std::vector<Method> methods_of(const Options& options) {
 std::vector<Method> departures_of(const Options& options) {
   const Parameters ours = parameters_at(options.resolutions.front(), options.set);
   std::vector<Method> methods{{"as it is", ours}};
-  const auto without = [&](const std::string& name, const detection::Departures& departures) {
-    methods.push_back({name, ours, nullptr, std::make_shared<detection::LikelihoodDetector>(departures)});
-    methods.back().parameters.detection.detector = DetectorKind::paper;  // the one that is handed over
-  };
-  without("owned points stay", {.takes_back = false});
-  without("no guards of expansion", {.guards = false});
-  without("no see-through", {.see_through = false});
-  without("200 RANSAC trials", {.ransac_iterations = 200});
+  methods.push_back(
+      {"no see-through", ours, nullptr, std::make_shared<detection::LikelihoodDetector>(false)});
+  methods.back().parameters.detection.detector = DetectorKind::paper;  // the one that is handed over
   const auto set = [&](const std::string& name, const std::vector<std::string>& values) {
     std::vector<std::string> all = options.set;
     all.insert(all.end(), values.begin(), values.end());

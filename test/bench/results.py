@@ -274,8 +274,7 @@ SECTIONS = [
      "surface within d, across and along it; where it has points only; where it has nothing."),
     ("What each departure from the paper is worth", "departures", departures_section,
      "The detector without one of them, all six sets, one seed. *s, not measured noise*: s as the paper states it gates instead of the "
-     "noise that the scans show. *Owned points stay*: a due block is segmented without the points that expansion took there; "
-     "surfaces mostly inside due blocks, and revised ones, still give theirs."),
+     "noise that the scans show."),
     ("Beside the paper's detector and CGAL", "paper", paper_section,
      "`ours/paper` is the paper's steps from PCL's parts. CGAL gets the centroids of all scans' voxels at once, with octosurf's tolerance, "
      "angle and least size; its time is that of normals and planes. The same 20 scans of each recording. Bonxai and wavemap are in no "

@@ -1,6 +1,7 @@
 // What is new of surfaces that are there: inside them, over their boundaries, and where that ends.
 #include "detection/expand.hpp"
 
+#include "detection/expansion.hpp"
 #include "detection/sure_plane.hpp"
 #include "support/pending_points.hpp"
 #include "support/seed.hpp"
@@ -109,46 +110,68 @@ TEST(Expand, CrossesAGapFromWhatItHasJustGained) {
   EXPECT_EQ(expand(points.ledger, points.pending()).size(), points.pending().size());
 }
 
-/// The paper's way (III-B2): from the boundary of each surface to the octree's points within h.
-std::vector<Assignment> expand_from_boundaries(const Points& points) {
-  const surfaces::Ledger& map = points.ledger;
-  const sensing::ReadingModel model(map.noise, map.grid.resolution());
-  const int gap = static_cast<int>(map.parameters.max_hole_size() / map.grid.resolution() + 1e-9);
-  std::map<PointId, SurfaceId> taken;
-  std::map<SurfaceId, std::vector<PointId>> boundaries;
-  for (const auto& [id, surface] : map.surfaces)
-    surface.for_each_inlier([&, its = id, &model_of = surface](const surfaces::Inlier& inlier) {
-      if (!model_of.surrounded(model_of.cell_of(inlier.position)))
-        boundaries[its].push_back(map.window.find(inlier.key));
-    });
-  for (bool more = true; more;) {
-    std::map<PointId, std::pair<double, SurfaceId>> best;
-    for (const auto& [id, boundary] : boundaries) {
-      const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
-      const SurePlane plane(patch_of(surface, model), model);
-      const auto cell_of = [&](PointId i) { return surface.cell_of(map.window[i].position); };
-      for (const PointId from : boundary)
-        map.window.for_each_near(map.window[from].key, 2 * gap, [&, its = id](PointId i) {
-          const int u = cell_of(i).u - cell_of(from).u, v = cell_of(i).v - cell_of(from).v;
-          if (map.window[i].surface != 0 || taken.contains(i) || u * u + v * v > gap * gap) return;
-          const double log_ratio = plane.log_ratio(map.window[i]);
-          if (auto& [most, of] = best[i]; log_ratio > most) std::tie(most, of) = std::pair(log_ratio, its);
-        });
+/// The slow twin: the same rules, with every pending point of the map compared with every cell in every
+/// round, instead of a walk from rims.
+std::vector<Assignment> expand_by_looking_everywhere(const Points& points) {
+  const surfaces::MapView& map = points.ledger;
+  Expansion expansion(map);
+  std::vector<Assignment> cells, gained;  // at rims, and what was gained; of the last round
+  std::vector<PointId> by_key = points.all;
+  map.window.put_in_order(by_key);
+  for (const PointId i : by_key)
+    if (const surfaces::SurfaceModel* its = map.surfaces.find(map.window[i].surface);
+        its != nullptr && !its->surrounded(its->cell_of(map.window[i].position)))
+      cells.push_back({i, its->id()});
+  const auto gain_beside = [&](const std::vector<Assignment>& last) {
+    const occupancy::PointSet from(points_of(last));
+    std::vector<Assignment> round;
+    for (const PointId i : by_key) {
+      bool beside = false;
+      map.neighbours.for_each_within(i, expansion.reach(), [&](PointId j) { beside |= from.contains(j); });
+      if (!beside || expansion.owner(i) != 0) continue;
+      if (const SurfaceId id = expansion.surface_beside(i); id != 0) round.push_back({i, id});
     }
-    more = false;
-    for (const auto& [i, of] : best) {
-      if (of.second == 0) continue;
-      taken[i] = of.second;
-      boundaries[of.second].push_back(i);
-      more = true;
+    expansion.gain(round);
+    return round;
+  };
+  const auto distance = [&](PointId i, const Assignment& cell) {
+    const surfaces::SurfaceModel& surface = *map.surfaces.find(cell.surface);
+    const geometry::PlaneCell from = surface.cell_of(map.window[i].position),
+                              to = surface.cell_of(map.window[cell.point].position);
+    const int u = to.u - from.u, v = to.v - from.v;
+    return std::tuple(u * u + v * v, to.packed(), to);
+  };
+  const int most = expansion.plane_gap() * expansion.plane_gap();
+  for (std::vector<Assignment> last = cells; !last.empty(); last = gained) {
+    for (gained = gain_beside(last); !gained.empty(); gained = gain_beside(gained))
+      for (auto* all : {&cells, &last}) all->insert(all->end(), gained.begin(), gained.end());
+    occupancy::PointSet looked_at;
+    for (const PointId seed : by_key) {
+      const auto reaches = [&](const Assignment& cell) {
+        return expansion.fits(cell.surface, seed) && std::get<0>(distance(seed, cell)) <= most;
+      };
+      if (expansion.owner(seed) != 0 || looked_at.contains(seed) ||
+          std::none_of(last.begin(), last.end(), reaches))
+        continue;
+      std::map<SurfaceId, std::tuple<int, std::uint64_t, geometry::PlaneCell>> nearest;
+      for (const Assignment& cell : cells)
+        if (reaches(cell)) {
+          const auto [at, fresh] = nearest.try_emplace(cell.surface, distance(seed, cell));
+          const auto order = [](const auto& of) { return std::pair(std::get<0>(of), std::get<1>(of)); };
+          if (order(distance(seed, cell)) < order(at->second)) at->second = distance(seed, cell);
+        }
+      std::vector<RimCell> rim;
+      for (const auto& [id, cell] : nearest) rim.push_back({id, std::get<2>(cell)});
+      if (const SurfaceId id = expansion.surface_across(seed, rim); id != 0)
+        for (const PointId i : expansion.piece_of(seed, id, looked_at)) gained.push_back({i, id});
     }
+    expansion.gain(gained);
+    cells.insert(cells.end(), gained.begin(), gained.end());
   }
-  std::vector<Assignment> assigned;
-  for (const auto& [i, id] : taken) assigned.push_back({i, id});
-  return assigned;
+  return expansion.accepted();
 }
 
-TEST(Expand, FromNewPointsIsFromTheBoundariesWithoutGuards) {
+TEST(Expand, FromRimsIsFromEverywhere) {
   std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> place(0, 1), size(0.05, 0.4), noise(-0.006, 0.006);
   std::size_t gained = 0, contested = 0;
@@ -159,17 +182,20 @@ TEST(Expand, FromNewPointsIsFromTheBoundariesWithoutGuards) {
                                            {0, size(rng), 0}));
     scans.push_back(
         test::rectangle_scan(eye, {0.2 + 0.6 * place(rng), 0, 0}, {0, 1, 0}, {0.02, 0, 0.3 * size(rng)}));
+    for (Scan& scan : scans) {  // sparse in some places
+      const std::size_t step = rng() % 3 == 0 ? 9 : 1;
+      std::size_t k = 0;
+      std::erase_if(scan.points, [&](const auto&) { return ++k % step != 0; });
+    }
     Points points(scans);
     const double end = 0.2 + 0.3 * place(rng), begin = end + 0.3 * place(rng);
     points.surface(floor_plane, [&](const Eigen::Vector3d& p) { return p.x() < end; });
     points.surface({Eigen::Vector3d::UnitZ(), 0.002},
                    [&](const Eigen::Vector3d& p) { return p.x() > begin; });
     points.ledger.apply(add_inliers(points.ledger, points.pending()));
-    const std::vector<Assignment> found = expand(points.ledger, points.pending(), Guards::off);
-    const std::vector<Assignment> twin = expand_from_boundaries(points);
     std::map<PointId, SurfaceId> a, b;
-    for (const Assignment& x : found) a[x.point] = x.surface;
-    for (const Assignment& x : twin) b[x.point] = x.surface;
+    for (const Assignment& x : expand(points.ledger, points.pending())) a[x.point] = x.surface;
+    for (const Assignment& x : expand_by_looking_everywhere(points)) b[x.point] = x.surface;
     EXPECT_EQ(a, b) << "world " << world;
     gained += a.size();
     for (const auto& [i, id] : a) contested += id != a.begin()->second;

@@ -43,7 +43,7 @@ class FloorAndBoard {
   }
   bool on_board(PointId i) const { return points_.position(i).z() > 0.03; }
 
-  Neighbourhood around() const { return neighbourhood_of(points_.ledger, board_, {}); }
+  Neighbourhood around() const { return neighbourhood_of(points_.ledger, board_); }
   Readings readings_of(const Neighbourhood& around) const { return {points_.ledger, around}; }
 
   std::mt19937_64 rng_;
@@ -148,7 +148,7 @@ TEST(Neighbourhood, WhatIsKnownElsewhereMayHaveBeenSeenMoreHeadOn) {
   std::vector<PointId> end;
   for (const PointId i : points.all)
     if (points.position(i).y() > 1.3) end.push_back(i);
-  const Readings readings(ledger, neighbourhood_of(ledger, end, {}));
+  const Readings readings(ledger, neighbourhood_of(ledger, end));
   const Segmentation known = known_about(readings, ledger.surfaces, {});
   ASSERT_EQ(known.outside.size(), 1U);
   const Patch& elsewhere = known.outside.front().sums;
@@ -156,32 +156,6 @@ TEST(Neighbourhood, WhatIsKnownElsewhereMayHaveBeenSeenMoreHeadOn) {
   // Each explains the logarithm of its density over clutter's, less the mean of half a squared deviation.
   const double head_on = readings.model().log_peak(sensing::range_class_of(4), 1) - 0.5;
   EXPECT_NEAR(elsewhere.explained_by(wall.plane()) / elsewhere.readings, head_on, 0.5);
-}
-
-TEST(Neighbourhood, ASurfaceMostOfWhichIsHereIsLookedAtWhole) {
-  FloorAndBoard scene;
-  surfaces::Ledger& ledger = scene.points_.ledger;
-  surfaces::SurfaceModel& board = ledger.create({-Eigen::Vector3d::UnitY(), -0.5}, {0.7, 0.5, 0.15});
-  std::vector<PointId> upper_third;
-  for (const PointId i : scene.board_)
-    if (ledger.grid.centre_of(ledger.window[i].key).z() < 0.2F)
-      ledger.give(i, board);
-    else
-      upper_third.push_back(i);
-  const auto inliers_within = [&](const Neighbourhood& around, SurfaceId id) {
-    return static_cast<std::size_t>(std::count_if(around.points.begin(), around.points.end(),
-                                                  [&](PointId i) { return ledger.window[i].surface == id; }));
-  };
-  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, upper_third, {}), board.id()), 0U);
-  std::vector<PointId> due = upper_third;
-  for (const PointId i : scene.points_.all)  // as if every third of the board's had just come
-    if (ledger.window[i].surface == board.id() && index_of(i) % 3 == 0) {
-      ledger.requeue(i);
-      due.push_back(i);
-    }
-  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, due, {}), board.id()), board.size());
-  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, due, {}), scene.id_), 0U);
-  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, std::vector{board.id()}), board.id()), board.size());
 }
 
 TEST(Neighbourhood, ContextKeepsItsLabelAndIsThereToBeMet) {

@@ -38,7 +38,7 @@ class OneSurface {
   /// The twin: how many planes with a tenth of the readings each there are if none has a label.
   std::size_t planes() const {
     const std::vector<SurfaceId> all{floor_->id()};
-    const Readings readings(points_.ledger, neighbourhood_of(points_.ledger, all));
+    const Readings readings(points_.ledger, neighbourhood_of(points_.ledger, {}, all));
     const Segmentation found =
         segment(readings, limits_of(points_.ledger.parameters),
                 with_seed_patches(readings, known_about(readings, points_.ledger.surfaces, all)));

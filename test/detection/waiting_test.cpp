@@ -3,8 +3,6 @@
 
 #include "detection/expand.hpp"
 #include "detection/likelihood_detector.hpp"
-#include "detection/seed_patches.hpp"
-#include "detection/voxel_blocks.hpp"
 #include "support/pending_points.hpp"
 #include "support/seed.hpp"
 
@@ -13,6 +11,7 @@
 #include <optional>
 #include <random>
 #include <set>
+#include <stdexcept>
 
 namespace octosurf::detection {
 namespace {
@@ -44,28 +43,20 @@ class FloorAndStep : public ::testing::Test {
   std::vector<PointId> pending_;
 };
 
-TEST_F(FloorAndStep, ExpandedPointsBesideANewPlaneAreSegmentedAgain) {
-  const std::vector<Assignment> expanded = expand(points_.ledger, pending_);
-  points_.ledger.apply(expanded);
-  const std::vector<PointId> left = points_.ledger.pending(pending_);
-  const Due due = due_of(left);
-  const auto found =
-      LikelihoodDetector().segment(points_.ledger, {.points = due.points, .expanded = expanded});
+TEST_F(FloorAndStep, DetectionTakesLeftoversAlone) {
+  points_.ledger.apply(expand(points_.ledger, pending_));
+  const Due due = due_of(points_.ledger.pending(pending_));
+  const auto found = LikelihoodDetector().segment(points_.ledger, {.points = due.points});
   ASSERT_TRUE(found.has_value());
-  EXPECT_EQ(due.points.size() + due.left.fresh.size(), left.size());
-  std::set<PointId> labelled;
-  for (const auto& [point, label] : found->points) labelled.insert(point);
-  const VoxelBlocks blocks(seed_patch_edge(points_.ledger.grid.resolution()));
-  std::set<VoxelBlocks::Place> with_segmented;
-  for (const PointId i : due.points) with_segmented.insert(blocks.of(points_.ledger.window[i].key));
-  std::size_t again = 0;
-  for (const Assignment& assignment : expanded) {
-    again += labelled.count(assignment.point);
-    const bool beside = with_segmented.count(blocks.of(points_.ledger.window[assignment.point].key)) != 0;
-    EXPECT_TRUE(!beside || labelled.count(assignment.point) != 0);
+  std::size_t in_planes = 0;
+  for (const auto& [point, label] : found->points) {
+    EXPECT_EQ(points_.ledger.window[point].surface, 0U);
+    in_planes += label != 0;
   }
-  EXPECT_GT(again, 0U);
-  EXPECT_LT(again, expanded.size());
+  EXPECT_GT(2 * in_planes, due.points.size()) << "of the step";
+  const std::vector<PointId> owned{points_.all.front()};
+  ASSERT_NE(points_.ledger.window[owned.front()].surface, 0U);
+  EXPECT_THROW(LikelihoodDetector().segment(points_.ledger, {.points = owned}), std::logic_error);
 }
 
 TEST_F(FloorAndStep, WhatWasLookedAtWaitsForAsMuchAgain) {

@@ -35,9 +35,6 @@ struct Constants {
   static constexpr double cos_nearly_parallel = 0.93969262078590838;
   /// Of 60°. Planes that differ by more are never merged, and heights over a common frame become meaningless.
   static constexpr double least_cosine = 0.5;
-  /// A surface with this share of its inliers in the segmented blocks is labelled entirely: most of its
-  /// inliers lie around new points.
-  static constexpr double share_for_whole = 0.5;
 };
 
 }  // namespace octosurf::detection

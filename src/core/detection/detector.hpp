@@ -20,12 +20,12 @@ struct Due {
   std::size_t waiting = 0;  ///< number of points of left.fresh in blocks of left.blocks
 };
 
-/// What Detector::segment() looks at: all points, or surfaces, or points with what expanded beside them.
+/// What Detector::segment() looks at: leftovers, or surfaces whose evidence has changed, or all points.
 struct Part {
-  std::span<const PointId> points = {};       ///< pending, key order
-  std::span<const Assignment> expanded = {};  ///< by expansion; some may be segmented again
-  std::span<const SurfaceId> surfaces = {};   ///< entire ones, ascending
-  bool all = false;                           ///< owned and pending alike
+  std::span<const PointId> points = {};      ///< pending, key order
+  std::span<const SurfaceId> surfaces = {};  ///< entire ones, ascending
+  std::span<const PointId> gained = {};      ///< by surfaces, which may be one with others there
+  bool all = false;                          ///< owned and pending alike
 };
 
 /// The stages that decide about planes (paper, III-B and III-C; docs/design.md §4), called by
@@ -49,9 +49,10 @@ class Detector {
   /// III-B1: points inside known surfaces. `fresh`: pending points in key order.
   virtual std::vector<Assignment> add_inliers(const surfaces::MapView& map,
                                               std::span<const PointId> fresh) const = 0;
-  /// III-B2: points that surfaces gain beyond their boundaries. `left`: pending points in key order.
+  /// III-B2: points that surfaces gain beyond their boundaries. `fresh`: points in key order that came or
+  /// joined a surface since the last expansion.
   virtual std::vector<Assignment> expand(const surfaces::MapView& map,
-                                         std::span<const PointId> left) const = 0;
+                                         std::span<const PointId> fresh) const = 0;
   /// III-C1: those of the accumulated points, the map's queue and `fresh` in key order, that are enough in
   /// some place: those that have their `turn`, within the budget, or without one all.
   virtual Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue,

@@ -1,351 +1,211 @@
 #include "detection/expand.hpp"
 
 #include "detection/constants.hpp"
-#include "detection/neighbour_labels.hpp"
-#include "detection/patch_graph.hpp"
-#include "detection/seed_patches.hpp"
-#include "detection/sure_plane.hpp"
+#include "detection/expansion.hpp"
 #include "detection/voxel_blocks.hpp"
-#include "geometry/disjoint_sets.hpp"
-#include "geometry/interruption.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <set>
 #include <tsl/robin_map.h>
-#include <tsl/robin_set.h>
+#include <tuple>
 #include <utility>
 
 namespace octosurf::detection {
 namespace {
 
-/// Surfaces' planes with covariance, each computed once.
-class SurePlanes {
+/// Pending points by block, which are read from the octree when they are needed: the fresh ones, or the
+/// others, or all.
+class PendingNear {
  public:
-  explicit SurePlanes(const surfaces::MapView& map) : map_(map), model_(map.noise, map.grid.resolution()) {}
+  enum class Which { fresh, others, all };
+  /// `reach`: voxels around a block.
+  PendingNear(const surfaces::MapView& map, const VoxelBlocks& blocks, int reach,
+              const occupancy::PointSet& fresh, Which which)
+      : map_(map), blocks_(blocks), reach_(reach), fresh_(fresh), which_(which) {}
 
-  const sensing::ReadingModel& model() const { return model_; }
-  Patch patch(SurfaceId id) const { return patch_of(*map_.surfaces.find(id), model_); }
-  double log_ratio(SurfaceId id, PointId i) {
-    auto at = planes_.find(id);
-    if (at == planes_.end()) at = planes_.emplace(id, SurePlane(patch(id), model_)).first;
-    return at->second.log_ratio(map_.window[i]);
+  const std::vector<PointId>& around(VoxelBlocks::Place place) {
+    const auto [around, unread] = around_.try_emplace(place);
+    if (unread)
+      for (const VoxelBlocks::Place near : blocks_.widened({place}, reach_)) {
+        const std::vector<PointId>& its = in(near);
+        around.value().insert(around->second.end(), its.begin(), its.end());
+      }
+    return around->second;
   }
 
  private:
+  const std::vector<PointId>& in(VoxelBlocks::Place place) {
+    const auto [in, unread] = in_.try_emplace(place);
+    if (unread)
+      blocks_.for_each_point(map_.window, place, [&, its = in](PointId i) {
+        if (map_.is_pending(i) && (which_ == Which::all || fresh_.contains(i) == (which_ == Which::fresh)))
+          its.value().push_back(i);
+      });
+    return in->second;
+  }
+
   const surfaces::MapView& map_;
-  sensing::ReadingModel model_;
-  tsl::robin_map<SurfaceId, SurePlane> planes_;
+  const VoxelBlocks& blocks_;
+  int reach_;
+  const occupancy::PointSet& fresh_;
+  Which which_;
+  tsl::robin_map<VoxelBlocks::Place, std::vector<PointId>, geometry::PackedKeyHash> in_, around_;
 };
 
-/// Expansion of surfaces over pending cells.
-class Flood {
+/// Walks from the rims of surfaces through the octree.
+class RimWalk {
  public:
-  /// `voxel`: m.
-  Flood(const surfaces::MapView& cells, double voxel, Guards guards)
-      : map_(cells),
-        guarded_(guards == Guards::on),
-        planes_(cells),
-        reach_(occupancy::Neighbours::voxels(cells.parameters.max_hole_size(), cells.grid.resolution())),
-        gap_(static_cast<int>(cells.parameters.max_hole_size() / cells.grid.resolution() + 1e-9)),
-        plane_gap_(static_cast<int>(cells.parameters.max_hole_size() / voxel + 1e-9)) {}
-
-  void run(std::vector<PointId> left) {
-    if (!guarded_) {
-      while (claim_within_h(left)) {
-      }
-      return;
-    }
-    flood(left);
-    while (!left.empty()) {
-      map_.window.put_in_order(left);
-      std::vector<Assignment> gained = across_gaps(left);
-      const std::vector<Assignment> more = flood(pending_around(gained));
-      gained.insert(gained.end(), more.begin(), more.end());
-      left = pending_within_gap(gained);
-    }
+  /// `left`: pending points that no rim was compared with; `joined`: cells that were compared with no pending
+  /// point.
+  RimWalk(const surfaces::MapView& cells, std::span<const PointId> left, std::span<const PointId> joined)
+      : map_(cells), expansion_(cells), left_(left), rims_(rims_near(left)) {
+    for (const PointId i : joined)
+      if (is_at_rim(i)) new_rims_.push_back({i, map_.window[i].surface});
   }
 
-  /// In key order, so that sums are rounded the same; without pieces that are not one plane with their
-  /// surface.
-  std::vector<Assignment> accepted() {
-    std::vector<Assignment> all;
-    for (const auto& [i, id] : gained_) all.push_back({i, id});
-    const auto key = [this](const Assignment& a) { return map_.window[a.point].key; };
-    std::sort(all.begin(), all.end(),
-              [&](const Assignment& a, const Assignment& b) { return key(a) < key(b); });
-    std::map<std::size_t, std::vector<PointId>> pieces;  // by root
-    geometry::DisjointSets sets = connected(all);
-    for (std::size_t k = 0; k < all.size(); ++k) pieces[sets.root(k)].push_back(all[k].point);
-    std::set<std::size_t> refused;
-    for (const auto& [root, points] : pieces)
-      if (guarded_ && !merges(all[root].surface, points)) refused.insert(root);
-    std::vector<Assignment> kept;
-    for (std::size_t k = 0; k < all.size(); ++k)
-      if (!refused.contains(sets.root(k))) kept.push_back(all[k]);
-    return kept;
+  std::vector<Assignment> run() {
+    PendingNear fresh = pending(PendingNear::Which::fresh), others = pending(PendingNear::Which::others),
+                all = pending(PendingNear::Which::all);
+    std::vector<Assignment> cells = beside(rims_, fresh);
+    append(beside(new_rims_, others), cells);
+    complete(cells, all);
+    std::vector<PointId> within = within_gap(rims_, fresh);
+    append(within_gap(new_rims_, others), within);
+    while (!cells.empty() || !within.empty()) {
+      append(within_gap(cells, all), within);
+      cells = across_gaps(std::move(within));
+      complete(cells, all);
+      within.clear();
+    }
+    return expansion_.accepted();
   }
 
  private:
-  /// One round; false if no point was assigned.
-  bool claim_within_h(const std::vector<PointId>& left) {
-    std::vector<Assignment> round;
-    for (const PointId i : left)
-      if (owner(i) == 0)
-        if (const SurfaceId id = surface_across_gap(i); id != 0) round.push_back({i, id});
-    for (const auto& [i, id] : round) gain(i, id);
-    return !round.empty();
-  }
-
-  void gain(PointId i, SurfaceId id) {
-    gained_.emplace(i, id);
-    const geometry::PlaneCell cell = map_.surfaces.find(id)->cell_of(map_.window[i].position);
-    gained_cells_[id].insert(cell.packed());
-    const VoxelBlocks::Place block = blocks_.of(map_.window[i].key);
-    if (gained_blocks_[id].insert(block).second)
-      for (const VoxelBlocks::Place near : blocks_.widened({block}, gap_ + 1)) gained_near_[near].insert(id);
-  }
-
-  /// Round after round, points beside inliers.
-  std::vector<Assignment> flood(std::vector<PointId> frontier) {
-    std::vector<Assignment> all;
-    while (!frontier.empty()) {
-      std::vector<Assignment> round;
-      for (const PointId i : frontier)
-        if (owner(i) == 0)
-          if (const SurfaceId id = best_surface(i); id != 0) round.push_back({i, id});
-      for (const auto& [i, id] : round) gain(i, id);
-      all.insert(all.end(), round.begin(), round.end());
-      frontier = pending_around(round);
-    }
-    return all;
-  }
-
-  /// Pieces of `left`, in key order, and of what is pending beside them.
-  std::vector<Assignment> across_gaps(const std::vector<PointId>& left) {
-    std::vector<Assignment> all;
+  /// Cells at most h from these points, not all around which their surface has cells. Points of cells h
+  /// apart along a plane are up to a voxel farther apart.
+  std::vector<Assignment> rims_near(std::span<const PointId> left) const {
+    std::vector<Assignment> rims;
     occupancy::PointSet looked_at;
-    for (const PointId seed : left) {
-      if (owner(seed) != 0 || looked_at.contains(seed)) continue;
-      const SurfaceId id = surface_across_gap(seed);
-      if (id == 0) continue;
-      for (const PointId i : piece_of(seed, id, looked_at)) all.push_back({i, id});
-    }
-    for (const auto& [i, id] : all) gain(i, id);
-    return all;
-  }
-
-  /// The surface that explains a pending point best, of those that end at most h away along their plane.
-  SurfaceId surface_across_gap(PointId i) {
-    geometry::end_if_interrupted();
-    // Points of cells h apart are up to a voxel farther apart.
-    const surfaces::SurfaceStore::Ids known = ids_within(plane_gap_ + 1, i);
-    std::set<SurfaceId> ids(known.begin(), known.end());
-    if (const auto gained = gained_near_.find(blocks_.of(map_.window[i].key)); gained != gained_near_.end())
-      ids.insert(gained->second.begin(), gained->second.end());
-    SurfaceId best = 0;
-    double most = 0;
-    for (const SurfaceId id : ids) {
-      const double log_ratio = planes_.log_ratio(id, i);
-      if (!(log_ratio > most) || !reaches(id, i)) continue;
-      most = log_ratio;
-      best = id;
-    }
-    return best;
-  }
-
-  /// Whether the nearest cell of the plane's hash is beyond a gap, at most h away, and nothing hides it.
-  /// Beside a cell, flood() has decided.
-  bool reaches(SurfaceId id, PointId i) const {
-    const surfaces::SurfaceModel& surface = *map_.surfaces.find(id);
-    const geometry::PlaneCell from = surface.cell_of(map_.window[i].position);
-    const auto gained = gained_cells_.find(id);
-    const auto within_gap = [&](geometry::PlaneCell cell) {
-      const int u = cell.u - from.u, v = cell.v - from.v;
-      return u * u + v * v <= plane_gap_ * plane_gap_ &&
-             (surface.occupied(cell) ||
-              (gained != gained_cells_.end() && gained->second.contains(cell.packed())));
-    };
-    const auto cell = geometry::first_in_rings(from, guarded_ ? 1 : 0, plane_gap_, within_gap);
-    if (!guarded_) return cell.has_value();
-    const int beside = (2 << map_.level) - 1;  // points of adjacent cells are at most so far apart
-    return cell && std::max(std::abs(cell->u - from.u), std::abs(cell->v - from.v)) > beside &&
-           is_open(surface, i, surface.centre_of(*cell).cast<float>());
-  }
-
-  /// No reading off the plane lies between the two or just above: it would be of an object on the plane, such
-  /// as a board, or of a wall.
-  bool is_open(const surfaces::SurfaceModel& surface, PointId i, const Eigen::Vector3f& boundary) const {
-    const Eigen::Vector3d& normal = surface.plane().normal;
-    const auto on_plane = [&](const Eigen::Vector3f& p) {
-      return Eigen::Vector3f(p - (surface.distance(p) * normal).cast<float>());
-    };
-    const Eigen::Vector3f from = on_plane(map_.window[i].position), line = on_plane(boundary) - from;
-    const double above = planes_.model().reach(map_.window[i].range_class, 1) + map_.grid.resolution();
-    const int steps = static_cast<int>(2 * line.norm() / map_.grid.resolution());
-    for (int k = 1; k < steps; ++k)
-      for (const double height : {0.0, above}) {
-        geometry::VoxelKey key;
-        const Eigen::Vector3f at = from + line * (static_cast<float>(k) / static_cast<float>(steps)) +
-                                   (height * normal).cast<float>();
-        if (!map_.grid.key_of(at, key)) return false;
-        const PointId there = map_.window.find(key);
-        if (there != PointId::none && owner(there) != surface.id() &&
-            !planes_.model().belongs(map_.window[there], surface.plane()))
-          return false;
-      }
-    return true;
-  }
-
-  /// Connected pending points around `seed` that fit the surface, if there are enough to contradict it, and
-  /// most of the points that they touch fit, too: else they are where another plane passes.
-  std::vector<PointId> piece_of(PointId seed, SurfaceId id, occupancy::PointSet& looked_at) {
-    std::vector<PointId> piece{seed};
-    occupancy::PointSet others;
-    std::size_t unfit = 0;
-    looked_at.insert(seed);
-    for (std::size_t k = 0; k < piece.size(); ++k)
-      map_.neighbours.for_each_within(piece[k], reach_, [&](PointId j) {
-        if (owner(j) == id || looked_at.contains(j)) return;
-        if (owner(j) == 0 && planes_.log_ratio(id, j) > 0) {
-          looked_at.insert(j);
-          piece.push_back(j);
-        } else if (others.insert(j)) {
-          ++unfit;
-        }
+    for (const auto& [place, box] : blocks_.boxes(map_.window, left, expansion_.gap() + 1))
+      map_.window.for_each_in(occupancy::key_of(box.low), occupancy::key_of(box.high), [&](PointId i) {
+        const SurfaceId id = map_.window[i].surface;
+        if (id != 0 && looked_at.insert(i) && is_at_rim(i)) rims.push_back({i, id});
       });
-    if (piece.size() < Constants::fewest_of_plane || piece.size() <= unfit) piece.clear();
-    return piece;
+    return rims;
+  }
+  bool is_at_rim(PointId i) const {
+    const surfaces::SurfaceModel& surface = model(map_.window[i].surface);
+    return !surface.surrounded(surface.cell_of(map_.window[i].position));
+  }
+  /// Neighbouring points mostly have the same.
+  const surfaces::SurfaceModel& model(SurfaceId id) const {
+    if (last_ == nullptr || last_->id() != id) last_ = map_.surfaces.find(id);
+    return *last_;
   }
 
-  /// Where pieces may follow across the next gap. Effort: around one gained point in each cube of a quarter
-  /// of h.
-  std::vector<PointId> pending_within_gap(const std::vector<Assignment>& gained) const {
-    const VoxelBlocks cubes(std::max(1, gap_ / 4));
-    std::set<VoxelBlocks::Place> taken;
-    std::vector<PointId> within;
-    for (const Assignment& assignment : gained) {
-      const geometry::VoxelKey key = map_.window[assignment.point].key;
-      if (!taken.insert(cubes.of(key)).second) continue;
-      map_.window.for_each_near(key, gap_, [&](PointId i) {
-        if (owner(i) == 0) within.push_back(i);
+  /// One round: what surfaces gain of the pending points that have one of these cells as neighbour.
+  std::vector<Assignment> beside(const std::vector<Assignment>& cells, PendingNear& pending) {
+    std::vector<PointId> points;
+    for (const Assignment& cell : cells) points.push_back(cell.point);
+    const occupancy::PointSet from(points);
+    occupancy::PointSet looked_at;
+    std::vector<Assignment> gained;
+    for_each_near(points, expansion_.reach(), pending, [&](PointId i) {
+      if (!looked_at.insert(i)) return;
+      bool beside = false;
+      map_.neighbours.for_each_within(i, expansion_.reach(), [&](PointId j) { beside |= from.contains(j); });
+      if (!beside) return;
+      if (const SurfaceId id = expansion_.surface_beside(i); id != 0) gained.push_back({i, id});
+    });
+    expansion_.gain(gained);
+    return gained;
+  }
+  /// Adds what is beside these, round after round, until none is left.
+  void complete(std::vector<Assignment>& cells, PendingNear& all) {
+    for (std::vector<Assignment> gained = beside(cells, all); !gained.empty(); gained = beside(gained, all))
+      append(gained, cells);
+  }
+  template <class Item>
+  static void append(const std::vector<Item>& some, std::vector<Item>& to) {
+    to.insert(to.end(), some.begin(), some.end());
+  }
+  PendingNear pending(PendingNear::Which which) const {
+    return {map_, blocks_, expansion_.gap() + 1, left_, which};
+  }
+
+  /// visit(PointId) for the pending points in boxes around the points in each block, `reach` voxels wider.
+  template <class Visit>
+  void for_each_near(std::span<const PointId> points, int reach, PendingNear& pending, Visit&& visit) {
+    for (const auto& [place, box] : blocks_.boxes(map_.window, points, reach))
+      for (const PointId i : pending.around(place))
+        if (expansion_.owner(i) == 0 && box.holds(occupancy::ints(map_.window[i].key))) visit(i);
+  }
+
+  /// Pieces of what is pending around these points.
+  std::vector<Assignment> across_gaps(std::vector<PointId> within) {
+    map_.window.put_in_order(within);
+    std::vector<Assignment> gained;
+    occupancy::PointSet looked_at;
+    for (const PointId seed : within) {
+      if (expansion_.owner(seed) != 0 || looked_at.contains(seed)) continue;
+      const SurfaceId id = expansion_.surface_across(seed, nearest_.at(seed));
+      if (id == 0) continue;
+      for (const PointId i : expansion_.piece_of(seed, id, looked_at)) gained.push_back({i, id});
+    }
+    expansion_.gain(gained);
+    return gained;
+  }
+
+  /// The pending points that fit the surface of a cell which is at most h away along its plane.
+  std::vector<PointId> within_gap(const std::vector<Assignment>& cells, PendingNear& pending) {
+    std::vector<std::tuple<SurfaceId, VoxelBlocks::Place, PointId>> in_order;
+    for (const auto& [cell, id] : cells) in_order.emplace_back(id, blocks_.of(map_.window[cell].key), cell);
+    std::sort(in_order.begin(), in_order.end());
+    std::vector<PointId> within, points;
+    std::vector<RimCell> of_block;
+    for (auto at = in_order.begin(); at != in_order.end();) {
+      const auto [id, place, first] = *at;
+      points.clear();
+      of_block.clear();
+      for (; at != in_order.end() && std::get<0>(*at) == id && std::get<1>(*at) == place; ++at) {
+        points.push_back(std::get<2>(*at));
+        of_block.push_back({id, model(id).cell_of(map_.window[points.back()].position)});
+      }
+      for_each_near(points, expansion_.gap() + 1, pending, [&](PointId i) {
+        if (expansion_.fits(of_block.front().surface, i) && comes_near(i, of_block)) within.push_back(i);
       });
     }
     return within;
   }
 
-  SurfaceId owner(PointId i) const {
-    const auto gained = gained_.find(i);
-    return gained == gained_.end() ? map_.window[i].surface : gained->second;
-  }
-
-  SurfaceId best_surface(PointId i) {
-    geometry::end_if_interrupted();
-    NeighbourLabels near;
-    map_.neighbours.for_each_within(i, reach_, [&](PointId j) {
-      const SurfaceId id = owner(j);
-      near.add(id != 0 && is_separated(i, j, id) ? clutter : id);
-    });
-    return near.best([&](SurfaceId id) { return planes_.log_ratio(id, i); });
-  }
-
-  /// A surface at an angle to that of `j` explains `j`, too, or passes between the two and has inliers there.
-  bool is_separated(PointId i, PointId j, SurfaceId id) {
-    const std::vector<SurfaceId>& ids = ids_near(j);
-    if (ids.size() < 2) return false;
-    const Plane& plane = map_.surfaces.find(id)->plane();
-    const Eigen::Vector3f a = map_.window[i].position, b = map_.window[j].position;
-    return std::any_of(ids.begin(), ids.end(), [&](SurfaceId other) {
-      const surfaces::SurfaceModel& wall = *map_.surfaces.find(other);
-      if (std::fabs(plane.normal.dot(wall.plane().normal)) >= Constants::cos_nearly_parallel) return false;
-      const double from = wall.distance(a), to = wall.distance(b);
-      const Eigen::Vector3f at =
-          from * to < 0 ? Eigen::Vector3f(a + static_cast<float>(from / (from - to)) * (b - a)) : b;
-      return wall.nearest(wall.cell_of(at), 1).has_value() &&
-             (from * to < 0 || planes_.log_ratio(other, j) > 0);
-    });
-  }
-
-  /// `reach`: voxels.
-  surfaces::SurfaceStore::Ids ids_within(int reach, PointId i) const {
-    return map_.surfaces.near(map_.first_voxel_of(map_.window[i].key), reach);
-  }
-  const std::vector<SurfaceId>& ids_near(PointId i) {
-    const auto [at, fresh] = ids_near_.try_emplace(i);
-    if (fresh) {
-      const surfaces::SurfaceStore::Ids ids = ids_within(1 << map_.level, i);
-      at.value().assign(ids.begin(), ids.end());
-    }
-    return at->second;
-  }
-
-  std::vector<PointId> pending_around(const std::vector<Assignment>& round) const {
-    std::vector<PointId> around;
-    for (const Assignment& assignment : round)
-      map_.neighbours.for_each_within(assignment.point, reach_, [&](PointId j) {
-        if (owner(j) == 0) around.push_back(j);
-      });
-    std::sort(around.begin(), around.end());
-    around.erase(std::unique(around.begin(), around.end()), around.end());
-    return around;
-  }
-
-  /// Neighbours assigned to the same surface.
-  geometry::DisjointSets connected(const std::vector<Assignment>& gained) const {
-    geometry::DisjointSets sets(gained.size());
-    tsl::robin_map<PointId, std::size_t> place;
-    for (std::size_t k = 0; k < gained.size(); ++k) place.emplace(gained[k].point, k);
-    for (std::size_t k = 0; k < gained.size(); ++k)
-      map_.neighbours.for_each_within(gained[k].point, reach_, [&](PointId j) {
-        if (const auto at = place.find(j);
-            at != place.end() && gained[at->second].surface == gained[k].surface)
-          sets.join(k, at->second);
-      });
-    return sets;
-  }
-
-  bool merges(SurfaceId id, const std::vector<PointId>& points) const {
-    if (points.size() < Constants::fewest_of_plane) return true;  // too few to contradict it
-    const Patch surface = planes_.patch(id);
-    Patch gain;
-    gain.origin = map_.window[points.front()].position.cast<double>();
-    gain.plane = surface.plane;
-    gain.pose_variance = surface.pose_variance;
-    gain.readings = gain.hits = static_cast<double>(points.size());
-    double pairs = 0;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const PointId i : points) {
-      const occupancy::VoxelPoint& p = map_.window[i];
-      const double cos_incidence = surface.plane.normal.dot(p.view.cast<double>());
-      gain.moments.add(p.position.cast<double>() - gain.origin,
-                       planes_.model().weight(p.range_class, cos_incidence));
-      gain.log_peaks += planes_.model().log_peak(p.range_class, cos_incidence);
-      map_.window.for_each_near(p.key, 1, [&](PointId j) {
-        if (map_.window[j].surface != id) return;
-        ++pairs;
-        sum += p.position.cast<double>();
-      });
-    }
-    gain.fit();
-    const Eigen::Vector3d at = pairs > 0 ? Eigen::Vector3d(sum / pairs) : gain.centroid();
-    return log_same(surface, gain, at) > 0;
+  /// Keeps the nearest of these cells of one surface, if it is nearer than the one before.
+  bool comes_near(PointId i, const std::vector<RimCell>& cells) {
+    const SurfaceId id = cells.front().surface;
+    const geometry::PlaneCell from = model(id).cell_of(map_.window[i].position);
+    const auto distance = [&](const RimCell& rim) {
+      const int u = rim.cell.u - from.u, v = rim.cell.v - from.v;
+      return std::pair(u * u + v * v, rim.cell.packed());
+    };
+    const RimCell nearest = *std::min_element(
+        cells.begin(), cells.end(), [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    if (distance(nearest).first > expansion_.plane_gap() * expansion_.plane_gap()) return false;
+    std::vector<RimCell>& known = nearest_[i];
+    const auto at =
+        std::find_if(known.begin(), known.end(), [&](const RimCell& r) { return r.surface == id; });
+    if (at == known.end())
+      known.push_back(nearest);
+    else if (distance(nearest) < distance(*at))
+      *at = nearest;
+    return true;
   }
 
   const surfaces::MapView& map_;
-  bool guarded_;
-  SurePlanes planes_;
-  int reach_;      // of neighbours
-  int gap_;        // of h
-  int plane_gap_;  // of h, cells of the planes
-  tsl::robin_map<PointId, SurfaceId> gained_;
-  tsl::robin_map<SurfaceId, tsl::robin_set<std::uint64_t, geometry::PackedKeyHash>> gained_cells_;
-  using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
+  Expansion expansion_;
+  mutable const surfaces::SurfaceModel* last_ = nullptr;
   VoxelBlocks blocks_{8};  // effort: voxels, as the octree's
-  tsl::robin_map<SurfaceId, Places> gained_blocks_;
-  tsl::robin_map<VoxelBlocks::Place, std::set<SurfaceId>, geometry::PackedKeyHash>
-      gained_near_;  // surfaces that gained points within h of a block
-  tsl::robin_map<PointId, std::vector<SurfaceId>> ids_near_;
+  occupancy::PointSet left_;
+  std::vector<Assignment> rims_, new_rims_;
+  tsl::robin_map<PointId, std::vector<RimCell>> nearest_;  // one cell of each surface within h
 };
 
 }  // namespace
@@ -369,7 +229,7 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
   return added;
 }
 
-std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left, Guards guards) {
+std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> fresh) {
   const surfaces::MapView& cells = map.cells.map();
   SurePlanes planes(map);
   std::vector<Assignment> gained;
@@ -380,16 +240,13 @@ std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const Poi
     for (const PointId j : cells.neighbours.of(cell)) agreeing += cells.window[j].surface == id ? 1 : -1;
     if (planes.log_ratio(id, voxel) + Constants::boundary_cost * agreeing > 0) gained.push_back({voxel, id});
   };
-  std::vector<PointId> pending;
-  for (const PointId cell : map.cells.of(left)) {
-    if (const SurfaceId id = cells.window[cell].surface; id == 0)
-      pending.push_back(cell);
-    else
-      map.cells.for_each_voxel(cell, [&](PointId voxel) { offer(voxel, cell, id); });
+  std::vector<PointId> pending, joined;
+  for (const PointId cell : map.cells.of(fresh)) {
+    const SurfaceId id = cells.window[cell].surface;
+    (id == 0 ? pending : joined).push_back(cell);
+    if (id != 0) map.cells.for_each_voxel(cell, [&](PointId voxel) { offer(voxel, cell, id); });
   }
-  Flood flood(cells, map.grid.resolution(), guards);
-  flood.run(std::move(pending));
-  for (const auto& [cell, id] : flood.accepted()) {
+  for (const auto& [cell, id] : RimWalk(cells, pending, joined).run()) {
     bool first = true;
     map.cells.for_each_voxel(cell, [&, at = cell, its = id](PointId voxel) {
       std::exchange(first, false) ? gained.push_back({voxel, its}) : offer(voxel, at, its);
@@ -402,17 +259,19 @@ std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const Poi
   return gained;
 }
 
-std::vector<PointId> touching(const surfaces::MapView& map, std::span<const Assignment> assignments) {
+std::vector<PointId> touching(const surfaces::MapView& map, std::span<const PointId> owned) {
   SurePlanes planes(map);
   const int gap = static_cast<int>(map.parameters.max_hole_size() / map.grid.resolution());
   std::map<std::pair<SurfaceId, SurfaceId>, bool> alike;
   std::vector<PointId> points;
-  for (const auto& [point, surface] : assignments) {
+  for (const PointId point : owned) {
     const occupancy::VoxelPoint& p = map.window[point];
-    const auto may_be_one = [&, own = surface](SurfaceId other) {
-      if (other == own || !(planes.log_ratio(other, point) > 0)) return false;
-      const auto [at, fresh] = alike.try_emplace(std::minmax(own, other), false);
-      if (fresh) at->second = log_same(planes.patch(own), planes.patch(other), p.position.cast<double>()) > 0;
+    if (p.surface == 0) continue;
+    const auto may_be_one = [&](SurfaceId other) {
+      if (other == p.surface || !(planes.log_ratio(other, point) > 0)) return false;
+      const auto [at, fresh] = alike.try_emplace(std::minmax(p.surface, other), false);
+      if (fresh)
+        at->second = log_same(planes.patch(p.surface), planes.patch(other), p.position.cast<double>()) > 0;
       return at->second;
     };
     const surfaces::SurfaceStore::Ids ids = map.surfaces.near(p.key, gap);

@@ -12,10 +12,12 @@ namespace octosurf::detection {
 /// surfaces in the blocks around each.
 std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<const PointId> fresh);
 
-/// Expands surfaces over their boundaries through the octree (paper, III-B2): pending points of `left` beside
-/// inliers are assigned to the surface that explains them best, then pending points beside those, until none
-/// is left. Beside: among their Neighbours, at most h away. Then pieces of pending points beyond a gap, with
-/// a boundary cell of the plane's hash at most h away along the plane, and what lies beside and beyond these.
+/// Expands surfaces over their boundaries through the octree (paper, III-B2), from rim cells to the pending
+/// points that have one of them as neighbour (Neighbours, at most h away), each of which joins the surface
+/// that explains it best; then from these, until none is left. Then to pieces of pending points across a gap,
+/// at most h away along the plane from such a cell, and from these again. `fresh`: points that came or joined
+/// a surface since the last expansion. Rims within h of the pending ones are walked to these; from the
+/// others, and from what is gained, to all that is pending: no other pair of the two is new.
 ///
 /// 1. A point must fit every plane within two standard deviations of the surface's.
 /// 2. Expansion does not cross a surface at an angle, nor a gap in which readings lie off the plane.
@@ -25,15 +27,11 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 ///    than two (log_same). The boundary prior is not used: it would favour anything in contact.
 /// 5. All points of a round are decided before any is assigned. Pieces beyond gaps are claimed one by one, in
 ///    the order of their keys; points of a piece that failed are not tried with other surfaces in that round.
-/// Cost: new points and their neighbours.
-///
-/// Without guards only the paper's rule is left: round by round a point joins the surface that explains it
-/// best of those with a boundary cell at most h away; tests compare it with a walk along the boundaries.
-enum class Guards { on, off };
-std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left,
-                               Guards guards = Guards::on);
+/// Cost: `fresh`, and the points within h of it and of what is gained.
+std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> fresh);
 
-/// The assigned points that another surface within h also explains: the two may be one.
-std::vector<PointId> touching(const surfaces::MapView& map, std::span<const Assignment> assignments);
+/// Those of these points, but the pending ones, that another surface within h also explains: the two may be
+/// one.
+std::vector<PointId> touching(const surfaces::MapView& map, std::span<const PointId> owned);
 
 }  // namespace octosurf::detection

@@ -6,11 +6,10 @@
 #include "detection/seed_patches.hpp"
 #include "detection/segment.hpp"
 #include "detection/tiles.hpp"
-#include "detection/voxel_blocks.hpp"
 #include "detection/waiting.hpp"
 
 #include <algorithm>
-#include <tsl/robin_set.h>
+#include <stdexcept>
 #include <utility>
 
 namespace octosurf::detection {
@@ -106,103 +105,64 @@ Proposal proposal_of(const MapView& map, const Readings& readings, const Segment
   return proposal;
 }
 
-std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceModel& surface) {
-  std::vector<Assignment> inliers;
+std::vector<PointId> inliers_of(const MapView& map, const surfaces::SurfaceModel& surface) {
+  std::vector<PointId> inliers;
   for (const surfaces::Inlier& inlier : surface.sorted_inliers())
-    inliers.push_back({map.window.find(inlier.key), surface.id()});
+    inliers.push_back(map.window.find(inlier.key));
   return inliers;
-}
-
-using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
-
-/// The initial segmentation with seed patches of `candidates`, cells, those that are mostly of pending
-/// points: others are parts of the surfaces that expanded there. In the blocks of the seed patches no
-/// candidate has a label besides theirs.
-Segmentation with_seed_patches_of(const MapView& map, const Readings& readings, const VoxelBlocks& blocks,
-                                  std::span<const PointId> candidates, int trials) {
-  constexpr Label not_searched = 1;
-  Segmentation seed_patches;
-  seed_patches.labels.assign(readings.size_with_context(), not_searched);
-  seed_patches.patches.resize(2);
-  for (const PointId i : candidates) seed_patches.labels[readings.find(i)] = clutter;
-  seed_patches = with_seed_patches(readings, std::move(seed_patches), trials);
-  std::vector<int> majority(seed_patches.patches.size(), 0);  // pending readings less others
-  for (Readings::Index i = 0; i < readings.size(); ++i)
-    majority[seed_patches.labels[i]] += readings[i].surface == 0 ? 1 : -1;
-  const auto is_new = [&](Label label) { return label > not_searched && majority[label] > 0; };
-  Places with_new;
-  for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (is_new(seed_patches.labels[i])) with_new.insert(blocks.of(readings[i].key));
-  std::vector<PointId> unlabelled;
-  for (const PointId i : candidates)
-    if (map.window[i].surface != 0 && with_new.contains(blocks.of(map.window[i].key)))
-      unlabelled.push_back(i);
-  Segmentation known = known_about(readings, map.surfaces, {}, unlabelled);
-  std::vector<Label> into(seed_patches.patches.size(), clutter);
-  for (Label label = not_searched + 1; label < into.size(); ++label) {
-    if (!is_new(label)) continue;
-    into[label] = static_cast<Label>(known.patches.size());
-    known.patches.push_back(seed_patches.patches[label]);
-  }
-  for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (into[seed_patches.labels[i]] != clutter) known.labels[i] = into[seed_patches.labels[i]];
-  return known;
 }
 
 }  // namespace
 
 SegmentLimits LikelihoodDetector::limits_in_cells(const MapView& map) const {
   SegmentLimits limits = limits_of(map.cells.map().parameters);
-  limits.see_through = departures_.see_through;
+  limits.see_through = see_through_;
   return limits;
 }
 
 Proposal LikelihoodDetector::segmented(const MapView& map, const Readings& readings,
                                        Segmentation known) const {
-  return proposal_of(map, readings, detection::segment(readings, limits_in_cells(map), std::move(known)));
+  return proposal_of(
+      map, readings,
+      detection::segment(readings, limits_in_cells(map), with_seed_patches(readings, std::move(known))));
 }
 
 Proposal LikelihoodDetector::segment_all(const MapView& map) const {
   const Readings readings(map);
   Segmentation nothing;
   nothing.labels.assign(readings.size_with_context(), clutter);
-  Proposal proposal = segmented(
-      map, readings, with_seed_patches(readings, std::move(nothing), departures_.ransac_iterations));
+  Proposal proposal = segmented(map, readings, std::move(nothing));
   proposal.unprocessed.clear();
   return proposal;
 }
 
-std::optional<Proposal> LikelihoodDetector::segment_points(const MapView& map,
-                                                           std::span<const PointId> points,
-                                                           std::span<const Assignment> expanded) const {
-  const MapView& cells = map.cells.map();
-  std::vector<PointId> candidates = map.cells.of(points);
-  const VoxelBlocks blocks(seed_patch_edge(cells.grid.resolution()));
-  Places with_due;
-  for (const PointId i : candidates) with_due.insert(blocks.of(cells.window[i].key));
-  std::vector<PointId> beside;
-  std::vector<Assignment> elsewhere;
-  for (const Assignment& assignment : departures_.takes_back ? expanded : std::span<const Assignment>())
-    if (with_due.contains(blocks.of(cells.cell_of(map.window[assignment.point].key))))
-      beside.push_back(assignment.point);
-    else
-      elsewhere.push_back(assignment);
-  for (const PointId i : map.cells.of(beside)) candidates.push_back(i);
-  const Neighbourhood around = neighbourhood_of(map, candidates, map.cells.of(touching(map, elsewhere)));
-  if (around.points.empty()) return {};
-  const Readings readings(map, around);
-  return segmented(map, readings,
-                   with_seed_patches_of(cells, readings, blocks, candidates, departures_.ransac_iterations));
+std::optional<Proposal> LikelihoodDetector::segment_leftovers(const MapView& map,
+                                                              std::span<const PointId> points) const {
+  if (points.empty()) return {};
+  const Readings readings(map, neighbourhood_of(map, map.cells.of(points)));
+  for (Readings::Index i = 0; i < readings.size(); ++i)
+    if (readings[i].surface != 0) throw std::logic_error("detection: a reading of a surface is no leftover");
+  Proposal proposal = segmented(map, readings, known_about(readings, map.surfaces, {}));
+  // Some voxels of a pending cell may belong to a surface, and surfaces of which a few readings are here are
+  // not judged by these.
+  std::erase_if(proposal.points, [&](const auto& labelled) { return !map.is_pending(labelled.point); });
+  std::erase_if(proposal.rest, [](const auto& rest) { return rest.label == clutter; });
+  return proposal;
 }
 
-std::optional<Proposal> LikelihoodDetector::segment_surfaces(const MapView& map,
-                                                             std::span<const SurfaceId> surfaces) const {
+std::optional<Proposal> LikelihoodDetector::revise(const MapView& map, std::span<const SurfaceId> surfaces,
+                                                   std::span<const PointId> gained) const {
   const sensing::ReadingModel model(map.noise, map.grid.resolution());
   const std::size_t largest = largest_looked_at_whole << 2 * map.cells.map().level;
   std::vector<SurfaceId> anew;
-  std::vector<PointId> unlabelled, looked_at;
+  std::vector<PointId> unlabelled, looked_at = touching(map, gained);
   for (const SurfaceId id : surfaces) {
     const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
+    if (!surface.size_has_changed()) {
+      const std::vector<PointId> its = inliers_of(map, surface);
+      looked_at.insert(looked_at.end(), its.begin(), its.end());
+      continue;
+    }
     std::vector<PointId> disagree;
     if (surface.size() > largest)
       for (const VoxelKey key : where_tiles_disagree(surface, model))
@@ -216,13 +176,10 @@ std::optional<Proposal> LikelihoodDetector::segment_surfaces(const MapView& map,
     looked_at.insert(looked_at.end(), beside_its_like.begin(), beside_its_like.end());
   }
   looked_at.insert(looked_at.end(), unlabelled.begin(), unlabelled.end());
-  const Neighbourhood around = neighbourhood_of(map, anew, map.cells.of(looked_at));
+  const Neighbourhood around = neighbourhood_of(map, map.cells.of(looked_at), anew);
   if (around.points.empty()) return {};
   const Readings readings(map, around);
-  return segmented(
-      map, readings,
-      with_seed_patches(readings, known_about(readings, map.surfaces, anew, map.cells.of(unlabelled)),
-                        departures_.ransac_iterations));
+  return segmented(map, readings, known_about(readings, map.surfaces, anew, map.cells.of(unlabelled)));
 }
 
 std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
@@ -230,8 +187,8 @@ std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
   return detection::add_inliers(map, fresh);
 }
 
-std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> left) const {
-  return detection::expand(map, left, departures_.guards ? Guards::on : Guards::off);
+std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> fresh) const {
+  return detection::expand(map, fresh);
 }
 
 Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
@@ -241,13 +198,12 @@ Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& qu
 
 std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Part& part) const {
   if (part.all) return segment_all(map);
-  return part.surfaces.empty() ? segment_points(map, part.points, part.expanded)
-                               : segment_surfaces(map, part.surfaces);
+  return part.points.empty() ? revise(map, part.surfaces, part.gained) : segment_leftovers(map, part.points);
 }
 
 std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
                                                                   std::span<const PointId> pending) const {
-  const Readings readings(map, neighbourhood_of(map, map.cells.of(pending), {}));
+  const Readings readings(map, neighbourhood_of(map, map.cells.of(pending)));
   std::vector<Refused> refused;
   const Segmentation found =
       detection::segment(readings, limits_in_cells(map),

@@ -93,8 +93,7 @@ class Surroundings {
 class Collector {
  public:
   explicit Collector(const surfaces::MapView& voxels)
-      : voxels_(voxels.window),
-        map_(voxels.cells.map()),
+      : map_(voxels.cells.map()),
         blocks_(seed_patch_edge(map_.grid.resolution())),
         gap_(static_cast<int>(std::ceil(map_.parameters.max_hole_size() / map_.grid.resolution() - 1e-9))),
         cubes_(std::max(1, gap_ / 4)) {}
@@ -104,27 +103,6 @@ class Collector {
   }
   void add_surface(const SurfaceModel& surface) {
     surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_point(map_.find(inlier.key)); });
-  }
-
-  /// Adds surfaces with most of their inliers in these blocks.
-  void add_surfaces_mostly_in(const std::vector<VoxelBlocks::Place>& places) {
-    std::map<SurfaceId, std::size_t> inliers;
-    for (const VoxelBlocks::Place place : places)
-      blocks_.for_each_point(map_.window, place, [&](PointId i) {
-        map_.cells.for_each_voxel(i, [&](PointId voxel) {
-          if (const SurfaceId id = voxels_[voxel].surface; id != 0) ++inliers[id];
-        });
-      });
-    for (const auto& [id, count] : inliers)
-      if (const SurfaceModel& surface = *map_.surfaces.find(id);
-          static_cast<double>(count) >= Constants::share_for_whole * static_cast<double>(surface.size()))
-        add_surface(surface);
-  }
-
-  std::vector<VoxelBlocks::Place> blocks_of(std::span<const PointId> points) const {
-    std::vector<VoxelBlocks::Place> places;
-    for (const PointId i : points) places.push_back(blocks_.of(map_.window[i].key));
-    return blocks_.widened(std::move(places), 0);
   }
 
   /// Adds pending points within h as candidates; boundaries and neighbours become context.
@@ -154,19 +132,8 @@ class Collector {
   /// By block, the boxes widened by h around the points in nearby blocks.
   std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> boxes_within_gap(
       const std::vector<PointId>& points) const {
-    constexpr occupancy::KeyBox empty{{geometry::VoxelGrid::last, geometry::VoxelGrid::last, geometry::VoxelGrid::last},
-                                      {0, 0, 0}};
-    std::map<VoxelBlocks::Place, occupancy::KeyBox> boxes;
-    for (const PointId point : points) {
-      const occupancy::Key3 key = occupancy::ints(map_.window[point].key);
-      occupancy::KeyBox& box = boxes.try_emplace(blocks_.of(map_.window[point].key), empty).first->second;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        box.low[axis] = std::min(box.low[axis], key[axis] - gap_);
-        box.high[axis] = std::max(box.high[axis], key[axis] + gap_);
-      }
-    }
     std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> near;
-    for (const auto& [place, box] : boxes)
+    for (const auto& [place, box] : blocks_.boxes(map_.window, points, gap_))
       for (const VoxelBlocks::Place beside : blocks_.widened({place}, gap_)) near[beside].push_back(box);
     return near;
   }
@@ -200,7 +167,6 @@ class Collector {
     if (taken_.insert(i)) (map_.window[i].surface == 0 ? around_.may_join : around_.context).push_back(i);
   }
 
-  const occupancy::PointWindow& voxels_;
   const surfaces::MapView& map_;  // of cells
   VoxelBlocks blocks_;
   int gap_;  // voxels
@@ -213,19 +179,10 @@ class Collector {
 
 }  // namespace
 
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> due,
-                               std::span<const PointId> touching) {
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> points,
+                               std::span<const SurfaceId> surfaces) {
   Collector collector(map);
-  for (const auto points : {due, touching})
-    for (const PointId i : points) collector.add_point(i);
-  collector.add_surfaces_mostly_in(collector.blocks_of(due));
-  return std::move(collector).with_surroundings();
-}
-
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces,
-                               std::span<const PointId> inliers) {
-  Collector collector(map);
-  for (const PointId i : inliers) collector.add_point(i);
+  for (const PointId i : points) collector.add_point(i);
   for (const SurfaceId id : surfaces) collector.add_surface(*map.surfaces.find(id));
   return std::move(collector).with_surroundings();
 }

@@ -8,15 +8,11 @@
 
 namespace octosurf::detection {
 
-/// The cells to label around `due`, pending cells: these, `touching` cells of inliers, and all of
-/// surfaces with half of their inliers in the same blocks of seed patches as `due`. Pending cells within h of
-/// these are candidates; context are cells of inliers beside all that, on the last part of its rays, and at
-/// boundaries within h. Cost is proportional to the input.
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> due,
-                               std::span<const PointId> touching);
-/// The same around all cells of some surfaces, and selected cells of others.
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces,
-                               std::span<const PointId> inliers = {});
+/// The cells to label: `points`, cells, and all of `surfaces`. Pending cells within h of these are
+/// candidates; context are cells of inliers beside all that, on the last part of its rays, and at boundaries
+/// within h. Cost is proportional to the input.
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> points,
+                               std::span<const SurfaceId> surfaces = {});
 
 /// The initial segmentation of readings: the labels of their surfaces, except those of `forgotten`, and the
 /// sums of these surfaces' other inliers, including context. Inliers outside are weighted like those of their

@@ -19,8 +19,8 @@ constexpr std::size_t scored = 200;  // maximum number of readings that score a 
 /// by a count of inliers within s (as MLESAC, Torr and Zisserman 2000), and the best is refitted.
 class Ransac {
  public:
-  Ransac(const Readings& readings, std::vector<Index> indices, std::uint64_t seed, int trials)
-      : readings_(readings), left_(std::move(indices)), random_(seed), trials_(trials) {}
+  Ransac(const Readings& readings, std::vector<Index> indices, std::uint64_t seed)
+      : readings_(readings), left_(std::move(indices)), random_(seed) {}
 
   struct FittedPlane {
     Patch patch;
@@ -57,11 +57,25 @@ class Ransac {
     return its;
   }
 
-  double score(const Plane& plane) const {
+  struct Score {
+    double gain = 0;  // nats
+    double share = 0;
+  };
+  Score score(const Plane& plane) const {
     const std::size_t step = 1 + left_.size() / scored;
-    double sum = 0;
-    for (std::size_t k = 0; k < left_.size(); k += step) sum += readings_.gain(left_[k], plane);
-    return sum;
+    Score score;
+    std::size_t belonging = 0, all = 0;
+    for (std::size_t k = 0; k < left_.size(); k += step, ++all) {
+      const double gain = readings_.gain(left_[k], plane);
+      score.gain += gain;
+      belonging += gain > 0;
+    }
+    score.share = static_cast<double>(belonging) / static_cast<double>(all);
+    return score;
+  }
+  static double trials_for(double share) {
+    const double missed = 1 - share * share * share;  // by one trial
+    return missed > 0 ? std::log(1 - seed_patch_certainty) / std::log(missed) : 0;
   }
 
   /// Orients the normal toward the majority of the readings' sensors.
@@ -90,12 +104,12 @@ class Ransac {
 
   Plane best_plane() {
     Plane best = least_squares();
-    double most = score(best);
-    for (int k = 0; k < trials_; ++k) {
+    Score most = score(best);
+    for (int k = 0; k < seed_patch_trials && k < trials_for(most.share); ++k) {
       const std::optional<Plane> plane = through_three();
       if (!plane) continue;
-      const double of_plane = score(*plane);
-      if (of_plane <= most) continue;
+      const Score of_plane = score(*plane);
+      if (of_plane.gain <= most.gain) continue;
       most = of_plane;
       best = *plane;
     }
@@ -105,7 +119,6 @@ class Ransac {
   const Readings& readings_;
   std::vector<Index> left_;  // ascending
   std::mt19937_64 random_;   // seeded by the block, so that the order of blocks does not matter
-  int trials_;
 };
 
 /// Readings without a label that may seed a plane, by block.
@@ -127,12 +140,12 @@ int seed_patch_edge(double resolution) {
   return std::max(4, static_cast<int>(std::lround(Constants::smallest_edge / resolution)));
 }
 
-Segmentation with_seed_patches(const Readings& readings, Segmentation segmentation, int trials) {
+Segmentation with_seed_patches(const Readings& readings, Segmentation segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
   for (int level = 0; level < seed_patch_levels; ++level) {
     const int edge = seed_patch_edge(readings.resolution()) << level;
     for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
-      Ransac ransac(readings, std::move(indices), place, trials);
+      Ransac ransac(readings, std::move(indices), place);
       while (const std::optional<Ransac::FittedPlane> found = ransac.next()) {
         for (const Index i : found->indices) segmentation.labels[i] = static_cast<Label>(patches.size());
         patches.push_back(found->patch);

@@ -27,4 +27,23 @@ std::vector<VoxelBlocks::Place> VoxelBlocks::widened(std::vector<Place> places, 
   return places;
 }
 
+std::map<VoxelBlocks::Place, occupancy::KeyBox> VoxelBlocks::boxes(const occupancy::PointWindow& window,
+                                                                   std::span<const PointId> points,
+                                                                   int voxels) const {
+  std::map<Place, occupancy::KeyBox> boxes;
+  auto last = boxes.end();  // points of a block mostly follow each other
+  for (const PointId point : points) {
+    const geometry::VoxelKey voxel = window[point].key;
+    const occupancy::Key3 key = occupancy::ints(voxel);
+    if (last == boxes.end() || last->first != of(voxel))
+      last = boxes.try_emplace(of(voxel), occupancy::KeyBox{key, key}).first;
+    occupancy::KeyBox& box = last->second;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.low[axis] = std::min(box.low[axis], std::max(0, key[axis] - voxels));
+      box.high[axis] = std::max(box.high[axis], std::min(geometry::VoxelGrid::last, key[axis] + voxels));
+    }
+  }
+  return boxes;
+}
+
 }  // namespace octosurf::detection

@@ -1,9 +1,12 @@
 #pragma once
 
+#include "occupancy/key_box.hpp"
 #include "occupancy/point_window.hpp"
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
+#include <span>
 #include <vector>
 
 namespace octosurf::detection {
@@ -45,6 +48,9 @@ class VoxelBlocks {
 
   /// The blocks up to `voxels` voxels from one of `places`, themselves included, each once; in order.
   std::vector<Place> widened(std::vector<Place> places, int voxels) const;
+  /// The box around the points in each block, with so many voxels more on each side.
+  std::map<Place, occupancy::KeyBox> boxes(const occupancy::PointWindow& window,
+                                           std::span<const PointId> points, int voxels) const;
 
  private:
   geometry::VoxelKey part(geometry::VoxelKey key) const {

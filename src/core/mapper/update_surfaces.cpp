@@ -39,7 +39,7 @@ class SurfaceUpdate {
   }
 
   /// Algorithm 1, second loop: known surfaces grow over their boundaries.
-  void expand() { expand_into(ledger_.pending(fresh_)); }
+  void expand() { expand_from(fresh_); }
 
   /// Algorithm 2: the rest accumulates until enough of it is new in some place; new surfaces expand, too.
   void detect(std::optional<std::uint64_t> turn) {
@@ -48,38 +48,34 @@ class SurfaceUpdate {
     ledger_.queue() = std::move(due.left);
     report_.waiting = due.waiting;
     segmented_ = std::move(due.points);
-    revised_ = gained_.size();
-    found_ = time_(Stage::detect,
-                   [&] { return detector_.segment(ledger_, {.points = segmented_, .expanded = gained_}); });
+    if (!segmented_.empty())
+      found_ = time_(Stage::detect, [&] { return detector_.segment(ledger_, {.points = segmented_}); });
+    std::vector<PointId> explained;
     if (found_) {
-      const std::vector<PointId> explained = newly_explained(*found_);
-      time_(Stage::detect, [&] { apply(*found_); });
-      if (detector_.traits.refits) time_(Stage::expand, [&] { expand_into(pending_beside(explained)); });
-      for (const PointId i : explained) report_.detected += is_in_old(i);
+      explained = time_(Stage::detect, [&] { return apply(*found_); });
+      if (detector_.traits.refits) time_(Stage::expand, [&] { expand_from(explained); });
     }
-    for (const Assignment& assignment : gained_) report_.expanded += is_in_old(assignment.point);
+    for (const PointId i : explained) report_.detected += is_in_old(i);
+    for (const PointId i : gained_) report_.expanded += is_in_old(i);
+    gained_.insert(gained_.end(), explained.begin(), explained.end());
   }
 
-  /// Segments surfaces again whose size has changed, and points that expanded since detection where they
-  /// touch others that may be the same plane. Refits the planes of those that have grown since their last
+  /// What is left of taking back: surfaces whose evidence has changed are segmented again: those whose size
+  /// has, new ones, which leftovers alone have decided, and those that gained points which another surface
+  /// explains, too, as one plane with theirs. Refits the planes of those that have grown since their last
   /// fit, and of those that lost points or were seen better, with an unchanged neighbourhood.
   void revise() {
     std::vector<SurfaceId> changed;
     for (const SurfaceId id : ledger_.changes.touched())
-      if (ledger_.find(id)->size_has_changed()) changed.push_back(id);
-    const std::optional<Proposal> found = detector_.segment(ledger_, {.surfaces = changed});
-    for (const SurfaceId id : changed) ledger_.find(id)->set_checked();
+      if (ledger_.changes.born.contains(id) || ledger_.find(id)->size_has_changed()) changed.push_back(id);
+    const std::optional<Proposal> found =
+        detector_.segment(ledger_, {.surfaces = changed, .gained = gained_});
+    for (const SurfaceId id : changed)
+      if (ledger_.find(id)->size_has_changed()) ledger_.find(id)->set_checked();
     if (found) {
-      const std::vector<PointId> explained = newly_explained(*found);
-      apply(*found);
-      expand_into(pending_beside(explained));
+      expand_from(apply(*found));
       curved_ = found->curved;
     }
-    std::vector<Assignment> since;
-    for (const Assignment& assignment : std::span(gained_).subspan(revised_))
-      if (const SurfaceId now = ledger_.window[assignment.point].surface; now != 0)
-        since.push_back({assignment.point, now});
-    if (const auto met = detector_.segment(ledger_, {.expanded = since})) apply(*met);
     if (detector_.traits.refits) refit();
   }
 
@@ -110,19 +106,24 @@ class SurfaceUpdate {
   }
 
  private:
-  void apply(const Proposal& found) {
+  /// The points that have a surface now, and had none.
+  std::vector<PointId> apply(const Proposal& found) {
+    std::vector<PointId> explained;
+    for (const auto& [point, label] : found.points)
+      if (label != 0 && ledger_.window[point].surface == 0) explained.push_back(point);
     ledger_.apply(found, Ledger::Planes::touched, detector_.traits.refits);
+    return explained;
   }
 
-  void expand_into(std::span<const PointId> pending) {
-    const std::vector<Assignment> more = detector_.expand(ledger_, pending);
+  void expand_from(std::span<const PointId> points) {
+    const std::vector<Assignment> more = detector_.expand(ledger_, points);
     ledger_.apply(more);
-    gained_.insert(gained_.end(), more.begin(), more.end());
+    for (const Assignment& assignment : more) gained_.push_back(assignment.point);
   }
 
   void refit() {
     std::set<SurfaceId> grown;
-    for (const Assignment& assignment : gained_) grown.insert(assignment.surface);
+    for (const PointId i : gained_) grown.insert(ledger_.window[i].surface);
     for (const SurfaceId id : ledger_.changes.touched())
       if (!ledger_.changes.refitted.contains(id) || grown.contains(id)) ledger_.fit(*ledger_.find(id));
   }
@@ -132,23 +133,6 @@ class SurfaceUpdate {
     for (const PointId i : ledger_.pending(points)) queue.push_back(ledger_.window[i].key);
     std::sort(queue.begin(), queue.end());
     queue.erase(std::unique(queue.begin(), queue.end()), queue.end());
-  }
-
-  std::vector<PointId> newly_explained(const Proposal& proposal) const {
-    std::vector<PointId> points;
-    for (const auto& [point, label] : proposal.points)
-      if (label != 0 && ledger_.window[point].surface == 0) points.push_back(point);
-    return points;
-  }
-
-  std::vector<PointId> pending_beside(std::span<const PointId> points) const {
-    std::vector<PointId> beside;
-    for (const PointId point : points)
-      ledger_.window.for_each_near(ledger_.window[point].key, 1, [&](PointId i) {
-        if (ledger_.window[i].surface == 0) beside.push_back(i);
-      });
-    ledger_.window.put_in_order(beside);
-    return beside;
   }
 
   /// Of a surface that the change has not created.
@@ -163,8 +147,7 @@ class SurfaceUpdate {
   Stopwatch time_;
   SurfaceId first_new_ = ledger_.surfaces.next_id();
   std::vector<PointId> fresh_ = ledger_.take_unprocessed(), segmented_;
-  std::vector<Assignment> gained_;  // by expansion
-  std::size_t revised_ = 0;         // number of `gained_` that detection has seen
+  std::vector<PointId> gained_;  // by surfaces
   std::optional<Proposal> found_;
   cylinders::Patches curved_;
 };

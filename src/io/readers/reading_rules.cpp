@@ -3,7 +3,6 @@
 #include "io/text_file.hpp"
 #include "sensing/downsample.hpp"
 
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,83 @@
+#pragma once
+
+#include "detection/detector.hpp"
+#include "detection/sure_plane.hpp"
+#include "geometry/disjoint_sets.hpp"
+
+#include <tsl/robin_map.h>
+#include <vector>
+
+namespace octosurf::detection {
+
+/// Surfaces' planes with covariance, each computed once.
+class SurePlanes {
+ public:
+  explicit SurePlanes(const surfaces::MapView& map) : map_(map), model_(map.noise, map.grid.resolution()) {}
+
+  const sensing::ReadingModel& model() const { return model_; }
+  Patch patch(SurfaceId id) const { return patch_of(*map_.surfaces.find(id), model_); }
+  double log_ratio(SurfaceId id, PointId i) {
+    auto at = planes_.find(id);
+    if (at == planes_.end()) at = planes_.emplace(id, SurePlane(patch(id), model_)).first;
+    return at->second.log_ratio(map_.window[i]);
+  }
+
+ private:
+  const surfaces::MapView& map_;
+  sensing::ReadingModel model_;
+  tsl::robin_map<SurfaceId, SurePlane> planes_;
+};
+
+/// A cell of a surface's plane within h of a pending point.
+struct RimCell {
+  SurfaceId surface;
+  geometry::PlaneCell cell;
+};
+
+/// What surfaces have gained in an expansion so far, and the rules of expand() by which they gain. It does
+/// not search: expand() walks from rims, its slow twin in the tests looks at everything.
+class Expansion {
+ public:
+  explicit Expansion(const surfaces::MapView& cells);
+
+  const surfaces::MapView& map() const { return map_; }
+  int reach() const { return reach_; }          ///< voxels, of neighbours
+  int gap() const { return gap_; }              ///< voxels, of h
+  int plane_gap() const { return plane_gap_; }  ///< cells of planes, of h
+
+  SurfaceId owner(PointId i) const {
+    if (map_.window[i].surface != 0) return map_.window[i].surface;
+    const auto gained = gained_.find(i);
+    return gained == gained_.end() ? 0 : gained->second;
+  }
+  void gain(const std::vector<Assignment>& some) {
+    for (const auto& [i, id] : some) gained_.emplace(i, id);
+  }
+  bool fits(SurfaceId id, PointId i) { return planes_.log_ratio(id, i) > 0; }
+
+  /// The surface that explains a pending point best, of those that own its neighbours; 0: none.
+  SurfaceId surface_beside(PointId i);
+  /// The same of those that end beyond a gap: `nearest` has one cell for each.
+  SurfaceId surface_across(PointId i, const std::vector<RimCell>& nearest);
+  /// Connected pending points around `seed` that fit the surface, if there are enough to contradict it, and
+  /// most of the points that they touch fit, too: else they are where another plane passes.
+  std::vector<PointId> piece_of(PointId seed, SurfaceId id, occupancy::PointSet& looked_at);
+  /// In key order, so that sums are rounded the same; without pieces that are not one plane with their
+  /// surface.
+  std::vector<Assignment> accepted() const;
+
+ private:
+  bool is_separated(PointId i, PointId j, SurfaceId id);
+  bool is_open(const surfaces::SurfaceModel& surface, PointId i, const Eigen::Vector3f& boundary) const;
+  const std::vector<SurfaceId>& ids_near(PointId i);
+  geometry::DisjointSets connected(const std::vector<Assignment>& gained) const;
+  bool merges(SurfaceId id, const std::vector<PointId>& points) const;
+
+  const surfaces::MapView& map_;
+  SurePlanes planes_;
+  int reach_, gap_, plane_gap_;
+  tsl::robin_map<PointId, SurfaceId> gained_;
+  tsl::robin_map<PointId, std::vector<SurfaceId>> ids_near_;
+};
+
+}  // namespace octosurf::detection
