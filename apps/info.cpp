@@ -20,7 +20,6 @@
 #include <numbers>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>

@@ -1,7 +1,6 @@
 #include "last_line.hpp"
 
 #include <cstdarg>
-#include <cstdio>
 #include <cstring>
 #include <new>
 

@@ -4,7 +4,6 @@
 #include "parameter_options.hpp"
 #include "scan_feed.hpp"
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

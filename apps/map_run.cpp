@@ -12,7 +12,6 @@
 #include <iterator>
 #include <new>
 #include <ranges>
-#include <string>
 #include <utility>
 
 #include <octosurf/error.hpp>

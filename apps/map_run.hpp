@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include <octosurf/mapper.hpp>
 #include <octosurf/scan_source.hpp>

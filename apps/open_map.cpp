@@ -5,7 +5,6 @@
 #include "output_files.hpp"
 
 #include <cstdio>
-#include <utility>
 
 namespace octosurf {
 namespace {

@@ -5,7 +5,6 @@
 
 #include <concepts>
 #include <functional>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>

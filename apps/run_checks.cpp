@@ -1,7 +1,6 @@
 #include "run_observers.hpp"
 #include "run_warnings.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string>

@@ -6,7 +6,6 @@
 #include "planning/questions.hpp"
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>

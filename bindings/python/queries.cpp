@@ -1,7 +1,6 @@
 // octosurf/planning.hpp and queries.hpp in Python.
 #include "map_holder.hpp"
 
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <numbers>

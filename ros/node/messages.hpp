@@ -4,7 +4,6 @@
 #include "planning/questions.hpp"
 
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 

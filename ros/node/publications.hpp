@@ -6,7 +6,6 @@
 #include "node_options.hpp"
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <functional>

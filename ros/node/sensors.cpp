@@ -3,7 +3,6 @@
 #include "io/readers/pose_file.hpp"
 #include "io/readers/reading_rules.hpp"
 
-#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <utility>

@@ -1,7 +1,6 @@
 #include "footsteps/refusals.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <string>
 

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <functional>
-#include <utility>
 #include <vector>
 
 #include <octosurf/footsteps.hpp>

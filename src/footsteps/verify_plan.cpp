@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 #include <string>
 #include <utility>
 

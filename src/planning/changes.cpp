@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <utility>
 
 #include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>

@@ -5,7 +5,6 @@
 #include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
 
-#include <algorithm>
 #include <string>
 #include <utility>
 

@@ -4,7 +4,6 @@
 #include "planning/rings.hpp"
 
 #include <algorithm>
-#include <string>
 
 #include <octosurf/error.hpp>
 #include <octosurf/up.hpp>

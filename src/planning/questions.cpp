@@ -1,8 +1,6 @@
 #include "planning/questions.hpp"
 
 #include <charconv>
-#include <cmath>
-#include <variant>
 
 #include <octosurf/error.hpp>
 

@@ -12,7 +12,6 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 #include <pcl/segmentation/planar_region.h>
-#include <string>
 #include <vector>
 
 #include <octosurf/error.hpp>

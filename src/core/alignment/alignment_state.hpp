@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <type_traits>

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 

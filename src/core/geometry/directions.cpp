@@ -1,7 +1,5 @@
 #include "geometry/directions.hpp"
 
-#include <cmath>
-
 #include <octosurf/error.hpp>
 
 namespace octosurf::geometry {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <bit>
-#include <cstdint>
 #include <cstring>
 
 namespace octosurf::geometry {
@@ -16,15 +15,9 @@ inline Lanes load_lanes(const float* four) {
   std::memcpy(&lanes, four, sizeof lanes);
   return lanes;
 }
-inline void store_lanes(Lanes lanes, float* four) { std::memcpy(four, &lanes, sizeof lanes); }
 /// The values where the mask is set, 0 elsewhere.
 inline Lanes where(LaneMask mask, Lanes values) {
   return std::bit_cast<Lanes>(mask & std::bit_cast<LaneMask>(values));
-}
-inline LaneMask load_mask(const void* four) {
-  LaneMask mask;
-  std::memcpy(&mask, four, sizeof mask);
-  return mask;
 }
 /// All four are set.
 inline bool all(LaneMask mask) {

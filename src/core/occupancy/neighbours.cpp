@@ -5,7 +5,7 @@
 
 namespace octosurf::occupancy {
 
-const Neighbours::Found& Neighbours::search(PointId i) const {
+Neighbours::Found Neighbours::search(PointId i) const {
   const geometry::VoxelKey key = window_[i].key;
   int reach = 1;
   while (reach < farthest_ && window_.count_near(key, reach) <= enough) ++reach;
@@ -17,7 +17,7 @@ const Neighbours::Found& Neighbours::search(PointId i) const {
   window_.for_each_near(key, reach, [&](PointId j) {
     if (j != i) points.push_back(j);
   });
-  found_.grow_to(window_.size());
+  if (found_.size() < window_.size()) found_.resize(window_.size());
   return found_[index_of(i)] = {std::span<const PointId>(points).subspan(first), reach};
 }
 

@@ -28,7 +28,7 @@ class Neighbours {
   /// visit(PointId) for those at most `reach` voxels away along each axis.
   template <class Visit>
   void for_each_within(PointId i, int reach, Visit&& visit) const {
-    const Found& near = found(i);
+    const Found near = found(i);
     for (const PointId j : near.points)
       if (near.reach <= reach || distance(i, j) <= reach) visit(j);
   }
@@ -40,16 +40,16 @@ class Neighbours {
     std::span<const PointId> points;
     int reach = 0;  // voxels; 0: not searched yet
   };
-  const Found& found(PointId i) const {
+  Found found(PointId i) const {
     if (index_of(i) < found_.size() && found_[index_of(i)].reach > 0) return found_[index_of(i)];
     return search(i);
   }
-  const Found& search(PointId i) const;
+  Found search(PointId i) const;
   int distance(PointId i, PointId j) const;
 
   const PointWindow& window_;
   int farthest_;
-  mutable PagedVector<Found> found_;  // by point
+  mutable std::vector<Found> found_;  // by point
   mutable std::vector<std::vector<PointId>> chunks_;
 };
 

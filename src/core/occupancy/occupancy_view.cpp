@@ -5,7 +5,6 @@
 #include "occupancy/voxel_tree.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 

@@ -32,24 +32,8 @@ void PointWindow::read_block(std::uint64_t packed_block) const {
     block.slices_before[z] = before;
     before = static_cast<std::uint16_t>(before + (sum >> 56));
   }
-  const std::size_t size = points_.size() + scratch_.size();
-  points_.grow_to(size);
-  for (std::vector<float>* column :
-       {&columns_.x, &columns_.y, &columns_.z, &columns_.view_x, &columns_.view_y, &columns_.view_z})
-    column->resize(size + padding);
-  columns_.surface.resize(size + padding);
-  for (const VoxelPoint& p : scratch_) place(index_in(block, p.key), p);
-}
-
-void PointWindow::place(std::uint32_t i, const VoxelPoint& p) const {
-  points_[i] = p;
-  columns_.x[i] = p.position.x();
-  columns_.y[i] = p.position.y();
-  columns_.z[i] = p.position.z();
-  columns_.view_x[i] = p.view.x();
-  columns_.view_y[i] = p.view.y();
-  columns_.view_z[i] = p.view.z();
-  columns_.surface[i] = p.surface;
+  points_.resize(points_.size() + scratch_.size());
+  for (const VoxelPoint& p : scratch_) points_[index_in(block, p.key)] = p;
 }
 
 }  // namespace octosurf::occupancy

@@ -6,37 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <boost/container/deque.hpp>
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
-#include <memory>
 #include <tsl/robin_map.h>
 #include <utility>
 #include <vector>
 
 namespace octosurf::occupancy {
-
-/// A sequence that grows at its end, page by page, and never moves its elements: references stay valid for
-/// its lifetime. Like std::deque, with pages whose elements are found by a shift.
-template <class T, unsigned page_bits = 10>
-class PagedVector {
- public:
-  std::size_t size() const { return size_; }
-
-  /// Grows to `size` elements, new ones as T{}; smaller sizes change nothing.
-  void grow_to(std::size_t size) {
-    while (pages_.size() << page_bits < size) pages_.push_back(std::make_unique<T[]>(page_size));
-    size_ = std::max(size_, size);
-  }
-
-  T& operator[](std::size_t i) { return pages_[i >> page_bits][i & (page_size - 1)]; }
-  const T& operator[](std::size_t i) const { return pages_[i >> page_bits][i & (page_size - 1)]; }
-
- private:
-  static constexpr std::size_t page_size = std::size_t{1} << page_bits;
-  std::vector<std::unique_ptr<T[]>> pages_;
-  std::size_t size_ = 0;
-};
 
 /// A point inside a scan: its place in the scan's window.
 enum class PointId : std::uint32_t { none = ~std::uint32_t{0} };
@@ -83,16 +61,8 @@ class PointWindow {
   explicit PointWindow(ReadBlock read) : read_(std::move(read)) {}
 
   std::size_t size() const { return points_.size(); }
-  /// The reference stays valid while further blocks are loaded; columns() may move.
+  /// The reference stays valid while further blocks are loaded.
   const VoxelPoint& operator[](PointId i) const { return points_[index_of(i)]; }
-
-  /// Coordinates of many points, column by column; each is `padding` longer than size().
-  struct Columns {
-    std::vector<float> x, y, z, view_x, view_y, view_z;
-    std::vector<SurfaceId> surface;
-  };
-  static constexpr std::size_t padding = 4;
-  const Columns& columns() const { return columns_; }
 
   /// The point in voxel `key`, or none.
   PointId find(geometry::VoxelKey key) const {
@@ -111,12 +81,12 @@ class PointWindow {
   /// Assigns the point to a surface (0: pending), here and, if writable, in the octree.
   void assign(PointId i, SurfaceId surface) {
     VoxelPoint& point = points_[index_of(i)];
-    point.surface = columns_.surface[index_of(i)] = surface;
+    point.surface = surface;
     if (writable_ != nullptr) writable_->assign(point, surface);
   }
 
   /// Replaces a point by another one in the same voxel, here alone.
-  void replace(PointId i, const VoxelPoint& point) { place(static_cast<std::uint32_t>(index_of(i)), point); }
+  void replace(PointId i, const VoxelPoint& point) { points_[index_of(i)] = point; }
 
   /// visit(PointId) for every point whose voxel lies within `reach` voxels of `key` along each axis,
   /// itself included, in a fixed order. Cost: blocks met, plus points met.
@@ -137,11 +107,6 @@ class PointWindow {
     });
     return count;
   }
-
-  /// The same points as rows of columns(): visit(first, count) for [first, first + count), possibly empty; at
-  /// most eight in each. May not load further blocks.
-  template <class Visit>
-  void for_each_row_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
 
  private:
   static ReadBlock reader_of(const OccupancyMap& map) {
@@ -192,7 +157,6 @@ class PointWindow {
   }
   std::uint32_t look_up(std::uint64_t packed_block) const;
   void read_block(std::uint64_t packed_block) const;
-  void place(std::uint32_t i, const VoxelPoint& p) const;
   /// The same as block_of(packed_block), the neighbour `side` of `home`.
   std::uint32_t block_beside(std::uint32_t home, std::size_t side, std::uint64_t packed_block) const {
     if (blocks_[home].around[side] == unknown) {
@@ -205,8 +169,10 @@ class PointWindow {
   ReadBlock read_;
   OccupancyMap* writable_ = nullptr;
   // Loaded so far.
-  mutable PagedVector<VoxelPoint> points_;  // of a block: ordered by z, y, x
-  mutable Columns columns_;
+  // Of a block: ordered by z, y, x. Elements never move; found by a shift.
+  mutable boost::container::deque<VoxelPoint, void,
+                                  boost::container::deque_options<boost::container::block_size<1024>>::type>
+      points_;
   mutable std::vector<Block> blocks_;
   mutable tsl::robin_map<std::uint64_t, std::uint32_t, geometry::PackedKeyHash> index_;
   mutable std::uint64_t last_asked_ = ~std::uint64_t{0};  // and its block: nearby queries follow each other
@@ -272,22 +238,6 @@ void PointWindow::visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted
     const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
     visit(PointId{row_in(block, y, z) + bits_in_row[row & ((1U << (bit & 7)) - 1)]});
   }
-}
-
-template <class Visit>
-void PointWindow::for_each_row_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
-  for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
-    const Block& block = blocks_[b];
-    const unsigned below = (box.row & -box.row) - 1;
-    for (unsigned z = box.z0; z <= box.z1; ++z) {
-      if ((block.slices[z] & box.slice()) == 0) continue;
-      for (unsigned y = box.y0; y <= box.y1; ++y) {
-        const auto present = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
-        if ((present & box.row) == 0) continue;
-        visit(row_in(block, y, z) + bits_in_row[present & below], bits_in_row[present & box.row]);
-      }
-    }
-  });
 }
 
 }  // namespace octosurf::occupancy

@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <boost/crc.hpp>
-#include <concepts>
 #include <cstddef>
 
 namespace octosurf::sensing {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>

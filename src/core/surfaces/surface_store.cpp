@@ -1,7 +1,6 @@
 #include "surfaces/surface_store.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include <octosurf/error.hpp>
 

@@ -3,7 +3,6 @@
 #include "io/text_file.hpp"
 
 #include <algorithm>
-#include <concepts>
 #include <new>
 #include <zstd.h>
 

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <octosurf/changes.hpp>
 #include <octosurf/page.hpp>

@@ -4,7 +4,6 @@
 #include "io/readers/bounded_file.hpp"
 #include "io/readers/pose_file.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 

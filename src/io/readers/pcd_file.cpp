@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <lzf.h>
 #include <map>
-#include <optional>
 #include <string>
 
 #include <octosurf/error.hpp>
