@@ -114,9 +114,9 @@ class PreparedScan {
 /// cannot start all threads, fewer are used.
 class Mapper {
  public:
-  /// `threads` in [1, 256] share a scan's points and rays, and the outlines of changed surfaces. `paper`:
-  /// paper_detector() (adapters/paper_detector.hpp), used if the parameters' detector is `paper`. Throws
-  /// Error(usage), also if it is and `paper` is null.
+  /// `threads` in [1, 256] share a scan's points and rays, the parts in which surfaces are found, and the
+  /// outlines of changed surfaces. `paper`: paper_detector() (adapters/paper_detector.hpp), used if the
+  /// parameters' detector is `paper`. Throws Error(usage), also if it is and `paper` is null.
   explicit Mapper(const Parameters& parameters = {}, int threads = 1,
                   const detection::Detector* paper = nullptr);
   /// Continues a map with its own parameters. Throws likewise; the map then stays with the caller.

@@ -190,7 +190,7 @@ std::vector<Assignment> PaperDetector::add_inliers(const MapView& map, std::span
   return taken;
 }
 
-std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<const PointId> fresh) const {
+std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<const PointId> fresh, int) const {
   std::vector<PointId> left;
   std::copy_if(fresh.begin(), fresh.end(), std::back_inserter(left),
                [&](PointId i) { return map.is_pending(i); });
@@ -223,8 +223,7 @@ std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<cons
 }
 
 detection::Due PaperDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
-                                  std::span<const PointId> fresh,
-                                  std::optional<std::uint64_t> /*turn*/) const {
+                                  std::span<const PointId> fresh, bool) const {
   std::vector<PointId> waits(fresh.begin(), fresh.end());
   for (const VoxelKey key : queue.fresh)
     if (const PointId i = map.window.find(key); map.is_pending(i)) waits.push_back(i);
@@ -239,7 +238,7 @@ detection::Due PaperDetector::due(const MapView& map, const surfaces::PendingQue
   return due;
 }
 
-std::optional<Proposal> PaperDetector::segment(const MapView& map, const detection::Part& part) const {
+std::optional<Proposal> PaperDetector::segment(const MapView& map, const detection::Part& part, int) const {
   if (!part.all) return part.points.empty() ? std::nullopt : std::optional(proposal_of(map, part.points));
   std::vector<PointId> all;
   map.octree.for_each_point([&](const occupancy::VoxelPoint& p) { all.push_back(map.window.find(p.key)); });

@@ -27,7 +27,7 @@ class FloorWithStrays : public test::PendingPoints {
 
   void update(Effort effort) {
     ScanReport report;
-    update_surfaces(ledger, detection::detector_of(state.parameters, nullptr), effort, report);
+    update_surfaces(ledger, detection::detector_of(state.parameters, nullptr), effort, 1, report);
     for (const PointId i : all) EXPECT_EQ(ledger.window[i].surface == 0, position(i).z() > 0.1);
     EXPECT_THAT(ledger.changes.unprocessed, IsEmpty());
   }
@@ -46,7 +46,7 @@ class FloorWithStrays : public test::PendingPoints {
 };
 
 TEST(UpdateSurfaces, PointsThatSegmentationTakesFromASurfaceWaitOnce) {
-  for (const Effort effort : {Effort::turn, Effort::all}) {
+  for (const Effort effort : {Effort::budget, Effort::all}) {
     FloorWithStrays scene;
     ASSERT_EQ(scene.above.size(), 5U);
     scene.ledger.requeue(scene.ledger.window.find(scene.above.front()));  // this one was pending before, too
@@ -58,7 +58,7 @@ TEST(UpdateSurfaces, PointsThatSegmentationTakesFromASurfaceWaitOnce) {
 TEST(UpdateSurfaces, RequeuedPointsThatASurfaceTakesDoNotWait) {
   FloorWithStrays scene;
   for (std::size_t k = 0; k < scene.all.size(); k += 50) scene.ledger.requeue(scene.all[k]);
-  scene.update(Effort::turn);
+  scene.update(Effort::budget);
   EXPECT_THAT(scene.state.queue.fresh, ElementsAreArray(scene.above));
 }
 

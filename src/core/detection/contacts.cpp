@@ -3,8 +3,6 @@
 #include "detection/constants.hpp"
 #include "detection/label_blocks.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 #include <tsl/robin_map.h>
 #include <utility>

@@ -22,15 +22,15 @@ struct Due {
 
 /// What Detector::segment() looks at: leftovers, or surfaces whose evidence has changed, or all points.
 struct Part {
-  std::span<const PointId> points = {};      ///< pending, key order
-  std::span<const SurfaceId> surfaces = {};  ///< entire ones, ascending
-  std::span<const PointId> gained = {};      ///< by surfaces, which may be one with others there
-  bool all = false;                          ///< owned and pending alike
+  std::vector<PointId> points{};      ///< pending, key order
+  std::vector<SurfaceId> surfaces{};  ///< entire ones, ascending
+  std::vector<PointId> gained{};      ///< by surfaces, which may be one with others there
+  bool all = false;                   ///< owned and pending alike
 };
 
 /// The stages that decide about planes (paper, III-B and III-C; docs/design.md §4), called by
 /// mapper::update_surfaces(). Each reads the map and returns what to change. Detectors are stateless: all
-/// state is the map's, and is saved with it.
+/// state is the map's, and is saved with it. Results do not depend on the number of threads.
 class Detector {
  public:
   /// How a detector's planes are used.
@@ -51,14 +51,15 @@ class Detector {
                                               std::span<const PointId> fresh) const = 0;
   /// III-B2: points that surfaces gain beyond their boundaries. `fresh`: points in key order that came or
   /// joined a surface since the last expansion.
-  virtual std::vector<Assignment> expand(const surfaces::MapView& map,
-                                         std::span<const PointId> fresh) const = 0;
+  virtual std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> fresh,
+                                         int threads) const = 0;
   /// III-C1: those of the accumulated points, the map's queue and `fresh` in key order, that are enough in
-  /// some place: those that have their `turn`, within the budget, or without one all.
+  /// some place, within the parameters' budget unless `all`.
   virtual Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
-                  std::span<const PointId> fresh, std::optional<std::uint64_t> turn) const = 0;
+                  std::span<const PointId> fresh, bool all) const = 0;
   /// III-C2 to C4: planes of a part of the map; none if there is nothing to change.
-  virtual std::optional<Proposal> segment(const surfaces::MapView& map, const Part& part) const = 0;
+  virtual std::optional<Proposal> segment(const surfaces::MapView& map, const Part& part,
+                                          int threads) const = 0;
 
   /// The reasons why these pending points, in key order, have no surface; Reason::waiting for those that
   /// would get one.

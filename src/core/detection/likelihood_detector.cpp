@@ -1,14 +1,17 @@
 #include "detection/likelihood_detector.hpp"
 
 #include "detection/expand.hpp"
+#include "detection/expansion.hpp"
 #include "detection/neighbour_labels.hpp"
 #include "detection/neighbourhood.hpp"
+#include "detection/parts.hpp"
 #include "detection/seed_patches.hpp"
 #include "detection/segment.hpp"
-#include "detection/tiles.hpp"
 #include "detection/waiting.hpp"
+#include "geometry/parallel.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -17,11 +20,6 @@ namespace {
 
 using geometry::VoxelKey;
 using surfaces::MapView;
-
-/// Effort, readings: larger surfaces are segmented only where their tiles disagree, mostly a twentieth, and
-/// where they meet surfaces that may be one with them. Segmenting smaller ones entirely also decides readings
-/// at their boundaries and across gaps: by tiles alone ten of 350 faces are lost with lasers.
-constexpr std::size_t largest_looked_at_whole = 5000;
 
 /// The labels of voxels. One in each cell has the cell's; the others get the best one of those in and beside
 /// it.
@@ -64,39 +62,18 @@ class VoxelLabels {
   std::vector<Proposal::Labelled> labelled_;
 };
 
-/// The planes with at least n voxels: as many cells may have fewer.
+/// All planes, and in `unprocessed` all points of those that had too few.
 Proposal proposal_of(const MapView& map, const Readings& readings, const Segmentation& found) {
   Proposal proposal;
   proposal.points = VoxelLabels(map, readings, found).take();
-  std::map<SurfaceId, std::size_t> inside;
-  std::vector<std::size_t> sizes(found.patches.size(), 0);
-  for (const auto& [voxel, label] : proposal.points) {
-    ++inside[map.window[voxel].surface];
-    ++sizes[label];
-  }
-  for (const Outside& part : found.outside) {
-    const std::size_t rest = map.surfaces.find(part.surface)->size() - inside[part.surface];
-    proposal.rest.push_back({part.surface, part.label, static_cast<double>(rest)});
-    sizes[part.label] += rest;
-  }
-  std::vector<Label> into(found.patches.size(), clutter);
-  for (Label label = 1; label < found.patches.size(); ++label) {
-    if (sizes[label] < static_cast<std::size_t>(map.parameters.min_surface_points())) continue;
-    into[label] = static_cast<Label>(proposal.planes.size());
+  for (Label label = 1; label < found.patches.size(); ++label)
     proposal.planes.push_back({found.patches[label].plane, found.patches[label].centroid()});
-  }
-  for (Proposal::Rest& rest : proposal.rest) rest.label = into[rest.label];
-  std::vector<PointId> too_few;
-  for (auto& [voxel, label] : proposal.points) {
-    if (label != clutter && into[label] == clutter && map.is_pending(voxel)) too_few.push_back(voxel);
-    label = into[label];
-  }
+  for (const Outside& part : found.outside) proposal.rest.push_back({part.surface, part.label, 0});
   for (const Readings::Index i : found.too_few)
     if (readings[i].surface == 0 && found.labels[i] == clutter)
       readings.for_each_voxel(i, [&](PointId voxel, const auto& p) {
-        if (p.surface == 0) too_few.push_back(voxel);
+        if (p.surface == 0) proposal.unprocessed.push_back(voxel);
       });
-  proposal.unprocessed = waiting_on(too_few);
   for (const std::vector<Readings::Index>& patch : found.curved) {
     std::vector<PointId>& points = proposal.curved.emplace_back();
     for (const Readings::Index i : patch)
@@ -112,6 +89,55 @@ std::vector<PointId> inliers_of(const MapView& map, const surfaces::SurfaceModel
   return inliers;
 }
 
+/// Cells of other surfaces beside these inliers that the surface explains, too.
+std::vector<PointId> contested(const MapView& map, SurfaceId id, std::span<const PointId> inliers) {
+  const MapView& cells = map.cells.map();
+  SurePlanes planes(cells);
+  std::vector<PointId> found;
+  for (const PointId i : inliers)
+    for (const PointId j : cells.neighbours.of(map.cells.of(i)))
+      if (const SurfaceId other = cells.window[j].surface;
+          other != 0 && other != id && planes.log_ratio(id, j) > 0)
+        found.push_back(j);
+  return found;
+}
+
+/// Effort, readings: larger surfaces are segmented only where they meet others that may be one with them. As
+/// they grew to this size they were segmented whole at each doubling.
+constexpr std::size_t largest_segmented_whole = 5000;
+
+/// What is segmented of a part: surfaces whose size has changed start without labels, the other ones with
+/// theirs, and so do the cells beside these which both explain.
+struct ToLabel {
+  std::vector<SurfaceId> anew;
+  Neighbourhood around;
+};
+
+ToLabel labelled_in(const MapView& map, const Part& part) {
+  ToLabel result;
+  std::vector<PointId> looked_at = touching(map, part.gained), cells;
+  const auto look_at = [&](const std::vector<PointId>& some) {
+    looked_at.insert(looked_at.end(), some.begin(), some.end());
+  };
+  look_at(part.points);
+  for (const SurfaceId id : part.surfaces) {
+    const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
+    const std::vector<PointId> its = inliers_of(map, surface);
+    if (surface.size() >> 2 * map.cells.map().level > largest_segmented_whole) {
+      look_at(touching(map, its));
+    } else if (surface.size_has_changed()) {
+      result.anew.push_back(id);
+    } else {
+      look_at(its);
+      const std::vector<PointId> both = contested(map, id, its);
+      cells.insert(cells.end(), both.begin(), both.end());
+    }
+  }
+  for (const PointId i : looked_at) cells.push_back(map.cells.of(i));
+  result.around = neighbourhood_of(map, cells, result.anew);
+  return result;
+}
+
 }  // namespace
 
 SegmentLimits LikelihoodDetector::limits_in_cells(const MapView& map) const {
@@ -120,66 +146,73 @@ SegmentLimits LikelihoodDetector::limits_in_cells(const MapView& map) const {
   return limits;
 }
 
-Proposal LikelihoodDetector::segmented(const MapView& map, const Readings& readings,
-                                       Segmentation known) const {
-  return proposal_of(
-      map, readings,
-      detection::segment(readings, limits_in_cells(map), with_seed_patches(readings, std::move(known))));
+Segmentation LikelihoodDetector::segmented(const MapView& map, const Readings& readings, Segmentation known,
+                                           std::vector<Refused>* refused) const {
+  return detection::segment(readings, limits_in_cells(map), with_seed_patches(readings, std::move(known)),
+                            refused);
 }
 
 Proposal LikelihoodDetector::segment_all(const MapView& map) const {
   const Readings readings(map);
   Segmentation nothing;
   nothing.labels.assign(readings.size_with_context(), clutter);
-  Proposal proposal = segmented(map, readings, std::move(nothing));
-  proposal.unprocessed.clear();
-  return proposal;
+  JointProposal proposal(map);
+  proposal.add(proposal_of(map, readings, segmented(map, readings, std::move(nothing))), map.window);
+  Proposal all = std::move(proposal).take();
+  all.unprocessed.clear();
+  return all;
 }
 
-std::optional<Proposal> LikelihoodDetector::segment_leftovers(const MapView& map,
-                                                              std::span<const PointId> points) const {
-  if (points.empty()) return {};
-  const Readings readings(map, neighbourhood_of(map, map.cells.of(points)));
-  for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (readings[i].surface != 0) throw std::logic_error("detection: a reading of a surface is no leftover");
-  Proposal proposal = segmented(map, readings, known_about(readings, map.surfaces, {}));
+namespace {
+
+/// A part while it is segmented.
+struct Segmented : ViewedPart {
+  Segmented(const MapView& whole, const Part& ids, bool alone)
+      : ViewedPart(whole, ids, alone), to_label(labelled_in(map, part)), readings(map, to_label.around) {
+    if (!part.points.empty())
+      for (Readings::Index i = 0; i < readings.size(); ++i)
+        if (readings[i].surface != 0)
+          throw std::logic_error("detection: a reading of a surface is no leftover");
+    seen = seen_among(readings, map.surfaces);
+  }
+
+  ToLabel to_label;
+  Readings readings;
+  std::map<SurfaceId, SurfaceSeen> seen;
+  Proposal proposal;
+};
+
+}  // namespace
+
+std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Part& part, int threads) const {
+  if (part.all) return segment_all(map);
+  const std::vector<Part> parts = divided(map, part);
+  if (parts.empty()) return {};
+  std::vector<std::unique_ptr<Segmented>> all(parts.size());
+  geometry::share_among(threads, parts.size(), [&](std::size_t i) {
+    all[i] = std::make_unique<Segmented>(map, parts[i], parts.size() == 1);
+  });
+  std::map<SurfaceId, SurfaceSeen> seen;
+  for (const auto& one : all)
+    for (const auto& [id, in_part] : one->seen) seen[id].add(in_part);
+  geometry::share_among(threads, parts.size(), [&](std::size_t i) {
+    Segmented& one = *all[i];
+    one.proposal =
+        proposal_of(one.map, one.readings,
+                    segmented(one.map, one.readings,
+                              known_about(one.readings, one.map.surfaces, seen, one.to_label.anew)));
+  });
+  JointProposal joint(map);
+  for (const auto& one : all) joint.add(one->proposal, one->map.window);
+  Proposal proposal = std::move(joint).take();
   // Some voxels of a pending cell may belong to a surface, and surfaces of which a few readings are here are
   // not judged by these.
-  std::erase_if(proposal.points, [&](const auto& labelled) { return !map.is_pending(labelled.point); });
-  std::erase_if(proposal.rest, [](const auto& rest) { return rest.label == clutter; });
-  return proposal;
-}
-
-std::optional<Proposal> LikelihoodDetector::revise(const MapView& map, std::span<const SurfaceId> surfaces,
-                                                   std::span<const PointId> gained) const {
-  const sensing::ReadingModel model(map.noise, map.grid.resolution());
-  const std::size_t largest = largest_looked_at_whole << 2 * map.cells.map().level;
-  std::vector<SurfaceId> anew;
-  std::vector<PointId> unlabelled, looked_at = touching(map, gained);
-  for (const SurfaceId id : surfaces) {
-    const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
-    if (!surface.size_has_changed()) {
-      const std::vector<PointId> its = inliers_of(map, surface);
-      looked_at.insert(looked_at.end(), its.begin(), its.end());
-      continue;
-    }
-    std::vector<PointId> disagree;
-    if (surface.size() > largest)
-      for (const VoxelKey key : where_tiles_disagree(surface, model))
-        disagree.push_back(map.window.find(key));
-    if (surface.size() <= largest || 2 * disagree.size() > surface.size()) {
-      anew.push_back(id);
-      continue;
-    }
-    unlabelled.insert(unlabelled.end(), disagree.begin(), disagree.end());
-    const std::vector<PointId> beside_its_like = touching(map, inliers_of(map, surface));
-    looked_at.insert(looked_at.end(), beside_its_like.begin(), beside_its_like.end());
+  if (!part.points.empty()) {
+    std::erase_if(proposal.points, [&](const auto& labelled) { return !map.is_pending(labelled.point); });
+    std::erase_if(proposal.rest, [](const auto& rest) { return rest.label == clutter; });
   }
-  looked_at.insert(looked_at.end(), unlabelled.begin(), unlabelled.end());
-  const Neighbourhood around = neighbourhood_of(map, map.cells.of(looked_at), anew);
-  if (around.points.empty()) return {};
-  const Readings readings(map, around);
-  return segmented(map, readings, known_about(readings, map.surfaces, anew, map.cells.of(unlabelled)));
+  proposal.unprocessed = waiting_on(proposal.unprocessed);
+  return proposal;
 }
 
 std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
@@ -187,27 +220,33 @@ std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
   return detection::add_inliers(map, fresh);
 }
 
-std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> fresh) const {
-  return detection::expand(map, fresh);
+std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> fresh,
+                                                   int threads) const {
+  const std::vector<Part> parts = divided(map, {.points = {fresh.begin(), fresh.end()}});
+  std::vector<std::vector<std::pair<VoxelKey, SurfaceId>>> gained(parts.size());
+  geometry::share_among(threads, parts.size(), [&](std::size_t i) {
+    const ViewedPart one(map, parts[i], parts.size() == 1);
+    for (const auto& [point, id] : detection::expand(one.map, one.part.points))
+      gained[i].emplace_back(one.map.window[point].key, id);
+  });
+  std::vector<Assignment> all;
+  occupancy::PointSet taken;
+  for (const auto& of_part : gained)
+    for (const auto& [key, id] : of_part)
+      if (const PointId i = map.window.find(key); taken.insert(i)) all.push_back({i, id});
+  return all;
 }
 
 Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
-                            std::span<const PointId> fresh, std::optional<std::uint64_t> turn) const {
-  return due_to_segment(map, queue, fresh, turn);
-}
-
-std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Part& part) const {
-  if (part.all) return segment_all(map);
-  return part.points.empty() ? revise(map, part.surfaces, part.gained) : segment_leftovers(map, part.points);
+                            std::span<const PointId> fresh, bool all) const {
+  return due_to_segment(map, queue, fresh, all);
 }
 
 std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
                                                                   std::span<const PointId> pending) const {
   const Readings readings(map, neighbourhood_of(map, map.cells.of(pending)));
   std::vector<Refused> refused;
-  const Segmentation found =
-      detection::segment(readings, limits_in_cells(map),
-                         with_seed_patches(readings, known_about(readings, map.surfaces, {})), &refused);
+  const Segmentation found = segmented(map, readings, known_about(readings, map.surfaces, {}), &refused);
   std::map<PointId, surfaces::Refusal> reasons;
   for (const Refused& plane : refused)
     for (const Readings::Index i : plane.readings)

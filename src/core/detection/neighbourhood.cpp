@@ -18,34 +18,19 @@ namespace {
 using Index = Readings::Index;
 using surfaces::SurfaceModel;
 
-/// Inliers of a surface in one range class in cells among the readings.
-struct Seen {
-  geometry::Moments moments;  // of those that are not context, about the surface's reference, unweighted
-  double count = 0, cos_incidence = 0;
-};
-
-/// A surface's readings, and the sums of its other inliers.
+/// The sums of a surface's inliers that are not to be labelled.
 class Surroundings {
  public:
-  Surroundings(const Readings& readings, const SurfaceModel& surface)
-      : readings_(readings), surface_(surface) {}
+  Surroundings(const Readings& readings, const SurfaceModel& surface, const SurfaceSeen& seen)
+      : readings_(readings), surface_(surface), seen_(seen) {}
 
   void add(Index i) {
-    const Reading& reading = readings_[i];
-    const double cos_incidence = reading.cos_incidence(surface_.plane());
+    if (readings_.is_context(i)) return;
     readings_.for_each_voxel(i, [&](PointId, const occupancy::VoxelPoint& p) {
       if (p.surface != surface_.id()) return;
-      ++voxels_;
-      if (readings_.is_context(i)) return;
-      classes_[p.range_class].moments.add(p.position.cast<double>() - surface_.reference());
-      ++inside_;
+      inside_[p.range_class].add(p.position.cast<double>() - surface_.reference());
+      ++count_;
     });
-    Seen& seen = classes_[reading.range_class];
-    ++seen.count;
-    seen.cos_incidence += cos_incidence;
-    cos_incidence_ += cos_incidence;
-    hits_ += reading.hits;
-    ++count_;
   }
 
   Patch outside() const {
@@ -53,23 +38,23 @@ class Surroundings {
     sums.plane = surface_.plane();
     sums.origin = surface_.reference();
     sums.pose_variance = readings_.model().pose_variance();
-    if (surface_.size() == inside_) return sums;
-    const double cells_a_voxel = static_cast<double>(count_) / static_cast<double>(voxels_);
-    for (unsigned c = 0; c < classes_.size(); ++c) add_class(c, cells_a_voxel, sums);
-    sums.readings = static_cast<double>(surface_.size() - inside_) * cells_a_voxel;
-    sums.hits = sums.readings * hits_ / static_cast<double>(count_);
+    if (surface_.size() == count_) return sums;
+    const double cells_a_voxel = seen_.all.count / seen_.voxels;
+    for (unsigned c = 0; c < inside_.size(); ++c) add_class(c, cells_a_voxel, sums);
+    sums.readings = static_cast<double>(surface_.size() - count_) * cells_a_voxel;
+    sums.hits = sums.readings * seen_.hits / seen_.all.count;
     return sums;
   }
 
  private:
   void add_class(unsigned c, double cells_a_voxel, Patch& sums) const {
-    const Seen& seen = classes_[c];
     geometry::Moments left = surface_.moments_of_class(c);
-    left.add(seen.moments, -1);
+    left.add(inside_[c], -1);
     if (left.count < 0.5) return;
-    const double own = seen.cos_incidence / seen.count, all = cos_incidence_ / static_cast<double>(count_);
+    const SurfaceSeen::Views& own = seen_.classes[c].count > 0 ? seen_.classes[c] : seen_.all;
     const sensing::ReadingModel& model = readings_.model();
-    const double cosine = std::max(seen.count > 0 ? own : all, model.cos_incidence_of(c, scatter_of(left)));
+    const double cosine =
+        std::max(own.cos_incidence / own.count, model.cos_incidence_of(c, scatter_of(left)));
     sums.moments.add(left, cells_a_voxel * model.weight(c, cosine));
     sums.log_peaks += cells_a_voxel * left.count * model.log_peak(c, cosine);
   }
@@ -84,9 +69,9 @@ class Surroundings {
 
   const Readings& readings_;
   const SurfaceModel& surface_;
-  std::array<Seen, sensing::NoiseModel::classes> classes_;
-  double cos_incidence_ = 0, hits_ = 0;
-  std::size_t count_ = 0, voxels_ = 0, inside_ = 0;  // readings; their voxels, and those not of context
+  const SurfaceSeen& seen_;
+  std::array<geometry::Moments, sensing::NoiseModel::classes> inside_;  // about the reference, unweighted
+  std::size_t count_ = 0;
 };
 
 /// Collects points, each in one list.
@@ -187,8 +172,38 @@ Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const Poi
   return std::move(collector).with_surroundings();
 }
 
+std::map<SurfaceId, SurfaceSeen> seen_among(const Readings& readings,
+                                            const surfaces::SurfaceStore& surfaces) {
+  std::map<SurfaceId, SurfaceSeen> all;
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
+    const Reading& reading = readings[i];
+    if (reading.surface == 0) continue;
+    SurfaceSeen& seen = all[reading.surface];
+    const double cos_incidence = reading.cos_incidence(surfaces.find(reading.surface)->plane());
+    for (SurfaceSeen::Views* views : {&seen.all, &seen.classes[reading.range_class]}) {
+      ++views->count;
+      views->cos_incidence += cos_incidence;
+    }
+    seen.hits += reading.hits;
+    readings.for_each_voxel(
+        i, [&](PointId, const occupancy::VoxelPoint& p) { seen.voxels += p.surface == reading.surface; });
+  }
+  return all;
+}
+
+void SurfaceSeen::add(const SurfaceSeen& other) {
+  const auto sum = [](Views& to, const Views& some) {
+    to.count += some.count;
+    to.cos_incidence += some.cos_incidence;
+  };
+  sum(all, other.all);
+  for (std::size_t c = 0; c < classes.size(); ++c) sum(classes[c], other.classes[c]);
+  voxels += other.voxels;
+  hits += other.hits;
+}
+
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
-                         std::span<const SurfaceId> forgotten, std::span<const PointId> unlabelled) {
+                         const std::map<SurfaceId, SurfaceSeen>& seen, std::span<const SurfaceId> forgotten) {
   Segmentation known;
   known.labels.assign(readings.size_with_context(), clutter);
   std::map<SurfaceId, Label> label_of;
@@ -196,9 +211,9 @@ Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore&
   for (const SurfaceId id : forgotten) label_of[id] = clutter;
   label_of[0] = clutter;
   for (Index i = 0; i < readings.size_with_context(); ++i) {
-    const auto [entry, fresh] =
-        label_of.try_emplace(readings[i].surface, static_cast<Label>(around.size() + 1));
-    if (fresh) around.emplace_back(readings, *surfaces.find(readings[i].surface));
+    const SurfaceId id = readings[i].surface;
+    const auto [entry, fresh] = label_of.try_emplace(id, static_cast<Label>(around.size() + 1));
+    if (fresh) around.emplace_back(readings, *surfaces.find(id), seen.at(id));
     known.labels[i] = entry->second;
     if (entry->second != clutter) around[entry->second - 1].add(i);
   }
@@ -209,7 +224,6 @@ Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore&
     if (const Patch sums = around[label - 1].outside(); sums.readings > 0)
       known.outside.push_back({id, label, sums});
   }
-  for (const PointId i : unlabelled) known.labels[readings.find(i)] = clutter;
   refit_patches(readings, Junctions(readings, known.labels, known.patches), known);
   return known;
 }

@@ -35,48 +35,11 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
   }
 }
 
-/// The queue of waiting blocks with the new points of each.
-class BlockQueue {
- public:
-  /// Of cells; `come`: those of the new points of any block.
-  BlockQueue(const VoxelBlocks& blocks, std::span<const VoxelKey> order, std::span<const VoxelKey> come)
-      : blocks_(blocks) {
-    for (const VoxelKey key : order)
-      if (at_.try_emplace(blocks.of(key), order_.size()).second) order_.push_back(key);
-    begins_.assign(order_.size() + 1, 0);
-    std::vector<std::size_t> at(come.size());
-    for (std::size_t k = 0; k < come.size(); ++k)
-      if ((at[k] = place_of(come[k])) < order_.size()) ++begins_[at[k] + 1];
-    for (std::size_t b = 0; b < order_.size(); ++b) begins_[b + 1] += begins_[b];
-    come_.resize(begins_.back());
-    std::vector<std::size_t> next(begins_.begin(), begins_.end());
-    for (std::size_t k = 0; k < come.size(); ++k)
-      if (at[k] < order_.size()) come_[next[at[k]]++] = come[k];
-  }
-
-  std::size_t size() const { return order_.size(); }
-  /// One cell of a block.
-  VoxelKey in_block(std::size_t turn) const { return order_[turn]; }
-  std::size_t points() const { return come_.size(); }
-  std::span<const VoxelKey> points_of(std::size_t turn) const {
-    return std::span(come_).subspan(begins_[turn], begins_[turn + 1] - begins_[turn]);
-  }
-  /// size(): not in a waiting block.
-  std::size_t place_of(VoxelKey key) const {
-    const auto found = at_.find(blocks_.of(key));
-    return found == at_.end() ? order_.size() : found->second;
-  }
-
- private:
-  const VoxelBlocks& blocks_;
-  std::vector<VoxelKey> order_;  // one of each block
-  tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> at_;
-  std::vector<std::size_t> begins_;
-  std::vector<VoxelKey> come_;  // block after block
+struct WaitingBlock {
+  VoxelKey cell;               // one in it
+  std::vector<VoxelKey> come;  // cells of its new points
+  bool waits = true;
 };
-
-/// Scans in which each block that has a surface is looked at once: more new points at a time cost less each.
-constexpr std::uint64_t turns = 3;
 
 /// At least a quarter: after eight scans a tenth of a backlog is left, however large.
 std::size_t budget_of(const Parameters& parameters, std::size_t waiting) {
@@ -120,41 +83,46 @@ std::vector<PointId> new_cells(const surfaces::MapView& map, std::span<const Vox
 }  // namespace
 
 Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue& before,
-                   std::span<const PointId> fresh, std::optional<std::uint64_t> turn) {
+                   std::span<const PointId> fresh, bool all) {
   const surfaces::MapView& map = voxels.cells.map();
   const int edge = seed_patch_edge(map.grid.resolution());
   const VoxelBlocks largest(edge << (seed_patch_levels - 1));
-  std::vector<VoxelKey> fresh_keys, order, come;
-  for (const VoxelKey key : before.blocks) order.push_back(map.cell_of(key));
+  std::vector<WaitingBlock> queue;
+  tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> place_in_queue;
+  const auto enqueue = [&](VoxelKey cell) {
+    if (place_in_queue.try_emplace(largest.of(cell), queue.size()).second) queue.push_back({cell, {}});
+  };
+  const auto block_of = [&](VoxelKey cell) {
+    const auto at = place_in_queue.find(largest.of(cell));
+    return at == place_in_queue.end() ? nullptr : &queue[at->second];
+  };
+  std::vector<VoxelKey> fresh_keys;
+  for (const VoxelKey key : before.blocks) enqueue(map.cell_of(key));
   for (const PointId i : fresh) {
     fresh_keys.push_back(voxels.window[i].key);
-    if (voxels.is_pending(i)) order.push_back(map.cell_of(fresh_keys.back()));
+    if (voxels.is_pending(i)) enqueue(map.cell_of(fresh_keys.back()));
   }
   Due result;
   std::vector<PointId> cells;  // due
   std::set_union(before.fresh.begin(), before.fresh.end(), fresh_keys.begin(), fresh_keys.end(),
                  std::back_inserter(result.left.fresh));
-  for (const VoxelKey key : result.left.fresh) come.push_back(map.cell_of(key));
-  const BlockQueue queue(largest, order, come);
-  const std::size_t budget =
-      turn ? budget_of(map.parameters, queue.points()) : std::numeric_limits<std::size_t>::max();
+  std::size_t come = 0;
+  for (const VoxelKey key : result.left.fresh)
+    if (WaitingBlock* block = block_of(map.cell_of(key))) {
+      block->come.push_back(map.cell_of(key));
+      ++come;
+    }
+  const std::size_t budget = all ? std::numeric_limits<std::size_t>::max() : budget_of(map.parameters, come);
   const std::size_t fewest =
       std::max(Constants::fewest_of_plane,
                static_cast<std::size_t>(map.parameters.min_surface_points()) / Constants::looks);
-  const bool limited = map.parameters.detection.detection_budget > 0;
-  const auto has_turn = [&](VoxelKey cell) {
-    const VoxelKey block = VoxelKey::unpack(largest.of(cell));
-    return !turn || !limited || (block.x + block.y + block.z + *turn) % turns == 0 ||
-           map.surfaces.in_regions_near(map.first_voxel_of(cell), 0).empty();
-  };
-  std::vector<bool> waits(queue.size() + 1, true);  // the last one: blocks that are not in the queue
   PointSet in_due;
   bool over = false;
-  for (std::size_t b = 0; b < queue.size(); ++b) {
+  for (WaitingBlock& block : queue) {
     std::vector<PointId> points;
-    waits[b] = over || cells.size() >= budget || !has_turn(queue.in_block(b));
-    if (!waits[b]) {
-      const std::vector<PointId> of_block = new_cells(map, queue.points_of(b));
+    block.waits = over || cells.size() >= budget;
+    if (!block.waits) {
+      const std::vector<PointId> of_block = new_cells(map, block.come);
       for (int level = 0; level < seed_patch_levels; ++level)
         add_due(map, VoxelBlocks(edge << level), of_block, fewest, in_due, points);
       const std::size_t left = budget - cells.size();
@@ -162,13 +130,14 @@ Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue
       if (over) cut_to(map, left, cells.empty(), edge, points);
     }
     cells.insert(cells.end(), points.begin(), points.end());
-    if (!waits[b] && !over) continue;
-    result.left.blocks.push_back(map.first_voxel_of(queue.in_block(b)));
-    result.waiting += queue.points_of(b).size();
+    if (!block.waits && !over) continue;
+    result.left.blocks.push_back(map.first_voxel_of(block.cell));
+    result.waiting += block.come.size();
   }
   const PointSet due(cells);
   std::erase_if(result.left.fresh, [&](VoxelKey key) {
-    if (waits[queue.place_of(map.cell_of(key))]) return false;
+    const WaitingBlock* block = block_of(map.cell_of(key));
+    if (block == nullptr || block->waits) return false;
     const PointId i = map.find(key);
     return !map.is_pending(i) || due.contains(i);
   });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <exception>
 #include <thread>
@@ -31,6 +33,15 @@ void in_parallel(int threads, const Work& work) {
   for (std::jthread& other : others) other.join();
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);
+}
+
+/// Calls work(i) for 0 … n − 1, each in one of the threads; in this order where there is one.
+template <class Work>
+void share_among(int threads, std::size_t n, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  in_parallel(std::clamp(static_cast<int>(n), 1, threads), [&](int) {
+    for (std::size_t i = next++; i < n; i = next++) work(i);
+  });
 }
 
 /// Thread t's range of n items.

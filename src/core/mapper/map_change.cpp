@@ -121,7 +121,7 @@ void MapChange::retract(const occupancy::OccupancyDelta& delta, const sensing::V
 }
 
 void MapChange::update() {
-  update_surfaces(ledger(), detector_, effort_, reports_.back());
+  update_surfaces(ledger(), detector_, effort_, threads_, reports_.back());
   updated_ = true;
 }
 

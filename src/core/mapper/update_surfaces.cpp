@@ -20,8 +20,8 @@ using surfaces::Ledger;
 /// Algorithms 1 and 2 of the paper for a ledger's unprocessed points, step by step.
 class SurfaceUpdate {
  public:
-  SurfaceUpdate(Ledger& ledger, const Detector& detector, ScanReport& report)
-      : ledger_(ledger), detector_(detector), report_(report), time_(report) {}
+  SurfaceUpdate(Ledger& ledger, const Detector& detector, int threads, ScanReport& report)
+      : ledger_(ledger), detector_(detector), threads_(threads), report_(report), time_(report) {}
 
   /// Where outlines decide about inliers.
   void update_outlines() {
@@ -42,14 +42,15 @@ class SurfaceUpdate {
   void expand() { expand_from(fresh_); }
 
   /// Algorithm 2: the rest accumulates until enough of it is new in some place; new surfaces expand, too.
-  void detect(std::optional<std::uint64_t> turn) {
+  void detect(bool all) {
     const std::vector<PointId> left = ledger_.pending(fresh_);
-    Due due = time_(Stage::detect, [&] { return detector_.due(ledger_, ledger_.queue(), left, turn); });
+    Due due = time_(Stage::detect, [&] { return detector_.due(ledger_, ledger_.queue(), left, all); });
     ledger_.queue() = std::move(due.left);
     report_.waiting = due.waiting;
     segmented_ = std::move(due.points);
     if (!segmented_.empty())
-      found_ = time_(Stage::detect, [&] { return detector_.segment(ledger_, {.points = segmented_}); });
+      found_ =
+          time_(Stage::detect, [&] { return detector_.segment(ledger_, {.points = segmented_}, threads_); });
     std::vector<PointId> explained;
     if (found_) {
       explained = time_(Stage::detect, [&] { return apply(*found_); });
@@ -69,7 +70,7 @@ class SurfaceUpdate {
     for (const SurfaceId id : ledger_.changes.touched())
       if (ledger_.changes.born.contains(id) || ledger_.find(id)->size_has_changed()) changed.push_back(id);
     const std::optional<Proposal> found =
-        detector_.segment(ledger_, {.surfaces = changed, .gained = gained_});
+        detector_.segment(ledger_, {.surfaces = changed, .gained = gained_}, threads_);
     for (const SurfaceId id : changed)
       if (ledger_.find(id)->size_has_changed()) ledger_.find(id)->set_checked();
     if (found) {
@@ -96,7 +97,7 @@ class SurfaceUpdate {
 
   /// Algorithm 2 for all points of the map.
   void start_anew() {
-    Proposal planes = *detector_.segment(ledger_, {.all = true});
+    Proposal planes = *detector_.segment(ledger_, {.all = true}, threads_);
     ledger_.apply(planes, Ledger::Planes::all, detector_.traits.refits);
     ledger_.queue() = {};
     enqueue(planes.unprocessed);
@@ -116,7 +117,7 @@ class SurfaceUpdate {
   }
 
   void expand_from(std::span<const PointId> points) {
-    const std::vector<Assignment> more = detector_.expand(ledger_, points);
+    const std::vector<Assignment> more = detector_.expand(ledger_, points, threads_);
     ledger_.apply(more);
     for (const Assignment& assignment : more) gained_.push_back(assignment.point);
   }
@@ -143,6 +144,7 @@ class SurfaceUpdate {
 
   Ledger& ledger_;
   const Detector& detector_;
+  int threads_;
   ScanReport& report_;
   Stopwatch time_;
   SurfaceId first_new_ = ledger_.surfaces.next_id();
@@ -154,16 +156,17 @@ class SurfaceUpdate {
 
 }  // namespace
 
-void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, ScanReport& report) {
+void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, int threads,
+                     ScanReport& report) {
   Stopwatch time(report);
-  SurfaceUpdate update(ledger, detector, report);
+  SurfaceUpdate update(ledger, detector, threads, report);
   if (effort == Effort::anew) {
     time(Stage::detect, [&] { update.start_anew(); });
   } else {
     time(Stage::derive, [&] { update.update_outlines(); });
     time(Stage::add_inliers, [&] { update.add_inliers(); });
     time(Stage::expand, [&] { update.expand(); });
-    update.detect(effort == Effort::all ? std::nullopt : std::optional(ledger.revision()));
+    update.detect(effort == Effort::all);
     time(Stage::revise, [&] { update.revise(); });
     update.accumulate();
   }

@@ -72,6 +72,14 @@ class LoadedView : public MapView {
  public:
   /// To read a map that does not change.
   explicit LoadedView(const MapState& state) : LoadedView(state, occupancy::PointWindow(state.occupancy)) {}
+  /// For another thread.
+  explicit LoadedView(const MapView& map)
+      : MapView{map.parameters,  map.octree, map.grid, map.surfaces,
+                map.cylinders,   map.noise,  points_,  neighbours_of_points_,
+                cells_of_points_},
+        points_(map.octree),
+        neighbours_of_points_(points_, grid.resolution()),
+        cells_of_points_(*this) {}
   LoadedView(const LoadedView&) = delete;  // the view refers to its members
   LoadedView& operator=(const LoadedView&) = delete;
 

@@ -3,7 +3,6 @@
 #include "geometry/parallel.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <utility>
 #include <vector>
 
@@ -49,21 +48,17 @@ Derived derived(const surfaces::MapState& state, std::vector<surfaces::SurfaceMo
   for (surfaces::SurfaceModel* model : models)
     model->update_raster(h, inliers_alone ? nullptr : &state.noise);
   Derived all{std::vector<SurfacePtr>(models.size()), std::vector<surfaces::OutlineChange>(models.size())};
-  std::atomic<std::size_t> next{0};
-  const auto derive_some = [&](int) {
-    for (std::size_t i = next++; i < models.size(); i = next++) {
-      surfaces::SurfaceModel& model = *models[i];
-      if (inliers_alone)
-        model.derive(h);  // its outlines decide about inliers
-      else
-        all.changes[i] = model.take_outline_change(h, &state.surfaces);
-      model.derive_covariance(state.noise);
-      if (before.find(model.id()) == nullptr) model.born = state.revision;
-      model.revision = state.revision;
-      all.surfaces[i] = model.publish(state.revision);
-    }
-  };
-  geometry::in_parallel(std::clamp(static_cast<int>(models.size()), 1, threads), derive_some);
+  geometry::share_among(threads, models.size(), [&](std::size_t i) {
+    surfaces::SurfaceModel& model = *models[i];
+    if (inliers_alone)
+      model.derive(h);  // its outlines decide about inliers
+    else
+      all.changes[i] = model.take_outline_change(h, &state.surfaces);
+    model.derive_covariance(state.noise);
+    if (before.find(model.id()) == nullptr) model.born = state.revision;
+    model.revision = state.revision;
+    all.surfaces[i] = model.publish(state.revision);
+  });
   if (inliers_alone) all.changes.clear();
   return all;
 }

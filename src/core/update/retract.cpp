@@ -4,7 +4,6 @@
 #include "sensing/reading_model.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace octosurf::update {
 
