@@ -202,18 +202,27 @@ void map_scans(MapOptions& options, const ParameterChoice& choice) {
   mapping.run(inputs.octree, std::move(source));
 }
 
+/// The words by which another verb reads the same scans with the same parameters.
+std::string recording_of(const CLI::App& verb, const std::vector<std::string>& inputs) {
+  std::string words;
+  const auto add = [&words](const std::string& word) {
+    words += (words.empty() ? "" : " ") + (word.find(' ') == std::string::npos ? word : "'" + word + "'");
+  };
+  for (const std::string& input : inputs) add(input);
+  const std::string outputs = verb.get_option("--output")->get_group();
+  for (const CLI::Option* const option : verb.get_options()) {
+    if (option->count() == 0 || option->get_group() == outputs) continue;
+    add(option->get_name());
+    if (option->get_items_expected_max() > 0)
+      for (const std::string& value : option->results()) add(value);
+  }
+  return words;
+}
+
 void run_map(MapOptions& options) {
   const ParameterChoice choice(options.parameters, options.realtime);
   if (options.show_parameters) return show_parameters(options, choice);
-  try {
-    map_scans(options, choice);
-  } catch (const PosesOfBody&) {
-    options.pose_form = alignment::Meaning::of_body;
-    std::printf(
-        "poses: as they are scans do not fit each other, but do if a camera's poses are a body's (x forward, "
-        "z up): begun anew with --pose-form of-body; --pose-form as-given keeps them\n");
-    map_scans(options, choice);
-  }
+  map_scans(options, choice);
 }
 
 }  // namespace
@@ -252,8 +261,7 @@ void add_map(CLI::App& app) {
   verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
       ->capture_default_str();
   verb->add_flag("--force", options->force, "overwrite map and report");
-  verb->add_flag("--strict", options->strict,
-                 "write no map if scans contradict those before them; exit code 1");
+  verb->add_flag("--strict", options->strict, "write no map if scans contradict each other; exit code 1");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
   add_scan_options(*verb, options->source, options->range);
   verb->add_option(
@@ -265,20 +273,21 @@ void add_map(CLI::App& app) {
   verb->add_option_function<std::string>(
           "--pose-form",
           [options](const std::string& name) {
-            const auto at = std::ranges::find(alignment::meaning_names, name);
-            options->pose_form = static_cast<alignment::Meaning>(at - alignment::meaning_names.begin());
+            const auto at = std::ranges::find(sensing::pose_form_names, name);
+            options->pose_form = static_cast<sensing::PoseForm>(at - sensing::pose_form_names.begin());
           },
           "form of the poses: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl "
           "(cameras look along -z, y up), opengl-inverse, w-first (quaternions qw qx qy qz), of-camera (the "
           "camera's poses for a lidar's scans, as KITTI's without calib.txt), of-body (a body's, x forward, "
-          "for a "
-          "camera's) [as-given; refused if another "
-          "form fits far better]")
-      ->check(CLI::IsMember(std::vector<std::string>(
-          alignment::meaning_names.begin(), alignment::meaning_names.begin() + alignment::pose_forms)))
+          "for a camera's) [as-given]")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(sensing::pose_form_names.begin(), sensing::pose_form_names.end())))
       ->group("Scans");
   add_parameter_options(*verb, options->parameters);
-  verb->callback([options] { run_map(*options); });
+  verb->callback([options, verb] {
+    options->recording = recording_of(*verb, options->inputs);
+    run_map(*options);
+  });
 }
 
 }  // namespace octosurf

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "alignment/recording_check.hpp"
 #include "parameter_options.hpp"
 #include "scan_feed.hpp"
+#include "sensing/pose_form.hpp"
 
 #include <optional>
 #include <string>
@@ -20,10 +20,11 @@ struct MapOptions {
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
-  std::vector<double> viewpoint;                ///< of clouds without a pose: none, or three
-  std::optional<alignment::Meaning> pose_form;  ///< empty: as given, if they fit so
-  double checkpoint_s = 60;                     ///< 0: never
-  std::optional<unsigned short> serve_port;     ///< of this machine, to serve the map while it grows
+  std::vector<double> viewpoint;  ///< of clouds without a pose: none, or three
+  sensing::PoseForm pose_form = sensing::PoseForm::as_given;
+  std::string recording;                     ///< inputs and options as typed, those of outputs left out
+  double checkpoint_s = 60;                  ///< 0: never
+  std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
   bool realtime = false, force = false, show_parameters = false;
   bool strict = false;  ///< no map of scans that contradict one another

@@ -6,10 +6,8 @@
 #include "progress.hpp"
 #include "run_observers.hpp"
 #include "run_scans.hpp"
-#include "run_warnings.hpp"
 
 #include <future>
-#include <iterator>
 #include <new>
 #include <ranges>
 #include <utility>
@@ -22,11 +20,9 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
                RunState::Clock::time_point begin)
     : options_(options),
       run_(options, std::move(start), std::move(context), begin),
-      observers_(checks_of(run_)),
+      observers_(outputs_of(run_, std::move(kept))),
       arrivals_([this] { return run_.now_s(); }),
-      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
-  std::ranges::move(outputs_of(run_, std::move(kept)), std::back_inserter(observers_));
-}
+      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
 
 void MapRun::run(const std::optional<std::filesystem::path>& octree, std::unique_ptr<ScanSource> source) {
   const InterruptGuard guard;
@@ -35,7 +31,7 @@ void MapRun::run(const std::optional<std::filesystem::path>& octree, std::unique
     if (octree) take_over(*octree);
     if (source) map_scans(std::move(source));
     if (!interrupted()) {
-      for (const auto& observer : observers_) observer->after_all();
+      require_readings(run_);
       drain();
     }
     cut_short = interrupted();
@@ -94,8 +90,6 @@ void MapRun::insert_all(ScanFeed& feed) {
     if (is_pause(run_.last_stamp_s, scans.front().scan().stamp_s)) drain();
     if (options_.realtime) arrivals_.wait_and_join(scans, feed, run_.last_stamp_s);
     if (interrupted()) break;
-    for (const PreparedScan& prepared : scans)
-      for (const auto& observer : observers_) observer->before(prepared.scan());
     ahead = read_next();
     const double start_s = run_.now_s();
     insert(scans);
@@ -156,7 +150,7 @@ void MapRun::notify_of_change() {
 }
 
 void MapRun::save(Saving saving) {
-  if (saving == Saving::checkpoint && options_.strict && !contradiction_text(run_.statistics).empty()) return;
+  if (saving == Saving::checkpoint && options_.strict && run_.statistics.judgement().contradicts()) return;
   for (const auto& observer : observers_) observer->save(saving);
   run_.checkpoints.start(run_.now_s());
 }

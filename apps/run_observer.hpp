@@ -24,11 +24,9 @@ class RunObserver {
  public:
   virtual ~RunObserver() = default;
 
-  virtual void before(const Scan&) {}         ///< a scan is inserted
   virtual void after(const InsertedScan&) {}  ///< unless its pose was rejected
   /// Scans or a drained queue have changed the map. `stamp_s`: of the last scan.
   virtual void changed(double /*stamp_s*/) {}
-  virtual void after_all() {}  ///< scans of the input, if nothing ended the run before
   virtual void save(Saving) {}
 };
 

@@ -10,12 +10,8 @@ namespace octosurf {
 
 using RunObservers = std::vector<std::unique_ptr<RunObserver>>;
 
-/// Thrown, before anything is written, where a camera's scans fit each other only if their poses are a
-/// body's: x forward, z up (Meaning::of_body). The run is to begin anew with that.
-struct PosesOfBody {};
-
-/// What refuses a run whose map would be useless, or warns of it: wrong units, forms of poses, resolutions.
-RunObservers checks_of(RunState& run);
+/// Refuses a run of whose readings hardly any were mapped.
+void require_readings(RunState& run);
 
 /// What writes or serves the outputs of a run, in the order of saving: first what a saved map refers to, then
 /// the map, then what describes it, the report and the summary last. `kept`: where the scans of the map that

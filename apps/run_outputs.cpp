@@ -3,7 +3,6 @@
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "run_observers.hpp"
-#include "run_warnings.hpp"
 #include "scene_log.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
@@ -18,6 +17,14 @@
 namespace octosurf {
 namespace {
 
+/// The verb that finds out why scans contradict each other.
+constexpr const char* explaining_verb = "octosurf check ";
+
+std::string contradiction_of(const RunState& run) {
+  return run.statistics.judgement().describe() + "; " + explaining_verb + run.options.recording +
+         " tells why";
+}
+
 class MapSaver : public RunObserver {
  public:
   MapSaver(RunState& run, const ScanKeeper& keeper) : run_(run), keeper_(keeper) {}
@@ -27,7 +34,9 @@ class MapSaver : public RunObserver {
     if (saving == Saving::checkpoint)
       return run_.checkpoints.try_to_save(map, run_.statistics.scans(), keeper_.kept());
     run_.saving_last = true;
-    require_agreement();
+    if (run_.options.strict && run_.statistics.judgement().contradicts())
+      throw Error(Error::Kind::data, run_.options.output, contradiction_of(run_),
+                  "no map is written; without --strict it would be");
     run_.checkpoints.save(map, run_.statistics.scans(), keeper_.kept());
     run_.written = {run_.options.output + ".surfaces", run_.options.output + ".bt"};
     for (const std::string& file :
@@ -36,13 +45,6 @@ class MapSaver : public RunObserver {
   }
 
  private:
-  void require_agreement() const {
-    if (!run_.options.strict) return;
-    if (const std::string text = contradiction_text(run_.statistics); !text.empty())
-      throw Error(Error::Kind::data, run_.options.output, text,
-                  "no map is written; without --strict it would be");
-  }
-
   RunState& run_;
   const ScanKeeper& keeper_;
 };
@@ -60,13 +62,21 @@ void print_dropped(const ScanReport& totals) {
 void print_alignment(const RunStatistics& statistics) {
   const std::size_t corrected = statistics.scans_with(AlignmentOutcome::corrected),
                     recovered = statistics.scans_with(AlignmentOutcome::recovered),
-                    rejected = statistics.scans_with(AlignmentOutcome::rejected),
-                    unexplained = statistics.scans_with(AlignmentOutcome::unexplained);
-  if (corrected + recovered + rejected + unexplained == 0) return;
+                    rejected = statistics.scans_with(AlignmentOutcome::rejected);
+  if (corrected + recovered + rejected == 0) return;
   std::printf("%-12s %zu corrected", "poses", corrected + recovered);
   if (recovered > 0) std::printf(", %zu of them far off", recovered);
-  if (rejected > 0) std::printf("; %s left out: they fit nowhere", io::count_of(rejected, "scan").c_str());
-  if (unexplained > 0) std::printf("; %zu fit nowhere and are mapped as given", unexplained);
+  if (rejected > 0) std::printf("; %s left out", io::count_of(rejected, "scan").c_str());
+  std::printf("\n");
+}
+
+void print_agreement(const Judgement& judgement) {
+  if (judgement.views == 0) return;
+  std::printf("%-12s %zu of %zu pairs of views", "agreement", judgement.pairs - judgement.contradicting,
+              judgement.pairs);
+  if (judgement.alone > 0)
+    std::printf("; %zu of %zu views see nothing that others see, and were not compared", judgement.alone,
+                judgement.views);
   std::printf("\n");
 }
 
@@ -90,9 +100,7 @@ void print_summary(const RunState& run) {
               statistics.totals().appeared);
   print_dropped(statistics.totals());
   print_alignment(statistics);
-  if (const alignment::RunAgreement& agreement = statistics.agreement(); agreement.scans() > 0)
-    std::printf("%-12s %.1f %%, least %.1f %%\n", "agreement", 100 * agreement.median(),
-                100 * agreement.least());
+  print_agreement(statistics.judgement());
   std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*snapshot));
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", run.now_s(),
@@ -106,6 +114,17 @@ void print_summary(const RunState& run) {
   if (up.source != Up::Source::given) std::printf("%-12s %s\n", "up", describe(up).c_str());
   std::printf("\n");
   print_table(largest_surfaces(*snapshot, 5), up.direction);
+}
+
+/// Clouds without poses are from a sensor that stood still, or their poses are in a file that was not given.
+void warn_of_missing_poses(const RunState& run) {
+  const auto scans = static_cast<std::size_t>(run.statistics.scans());
+  if (!run.options.viewpoint.empty() || scans == 0 || run.statistics.scans_at_origin() < scans) return;
+  std::fprintf(
+      stderr,
+      "warning: all scans (%zu) are mapped from the map's origin, as they came without poses: --poses "
+      "FILE gives them, --viewpoint X Y Z that of a sensor that stood still\n",
+      scans);
 }
 
 /// The report, the summary and the warnings of a run that is over.
@@ -122,7 +141,11 @@ class RunReport : public RunObserver {
       io::write_file(report, run_.options.force,
                      [&](std::ostream& out) { out << run_.statistics.to_json(map, run_.context) << '\n'; });
     print_summary(run_);
-    print_warnings(run_.statistics, map, !run_.options.viewpoint.empty());
+    std::fflush(stdout);  // warnings follow the summary
+    warn_of_missing_poses(run_);
+    warn_of_up(map, "");
+    if (run_.statistics.judgement().contradicts())
+      std::fprintf(stderr, "warning: %s\n", contradiction_of(run_).c_str());
   }
 
  private:

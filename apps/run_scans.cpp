@@ -2,12 +2,13 @@
 
 #include "arrivals.hpp"
 #include "cloud_viewpoint.hpp"
+#include "geometry/median.hpp"
 #include "io/text_file.hpp"
-#include "run_warnings.hpp"
 #include "sensing/fingerprint.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -17,7 +18,6 @@ namespace octosurf {
 
 RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run), notes_(source->notes()) {
   const ScanRange& range = run.options.range;
-  run.poses_elsewhere = source->posed_elsewhere();
   for (const std::string& note : notes_) std::printf("%s\n", note.c_str());
   run.scans_listed = source->size();
   alone_ = run.scans_listed == 1 && !run.options.source.poses;
@@ -38,18 +38,30 @@ RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run
                 "leaves none of the " + std::to_string(run.scans_listed) + " scans");
 }
 
-bool RunScans::accept(Scan& scan) {
-  const bool first = std::exchange(first_, false);
+void RunScans::require_metres(const Scan& scan) const {
+  constexpr double farthest =
+      300;  // m: no robot's sensor reaches so far, and such rays take hours and all memory
   const Parameters& parameters = run_.mapper.map().parameters();
-  if (first && !run_.options.source.cloud_scale) require_metres(scan, parameters);
+  if (scan.sensor != SensorKind::lidar || parameters.occupancy.max_range || run_.options.source.cloud_scale)
+    return;
+  std::vector<float> ranges;
+  for (const Eigen::Vector3f& point : scan.points)
+    if (const float range = point.norm(); std::isfinite(range)) ranges.push_back(range);
+  if (ranges.empty() || static_cast<double>(geometry::median_of(ranges)) <= farthest) return;
+  throw Error(Error::Kind::data, scan.name,
+              "most of its readings reach farther than 300 m, as if not in metres",
+              "--cloud-scale 1000 for millimetres, 100 for centimetres; 1, if they are metres");
+}
+
+bool RunScans::accept(Scan& scan) {
+  if (std::exchange(first_, false)) require_metres(scan);
   place(scan);
   require_near(scan);
   return held_.empty() || !std::binary_search(held_.begin(), held_.end(), sensing::fingerprint_of(scan));
 }
 
 void RunScans::place(Scan& cloud) const {
-  if (run_.options.pose_form)
-    cloud.T_map_sensor = alignment::pose_from(*run_.options.pose_form, cloud.T_map_sensor);
+  cloud.T_map_sensor = sensing::pose_from(run_.options.pose_form, cloud.T_map_sensor);
   const bool posed = cloud.T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
   if (const std::vector<double>& viewpoint = run_.options.viewpoint; !viewpoint.empty()) {
     if (posed)

@@ -26,6 +26,8 @@ class RunScans {
   bool accept(Scan& scan);
   /// Gives a cloud without a pose its viewpoint.
   void place(Scan& cloud) const;
+  /// Throws Error(data) for a lidar's scan that reaches farther than one sees, unless max_range is given.
+  void require_metres(const Scan& scan) const;
   /// Throws Error(data) for a pose that is no place.
   void require_near(const Scan& scan) const;
 

@@ -39,7 +39,6 @@ struct RunState {
   Checkpoints checkpoints;
   std::size_t scans_listed = 0;  ///< by the input; bad ones and those that --skip and --first leave out count
   ScanFeed* feed = nullptr;      ///< while scans are inserted
-  bool poses_elsewhere = false;  ///< poses come from a file or a bag, not from the scans
   bool changed = false;          ///< the map, by this run
   bool saving_last = false;      ///< the last save has begun
   std::optional<double> last_stamp_s;  ///< of the scans that were inserted

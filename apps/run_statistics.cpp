@@ -1,6 +1,5 @@
 #include "run_statistics.hpp"
 
-#include "alignment/sensor_error.hpp"
 #include "geometry/degrees.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -85,41 +84,17 @@ Json alignment_json(const AlignmentTotals& totals) {
   return json;
 }
 
-Json agreement_json(const alignment::RunAgreement& agreement,
-                    const std::optional<alignment::RecordingCheck::Finding>& better) {
-  Json json{{"scans", agreement.scans()}, {"median", agreement.median()}, {"least", agreement.least()}};
-  if (better)
-    json["better"] = {{"meaning", alignment::meaning_names.at(static_cast<std::size_t>(better->meaning))},
-                      {"value", better->value},
-                      {"share", better->share},
-                      {"share_as_given", better->as_given}};
-  if (const auto found = agreement.contradiction())
-    json["contradiction"] = {{"scans", found->scans},
-                             {"moved", found->moved},
-                             {"first", found->first},
-                             {"stamp_s", found->stamp_s},
-                             {"share", found->share},
-                             {"jump_m", found->jump_m},
-                             {"jump_deg", deg_per_rad * found->jump_rad},
-                             {"alternates", found->alternates}};
-  return json;
-}
-
-Json closures_json(const std::vector<LoopClosure>& closures) {
-  Json list = Json::array();
-  for (const LoopClosure& closure : closures)
-    list.push_back({{"first", closure.first}, {"last", closure.last}, {"distance_m", closure.farthest_m}});
-  return list;
-}
-
-Json sensor_error_json(const std::optional<alignment::SensorErrorEstimate>& error) {
-  if (!error) return {};
-  return {{"tilt_deg", Eigen::Vector3d(deg_per_rad * error->tilt_rad())},
-          {"tilt_std_deg",
-           {deg_per_rad * error->tilt_deviation_rad(0), deg_per_rad * error->tilt_deviation_rad(1),
-            deg_per_rad * error->tilt_deviation_rad(2)}},
-          {"range_scale", error->range_scale()},
-          {"range_scale_std", error->range_scale_deviation()}};
+Json judgement_json(const Judgement& judgement) {
+  return {{"contradicts", judgement.contradicts()},
+          {"views", judgement.views},
+          {"alone", judgement.alone},
+          {"pairs", judgement.pairs},
+          {"contradicting", judgement.contradicting},
+          {"worst", judgement.worst},
+          {"outvoted", judgement.outvoted},
+          {"common_error", judgement.common_error},
+          {"common_error_m", judgement.common_error_m},
+          {"oddities", judgement.oddities}};
 }
 
 Json up_object(const Up& up) {
@@ -151,15 +126,13 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
     const Eigen::AngleAxisd turn(used.linear() * scan.T_map_sensor.linear().transpose());
     alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
   }
-  agreement_.add(scan, report.agreement, alignment);
-  recording_.add(scan);
-  closures_.add(scan, alignment, parameters_.occupancy.resolution);
+  if (alignment.outcome != AlignmentOutcome::rejected) judge_.add(scan, alignment.T_map_sensor);
   add_occupancy(report, arrival_s, done_s);
 }
 
-const std::optional<alignment::RecordingCheck::Finding>& RunStatistics::better_meaning() const {
-  if (std::exchange(compared_, scans_) != scans_) better_meaning_ = recording_.better_meaning();
-  return better_meaning_;
+const Judgement& RunStatistics::judgement() const {
+  if (std::exchange(judged_, scans_) != scans_) judgement_ = judge_.judge();
+  return judgement_;
 }
 
 bool RunStatistics::drain(Mapper& mapper, const std::function<double()>& now_s) {
@@ -239,10 +212,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["waiting_points"] = spread(waiting_, {{"p50", 0.5}, {"p95", 0.95}});
   json["drain_ms"] = drain_ms_;
   json["alignment"] = alignment_json(alignment_);
-  json["agreement"] = agreement_json(agreement_, better_meaning());
-  json["alignment"]["closures"] = closures_json(closures_.all());
-  json["alignment"]["sensor_error"] =
-      sensor_error_json(alignment::sensor_error_of(alignment::record_of(surfaces::state_of(map)).state));
+  json["judgement"] = judgement_json(judgement());
   json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;

@@ -1,9 +1,5 @@
 #pragma once
 
-#include "alignment/recording_check.hpp"
-#include "alignment/run_agreement.hpp"
-#include "loop_closures.hpp"
-
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -11,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/judgement.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/up.hpp>
 
@@ -41,7 +38,7 @@ struct AlignmentTotals {
 /// nearest-rank.
 class RunStatistics {
  public:
-  explicit RunStatistics(const Parameters& parameters) : parameters_(parameters) {}
+  explicit RunStatistics(const Parameters& parameters) : parameters_(parameters), judge_(parameters) {}
 
   /// `arrival_s`: when the scan was available, `done_s`: when its surfaces could be read.
   void add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
@@ -64,11 +61,7 @@ class RunStatistics {
   std::size_t scans_with(AlignmentOutcome outcome) const {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
-  const alignment::RunAgreement& agreement() const { return agreement_; }
-  const alignment::RecordingCheck& recording() const { return recording_; }
-  /// RecordingCheck::better_meaning() of all scans.
-  const std::optional<alignment::RecordingCheck::Finding>& better_meaning() const;
-  const std::vector<LoopClosure>& closures() const { return closures_.all(); }
+  const Judgement& judgement() const;                   ///< of the scans that were mapped
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
 
@@ -87,11 +80,9 @@ class RunStatistics {
   std::array<std::vector<double>, stage_names.size()> stage_ms_;
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
-  LoopClosures closures_;
-  alignment::RunAgreement agreement_;
-  alignment::RecordingCheck recording_;
-  mutable std::optional<alignment::RecordingCheck::Finding> better_meaning_;
-  mutable std::uint64_t compared_ = 0;  // scans of which that is
+  RecordingJudge judge_;
+  mutable Judgement judgement_;
+  mutable std::uint64_t judged_ = 0;  // scans of which that is
 };
 
 /// A gap between scans after which everything waiting is processed: 1 s, 30 of a camera's frames, in which a

@@ -74,5 +74,5 @@ endfunction()
 
 # What keeps a map, and what makes one: the rooms that a program links.
 set(OCTOSURF_MAP_ROOMS octosurf_alignment octosurf_surfaces octosurf_occupancy octosurf_sensing octosurf_geometry)
-set(OCTOSURF_MAPPER_ROOMS octosurf_mapper octosurf_diagnosis octosurf_cylinders octosurf_detection octosurf_update
+set(OCTOSURF_MAPPER_ROOMS octosurf_mapper octosurf_judgement octosurf_diagnosis octosurf_cylinders octosurf_detection octosurf_update
   ${OCTOSURF_MAP_ROOMS})

@@ -12,11 +12,11 @@ set(OCTOSURF_SLOW_alignment AlignedMap.ASensorsTiltAndScaleAreFoundAndAreNoDrift
     AlignedMap.WhatReadingsErrInCommonIsKnownWhetherOrNotPosesAreAligned Localizer.FindsScansFromGuessesFarOff
     NearSurfaces.PosesThatSlidDoNotMakeAPlaneUncertain PoseFit.ErrorsAreAsItsCovarianceSays
     Revisits.TellABendThatNoMotionExplains Revisits.TellHowFarThePoseIsOff)
-set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.ASignalLeavesNoLockNorPartOfAnyVerbThatWritesAMap EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
+set(OCTOSURF_SLOW_apps Bags.* Diff.* EarlyEnd.ASignalLeavesNoLockNorPartOfAnyVerbThatWritesAMap EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
     FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.NoMemoryKeepsWhatWasMapped CommandTest.ExportedSurfacesAreThoseOfTheMap
-    Killed.* MapRun.DoubleLayersAreWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
+    Killed.* MapRun.InRealTimeScansArriveAtTheirStamps
     MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
-    PoseCheck.PosesInAnotherFormAreRefusedAndTakenOnDemand PoseCheck.RightPosesAreNotRefusedWhereTheyDrift Remap.*
+    PoseCheck.PosesInAnotherFormAreToldAndTakenOnDemand Remap.*
     UpOption.GivenInEveryWay WrongUse.IsSaidInOneLineAndLeavesNothing)
 set(OCTOSURF_SLOW_contract Worlds/Contract.* MapperContract.ReportsItsTime)
 set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras

@@ -54,19 +54,22 @@ Eigen::AlignedBox3d extent_of(const Surface& surface) {
   return extent;
 }
 
-PageFoot page_foot(const planning::AskedMap& map, const std::string& foot, bool edges_alone) {
+using RegionsOfFoot = decltype(PageMap::feet)::value_type;
+
+RegionsOfFoot page_foot(const planning::AskedMap& map, const std::string& foot, bool edges_alone) {
   planning::ContactQuestion question;
   question.foot = planning::foot_of(foot);
   if (question.foot->outline.empty()) question.robot = Quadruped{};
   if (edges_alone) question.clearance_m = question.obstacle_margin_m = 0;
   const GroundView ground = map.ground(planning::rules_of(question, map.up, map.octree.resolution()));
-  PageFoot result{foot + (edges_alone ? " m, by slope and edges alone" : " m, with all limits of plan"), {}};
+  RegionsOfFoot result{foot + (edges_alone ? " m, by slope and edges alone" : " m, with all limits of plan"),
+                       {}};
   for (const SurfacePtr& surface : map.snapshot->surfaces) {
     // For a wall other limits are not evaluated, to save time.
     if (slope_rad(*surface, map.up) > ground.rules().limits.max_slope_rad)
-      result.regions.push_back({surface->id, surface->revision, {}, {}, 0, {ContactRefusal::slope}});
+      result.second.push_back({surface->id, surface->revision, {}, {}, 0, {ContactRefusal::slope}});
     else
-      result.regions.push_back(ground.region(surface->id, std::nullopt));
+      result.second.push_back(ground.region(surface->id, std::nullopt));
   }
   return result;
 }
@@ -75,13 +78,13 @@ PageFoot page_foot(const planning::AskedMap& map, const std::string& foot, bool 
 /// a foot: a biped's for a sole, a quadruped's for a ball. Throws Error(usage) for an invalid foot. Seconds
 /// to minutes: obstacles on a floor are cut out of it voxel by voxel. Without feet: those of `plan`, limited
 /// by slope and edges alone, in some ms.
-std::vector<PageFoot> page_feet(const planning::AskedMap& map, const std::vector<std::string>& feet) {
+std::vector<RegionsOfFoot> page_feet(const planning::AskedMap& map, const std::vector<std::string>& feet) {
   const bool usual = feet.empty();
-  std::vector<std::future<PageFoot>> asking;  // in threads, if they are available
+  std::vector<std::future<RegionsOfFoot>> asking;  // in threads, if they are available
   for (const std::string& foot : usual ? std::vector<std::string>{"0.22x0.11", "0.03"} : feet)
     asking.push_back(std::async([&map, foot, usual] { return page_foot(map, foot, usual); }));
-  std::vector<PageFoot> result;
-  for (std::future<PageFoot>& foot : asking) result.push_back(foot.get());
+  std::vector<RegionsOfFoot> result;
+  for (std::future<RegionsOfFoot>& foot : asking) result.push_back(foot.get());
   return result;
 }
 

@@ -1,7 +1,8 @@
-// octosurf/mapper.hpp, alignment.hpp and map_alignment.hpp in Python.
+// octosurf/mapper.hpp, alignment.hpp, map_alignment.hpp and judgement.hpp in Python.
 #include "map_holder.hpp"
 
 #include <octosurf/alignment.hpp>
+#include <octosurf/judgement.hpp>
 #include <octosurf/map_alignment.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/space_part.hpp>
@@ -120,16 +121,38 @@ auto changed(Answer (Mapper::*change)(Arguments...)) {
   };
 }
 
+void bind_judgement(Module& module) {
+  using J = Judgement;
+  Value<J>(module, "Judgement")
+      .fields(OCTOSURF_FIELDS(J, views, alone, pairs, contradicting, outvoted, judged, worst, worst_places,
+                              worst_apart, common_error, common_error_m, oddities, step_m, range_m,
+                              resolution_m))
+      .def("many_pairs", &J::many_pairs)
+      .def("many_outvoted", &J::many_outvoted)
+      .def("has_common_error", &J::has_common_error)
+      .def("too_far_apart", &J::too_far_apart)
+      .def("contradicts", &J::contradicts)
+      .def("describe", &J::describe);
+  using Judge = Locked<RecordingJudge>;
+  Class<Judge>(module, "RecordingJudge")
+      .def(py::init<const Parameters&>(), "parameters"_a = Parameters())
+      .def("__repr__", [](const Judge&) { return "<RecordingJudge>"; })
+      .def(
+          "add",
+          [](Judge& self, const Scan& scan, const Eigen::Isometry3d& T_map_sensor) {
+            self.use([&](RecordingJudge& judge) { judge.add(scan, T_map_sensor); });
+          },
+          "scan"_a, "T_map_sensor"_a)
+      .def("judge",
+           [](Judge& self) { return self.use([](RecordingJudge& judge) { return judge.judge(); }); });
+}
+
 void bind_reports(Module& module) {
-  Value<Agreement>(module, "Agreement")
-      .fields(OCTOSURF_FIELDS(Agreement, agrees, in_free_space, behind_matter))
-      .def("compared", &Agreement::compared)
-      .def("share", &Agreement::share);
   using R = ScanReport;
   Value<R>(module, "ScanReport")
       .fields(OCTOSURF_FIELDS(R, points_raw, points_not_finite, points_too_near, points_beyond_range,
                               points_out_of_map, voxels, appeared, vanished, categorized, added, expanded,
-                              detected, waiting, alignment, agreement, born, grown, shrunk, merged, gone))
+                              detected, waiting, alignment, born, grown, shrunk, merged, gone))
       .field("stage_ms", &R::stage_ms, stage_names)
       .fields(OCTOSURF_FIELDS(R, total_ms))
       .text([](const R& report) {
@@ -180,6 +203,7 @@ void bind_mapper(Module& module) {
   bind_alignment(module);
   bind_reports(module);
   bind_map_alignment(module);
+  bind_judgement(module);
   Value<SpacePart>(module, "SpacePart")
       .fields(OCTOSURF_FIELDS(SpacePart, T_map_part, half_size, round))
       .def_static(

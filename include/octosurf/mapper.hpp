@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include <octosurf/agreement.hpp>
 #include <octosurf/alignment.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/scan.hpp>
@@ -56,7 +55,6 @@ struct ScanReport {
   std::size_t detected = 0;             ///< points gained by detection
   std::size_t waiting = 0;              ///< new readings in blocks not yet processed, see Mapper::drain()
   Alignment alignment;                  ///< alignment.T_map_sensor is the pose used for the insertion
-  Agreement agreement;                  ///< with the map before the scan; none by other causes
   std::vector<SurfaceId> born;          ///< new surfaces
   std::vector<SurfaceId> grown;         ///< surfaces that gained points
   std::vector<SurfaceId> shrunk;        ///< surfaces that lost points and are left

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <octosurf/boundary.hpp>
@@ -15,12 +16,6 @@
 
 namespace octosurf {
 
-/// Footholds on a map's surfaces, shown on a page.
-struct PageFoot {
-  std::string name;                    ///< label: which foot and limits
-  std::vector<ContactRegion> regions;  ///< one for each surface of the page's snapshot that was evaluated
-};
-
 /// A map shown on a page.
 struct PageMap {
   std::string name;                          ///< label; errors name it, too
@@ -28,8 +23,10 @@ struct PageMap {
   OccupancyView octree{};                    ///< Map::octree(); if empty, no voxels are shown
   /// label_edges() of the snapshot's surfaces; if present, edges are drawn by their kind.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
-  std::vector<PageFoot> feet{};  ///< one of them is shown at a time
-  std::vector<Stair> stairs{};   ///< of find_stairs(), drawn with their measures
+  /// Footholds, one foot at a time: a label, which foot and limits, and the regions on the snapshot's
+  /// surfaces that were evaluated.
+  std::vector<std::pair<std::string, std::vector<ContactRegion>>> feet{};
+  std::vector<Stair> stairs{};  ///< of find_stairs(), drawn with their measures
 };
 
 /// Options of make_page().

@@ -105,9 +105,6 @@ class ScanSource {
   /// a return. The last may come with any scan.
   virtual std::vector<std::string> notes() const { return {}; }
 
-  /// Poses come from files of poses or a bag, not from the scans' own files.
-  virtual bool posed_elsewhere() const { return false; }
-
   /// Subtracted from all coordinates of the inputs, m.
   virtual Eigen::Vector3d origin() const { return Eigen::Vector3d::Zero(); }
 };

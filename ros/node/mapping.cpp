@@ -30,6 +30,7 @@ Mapping::Mapping(Map start, const NodeOptions& options)
       mapper_(std::make_shared<Mapper>(std::move(start), options.threads, paper_detector())),
       own_(options.output),
       lock_(own_),
+      judge_(mapper_->map().parameters()),
       queue_(options.queue_mb << 20) {
   mapper_->share_octree();
   mapper_->remember_scans();
@@ -119,10 +120,20 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   last_stamp_ns_ = received.stamp_ns;
   changed_ = true;
   show(&received);
+  const bool rejected = report.alignment.outcome == AlignmentOutcome::rejected;
+  std::optional<std::string> contradiction;
+  if (!rejected) {
+    constexpr std::uint64_t scans_of_verdict = 100;  // which takes 0.1 s, as much as a few of them
+    judge_.add(received.scan, report.alignment.T_map_sensor);
+    if (++judged_ % scans_of_verdict == 0) contradiction = judge_.judge().describe();
+  }
   const std::lock_guard lock(mutex_);
   counts_.scan_ms = report.total_ms;
-  counts_.agreement = report.agreement.share();
-  ++(report.alignment.outcome == AlignmentOutcome::rejected ? counts_.rejected : counts_.mapped);
+  ++(rejected ? counts_.rejected : counts_.mapped);
+  if (!contradiction) return;
+  if (counts_.contradiction.empty() && !contradiction->empty())
+    std::fprintf(stderr, "warning: %s\n", contradiction->c_str());
+  counts_.contradiction = *contradiction;
 } catch (const std::runtime_error& error) {
   refuse(options_.scans() + ": " + error.what(), counts_.refused);
 } catch (const std::bad_alloc&) {

@@ -20,6 +20,7 @@
 #include <string>
 #include <thread>
 
+#include <octosurf/judgement.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/space_part.hpp>
 
@@ -36,8 +37,8 @@ struct MappingCounts {
   std::uint64_t transforms = 0;        ///< messages of tf
   std::uint64_t messages_refused = 0;  ///< of tf and CameraInfo
   std::string last_refusal;
-  double scan_ms = 0;    ///< of work on the last scan mapped
-  double agreement = 1;  ///< of the last scan with the map before it, Agreement::share()
+  double scan_ms = 0;         ///< of work on the last scan mapped
+  std::string contradiction;  ///< of the scans mapped so far: Judgement::describe()
 };
 
 /// The map after some scan.
@@ -125,12 +126,14 @@ class Mapping {
 
   const NodeOptions& options_;
   Sensors sensors_;
-  std::shared_ptr<Mapper> mapper_;  // of the thread, as are the next five
+  std::shared_ptr<Mapper> mapper_;  // of the thread, as are the next seven
   std::string own_;                 // stem of the node's own map
   io::MapLock lock_;                // of it
   Sensors::Clock::time_point saved_ = Sensors::Clock::now();
   std::optional<std::int64_t> last_stamp_ns_;
   bool changed_ = false;  // since it was saved
+  RecordingJudge judge_;
+  std::uint64_t judged_ = 0;  // scans
 
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable_any work_;

@@ -208,8 +208,8 @@ void Publications::publish_status() try {
                 "transforms", counts.transforms, "messages_refused", counts.messages_refused,
                 "scan_publishers", inputs.scan_publishers, "camera_publishers", inputs.camera_publishers,
                 "transform_publishers", inputs.transform_publishers, "last_refusal", counts.last_refusal,
-                "scan_ms", counts.scan_ms, "agreement", counts.agreement, "published_bytes", bytes_.load(),
-                "publish_ms", map_ms_.load());
+                "scan_ms", counts.scan_ms, "contradiction", counts.contradiction, "published_bytes",
+                bytes_.load(), "publish_ms", map_ms_.load());
   }));
 } catch (const std::exception& error) {
   std::fprintf(stderr, "warning: no status: %s\n", error.what());

@@ -8,8 +8,8 @@
 #include "accuracy/simulated_map.hpp"
 #include "evaluation/evaluate.hpp"
 #include "simulation/recording.hpp"
+#include "support/double_layers.hpp"
 #include "support/paths.hpp"
-#include "surfaces/double_layers.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <cstdio>
@@ -173,7 +173,7 @@ struct Contents {
       area_m2 += surface->area_m2;
       large += surface->area_m2 >= 0.05;
     }
-    layers += static_cast<double>(surfaces::double_layers(surfaces::state_of(map).surfaces).size());
+    layers += static_cast<double>(test::double_layers(surfaces::state_of(map).surfaces).size());
   }
 };
 

@@ -2,12 +2,12 @@
 #include "alignment/alignment_state.hpp"
 #include "alignment/pose_fit.hpp"
 #include "alignment/revisit.hpp"
-#include "alignment/sensor_error.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "io/map_file/map_file.hpp"
 #include "sensing/reading_code.hpp"
 #include "simulation/recording.hpp"
 #include "support/degree.hpp"
+#include "support/random_scans.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -170,11 +170,32 @@ TEST(AlignedMap, ASensorsTiltAndScaleAreFoundAndAreNoDrift) {
     moved += mapper.insert(scan).alignment.T_map_sensor.matrix() != scan.T_map_sensor.matrix();
   }
   EXPECT_EQ(moved, 0U);
-  const auto found = alignment::sensor_error_of(alignment::record_of(surfaces::state_of(mapper.map())).state);
-  ASSERT_TRUE(found.has_value());
-  EXPECT_NEAR(found->tilt_rad().x(), 0.5 * degree, 0.1 * degree);
-  EXPECT_LT(found->tilt_rad().tail<2>().norm(), 0.1 * degree);
-  EXPECT_NEAR(found->range_scale(), 0.01, 0.002);
+  const auto& state = alignment::record_of(surfaces::state_of(mapper.map())).state;
+  const auto& errors = state.hypotheses.at(state.believed).errors;
+  EXPECT_NEAR(errors[0], 0.5 * degree, 0.1 * degree);
+  EXPECT_LT(errors.segment<2>(1).norm(), 0.1 * degree);
+  // Scale and a field that grows with distance are told apart only by near and far: at 2 m, over the view.
+  EXPECT_NEAR(errors[3] + 2 * (errors[4] + (errors[8] + errors[9]) / 3), 0.01, 0.002);
+}
+
+/// Half of it in free space and half behind walls; the octree is as before.
+TEST(AlignedMap, AScanThatFitsNowhereAndContradictsTheOctreeIsLeftOut) {
+  for (const bool aligned : {true, false}) {
+    auto rng = test::rng();
+    Mapper mapper(coarse(aligned, 0.05));
+    std::vector<Scan> scans;
+    for (int i = 0; i < 12; ++i) mapper.insert(scans.emplace_back(room_scan(rng, 20000, {2, 2.5, 1.2})));
+    const std::size_t before = mapper.map().size().leaves;
+    Scan wrong = scans.back();
+    const Eigen::Vector3d there = wrong.T_map_sensor.translation();  // and now on the other side
+    wrong.T_map_sensor.prerotate(Eigen::AngleAxisd(0.6, Eigen::Vector3d(1, 2, 3).normalized()));
+    wrong.T_map_sensor.translation() = -Eigen::Vector3d(1.1, 0.9, 0.5).cwiseProduct(there.cwiseSign());
+    EXPECT_EQ(mapper.insert(wrong).alignment.outcome,
+              aligned ? AlignmentOutcome::rejected : AlignmentOutcome::off);
+    EXPECT_EQ(mapper.map().size().leaves == before, aligned);
+    EXPECT_EQ(mapper.insert(scans.back()).alignment.outcome,
+              aligned ? AlignmentOutcome::agrees : AlignmentOutcome::off);
+  }
 }
 
 TEST(AlignedMap, ASingleScanFarOffIsLeftOut) {

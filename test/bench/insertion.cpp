@@ -4,7 +4,7 @@
 #include "bench/bench.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/ray_tracer.hpp"
-#include "surfaces/double_layers.hpp"
+#include "support/double_layers.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <octosurf/adapters/octomap.hpp>
@@ -182,8 +182,8 @@ void kitchen(const Options& options) {
     area += surface->area_m2;
     over_min_area += surface->area_m2 >= min_area;
   }
-  const auto layers = surfaces::double_layers(surfaces::state_of(mapper.map()).surfaces);
-  for (const surfaces::DoubleLayer& layer : layers) {
+  const auto layers = test::double_layers(surfaces::state_of(mapper.map()).surfaces);
+  for (const test::DoubleLayer& layer : layers) {
     const Surface& smaller = *snapshot->find(layer.smaller);
     doubled += smaller.area_m2 * static_cast<double>(layer.inliers) / static_cast<double>(smaller.inliers);
   }

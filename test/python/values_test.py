@@ -30,6 +30,15 @@ def made(cls, *state):
     return value
 
 
+def judged():
+    """Of a floor, seen twice."""
+    judge = octosurf.RecordingJudge(octosurf.Parameters(resolution=0.05))
+    for x in (0, 0.1):
+        scan = octosurf.Scan(floor(), at(x, 0, 0), name=f"from {x}")
+        judge.add(scan, scan.T_map_sensor)
+    return judge
+
+
 def results():
     """One at least of every class of results."""
     mapper = mapped_floor()
@@ -56,7 +65,7 @@ def results():
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])),
         *octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])).steps,
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[9, 0, 0])).refusal,
-        mapper.drain(), mapper.drain().agreement, whole.at([0, 0, 0]), whole.at([0, 0, 9]), whole.size(), octosurf.up_of(whole),
+        mapper.drain(), judged().judge(), whole.at([0, 0, 0]), whole.at([0, 0, 9]), whole.size(), octosurf.up_of(whole),
         octree.at([0, 0, 0]), octree.count([-1, -1, -1], [1, 1, 1]), grid, planned,
         octosurf.export_planar_terrain([planned], grid, "map", world.FOLDER / "values.json", force=True),
         octosurf.nearest(snapshot, [0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),

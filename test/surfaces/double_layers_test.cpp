@@ -1,5 +1,5 @@
 // Double layers of sheets whose overlap and distance follow from the drawing.
-#include "surfaces/double_layers.hpp"
+#include "support/double_layers.hpp"
 
 #include "surfaces/blobs.hpp"
 
@@ -8,6 +8,9 @@
 
 namespace octosurf::surfaces {
 namespace {
+
+using test::double_layers;
+using test::DoubleLayer;
 
 using test::d;
 

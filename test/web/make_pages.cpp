@@ -61,7 +61,7 @@ ContactRegion region_on_floor(double margin) {
 
 /// A large sole may be 0.2 m from the floor's edges and no nearer, a small one 0.05 m; none on the first
 /// wall.
-std::vector<PageFoot> feet_on_floor() {
+decltype(PageMap::feet) feet_on_floor() {
   ContactRegion on_wall;
   on_wall.surface = 8;
   on_wall.refused = {ContactRefusal::slope};

@@ -2,7 +2,6 @@
 
 #include "alignment/drift_filter.hpp"
 #include "alignment/revisit.hpp"
-#include "alignment/run_agreement.hpp"
 #include "sensing/reading_code.hpp"
 
 #include <Eigen/Dense>
@@ -21,6 +20,8 @@ namespace {
 constexpr double half_known = 0.5;
 /// Time constants of the patches' scatter (views) and of the usual shares (scans).
 constexpr double scatter_memory = 10, share_memory = 20;
+/// Of the usual share of explained readings: below it, the pose is searched for farther away.
+constexpr double much_less = 0.8;
 /// Common error of a surface's readings, as a share of their variance: half.
 constexpr double common_share = 0.5;
 /// Minimum pose error of a jump, in voxels; smaller errors are drift.
@@ -30,15 +31,6 @@ constexpr double jump_voxels = 2;
 constexpr double not_by_chance = 15.5;
 /// Maximum difference between two consecutive scans' jumps: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
-
-/// Half of what was compared contradicts the map, in both ways: what came stands in free space, what went is
-/// seen through, but a wrong pose does both.
-bool contradicts(const Agreement& agreement) {
-  constexpr std::size_t both_ways = 10;  // a tenth each
-  const std::size_t compared = agreement.compared();
-  return compared >= RunAgreement::fewest_compared && 2 * agreement.agrees < compared &&
-         both_ways * agreement.in_free_space >= compared && both_ways * agreement.behind_matter >= compared;
-}
 
 /// Alignment of one scan.
 class ScanAlignment {
@@ -65,8 +57,7 @@ class ScanAlignment {
   static double share_of(std::size_t count, std::size_t all) {
     return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, all));
   }
-  /// Else the pose is searched for farther away.
-  bool is_explained(double share) const { return share >= RunAgreement::much_less * state_.usual_share; }
+  bool is_explained(double share) const { return share >= much_less * state_.usual_share; }
   bool found_elsewhere(const PoseSearch& search, const PoseFit& fit, const Determined& determined) const;
   bool is_worth_a_search(double known_share) const;
   void note_jump(const PoseFit& fit, const Determined& determined);
@@ -154,7 +145,7 @@ bool ScanAlignment::is_worth_a_search(double known_share) const {
   const auto& failed_search = state_.failed_search;
   return !failed_search || state_.travelled_m - failed_search->travelled_m >= revisit_span_m ||
          known_share < half_known * failed_search->known ||
-         result_.alignment.explained_share() < RunAgreement::much_less * failed_search->share;
+         result_.alignment.explained_share() < much_less * failed_search->share;
 }
 
 void ScanAlignment::align(const PoseSearch& search, const std::function<bool()>& rejects) {
@@ -215,6 +206,34 @@ double farthest_reading(const Scan& scan, double most) {
   return farthest;
 }
 
+/// Half of what is compared of a scan contradicts the octree, in both ways: what came stands in free space,
+/// what went is seen through, but a wrong pose does both.
+bool contradicts(const surfaces::MapState& map, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                 const RangeLimits& limits) {
+  constexpr std::size_t samples = 400;  // effort: a share of 50 % is then known to 2.5 %
+  constexpr std::size_t fewest_compared = 100, both_ways = 10;  // a tenth each
+  const double d = map.parameters.occupancy.resolution;
+  std::vector<occupancy::SightLine> lines;
+  for (std::size_t k = 0; k < samples && !scan.points.empty(); ++k) {
+    // Multiples of the golden ratio spread evenly over pictures and rings of any size.
+    const double place = std::fmod(static_cast<double>(k) * std::numbers::phi, 1);
+    const auto i = static_cast<std::size_t>(place * static_cast<double>(scan.points.size()));
+    const Eigen::Vector3d p = scan.points[i].cast<double>();
+    Eigen::Vector3d start = Eigen::Vector3d::Zero();
+    if (i < scan.origins.size()) start = scan.origins[i].cast<double>();
+    const double range = (p - start).norm();
+    if (!(range >= limits.min_m && range <= limits.max_m)) continue;  // NaN
+    const unsigned range_class = sensing::range_class_of(static_cast<float>(range)) & 0xf;
+    // Within a voxel and a deviation; with three, half of what a jump of 10 cm contradicts is near enough.
+    lines.push_back(
+        {T_map_sensor * start, T_map_sensor * p, d + std::sqrt(map.noise.reading_variance(range_class))});
+  }
+  const occupancy::Agreement agreement = map.occupancy.agreement_with(lines);
+  const std::size_t compared = agreement.agrees + agreement.in_free_space + agreement.behind_matter;
+  return compared >= fewest_compared && 2 * agreement.agrees < compared &&
+         both_ways * agreement.in_free_space >= compared && both_ways * agreement.behind_matter >= compared;
+}
+
 }  // namespace
 
 AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& scan,
@@ -237,7 +256,7 @@ AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& s
   }
   ScanAlignment alignment(result, record.patches, scan, map.parameters);
   const PoseSearch search = search_from(alignment.expected());
-  alignment.align(search, [&] { return contradicts(agreement_of(map, scan, alignment.expected(), limits)); });
+  alignment.align(search, [&] { return contradicts(map, scan, alignment.expected(), limits); });
   const AlignmentOutcome outcome = result.alignment.outcome;
   const bool rejected = outcome == AlignmentOutcome::rejected;
   if (!rejected) result.shared = shared_at(search, result.alignment.T_map_sensor);
@@ -245,28 +264,6 @@ AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& s
     result.state.note_misfit(
         {result.alignment.T_map_sensor.translation(), farthest_reading(scan, limits.max_m), rejected});
   return result;
-}
-
-Agreement agreement_of(const surfaces::MapState& map, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                       const RangeLimits& limits) {
-  constexpr std::size_t samples = 400;  // effort: a share of 90 % is then known to 1.5 %
-  const double d = map.parameters.occupancy.resolution;
-  std::vector<occupancy::SightLine> lines;
-  for (std::size_t k = 0; k < samples && !scan.points.empty(); ++k) {
-    // Multiples of the golden ratio spread evenly over pictures and rings of any size.
-    const double place = std::fmod(static_cast<double>(k) * std::numbers::phi, 1);
-    const auto i = static_cast<std::size_t>(place * static_cast<double>(scan.points.size()));
-    const Eigen::Vector3d p = scan.points[i].cast<double>();
-    Eigen::Vector3d start = Eigen::Vector3d::Zero();
-    if (i < scan.origins.size()) start = scan.origins[i].cast<double>();
-    const double range = (p - start).norm();
-    if (!(range >= limits.min_m && range <= limits.max_m)) continue;  // NaN
-    const unsigned range_class = sensing::range_class_of(static_cast<float>(range)) & 0xf;
-    // Within a voxel and a deviation; with three, half of what a jump of 10 cm contradicts is near enough.
-    lines.push_back(
-        {T_map_sensor * start, T_map_sensor * p, d + std::sqrt(map.noise.reading_variance(range_class))});
-  }
-  return map.occupancy.agreement_with(lines);
 }
 
 }  // namespace octosurf::alignment

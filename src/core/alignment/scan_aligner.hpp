@@ -8,7 +8,6 @@
 
 #include <vector>
 
-#include <octosurf/agreement.hpp>
 #include <octosurf/alignment.hpp>
 
 namespace octosurf::alignment {
@@ -31,9 +30,5 @@ class ScanAligner {
  private:
   NearSurfaces surfaces_;
 };
-
-/// Compares 400 samples of a scan taken from this pose with the octree. Some 0.2 ms.
-Agreement agreement_of(const surfaces::MapState& map, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                       const RangeLimits& limits);
 
 }  // namespace octosurf::alignment

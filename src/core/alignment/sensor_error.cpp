@@ -15,9 +15,6 @@ constexpr double usual_offset = 0.02;
 /// Tangent of half a camera's usual field of view, so that the field's terms reach about 1.
 constexpr double half_view = 0.6;
 
-/// m: usual distance of the next footholds.
-constexpr double usual_distance = 2;
-
 }  // namespace
 
 SensorErrors distance_by_error(SensorKind sensor, const Eigen::Vector3d& reading, const Eigen::Vector3d& n) {
@@ -37,22 +34,6 @@ SensorErrors distance_by_error(SensorKind sensor, const Eigen::Vector3d& reading
     by[5] = along * reading.z() / (range * range);
   }
   return by;
-}
-
-std::optional<SensorErrorEstimate> sensor_error_of(const AlignmentState& state) {
-  if (state.hypotheses.empty()) return {};
-  const AlignmentState::Hypothesis& h = state.hypotheses[state.believed];
-  SensorErrors scale = SensorErrors::Zero();
-  scale[3] = 1;
-  if (state.sensor == SensorKind::depth_camera) {
-    constexpr double mean_square = 1.0 / 3;  // of u and v over the view
-    scale[4] = usual_distance;
-    scale[8] = scale[9] = mean_square * usual_distance;
-  } else {
-    scale[4] = 1 / usual_distance;
-  }
-  return SensorErrorEstimate{h.errors, h.covariance.bottomRightCorner<sensor_error_size, sensor_error_size>(),
-                             scale};
 }
 
 SensorErrors usual_errors(SensorKind sensor) {

@@ -3,8 +3,6 @@
 #include "alignment/alignment_state.hpp"
 
 #include <Eigen/Core>
-#include <cmath>
-#include <optional>
 
 #include <octosurf/scan.hpp>
 
@@ -20,23 +18,6 @@ using SensorErrorCovariance = Eigen::Matrix<double, sensor_error_size, sensor_er
 /// Derivative by the errors of a reading's distance from a plane with unit normal `n`; both in the sensor's
 /// frame.
 SensorErrors distance_by_error(SensorKind sensor, const Eigen::Vector3d& reading, const Eigen::Vector3d& n);
-
-/// Estimate of the errors.
-struct SensorErrorEstimate {
-  SensorErrors errors = SensorErrors::Zero();
-  SensorErrorCovariance covariance = SensorErrorCovariance::Zero();
-
-  Eigen::Vector3d tilt_rad() const { return errors.head<3>(); }  ///< sensor's axes
-  /// Mean relative error of ranges at 2 m over the view: scale and a field that grows with distance are
-  /// separable only for a sensor that sees far and near.
-  double range_scale() const { return range_scale_of.dot(errors); }
-  double tilt_deviation_rad(int axis) const { return std::sqrt(covariance(axis, axis)); }
-  double range_scale_deviation() const { return std::sqrt(range_scale_of.dot(covariance * range_scale_of)); }
-
-  SensorErrors range_scale_of = SensorErrors::Zero();  ///< derivative of range_scale() by the errors
-};
-/// None before the first aligned scan.
-std::optional<SensorErrorEstimate> sensor_error_of(const AlignmentState& state);
 
 /// Prior standard deviations.
 SensorErrors usual_errors(SensorKind sensor);

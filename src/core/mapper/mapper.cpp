@@ -167,10 +167,6 @@ Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan&
   mapper::Stopwatch time(report);
   checked.aligned = time(Stage::align, [&] { return align(state, scan, {parameters.min_range, max_range}); });
   report.alignment = checked.aligned.alignment;
-  report.agreement = time(Stage::align, [&] {
-    return alignment::agreement_of(state, scan, report.alignment.T_map_sensor,
-                                   {parameters.min_range, max_range});
-  });
   pose_corrected = !as_stated(scan, report.alignment);
   if (report.alignment.outcome == AlignmentOutcome::rejected) return checked;
   if (pose_corrected || !rays || !fit(*rays, scan))

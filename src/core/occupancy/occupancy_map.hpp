@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include <octosurf/agreement.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
@@ -61,6 +60,13 @@ struct OccupancyDelta {
 struct SightLine {
   Eigen::Vector3d start, end;
   double reach;
+};
+
+/// How readings that are not inserted agree with the octree.
+struct Agreement {
+  std::size_t agrees = 0;         ///< an occupied voxel is within the noise
+  std::size_t in_free_space = 0;  ///< none is, and at least three rays went through there
+  std::size_t behind_matter = 0;  ///< neither, but the ray passes through a voxel hit at least three times
 };
 
 /// Finds the plane of a surface; called when a ray passed through one of its voxels.

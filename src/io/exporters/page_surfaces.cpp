@@ -30,17 +30,17 @@ Json cylinders_gone(const MapChanges& changes) {
 
 Json feet_json(const PageMap& map) {
   Json feet = Json::array();
-  for (const PageFoot& foot : map.feet) {
+  for (const auto& [name, its] : map.feet) {
     Json regions = Json::array();
-    for (const ContactRegion& region : foot.regions) {
+    for (const ContactRegion& region : its) {
       const Surface* surface = map.snapshot->find(region.surface);
       if (surface == nullptr)
-        throw Error(Error::Kind::data, "foot " + foot.name,
+        throw Error(Error::Kind::data, "foot " + name,
                     "has a region on surface " + std::to_string(region.surface) + ", which the map has not",
                     "give regions of this snapshot");
       regions.push_back(region_json(*surface, region));
     }
-    feet.push_back({{"name", foot.name}, {"regions", std::move(regions)}});
+    feet.push_back({{"name", name}, {"regions", std::move(regions)}});
   }
   return feet;
 }

@@ -40,14 +40,6 @@ class Recording : public ScanSource {
     return all;
   }
 
-  bool posed_elsewhere() const override {
-    return std::ranges::any_of(list_.recordings, [](const ListedRecording& recording) {
-      const ListedScan& first = recording.scans.front();
-      return recording.bag || recording.graph || recording.trajectory || first.pose ||
-             !first.pose_file.empty();
-    });
-  }
-
   std::optional<Scan> next() override {
     while (at_ < size()) {
       try {

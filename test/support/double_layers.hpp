@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace octosurf::surfaces {
+namespace octosurf::test {
 
 /// Two surfaces that most likely represent one real face: the result of drifting poses, noise or a wrong
 /// tolerance.
@@ -18,6 +18,6 @@ struct DoubleLayer {
 /// Pairs that face the same way to 15°, so the two sides of a wall are none, and of which a fifth of the
 /// smaller one's inliers lie within 5 cm of the larger one, whose holes count. O(inliers · log), about 1 µs
 /// each.
-std::vector<DoubleLayer> double_layers(const SurfaceStore& surfaces);
+std::vector<DoubleLayer> double_layers(const surfaces::SurfaceStore& surfaces);
 
-}  // namespace octosurf::surfaces
+}  // namespace octosurf::test

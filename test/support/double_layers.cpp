@@ -1,19 +1,21 @@
-#include "surfaces/double_layers.hpp"
+#include "support/double_layers.hpp"
 
 #include <cmath>
 #include <map>
 #include <utility>
 
-namespace octosurf::surfaces {
+namespace octosurf::test {
 namespace {
 
+using surfaces::Inlier;
+using surfaces::SurfaceModel;
 constexpr double same_way = 0.9659258262890683;  // cos 15°
 constexpr double farthest_of_layer = 0.05;       // m: farther apart are two things
 constexpr double much = 0.2;                     // of the smaller one
 
 }  // namespace
 
-std::vector<DoubleLayer> double_layers(const SurfaceStore& surfaces) {
+std::vector<DoubleLayer> double_layers(const surfaces::SurfaceStore& surfaces) {
   std::vector<DoubleLayer> layers;
   for (const auto& [id, one] : surfaces) {
     const int reach = static_cast<int>(std::ceil(farthest_of_layer / one.resolution()));
@@ -39,4 +41,4 @@ std::vector<DoubleLayer> double_layers(const SurfaceStore& surfaces) {
   return layers;
 }
 
-}  // namespace octosurf::surfaces
+}  // namespace octosurf::test

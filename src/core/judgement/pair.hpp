@@ -1,0 +1,48 @@
+#pragma once
+
+#include "judgement/common_error.hpp"
+#include "judgement/view.hpp"
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace octosurf::judgement {
+
+/// How far readings may lie apart that mean the same place.
+class Tolerance {
+ public:
+  Tolerance(const std::vector<const View*>& views, double resolution);
+  double resolution() const { return resolution_; }
+  /// m: half a voxel, and three deviations of the sensor's noise at the larger range. Then most places are
+  /// off, whatever way their surfaces face, where these lie apart by twice as much: a voxel, and the noise,
+  /// which is what doubles a map's faces.
+  float at(float range_a, float range_b) const {
+    return static_cast<float>(resolution_ / 2) + 3 * std::max(noise_of(range_a), noise_of(range_b));
+  }
+
+ private:
+  static constexpr std::size_t classes = 24;  // of range, three to an octave, from 6 cm on
+  static std::size_t class_of(float range);
+  float noise_of(float range) const { return noise_[class_of(range)]; }
+  double resolution_;
+  std::array<float, classes> noise_{};  // m
+};
+
+/// Places that two views have in common.
+struct Places {
+  std::size_t agree = 0;
+  std::size_t off = 0;      ///< a surface beside the reading, along its normal
+  std::size_t through = 0;  ///< the other view has seen through there
+
+  std::size_t all() const { return agree + off + through; }
+  std::size_t apart() const { return off + through; }
+  bool judged() const;
+  bool contradict() const;
+  Places& operator+=(const Places& other);
+};
+
+/// Compares the samples of `from` with the points of `into`. Adds of one in three how far it is off.
+Places compare(const View& from, const View& into, const Tolerance& tolerance, std::vector<Offset>& offsets);
+
+}  // namespace octosurf::judgement

@@ -1,0 +1,278 @@
+// Recordings that are right, and others made wrong of them: what the judge says.
+#include "alignment/surfaces_by_hand.hpp"
+#include "support/degree.hpp"
+#include "support/seed.hpp"
+
+#include <functional>
+#include <gmock/gmock.h>
+#include <numbers>
+#include <random>
+
+#include <octosurf/judgement.hpp>
+
+namespace octosurf::test {
+namespace {
+
+using Scans = std::vector<Scan>;
+constexpr int scans_of_walk = 48;
+
+/// An eight through the room, ten scans a second.
+Eigen::Isometry3d place(int i) {
+  const double t = 2 * std::numbers::pi * i / scans_of_walk;
+  return Eigen::Isometry3d(Eigen::Translation3d(
+      middle_of_room + Eigen::Vector3d(0.9 * std::sin(t), 1.2 * std::sin(2 * t), 0.2 * std::sin(3 * t))));
+}
+
+Scans numbered(Scans scans) {
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    scans[i].name = "scan " + std::to_string(i);
+    scans[i].stamp_s = 0.1 * static_cast<double>(i);
+  }
+  return scans;
+}
+
+/// By a camera that looks ahead and down to all sides.
+Scans camera_walk(std::mt19937_64& rng) {
+  Scans scans;
+  for (int i = 0; i < scans_of_walk; ++i) {
+    const Eigen::Vector3d eye = place(i).translation();
+    const double turn = 4 * std::numbers::pi * i / scans_of_walk;
+    const Eigen::Vector3d ahead(std::cos(turn), std::sin(turn), -0.3 + 0.2 * std::sin(3 * turn));
+    scans.push_back(camera_scan(furnished_room(), look_at(eye, eye + ahead), rng,
+                                {.width = 120, .height = 90, .focal = 85, .noise = 0.004}));
+  }
+  return numbered(scans);
+}
+
+/// One sweep of a laser, turned about its x axis.
+Scan line(const Eigen::Isometry3d& T_map_sensor, double tilt_rad, std::mt19937_64& rng) {
+  return laser_scan(furnished_room(), T_map_sensor * Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d::UnitX()),
+                    rng, 3.1, 0.03, 0.01);
+}
+
+/// By a lidar of 32 rings that turns and rolls on its way.
+Scans lidar_walk(std::mt19937_64& rng) {
+  Scans scans;
+  for (int i = 0; i < scans_of_walk; ++i) {
+    const Eigen::Isometry3d T =
+        place(i) * Eigen::AngleAxisd(0.2 * i, Eigen::Vector3d(0.2, 0.1, 1).normalized());
+    Scan scan;
+    scan.sensor = SensorKind::lidar;
+    scan.T_map_sensor = T;
+    for (int ring = 0; ring < 32; ++ring) {
+      const double tilt = -0.8 + 0.05 * ring;
+      for (const Eigen::Vector3f& point : line(T, tilt, rng).points)
+        scan.points.push_back(Eigen::AngleAxisf(static_cast<float>(tilt), Eigen::Vector3f::UnitX()) * point);
+    }
+    scans.push_back(std::move(scan));
+  }
+  return numbered(scans);
+}
+
+/// By a laser that nods: 40 lines of 200 readings from each place, each with its pose.
+Scans nodding_walk(std::mt19937_64& rng) {
+  Scans scans;
+  for (int i = 0; i < scans_of_walk; i += 2)
+    for (int k = 0; k < 80; ++k)
+      scans.push_back(
+          line(place(i) * Eigen::AngleAxisd(0.2 * i, Eigen::Vector3d::UnitZ()), 0.035 * (k - 40), rng));
+  return numbered(scans);
+}
+
+Judgement judged(const Scans& scans) {
+  Parameters parameters;
+  parameters.occupancy.resolution = scans.front().sensor == SensorKind::lidar ? 0.05 : 0.02;
+  RecordingJudge judge(parameters);
+  for (const Scan& scan : scans) judge.add(scan, scan.T_map_sensor);
+  return judge.judge();
+}
+
+using Change = std::function<void(Scans&)>;
+Change each(const std::function<void(Scan&)>& change) {
+  return [change](Scans& scans) { std::ranges::for_each(scans, change); };
+}
+Change scaled(const Eigen::Vector3f& factors) {
+  return each([factors](Scan& scan) {
+    for (Eigen::Vector3f& point : scan.points) point = point.cwiseProduct(factors);
+  });
+}
+Change mounted(const Eigen::Isometry3d& T) {
+  return each([T](Scan& scan) { scan.T_map_sensor = scan.T_map_sensor * T; });
+}
+Change late(std::size_t by) {
+  return [by](Scans& scans) {
+    for (std::size_t i = scans.size(); i-- > by;) scans[i].T_map_sensor = scans[i - by].T_map_sensor;
+    scans.erase(scans.begin(), scans.begin() + static_cast<std::ptrdiff_t>(by));
+  };
+}
+
+struct Fault {
+  const char* name;
+  Change make;
+};
+
+const Fault faults[] = {
+    {"inverse", each([](Scan& scan) { scan.T_map_sensor = scan.T_map_sensor.inverse(); })},
+    {"mirrored", scaled({1, -1, 1})},
+    {"too short", scaled(Eigen::Vector3f::Constant(0.8F))},
+    {"too long", scaled(Eigen::Vector3f::Constant(1.25F))},
+    {"shuffled", [](Scans& scans) {
+       for (std::size_t i = 0; i < scans.size() / 2; ++i)  // with one far away, as 7 and 48 have no factor
+         std::swap(scans[i].T_map_sensor, scans[7 * i % scans.size()].T_map_sensor);
+     }},
+    {"mount turned", mounted(Eigen::Isometry3d(Eigen::AngleAxisd(5 * degree, Eigen::Vector3d::UnitX())))},
+    {"mount shifted", mounted(Eigen::Isometry3d(Eigen::Translation3d(0.2, 0, 0)))},
+    {"poses scaled", each([](Scan& scan) { scan.T_map_sensor.translation() *= 0.37; })},
+    {"poses in mm", each([](Scan& scan) { scan.T_map_sensor.translation() *= 1000; })},
+    {"no poses", each([](Scan& scan) { scan.T_map_sensor.setIdentity(); })},
+    {"frozen", [](Scans& scans) {
+       for (std::size_t i = 20; i < 28; ++i) scans[i].points = scans[20].points;
+     }},
+    {"late", late(3)},
+    {"jump", [](Scans& scans) {
+       for (std::size_t i = 24; i < scans.size(); ++i)
+         scans[i].T_map_sensor.pretranslate(Eigen::Vector3d(0.24, 0.18, 0));
+     }}};
+
+TEST(RecordingJudge, IsSilentOnRightRecordings) {
+  const Fault right[] = {
+      {"as it is", [](Scans&) {}},
+      {"every second scan",
+       [](Scans& scans) {
+         for (std::size_t i = 0; 2 * i < scans.size(); ++i) scans[i] = scans[2 * i];
+         scans.resize(scans.size() / 2);
+       }},
+      {"noise", each([rng = rng()](Scan& scan) mutable {
+         std::normal_distribution<float> noise(1, 0.005F);
+         for (Eigen::Vector3f& point : scan.points) point *= noise(rng);
+       })},
+      {"jitter", each([rng = rng()](Scan& scan) mutable {
+         scan.T_map_sensor.translate(0.006 * any_direction(rng));
+         scan.T_map_sensor.rotate(Eigen::AngleAxisd(0.2 * degree, any_direction(rng)));
+       })},
+      {"somebody walks before the sensor", each([](Scan& scan) {
+         for (Eigen::Vector3f& point : scan.points)
+           if (point.norm() > 1.2F && std::fabs(std::atan2(point.y(), point.x())) < 0.2F)
+             point *= 1.2F / point.norm();
+       })},
+      {"an image is sent twice", [](Scans& scans) { scans[11].points = scans[10].points; }},
+      {"it stands still", [](Scans& scans) {
+         for (int k = 0; k < 10; ++k) scans.insert(scans.begin() + 12, scans[12]);
+       }}};
+  for (const auto& walk : {camera_walk, lidar_walk}) {
+    auto random = rng();
+    const Scans as_it_is = walk(random);
+    for (const auto& [name, change] : right) {
+      Scans scans = as_it_is;
+      change(scans);
+      const Judgement judgement = judged(scans);
+      EXPECT_GT(judgement.pairs, 50U) << name;
+      EXPECT_EQ(judgement.describe(), "") << name;
+    }
+  }
+}
+
+TEST(RecordingJudge, NoticesFaultsOfEveryKind) {
+  for (const auto& walk : {camera_walk, lidar_walk}) {
+    auto random = rng();
+    const Scans right = walk(random);
+    for (const auto& [name, make] : faults) {
+      Scans scans = right;
+      make(scans);
+      const Judgement judgement = judged(scans);
+      EXPECT_TRUE(judgement.contradicts()) << name << right.size();
+      EXPECT_NE(judgement.describe(), "") << name;
+    }
+  }
+}
+
+TEST(RecordingJudge, JoinsTheLinesOfALaserThatNods) {
+  auto random = rng();
+  Scans scans = nodding_walk(random);
+  const Judgement right = judged(scans);
+  EXPECT_GT(right.pairs, 50U);
+  EXPECT_EQ(right.describe(), "");
+  for (Scan& scan : scans)  // of the whole sensor, which nods about x
+    scan.T_map_sensor = scan.T_map_sensor * Eigen::Translation3d(0.2, 0, 0);
+  EXPECT_TRUE(judged(scans).contradicts());
+}
+
+/// Of hundreds of scans as many views are compared as of a hundred, and from all over the run.
+TEST(RecordingJudge, KeepsViewsOfTheWholeRun) {
+  auto random = rng();
+  const Scans once = camera_walk(random);
+  Scans scans;
+  for (int lap = 0; lap < 12; ++lap) scans.insert(scans.end(), once.begin(), once.end() - 1);
+  const Judgement right = judged(numbered(scans));
+  EXPECT_EQ(right.views, 36U);
+  EXPECT_FALSE(right.contradicts());
+  for (std::size_t i = scans.size() / 2; i < scans.size(); ++i)
+    scans[i].T_map_sensor.pretranslate(Eigen::Vector3d(0.06, 0.05, 0.04));
+  EXPECT_TRUE(judged(numbered(scans)).many_pairs());
+}
+
+/// What is outvoted is named, and what stands out by itself.
+TEST(RecordingJudge, NamesWhere) {
+  auto random = rng();
+  const Scans right = camera_walk(random);
+  Scans scans = right;
+  for (const std::size_t i : {15, 16, 17, 18, 19, 20})
+    scans[i].T_map_sensor.translate(Eigen::Vector3d(0, 0, 0.5));
+  const Judgement outvoted = judged(scans);
+  EXPECT_TRUE(outvoted.many_outvoted());
+  EXPECT_THAT(outvoted.outvoted, ::testing::Each(::testing::MatchesRegex("scan (15|16|17|18|19|20)")));
+  EXPECT_THAT(outvoted.worst, ::testing::Contains(::testing::MatchesRegex("scan (15|16|17|18|19|20)")));
+
+  const auto oddities_of = [&](const Change& change) {
+    scans = right;
+    change(scans);
+    return ::testing::PrintToString(judged(scans).oddities);
+  };
+  EXPECT_THAT(oddities_of([](Scans& s) {
+                for (std::size_t i = 20; i < 28; ++i) s[i].points = s[20].points;
+              }),
+              ::testing::HasSubstr("readings are those of the scan before at scan 21"));
+  EXPECT_THAT(oddities_of([](Scans& s) {
+                for (const std::size_t i : {9, 19, 29, 39}) s[i].T_map_sensor.setIdentity();
+              }),
+              ::testing::HasSubstr("the pose is the identity again at scan 9"));
+  EXPECT_THAT(oddities_of([](Scans& s) {
+                for (std::size_t i = 20; i < 28; ++i) s[i].T_map_sensor = s[20].T_map_sensor;
+              }),
+              ::testing::HasSubstr("the pose is that of the scan before at scan 21"));
+  EXPECT_THAT(oddities_of([](Scans& s) {  // turned in the middle of the room
+                for (std::size_t i = 24; i < s.size(); ++i)
+                  s[i].T_map_sensor = Eigen::Translation3d(middle_of_room) *
+                                      Eigen::AngleAxisd(150 * degree, Eigen::Vector3d::UnitZ()) *
+                                      Eigen::Translation3d(-middle_of_room) * s[i].T_map_sensor;
+              }),
+              ::testing::HasSubstr("poses step at scan 24"));
+}
+
+/// Two rooms, of which neither is seen from the other: nothing is compared, and nothing is said to agree.
+TEST(RecordingJudge, SaysHowManyViewsStandAlone) {
+  auto random = rng();
+  Scans scans;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Isometry3d T(Eigen::Translation3d(100 * i, 0, 0));
+    scans.push_back(moved(camera_walk(random)[0], T));
+  }
+  const Judgement judgement = judged(numbered(scans));
+  EXPECT_EQ(judgement.alone, 3U);
+  EXPECT_EQ(judgement.pairs, 0U);
+  EXPECT_FALSE(judgement.contradicts());
+}
+
+TEST(RecordingJudge, HasNothingToSayOfNothing) {
+  const Judgement nothing = RecordingJudge().judge();
+  EXPECT_EQ(nothing.views, 0U);
+  EXPECT_FALSE(nothing.contradicts());
+  Scan empty, unread;
+  unread.points.assign(5000, Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  RecordingJudge judge;
+  for (const Scan& scan : {empty, unread, unread, empty}) judge.add(scan, scan.T_map_sensor);
+  EXPECT_EQ(judge.judge().pairs, 0U);
+}
+
+}  // namespace
+}  // namespace octosurf::test
