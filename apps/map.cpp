@@ -202,23 +202,6 @@ void map_scans(MapOptions& options, const ParameterChoice& choice) {
   mapping.run(inputs.octree, std::move(source));
 }
 
-/// The words by which another verb reads the same scans with the same parameters.
-std::string recording_of(const CLI::App& verb, const std::vector<std::string>& inputs) {
-  std::string words;
-  const auto add = [&words](const std::string& word) {
-    words += (words.empty() ? "" : " ") + (word.find(' ') == std::string::npos ? word : "'" + word + "'");
-  };
-  for (const std::string& input : inputs) add(input);
-  const std::string outputs = verb.get_option("--output")->get_group();
-  for (const CLI::Option* const option : verb.get_options()) {
-    if (option->count() == 0 || option->get_group() == outputs) continue;
-    add(option->get_name());
-    if (option->get_items_expected_max() > 0)
-      for (const std::string& value : option->results()) add(value);
-  }
-  return words;
-}
-
 void run_map(MapOptions& options) {
   const ParameterChoice choice(options.parameters, options.realtime);
   if (options.show_parameters) return show_parameters(options, choice);
@@ -284,10 +267,7 @@ void add_map(CLI::App& app) {
           std::vector<std::string>(sensing::pose_form_names.begin(), sensing::pose_form_names.end())))
       ->group("Scans");
   add_parameter_options(*verb, options->parameters);
-  verb->callback([options, verb] {
-    options->recording = recording_of(*verb, options->inputs);
-    run_map(*options);
-  });
+  verb->callback([options] { run_map(*options); });
 }
 
 }  // namespace octosurf

@@ -22,7 +22,6 @@ struct MapOptions {
   ScanRange range;
   std::vector<double> viewpoint;  ///< of clouds without a pose: none, or three
   sensing::PoseForm pose_form = sensing::PoseForm::as_given;
-  std::string recording;                     ///< inputs and options as typed, those of outputs left out
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;

@@ -17,14 +17,6 @@
 namespace octosurf {
 namespace {
 
-/// The verb that finds out why scans contradict each other.
-constexpr const char* explaining_verb = "octosurf check ";
-
-std::string contradiction_of(const RunState& run) {
-  return run.statistics.judgement().describe() + "; " + explaining_verb + run.options.recording +
-         " tells why";
-}
-
 class MapSaver : public RunObserver {
  public:
   MapSaver(RunState& run, const ScanKeeper& keeper) : run_(run), keeper_(keeper) {}
@@ -35,7 +27,7 @@ class MapSaver : public RunObserver {
       return run_.checkpoints.try_to_save(map, run_.statistics.scans(), keeper_.kept());
     run_.saving_last = true;
     if (run_.options.strict && run_.statistics.judgement().contradicts())
-      throw Error(Error::Kind::data, run_.options.output, contradiction_of(run_),
+      throw Error(Error::Kind::data, run_.options.output, run_.statistics.judgement().describe(),
                   "no map is written; without --strict it would be");
     run_.checkpoints.save(map, run_.statistics.scans(), keeper_.kept());
     run_.written = {run_.options.output + ".surfaces", run_.options.output + ".bt"};
@@ -145,7 +137,7 @@ class RunReport : public RunObserver {
     warn_of_missing_poses(run_);
     warn_of_up(map, "");
     if (run_.statistics.judgement().contradicts())
-      std::fprintf(stderr, "warning: %s\n", contradiction_of(run_).c_str());
+      std::fprintf(stderr, "warning: %s\n", run_.statistics.judgement().describe().c_str());
   }
 
  private:

@@ -4,7 +4,7 @@
 #include "bench/bench.hpp"
 #include "run_statistics.hpp"
 
-#include <ctime>
+#include <chrono>
 #include <iterator>
 #include <span>
 
@@ -16,9 +16,8 @@ constexpr double increment_s = 1;  // of data, handed over together
 // has fewer than a camera.
 constexpr std::size_t thinned = 24;
 
-/// Feeds scans in increments, each at its end and all of it together. Time runs by the stamps and the
-/// processor's time, so nothing has to sleep, and other work on the machine does not count. Threads' times
-/// add up.
+/// Feeds scans in increments, each at its end and all of it together. Time runs by the stamps and by what
+/// mapping takes, so nothing has to sleep.
 class LiveRun {
  public:
   LiveRun(const Parameters& parameters, int threads)
@@ -35,11 +34,11 @@ class LiveRun {
   void finish() {
     const double start_s = std::max(increment_at_s_, free_at_s_);
     std::vector<ScanReport> reports;
-    const std::clock_t before = std::clock();
+    const auto before = std::chrono::steady_clock::now();
     while (reports.size() < scans_.size())  // it stops before one that is refused, which then throws
       std::ranges::move(mapper_.insert_all(std::span(scans_).subspan(reports.size())),
                         std::back_inserter(reports));
-    free_at_s_ = start_s + static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    free_at_s_ = start_s + std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
     for (std::size_t i = 0; i < reports.size(); ++i)
       statistics_.add(scans_[i], reports[i], increment_at_s_, free_at_s_);
     scans_.clear();

@@ -102,8 +102,8 @@ std::vector<PointId> contested(const MapView& map, SurfaceId id, std::span<const
   return found;
 }
 
-/// Effort, readings: larger surfaces are segmented only where they meet others that may be one with them. As
-/// they grew to this size they were segmented whole at each doubling.
+/// Effort, cells: larger surfaces whose size has changed are segmented only where they meet others that may
+/// be one with them. As they grew to this size they were segmented whole at each doubling.
 constexpr std::size_t largest_segmented_whole = 5000;
 
 /// What is segmented of a part: surfaces whose size has changed start without labels, the other ones with
@@ -123,14 +123,14 @@ ToLabel labelled_in(const MapView& map, const Part& part) {
   for (const SurfaceId id : part.surfaces) {
     const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
     const std::vector<PointId> its = inliers_of(map, surface);
-    if (surface.size() >> 2 * map.cells.map().level > largest_segmented_whole) {
-      look_at(touching(map, its));
-    } else if (surface.size_has_changed()) {
-      result.anew.push_back(id);
-    } else {
+    if (!surface.size_has_changed()) {
       look_at(its);
       const std::vector<PointId> both = contested(map, id, its);
       cells.insert(cells.end(), both.begin(), both.end());
+    } else if (surface.size() >> 2 * map.cells.map().level <= largest_segmented_whole) {
+      result.anew.push_back(id);
+    } else {
+      look_at(touching(map, its));
     }
   }
   for (const PointId i : looked_at) cells.push_back(map.cells.of(i));
