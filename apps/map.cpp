@@ -7,7 +7,6 @@
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
-#include "run_observers.hpp"
 #include "scan_keeper.hpp"
 #include "scan_options.hpp"
 #include "surfaces/map_state.hpp"

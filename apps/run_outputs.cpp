@@ -1,6 +1,5 @@
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
-#include "output_files.hpp"
 #include "pose_log.hpp"
 #include "run_observers.hpp"
 #include "scene_log.hpp"

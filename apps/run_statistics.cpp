@@ -1,6 +1,5 @@
 #include "run_statistics.hpp"
 
-#include "geometry/degrees.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>

@@ -30,7 +30,7 @@ struct Judgement {
   std::size_t worst_apart = 0;       ///< of these, do not agree
 
   /// How much of what places are off one constant error of all scans explains (mount, scale, focal length,
-  /// delay), told on scans that it was not fitted to: a share.
+  /// delay), measured on scans that it was not fitted to: a share.
   double common_error = 0;
   double common_error_m = 0;  ///< by which it moves places, root mean square
 

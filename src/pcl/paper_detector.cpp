@@ -223,7 +223,7 @@ std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<cons
 }
 
 detection::Due PaperDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
-                                  std::span<const PointId> fresh, bool) const {
+                                  std::span<const PointId> fresh, std::optional<std::uint64_t>) const {
   std::vector<PointId> waits(fresh.begin(), fresh.end());
   for (const VoxelKey key : queue.fresh)
     if (const PointId i = map.window.find(key); map.is_pending(i)) waits.push_back(i);

@@ -28,7 +28,7 @@ class PaperDetector final : public detection::Detector {
   std::vector<Assignment> add_inliers(const MapView& map, std::span<const PointId> fresh) const override;
   std::vector<Assignment> expand(const MapView& map, std::span<const PointId> fresh, int) const override;
   detection::Due due(const MapView& map, const surfaces::PendingQueue& queue, std::span<const PointId> fresh,
-                     bool all) const override;
+                     std::optional<std::uint64_t> turn) const override;
   std::optional<Proposal> segment(const MapView& map, const detection::Part& part, int) const override;
   std::map<PointId, surfaces::Refusal> refusals(const MapView& map,
                                                 std::span<const PointId> pending) const override;

@@ -1,6 +1,5 @@
 #include "planning/column.hpp"
 
-#include "geometry/morton.hpp"
 #include "geometry/voxel_grid.hpp"
 
 #include <algorithm>

@@ -4,7 +4,6 @@
 
 #include "accuracy/simulated_map.hpp"
 
-#include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
 

@@ -4,7 +4,6 @@
 #include "support/seed.hpp"
 
 #include <gtest/gtest.h>
-#include <map>
 
 #include <octosurf/adapters/octree.hpp>
 #include <octosurf/mapper.hpp>

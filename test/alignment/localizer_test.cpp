@@ -4,7 +4,6 @@
 #include "support/seed.hpp"
 
 #include <gtest/gtest.h>
-#include <numbers>
 #include <random>
 
 #include <octosurf/alignment.hpp>

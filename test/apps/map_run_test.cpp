@@ -35,11 +35,11 @@ TEST_F(MapRun, SaysThatScansContradictEachOther) {
   std::vector<Eigen::Isometry3d> poses = floor_poses(16);
   for (std::size_t i = 12; i < 16; ++i) poses[i].translation().z() -= 0.3;
   write_poses("floor/poses.txt", poses);
-  const Outcome told = run_well("map floor -o told --align off --report told.json");
-  ASSERT_EQ(told.errors.size(), 1U);
-  EXPECT_THAT(told.errors[0],
+  const Outcome warned = run_well("map floor -o warned --align off --report warned.json");
+  ASSERT_EQ(warned.errors.size(), 1U);
+  EXPECT_THAT(warned.errors[0],
               says("warning: scans contradict each other: 26 of 98 pairs of views do, most floor/"));
-  EXPECT_EQ(read_json("told.json").at("judgement").at("contradicting"), 26);
+  EXPECT_EQ(read_json("warned.json").at("judgement").at("contradicting"), 26);
   const std::string before = read("right.surfaces");
   const Outcome strict = run("map floor -o right --force --align off --strict");
   EXPECT_EQ(strict.code, 1);
@@ -213,11 +213,11 @@ TEST_F(MapRun, FarFromZeroAMapIsTheSameAndKeepsItsOrigin) {
   std::vector<Eigen::Isometry3d> poses = floor_poses();
   for (Eigen::Isometry3d& pose : poses) pose.pretranslate(Eigen::Vector3d(448000, 5411000, 119));
   write_poses("far/poses.txt", poses);
-  const std::string told = "448000 5411000 119";
+  const std::string shift = "448000 5411000 119";
   const json origin{448000.0, 5411000.0, 119.0};
   run_well("map near -o n");
   EXPECT_THAT(run_well("map far -o f --report r.json --write-poses p.txt").out,
-              says("origin: " + told + " m"));
+              says("origin: " + shift + " m"));
   const json near = info("n"), far = info("f"), floor = far.at("largest").at(0);
   EXPECT_EQ(far.at("origin"), origin);
   EXPECT_EQ(read_json("r.json").at("origin"), origin);
@@ -230,12 +230,12 @@ TEST_F(MapRun, FarFromZeroAMapIsTheSameAndKeepsItsOrigin) {
   double stamp = 0, x = 0, y = 0;
   used >> stamp >> x >> y;
   EXPECT_NEAR(y, 5411000, 1);
-  EXPECT_THAT(run_well("export f --to f.json").err, says(told));
-  EXPECT_THAT(run_well("query f --below 0 0 1 --json").err, says(told));
+  EXPECT_THAT(run_well("export f --to f.json").err, says(shift));
+  EXPECT_THAT(run_well("query f --below 0 0 1 --json").err, says(shift));
   EXPECT_EQ(read_json("f.json").at("origin"), origin);
   // It resumes with its own, whatever is far or near.
   EXPECT_THAT(run_well("map far --resume f").out, says("they are in the map already"));
-  wrong_use("map far --resume f --origin 1 2 3", {told});
+  wrong_use("map far --resume f --origin 1 2 3", {shift});
   wrong_use("map near -o m --origin 1 2", {"X Y Z"});
 }
 

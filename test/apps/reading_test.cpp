@@ -1,7 +1,6 @@
 // Readings in another unit, cut by a limit that nobody stated, or with poses that are not T_map_sensor are no
 // map without a word; nor are poses that jump.
 #include "apps/command.hpp"
-#include "support/seed.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -10,7 +10,6 @@
 
 #include <map>
 #include <numeric>
-#include <tuple>
 
 namespace octosurf::test {
 namespace {

@@ -4,7 +4,6 @@
 #include "support/pending_points.hpp"
 #include "support/seed.hpp"
 
-#include <algorithm>
 #include <gtest/gtest.h>
 #include <random>
 #include <set>
@@ -45,7 +44,7 @@ TEST(Parts, HaveEachPointOnceAndWhatIsWithinHTogether) {
   }
 }
 
-/// Two boards 2 m apart, of 900 readings or more each, and between them a line that belongs to the first.
+/// Two boards 2 m apart, of some 2,500 readings each, and between them a line that belongs to the first.
 class TwoBoards : public ::testing::Test {
  protected:
   surfaces::SurfaceModel& known(double from_x, double to_x) {
@@ -55,7 +54,7 @@ class TwoBoards : public ::testing::Test {
         points_.ledger.give(i, surface);
     return surface;
   }
-  std::vector<PointId> left() const { return between(-1, 1); }
+  std::vector<PointId> left() const { return between(-1, 1.1); }
   std::vector<PointId> right() const { return between(2.6, 4); }
   std::vector<PointId> between(double from_x, double to_x) const {
     std::vector<PointId> some;
@@ -64,9 +63,9 @@ class TwoBoards : public ::testing::Test {
     return some;
   }
 
-  test::PendingPoints points_{{test::rectangle_scan(above, {0, 0, 0}, {0.7, 0, 0}, {0, 0.7, 0}),
-                               test::rectangle_scan(above, {2.7, 0, 0}, {0.7, 0, 0}, {0, 0.7, 0}),
-                               test::rectangle_scan(above, {1, 0.3, 0}, {1.4, 0, 0}, {0, 0.1, 0})}};
+  test::PendingPoints points_{{test::rectangle_scan(above, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                               test::rectangle_scan(above, {2.7, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                               test::rectangle_scan(above, {1.3, 0.3, 0}, {1.1, 0, 0}, {0, 0.1, 0})}};
 };
 
 TEST_F(TwoBoards, AreTwoPartsUnlessASurfaceHasReadingsOfBoth) {
@@ -90,7 +89,7 @@ TEST_F(TwoBoards, SmallPartsArePutTogether) {
 }
 
 TEST_F(TwoBoards, OfOneSurfaceInTwoPartsAreOnePlane) {
-  const surfaces::SurfaceModel& line = known(1, 2.4);
+  const surfaces::SurfaceModel& line = known(1.2, 2.5);
   JointProposal joint(points_.ledger);
   const auto found = [&](const std::vector<PointId>& points, double x) {
     Proposal proposal;

@@ -29,9 +29,15 @@ class FloorAndStep : public ::testing::Test {
       else
         pending_.push_back(i);
   }
-  Due due_of(const std::vector<PointId>& fresh, const surfaces::PendingQueue& before = {}, bool all = false) {
-    return due_to_segment(points_.ledger, before, fresh, all);
+  Due due_of(const std::vector<PointId>& fresh, const surfaces::PendingQueue& before = {},
+             std::optional<std::uint64_t> turn = {}) {
+    return due_to_segment(points_.ledger, before, fresh, turn);
   }
+  /// Without surfaces every block has its turn in every scan.
+  void forget_floor() {
+    points_.ledger.dissolve(*points_.ledger.find(points_.ledger.window[points_.all.front()].surface));
+  }
+
   const Eigen::Vector3d eye_{0.6, 0.5, 2};
   test::PendingPoints points_;
   std::vector<PointId> pending_;
@@ -66,6 +72,7 @@ TEST_F(FloorAndStep, WhatWasLookedAtWaitsForAsMuchAgain) {
 }
 
 TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
+  forget_floor();
   const std::size_t budget = 400;
   points_.state.parameters.detection.detection_budget = static_cast<int>(budget);
   const double border = 0.64;  // m, of the largest blocks of seed patches
@@ -75,12 +82,12 @@ TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
   for (const PointId i : pending_) (is_far(i) ? far : near).push_back(i);
   ASSERT_GT(far.size(), budget);
   ASSERT_LT(pending_.size(), 4 * budget) << "else a quarter is more";
-  Due due = due_of(far);
+  Due due = due_of(far, {}, 0);
   std::set<PointId> looked_at;
   std::size_t turns = 0;
   for (std::vector<PointId> fresh = near; !due.left.blocks.empty(); fresh.clear()) {
     ASSERT_LT(++turns, 100U);
-    due = due_of(fresh, due.left);
+    due = due_of(fresh, due.left, turns);
     EXPECT_LE(due.points.size(), budget);
     for (const PointId i : due.points)
       EXPECT_TRUE(looked_at.insert(i).second) << "twice, though nothing has come";
@@ -93,13 +100,30 @@ TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
 }
 
 TEST_F(FloorAndStep, AQuarterOfWhatWaitsIsDueHoweverSmallTheBudget) {
+  forget_floor();
   points_.state.parameters.detection.detection_budget = 1;
-  const Due due = due_of(pending_);
+  const Due due = due_of(pending_, {}, 0);
   EXPECT_GT(due.points.size(), pending_.size() / 8);
   EXPECT_LE(due.points.size(), pending_.size() / 4);
   EXPECT_GT(due.waiting, pending_.size() / 2);
   points_.state.parameters.detection.detection_budget = 0;
-  EXPECT_EQ(due_of(pending_).points, due_of(pending_, {}, true).points) << "no limit";
+  EXPECT_EQ(due_of(pending_, {}, 0).points, due_of(pending_).points) << "no limit";
+}
+
+TEST_F(FloorAndStep, WithABudgetBlocksBesideSurfacesTakeTurns) {
+  points_.state.parameters.detection.detection_budget = 100000;
+  const std::size_t all = due_of(pending_).points.size();
+  std::size_t looked_at = 0, most = 0;
+  Due due{.points = {}, .left = {}, .waiting = 0};
+  for (std::uint64_t turn = 0; turn < 3; ++turn) {
+    due = due_of(turn == 0 ? pending_ : std::vector<PointId>(), due.left, turn);
+    looked_at += due.points.size();
+    most = std::max(most, due.points.size());
+  }
+  EXPECT_EQ(looked_at, all);
+  EXPECT_LT(most, all);
+  EXPECT_TRUE(due.left.blocks.empty());
+  EXPECT_EQ(due.waiting, 0U);
 }
 
 TEST(Waiting, PointsThatFormNoPlaneAreSegmentedOnce) {

@@ -3,7 +3,6 @@
 #include "io/readers/bag_index.hpp"
 #include "io/readers/sensor_messages.hpp"
 
-#include <cmath>
 #include <stdexcept>
 #include <string_view>
 

@@ -4,7 +4,6 @@
 #include "fuzz/peak_memory.hpp"
 #include "io/readers/cloud_file.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <gmock/gmock.h>
 #include <zstd.h>

@@ -3,7 +3,6 @@
 
 #include "io/map_file/map_files.hpp"
 #include "io/readers/recorded_scan.hpp"
-#include "support/random_scans.hpp"
 #include "support/scene.hpp"
 
 #include <octosurf/scan_source.hpp>

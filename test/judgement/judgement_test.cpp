@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <numbers>
 #include <random>
+#include <span>
 
 #include <octosurf/judgement.hpp>
 
@@ -134,6 +135,20 @@ const Fault faults[] = {
          scans[i].T_map_sensor.pretranslate(Eigen::Vector3d(0.24, 0.18, 0));
      }}};
 
+/// expect(judgement, name) for each change of a walk of each sensor.
+template <class Expect>
+void judge_each(std::span<const Fault> changes, const Expect& expect) {
+  for (const auto& walk : {camera_walk, lidar_walk}) {
+    auto random = rng();
+    const Scans as_it_is = walk(random);
+    for (const auto& [name, change] : changes) {
+      Scans scans = as_it_is;
+      change(scans);
+      expect(judged(scans), name);
+    }
+  }
+}
+
 TEST(RecordingJudge, IsSilentOnRightRecordings) {
   const Fault right[] = {
       {"as it is", [](Scans&) {}},
@@ -159,31 +174,17 @@ TEST(RecordingJudge, IsSilentOnRightRecordings) {
       {"it stands still", [](Scans& scans) {
          for (int k = 0; k < 10; ++k) scans.insert(scans.begin() + 12, scans[12]);
        }}};
-  for (const auto& walk : {camera_walk, lidar_walk}) {
-    auto random = rng();
-    const Scans as_it_is = walk(random);
-    for (const auto& [name, change] : right) {
-      Scans scans = as_it_is;
-      change(scans);
-      const Judgement judgement = judged(scans);
-      EXPECT_GT(judgement.pairs, 50U) << name;
-      EXPECT_EQ(judgement.describe(), "") << name;
-    }
-  }
+  judge_each(right, [](const Judgement& judgement, const auto& name) {
+    EXPECT_GT(judgement.pairs, 50U) << name;
+    EXPECT_EQ(judgement.describe(), "") << name;
+  });
 }
 
 TEST(RecordingJudge, NoticesFaultsOfEveryKind) {
-  for (const auto& walk : {camera_walk, lidar_walk}) {
-    auto random = rng();
-    const Scans right = walk(random);
-    for (const auto& [name, make] : faults) {
-      Scans scans = right;
-      make(scans);
-      const Judgement judgement = judged(scans);
-      EXPECT_TRUE(judgement.contradicts()) << name << right.size();
-      EXPECT_NE(judgement.describe(), "") << name;
-    }
-  }
+  judge_each(faults, [](const Judgement& judgement, const auto& name) {
+    EXPECT_TRUE(judgement.contradicts()) << name;
+    EXPECT_NE(judgement.describe(), "") << name;
+  });
 }
 
 TEST(RecordingJudge, JoinsTheLinesOfALaserThatNods) {

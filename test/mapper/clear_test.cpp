@@ -4,11 +4,9 @@
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
-#include <algorithm>
 #include <gtest/gtest.h>
 #include <limits>
 #include <random>
-#include <vector>
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>

@@ -46,7 +46,7 @@ class FloorWithStrays : public test::PendingPoints {
 };
 
 TEST(UpdateSurfaces, PointsThatSegmentationTakesFromASurfaceWaitOnce) {
-  for (const Effort effort : {Effort::budget, Effort::all}) {
+  for (const Effort effort : {Effort::turn, Effort::all}) {
     FloorWithStrays scene;
     ASSERT_EQ(scene.above.size(), 5U);
     scene.ledger.requeue(scene.ledger.window.find(scene.above.front()));  // this one was pending before, too
@@ -58,7 +58,7 @@ TEST(UpdateSurfaces, PointsThatSegmentationTakesFromASurfaceWaitOnce) {
 TEST(UpdateSurfaces, RequeuedPointsThatASurfaceTakesDoNotWait) {
   FloorWithStrays scene;
   for (std::size_t k = 0; k < scene.all.size(); k += 50) scene.ledger.requeue(scene.all[k]);
-  scene.update(Effort::budget);
+  scene.update(Effort::turn);
   EXPECT_THAT(scene.state.queue.fresh, ElementsAreArray(scene.above));
 }
 

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <gtest/gtest.h>
 #include <iterator>
 #include <limits>

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <limits>
-#include <numbers>
 #include <random>
 
 #include <octosurf/contact.hpp>

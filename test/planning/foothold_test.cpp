@@ -5,8 +5,6 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
-#include <limits>
-#include <numbers>
 #include <random>
 
 #include <octosurf/contact.hpp>

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
-#include <numbers>
 #include <random>
 #include <string>
 

@@ -4,7 +4,6 @@
 #include "surfaces/ledger.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <limits>
 #include <vector>
 
 namespace octosurf::test {

@@ -3,9 +3,6 @@
 #include "support/map_state.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <set>
 #include <vector>
 
 namespace octosurf::test {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include <octosurf/scan.hpp>

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <random>
 #include <vector>

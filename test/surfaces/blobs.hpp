@@ -5,7 +5,6 @@
 #include "surfaces/surface_model.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <map>
 #include <random>
 #include <vector>

@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <octomap/octomap.h>
 #include <sstream>
 

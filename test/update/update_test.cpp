@@ -1,5 +1,4 @@
 #include "support/map_state.hpp"
-#include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
 #include "update/derive.hpp"
 #include "update/retract.hpp"

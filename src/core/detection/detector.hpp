@@ -54,9 +54,9 @@ class Detector {
   virtual std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> fresh,
                                          int threads) const = 0;
   /// III-C1: those of the accumulated points, the map's queue and `fresh` in key order, that are enough in
-  /// some place, within the parameters' budget unless `all`.
+  /// some place: those that have their `turn`, within the budget, or without one all.
   virtual Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
-                  std::span<const PointId> fresh, bool all) const = 0;
+                  std::span<const PointId> fresh, std::optional<std::uint64_t> turn) const = 0;
   /// III-C2 to C4: planes of a part of the map; none if there is nothing to change.
   virtual std::optional<Proposal> segment(const surfaces::MapView& map, const Part& part,
                                           int threads) const = 0;

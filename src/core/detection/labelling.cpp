@@ -2,7 +2,6 @@
 
 #include "detection/constants.hpp"
 #include "detection/neighbour_labels.hpp"
-#include "detection/seed_patches.hpp"
 #include "geometry/disjoint_sets.hpp"
 
 #include <algorithm>

@@ -238,8 +238,8 @@ std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span
 }
 
 Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
-                            std::span<const PointId> fresh, bool all) const {
-  return due_to_segment(map, queue, fresh, all);
+                            std::span<const PointId> fresh, std::optional<std::uint64_t> turn) const {
+  return due_to_segment(map, queue, fresh, turn);
 }
 
 std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,

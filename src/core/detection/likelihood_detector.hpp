@@ -16,7 +16,7 @@ class LikelihoodDetector final : public Detector {
   std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> fresh,
                                  int threads) const override;
   Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue, std::span<const PointId> fresh,
-          bool all) const override;
+          std::optional<std::uint64_t> turn) const override;
   /// Segmenting all is the batch form; tests compare the incremental one with it. Pending points are
   /// segmented with those within h of them; surrounding surfaces take part as sums, and new planes are merged
   /// with them across gaps up to h (neighbourhood.hpp); no point leaves a surface. Surfaces are segmented

@@ -1,6 +1,5 @@
 #include "detection/neighbourhood.hpp"
 
-#include "detection/constants.hpp"
 #include "detection/labelling.hpp"
 #include "detection/seed_patches.hpp"
 #include "detection/voxel_blocks.hpp"

@@ -15,7 +15,7 @@ namespace {
 
 /// Effort, points: smaller parts are put together, since each reads the blocks around it. A part of a
 /// sixteenth keeps sixteen threads busy.
-constexpr std::size_t smallest_part = 500;
+constexpr std::size_t smallest_part = 2000;
 constexpr std::size_t most_parts = 16;
 
 /// Cubes that touch, by union-find.

@@ -41,6 +41,9 @@ struct WaitingBlock {
   bool waits = true;
 };
 
+/// Scans in which each block that has a surface is looked at once: more new points at a time cost less each.
+constexpr std::uint64_t turns = 3;
+
 /// At least a quarter: after eight scans a tenth of a backlog is left, however large.
 std::size_t budget_of(const Parameters& parameters, std::size_t waiting) {
   const auto least = static_cast<std::size_t>(parameters.detection.detection_budget);
@@ -83,7 +86,7 @@ std::vector<PointId> new_cells(const surfaces::MapView& map, std::span<const Vox
 }  // namespace
 
 Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue& before,
-                   std::span<const PointId> fresh, bool all) {
+                   std::span<const PointId> fresh, std::optional<std::uint64_t> turn) {
   const surfaces::MapView& map = voxels.cells.map();
   const int edge = seed_patch_edge(map.grid.resolution());
   const VoxelBlocks largest(edge << (seed_patch_levels - 1));
@@ -112,15 +115,21 @@ Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue
       block->come.push_back(map.cell_of(key));
       ++come;
     }
-  const std::size_t budget = all ? std::numeric_limits<std::size_t>::max() : budget_of(map.parameters, come);
+  const std::size_t budget = turn ? budget_of(map.parameters, come) : std::numeric_limits<std::size_t>::max();
   const std::size_t fewest =
       std::max(Constants::fewest_of_plane,
                static_cast<std::size_t>(map.parameters.min_surface_points()) / Constants::looks);
+  const bool limited = map.parameters.detection.detection_budget > 0;
+  const auto has_turn = [&](VoxelKey cell) {
+    const VoxelKey block = VoxelKey::unpack(largest.of(cell));
+    return !turn || !limited || (block.x + block.y + block.z + *turn) % turns == 0 ||
+           map.surfaces.in_regions_near(map.first_voxel_of(cell), 0).empty();
+  };
   PointSet in_due;
   bool over = false;
   for (WaitingBlock& block : queue) {
     std::vector<PointId> points;
-    block.waits = over || cells.size() >= budget;
+    block.waits = over || cells.size() >= budget || !has_turn(block.cell);
     if (!block.waits) {
       const std::vector<PointId> of_block = new_cells(map, block.come);
       for (int level = 0; level < seed_patch_levels; ++level)

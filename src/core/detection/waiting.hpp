@@ -16,11 +16,12 @@ namespace octosurf::detection {
 /// 2. The largest of those blocks form a queue, oldest first, from their first `fresh` point until they are
 ///    segmented. DetectionParameters::detection_budget limits a scan to so many points, or to a quarter of
 ///    those waiting in these blocks; of the block at which it ends, compact parts are due, and it stays
-///    first. There is no limit for `all`.
+///    first. Then, too, blocks in regions with surfaces have their `turn`, a number that counts up, in every
+///    third scan, by address: more new points at a time cost less each. Without `turn` there is no limit.
 ///
 /// Cost: 20 ns for each point of the queue, and the segmented blocks.
 Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue& queue,
-                   std::span<const PointId> fresh, bool all);
+                   std::span<const PointId> fresh, std::optional<std::uint64_t> turn);
 
 /// Segmented points wait until their number has doubled, the growth that a plane needs to exceed clutter.
 /// Planes rejected for their number alone need less: two in five of their points count as new, so they are

@@ -35,7 +35,8 @@ std::optional<Oddities::Kind> Oddities::add(const Scan& scan, const Eigen::Isome
   const bool here_before = given_ && equal(*given_, given);
   const bool is_identity = equal(given, Eigen::Isometry3d::Identity());
   if (given_) {
-    steps_m_.push_back(static_cast<float>((given_->translation() - given.translation()).norm()));
+    if (steps_m_.wants())
+      steps_m_.take(static_cast<float>((given_->translation() - given.translation()).norm()));
     // Alignment may move the map's poses to close a loop, or the given ones may jump and be mended: neither
     // is a step of both.
     note_move({std::min(length_of(*given_, given, lever_m), length_of(*mapped_, T_map_sensor, lever_m)),
@@ -55,7 +56,8 @@ std::optional<Oddities::Kind> Oddities::add(const Scan& scan, const Eigen::Isome
 }
 
 void Oddities::note_move(Move move) {
-  lengths_m_.push_back(static_cast<float>(move.length_m));
+  ++moves_;
+  if (lengths_m_.wants()) lengths_m_.take(static_cast<float>(move.length_m));
   recent_.push_back(std::move(move));
   if (recent_.size() < 2 * beside + 1) return;
   const Move middle = recent_[beside];
@@ -68,19 +70,19 @@ void Oddities::note_move(Move move) {
   // Where scans are missing the step may be as much longer.
   const double missing = slowest > 0 ? std::max(1.0, middle.seconds / slowest) : 1;
   if (middle.length_m > std::max(far_longer * missing * longest, longest_ ? longest_->length_m : 0))
-    longest_ = Step{lengths_m_.size() - beside, middle.name, middle.length_m};
+    longest_ = Step{moves_ - beside, middle.name, middle.length_m};
   recent_.erase(recent_.begin());
 }
 
 std::optional<Oddities::Step> Oddities::longest_step(double least_m) const {
   if (!longest_) return {};
-  std::vector<float> lengths = lengths_m_;
+  std::vector<float> lengths = lengths_m_.kept();
   const double usual = far_longer * static_cast<double>(geometry::median_of(lengths));
   return longest_->length_m > std::max(least_m, usual) ? longest_ : std::nullopt;
 }
 
 double Oddities::median_step_m() const {
-  std::vector<float> steps = steps_m_;
+  std::vector<float> steps = steps_m_.kept();
   return steps.empty() ? 0 : static_cast<double>(geometry::median_of(steps));
 }
 

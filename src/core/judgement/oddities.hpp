@@ -1,5 +1,7 @@
 #pragma once
 
+#include "judgement/spread.hpp"
+
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
@@ -43,8 +45,9 @@ class Oddities {
   std::size_t points_ = 0;
   bool left_identity_ = false;
   std::vector<Move> recent_;  // the last five
-  std::vector<float> lengths_m_, steps_m_;
-  std::optional<Step> longest_;  // that stands out
+  std::size_t moves_ = 0;
+  Spread<float> lengths_m_{1000}, steps_m_{1000};  // for medians, however long the recording
+  std::optional<Step> longest_;                    // that stands out
 };
 
 }  // namespace octosurf::judgement

@@ -15,8 +15,8 @@ namespace {
 /// known.
 constexpr std::size_t fewest_places = 30, off_in = 4, fewest_surfaces = 10;
 
-/// Tolerances within which a surface is looked for.
-/// And beside the sample, as a share of its range: 1.7°, a little more than a cell.
+/// Where a surface is searched for: in tolerances along the normal, and beside the sample as a share of its
+/// range, 1.7°, a little more than a cell.
 constexpr float search_reach = 4, beside_share = 0.03F;
 /// Points of 3 × 3 cells: without three nothing is known, and with four what is seen there has no gaps. One
 /// offset in three is kept, for effort: 30,000 of a run determine nine numbers well.
@@ -59,15 +59,8 @@ bool Places::contradict() const {
   return judged() && 2 * apart() > all() && (surfaces < fewest_surfaces || off_in * off > surfaces);
 }
 
-Places& Places::operator+=(const Places& other) {
-  agree += other.agree;
-  off += other.off;
-  through += other.through;
-  return *this;
-}
-
-Places compare(const View& from, const View& into, const Tolerance& tolerance, std::vector<Offset>& offsets) {
-  Places places;
+void compare(const View& from, const View& into, const Tolerance& tolerance, Places& places,
+             std::vector<Offset>& offsets) {
   const Eigen::Isometry3f T = (into.T_map_view.inverse() * from.T_map_view).cast<float>();
   const auto resolution = static_cast<float>(tolerance.resolution());
   Beside beside;
@@ -105,7 +98,6 @@ Places compare(const View& from, const View& into, const Tolerance& tolerance, s
     // Behind what is seen it is hidden: that says nothing.
     if (hit && seen >= fewest_filled && range < std::sqrt(nearest) - reach) ++places.through;
   }
-  return places;
 }
 
 }  // namespace octosurf::judgement

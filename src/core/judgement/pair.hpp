@@ -39,10 +39,11 @@ struct Places {
   std::size_t apart() const { return off + through; }
   bool judged() const;
   bool contradict() const;
-  Places& operator+=(const Places& other);
 };
 
-/// Compares the samples of `from` with the points of `into`. Adds of one in three how far it is off.
-Places compare(const View& from, const View& into, const Tolerance& tolerance, std::vector<Offset>& offsets);
+/// Compares the samples of `from` with the points of `into`. Adds to the places, and of one in three how far
+/// it is off.
+void compare(const View& from, const View& into, const Tolerance& tolerance, Places& places,
+             std::vector<Offset>& offsets);
 
 }  // namespace octosurf::judgement

@@ -59,8 +59,9 @@ std::vector<const View*> chosen(std::vector<View>& kept) {
 }
 
 Places compare_both(const View& a, const View& b, const Tolerance& tolerance, std::vector<Offset>& offsets) {
-  Places places = compare(a, b, tolerance, offsets);
-  places += compare(b, a, tolerance, offsets);
+  Places places;
+  compare(a, b, tolerance, places, offsets);
+  compare(b, a, tolerance, places, offsets);
   return places;
 }
 
@@ -98,10 +99,9 @@ std::vector<Pair> judge_pairs(const std::vector<const View*>& views, const Toler
       }
     }
   verdict.pairs = pairs.size();
-  constexpr std::size_t enough_partners = 3;  // for a majority
   for (std::size_t i = 0; i < views.size(); ++i) {
     verdict.alone += partners[i] == 0;
-    if (partners[i] < enough_partners) continue;
+    if (partners[i] < 3) continue;  // no majority
     ++verdict.judged;
     if (2 * contradicted[i] > partners[i]) verdict.outvoted.push_back(views[i]->name);
   }

@@ -206,7 +206,7 @@ std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
       if (!change) throw;
       break;
     }
-    if (!change) change.emplace(state, detector, mapper::Effort::budget, threads);
+    if (!change) change.emplace(state, detector, mapper::Effort::turn, threads);
     change->begin(std::move(checked->report));
     alignment::record_of(state).apply(std::move(checked->aligned.state), checked->aligned.patches);
     if (!checked->rays) continue;  // the scan is rejected
@@ -306,7 +306,7 @@ ScanReport Mapper::clear(const SpacePart& part, bool as_free) {
   if (!(part.half_size.minCoeff() > 0) || !part.half_size.allFinite())
     throw Error(Error::Kind::usage, "half_size", "is not that of a part of space",
                 "give positive lengths in m");
-  return impl_->change_map("the cleared map", 0, mapper::Effort::budget, [&](mapper::MapChange& change) {
+  return impl_->change_map("the cleared map", 0, mapper::Effort::turn, [&](mapper::MapChange& change) {
     mapper::Stopwatch time(change.begin());
     change.retract(time(Stage::occupancy,
                         [&] { return surfaces::state_of(impl_->map).occupancy.clear(part, as_free); }));

@@ -42,9 +42,9 @@ class SurfaceUpdate {
   void expand() { expand_from(fresh_); }
 
   /// Algorithm 2: the rest accumulates until enough of it is new in some place; new surfaces expand, too.
-  void detect(bool all) {
+  void detect(std::optional<std::uint64_t> turn) {
     const std::vector<PointId> left = ledger_.pending(fresh_);
-    Due due = time_(Stage::detect, [&] { return detector_.due(ledger_, ledger_.queue(), left, all); });
+    Due due = time_(Stage::detect, [&] { return detector_.due(ledger_, ledger_.queue(), left, turn); });
     ledger_.queue() = std::move(due.left);
     report_.waiting = due.waiting;
     segmented_ = std::move(due.points);
@@ -166,7 +166,7 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, in
     time(Stage::derive, [&] { update.update_outlines(); });
     time(Stage::add_inliers, [&] { update.add_inliers(); });
     time(Stage::expand, [&] { update.expand(); });
-    update.detect(effort == Effort::all);
+    update.detect(effort == Effort::all ? std::nullopt : std::optional(ledger.revision()));
     time(Stage::revise, [&] { update.revise(); });
     update.accumulate();
   }

@@ -42,6 +42,7 @@ class Ledger : public LoadedView {
   /// Of these points, those that are pending.
   std::vector<PointId> pending(std::span<const PointId> points) const;
   PendingQueue& queue() { return state_.queue; }
+  std::uint64_t revision() const { return state_.revision; }
 
   void apply(std::span<const Assignment> assignments);
   /// Assigns the points of a proposal to its planes. A surface keeps its id in the plane with most of its

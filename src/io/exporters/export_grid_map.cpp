@@ -1,4 +1,3 @@
-#include "io/exporters/export_formats.hpp"
 #include "io/exporters/planner_messages.hpp"
 
 #include <algorithm>

@@ -1,6 +1,5 @@
 #include "io/exporters/message_writer.hpp"
 
-#include "io/exporters/export_formats.hpp"
 #include "io/new_file.hpp"
 
 #include <array>

@@ -2,7 +2,6 @@
 #include "io/readers/bag_recording.hpp"
 
 #include "io/readers/bounded_file.hpp"
-#include "io/readers/pose_file.hpp"
 
 #include <cmath>
 #include <stdexcept>
