@@ -1,6 +1,7 @@
 // `octosurf diff`: what changed between two maps.
 #include "geometry/degrees.hpp"
 #include "io/text_file.hpp"
+#include "readable.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -71,7 +72,7 @@ Json successors_json(const std::vector<MapChanges::Successor>& all, const char* 
   return list;
 }
 
-void print_json(const MapChanges& changes, const Snapshot& before, const Snapshot& after) {
+Json json_of(const MapChanges& changes, const Snapshot& before, const Snapshot& after) {
   Json json;
   json["revision_before"] = changes.since;
   json["revision_after"] = changes.revision;
@@ -98,34 +99,7 @@ void print_json(const MapChanges& changes, const Snapshot& before, const Snapsho
                        {"changed", changes.cylinders_changed},
                        {"gone", changes.cylinders_gone}};
   json["cylinders"]["merged"] = successors_json(changes.cylinders_merged, "id", "into");
-  std::printf("%s\n", json.dump(1).c_str());
-}
-
-void print(const MapChanges& changes, const Snapshot& before, const Snapshot& after) {
-  std::printf(
-      "revision %llu to %llu: %zu surfaces appeared, %zu changed, %zu gone, %zu merged, %zu split off\n",
-      static_cast<unsigned long long>(changes.since), static_cast<unsigned long long>(changes.revision),
-      changes.appeared.size(), changes.changed.size(), changes.gone.size(), changes.merged.size(),
-      changes.split.size());
-  for (const SurfaceId id : changes.appeared)
-    std::printf("appeared  %6u  %8.3f m²\n", id, after.find(id)->area_m2);
-  for (const SurfaceId id : changes.gone)
-    std::printf("gone      %6u  %8.3f m²\n", id, before.find(id)->area_m2);
-  for (const MapChanges::Successor& successor : changes.merged)
-    std::printf("merged    %6u  into %u\n", successor.before, successor.now);
-  for (const MapChanges::Successor& successor : changes.split)
-    std::printf("split     %6u  a part is %u\n", successor.before, successor.now);
-  for (const SurfaceId id : changes.changed) {
-    const Surface &was = *before.find(id), &is = *after.find(id);
-    const Move move = move_of(was, is);
-    std::printf("changed   %6u  %8.3f m² to %.3f, moved %.1f mm, turned %.2f°\n", id, was.area_m2, is.area_m2,
-                move.offset_m * 1000, move.angle_rad * deg_per_rad);
-  }
-  for (const CylinderId id : changes.cylinders_appeared) std::printf("appeared  cylinder %u\n", id);
-  for (const CylinderId id : changes.cylinders_changed) std::printf("changed   cylinder %u\n", id);
-  for (const CylinderId id : changes.cylinders_gone) std::printf("gone      cylinder %u\n", id);
-  for (const MapChanges::Successor& successor : changes.cylinders_merged)
-    std::printf("merged    cylinder %u into %u\n", successor.before, successor.now);
+  return json;
 }
 
 void run_diff(const DiffArguments& arguments) {
@@ -141,8 +115,11 @@ void run_diff(const DiffArguments& arguments) {
   if (!goes_on_from(after, before))
     throw Error(Error::Kind::data, arguments.after, "does not go on from " + arguments.before,
                 "begin it as octosurf map … --resume " + arguments.before + " -o " + arguments.after);
-  const MapChanges changes = changes_since(after, before.revision);
-  arguments.json ? print_json(changes, before, after) : print(changes, before, after);
+  const Json changes = json_of(changes_since(after, before.revision), before, after);
+  if (arguments.json)
+    std::printf("%s\n", changes.dump(1).c_str());
+  else
+    print_readable(changes);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // `octosurf explain`: why there is no surface at a place.
 #include "open_map.hpp"
+#include "readable.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -30,33 +31,7 @@ struct ExplainArguments {
   bool json = false;
 };
 
-void print(const Explanation& why, const std::string& detector) {
-  std::printf("%s\n\n", why.sentence.c_str());
-  std::printf("%-16s %.3f %.3f %.3f\n", "asked", why.asked.x(), why.asked.y(), why.asked.z());
-  if (why.looked_at) {
-    const Eigen::Vector3d& p = *why.looked_at;
-    std::printf("%-16s %.3f %.3f %.3f, %.3f m away\n", "looked at", p.x(), p.y(), p.z(),
-                (p - why.asked).norm());
-  }
-  std::printf("%-16s %s\n", "detector", detector.c_str());
-  if (why.nearest != 0)
-    std::printf("%-16s %u, %.3f m away\n", "nearest surface", why.nearest, why.nearest_distance);
-  for (const Figure& figure : why.figures) {
-    const std::string unit = figure.unit.empty() ? "" : " " + figure.unit;
-    std::printf("%-16s %.4g%s", figure.name.c_str(), figure.value, unit.c_str());
-    if (figure.at_least) std::printf(", at least %.4g%s", *figure.at_least, unit.c_str());
-    std::printf("\n");
-  }
-  if (why.scans_left_out + why.scans_unexplained > 0)
-    std::printf("%-16s %zu left out, %zu mapped as given\n", "misfit scans", why.scans_left_out,
-                why.scans_unexplained);
-  if (why.around.empty()) return;
-  std::printf("\npending points around\n");
-  for (const auto& [reason, count] : why.around)
-    std::printf("%8zu  %s\n", count, std::string(reason_name(reason)).c_str());
-}
-
-void print_json(const Explanation& why, const std::string& detector) {
+Json json_of(const Explanation& why, const std::string& detector) {
   Json json;
   json["reason"] = reason_name(why.reason);
   json["sentence"] = why.sentence;
@@ -76,7 +51,7 @@ void print_json(const Explanation& why, const std::string& detector) {
   json["misfits"] = {{"left_out", why.scans_left_out}, {"mapped_as_given", why.scans_unexplained}};
   json["around"] = Json::object();
   for (const auto& [reason, count] : why.around) json["around"][std::string(reason_name(reason))] = count;
-  std::printf("%s\n", json.dump().c_str());
+  return json;
 }
 
 void run_explain(const ExplainArguments& arguments) {
@@ -84,7 +59,11 @@ void run_explain(const ExplainArguments& arguments) {
   const std::vector<double>& at = arguments.at;
   const Explanation why = explain(loaded.map, {at[0], at[1], at[2]}, paper_detector());
   const std::string detector = get_parameter(loaded.map.parameters(), "detector");
-  arguments.json ? print_json(why, detector) : print(why, detector);
+  const Json answer = json_of(why, detector);
+  if (arguments.json)
+    std::printf("%s\n", answer.dump().c_str());
+  else
+    print_readable(answer);
 }
 
 }  // namespace

@@ -5,11 +5,9 @@
 #include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/scan_list.hpp"
+#include "nav2_export.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
-#include "plan_query.hpp"
-#include "planner_export.hpp"
-#include "planning/questions.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -40,9 +38,8 @@ Examples:
   octosurf export maps/office --to office.glb --what meshes    closed solids, for any 3-D viewer
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
   octosurf export maps/office --to office.ot                   the octree with its log-odds, for OctoMap's tools
-  octosurf export maps/office --to office.mcap                 surfaces, points, voxels and poses, for Foxglove
+  octosurf export maps/office --to office.mcap                 surfaces, voxels and poses, for Foxglove
   octosurf export maps/office --to nav2/                       a grid per storey and a route over stairs, for Nav2
-  octosurf export maps/office --to terrain.cdr --format planar_terrain --foot-radius 0.04
 )";
 
 struct ExportArguments {
@@ -50,7 +47,7 @@ struct ExportArguments {
   std::vector<std::string> what{"polygons"};
   double thickness = ExportOptions().mesh_thickness;
   bool force = false;
-  PlannerExport planner;
+  RobotGround ground;
 };
 
 /// What the wanted parts take that the snapshot lacks.
@@ -85,12 +82,9 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
   std::shared_ptr<const Snapshot> snapshot = map.snapshot();
   Stairs stairs = find_stairs(*snapshot, up.direction);
   std::size_t without_ground = 0;
-  const PlannerExport& whose = arguments.planner;
+  const RobotGround& whose = arguments.ground;
   if (!whose.as_mapped) {
-    planning::ContactQuestion query;
-    query.robot = robot_in(whose.robot);
-    query.unknown_is_free = whose.unknown == "free";
-    GroundRules rules = planning::rules_of(query, up.direction, map.parameters().occupancy.resolution);
+    GroundRules rules = whose.rules(up.direction, map.parameters().occupancy.resolution);
     rules.widest_unseen_m = whose.bridge.value_or(0);
     const GroundView ground(snapshot, map.octree(), rules);
     stairs = ground.stairs();
@@ -129,8 +123,7 @@ std::vector<std::pair<double, Eigen::Isometry3d>> poses_of_scans(const LoadedMap
 
 void export_mcap(const LoadedMap& loaded, const Up& up, const ExportArguments& arguments) {
   if (arguments.what != ExportArguments().what)
-    throw Error(Error::Kind::usage, "--what", "an .mcap holds surfaces, points, voxels and poses",
-                "leave it out");
+    throw Error(Error::Kind::usage, "--what", "an .mcap holds surfaces, voxels and poses", "leave it out");
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   std::vector<std::pair<double, Eigen::Isometry3d>> poses;
   try {
@@ -145,7 +138,6 @@ void export_mcap(const LoadedMap& loaded, const Up& up, const ExportArguments& a
     const double begin_s = poses.empty() ? 0 : poses.front().first;
     io::FoxgloveLog log(out, up.direction);
     log.add_surfaces(begin_s, *snapshot);
-    log.add_points(begin_s, loaded.map, *snapshot);
     log.add_voxels(begin_s, loaded.map.octree(), *snapshot);
     if (!poses.empty()) log.add_trajectory(begin_s, trajectory);
     for (const auto& [stamp_s, pose] : poses) log.add_pose(stamp_s, pose);
@@ -158,10 +150,9 @@ void export_mcap(const LoadedMap& loaded, const Up& up, const ExportArguments& a
 void run_export(const ExportArguments& arguments) {
   require_apart("--to", arguments.file, files_of_map(arguments.map));
   const LoadedMap loaded = open_map(arguments.map);
-  warn_of_up(loaded.map, arguments.up);
   const Up up = up_in_force(loaded.map, arguments.up);
-  if (!arguments.planner.format.empty())
-    export_for_planner(loaded.map, up, arguments.planner, arguments.file, arguments.force);
+  if (arguments.file.ends_with('/'))
+    export_for_nav2(loaded.map, up, arguments.ground, arguments.file, arguments.force);
   else if (io::ending_of(arguments.file) == ".ot")
     export_octree(loaded.map, arguments);
   else if (io::ending_of(arguments.file) == ".mcap")
@@ -188,30 +179,26 @@ void add_export(CLI::App& app) {
   verb->add_option("--thickness", arguments->thickness, "m: of --what meshes")
       ->check(more_than(0))
       ->capture_default_str();
-  PlannerExport& planner = arguments->planner;
-  verb->add_option("--bridge", planner.bridge,
+  RobotGround& ground = arguments->ground;
+  verb->add_option("--bridge", ground.bridge,
                    "m: widest unseen gap to close, where the spacing of the readings explains it, as between "
-                   "a lidar's rings [0; with --format a quarter of the foot]")
+                   "a lidar's rings [0; for Nav2 a quarter of the foot]")
       ->check(between(0, widest_gap_m));
-  verb->add_option("--robot", planner.robot,
+  verb->add_option("--robot", ground.robot,
                    "biped, quadruped or a JSON file: whose ground, clear of what is too near or too low for "
                    "it, and the map's resolution inside of edges")
       ->capture_default_str();
-  verb->add_option("--unknown", planner.unknown,
+  verb->add_option("--unknown", ground.unknown,
                    "blocked or free: what space low over the ground is that nobody saw")
       ->check(CLI::IsMember({"blocked", "free"}))
       ->capture_default_str();
-  verb->add_flag("--as-mapped", planner.as_mapped,
+  verb->add_flag("--as-mapped", ground.as_mapped,
                  "outlines by the readings alone, which are no ground: with voids, obstacles and edges")
       ->excludes("--bridge");
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
-  add_planner_options(*verb, planner);
-  verb->callback([arguments] {
-    if (arguments->planner.format.empty() && arguments->file.ends_with('/'))
-      arguments->planner.format = "nav2";
-    run_export(*arguments);
-  });
+  add_nav2_options(*verb, ground);
+  verb->callback([arguments] { run_export(*arguments); });
 }
 
 }  // namespace octosurf

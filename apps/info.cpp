@@ -3,8 +3,7 @@
 
 #include "io/exporters/stairs_json.hpp"
 #include "io/readers/bag.hpp"
-#include "io/text_file.hpp"
-#include "parameter_options.hpp"
+#include "readable.hpp"
 #include "run_statistics.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
@@ -63,49 +62,6 @@ Contents look_into(const Map& map, const std::string& up) {
   return contents;
 }
 
-void print(const Map& map, const KeptScans& scans, const Contents& contents) {
-  const Map::Size& size = contents.size;
-  std::printf("%-12s %g m\n", "resolution", map.parameters().occupancy.resolution);
-  std::printf("%-12s %zu, revision %zu\n", "scans", static_cast<std::size_t>(size.scans),
-              static_cast<std::size_t>(size.revision));
-  if (!scans.folder.empty()) std::printf("%-12s %s\n", "kept in", scans.folder.c_str());
-  std::printf("%-12s %zu nodes, %zu leaves, %.1f MB\n", "octree", size.nodes, size.leaves,
-              static_cast<double>(size.bytes) / 1e6);
-  std::printf("%-12s %zu: %zu in surfaces, %zu pending\n", "points", size.points, size.inliers, size.pending);
-  if (!contents.extent.isEmpty()) {
-    const Eigen::Vector3d &low = contents.extent.min(), &high = contents.extent.max();
-    std::printf("%-12s x %.2f … %.2f, y %.2f … %.2f, z %.2f … %.2f m\n", "extent", low.x(), high.x(), low.y(),
-                high.y(), low.z(), high.z());
-  }
-  if (!map.origin().isZero(0))
-    std::printf("%-12s %s m in the frame of the poses\n", "origin", io::text_of(map.origin()).c_str());
-  std::printf("%-12s %s\n", "up", describe(contents.up).c_str());
-  std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*contents.snapshot));
-  if (size.surfaces > 0) {
-    std::printf("\nlargest\n");
-    print_table(largest_surfaces(*contents.snapshot, listed_surfaces), contents.up.direction);
-  }
-  if (!contents.snapshot->cylinders.empty()) {
-    std::printf("\ncylinders    %zu\n", contents.snapshot->cylinders.size());
-    print_table(contents.snapshot->cylinders);
-  }
-  if (const Stairs& found = contents.stairs; !found.stairs.empty() || !found.single_steps.empty()) {
-    std::printf("\nstairs       %zu, and %zu single steps\n", found.stairs.size(), found.single_steps.size());
-    if (!found.stairs.empty()) print_table(found.stairs);
-  }
-  std::printf("\nparameters\n%s", list_parameters(map.parameters()).c_str());
-}
-
-Json to_json(const Surface& surface, const Eigen::Vector3d& up) {
-  return {{"id", surface.id},
-          {"area_m2", surface.area_m2},
-          {"inliers", surface.inliers},
-          {"rms_m", surface.rms_m},
-          {"normal", surface.plane.normal},
-          {"offset", surface.plane.offset},
-          {"slope_deg", slope_rad(surface, up) * 180 / std::numbers::pi}};
-}
-
 Json to_json(const Cylinder& cylinder) {
   return {{"id", cylinder.id},
           {"axis_point", cylinder.axis_point},
@@ -133,12 +89,10 @@ Json json_of(const LoadedMap& loaded, const Contents& contents) {
   if (!contents.extent.isEmpty())
     json["extent"] = {{"min", contents.extent.min()}, {"max", contents.extent.max()}};
   if (!map.origin().isZero(0)) json["origin"] = map.origin();
-  json["up"] = Json::parse(up_json(contents.up));
+  json["up"] = {{"direction", contents.up.direction}, {"from", name_of(contents.up.source)}};
   json["surfaces"] = size.surfaces;
   json["area_m2"] = total_area(*contents.snapshot);
-  json["largest"] = Json::array();
-  for (const SurfacePtr& surface : largest_surfaces(*contents.snapshot, listed_surfaces))
-    json["largest"].push_back(to_json(*surface, contents.up.direction));
+  json["largest"] = largest_surfaces(*contents.snapshot, listed_surfaces, contents.up.direction);
   json["cylinders"] = Json::array();
   for (const CylinderPtr& cylinder : contents.snapshot->cylinders)
     json["cylinders"].push_back(to_json(*cylinder));
@@ -190,12 +144,12 @@ void run_info(const InfoArguments& arguments) {
   if (std::filesystem::is_directory(arguments.map)) return print_scans(arguments);
   const LoadedMap loaded = load_map(arguments.map);
   const Contents contents = look_into(loaded.map, arguments.up);
-  warn_of_up(loaded.map, arguments.up);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const Json json = json_of(loaded, contents);
   if (arguments.json)
-    std::fputs(scalar_text(json_of(loaded, contents)).c_str(), stdout);
+    std::fputs(scalar_text(json).c_str(), stdout);
   else
-    print(loaded.map, loaded.scans, contents);
+    print_readable(json);
 }
 
 }  // namespace

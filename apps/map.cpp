@@ -45,11 +45,9 @@ Examples:
   octosurf map edited.bt --resume maps/old -o maps/new          its ids, on the occupancy of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
   octosurf map kitchen -o maps/live --realtime --serve 8080     a page that follows it: http://127.0.0.1:8080/
-  octosurf map kitchen -o maps/kitchen --mcap kitchen.mcap      poses and surfaces as they change, for Foxglove
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
   octosurf map year/*.mcap -o parts/03 --subset 3/16              one of 16 runs, for merge to join
-  octosurf map --show-parameters --detector paper
 
 Inputs, recognised by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
 images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder);
@@ -115,14 +113,12 @@ void refuse_collisions(const MapOptions& options) {
   const std::vector<std::string> resumed =
       options.resume.empty() ? std::vector<std::string>{} : files_of_map(options.resume);
   for (const auto& [option, file] :
-       {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses),
-        std::pair("--mcap", options.mcap)}) {
+       {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses)}) {
     require_apart(option, file, written);
     require_apart(option, file, resumed);
     require_apart(option, file, read);
   }
   require_apart("--write-poses", options.write_poses, {options.report});
-  require_apart("--mcap", options.mcap, {options.report, options.write_poses});
   require_apart("--keep-scans", options.keep_scans, read);
 }
 
@@ -132,8 +128,7 @@ void probe_map_outputs(const MapOptions& options) {
   make_folder_of(options.output);
   const std::vector<std::string> written = files_of_map(options.output);
   for (const std::string& file : written) require_writable(file, options.force || goes_on_in_place(options));
-  for (const std::string& file : {options.report, options.write_poses, options.mcap})
-    require_writable(file, options.force);
+  for (const std::string& file : {options.report, options.write_poses}) require_writable(file, options.force);
 }
 
 /// The map the run starts from: a saved one, an octree, or an empty one.
@@ -157,13 +152,6 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
   return map_from_octomap(*inputs.octree, choice.in_force(read_octomap_resolution(*inputs.octree)));
 }
 
-void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
-  RunContext context;
-  KeptScans ignored;
-  const Map start = start_of(options, choice, sort_inputs(options), context, ignored);
-  std::fputs(list_parameters(start.parameters()).c_str(), stdout);
-}
-
 /// With the origin of a map that goes on.
 ScanSourceOptions source_options(const MapOptions& options, const Inputs& inputs, const Map& start) {
   ScanSourceOptions source = options.source;
@@ -178,8 +166,9 @@ ScanSourceOptions source_options(const MapOptions& options, const Inputs& inputs
   return source;
 }
 
-void map_scans(MapOptions& options, const ParameterChoice& choice) {
+void run_map(MapOptions& options) {
   const auto begin = RunState::Clock::now();
+  const ParameterChoice choice(options.parameters, options.realtime);
   options.output = io::file_of_map(options.output.empty() ? options.resume : options.output, "").string();
   options.resume = io::file_of_map(options.resume, "").string();
   if (options.inputs.empty())
@@ -199,12 +188,6 @@ void map_scans(MapOptions& options, const ParameterChoice& choice) {
   KeptScans kept = choose_folder(options.keep_scans, goes_on_in_place(options), start, before, context);
   MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree, std::move(source));
-}
-
-void run_map(MapOptions& options) {
-  const ParameterChoice choice(options.parameters, options.realtime);
-  if (options.show_parameters) return show_parameters(options, choice);
-  map_scans(options, choice);
 }
 
 }  // namespace
@@ -227,9 +210,6 @@ void add_map(CLI::App& app) {
   verb->add_option("--write-poses", options->write_poses,
                    "write the poses with which this run's scans were mapped (stamp tx ty tz qx qy qz qw)")
       ->type_name("FILE");
-  verb->add_option("--mcap", options->mcap,
-                   "write the scans' poses and the surfaces as they change, for Foxglove (MCAP)")
-      ->type_name("FILE");
   verb->add_option("--checkpoint", options->checkpoint_s,
                    "save every SECONDS, between scans; 0: only at the end")
       ->check(at_least(0))
@@ -244,7 +224,6 @@ void add_map(CLI::App& app) {
       ->capture_default_str();
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--strict", options->strict, "write no map if scans contradict each other; exit code 1");
-  verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
   add_scan_options(*verb, options->source, options->range);
   verb->add_option(
           "--viewpoint", options->viewpoint,

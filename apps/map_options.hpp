@@ -15,8 +15,8 @@ namespace octosurf {
 /// Options of `octosurf map`.
 struct MapOptions {
   std::vector<std::string> inputs;
-  std::string output, resume, report;         ///< stems of maps; files
-  std::string keep_scans, write_poses, mcap;  ///< folder; files
+  std::string output, resume, report;   ///< stems of maps; file
+  std::string keep_scans, write_poses;  ///< folder; file
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
@@ -25,7 +25,7 @@ struct MapOptions {
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
-  bool realtime = false, force = false, show_parameters = false;
+  bool realtime = false, force = false;
   bool strict = false;  ///< no map of scans that contradict one another
 };
 

@@ -4,7 +4,6 @@
 #include "io/new_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
-#include "picture_eye.hpp"
 #include "query_fields.hpp"
 #include "serve/served_map.hpp"
 #include "up_option.hpp"
@@ -31,7 +30,6 @@ constexpr const char* plan_description =
 Examples:
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135 --png steps.png -o steps.glb -o steps.json
-  octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135 --png steps.png --eye -3 2 3
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -5.0 0.0 0.6 -135 --foot 0.26x0.13 --max-forward 0.45
   octosurf plan maps/stairs --from -3.45 0.74 0.57 -133 --to -5.6 -1.55 1.7 -133 --robot quadruped
 
@@ -42,7 +40,6 @@ unknown (--unknown free), while for the body unknown space counts as free.
 
 struct PlanArguments {
   std::string map, up, png;
-  PictureOptions picture;
   PlanQuery query;
   std::vector<std::string> outputs;
   bool json = false, force = false;
@@ -68,8 +65,8 @@ void print(const FootstepPlan& plan) {
   for (std::size_t i = 0; i < plan.steps.size(); ++i) line(std::to_string(i + 1), plan.steps[i]);
 }
 
-void write(PlanArguments& arguments, const Snapshot& snapshot, const FootstepPlan& plan, const Robot& robot,
-           const Eigen::Vector3d& up) {
+void write(const PlanArguments& arguments, const Snapshot& snapshot, const FootstepPlan& plan,
+           const Robot& robot, const Eigen::Vector3d& up) {
   for (const std::string& file : arguments.outputs) {
     if (file.ends_with(".json")) {
       io::write_file(file, arguments.force, [&](std::ostream& out) { out << to_json(plan, robot) << '\n'; });
@@ -82,10 +79,11 @@ void write(PlanArguments& arguments, const Snapshot& snapshot, const FootstepPla
     }
   }
   if (arguments.png.empty()) return;
-  arguments.picture.up = up;
-  arguments.picture.force = arguments.force;
-  arguments.picture.meshes = footprints(plan, robot);
-  render_png(snapshot, arguments.png, arguments.picture);
+  PictureOptions picture;
+  picture.up = up;
+  picture.force = arguments.force;
+  picture.meshes = footprints(plan, robot);
+  render_png(snapshot, arguments.png, picture);
 }
 
 void require_sensible_files(const PlanArguments& arguments) {
@@ -100,7 +98,6 @@ void require_sensible_files(const PlanArguments& arguments) {
 void run_plan(PlanArguments& arguments) {
   require_sensible_files(arguments);
   LoadedMap loaded = open_map(arguments.map);
-  warn_of_up(loaded.map, arguments.up);
   const ServedMap map(std::move(loaded), arguments.map, arguments.up);
   const planning::AskedMap& asked = map.asked;
   const PlanQuery& query = arguments.query;
@@ -133,10 +130,8 @@ void add_plan(CLI::App& app) {
   verb->add_option("-o,--output", arguments->outputs,
                    "FILE.json: the plan; FILE.glb: surfaces and footprints for a 3-D viewer; may be repeated")
       ->type_name("FILE");
-  CLI::Option* png =
-      verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green")
-          ->type_name("FILE");
-  add_eye_options(*verb, png, arguments->picture);
+  verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green")
+      ->type_name("FILE");
   verb->add_flag("--force", arguments->force, "overwrite files");
   verb->callback([arguments] { run_plan(*arguments); });
 }

@@ -1,11 +1,13 @@
 // `octosurf query`: a planner's questions from the shell.
 #include "open_map.hpp"
 #include "questions.hpp"
+#include "readable.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,7 +41,6 @@ struct QueryArguments {
 
 void run_query(QueryArguments& arguments) {
   LoadedMap loaded = open_map(arguments.map);
-  warn_of_up(loaded.map, arguments.up);
   const ServedMap map(std::move(loaded), arguments.map, arguments.up);
   const Question& question = *arguments.question;
   auto number = arguments.numbers.begin();
@@ -48,10 +49,12 @@ void run_query(QueryArguments& arguments) {
       const auto first = std::exchange(number, number + static_cast<std::ptrdiff_t>(field.numbers));
       field.put({first, number}, std::string("--") + question.flag);
     }
+  if (!arguments.json && question.print != nullptr) return question.print(map, arguments.asked);
+  const std::string answer = question.answer(map, arguments.asked);
   if (arguments.json)
-    std::printf("%s\n", question.answer(map, arguments.asked).c_str());
+    std::printf("%s\n", answer.c_str());
   else
-    question.print(map, arguments.asked);
+    print_readable(nlohmann::ordered_json::parse(answer));
 }
 
 }  // namespace
@@ -62,7 +65,7 @@ void add_query(CLI::App& app) {
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
   CLI::Option_group* group = verb->add_option_group("question", "question; one of");
   for (const Question& question : questions()) {
-    if (question.print == nullptr) continue;
+    if (*question.flag == 0) continue;
     std::size_t numbers = 0;
     for (const QuestionField& field : question.fields(arguments->asked))
       if (field.required) numbers += field.numbers;

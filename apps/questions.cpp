@@ -2,11 +2,9 @@
 
 #include "geometry/degrees.hpp"
 #include "io/exporters/stairs_json.hpp"
-#include "surface_table.hpp"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -24,11 +22,6 @@ using planning::PlaceQuestion;
 
 constexpr std::array<const char*, 3> state_names{"unknown", "free", "occupied"};  // by State
 constexpr double last_revision = 9007199254740991.0;  // JSON has no larger whole numbers
-constexpr std::chrono::seconds longest_answer{20};    // plans wait for it
-
-void print(const Eigen::Vector3d& v, const char* what) {
-  std::printf("%s %.4f %.4f %.4f\n", what, v.x(), v.y(), v.z());
-}
 
 // Places.
 
@@ -94,44 +87,6 @@ std::string place_json(const ServedMap& map, const Request& asked) {
   return json.dump();
 }
 
-void print_place(const ServedMap& map, const Request& asked) {
-  const auto kind = asked.place.kind;
-  const planning::PlaceAnswer found = find_place(map.asked, asked);
-  if (kind == PlaceQuestion::sphere || kind == PlaceQuestion::box) {
-    std::vector<SurfacePtr> surfaces = map.asked.snapshot->surfaces;
-    std::erase_if(surfaces, [&](const SurfacePtr& surface) {
-      return !std::binary_search(found.surfaces.begin(), found.surfaces.end(), surface->id);
-    });
-    return print_table(surfaces, map.asked.up);
-  }
-  if (kind == PlaceQuestion::voxel) {
-    const OccupancyView::Voxel& voxel = found.voxel;
-    std::printf("state     %s\n", state_names.at(static_cast<std::size_t>(voxel.state)));
-    if (voxel.state != OccupancyView::State::unknown) std::printf("log-odds  %.3f\n", voxel.log_odds);
-    if (voxel.surface != 0)
-      std::printf("surface   %u\n", voxel.surface);
-    else if (voxel.state == OccupancyView::State::occupied)
-      std::printf("surface   none yet\n");
-    return;
-  }
-  if (!found.found) {
-    std::printf("nothing   the ray meets no surface\n");
-    return;
-  }
-  const bool ray = kind == PlaceQuestion::ray;
-  const Surface& surface = map.asked.surface(found.surfaces[0]);
-  std::printf("surface   %u%s\n", surface.id,
-              !ray          ? ""
-              : found.front ? ", from its front"
-                            : ", from its back");
-  print(found.point, "point    ");
-  std::printf("distance  %.4f m\n", found.distance_m);
-  if (ray) return;
-  print(surface.plane.normal, "normal   ");
-  std::printf("slope     %.2f°\n", slope_rad(surface, map.asked.up) * deg_per_rad);
-  std::printf("area      %.3f m²\n", surface.area_m2);
-}
-
 // Footholds and contact regions.
 
 Fields foothold_fields(Request& asked) {
@@ -160,63 +115,36 @@ std::string foothold_json(const ServedMap& map, const Request& asked) {
   return json.dump();
 }
 
-void print_foothold(const ServedMap& map, const Request& asked) {
-  const planning::FoundFoothold answer = planning::find_foothold(map.asked, asked.contact);
-  const Foothold& found = answer.foothold;
-  const std::string refused = found.refused ? std::string(contact_refusal_name(*found.refused)) : "";
-  std::printf("surface    %u\n", found.surface);
-  std::printf("accepted   %s\n", found.accepted ? "yes" : ("no: " + refused).c_str());
-  std::printf("supported  %.1f %%\n", 100 * found.supported);
-  if (answer.ground[static_cast<std::size_t>(Ground::supported)] < 1) {
-    std::printf("ground    ");
-    for (std::size_t k = 0; k < ground_names.size(); ++k)
-      if (answer.ground[k] > 0) std::printf(" %.0f %% %s", 100 * answer.ground[k], ground_names[k].data());
-    std::printf("\n");
-  }
-  std::printf("margin     %.4f m\n", found.margin_m);
-  print(found.T_map_contact.translation(), "point     ");
-  print(found.T_map_contact.linear().col(2), "normal    ");
-}
-
 Fields one_region_fields(Request& asked) {
   Fields fields = region_fields(asked.contact);
   fields.push_back(number_field("surface", "its id", asked.contact.surface, 1, last_id).needed());
   return fields;
 }
 
-std::string region_json(const planning::AskedMap& map, const planning::ContactQuestion& question) {
-  const planning::FoundRegion found = planning::find_region(map, question);
-  Json json = io::region_json(*found.surface, found.region);
-  json["pieces"] = Json::array();
-  for (const ConvexPiece& piece : found.pieces) json["pieces"].push_back(piece.vertices);
-  return json.dump();
+Json ring_json(const Surface& surface, const Ring2& ring) {
+  Json points = Json::array();
+  for (const Eigen::Vector2d& uv : ring) points.push_back(surface.to_map(uv));
+  return points;
 }
 
-std::string all_regions_json(const ServedMap& map, const Request& asked) {
-  const Snapshot& snapshot = *map.asked.snapshot;
-  planning::ContactQuestion question = asked.contact;
-  std::string answer = "{\"revision\":" + std::to_string(snapshot.revision) + ",\"regions\":[";
-  const auto end = std::chrono::steady_clock::now() + longest_answer;
-  for (const SurfacePtr& surface : snapshot.surfaces) {
-    if (std::chrono::steady_clock::now() > end)
-      throw Error(Error::Kind::usage, "clearance_m", "takes too long on all surfaces of this map",
-                  "ask /api/regions surface by surface, or give clearance_m=0");
-    question.surface = surface->id;
-    answer.append(answer.back() == '[' ? "" : ",").append(region_json(map.asked, question));
-  }
-  return answer.append("]}");
-}
-
-void print_region(const ServedMap& map, const Request& asked) {
+std::string region_json(const ServedMap& map, const Request& asked) {
   const auto& [surface, region, pieces] = planning::find_region(map.asked, asked.contact);
-  std::size_t holes = 0;
-  for (const Polygon& polygon : region.polygons) holes += polygon.holes.size();
-  std::printf("surface  %u, %.3f m²\n", surface->id, surface->area_m2);
-  std::printf("region   %.3f m² in %zu parts with %zu holes\n", region.area_m2, region.polygons.size(),
-              holes);
+  Json json{{"surface", region.surface}, {"revision", region.revision}};
+  // Divided, not multiplied by the inverse: most headings that were given in degrees come back to the digit.
+  json["yaw_deg"] = region.yaw_rad ? Json(*region.yaw_rad / rad_per_deg) : Json();
+  json["area_m2"] = region.area_m2;
+  json["refused"] = Json::array();
   for (const ContactRefusal refusal : region.refused)
-    std::printf("refused  %s\n", contact_refusal_name(refusal).data());
-  for (const ConvexPiece& piece : pieces) std::printf("piece    of %zu corners\n", piece.vertices.size());
+    json["refused"].push_back(contact_refusal_name(refusal));
+  json["polygons"] = Json::array();
+  for (const Polygon& polygon : region.polygons) {
+    Json holes = Json::array();
+    for (const Ring2& hole : polygon.holes) holes.push_back(ring_json(*surface, hole));
+    json["polygons"].push_back({{"outer", ring_json(*surface, polygon.outer)}, {"holes", holes}});
+  }
+  json["pieces"] = Json::array();
+  for (const ConvexPiece& piece : pieces) json["pieces"].push_back(piece.vertices);
+  return json.dump();
 }
 
 // Stairs and patches.
@@ -283,13 +211,7 @@ QuestionField since_field(Request& asked, const char* description) {
 }
 
 Fields changes_fields(Request& asked) {
-  const auto take_box = [&asked](const std::vector<double>& v) {
-    const Eigen::Vector3d one(v.data()), other(v.data() + 3);
-    asked.box.emplace(one.cwiseMin(other), one.cwiseMax(other));
-  };
-  return {since_field(asked, "a revision that /api/info or an earlier answer gave").needed(),
-          {"box", "two opposite corners, m: only surfaces whose bounding box meets it", 6, -farthest_m,
-           farthest_m, take_box}};
+  return {since_field(asked, "a revision that /api/info or an earlier answer gave").needed()};
 }
 
 Fields path_fields(Request& asked) {
@@ -306,7 +228,7 @@ Fields path_fields(Request& asked) {
 
 Fields live_fields(Request& asked) {
   return {since_field(asked, "the revision that is known; everything, if it is not given"),
-          text_field("run", "whose revision that is, as the events say", {},
+          text_field("run", "whose revision that is, as the answers say", {},
                      [&asked](const std::string& text) { asked.run = text; })};
 }
 
@@ -315,51 +237,40 @@ Fields live_fields(Request& asked) {
 const std::vector<Question>& questions() {
   static const std::vector<Question> all{
       {"nearest", "X Y Z", "/api/query/nearest", "the place on a surface that is nearest to a point",
-       place_fields<PlaceQuestion::nearest>, place_json, print_place},
+       place_fields<PlaceQuestion::nearest>, place_json},
       {"below", "X Y Z", "/api/query/below",
        "the place on a surface that is met first straight below a point", place_fields<PlaceQuestion::below>,
-       place_json, print_place},
+       place_json},
       {"box", "X Y Z X Y Z", "/api/query/box", "the surfaces in a box between two corners",
-       place_fields<PlaceQuestion::box>, place_json, print_place},
+       place_fields<PlaceQuestion::box>, place_json},
       {"sphere", "X Y Z R", "/api/query/sphere", "the surfaces within R metres of a point",
-       place_fields<PlaceQuestion::sphere>, place_json, print_place},
+       place_fields<PlaceQuestion::sphere>, place_json},
       {"ray", "X Y Z DX DY DZ", "/api/query/ray",
        "the first surface along a ray from a point, in a direction", place_fields<PlaceQuestion::ray>,
-       place_json, print_place},
+       place_json},
       {"voxel", "X Y Z", "/api/query/voxel", "the voxel that holds a point: its state, and whose it is",
-       place_fields<PlaceQuestion::voxel>, place_json, print_place},
+       place_fields<PlaceQuestion::voxel>, place_json},
       {"foothold", "X Y Z YAW", "/api/query/foothold",
        "what a foot at this heading (degrees) would stand on, on the surface nearest to a point, or why it "
        "cannot",
-       foothold_fields, foothold_json, print_foothold},
+       foothold_fields, foothold_json},
       {"regions", "ID", "/api/regions",
        "where on a surface the middle of a foot may be, so that all of it is supported", one_region_fields,
-       [](const ServedMap& map, const Request& asked) { return region_json(map.asked, asked.contact); },
-       print_region},
+       region_json},
       {"stair", "X Y Z", "", "the stair nearest to this point: risers, treads, width, heading", stair_fields,
-       [](const ServedMap& map, const Request& asked) { return Json(find_stair(map.asked, asked)).dump(); },
-       [](const ServedMap& map, const Request& asked) {
-         print_table(std::vector<Stair>{find_stair(map.asked, asked)});
-       }},
+       [](const ServedMap& map, const Request& asked) { return Json(find_stair(map.asked, asked)).dump(); }},
       {"patch", "X Y Z YAW", "",
        "heights of the ground around a robot whose base is there, 32 x 20 cells of 5 cm", patch_fields,
        patch_json, print_patch},
-      {"", "", "/api/regions/all", "likewise on every surface",
-       [](Request& asked) { return region_fields(asked.contact); }, all_regions_json},
-      {"", "", "/api/surface", "a surface as in /api/surfaces",
-       [](Request& asked) {
-         return Fields{number_field("id", "its id", asked.contact.surface, 1, last_id).needed()};
-       },
-       [](const ServedMap& map, const Request& asked) { return map.surface_json(asked.contact.surface); }},
       {"", "", "/api/changes",
        "what became of the surfaces since a revision, and those that appeared or changed as they are now",
        changes_fields,
-       [](const ServedMap& map, const Request& asked) { return map.changes_json(*asked.since, asked.box); }},
+       [](const ServedMap& map, const Request& asked) { return map.changes_json(*asked.since); }},
       {"", "", "/api/plan", "footsteps from one place to another, or why there are none", path_fields,
        [](const ServedMap& map, const Request& asked) { return map.plan_json(asked.plan); }},
       {"", "", voxels_path, "the octree's occupied voxels, packed as for the page",
        [](Request&) { return Fields{}; }, nullptr},
-      {"", "", live_path, "server-sent events: what changes on the map, as it changes", live_fields,
+      {"", "", live_path, "what has changed on the map, packed as for the page; empty: nothing", live_fields,
        nullptr}};
   return all;
 }

@@ -17,7 +17,6 @@ struct Request {
   PlanQuery plan;
   Standing base;  ///< of a patch
   std::optional<std::uint64_t> since;
-  std::optional<Eigen::AlignedBox3d> box;
   std::string run;
 };
 
@@ -27,11 +26,10 @@ struct Question {
   const char *flag, *takes, *path, *summary;                  ///< empty: no flag, no URL
   QuestionFields (*fields)(Request&);                         ///< makes it the question that is asked
   std::string (*answer)(const ServedMap&, const Request&);    ///< JSON; null: of another type
-  void (*print)(const ServedMap&, const Request&) = nullptr;  ///< of the command: for readers
+  void (*print)(const ServedMap&, const Request&) = nullptr;  ///< for readers; null: print_readable()
 };
 const std::vector<Question>& questions();
 
-/// Its answer is a stream of events.
 constexpr const char* live_path = "/live";
 constexpr const char* voxels_path = "/api/voxels";
 

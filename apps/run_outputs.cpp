@@ -1,13 +1,14 @@
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "pose_log.hpp"
+#include "readable.hpp"
 #include "run_observers.hpp"
-#include "scene_log.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
 
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
@@ -31,7 +32,7 @@ class MapSaver : public RunObserver {
     run_.checkpoints.save(map, run_.statistics.scans(), keeper_.kept());
     run_.written = {run_.options.output + ".surfaces", run_.options.output + ".bt"};
     for (const std::string& file :
-         {keeper_.kept().folder.string(), run_.options.write_poses, run_.options.mcap, run_.options.report})
+         {keeper_.kept().folder.string(), run_.options.write_poses, run_.options.report})
       if (!file.empty()) run_.written.push_back(file);
   }
 
@@ -103,8 +104,7 @@ void print_summary(const RunState& run) {
   if (snapshot->surfaces.empty()) return;
   const Up up = up_of(map);
   if (up.source != Up::Source::given) std::printf("%-12s %s\n", "up", describe(up).c_str());
-  std::printf("\n");
-  print_table(largest_surfaces(*snapshot, 5), up.direction);
+  print_readable({{"largest", largest_surfaces(*snapshot, 5, up.direction)}});
 }
 
 /// Clouds without poses are from a sensor that stood still, or their poses are in a file that was not given.
@@ -134,7 +134,7 @@ class RunReport : public RunObserver {
     print_summary(run_);
     std::fflush(stdout);  // warnings follow the summary
     warn_of_missing_poses(run_);
-    warn_of_up(map, "");
+    warn_of_up(map);
     if (run_.statistics.judgement().contradicts())
       std::fprintf(stderr, "warning: %s\n", run_.statistics.judgement().describe().c_str());
   }
@@ -154,8 +154,6 @@ RunObservers outputs_of(RunState& run, KeptScans kept) {
   outputs.push_back(std::move(keeper));
   outputs.push_back(std::move(saver));
   outputs.push_back(std::make_unique<PoseLog>(options.write_poses, options.force, run.mapper.map().origin()));
-  if (!options.mcap.empty())
-    outputs.push_back(std::make_unique<SceneLog>(options.mcap, options.force, run.mapper));
   outputs.push_back(std::make_unique<RunReport>(run));
   return outputs;
 }

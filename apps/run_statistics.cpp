@@ -12,6 +12,8 @@
 #include <sys/resource.h>
 #include <utility>
 
+#include <octosurf/up.hpp>
+
 namespace octosurf {
 namespace {
 
@@ -96,21 +98,12 @@ Json judgement_json(const Judgement& judgement) {
           {"oddities", judgement.oddities}};
 }
 
-Json up_object(const Up& up) {
-  Json json{{"direction", up.direction}, {"from", name_of(up.source)}};
-  if (up.source != Up::Source::surfaces) return json;
-  json["level_m2"] = up.level_m2;
-  json["rival"] = up.rival;
-  return json;
-}
-
 }  // namespace
 
 bool is_pause(std::optional<double> last_stamp_s, double stamp_s) {
   return last_stamp_s && stamp_s - *last_stamp_s > 1;
 }
 
-std::string up_json(const Up& up) { return up_object(up).dump(); }
 std::string parameters_json(const Parameters& parameters) { return parameters_object(parameters).dump(); }
 
 void RunStatistics::add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
@@ -212,7 +205,8 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["drain_ms"] = drain_ms_;
   json["alignment"] = alignment_json(alignment_);
   json["judgement"] = judgement_json(judgement());
-  json["up"] = up_object(up_of(map));
+  const Up up = up_of(map);
+  json["up"] = {{"direction", up.direction}, {"from", name_of(up.source)}};
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;
   json["cylinders"] = map.snapshot()->cylinders.size();

@@ -9,7 +9,6 @@
 
 #include <octosurf/judgement.hpp>
 #include <octosurf/mapper.hpp>
-#include <octosurf/up.hpp>
 
 namespace octosurf {
 
@@ -50,7 +49,7 @@ class RunStatistics {
   bool drain(Mapper& mapper, const std::function<double()>& now_s);
 
   /// The contents of docs/formats.md §1. `map`, after the run, provides octree, surfaces, area, pending
-  /// points, cylinders and up (up_json()). `categorized_percent` is inliers over inliers and
+  /// points, cylinders and up. `categorized_percent` is inliers over inliers and
   /// pending points of `map`: vanished points do not count. `points_per_second` is per second of time stamps,
   /// from the first scan's to one mean period after the last one's. `time_to_first_detection_s` is from the
   /// first arrival until the first new surface could be read. `peak_rss_mb` (10⁶ bytes) is the process's.
@@ -93,9 +92,5 @@ bool is_pause(std::optional<double> last_stamp_s, double stamp_s);
 /// Effective parameters by name, as a JSON object: numbers, booleans, and get_parameter()'s words for values
 /// determined from the scans ("estimated", "sensor"). Angles in degrees.
 std::string parameters_json(const Parameters& parameters);
-
-/// {"direction": [x, y, z], "from": "given", "surfaces" or "assumed"}, and of an estimate "level_m2" and
-/// "rival", as in up.hpp.
-std::string up_json(const Up& up);
 
 }  // namespace octosurf

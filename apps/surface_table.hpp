@@ -1,20 +1,15 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
+#include <nlohmann/json_fwd.hpp>
 
-#include <octosurf/stairs.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
 
-/// The surfaces of largest area, at most `count`; ties by id.
-std::vector<SurfacePtr> largest_surfaces(const Snapshot& snapshot, std::size_t count);
-
-/// Prints them on stdout, a row each below a header. `up`: for their slopes.
-void print_table(const std::vector<SurfacePtr>& surfaces, const Eigen::Vector3d& up);
-void print_table(const std::vector<CylinderPtr>& cylinders);
-void print_table(const std::vector<Stair>& stairs);
+/// The surfaces of largest area, at most `count`, ties by id: a list of objects. `up`: for their slopes.
+nlohmann::ordered_json largest_surfaces(const Snapshot& snapshot, std::size_t count,
+                                        const Eigen::Vector3d& up);
 
 double total_area(const Snapshot& snapshot);  ///< m²
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include <octosurf/up.hpp>
@@ -17,13 +16,11 @@ void add_up_option(CLI::App& verb, std::string& text);
 /// A map's up direction, overridden by `text` (of --up). Throws Error(usage) for an invalid direction.
 Up up_in_force(const Map& map, const std::string& text);
 
-/// The direction that surfaces clearly suggest instead of the map's, if --up has no `text`.
-std::optional<Up> suggested_up(const Map& map, const std::string& text);
+/// Warns on stderr where surfaces and the way the sensors were held agree on another direction than the
+/// map's.
+void warn_of_up(const Map& map);
 
-/// Warns of it, to stderr.
-void warn_of_up(const Map& map, const std::string& text);
-
-/// "0.009 -0.905 -0.426, estimated from 12.3 m² of level surfaces", with a caution if it is ambiguous.
+/// "0.009 -0.905 -0.426, estimated from level surfaces".
 std::string describe(const Up& up);
 
 }  // namespace octosurf

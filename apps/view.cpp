@@ -3,7 +3,6 @@
 #include "io/new_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
-#include "picture_eye.hpp"
 #include "serve/served_map.hpp"
 #include "up_option.hpp"
 
@@ -27,34 +26,24 @@ namespace {
 constexpr const char* view_description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
-The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
-stairs, contact regions. Without --html it is written to MAP.html in the current folder.
+The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels
+and stairs. Without --html it is written to MAP.html in the current folder.
 
 Examples:
   octosurf view maps/office                                   office.html
   octosurf view maps/office --html out/page.html --force
   octosurf view maps/hall --max-mb 30                         finer voxels, if they need more than 10 MB
-  octosurf view maps/office --foot 0.26x0.13                  contact regions of another foot
   octosurf view maps/office --png office.png
   octosurf view maps/office --png plan.png --from top
-  octosurf view maps/office --png door.png --eye 1 0 1.6 --target 4 2 1
-  octosurf view maps/office --png office.png --pending         and the points no surface has
   octosurf view maps/kitchen --png kitchen.png --up -y         up, if the map does not know it; or auto
-  octosurf view maps/office --png edges.png --from top --edges
-                             edges: real green, occluded red, sensor limit blue, frontier orange
 
-Contact regions are where the middle of a foot may be, whatever its heading. Without --foot: for a sole of
-0.22x0.11 m and a ball of 0.03 m, limited by slope and edges alone. With --foot: with all limits of octosurf plan
-(obstacles, room over the foot, gaps), which takes seconds, or minutes in a hall. --foot none: no regions. The page
-of octosurf serve computes regions for any foot and limits.
 )";
 
 struct ViewArguments {
   std::string map, html, png, from = "iso", up;
-  std::vector<std::string> feet;
   PictureOptions picture;
   double max_mb = PageOptions{}.max_mb;
-  bool whole = false, pending = false, edges = false, force = false;
+  bool force = false;
 };
 
 void write_html(const ViewArguments& arguments) {
@@ -63,9 +52,9 @@ void write_html(const ViewArguments& arguments) {
   require_apart("--html", html, files_of_map(arguments.map));
   LoadedMap loaded = open_map(arguments.map);
   io::NewFile output(html, arguments.force);  // first, because making a page takes a while
-  warn_of_up(loaded.map, arguments.up);
+  if (arguments.up.empty()) warn_of_up(loaded.map);
   const ServedMap map(std::move(loaded), title, arguments.up, arguments.max_mb);
-  const Page page = map.page_with(arguments.feet);
+  const Page page = map.page();
   output.write([&](std::ostream& out) { out << page.html; });
   output.commit();
   std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(page.html.size()) / 1e6,
@@ -77,7 +66,6 @@ void write_html(const ViewArguments& arguments) {
                 arguments.max_mb);
   else
     std::printf("%zu voxels\n", page.voxels);
-  if (page.feet_left_out) std::printf("contact regions do not fit into it, either (--foot none, --max-mb)\n");
 }
 
 void draw_png(ViewArguments& arguments) {
@@ -86,35 +74,22 @@ void draw_png(ViewArguments& arguments) {
   PictureOptions& options = arguments.picture;
   const auto at = std::find(view_names.begin(), view_names.end(), arguments.from);
   options.from = static_cast<ViewFrom>(at - view_names.begin());
-  warn_of_up(loaded.map, arguments.up);
-  const std::optional<Up> suggested = suggested_up(loaded.map, arguments.up);
-  options.up = (suggested ? *suggested : up_in_force(loaded.map, arguments.up)).direction;
-  options.cut = !arguments.whole;
+  if (arguments.up.empty()) warn_of_up(loaded.map);
+  options.up = up_in_force(loaded.map, arguments.up).direction;
   options.force = arguments.force;
-  if (arguments.pending) {
-    loaded.map.for_each_point([&](const OccupancyView::Voxel& voxel) {
-      if (voxel.surface == 0) options.points.push_back(voxel.point);
-    });
-  }
   const std::shared_ptr<const Snapshot> snapshot = with_gaps(*loaded.map.snapshot(), loaded.map.octree(), 0);
-  if (arguments.edges) options.edges = edges_in(*snapshot, loaded.map);
   render_png(*snapshot, arguments.png, options);
   std::printf("%s: %zu surfaces\n", arguments.png.c_str(), snapshot->surfaces.size());
 }
 
 void add_picture_options(CLI::App& verb, ViewArguments& arguments, CLI::Option* png) {
-  CLI::Option* from = verb.add_option("--from", arguments.from, "iso, top, front, back, left or right")
-                          ->check(CLI::IsMember({"iso", "top", "front", "back", "left", "right"}))
-                          ->capture_default_str();
   PictureOptions& picture = arguments.picture;
-  const auto [eye, target] = add_eye_options(verb, png, picture);
-  eye->excludes(from);
   for (CLI::Option* option :
-       {from, eye, target, verb.add_option("--width", picture.width, "pixels")->capture_default_str(),
-        verb.add_option("--height", picture.height, "pixels")->capture_default_str(),
-        verb.add_flag("--whole", arguments.whole, "draw surfaces seen from behind, too: ceilings hide rooms"),
-        verb.add_flag("--pending", arguments.pending, "draw pending points as grey dots"),
-        verb.add_flag("--edges", arguments.edges, "draw edges in a colour by what lies beyond them")})
+       {verb.add_option("--from", arguments.from, "iso: obliquely from above; top: from above")
+            ->check(CLI::IsMember({"iso", "top"}))
+            ->capture_default_str(),
+        verb.add_option("--width", picture.width, "pixels")->capture_default_str(),
+        verb.add_option("--height", picture.height, "pixels")->capture_default_str()})
     option->needs(png)->group("Of a picture");
 }
 
@@ -134,11 +109,6 @@ void add_view(CLI::App& app) {
       ->check(more_than(0))
       ->excludes(png)
       ->capture_default_str();
-  verb->add_option("--foot", arguments->feet,
-                   "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m; again "
-                   "for another; none [0.22x0.11 and 0.03]")
-      ->allow_extra_args(false)
-      ->excludes(png);
   add_picture_options(*verb, *arguments, png);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   verb->callback([arguments] { arguments->png.empty() ? write_html(*arguments) : draw_png(*arguments); });

@@ -24,19 +24,17 @@ STAIR = ("stairs", "--frames", "40")
 NOISY = ("stairs", "--frames", "40", "--noise-scale", "3")
 STONES = ("stones", "--frames", "40")
 DRIFT = ("corridor", "--length", "12", "--laps", "2", "--frames", "48", "--drift-m", "0.1")
-TREADS = ("--eye", "-2.2", "0.6", "2.6", "--target", "-4.7", "-0.8", "1.1")
-DESK = ("--eye", "-5.2", "3.6", "2.6", "--target", "-7.2", "1.4", "0.9")
 
 # name: recording, view, [(caption, flags of map)]
 PICTURES = {
-    "resolution": (OFFICE, DESK, [(f"--resolution {d}", ("--resolution", d)) for d in ("0.01", "0.02", "0.05")]),
-    "surface_tolerance": (NOISY, TREADS, [(f"--surface-tolerance {s}", ("--surface-tolerance", s))
+    "resolution": (OFFICE, (), [(f"--resolution {d}", ("--resolution", d)) for d in ("0.01", "0.02", "0.05")]),
+    "surface_tolerance": (NOISY, (), [(f"--surface-tolerance {s}", ("--surface-tolerance", s))
                                           for s in ("0.004", "0.015", "0.1")]),
-    "sensor_noise": (NOISY, TREADS, [(f"--sensor-noise {s}", ("--sensor-noise", s)) for s in ("0.001", "0.005", "0.03")]),
+    "sensor_noise": (NOISY, (), [(f"--sensor-noise {s}", ("--sensor-noise", s)) for s in ("0.001", "0.005", "0.03")]),
     "max_hole_size": (STONES, (), [(f"--max-hole-size {h}", ("--max-hole-size", h)) for h in ("0.03", "0.08", "0.4")]),
-    "min_surface_points": (OFFICE, DESK, [(f"--min-surface-points {n}", ("--min-surface-points", n))
+    "min_surface_points": (OFFICE, (), [(f"--min-surface-points {n}", ("--min-surface-points", n))
                                           for n in ("10", "50", "1000")]),
-    "min_surface_width": (OFFICE, DESK, [(f"--min-surface-width {w}", ("--min-surface-width", w))
+    "min_surface_width": (OFFICE, (), [(f"--min-surface-width {w}", ("--min-surface-width", w))
                                          for w in ("0", "0.03", "0.25")]),
     "max_range": (STAIR, ("--from", "top"), [(f"--max-range {r}", ("--max-range", r)) for r in ("1.5", "2.5", "4")]),
     "align": (DRIFT, ("--from", "top"), [(f"--align {a}", ("--align", a, "--resolution", "0.03")) for a in ("auto", "off")]),
@@ -79,7 +77,7 @@ def draw(name, folder):
 def tutorial(folder):
     """The map and the plan of docs/tutorial.md."""
     octosurf("map", recording(STAIR, folder), "-o", folder / "map", "--force")
-    octosurf("view", folder / "map", "--png", folder / "map.png", "--width", 900, "--height", 600, "--force", *TREADS)
+    octosurf("view", folder / "map", "--png", folder / "map.png", "--width", 900, "--height", 600, "--force")
     octosurf("plan", folder / "map", "--from", -3.45, 0.74, 0.57, -133, "--to", -5.6, -1.55, 1.7, -133,
              "--png", folder / "plan.png", "--force")
     for name, box in (("map", (0, 0, 900, 600)), ("plan", (300, 330, 930, 780))):

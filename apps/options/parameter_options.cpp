@@ -178,12 +178,4 @@ std::optional<Eigen::Vector3d> ParameterChoice::up_over(const Parameters& of_map
   return parameters.up;
 }
 
-std::string list_parameters(const Parameters& parameters) {
-  std::ostringstream out;
-  for (const ParameterInfo& info : parameter_infos())
-    out << info.name << ' ' << get_parameter(parameters, info.name) << (info.unit.empty() ? "" : " ")
-        << info.unit << '\n';
-  return out.str();
-}
-
 }  // namespace octosurf

@@ -52,7 +52,4 @@ class ParameterChoice {
   std::vector<ParameterOptions::Setting> settings_;  ///< config file, then flags
 };
 
-/// `name value unit`, a line for each effective parameter.
-std::string list_parameters(const Parameters& parameters);
-
 }  // namespace octosurf

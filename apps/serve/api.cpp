@@ -128,7 +128,7 @@ HttpReply refusal(int status, const Error& error, const std::string& where) {
 }
 
 HttpReply answer_to(const ServedMap& map, const std::string& path, const QueryParameters& given) {
-  if (path == "/") return {200, "text/html; charset=utf-8", map.page()};
+  if (path == "/") return {200, "text/html; charset=utf-8", map.page_html()};
   if (path == "/api") return json_reply(Json{{"questions", list_of_questions()}}.dump(1) + "\n");
   if (path == "/api/info") return {200, "application/json", map.info()};
   if (path == "/api/surfaces") return {200, "application/json", map.surfaces()};
@@ -139,27 +139,14 @@ HttpReply answer_to(const ServedMap& map, const std::string& path, const QueryPa
   try {
     Request asked;
     read(*question, given, asked);
+    if (path == live_path)
+      return {200, "application/octet-stream", map.changes_message(asked.since, asked.run)};
     if (path == voxels_path) return {200, "application/octet-stream", map.voxels()};
     return json_reply(question->answer(map, asked) + "\n");
   } catch (const Error& error) {
     if (error.kind() != Error::Kind::usage) throw;
     return refusal(400, error, parameter_of(*question, error.where()));
   }
-}
-
-std::function<ServedMap::Text()> events_of(const LatestMap& latest, const QueryParameters& given) {
-  Request asked;
-  read(*find_question(live_path), given, asked);
-  return [latest, known = asked.since, run = asked.run]() mutable -> ServedMap::Text {
-    const std::shared_ptr<const ServedMap> map = latest();
-    const std::uint64_t revision = map->asked.snapshot->revision;
-    if (run != map->run.name || known > revision) known.reset();
-    if (known == revision) return nullptr;
-    ServedMap::Text event = map->changes_event(known);
-    known = revision;
-    run = map->run.name;
-    return event;
-  };
 }
 
 }  // namespace octosurf

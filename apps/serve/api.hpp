@@ -35,9 +35,4 @@ HttpReply answer_to(const ServedMap& map, const std::string& path, const QueryPa
 /// The map as it is now.
 using LatestMap = std::function<std::shared_ptr<const ServedMap>()>;
 
-/// For a client of `live_path`: each call returns what has changed since the one before, at first since the
-/// given revision; the whole map, if none is given or it is of another run; null: no change. Throws
-/// Error(usage).
-std::function<ServedMap::Text()> events_of(const LatestMap& latest, const QueryParameters& given);
-
 }  // namespace octosurf

@@ -1,7 +1,6 @@
 #include "serve/http_server.hpp"
 
 #include "geometry/interruption.hpp"
-#include "questions.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +9,6 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/strand.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <boost/asio/write.hpp>
@@ -41,10 +39,9 @@ using asio::ip::tcp;
 using boost::system::error_code;
 using namespace std::chrono_literals;
 
-constexpr int most_clients = 256, most_followers = 32, most_answers = 8;  // the last at once
+constexpr int most_clients = 256, most_answers = 8;  // the latter at once
 constexpr std::size_t longest_header = 8192;
 constexpr auto request_time = 5s, reply_time = 60s, end_time = 1s;
-constexpr auto event_interval = 200ms;  // pictures need no more, and the mapper has its processor
 
 template <class Text>  // Boost's string_view, or what it became in later versions
 std::string string_of(const Text& text) {
@@ -120,11 +117,11 @@ std::optional<HttpReply> refused(const http::request_parser<http::empty_body>& p
   return std::nullopt;
 }
 
-std::string head_of(const HttpReply& reply, bool with_length) {
+std::string head_of(const HttpReply& reply) {
   std::string head = "HTTP/1.1 " + std::to_string(reply.status) + " ";
   head += string_of(http::obsolete_reason(http::int_to_status(static_cast<unsigned>(reply.status))));
   head += "\r\nContent-Type: " + reply.type;
-  if (with_length) head += "\r\nContent-Length: " + std::to_string(reply.body->size());
+  head += "\r\nContent-Length: " + std::to_string(reply.body->size());
   if (reply.status == 405) head += "\r\nAllow: GET, HEAD";
   if (reply.status == 503) head += "\r\nRetry-After: 1";
   return head +
@@ -183,7 +180,7 @@ struct HttpServer::Impl {
   void accept();
 
   const LatestMap latest;
-  std::atomic<int> clients = 0, followers = 0;
+  std::atomic<int> clients = 0;
   std::uint16_t bound_port = 0;
   bool accepting = false, ending = false;  // of the thread of the sockets
   asio::io_context io{1};
@@ -196,15 +193,12 @@ struct HttpServer::Impl {
 /// A connection with one request. Its functions run in the thread of the sockets, but for what work() makes.
 class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
  public:
-  Client(Impl& server, tcp::socket socket) : server_(server), stream_(std::move(socket)), pause_(server.io) {
+  Client(Impl& server, tcp::socket socket) : server_(server), stream_(std::move(socket)) {
     ++server_.clients;
   }
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
-  ~Client() {
-    --server_.clients;
-    if (following_) --server_.followers;
-  }
+  ~Client() { --server_.clients; }
 
   void read() {
     parser_.header_limit(longest_header);
@@ -216,8 +210,12 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
   }
 
   void send(const HttpReply& reply) {
-    const bool head_alone = parser_.get().method() == http::verb::head;
-    write(head_of(reply, true), head_alone ? nullptr : reply.body, [] {});
+    head_ = head_of(reply);
+    body_ = parser_.get().method() == http::verb::head ? nullptr : reply.body;
+    const std::array<asio::const_buffer, 2> parts{asio::buffer(head_),
+                                                  body_ ? asio::buffer(*body_) : asio::const_buffer()};
+    stream_.expires_after(reply_time);
+    asio::async_write(stream_, parts, [self = shared_from_this()](error_code, std::size_t) {});
   }
 
  private:
@@ -230,81 +228,31 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
     const std::size_t end = std::min(target.find('?'), target.size());
     path_ = target.substr(0, end);
     if (const auto why = refused(parser_, path_)) return send(*why);
-    make(
-        [this, query = target.substr(std::min(end + 1, target.size()))] {
-          const QueryParameters given = parameters_in(query);
-          if (path_ != live_path) return answer_to(*server_.latest(), path_, given);
-          next_event_ = events_of(server_.latest, given);
-          return HttpReply{200, "text/event-stream", std::make_shared<const std::string>("\n")};
-        },
-        [this] {
-          const bool follows = next_event_ && parser_.get().method() == http::verb::get;
-          follows ? follow() : send(reply_);
-        });
+    make(target.substr(std::min(end + 1, target.size())));
   }
 
-  /// The reply, by `how` in another thread, then `next` in that of the sockets.
-  template <class How, class Next>
-  void make(How how, Next next) {
-    auto task = [self = shared_from_this(), how = std::move(how), next,
+  /// The reply, in another thread, which is then sent by that of the sockets.
+  void make(std::string query) {
+    auto task = [self = shared_from_this(), query = std::move(query),
                  busy = asio::make_work_guard(server_.io)] {
       try {
-        self->reply_ = safe(self->path_, how);
-        asio::post(self->server_.io, [self, next] { next(); });
+        HttpReply reply = safe(self->path_, [&] {
+          return answer_to(*self->server_.latest(), self->path_, parameters_in(query));
+        });
+        asio::post(self->server_.io, [self, reply = std::move(reply)] { self->send(reply); });
       } catch (const std::exception&) {  // no memory for a client
       }
     };
-    if (path_ == "/api/plan" || path_ == "/api/regions/all")
-      return asio::post(server_.long_answers, std::move(task));
+    if (path_ == "/api/plan") return asio::post(server_.long_answers, std::move(task));
     asio::post(server_.workers, std::move(task));
-  }
-
-  void follow() {
-    if (server_.followers >= most_followers)
-      return send(refusal(503, "too many follow the map", live_path, "try again"));
-    following_ = true;
-    ++server_.followers;
-    write(head_of(reply_, false), nullptr, [this] { tell(); });
-  }
-  void tell() {
-    make(
-        [this] {
-          return HttpReply{200, {}, next_event_()};
-        },
-        [this] {
-          if (reply_.status != 200) return;
-          // Without an event a comment, which finds out who has gone.
-          write(reply_.body ? "" : ":\n\n", reply_.body, [this] {
-            pause_.expires_after(event_interval);
-            pause_.async_wait([self = shared_from_this()](error_code) {
-              if (!self->server_.ending) self->tell();
-            });
-          });
-        });
-  }
-
-  template <class Next>
-  void write(std::string head, std::shared_ptr<const std::string> body, Next next) {
-    head_ = std::move(head);
-    body_ = std::move(body);
-    const std::array<asio::const_buffer, 2> parts{asio::buffer(head_),
-                                                  body_ ? asio::buffer(*body_) : asio::const_buffer()};
-    stream_.expires_after(reply_time);
-    asio::async_write(stream_, parts, [self = shared_from_this(), next](error_code failed, std::size_t) {
-      if (!failed) next();
-    });
   }
 
   Impl& server_;
   beast::tcp_stream stream_;
-  asio::steady_timer pause_;
   beast::flat_static_buffer<longest_header> buffer_;
   http::request_parser<http::empty_body> parser_;
   std::string path_, head_;
   std::shared_ptr<const std::string> body_;
-  HttpReply reply_;
-  std::function<std::shared_ptr<const std::string>()> next_event_;
-  bool following_ = false;
 };
 
 void HttpServer::Impl::accept() {

@@ -60,44 +60,31 @@ class ServedMap {
   const planning::AskedMap asked;
   const Run run;  ///< without a name: of a finished map
 
-  /// With contact regions of these feet, as of view's --foot.
-  Page page_with(const std::vector<std::string>& feet) const;
-  Text page() const;      ///< HTML of that which asks this server
-  Text info() const;      ///< JSON
-  Text surfaces() const;  ///< the export as JSON
-  Text voxels() const;    ///< io::voxels_message()
-  /// One of the surfaces. Throws Error(data) if there is none of this id, which says what became of it.
-  std::string surface_json(SurfaceId id) const;
-  /// Changes since an earlier revision. Throws Error(usage) for a later one. With a box only of surfaces and
-  /// cylinders whose bounding box meets it. What changed elsewhere, and may have touched it before, is listed
-  /// as "outside". All that is gone or merged is listed, as its extent is not kept.
-  std::string changes_json(std::uint64_t since, const std::optional<Eigen::AlignedBox3d>& box) const;
+  Page page() const;
+  Text page_html() const;  ///< of a page that asks this server, if the map goes on growing
+  Text info() const;       ///< JSON
+  Text surfaces() const;   ///< the export as JSON
+  Text voxels() const;     ///< io::voxels_message()
+  /// Changes since an earlier revision. Throws Error(usage) for a later one.
+  std::string changes_json(std::uint64_t since) const;
   /// Throws as robot_of() and FootstepPlanner. One plan at a time.
   std::string plan_json(const PlanQuery& query) const;
-  /// io::surfaces_message() as a server-sent event: since an earlier revision, or everything.
-  Text changes_event(std::optional<std::uint64_t> since) const;
+  /// io::surfaces_message() of what has changed since a revision of this `run`; everything, if there is none
+  /// such; empty: nothing.
+  Text changes_message(std::optional<std::uint64_t> since, const std::string& run) const;
 
  private:
-  struct Export {
-    std::shared_ptr<const Snapshot> snapshot;
-    ExportOptions options;
-  };
   template <class Make>
   Text text(const std::string& key, const Make& make) const;
   /// Surfaces without their voids, and their stairs.
   PageMap page_map() const;
   std::shared_ptr<const Snapshot> shown() const;
-  const Export& exported() const;
 
   const double max_page_mb_;
   const std::string up_;
   const std::optional<LoadedMap> map_;
   mutable planning::MadeOnce<std::string, Text> texts_;
   mutable planning::MadeOnce<int, std::shared_ptr<const Snapshot>> shown_;
-  mutable planning::MadeOnce<int, Export> exported_;
-  mutable std::mutex making_;  ///< of the latest event, which most clients take
-  mutable Text event_;
-  mutable std::optional<std::uint64_t> event_since_;
   mutable std::mutex planning_;  ///< of what follows
   mutable std::string planned_for_;
   mutable std::unique_ptr<FootstepPlanner> planner_;  ///< of the robot of the last plan

@@ -48,8 +48,7 @@ std::string keyword_of(std::string option) {
 /// What the library says of the command's options and of C++ names, as Python has them. Command lines stay.
 std::string in_python(const std::string& sentence) {
   static const std::regex option(R"((^|[ (])--([a-z]+(?:-[a-z]+)*)( [A-Z]+\b)?)"), scope(R"((\w)::(?=\w))");
-  if (sentence.find("octosurf map --show-parameters") != std::string::npos)
-    return "Parameters.names() has them";
+  if (sentence.find("octosurf map --help") != std::string::npos) return "Parameters.names() has them";
   if (std::regex_search(sentence, std::regex("(octosurf|zstd|npm) [a-z-]"))) return sentence;
   std::string said;
   auto rest = sentence.cbegin();

@@ -7,6 +7,7 @@
 
 #include <octosurf/export.hpp>
 #include <octosurf/planner_formats.hpp>
+#include <octosurf/ros_messages.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf::python {
@@ -38,11 +39,9 @@ void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<
 }
 
 void picture(const SnapshotPtr& snapshot, const fs::path& file, int width, int height, ViewFrom from,
-             const std::optional<Eigen::Vector3d>& up, std::optional<Eigen::Vector3d> eye,
-             std::optional<Eigen::Vector3d> target, bool cut, SurfaceEdges edges, bool force) {
+             const std::optional<Eigen::Vector3d>& up, bool force) {
   const py::gil_scoped_release others_run;
-  render_png(*snapshot, file,
-             {width, height, from, up_in(snapshot, up), eye, target, cut, {}, std::move(edges), {}, force});
+  render_png(*snapshot, file, {width, height, from, up_in(snapshot, up), {}, force});
 }
 
 /// HeightGrid::normal, x, y and z: views.
@@ -93,12 +92,18 @@ void bind_planner_formats(Module& module) {
           R"(Of a Surface, its ContactRegion (the insets) and convex_pieces(), in the world: the map with `up` turned to +z.
 
 up: (3,), map frame; None: as Surface.slope_rad() has it.)");
-  using C = PlanarTerrainCount;
-  Value<C>(module, "PlanarTerrainCount").fields(OCTOSURF_FIELDS(C, regions, without_inset, too_steep));
-  module.def("export_planar_terrain", &export_planar_terrain, "surfaces"_a, "grid"_a, "frame"_a, "file"_a,
-             "force"_a = false, Released());
-  module.def("export_grid_map", &export_grid_map, "grid"_a, "frame"_a, "file"_a, "force"_a = false,
-             Released());
+  module.def(
+      "planar_terrain_message",
+      [](const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid, const std::string& frame) {
+        return py::bytes(planar_terrain_message(surfaces, grid, frame));
+      },
+      "surfaces"_a, "grid"_a, "frame"_a);
+  module.def(
+      "grid_map_message",
+      [](const HeightGrid& grid, const std::string& frame) {
+        return py::bytes(grid_map_message(grid, frame));
+      },
+      "grid"_a, "frame"_a);
 }
 
 }  // namespace
@@ -118,12 +123,10 @@ convex: by surface id, for that part. points: an array as Map.points() gives it,
 edges: label_edges() by surface id, go into .json. mesh_thickness: m. up: (3,), map frame; None: snapshot.up(). force: write over a file that exists.
 Map frame, m. The file is complete or not there. Throws Error(usage, data, output).)");
   module.def("render_png", &picture, "snapshot"_a, "file"_a, py::kw_only(), "width"_a = 1280,
-             "height"_a = 960, "view"_a = ViewFrom::iso, "up"_a = py::none(), "eye"_a = py::none(),
-             "target"_a = py::none(), "cut"_a = true, "edges"_a = SurfaceEdges{}, "force"_a = false,
+             "height"_a = 960, "view"_a = ViewFrom::iso, "up"_a = py::none(), "force"_a = false,
              R"(Renders the surfaces' polygons as a PNG of so many pixels.
 
-view: "iso", "top", "front", "back", "left", "right"; or eye and target, (3,), map frame, m.
-up: (3,), map frame; None: snapshot.up(). cut: leave out surfaces seen from behind. edges: drawn in their kind's colour. Throws Error(usage, data, output).)");
+view: "iso" (obliquely from above) or "top". up: (3,), map frame; None: snapshot.up(). Throws Error(usage, output).)");
 }
 
 }  // namespace octosurf::python

@@ -156,7 +156,7 @@ void bind_maps(Module& module) {
       .fields(
           OCTOSURF_FIELDS(Size, nodes, leaves, bytes, points, pending, surfaces, inliers, scans, revision));
   bind_map(module);
-  Value<Up>(module, "Up").fields(OCTOSURF_FIELDS(Up, direction, source, level_m2, rival));
+  Value<Up>(module, "Up").fields(OCTOSURF_FIELDS(Up, direction, source));
   module.def("up_of", under_lock(&up_of), "map"_a,
              "The Up that the map's parameters give or, where they leave it open, the one that its surfaces "
              "suggest.");

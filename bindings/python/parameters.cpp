@@ -50,7 +50,7 @@ void bind_parameters(Module& module) {
       .def("search_radius", &P::search_radius)
       .def("min_surface_points", &P::min_surface_points)
       .def("get", &get_parameter, "name"_a,
-           "The value in force as text, as `octosurf map --show-parameters` has it: angles in degrees.")
+           "The value in force as text, as a config file has it: angles in degrees.")
       .def(
           "set", &set_parameter, "name"_a, "text"_a,
           R"(Sets from text, as an option of `octosurf map` does: angles in degrees, "auto" for what is derived.

@@ -67,38 +67,27 @@ struct ExportOptions {
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
                      const ExportOptions& options = {});
 
-/// Viewpoint of a picture; all but `top` look from outside at the middle of the map.
-enum class ViewFrom { iso, top, front, back, left, right };
+/// Where a picture is seen from: obliquely from above, or straight from above with +y upward.
+enum class ViewFrom { iso, top };
 /// By ViewFrom, as `view --from` accepts them.
-inline constexpr std::array<std::string_view, 6> view_names{"iso", "top", "front", "back", "left", "right"};
-
-/// Colours of edges in pictures (view --edges): green, red, blue, orange.
-inline constexpr std::array<std::array<float, 3>, edge_kind_names.size()> edge_colors{
-    {{0.0F, 0.6F, 0.2F}, {0.85F, 0.1F, 0.15F}, {0.1F, 0.3F, 0.95F}, {1.0F, 0.6F, 0.0F}}};
+inline constexpr std::array<std::string_view, 2> view_names{"iso", "top"};
 
 /// Options of render_png().
 struct PictureOptions {
   int width = 1280;                               ///< pixels, 16 … 16384
   int height = 960;                               ///< likewise
-  ViewFrom from = ViewFrom::iso;                  ///< front looks along +y, left along +x, top has +y upward
+  ViewFrom from = ViewFrom::iso;                  ///< see there
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame; see render_png()
-  std::optional<Eigen::Vector3d> eye;             ///< map frame; instead of `from`
-  std::optional<Eigen::Vector3d> target;          ///< map frame; empty: the middle of the map
-  /// Omit surfaces seen from behind, to look past ceilings and near walls into rooms.
-  bool cut = true;
-  std::vector<Eigen::Vector3d> points;  ///< map frame; drawn as grey dots
-  /// label_edges() of the snapshot's surfaces; if present, edges are drawn in their kind's colour.
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  std::vector<NamedMesh> meshes;  ///< drawn like the surfaces
-  bool force = false;             ///< overwrite an existing file
+  std::vector<NamedMesh> meshes;                  ///< drawn like the surfaces
+  bool force = false;                             ///< overwrite an existing file
 };
 
-/// Renders the surfaces' polygons as a PNG: each in its colour, shaded, with dark outlines, over a grid of 1
-/// m at the height of the lowest surfaces. Framed on the 2 to 98 % extent, so that stray surfaces do not
-/// shrink the rest. Deterministic. If `up` is not +z, the map is first turned by upright(up) (up.hpp); x, y
-/// and z of `from` are the turned map's. Throws Error(usage) for invalid options or an existing file without
-/// `force`, Error(data) for edge labels of other polygons, Error(output) if it cannot be written. A snapshot
-/// without surfaces gives an empty picture.
+/// Renders the surfaces' polygons as a PNG, in parallel projection: each in its colour, shaded, with dark
+/// outlines, over a grid of 1 m at the height of the lowest surfaces. Surfaces seen from behind are omitted,
+/// to look past ceilings and near walls into rooms. Framed on the 2 to 98 % extent, so that stray surfaces do
+/// not shrink the rest. Deterministic. If `up` is not +z, the map is first turned by upright(up) (up.hpp).
+/// Throws Error(usage) for invalid options or an existing file without `force`, Error(output) if it cannot be
+/// written. A snapshot without surfaces gives an empty picture.
 void render_png(const Snapshot& snapshot, const std::filesystem::path& file,
                 const PictureOptions& options = {});
 

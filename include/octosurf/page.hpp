@@ -3,13 +3,10 @@
 #include <cstddef>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <octosurf/boundary.hpp>
-#include <octosurf/contact.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/stairs.hpp>
 #include <octosurf/surface.hpp>
@@ -23,16 +20,12 @@ struct PageMap {
   OccupancyView octree{};                    ///< Map::octree(); if empty, no voxels are shown
   /// label_edges() of the snapshot's surfaces; if present, edges are drawn by their kind.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
-  /// Footholds, one foot at a time: a label, which foot and limits, and the regions on the snapshot's
-  /// surfaces that were evaluated.
-  std::vector<std::pair<std::string, std::vector<ContactRegion>>> feet{};
   std::vector<Stair> stairs{};  ///< of find_stairs(), drawn with their measures
 };
 
 /// Options of make_page().
 struct PageOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame
-  std::optional<Eigen::Vector3d> suggested_up{};  ///< map frame: an alternative that the page offers
   double max_mb = 10;                             ///< 10⁶ bytes, limit of the size
 };
 
@@ -41,20 +34,19 @@ struct Page {
   std::string html;        ///< UTF-8
   std::size_t voxels = 0;  ///< drawn
   int merged = 1;          ///< edge of a drawn voxel in voxels of the map. 1: not merged, 0: none are drawn
-  bool feet_left_out = false;  ///< contact regions are missing, because of the limit of size
 };
 
 /// A page to look at the map, pick and measure, in any browser of 2023 or later with WebGL 2.
 ///
 /// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
 /// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`.
-/// 3. It is not larger than `max_mb`: if need be, voxels are merged to 2 d, 4 d … 32 d, then left out, then
-///    contact regions too, and the page says so. A merged voxel is the one of its voxels with the highest
-///    log-odds.
+/// 3. It is not larger than `max_mb`: if need be, voxels are merged to 2 d, 4 d … 32 d, then left out, and
+/// the
+///    page says so. A merged voxel is the one of its voxels with the highest log-odds.
 /// 4. Same map, same bytes.
 /// Throws Error(usage) if a limit makes no sense, and where the library was built without the page, which
-/// needs Node.js and the packages of web/; Error(data) for numbers that are not finite, labels of other
-/// polygons and regions of other surfaces; Error(output) if the surfaces alone are larger than `max_mb`.
+/// needs Node.js and the packages of web/; Error(data) for numbers that are not finite and labels of
+/// other polygons; Error(output) if the surfaces alone are larger than `max_mb`.
 Page make_page(const PageMap& map, const PageOptions& options = {});
 
 }  // namespace octosurf

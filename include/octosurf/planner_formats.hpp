@@ -17,12 +17,8 @@
 #include <octosurf/surface.hpp>
 
 // Exports surfaces in the input formats of contact planners; docs/formats.md, section 7, lists the fields.
-// All of these planners assume z up: the world is the map turned by upright(up) (up.hpp), or the map itself
-// if up is +z.
-//
-// Files and folders are complete or absent. All throw Error(usage) for an existing output without `force`,
-// Error(data) for numbers that are not finite or if there is nothing to write, Error(output) if it cannot be
-// written. An existing folder is replaced, and only if it contains nothing but files of its format.
+// ros_messages.hpp has their messages. All of these planners assume z up: the world is the map turned by
+// upright(up) (up.hpp), or the map itself if up is +z.
 
 namespace octosurf {
 
@@ -55,35 +51,15 @@ struct PlannerContact {
 std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const PlannerContact& contact,
                                              const OccupancyView* octree = nullptr);
 
-/// What a planar terrain left out.
-struct PlanarTerrainCount {
-  std::size_t regions = 0;        ///< written
-  std::size_t without_inset = 0;  ///< polygons too small for the contact
-  std::size_t too_steep = 0;      ///< polygons steeper than 80°: readers divide by n_z
-};
-
-/// `convex_plane_decomposition_msgs/PlanarTerrain`, as read by ocs2's and legged_control's perceptive
-/// planners: JSON or, with the extension .cdr, serialised as in ROS 2 (XCDR1, little-endian, with the
-/// encapsulation header).
-///
-/// 1. A region for each polygon that has an inset; its insets lie in its boundary.
-/// 2. `frame` is the frame id of grid map and regions.
-/// 3. The grid map has the layers `elevation`, in which gaps have their boundary's lowest height (readers
-///    compute a distance field, which cannot handle gaps), and `smooth_planar`, its mean over 0.2 m.
-PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                                         const std::string& frame, const std::filesystem::path& file,
-                                         bool force = false);
-
-/// `grid_map_msgs/GridMap` with the layers `elevation`, `normal_x`, `normal_y`, `normal_z` and `surface_id`:
-/// JSON (null for empty cells) or .cdr (NaN).
-void export_grid_map(const HeightGrid& grid, const std::string& frame, const std::filesystem::path& file,
-                     bool force = false);
-
 /// A folder for Nav2: `storey_0.pgm` with `storey_0.yaml` and so on, as map_server loads them, and
 /// `route.geojson`, as route_server does, unless the route has no edges: it refuses such files. `route` and
 /// `stairs` are those of the storeys, `frame` is the frame id of the route's nodes, `stair_operation` the
 /// operation of the route server to run where a stair is entered and left; empty: none, as a route server
 /// without that operation fails there. docs/formats.md, section 7, lists what is in the files.
+///
+/// The folder is complete or absent. An existing one is replaced, with `force`, and only if it contains
+/// nothing but such files. Throws Error(usage) for an existing one without, Error(data) for numbers that are
+/// not finite or if there is nothing to write, Error(output) if it cannot be written.
 void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
                  const std::vector<Stair>& stairs, const std::string& frame,
                  const std::filesystem::path& folder, bool force = false,

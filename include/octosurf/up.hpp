@@ -17,10 +17,6 @@ struct Up {
     surfaces,                ///< estimated from the surfaces and the sensors' orientations
     assumed                  ///< +z, for lack of surfaces
   } source = Source::given;  ///< source of the direction
-  double level_m2 = 0;       ///< of an estimate: area of the level surfaces
-  /// For an estimate: score of the best direction more than 45° away, relative to this one's. Near 1 the
-  /// estimate is ambiguous, and the direction should be given.
-  double rival = 0;
 };
 
 /// "given", "surfaces", "assumed".

@@ -331,7 +331,6 @@ void Cyclone::announce(const std::string& name) {
     return [entity](io::MessageWriter& out) {
       dds_guid_t guid{};
       dds_get_guid(entity, &guid);
-      out.field("data");
       for (const std::uint8_t byte : guid.v) out.write(byte);
     };
   };
@@ -350,7 +349,6 @@ void Cyclone::announce(const std::string& name) {
       list.begin_list(1);
       list.message("node_namespace", slash == 0 ? "/" : name.substr(0, slash), "node_name",
                    name.substr(slash + 1), "reader_gid_seq", gids(readers), "writer_gid_seq", gids(writers));
-      list.end_list();
     });
   }));
 }

@@ -134,7 +134,6 @@ void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::
     write_marker(to, {0, 0, delete_all, {}, {}}, frame, stamp_ns);
     for (const SurfacePtr& surface : snapshot.surfaces)
       write_marker(to, marker_of(*surface), frame, stamp_ns);
-    to.end_list();
   });
 }
 
@@ -156,7 +155,6 @@ void write_heights(io::MessageWriter& out, const std::vector<float>& heights, st
     to.begin_list(2);
     write("x", rows, rows * columns);
     write("y", columns, columns);
-    to.end_list();
   };
   out.message("layout", io::message_of("dim", dimensions, "data_offset", std::uint32_t{0}), "data",
               std::span<const float>(heights));

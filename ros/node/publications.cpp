@@ -191,8 +191,7 @@ void Publications::publish_ground(const MapMoment& moment, const Part& part) {
   });
   publish(terrain_, [&](io::MessageWriter& out) {
     const auto surfaces = planner_surfaces(ground, contact, &ground.octree);
-    io::write_planar_terrain(out, io::terrain_regions(surfaces).regions, grid, options_.frame,
-                             moment.stamp_ns);
+    io::write_planar_terrain(out, io::terrain_regions(surfaces), grid, options_.frame, moment.stamp_ns);
   });
 }
 

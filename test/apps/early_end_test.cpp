@@ -25,13 +25,6 @@ class EndsEarly : public CommandTest {
  protected:
   void truncate(const std::string& file) const { write(file, read(file).substr(0, 100)); }
   /// Of a log, which must be whole.
-  int messages(const std::string& log, const std::string& topic) const {
-    const auto bag = io::open_mcap(folder / log);
-    int count = 0;
-    bag->read_all([&](const io::BagMessage& message) { count += bag->topics()[message.topic].name == topic; },
-                  nullptr);
-    return count;
-  }
   /// Files whose names begin like this: a temporary one's does with the name of what it becomes.
   std::ptrdiff_t files(const std::string& beginning) const {
     const fs::directory_iterator all(folder);
@@ -69,20 +62,16 @@ TEST_F(EarlyEnd, AnUnreadableScanStopsTheRunWithItsName) {
   write_floor();
   run_well("map floor -o three --first 3");
   truncate("floor/3.pgm");
-  fails("map floor -o m --report r.json --mcap run.mcap",
-        {"3.pgm", "3 scans mapped and saved", "--skip-bad"});
+  fails("map floor -o m --report r.json", {"3.pgm", "3 scans mapped and saved", "--skip-bad"});
   EXPECT_EQ(read_json("r.json").at("scans"), 3);
   EXPECT_TRUE(same_maps("m", "three"));
-  EXPECT_EQ(messages("run.mcap", "/tf"), 3);
-  EXPECT_GE(messages("run.mcap", "/surfaces"), 2);
-  EXPECT_EQ(files("run.mcap"), 1);
 }
 
 TEST_F(EarlyEnd, ABadFirstScanLeavesNothingBehind) {
   write_floor("floor", 2);
   truncate("floor/0.pgm");
-  fails("map floor -o m --report r.json --mcap run.mcap", {"0.pgm"});
-  EXPECT_EQ(files("m.") + files("r") + files("run.mcap"), 0);
+  fails("map floor -o m --report r.json", {"0.pgm"});
+  EXPECT_EQ(files("m.") + files("r"), 0);
   truncate("floor/1.pgm");
   fails("map floor -o m --skip-bad", {"none of the 2 scans"});
   EXPECT_FALSE(exists("m.surfaces"));
@@ -102,9 +91,9 @@ TEST_F(EarlyEnd, SkipBadGoesOnAndReports) {
 TEST_F(EarlyEnd, SignalsSaveWhatIsMapped) {
   write_floor("floor", 60);
   for (const std::vector<int>& signals : {std::vector{SIGINT}, {SIGINT, SIGINT}, {SIGHUP}, {SIGTERM}}) {
-    remove({"m.surfaces", "m.bt", "m.mcap"});
-    Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--rate", "10", "--checkpoint", "0.000001",
-                         "--mcap", "m.mcap"});
+    remove({"m.surfaces", "m.bt"});
+    Running run(folder,
+                {"map", "floor", "-o", "m", "--realtime", "--rate", "10", "--checkpoint", "0.000001"});
     ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();
     for (const int signal : signals) run.send(signal);
     EXPECT_EQ(run.wait(), 1) << run.errors();
@@ -112,7 +101,6 @@ TEST_F(EarlyEnd, SignalsSaveWhatIsMapped) {
     const int scans = info("m").at("scans");
     EXPECT_GE(scans, 1);
     EXPECT_LT(scans, 60);
-    EXPECT_EQ(messages("m.mcap", "/tf"), scans) << "the log is whole, too";
   }
 }
 

@@ -154,7 +154,6 @@ TEST_F(MapRun, ResumingKeepsTheMapsParametersAndLeavesOutWhatIsMapped) {
   EXPECT_EQ(info("m").at("scans"), 4);
   EXPECT_THAT(run_well("map floor --resume m --first 4").out, says("4 scans left out"));
   EXPECT_EQ(info("m").at("scans"), 4);
-  EXPECT_THAT(run_well("map --resume m --show-parameters").out, says("resolution 0.05 m\n"));
 }
 
 // The paper's goes on where it was stopped, with what it still has pending, and says what it refused.

@@ -177,8 +177,8 @@ TEST_F(PlanVerb, ClimbsTheStairAndWritesThePlan) {
   EXPECT_THAT(read("plan.glb"), StartsWith("glTF"));
   EXPECT_THAT(read("plan.glb"), says("step_1_", "surface_1"));
   EXPECT_THAT(read("plan.png"), says("PNG"));
-  run_well("plan m" + way + " --png over.png --eye 0 0 6 --target 0 0 0.5");
-  EXPECT_FALSE(read("over.png") == read("plan.png"));
+  run_well("view m --png bare.png");
+  EXPECT_FALSE(read("bare.png") == read("plan.png")) << "footprints are drawn";
   wrong_use("plan m" + way + " --png plan.png", {"plan.png"});
 }
 
@@ -207,60 +207,21 @@ TEST_F(PlanVerb, ARobotsFileIsOneOfTheTwoWithOtherLimits) {
   wrong_use("plan m --robot nowhere.json" + way, {"no file that can be read"});
 }
 
-class PlannerExportVerb : public FloorTest {
- protected:
-  /// Area of the insets of a terrain's regions, seen from above.
-  double inset_m2(const std::string& options) const {
-    run_well("export m --to terrain.json --force --format planar_terrain " + options);
-    double twice = 0;
-    const json terrain = read_json("terrain.json");
-    for (const json& region : terrain.at("planarRegions"))
-      for (const json& inset : region.at("insets")) {
-        const json& ring = inset.at("outer_boundary").at("points");
-        for (std::size_t i = 0; i < ring.size(); ++i) {
-          const json &a = ring[i], &b = ring[(i + 1) % ring.size()];
-          twice += a.at("x").get<double>() * b.at("y").get<double>() -
-                   a.at("y").get<double>() * b.at("x").get<double>();
-        }
-      }
-    return twice / 2;
-  }
-};
-
-TEST_F(PlannerExportVerb, RegionsAreInsetByTheFoot) {
+TEST_F(FloorTest, RegionsAreInsetByTheFoot) {
+  const auto inset_m2 = [this](const std::string& options) {
+    return json::parse(run_well("query m --regions 1 --json " + options).out).at("area_m2").get<double>();
+  };
   // Of the floor, 79/60 + 0.5 by 59/60 m, a foot leaves the inset, a voxel from its edges.
   constexpr double length = 79.0 / 60 + 0.5 - 2 * 0.02, width = 59.0 / 60 - 2 * 0.02;
   // One camera saw the floor from above, so nobody saw what is over the floor's border.
   const std::string free = "--unknown free ";
-  const double disc = inset_m2(free + "--foot-radius 0.1");
+  const double disc = inset_m2(free + "--foot 0.1");
   EXPECT_NEAR(disc, (length - 0.2) * (width - 0.2), 0.05);
   EXPECT_NEAR(inset_m2(free + "--foot 0.4x0.2 --yaw 0"), (length - 0.4) * (width - 0.2), 0.05);
   EXPECT_NEAR(inset_m2(free + "--foot 0.4x0.2 --yaw 90"), (length - 0.2) * (width - 0.4), 0.05);
-  EXPECT_LT(inset_m2("--foot-radius 0.1"), disc - 0.05);
+  EXPECT_LT(inset_m2("--foot 0.1"), disc - 0.05);
   // Nothing hangs over the floor: what is free over it stays, whatever the clearance.
   EXPECT_NEAR(inset_m2(free + "--clearance 0.5"), inset_m2(free), 1e-6);
-}
-
-TEST_F(PlannerExportVerb, EveryFormatIsWritten) {
-  run_well("export m --to terrain.json --format planar_terrain --frame odom");
-  const json terrain = read_json("terrain.json");
-  EXPECT_EQ(terrain.at("planarRegions").size(), 1u);
-  EXPECT_EQ(terrain.at("gridmap").at("info").at("header").at("frame_id"), "odom");
-  run_well("export m --to terrain.cdr --format planar_terrain");
-  EXPECT_EQ(read("terrain.cdr").substr(0, 4), std::string("\0\1\0\0", 4));
-  EXPECT_THAT(run_well("export m --to grid.json --format grid_map --cell 0.1").out, says("cells of 0.1 m"));
-  EXPECT_EQ(read_json("grid.json").at("info").at("resolution"), 0.1);
-  run_well("export m --to m.json");  // without --format the ending decides
-  EXPECT_EQ(read_json("m.json").at("format"), "octosurf-surfaces");
-  wrong_use("export m --to terrain.json --format grid_map", {"--force"});
-
-  // Where up is given everything is turned.
-  EXPECT_THAT(run_well("export m --to tilted.json --format planar_terrain --up 1 0 2").out,
-              says("turned so that up is +z"));
-  const json turn = read_json("tilted.json").at("planarRegions")[0].at("plane_parameters").at("orientation");
-  const double x = turn.at("x"), y = turn.at("y");
-  EXPECT_NEAR(1 - 2 * (x * x + y * y), 2 / std::sqrt(5), 0.01);  // z of the normal
-  EXPECT_THAT(run_well("export m --to up.json --format grid_map").out, Not(HasSubstr("turned")));
 }
 
 }  // namespace

@@ -67,7 +67,6 @@ def results():
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[9, 0, 0])).refusal,
         mapper.drain(), judged().judge(), whole.at([0, 0, 0]), whole.at([0, 0, 9]), whole.size(), octosurf.up_of(whole),
         octree.at([0, 0, 0]), octree.count([-1, -1, -1], [1, 1, 1]), grid, planned,
-        octosurf.export_planar_terrain([planned], grid, "map", world.FOLDER / "values.json", force=True),
         octosurf.nearest(snapshot, [0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),
         octosurf.SurfaceIndex(snapshot).snap(at(0, 0, 0.1)), octosurf.ConvexSpace.box([0, 0, 0], [1, 1, 1]), scan, surface,
         octosurf.SpacePart.cylinder([0, 0, 0], 1, 2),

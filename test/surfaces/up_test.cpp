@@ -80,8 +80,6 @@ TEST(EstimateUp, TurnsWithTheMapWhateverItsSurfacesAre) {
     const Up before = estimate_up(planes.snapshot, sensors),
              after = estimate_up(planes.turned(R), R * sensors);
     EXPECT_LT(angle(R * before.direction, after.direction), 1e-7);
-    EXPECT_NEAR(before.level_m2, after.level_m2, 1e-9);
-    EXPECT_NEAR(before.rival, after.rival, 1e-9);
   }
 }
 
@@ -107,35 +105,24 @@ TEST(EstimateUp, IsZWhereAFewPlanesSaySo) {
     const char* what;
     std::vector<std::pair<Vector3d, double>> planes;  // normals and areas
     Vector3d sensors;
-    double level_m2, rival = 0, within_rad = 1e-7;
+    double within_rad = 1e-7;
   };
   for (const Case& c :
        {Case{"floors that lean are averaged by area",
              {{leaning(2), 3}, {leaning(-1), 6}},
              {0, 0, 0},
-             9,
-             0,
              0.01 * deg},
-        Case{"a ramp is no floor", {{leaning(0), 6}, {leaning(8), 5}}, {0, 0, 0}, 6},
-        Case{"a ceiling alone is above", {{leaning(180), 5}, {leaning(90), 3}}, {0, 0.3, 0.8}, 5},
+        Case{"a ramp is no floor", {{leaning(0), 6}, {leaning(8), 5}}, {0, 0, 0}},
+        Case{"a ceiling alone is above", {{leaning(180), 5}, {leaning(90), 3}}, {0, 0.3, 0.8}},
         Case{"a camera that looks straight down does not deny the floor",
              {{leaning(0), 5}, {leaning(-90), 0.8}},
-             {1, 0, 0},
-             5},
-        Case{"another direction is near", {{leaning(0), 5}, {leaning(90), 4}}, {0, 0, 0}, 5, 0.8},
-        Case{"at right angles to the sensors",
-             {{leaning(0), 5}, {leaning(90), 4}},
-             {0, 0, 0.5},
-             5,
-             0.8 * 0.55}}) {
+             {1, 0, 0}},
+        Case{"another direction is near", {{leaning(0), 5}, {leaning(90), 4}}, {0, 0, 0}},
+        Case{"at right angles to the sensors", {{leaning(0), 5}, {leaning(90), 4}}, {0, 0, 0.5}}}) {
     Planes planes;
     for (const auto& [normal, area_m2] : c.planes) planes.add(normal, area_m2);
     const Up up = estimate_up(planes.snapshot, c.sensors);
     EXPECT_LT(angle(up.direction, Vector3d::UnitZ()), c.within_rad) << c.what;
-    EXPECT_NEAR(up.level_m2, c.level_m2, 1e-12) << c.what;
-    if (c.rival > 0) {
-      EXPECT_NEAR(up.rival, c.rival, 1e-12) << c.what;
-    }
   }
 }
 

@@ -1,9 +1,9 @@
-// The pages of `octosurf map --serve` while the map grows, and of `octosurf serve`.
+// The page of `octosurf map --serve` while the map grows.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { join } from 'node:path';
 
-const [command, map] = process.argv.slice(3);
+const [command] = process.argv.slice(3);
 
 /** Runs the command; calls `visit` with its address once it serves, then ends it. */
 async function serving(words, visit) {
@@ -55,12 +55,8 @@ export async function followsTheMap(browser, folder) {
     await page.press('#layer-voxels');
     await page.until('page.following.voxelsRevision > 1', 60);
 
-    await page.press('#foot-form button');
-    await page.until('page.map.feet.length === 1', 60);
-    assert.match(await page.text('#legend'), /asked at revision \d+: foot 0.22x0.11, max_slope_deg 30/);
-    assert.ok(await page.value('page.stage.objects.get("regions").visible'));
     assert.deepEqual(page.errors, []);
-    const known = ['live?', 'api/voxels', 'api/regions/all?'].map((path) => address + path);
+    const known = ['live?', 'api/voxels'].map((path) => address + path);
     assert.ok(page.fetched.every((url) => known.some((start) => url.startsWith(start))), page.fetched.join(' '));
   });
   await page.until('!document.getElementById("message").hidden', 60);
@@ -70,20 +66,5 @@ export async function followsTheMap(browser, folder) {
     await page.until('document.getElementById("message").hidden', 60);
     await page.until(`page.map.surfaces.length > 0 && page.map.revision < ${before}`, 60);
     await page.session.send('Page.close');
-  });
-}
-
-/** The page of a finished map asks for regions. */
-export async function asks(browser) {
-  await serving(['serve', map], async (address) => {
-    const page = await browser.open(address), feet = await page.value('page.map.feet.length');
-    await page.value('(document.querySelector("#foot-form [name=foot]").value = "big")');
-    await page.press('#foot-form button');
-    await page.until('/foot/.test(document.getElementById("asking-answer").textContent)');
-    await page.value('(document.querySelector("#foot-form [name=foot]").value = "0.05")');
-    await page.press('#foot-form button');
-    await page.until(`page.map.feet.length === ${feet + 1}`, 60);
-    assert.ok(await page.value('page.map.feet[0].regions.some((one) => one.polygons.length > 0)'));
-    assert.deepEqual(page.errors.filter((text) => !/400/.test(text)), [], 'but for the foot that is none');
   });
 }

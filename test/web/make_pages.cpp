@@ -50,34 +50,11 @@ OccupancyView room_octree() {
   return octree.view();
 }
 
-ContactRegion region_on_floor(double margin) {
-  ContactRegion region;
-  region.surface = 2;
-  region.polygons = {{box_ring(margin, margin, 6 - 2 * margin, 4 - 2 * margin),
-                      {hole_ring(2 - margin, 1.5 - margin, 0.8 + 2 * margin, 0.6 + 2 * margin)}}};
-  region.area_m2 = (6 - 2 * margin) * (4 - 2 * margin) - (0.8 + 2 * margin) * (0.6 + 2 * margin);
-  return region;
-}
-
-/// A large sole may be 0.2 m from the floor's edges and no nearer, a small one 0.05 m; none on the first
-/// wall.
-decltype(PageMap::feet) feet_on_floor() {
-  ContactRegion on_wall;
-  on_wall.surface = 8;
-  on_wall.refused = {ContactRefusal::slope};
-  return {{"large", {region_on_floor(0.2), on_wall}}, {"small", {region_on_floor(0.05), on_wall}}};
-}
-
 PageMap room(const std::string& name) {
   Snapshot snapshot = make_room();
   const auto edges = edges_of(snapshot);
   std::vector<Stair> stairs = find_stairs(snapshot).stairs;
-  return {name,
-          std::make_shared<Snapshot>(std::move(snapshot)),
-          room_octree(),
-          edges,
-          feet_on_floor(),
-          std::move(stairs)};
+  return {name, std::make_shared<Snapshot>(std::move(snapshot)), room_octree(), edges, std::move(stairs)};
 }
 
 PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
@@ -132,10 +109,9 @@ void write_all(const fs::path& folder) {
   write("small.html", hills(), small);
   write("empty.html", {"nothing", std::make_shared<Snapshot>()});
 
-  PageOptions lying;
-  lying.suggested_up = {0, -1, 0};
-  const auto rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), *lying.suggested_up);
-  write("lying.html", turned(room("lying"), rotation), lying);
+  const auto rotation =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitY());
+  write("lying.html", turned(room("lying"), rotation));
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
-// page_test.mjs PAGES [COMMAND MAP]: what a person does with the pages of make_pages, and with those that the command
+// page_test.mjs PAGES [COMMAND]: what a person does with the pages of make_pages, and with one that the command
 // serves, in a real browser.
 import assert from 'node:assert/strict';
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { runInBrowser, skip } from './browser.mjs';
-import { asks, followsTheMap } from './live_pages.mjs';
+import { followsTheMap } from './live_pages.mjs';
 
 const [folder, command] = process.argv.slice(2);
 if (!existsSync(folder)) skip('built without the page, so that there are none to look at');
@@ -55,22 +55,9 @@ async function aPickedPlace(page) {
   assert.equal(await page.visible('#details'), false);
 }
 
-/** Stairs and contact regions of two feet, as make_pages knows them. */
-async function stairsAndFeet(page) {
-  // Four boxes 0.18 m above each other, 0.3 m deep and 1.2 m wide (room_snapshot.hpp).
+/** Four boxes 0.18 m above each other, 0.3 m deep and 1.2 m wide (room_snapshot.hpp). */
+async function stairs(page) {
   assert.match(await page.text('#legend'), /stair \d+: 4 risers of 18\.0 cm, treads of 30\.0 cm, 1\.\d+ m wide/);
-  const middle = await onSurface(page, [5, 2.4, 0], 2), nearWall = await onSurface(page, [3, 0.12, 0], 2);
-  const bare = await page.colors([middle, nearWall]);
-  await page.press('#layer-regions');
-  assert.match(await page.text('#legend'), /the middle of a foot may be here: large/);
-  const large = await page.colors([middle, nearWall]);
-  assert.deepEqual([0, 1].map((i) => different(bare[i], large[i])), [true, false], 'the large foot keeps off the wall');
-  await page.choose('select[aria-label^="Contact regions"]', 'small');
-  assert.ok(different(bare[1], await colorAt(page, nearWall)), 'the small foot may go to it');
-  await page.click(middle.x, middle.y);
-  assert.match(await page.text('#details-table'), /its middle may be on 22\.3\d+ m² \(small\)/);
-  await page.pick('surface', 8);
-  assert.match(await page.text('#details-table'), /nowhere: slope/);
 }
 
 /** Slopes say what is walkable; what is seen from behind is not drawn, so that ceilings hide nothing. */
@@ -103,7 +90,7 @@ async function aVoxel(page) {
 }
 
 async function aRoom(browser) {
-  for (const test of [lookAround, aPickedPlace, stairsAndFeet, slopes, aCylinder, aVoxel]) {
+  for (const test of [lookAround, aPickedPlace, stairs, slopes, aCylinder, aVoxel]) {
     const page = await browser.open(join(folder, 'room.html'), { dark: test === slopes });
     await page.press('#top');
     await test(page);
@@ -121,13 +108,10 @@ async function aLyingMap(browser) {
   const heightInView = (id) => page.value(
     `page.view.root.localToWorld(page.view.eye.set(...page.map.surface(${id}).origin)).z`);
   assert.equal(await slopeOf(2), 90, 'as the map has it, the floor is a wall');
-  assert.match(await page.text('#layers'), /Surfaces suggest that up is -y/);
   assert.equal(await page.visible('#notice'), false);
-  await page.press('#up-suggested');
+  await page.choose('#up', '-y');
   assert.deepEqual([await slopeOf(2), await slopeOf(5)], [0, 180]);
   assert.ok(Math.abs(await heightInView(5) - await heightInView(2) - 2.5) < 1e-6, 'the ceiling is over the floor');
-  assert.doesNotMatch(await page.text('#layers'), /suggest/);
-  assert.match(await page.text('#notice'), /Contact regions are for up = z; --up -y/);
   await page.choose('#up', 'own');
   assert.equal(await slopeOf(2), 90);
   assert.deepEqual(page.errors, []);
@@ -170,4 +154,4 @@ async function nothing(browser) {
   assert.deepEqual(page.errors, []);
 }
 
-await runInBrowser([aRoom, aLyingMap, onATelephone, manyVoxels, nothing, ...(command ? [followsTheMap, asks] : [])]);
+await runInBrowser([aRoom, aLyingMap, onATelephone, manyVoxels, nothing, ...(command ? [followsTheMap] : [])]);

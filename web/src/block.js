@@ -14,7 +14,7 @@ function bytesOfBase64(text) {
   return bytes;
 }
 
-/** @param {string} text base64, as it stands in a page and in the server's events */
+/** @param {string} text base64, as it stands in a page */
 export const readTextBlock = (text) => readBlock(bytesOfBase64(text.trim()));
 
 /**

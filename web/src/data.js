@@ -28,8 +28,8 @@ import { dot, minus } from './vectors.js';
 export const edgeKinds = ['real', 'occluded', 'sensor_limit', 'frontier'];
 export const noLabel = 255;
 
-/** Polygons as they are exported, on a surface: of its own, or contact regions. */
-export function outlineOf(map, { origin, axes }, polygons) {
+/** A surface's polygons as they are exported. */
+function outlineOf(map, { origin, axes }, polygons) {
   const u = [], v = [], edges = [], rings = [], corners = [];
   const add = (ring, kinds) => {
     const points = ring.map((place) => {
@@ -99,8 +99,7 @@ export function takeSurfaces(map, { json }) {
   if (json.changes) {
     gone = [...json.changes.gone, ...json.changes.merged.map(({ id }) => id)];
   } else {
-    Object.assign(map, { surfaces: [], cylinders: [], suggestedUp: json.suggested_up ?? null, feet: json.feet,
-      feetLeftOut: json.feet_left_out });
+    Object.assign(map, { surfaces: [], cylinders: [] });
   }
   const here = (place) => minus(place, map.origin);
   Object.assign(map, {

@@ -1,7 +1,6 @@
 // What the page says about a thing: a line for the pointer, rows for the panel.
 import { edgeKinds, slopeDeg } from './data.js';
 import { edgeLengths } from './layers/edges.js';
-import { footOf, regionOn } from './layers/regions.js';
 
 const fixed = (values, digits) => values.map((value) => value.toFixed(digits)).join('  ');
 const mm = (meters) => `${(1000 * meters).toFixed(meters < 0.01 ? 2 : 1)} mm`;
@@ -17,21 +16,12 @@ export function lineOf(map, { kind, what }) {
 
 const ownerOf = ({ voxels }, i) => (voxels.surface[i] === 0 ? 'pending' : `of surface ${voxels.surface[i]}`);
 
-/** @param {object} settings see stage.js @returns {{title: string, place: string, rows: [string, string][]}} */
-export function describe(map, { kind, what, place }, settings) {
+/** @returns {{title: string, place: string, rows: [string, string][]}} */
+export function describe(map, { kind, what, place }) {
   const [title, rows] = kind === 'voxel' ? ['Voxel', voxelRows(map, what)]
     : kind === 'cylinder' ? [`Cylinder c${what.id}`, cylinderRows(map, what)]
-    : [`Surface ${what.id}`, [...surfaceRows(map, what), ...footRows(map, what, settings)]];
+    : [`Surface ${what.id}`, surfaceRows(map, what)];
   return { title, place: map.toMap(place).map((x) => x.toFixed(3)).join(' '), rows };
-}
-
-/** How much of it the foot may stand on whose regions are chosen, or why not. */
-function footRows(map, surface, settings) {
-  const foot = footOf(map, settings), region = regionOn(foot, surface.id);
-  if (!region) return [];
-  const text = region.polygons.length > 0 ? `its middle may be on ${region.area_m2.toFixed(3)} m²`
-    : `nowhere: ${region.refused.join(', ')}`;
-  return [['a foot', `${text} (${foot.name})`]];
 }
 
 function surfaceRows(map, surface) {

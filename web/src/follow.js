@@ -1,47 +1,40 @@
-// The page of a map that grows: the server sends changes as events; voxels are requested while they are shown.
-import { readBlock, readTextBlock } from './block.js';
+// The page of a map that grows: it asks the server for what has changed, and for voxels while they are shown.
+import { readBlock } from './block.js';
 import { takeSurfaces, takeVoxels } from './data.js';
 
-const soonestMs = 250, latestMs = 4000;  // until it tries to reach the server again
-const voxelsMs = 2000;                   // from one question for voxels to the next
+const changesMs = 200, voxelsMs = 2000;  // from one question to the next: pictures need no more, the mapper has its processor
+const latestMs = 4000;                   // until it tries to reach the server again
 // A large map takes long to be drawn anew: a fifth of the time at most, so that the page stays at hand.
 const restShare = 4;
+
+/** The run whose map the page follows; null: the map is finished. */
+export const runToFollow = () => document.querySelector('meta[name="octosurf-run"]')?.content ?? null;
 
 export class Following {
   /** @param {object} page see main.js @param {string} run */
   constructor(page, run) {
-    Object.assign(this, { page, run, pause: soonestMs, voxelsRevision: page.map.revision, reading: Promise.resolve() });
-    this.connect();
-    // A browser has few connections to a server: pages that nobody sees leave them to others.
-    document.addEventListener('visibilitychange', () => (document.hidden ? this.disconnect() : this.connect()));
+    Object.assign(this, { page, run, pause: changesMs, voxelsRevision: page.map.revision });
+    this.follow();
     setInterval(() => this.askForVoxels(), voxelsMs);
   }
 
-  connect() {
-    this.disconnect();
-    const known = new URLSearchParams({ since: this.page.map.revision, run: this.run });
-    const events = this.events = new EventSource(`live?${known}`);
-    events.addEventListener('open', () => {
-      this.pause = soonestMs;
-      this.page.say('');
-    });
-    events.addEventListener('changes', ({ data }) => {
-      // One after the other: unpacking takes its time, and changes count on those before.
-      this.reading = this.reading.then(async () => this.take(await readTextBlock(data)))
-        .catch((error) => this.page.say(`What the server sent cannot be read: ${error.message}`));
-    });
-    // EventSource would reconnect with the first URL, and so with an old revision.
-    events.addEventListener('error', () => {
-      this.disconnect();
-      this.page.say('The map is no longer served; this is the last that was seen of it.');
-      this.again = setTimeout(() => this.connect(), this.pause);
-      this.pause = Math.min(latestMs, 2 * this.pause);
-    });
-  }
-
-  disconnect() {
-    clearTimeout(this.again);
-    this.events?.close();
+  /** Asks again and again, but for a page that nobody sees. */
+  async follow() {
+    if (!document.hidden) {
+      const known = new URLSearchParams({ since: this.page.map.revision, run: this.run });
+      try {
+        const reply = await fetch(`live?${known}`);
+        if (!reply.ok) throw new Error(reply.statusText);
+        const packed = await reply.arrayBuffer();
+        if (packed.byteLength > 0) this.take(await readBlock(packed));
+        this.page.say('');
+        this.pause = changesMs;
+      } catch {
+        this.page.say('The map is no longer served; this is the last that was seen of it.');
+        this.pause = Math.min(latestMs, 2 * this.pause);
+      }
+    }
+    setTimeout(() => this.follow(), this.pause);
   }
 
   take(message) {
@@ -66,7 +59,7 @@ export class Following {
   /** All voxels are many: requested while they are visible, and once in any case, for their layer to be there. */
   async askForVoxels() {
     const { stage, map } = this.page, first = map.voxels === null && map.surfaces.length > 0;
-    if (this.asking || this.events.readyState !== EventSource.OPEN) return;
+    if (this.asking || document.hidden) return;
     if (!first && (!stage.settings.on.voxels || this.voxelsRevision === map.revision)) return;
     this.asking = true;
     try {
@@ -76,7 +69,7 @@ export class Following {
       takeVoxels(map, message);
       this.voxelsRevision = message.json.revision;
       this.page.renewVoxels();
-    } catch {  // the events say that it is no longer served
+    } catch {  // follow() says that it is no longer served
     } finally {
       this.asking = false;
     }

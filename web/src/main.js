@@ -2,13 +2,12 @@
 import { readTextBlock } from './block.js';
 import { newMap, takeSurfaces, takeVoxels } from './data.js';
 import { describe, lineOf } from './describe.js';
-import { Following } from './follow.js';
+import { Following, runToFollow } from './follow.js';
 import { Highlight } from './highlight.js';
 import { Measure } from './measure.js';
 import { Panel } from './panel.js';
 import { pick } from './picking.js';
 import { bindPointer } from './pointer.js';
-import { bindForm, hasServer, runToFollow } from './server.js';
 import { Stage } from './stage.js';
 import { View } from './view.js';
 
@@ -71,15 +70,6 @@ class Page {
 
   say(text) { say(text); }
 
-  /** Contact regions that were asked for, in the place of those asked for before. */
-  takeFoot(foot) {
-    this.map.feet = [foot, ...this.map.feet.filter(({ name }) => !name.startsWith('asked '))];
-    this.stage.settings.on.regions = true;
-    this.stage.choose('regions', foot.name);
-    this.panel.update();
-    if (this.picked) this.select(this.picked);
-  }
-
   /** @param {number[]?} up null: the map's own */
   turn(up) {
     this.clear();
@@ -115,7 +105,7 @@ class Page {
   select(hit) {
     this.picked = hit;
     this.highlight.picked(this.map, hit);
-    this.panel.details(hit && describe(this.map, hit, this.stage.settings));
+    this.panel.details(hit && describe(this.map, hit));
   }
 
   click(x, y) {
@@ -139,7 +129,6 @@ async function start() {
   if (!window.DecompressionStream) return say('This browser is too old for the page: it needs DecompressionStream.');
   const page = new Page(await readMap());
   window.octosurf = page;  // for the console, and for tests
-  if (hasServer()) bindForm(page);
   if (runToFollow()) page.following = new Following(page, runToFollow());
   return page;
 }

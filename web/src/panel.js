@@ -85,7 +85,7 @@ export class Panel {
       .flatMap((layer) => layer.legend(map, stage.settings)).map(legendEntry));
   }
 
-  /** Which way is up, and the other one that surfaces suggest. */
+  /** Which way is up. */
   up() {
     const { map, settings } = this.stage, own = nameOfUp(map.ownUp), present = settings.up ? nameOfUp(settings.up) : own;
     const names = [...new Set([own, ...Object.keys(upAxes), present])];
@@ -93,11 +93,7 @@ export class Panel {
       ...names.map((name) => element('option', { value: name === own ? 'own' : name, selected: name === present },
         name === own ? `${own}, the map’s` : name)));
     select.onchange = () => this.turned(upAxes[select.value] ?? null);
-    const suggested = map.suggestedUp && nameOfUp(map.suggestedUp);
-    const hint = suggested && suggested !== nameOfUp(map.up) ? [element('div', { className: 'hint' },
-      `Surfaces suggest that up is ${suggested}.`,
-      element('button', { id: 'up-suggested', onclick: () => this.turned(map.suggestedUp) }, 'Turn'))] : [];
-    return element('div', { className: 'layer' }, element('label', { htmlFor: 'up' }, 'Up'), select, ...hint);
+    return element('div', { className: 'layer' }, element('label', { htmlFor: 'up' }, 'Up'), select);
   }
 
   /** What the page's limit has left out. */
@@ -109,10 +105,6 @@ export class Panel {
       missing.push(`Voxels are drawn merged to ${map.merged} d, ${(100 * map.merged * map.resolution).toFixed(0)} cm: ${
         voxels} do not fit into the page’s limit (view --max-mb).`);
     }
-    if (map.feetLeftOut) missing.push('Nor do contact regions.');
-    const [up, own] = [map.up, map.ownUp].map(nameOfUp);
-    if (up !== own && map.feet.length > 0)
-      missing.push(`Contact regions are for up = ${own}; --up ${up} makes them for this one.`);
     notice.hidden = missing.length === 0;
     notice.textContent = missing.join(' ');
   }

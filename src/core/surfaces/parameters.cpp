@@ -147,7 +147,7 @@ const std::vector<Entry>& entries() {
 const Entry& entry(const std::string& name) {
   for (const Entry& e : entries())
     if (e.info.name == name) return e;
-  throw Error(Error::Kind::usage, name, "is not a parameter", "octosurf map --show-parameters lists them");
+  throw Error(Error::Kind::usage, name, "is not a parameter", "octosurf map --help lists them");
 }
 
 /// The number in all of the text.

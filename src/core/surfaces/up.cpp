@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include <octosurf/up.hpp>
 
@@ -12,12 +11,11 @@ namespace octosurf {
 namespace {
 
 const double level_cosine = std::cos(5 * std::numbers::pi / 180);
-const double rival_cosine = std::cos(45 * std::numbers::pi / 180);
 constexpr double seen_from_below = 0.5;  // share of a ceiling's area that counts
 constexpr double mounted_upright = 0.9;  // share of sensors whose up direction is right
 
 struct Level {
-  double score_m2 = 0, area_m2 = 0;
+  double score_m2 = 0;
   Eigen::Vector3d normals = Eigen::Vector3d::Zero();  // oriented up, weighted by area
 };
 
@@ -27,7 +25,6 @@ Level level_to(const Snapshot& snapshot, const Eigen::Vector3d& up) {
     const double cosine = surface->plane.normal.dot(up);
     if (std::fabs(cosine) < level_cosine) continue;
     level.score_m2 += (cosine > 0 ? 1 : seen_from_below) * surface->area_m2;
-    level.area_m2 += surface->area_m2;
     level.normals += (cosine > 0 ? 1 : -1) * surface->area_m2 * surface->plane.normal;
   }
   return level;
@@ -41,11 +38,6 @@ double suits(const Eigen::Vector3d& up, const Eigen::Vector3d& sensors_up) {
   return 1 - t + t * cosine * cosine;
 }
 
-struct Candidate {
-  Eigen::Vector3d up;
-  double score;
-};
-
 }  // namespace
 
 const char* name_of(Up::Source source) {
@@ -53,29 +45,24 @@ const char* name_of(Up::Source source) {
 }
 
 Up estimate_up(const Snapshot& snapshot, const Eigen::Vector3d& sensors_up) {
-  std::vector<Candidate> candidates;
+  double most = 0;
+  Eigen::Vector3d best;
   for (const SurfacePtr& surface : snapshot.surfaces)
     for (const double side : {1.0, -1.0}) {
       const Eigen::Vector3d up = side * surface->plane.normal;
-      candidates.push_back({up, level_to(snapshot, up).score_m2 * suits(up, sensors_up)});
+      const double score = level_to(snapshot, up).score_m2 * suits(up, sensors_up);
+      if (score <= most) continue;
+      most = score;
+      best = up;
     }
-  const auto less = [](const Candidate& a, const Candidate& b) { return a.score < b.score; };
-  const auto best = std::max_element(candidates.begin(), candidates.end(), less);
-  if (best == candidates.end() || !(best->score > 0)) return {.source = Up::Source::assumed};
-  Up result{.source = Up::Source::surfaces};
-  for (const Candidate& other : candidates)
-    if (other.up.dot(best->up) < rival_cosine)
-      result.rival = std::max(result.rival, other.score / best->score);
-  const Eigen::Vector3d mean = level_to(snapshot, best->up).normals.normalized();
-  const Level level = level_to(snapshot, mean);  // refined about their mean
-  result.direction = level.normals.normalized();
-  result.level_m2 = level.area_m2;
-  return result;
+  if (most <= 0) return {.source = Up::Source::assumed};
+  const Eigen::Vector3d mean = level_to(snapshot, best).normals.normalized();
+  return {level_to(snapshot, mean).normals.normalized(), Up::Source::surfaces};  // refined about their mean
 }
 
 Up up_of(const Map& map) {
   const auto& given = map.parameters().up;
-  return given ? Up{*given, Up::Source::given, 0, 0} : up_from_surfaces(map);
+  return given ? Up{*given, Up::Source::given} : up_from_surfaces(map);
 }
 
 Up up_from_surfaces(const Map& map) {

@@ -21,7 +21,6 @@ void write_layer(io::MessageWriter& out, const Eigen::MatrixXf& layer) {
     to.begin_list(2);
     write_dimension(to, "column_index", layer.cols(), layer.size());
     write_dimension(to, "row_index", layer.rows(), layer.rows());
-    to.end_list();
   };
   out.message("layout", io::message_of("dim", dimensions, "data_offset", std::uint32_t{0}), "data",
               std::span<const float>(layer.data(), static_cast<std::size_t>(layer.size())));
@@ -57,15 +56,15 @@ void io::write_grid_map(io::MessageWriter& out, const HeightGrid& grid, const io
       "outer_start_index", std::uint16_t{0}, "inner_start_index", std::uint16_t{0});
 }
 
-void io::require_cells(const HeightGrid& grid, const std::filesystem::path& file) {
+void io::require_cells(const HeightGrid& grid, const char* message) {
   if (grid.elevation.size() == 0)
-    throw Error(Error::Kind::data, file.string(), "there is nothing to put into it",
+    throw Error(Error::Kind::data, message, "there is nothing to put into it",
                 "no surface is level enough; a larger slope leaves more, and --up where z is not up");
   const auto same = [&](const Eigen::MatrixXf& layer) {
     return layer.rows() == grid.elevation.rows() && layer.cols() == grid.elevation.cols();
   };
   if (!same(grid.surface) || !std::all_of(grid.normal.begin(), grid.normal.end(), same))
-    throw Error(Error::Kind::data, file.string(), "the grid's layers differ in size", "use height_grid()");
+    throw Error(Error::Kind::data, message, "the grid's layers differ in size", "use height_grid()");
 }
 
 io::GridLayers io::layers_of(const HeightGrid& grid) {
@@ -74,14 +73,6 @@ io::GridLayers io::layers_of(const HeightGrid& grid) {
           {"normal_y", &grid.normal[1]},
           {"normal_z", &grid.normal[2]},
           {"surface_id", &grid.surface}};
-}
-
-void export_grid_map(const HeightGrid& grid, const std::string& frame, const std::filesystem::path& file,
-                     bool force) {
-  io::require_cells(grid, file);
-  io::write_message(
-      [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame); }, file,
-      force);
 }
 
 std::string grid_map_message(const HeightGrid& grid, const std::string& frame) {

@@ -80,18 +80,6 @@ void write_region(io::MessageWriter& out, const io::TerrainRegion& region) {
               io::each(region.insets, write_polygon));
 }
 
-/// Regions of a terrain that must not be empty. `where` names it in errors.
-io::TerrainRegions some_regions(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                                const std::filesystem::path& where) {
-  io::require_cells(grid, where);
-  io::TerrainRegions terrain = io::terrain_regions(surfaces);
-  if (terrain.regions.empty())
-    throw Error(Error::Kind::data, where.string(), "there is nothing to put into it",
-                "no surface has room for the contact; a smaller foot or a larger slope leaves more, "
-                "and --up where z is not up");
-  return terrain;
-}
-
 }  // namespace
 
 Eigen::MatrixXf io::without_gaps(Eigen::MatrixXf heights) {
@@ -128,19 +116,13 @@ Eigen::MatrixXf io::mean_over(const Eigen::MatrixXf& heights, double cells) {
   return mean_of_rows(mean_of_rows(heights, reach).transpose(), reach).transpose();
 }
 
-io::TerrainRegions io::terrain_regions(const std::vector<PlannerSurface>& surfaces) {
-  io::TerrainRegions usable;
+std::vector<io::TerrainRegion> io::terrain_regions(const std::vector<PlannerSurface>& surfaces) {
+  std::vector<io::TerrainRegion> usable;
   for (const PlannerSurface& surface : surfaces) {
-    if (surface.T_world_surface(2, 2) < std::cos(steepest_rad)) {
-      usable.count.too_steep += surface.polygons.size();
-      continue;
-    }
-    for (io::TerrainRegion& region : regions_of(surface)) {
-      usable.count.without_inset += region.insets.empty();
-      if (!region.insets.empty()) usable.regions.push_back(std::move(region));
-    }
+    if (surface.T_world_surface(2, 2) < std::cos(steepest_rad)) continue;
+    for (io::TerrainRegion& region : regions_of(surface))
+      if (!region.insets.empty()) usable.push_back(std::move(region));
   }
-  usable.count.regions = usable.regions.size();
   return usable;
 }
 
@@ -154,21 +136,14 @@ void io::write_planar_terrain(io::MessageWriter& out, const std::vector<io::Terr
   out.message("planarRegions", io::each(regions, write_region), "gridmap", write_grid);
 }
 
-PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                                         const std::string& frame, const std::filesystem::path& file,
-                                         bool force) {
-  const io::TerrainRegions terrain = some_regions(surfaces, grid, file);
-  io::write_message(
-      [&](io::MessageWriter& out) { io::write_planar_terrain(out, terrain.regions, grid, frame); }, file,
-      force);
-  return terrain.count;
-}
-
 std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                    const std::string& frame) {
-  const io::TerrainRegions terrain = some_regions(surfaces, grid, "planar terrain");
-  return io::cdr_of(
-      [&](io::MessageWriter& out) { io::write_planar_terrain(out, terrain.regions, grid, frame); });
+  io::require_cells(grid, "planar terrain");
+  const std::vector<io::TerrainRegion> regions = io::terrain_regions(surfaces);
+  if (regions.empty())
+    throw Error(Error::Kind::data, "planar terrain", "there is nothing to put into it",
+                "no surface has room for the contact; a smaller foot or a larger slope leaves more");
+  return io::cdr_of([&](io::MessageWriter& out) { io::write_planar_terrain(out, regions, grid, frame); });
 }
 
 }  // namespace octosurf

@@ -22,7 +22,7 @@ namespace octosurf::io {
 namespace {
 
 constexpr const char *map_frame = "map", *sensor_frame = "sensor";
-constexpr std::size_t most_points = std::size_t{1} << 23, most_cells = std::size_t{1} << 23;
+constexpr std::size_t most_cells = std::size_t{1} << 23;
 constexpr std::array<float, 3> pending_color{0.5F, 0.5F, 0.5F}, cylinder_color{0.55F, 0.45F, 0.75F};
 
 /// The definitions of the messages, with their imports, in package `foxglove`.
@@ -239,22 +239,10 @@ void FoxgloveLog::add_trajectory(double stamp_s, std::span<const Eigen::Isometry
   write("/trajectory", poses, time);
 }
 
-void FoxgloveLog::add_changes(double stamp_s, const Snapshot& snapshot) {
-  write_surfaces(stamp_s, snapshot, false);
-}
-
 void FoxgloveLog::add_surfaces(double stamp_s, const Snapshot& snapshot) {
-  write_surfaces(stamp_s, snapshot, true);
-}
-
-void FoxgloveLog::write_surfaces(double stamp_s, const Snapshot& snapshot, bool all) {
   const std::uint64_t time = time_ns(stamp_s);
   foxglove::SceneUpdate update;
-  std::map<std::string, std::uint64_t> revisions;
   const auto add = [&](const std::string& id, const auto& thing) {
-    revisions[id] = thing.revision;
-    const auto before = revisions_.find(id);
-    if (!all && before != revisions_.end() && before->second == thing.revision) return;
     foxglove::SceneEntity& entity = *update.add_entities();
     *entity.mutable_timestamp() = timestamp(time);
     entity.set_frame_id(map_frame);
@@ -265,45 +253,7 @@ void FoxgloveLog::write_surfaces(double stamp_s, const Snapshot& snapshot, bool 
   for (const SurfacePtr& surface : snapshot.surfaces) add("surface_" + std::to_string(surface->id), *surface);
   for (const CylinderPtr& cylinder : snapshot.cylinders)
     add("cylinder_" + std::to_string(cylinder->id), *cylinder);
-  for (const auto& [id, revision] : revisions_) {
-    if (revisions.contains(id)) continue;
-    foxglove::SceneEntityDeletion& deletion = *update.add_deletions();
-    *deletion.mutable_timestamp() = timestamp(time);
-    deletion.set_id(id);
-  }
-  revisions_ = std::move(revisions);
-  if (update.entities_size() + update.deletions_size() > 0) write("/surfaces", update, time);
-}
-
-void FoxgloveLog::add_points(double stamp_s, const Map& map, const Snapshot& snapshot) {
-  struct Point {
-    std::array<float, 3> xyz{};
-    std::array<std::uint8_t, 4> color{};
-    std::uint32_t surface = 0;
-  };
-  static_assert(sizeof(Point) == 20 && std::endian::native == std::endian::little);
-  const std::uint64_t time = time_ns(stamp_s);
-  foxglove::PointCloud cloud;
-  *cloud.mutable_timestamp() = timestamp(time);
-  cloud.set_frame_id(map_frame);
-  set_pose(cloud.mutable_pose(), Eigen::Isometry3d::Identity());
-  cloud.set_point_stride(sizeof(Point));
-  for (std::uint32_t i = 0; i < 3; ++i)
-    add_field(cloud, std::array{"x", "y", "z"}.at(i), 4 * i, foxglove::PackedElementField::FLOAT32);
-  add_color_fields(cloud, offsetof(Point, color));
-  add_field(cloud, "surface", offsetof(Point, surface), foxglove::PackedElementField::UINT32);
-
-  const std::size_t step = map.size().inliers / most_points + 1;
-  std::vector<Point> points;
-  std::size_t seen = 0;
-  map.for_each_point([&](const OccupancyView::Voxel& voxel) {
-    const Surface* surface = snapshot.find(voxel.surface);
-    if (surface == nullptr || seen++ % step != 0) return;
-    const Eigen::Vector3f p = voxel.point.cast<float>();
-    points.push_back({{p.x(), p.y(), p.z()}, rgba(surface->color), surface->id});
-  });
-  cloud.set_data(points.data(), points.size() * sizeof(Point));
-  write("/points", cloud, time);
+  if (update.entities_size() > 0) write("/surfaces", update, time);
 }
 
 void FoxgloveLog::add_voxels(double stamp_s, const OccupancyView& octree, const Snapshot& snapshot) {

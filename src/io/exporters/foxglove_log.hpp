@@ -9,7 +9,6 @@
 #include <span>
 #include <string>
 
-#include <octosurf/map.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 
@@ -19,7 +18,7 @@ class Message;
 
 namespace octosurf::io {
 
-/// Writes a map, or its construction over time, as an MCAP file of Foxglove's messages (Protobuf),
+/// Writes a map as an MCAP file of Foxglove's messages (Protobuf),
 /// docs/formats.md §2. Frames `map` and `sensor`, metres. Times are seconds; a negative time, or one before
 /// the last, is raised to that. Write errors set the stream's state.
 class FoxgloveLog {
@@ -31,13 +30,8 @@ class FoxgloveLog {
   void add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
   /// /trajectory: all poses at once.
   void add_trajectory(double stamp_s, std::span<const Eigen::Isometry3d> T_map_sensor);
-  /// /surfaces: an entity for each surface and cylinder changed since it was written last, and deletions of
-  /// removed ones. Nothing without changes. Cost: simplified() and a triangulation for each entity.
-  void add_changes(double stamp_s, const Snapshot& snapshot);
-  /// The same with an entity for every surface and cylinder.
+  /// /surfaces: an entity for each surface and cylinder. Cost: simplified() and a triangulation for each.
   void add_surfaces(double stamp_s, const Snapshot& snapshot);
-  /// /points: those of surfaces, in their colours; thinned evenly to at most 2²³.
-  void add_points(double stamp_s, const Map& map, const Snapshot& snapshot);
   /// /voxels: the box of the occupied ones, in cells of a voxel or of 2ⁿ to an edge, at most 2²³.
   void add_voxels(double stamp_s, const OccupancyView& octree, const Snapshot& snapshot);
 
@@ -46,12 +40,10 @@ class FoxgloveLog {
  private:
   std::uint64_t time_ns(double stamp_s);
   void write(const char* topic, const google::protobuf::Message& message, std::uint64_t time_ns);
-  void write_surfaces(double stamp_s, const Snapshot& snapshot, bool all);
 
   McapWriter file_;
   Eigen::Vector3d up_;
-  std::map<std::string, std::uint16_t> channels_;   ///< by topic
-  std::map<std::string, std::uint64_t> revisions_;  ///< of the entities as written, by their ids
+  std::map<std::string, std::uint16_t> channels_;  ///< by topic
   std::uint64_t last_ns_ = 0;
 };
 

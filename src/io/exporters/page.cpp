@@ -22,7 +22,6 @@ void check_page(const PageMap& map, const PageOptions& options) {
   if (!(std::isfinite(options.max_mb) && options.max_mb > 0))
     throw Error(Error::Kind::usage, "max_mb", "is not positive", "10 is the default");
   geometry::require_direction(options.up, "up");
-  if (options.suggested_up) geometry::require_direction(*options.suggested_up, "suggested_up");
 }
 
 }  // namespace
@@ -32,25 +31,19 @@ Page make_page(const PageMap& map, const PageOptions& options) {
   const std::string_view page = io::page_template();
   const std::size_t mark = page.find(io::page_map_mark);
   const std::string_view before = page.substr(0, mark), after = page.substr(mark + io::page_map_mark.size());
-  io::SurfacesMessage how{options.up, options.suggested_up};
-  std::string surfaces = script(io::surfaces_message(map, how)), voxels = script({});
+  const std::string surfaces = script(io::surfaces_message(map, {options.up}));
+  std::string voxels = script({});
   const auto left = [&] {
     return options.max_mb * 1e6 -
            static_cast<double>(before.size() + surfaces.size() + voxels.size() + after.size());
   };
   const io::VoxelsMessage drawn = io::voxels_message(map, 0.75 * left());  // base64 has 4 bytes for 3
   voxels = script(drawn.packed);
-  const bool feet_left_out = left() < 0 && !map.feet.empty();
-  if (feet_left_out) {
-    how.feet = false;
-    surfaces = script(io::surfaces_message(map, how));
-  }
   if (left() < 0)
     throw Error(
         Error::Kind::output, map.name, "makes a page larger than allowed even without voxels",
         io::formatted("allow %.1f MB (--max-mb)", std::ceil(10 * (options.max_mb - left() / 1e6)) / 10));
-  return {std::string(before).append(surfaces).append(voxels).append(after), drawn.voxels, drawn.merged,
-          feet_left_out};
+  return {std::string(before).append(surfaces).append(voxels).append(after), drawn.voxels, drawn.merged};
 }
 
 }  // namespace octosurf

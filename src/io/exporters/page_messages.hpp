@@ -19,14 +19,12 @@ namespace octosurf::io {
 /// A message of surfaces: how much of the map, and what goes with it.
 struct SurfacesMessage {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  std::optional<Eigen::Vector3d> suggested_up{};
   std::optional<MapChanges> changes{};  ///< only what changed: changes_since() a revision
   std::string run{};                    ///< identifies the run of these revisions
-  bool feet = true;                     ///< with contact regions
 };
 
 /// The surfaces and cylinders as export_surfaces() writes them, without `boundary`, and what is beside them
-/// in the PageMap. Throws Error(data) for numbers that are not finite and regions of other surfaces.
+/// in the PageMap. Throws Error(data) for numbers that are not finite.
 std::string surfaces_message(const PageMap& map, const SurfacesMessage& how);
 
 /// The occupied voxels, merged as far as they must be not to exceed `most_bytes`; at last none.
@@ -43,8 +41,5 @@ PageBlock::Json changes_json(const MapChanges& changes);
 
 /// What appeared or changed since a revision.
 Snapshot changed_part(const Snapshot& snapshot, std::uint64_t since);
-
-/// {"surface", "revision", "yaw_deg", "area_m2", "refused", "polygons"}
-PageBlock::Json region_json(const Surface& surface, const ContactRegion& region);
 
 }  // namespace octosurf::io

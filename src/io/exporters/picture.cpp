@@ -1,5 +1,4 @@
 #include "geometry/directions.hpp"
-#include "io/exporters/camera.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "io/new_file.hpp"
 
@@ -8,13 +7,11 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <memory>
 #include <spng.h>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -26,28 +23,26 @@ namespace octosurf {
 namespace {
 
 constexpr int oversampling = 2;  // samples per pixel and axis
+constexpr double margin = 0.9;   // part of the picture that the map fills
 constexpr std::uint32_t background = std::numeric_limits<std::uint32_t>::max();
 const Eigen::Vector3d light = Eigen::Vector3d(-0.45, -0.25, 0.85).normalized();
 
 /// A surface or another flat mesh, turned so that z is up.
 struct Drawn {
   Eigen::Vector3f color;
-  Plane plane;
+  Eigen::Vector3d normal;
   Mesh mesh;
-
-  bool faces(const Eigen::Vector3d& eye) const { return plane.signed_distance(eye) >= 0; }
 };
 
+/// All that is seen along `forward`: not what is seen from behind, to look past ceilings and near walls into
+/// rooms. A picture of nothing else shows it.
 std::vector<Drawn> drawn_of(const Snapshot& snapshot, const std::vector<NamedMesh>& meshes,
-                            const Eigen::Quaterniond& turn) {
+                            const Eigen::Quaterniond& turn, const Eigen::Vector3d& forward) {
   std::vector<Drawn> all;
   const auto add = [&](const std::array<float, 3>& color, const Eigen::Vector3d& normal, Mesh mesh) {
     if (mesh.triangles.empty()) return;
     for (Eigen::Vector3d& vertex : mesh.vertices) vertex = turn * vertex;
-    Plane plane;
-    plane.normal = turn * normal;
-    plane.offset = plane.normal.dot(mesh.vertices.front());
-    all.push_back({Eigen::Vector3f(color.data()), plane, std::move(mesh)});
+    all.push_back({Eigen::Vector3f(color.data()), turn * normal, std::move(mesh)});
   };
   for (const SurfacePtr& surface : snapshot.surfaces)
     for (const Polygon& polygon : surface->polygons)
@@ -58,34 +53,28 @@ std::vector<Drawn> drawn_of(const Snapshot& snapshot, const std::vector<NamedMes
     const auto& v = mesh.vertices;
     add(color, (v[b] - v[a]).cross(v[c] - v[a]).normalized(), mesh);
   }
+  const auto behind = [&](const Drawn& drawn) { return drawn.normal.dot(forward) > 0; };
+  if (!std::all_of(all.begin(), all.end(), behind)) std::erase_if(all, behind);
   return all;
 }
 
-/// A corner of a triangle, with its share of the area.
-struct Sample {
-  Eigen::Vector3d at;
-  double area;
-  const Drawn* of;
-};
-
-std::vector<Sample> samples_of(const std::vector<Drawn>& all, const std::vector<Eigen::Vector3d>& points) {
+/// Along each of three axes from 2 to 98 % of the area, for stray surfaces not to shrink the rest; the unit
+/// cube without any.
+Eigen::AlignedBox3d robust_box(const std::vector<Drawn>& all, const Eigen::Matrix3d& axes) {
+  struct Sample {
+    Eigen::Vector3d at;
+    double area;
+  };
   std::vector<Sample> samples;
+  double total = 0;
   for (const Drawn& drawn : all)
     for (const auto& t : drawn.mesh.triangles) {
       const auto& v = drawn.mesh.vertices;
       const double area = (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm() / 2;
-      for (const std::uint32_t corner : t) samples.push_back({v[corner], area / 3, &drawn});
+      for (const std::uint32_t corner : t) samples.push_back({axes * v[corner], area / 3});
+      total += area;
     }
-  if (samples.empty())
-    for (const Eigen::Vector3d& point : points) samples.push_back({point, 1, nullptr});
-  return samples;
-}
-
-/// Per axis from 2 to 98 % of the area; the unit cube without any.
-Eigen::AlignedBox3d robust_box(std::vector<Sample> samples) {
   Eigen::AlignedBox3d box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones());
-  double total = 0;
-  for (const Sample& sample : samples) total += sample.area;
   for (int axis = 0; axis < 3 && total > 0; ++axis) {
     std::sort(samples.begin(), samples.end(),
               [axis](const Sample& a, const Sample& b) { return a.at[axis] < b.at[axis]; });
@@ -99,71 +88,37 @@ Eigen::AlignedBox3d robust_box(std::vector<Sample> samples) {
   return box;
 }
 
-/// As near as possible to what is to be seen: no strays, and with a `cut` no surface that is seen from
-/// behind, for which the camera decides that is best for all.
-io::Camera camera_for(const std::vector<Sample>& samples, const Eigen::AlignedBox3d& box,
-                      const io::View& view, bool cut) {
-  const double around = 0.15 * box.diagonal().norm();
-  const Eigen::AlignedBox3d reach(box.min().array() - around, box.max().array() + around);
-  const auto camera_on = [&](const auto& shown) {
-    std::vector<Eigen::Vector3d> points;
-    for (const Sample& sample : samples)
-      if (reach.contains(sample.at) && shown(sample)) points.push_back(sample.at);
-    return io::make_camera(points, view);
-  };
-  const auto any = [](const Sample&) { return true; };
-  const io::Camera camera = camera_on(any);
-  const auto seen = [&](const Sample& sample) {
-    return sample.of == nullptr || sample.of->faces(camera.eye);
-  };
-  const bool some = std::any_of(samples.begin(), samples.end(), seen);
-  return cut && !view.eye && some ? camera_on(seen) : camera;
+/// The axes of a picture, as rows: to the right, down, and ahead. Parallel lines stay parallel in it.
+Eigen::Matrix3d axes_of(ViewFrom from) {
+  const Eigen::Vector3d forward =
+      from == ViewFrom::top ? -Eigen::Vector3d::UnitZ() : Eigen::Vector3d(0.55, 0.75, -0.75).normalized();
+  const Eigen::Vector3d right =
+      from == ViewFrom::top ? Eigen::Vector3d::UnitX() : forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+  Eigen::Matrix3d axes;
+  axes << right.transpose(), forward.cross(right).transpose(), forward.transpose();
+  return axes;
 }
 
 /// The picture at `oversampling` times its size, by a depth buffer.
 class Canvas {
  public:
-  Canvas(const io::Camera& camera, const std::vector<Drawn>& all, const Eigen::AlignedBox3d& box, bool cut)
-      : camera_(camera), columns_(camera.width * oversampling), rows_(camera.height * oversampling) {
+  Canvas(const std::vector<Drawn>& all, const Eigen::Matrix3d& axes, int width, int height)
+      : axes_(axes), columns_(width * oversampling), rows_(height * oversampling) {
+    frame(all);
     hits_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
-    std::vector<Eigen::Vector3f> shades;
-    for (std::uint32_t i = 0; i < all.size(); ++i) {
-      shades.push_back(shade(all[i], camera.eye));
-      if (cut && !all[i].faces(camera.eye)) continue;
-      const auto& v = all[i].mesh.vertices;
-      for (const auto& t : all[i].mesh.triangles) fill({v[t[0]], v[t[1]], v[t[2]]}, i);
-    }
+    for (std::uint32_t i = 0; i < all.size(); ++i)
+      for (const auto& t : all[i].mesh.triangles) {
+        const auto& v = all[i].mesh.vertices;
+        fill({v[t[0]], v[t[1]], v[t[2]]}, i);
+      }
+    const Eigen::AlignedBox3d box = robust_box(all, Eigen::Matrix3d::Identity());
     colors_.reserve(hits_.size());
     for (int row = 0; row < rows_; ++row)
       for (int column = 0; column < columns_; ++column) {
         const std::uint32_t of = hits_[index(column, row)].of;
-        colors_.push_back(of == background ? ground(ray(column, row), box) : shades[of]);
+        colors_.push_back(of == background ? ground(column, row, box) : shade(all[of]));
       }
     outline();
-  }
-
-  /// A line two pixels wide.
-  void line(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3f& color) {
-    const auto start = camera_.project(from), end = camera_.project(to);
-    if (!start || !end) return;
-    const double length = std::hypot(end->x - start->x, end->y - start->y);
-    const int steps = static_cast<int>(std::min(2 * length, 4.0 * camera_.width)) + 1;
-    for (int i = 0; i < steps; ++i)
-      for (const int shift : {0, 1}) dot(from + (i + 0.5) / steps * (to - from), color, shift);
-  }
-
-  /// A pixel, or the one `shift` to the right of and below it.
-  void dot(const Eigen::Vector3d& point, const Eigen::Vector3f& color, int shift = 0) {
-    const auto pixel = camera_.project(point);
-    if (!pixel) return;
-    const double x = pixel->x + shift, y = pixel->y + shift;
-    if (!(x >= 0 && x < camera_.width && y >= 0 && y < camera_.height)) return;
-    for (int i = 0; i < oversampling * oversampling; ++i) {
-      const std::size_t at = index(static_cast<int>(x) * oversampling + i % oversampling,
-                                   static_cast<int>(y) * oversampling + i / oversampling);
-      // Points on a surface scatter about it, so a little behind still counts as in front.
-      if (pixel->depth < 1 / hits_[at].nearness * 1.002 + 0.02) colors_[at] = color;
-    }
   }
 
   std::vector<std::uint8_t> pixels() const {
@@ -182,33 +137,43 @@ class Canvas {
  private:
   struct Hit {
     std::uint32_t of = background;
-    float nearness = 0;  // 1 / depth: linear in the picture
+    double depth = std::numeric_limits<double>::max();
   };
 
-  /// Through the middle of a sample.
-  Eigen::Vector3d ray(int column, int row) const {
-    return camera_.direction((column + 0.5) / oversampling, (row + 0.5) / oversampling);
+  /// All but strays fill the picture.
+  void frame(const std::vector<Drawn>& all) {
+    const Eigen::AlignedBox3d core = robust_box(all, axes_);
+    const double around = 0.15 * core.diagonal().norm();
+    const Eigen::AlignedBox3d reach(core.min().array() - around, core.max().array() + around);
+    Eigen::AlignedBox2d box;
+    for (const Drawn& drawn : all)
+      for (const Eigen::Vector3d& vertex : drawn.mesh.vertices)
+        if (const Eigen::Vector3d at = axes_ * vertex; reach.contains(at)) box.extend(at.head<2>());
+    if (box.isEmpty()) box = {core.min().head<2>(), core.max().head<2>()};
+    const Eigen::Array2d size(columns_, rows_);
+    sample_m_ = std::max((box.sizes().array() / size).maxCoeff() / margin, 1e-6);
+    corner_ = box.center().array() - size * sample_m_ / 2;
   }
 
-  /// A ray is inside where its coordinates by the three corners, seen from the eye, are not negative. They
-  /// are linear in the picture, and their sum is the nearness (Olano and Greer, "Triangle scan conversion
-  /// using 2D homogeneous coordinates", 1997): no triangle needs clipping.
+  /// A place's column, row and depth.
+  Eigen::Vector3d seen(const Eigen::Vector3d& place) const {
+    const Eigen::Vector3d at = axes_ * place;
+    return {(at.x() - corner_.x()) / sample_m_ - 0.5, (at.y() - corner_.y()) / sample_m_ - 0.5, at.z()};
+  }
+
+  /// A sample is inside where its barycentric coordinates, linear in the picture, are not negative.
   void fill(const std::array<Eigen::Vector3d, 3>& triangle, std::uint32_t of) {
     Eigen::Matrix3d corners;
-    double top = std::numeric_limits<double>::max(), bottom = -top;
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d& corner = triangle[static_cast<std::size_t>(k)];
-      corners.col(k) = corner - camera_.eye;
-      const auto pixel = camera_.project(corner);
-      top = std::min(top, pixel ? oversampling * pixel->y - 1 : 0);
-      bottom = std::max(bottom, pixel ? oversampling * pixel->y + 1 : rows_);
-    }
+    for (int k = 0; k < 3; ++k) corners.col(k) = seen(triangle[static_cast<std::size_t>(k)]);
+    const Eigen::RowVector3d depths = corners.row(2);
+    const double top = corners.row(1).minCoeff(), bottom = corners.row(1).maxCoeff();
+    corners.row(2).setOnes();
     const Eigen::Matrix3d inverse = corners.inverse();
     if (!inverse.allFinite()) return;  // seen edge-on
-    const Eigen::Vector3d step = inverse * (ray(1, 0) - ray(0, 0));
-    const int last_row = static_cast<int>(std::clamp<double>(bottom, -1, rows_ - 1));
-    for (int row = static_cast<int>(std::clamp<double>(top, 0, rows_)); row <= last_row; ++row) {
-      const Eigen::Vector3d start = inverse * ray(0, row);
+    const Eigen::Vector3d step = inverse.col(0);
+    const int last_row = static_cast<int>(std::clamp<double>(std::floor(bottom), -1, rows_ - 1));
+    for (int row = static_cast<int>(std::clamp<double>(std::ceil(top), 0, rows_)); row <= last_row; ++row) {
+      const Eigen::Vector3d start = inverse * Eigen::Vector3d(0, row, 1);
       double first = 0, last = columns_ - 1;
       for (int k = 0; k < 3; ++k) {
         if (step[k] > 0) first = std::max(first, -start[k] / step[k]);
@@ -218,9 +183,9 @@ class Canvas {
       constexpr double exact = 1e-6;  // of a sample: neighbours leave no gap
       if (!(first - exact <= last + exact)) continue;
       for (int column = static_cast<int>(std::ceil(first - exact)); column <= last + exact; ++column) {
-        const auto nearness = static_cast<float>((start + column * step).sum());
+        const double depth = depths * (start + column * step);
         Hit& hit = hits_[index(column, row)];
-        if (nearness > hit.nearness) hit = {of, nearness};
+        if (depth < hit.depth) hit = {of, depth};
       }
     }
   }
@@ -241,118 +206,31 @@ class Canvas {
   }
 
   /// Wrapped Lambert shading, so that a room's walls differ and none is black.
-  static Eigen::Vector3f shade(const Drawn& drawn, const Eigen::Vector3d& eye) {
-    const double lit = 0.5 + (drawn.faces(eye) ? 0.5 : -0.5) * drawn.plane.normal.dot(light);
-    return drawn.color * static_cast<float>(0.45 + 0.55 * lit);
+  static Eigen::Vector3f shade(const Drawn& drawn) {
+    return drawn.color * static_cast<float>(0.725 + 0.275 * drawn.normal.dot(light));
   }
 
-  /// A grid of 1 m that extends beyond the map.
-  Eigen::Vector3f ground(const Eigen::Vector3d& ray, const Eigen::AlignedBox3d& box) const {
-    const Eigen::Vector3f paper(0.96F, 0.96F, 0.95F);
-    if (camera_.eye.z() <= box.min().z() || ray.z() >= 0) return paper;
-    const double depth = (box.min().z() - camera_.eye.z()) / ray.z();
-    const Eigen::Vector3d at = camera_.eye + depth * ray;
-    const double around = 1 + 0.15 * box.diagonal().norm();
-    if (((at - box.min()).head<2>().array() < -around).any()) return paper;
-    if (((at - box.max()).head<2>().array() > around).any()) return paper;
-    const double pixel = depth * 2 * camera_.half_height / camera_.height;
+  /// A grid of 1 m at the height of the lowest surfaces, that extends beyond the map.
+  Eigen::Vector3f ground(int column, int row, const Eigen::AlignedBox3d& box) const {
+    const Eigen::Vector3f paper(0.96F, 0.96F, 0.95F), line(0.82F, 0.83F, 0.84F);
+    const Eigen::Vector2d at = corner_ + sample_m_ * Eigen::Vector2d(column + 0.5, row + 0.5);
+    const Eigen::Vector3d here = axes_.topRows<2>().transpose() * at, forward = axes_.row(2);
+    const Eigen::Array2d place = (here + (box.min().z() - here.z()) / forward.z() * forward).head<2>();
+    const double around = 1 + 0.15 * box.diagonal().norm(), pixel = oversampling * sample_m_;
     if (pixel > 0.1) return paper;  // lines would run together
-    const Eigen::Array2d off = (at.head<2>().array() - at.head<2>().array().round()).abs();
-    return off.minCoeff() < 0.6 * pixel ? Eigen::Vector3f(0.82F, 0.83F, 0.84F) : paper;
+    const Eigen::Array2d low = box.min().head<2>().array() - around,
+                         high = box.max().head<2>().array() + around;
+    if ((place < low).any() || (place > high).any()) return paper;
+    return (place - place.round()).abs().minCoeff() < 0.6 * pixel ? line : paper;
   }
 
-  const io::Camera& camera_;
-  int columns_, rows_;
+  const Eigen::Matrix3d axes_;
+  const int columns_, rows_;
+  double sample_m_ = 1;                               // of a sample's side
+  Eigen::Vector2d corner_ = Eigen::Vector2d::Zero();  // upper left, along the first two axes
   std::vector<Hit> hits_;
   std::vector<Eigen::Vector3f> colors_;
 };
-
-void draw_edges(Canvas& canvas, const Snapshot& snapshot, const PictureOptions& options,
-                const Eigen::Quaterniond& turn, const Eigen::Vector3d& eye) {
-  for (const auto& [id, edges] : options.edges) {
-    const Surface* surface = snapshot.find(id);
-    if (surface == nullptr) continue;
-    io::require_labels_of(*surface, edges);
-    if (options.cut && surface->plane.signed_distance(turn.conjugate() * eye) < 0) continue;
-    const auto draw = [&](const Ring2& ring, const std::vector<EdgeKind>& kinds) {
-      for (std::size_t k = 0; k < ring.size(); ++k)
-        canvas.line(turn * surface->to_map(ring[k]), turn * surface->to_map(ring[(k + 1) % ring.size()]),
-                    Eigen::Vector3f(edge_colors[static_cast<std::size_t>(kinds[k])].data()));
-    };
-    for (std::size_t p = 0; p < edges.size(); ++p) {
-      draw(surface->polygons[p].outer, edges[p].outer);
-      for (std::size_t k = 0; k < edges[p].holes.size(); ++k)
-        draw(surface->polygons[p].holes[k], edges[p].holes[k]);
-    }
-  }
-}
-
-constexpr int glyph_width = 5, glyph_height = 7;
-/// All that such lengths need; five pixels a row, the leftmost is the highest bit.
-constexpr std::string_view glyphs = "0125m.";
-constexpr std::array<std::array<std::uint8_t, glyph_height>, glyphs.size()> font{{
-    {0x0e, 0x11, 0x13, 0x15, 0x19, 0x11, 0x0e},
-    {0x04, 0x0c, 0x04, 0x04, 0x04, 0x04, 0x0e},
-    {0x0e, 0x11, 0x01, 0x02, 0x04, 0x08, 0x1f},
-    {0x1f, 0x10, 0x1e, 0x01, 0x01, 0x11, 0x0e},
-    {0x00, 0x00, 0x1a, 0x15, 0x15, 0x15, 0x15},
-    {0x00, 0x00, 0x00, 0x00, 0x00, 0x0c, 0x0c},
-}};
-
-/// Draws a bar of 1, 2 or 5 times a power of ten metres, the longest within a fifth of the width, with its
-/// length into the lower left corner of a picture of 3 bytes a pixel. Does nothing if the picture is too
-/// small.
-void draw_scale_bar(std::vector<std::uint8_t>& rgb, int width, int height, double pixels_per_m) {
-  constexpr std::uint8_t paper = 245, ink = 30;
-  const double most_m = 0.2 * width / pixels_per_m, power = std::pow(10, std::floor(std::log10(most_m)));
-  double length_m = power;
-  for (const int times : {2, 5})
-    if (times * power <= most_m) length_m = times * power;
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.*f m",
-                std::max(0, static_cast<int>(std::lround(-std::log10(power)))), length_m);
-  const std::string_view text = buffer.data();
-
-  const int dot = std::max(1, (std::min(width, height) + 160) / 320);  // of letters, pixels
-  const int bar = static_cast<int>(std::lround(length_m * pixels_per_m)), edge = 4 * dot, line = 3 * dot;
-  const int wide = std::max(bar, static_cast<int>(text.size()) * (glyph_width + 1) * dot) + 2 * edge;
-  const int high = glyph_height * dot + line + 3 * edge, left = 2 * dot, top = height - high - 2 * dot;
-  if (!(bar >= 8) || 2 * wide > width || 4 * high > height) return;
-  const auto fill = [&](int x, int y, int columns, int rows, std::uint8_t grey) {  // within the frame
-    for (int row = top + y; row < top + y + rows; ++row)
-      std::fill_n(rgb.begin() + 3 * (std::ptrdiff_t{row} * width + left + x), 3 * columns, grey);
-  };
-  fill(0, 0, wide, high, paper);
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const std::size_t glyph = glyphs.find(text[i]);
-    for (int k = 0; k < glyph_height * glyph_width && glyph < font.size(); ++k)
-      if ((font[glyph][static_cast<std::size_t>(k / glyph_width)] >> (glyph_width - 1 - k % glyph_width)) & 1)
-        fill(edge + (static_cast<int>(i) * (glyph_width + 1) + k % glyph_width) * dot,
-             edge + k / glyph_width * dot, dot, dot, ink);
-  }
-  fill(edge, 2 * edge + glyph_height * dot, bar, line, ink);
-}
-
-std::vector<std::uint8_t> draw(const Snapshot& snapshot, const PictureOptions& options) {
-  const Eigen::Quaterniond turn = upright(options.up);
-  io::View view{options.from, options.eye, options.target, options.width, options.height};
-  for (auto* const place : {&view.eye, &view.target})
-    if (*place) **place = turn * **place;
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3d& point : options.points) points.push_back(turn * point);
-  const std::vector<Drawn> all = drawn_of(snapshot, options.meshes, turn);
-  const std::vector<Sample> samples = samples_of(all, points);
-  const Eigen::AlignedBox3d box = robust_box(samples);
-  const io::Camera camera = camera_for(samples, box, view, options.cut);
-  Canvas canvas(camera, all, box, options.cut);
-  for (const Eigen::Vector3d& point : points) canvas.dot(point, {0.3F, 0.3F, 0.32F});
-  draw_edges(canvas, snapshot, options, turn, camera.eye);
-  std::vector<std::uint8_t> rgb = canvas.pixels();
-  if (!samples.empty())
-    draw_scale_bar(rgb, camera.width, camera.height,
-                   camera.height / (2 * camera.half_height * camera.middle_depth));
-  return rgb;
-}
 
 /// An 8-bit RGB image, rows from the top.
 void write_png(const std::vector<std::uint8_t>& rgb, int width, int height, std::ostream& out) {
@@ -387,8 +265,10 @@ void render_png(const Snapshot& snapshot, const std::filesystem::path& file, con
                   "give another size");
   geometry::require_direction(options.up, "up");
   io::NewFile output(file, options.force);
-  const std::vector<std::uint8_t> rgb = draw(snapshot, options);
-  output.write([&](std::ostream& out) { write_png(rgb, options.width, options.height, out); });
+  const Eigen::Matrix3d axes = axes_of(options.from);
+  const Canvas canvas(drawn_of(snapshot, options.meshes, upright(options.up), axes.row(2)), axes,
+                      options.width, options.height);
+  output.write([&](std::ostream& out) { write_png(canvas.pixels(), options.width, options.height, out); });
   output.commit();
 }
 

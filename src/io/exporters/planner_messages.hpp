@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
@@ -21,14 +20,14 @@ using GridLayers = std::vector<std::pair<std::string, const Eigen::MatrixXf*>>;
 void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers& layers,
                     const std::string& frame, std::int64_t stamp_ns = 0);
 
-/// The layers of export_grid_map(), taken from the grid.
+/// The layers of grid_map_message(), taken from the grid.
 GridLayers layers_of(const HeightGrid& grid);
 
 /// std_msgs/Header, a field's value. A map is of no one moment, so its time is 0 unless one is given.
 std::function<void(MessageWriter&)> header(const std::string& frame, std::int64_t stamp_ns = 0);
 
 /// Throws Error(data) unless the grid has cells and all its layers are of one size.
-void require_cells(const HeightGrid& grid, const std::filesystem::path& file);
+void require_cells(const HeightGrid& grid, const char* message);
 
 /// One region of the message: a polygon of a surface and the insets in it. Points into the surfaces.
 struct TerrainRegion {
@@ -37,15 +36,10 @@ struct TerrainRegion {
   std::vector<const Polygon*> insets;
 };
 
-struct TerrainRegions {
-  std::vector<TerrainRegion> regions;
-  PlanarTerrainCount count;
-};
+/// The regions that planar_terrain_message() has of the surfaces, which must outlive them.
+std::vector<TerrainRegion> terrain_regions(const std::vector<PlannerSurface>& surfaces);
 
-/// The regions that export_planar_terrain() writes of the surfaces, which must outlive them.
-TerrainRegions terrain_regions(const std::vector<PlannerSurface>& surfaces);
-
-/// convex_plane_decomposition_msgs/PlanarTerrain as in export_planar_terrain(), with a grid that has cells.
+/// convex_plane_decomposition_msgs/PlanarTerrain as in planar_terrain_message(), with a grid that has cells.
 /// Without regions it is a terrain without footholds.
 void write_planar_terrain(MessageWriter& out, const std::vector<TerrainRegion>& regions,
                           const HeightGrid& grid, const std::string& frame, std::int64_t stamp_ns = 0);

@@ -124,31 +124,6 @@ TEST_F(McapExport, ASurfaceIsItsTrianglesWithoutItsHoles) {
   EXPECT_EQ(pillar.pose().position().z(), 1.25);
 }
 
-TEST_F(McapExport, OnlyWhatChangedIsWrittenAgain) {
-  Snapshot later = room_;
-  const SurfaceId gone = later.surfaces[4]->id;
-  later.surfaces.erase(later.surfaces.begin() + 4);
-  Surface changed = *later.surfaces[6];
-  ++changed.revision;
-  later.surfaces[6] = std::make_shared<const Surface>(changed);
-  later.cylinders.clear();
-  const std::vector<Message> messages = logged([&](io::FoxgloveLog& log) {
-    for (const double stamp_s : {1, 2}) log.add_changes(stamp_s, room_);
-    log.add_changes(3, later);
-    log.add_surfaces(4, later);
-  });
-  const auto updates = parsed<foxglove::SceneUpdate>(messages, "/surfaces");
-  ASSERT_EQ(updates.size(), 3U) << "none at 2 s";
-  EXPECT_EQ(updates[1].entities_size(), 1);
-  EXPECT_EQ(updates[1].entities(0).id(), "surface_" + std::to_string(changed.id));
-  EXPECT_EQ(updates[1].entities(0).timestamp().seconds(), 3);
-  ASSERT_EQ(updates[1].deletions_size(), 2);
-  EXPECT_EQ(updates[1].deletions(0).id(), "cylinder_3");
-  EXPECT_EQ(updates[1].deletions(1).id(), "surface_" + std::to_string(gone));
-  EXPECT_EQ(updates[2].entities_size(), static_cast<int>(later.surfaces.size()));
-  EXPECT_EQ(updates[2].deletions_size(), 0);
-}
-
 TEST_F(McapExport, TimeNeverGoesBack) {
   const std::vector<Message> messages = logged([](io::FoxgloveLog& log) {
     for (const double stamp_s : {-3.0, 5.0, 4.9, 5.1}) log.add_pose(stamp_s, Eigen::Isometry3d::Identity());

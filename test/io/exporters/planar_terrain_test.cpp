@@ -4,6 +4,8 @@
 #include "io/ros_messages.hpp"
 #include "support/polygons.hpp"
 
+#include <octosurf/ros_messages.hpp>
+
 namespace octosurf::test {
 namespace {
 
@@ -34,22 +36,14 @@ std::vector<octosurf::Polygon> polygon_of(const Json& from) {
   return {polygon};
 }
 
-class PlanarTerrainMessage : public PlannerFormats {
- protected:
-  Json written(const std::vector<PlannerSurface>& surfaces) {
-    count = export_planar_terrain(surfaces, small_grid(), "odom", path("terrain.cdr"), true);
-    return ros::decode(read_file(path("terrain.cdr")), "PlanarTerrain");
-  }
-  PlanarTerrainCount count;
-};
+Json written(const std::vector<PlannerSurface>& surfaces) {
+  return ros::decode(planar_terrain_message(surfaces, small_grid(), "odom"), "PlanarTerrain");
+}
 
-TEST_F(PlanarTerrainMessage, RegionsHavePoseBoxBoundaryAndInsetsInside) {
+TEST(PlanarTerrainMessage, RegionsHavePoseBoxBoundaryAndInsetsInside) {
   const PlannerSurface table = table_with_hole(5);
   const Json regions = written({table}).at("planarRegions");
-  ASSERT_EQ(regions.size(), 1u);
-  EXPECT_EQ(count.regions, 1u);
-  EXPECT_EQ(count.without_inset, 1u);  // the island
-  EXPECT_EQ(count.too_steep, 0u);
+  ASSERT_EQ(regions.size(), 1u) << "not the island";
   const Json &region = regions[0], &insets = region.at("insets");
   EXPECT_EQ(region.at("plane_parameters"), Json::parse(R"({"position": {"x": 3, "y": -2, "z": 0.75},
                             "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}})"));
@@ -64,7 +58,7 @@ TEST_F(PlanarTerrainMessage, RegionsHavePoseBoxBoundaryAndInsetsInside) {
   EXPECT_NEAR(intersection(boundary, inset).area, area(inset), 1e-6);
 }
 
-TEST_F(PlanarTerrainMessage, PosesTurnThePlaneIntoTheWorld) {
+TEST(PlanarTerrainMessage, PosesTurnThePlaneIntoTheWorld) {
   std::mt19937_64 random = rng();
   std::vector<PlannerSurface> surfaces;
   for (int i = 0; i < 50; ++i) {
@@ -88,7 +82,7 @@ TEST_F(PlanarTerrainMessage, PosesTurnThePlaneIntoTheWorld) {
   }
 }
 
-TEST_F(PlanarTerrainMessage, SteepAndCrampedRegionsAreLeftOutAndCounted) {
+TEST(PlanarTerrainMessage, SteepAndCrampedRegionsAreLeftOut) {
   std::mt19937_64 random = rng();
   PlannerSurface wall = random_surface(random, 8, 81 * std::numbers::pi / 180);
   PlannerSurface ceiling = random_surface(random, 9, std::numbers::pi);
@@ -97,28 +91,25 @@ TEST_F(PlanarTerrainMessage, SteepAndCrampedRegionsAreLeftOutAndCounted) {
   cramped.insets.clear();
   const Json regions = written({wall, ceiling, cramped, table_with_hole(7)}).at("planarRegions");
   EXPECT_EQ(regions.size(), 1u);
-  EXPECT_EQ(count.too_steep, 2u);
-  EXPECT_EQ(count.without_inset, 3u);
   for (const Json& region : regions) EXPECT_FALSE(region.at("insets").empty());
-  EXPECT_THROW(export_planar_terrain({wall}, small_grid(), "map", path("none.cdr")), Error);
-  EXPECT_FALSE(std::filesystem::exists(path("none.cdr")));
+  EXPECT_THROW(planar_terrain_message({wall}, small_grid(), "map"), Error);
+  EXPECT_THROW(planar_terrain_message({table_with_hole(5)}, {}, "map"), Error);
 }
 
-TEST_F(PlanarTerrainMessage, WithoutARegionItIsATerrainWithoutFootholds) {
+TEST(PlanarTerrainMessage, WithoutARegionItIsATerrainWithoutFootholds) {
   PlannerSurface cramped = table_with_hole(6);
   cramped.insets.clear();
   const std::vector<PlannerSurface> surfaces{cramped};
-  const io::TerrainRegions none = io::terrain_regions(surfaces);
-  EXPECT_EQ(none.count.without_inset, 2u);
-  const Json terrain = ros::decode(io::cdr_of([&](io::MessageWriter& out) {
-                                     io::write_planar_terrain(out, none.regions, small_grid(), "odom");
-                                   }),
-                                   "PlanarTerrain");
+  const std::vector<io::TerrainRegion> none = io::terrain_regions(surfaces);
+  EXPECT_TRUE(none.empty());
+  const Json terrain = ros::decode(
+      io::cdr_of([&](io::MessageWriter& out) { io::write_planar_terrain(out, none, small_grid(), "odom"); }),
+      "PlanarTerrain");
   EXPECT_TRUE(terrain.at("planarRegions").empty());
   EXPECT_EQ(terrain.at("gridmap"), written({table_with_hole(5)}).at("gridmap"));
 }
 
-TEST_F(PlanarTerrainMessage, EveryInsetGoesToThePolygonItLiesIn) {
+TEST(PlanarTerrainMessage, EveryInsetGoesToThePolygonItLiesIn) {
   PlannerSurface surface;
   surface.id = 1;
   surface.polygons = {{shapes::box(0, 0, 1, 1), {}}, {shapes::box(2, 0, 1, 1), {}}};
@@ -131,7 +122,7 @@ TEST_F(PlanarTerrainMessage, EveryInsetGoesToThePolygonItLiesIn) {
   EXPECT_EQ(regions[1].at("insets").size(), 2u);
 }
 
-TEST_F(PlanarTerrainMessage, TheGridHasTheLayersThatReadersDereferenceWithoutGaps) {
+TEST(PlanarTerrainMessage, TheGridHasTheLayersThatReadersDereferenceWithoutGaps) {
   const Json map = written({table_with_hole(5)}).at("gridmap");
   EXPECT_EQ(map.at("info").at("header").at("frame_id"), "odom");
   for (const Json& layer : map.at("data"))
@@ -147,21 +138,6 @@ TEST_F(PlanarTerrainMessage, TheGridHasTheLayersThatReadersDereferenceWithoutGap
   EXPECT_EQ(at(3, 5, "elevation"), 0.75F);
   EXPECT_EQ(at(30, 30, "smooth_planar"), 0.75F);
   EXPECT_NEAR(at(20, 20, "smooth_planar"), (23 * 0.75 + 2 * 0.25) / 25, 1e-6);
-}
-
-TEST_F(PlanarTerrainMessage, JsonSaysTheSame) {
-  const std::vector<PlannerSurface> tables{table_with_hole(5), table_with_hole(6)};
-  export_planar_terrain(tables, small_grid(), "odom", path("terrain.json"));
-  EXPECT_EQ(Json::parse(read_file(path("terrain.json"))), written(tables));
-}
-
-TEST_F(PlanarTerrainMessage, EndingsAndExistingFilesAreRefused) {
-  const auto table = table_with_hole(5);
-  EXPECT_THROW(export_planar_terrain({table}, small_grid(), "map", path("a.bag")), Error);
-  written({table});
-  EXPECT_THROW(export_planar_terrain({table}, small_grid(), "map", path("terrain.cdr")), Error);
-  EXPECT_THROW(export_planar_terrain({table}, {}, "map", path("b.cdr")), Error);
-  EXPECT_EQ(count_files(), 1U);
 }
 
 /// Each gap by itself, over and over until nothing changes: slow and obvious.

@@ -7,8 +7,6 @@
 
 namespace octosurf::test {
 
-using PlannerFormats = FolderTest;
-
 /// With its normal tilted by `tilt_rad` towards a random direction, some metres from the origin.
 inline PlannerSurface random_surface(std::mt19937_64& random, SurfaceId id, double tilt_rad) {
   std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi), place(-8, 8);

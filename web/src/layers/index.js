@@ -13,6 +13,5 @@ import { surfaces } from './surfaces.js';
 import { edges } from './edges.js';
 import { voxels } from './voxels.js';
 import { stairs } from './stairs.js';
-import { regions } from './regions.js';
 
-export const layers = [surfaces, edges, voxels, stairs, regions];
+export const layers = [surfaces, edges, voxels, stairs];
