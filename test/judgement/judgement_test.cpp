@@ -1,9 +1,9 @@
 // Recordings that are right, and others made wrong of them: what the judge says.
 #include "alignment/surfaces_by_hand.hpp"
+#include "judgement/walks.hpp"
 #include "support/degree.hpp"
 #include "support/seed.hpp"
 
-#include <functional>
 #include <gmock/gmock.h>
 #include <numbers>
 #include <random>
@@ -13,62 +13,6 @@
 
 namespace octosurf::test {
 namespace {
-
-using Scans = std::vector<Scan>;
-constexpr int scans_of_walk = 48;
-
-/// An eight through the room, ten scans a second.
-Eigen::Isometry3d place(int i) {
-  const double t = 2 * std::numbers::pi * i / scans_of_walk;
-  return Eigen::Isometry3d(Eigen::Translation3d(
-      middle_of_room + Eigen::Vector3d(0.9 * std::sin(t), 1.2 * std::sin(2 * t), 0.2 * std::sin(3 * t))));
-}
-
-Scans numbered(Scans scans) {
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    scans[i].name = "scan " + std::to_string(i);
-    scans[i].stamp_s = 0.1 * static_cast<double>(i);
-  }
-  return scans;
-}
-
-/// By a camera that looks ahead and down to all sides.
-Scans camera_walk(std::mt19937_64& rng) {
-  Scans scans;
-  for (int i = 0; i < scans_of_walk; ++i) {
-    const Eigen::Vector3d eye = place(i).translation();
-    const double turn = 4 * std::numbers::pi * i / scans_of_walk;
-    const Eigen::Vector3d ahead(std::cos(turn), std::sin(turn), -0.3 + 0.2 * std::sin(3 * turn));
-    scans.push_back(camera_scan(furnished_room(), look_at(eye, eye + ahead), rng,
-                                {.width = 120, .height = 90, .focal = 85, .noise = 0.004}));
-  }
-  return numbered(scans);
-}
-
-/// One sweep of a laser, turned about its x axis.
-Scan line(const Eigen::Isometry3d& T_map_sensor, double tilt_rad, std::mt19937_64& rng) {
-  return laser_scan(furnished_room(), T_map_sensor * Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d::UnitX()),
-                    rng, 3.1, 0.03, 0.01);
-}
-
-/// By a lidar of 32 rings that turns and rolls on its way.
-Scans lidar_walk(std::mt19937_64& rng) {
-  Scans scans;
-  for (int i = 0; i < scans_of_walk; ++i) {
-    const Eigen::Isometry3d T =
-        place(i) * Eigen::AngleAxisd(0.2 * i, Eigen::Vector3d(0.2, 0.1, 1).normalized());
-    Scan scan;
-    scan.sensor = SensorKind::lidar;
-    scan.T_map_sensor = T;
-    for (int ring = 0; ring < 32; ++ring) {
-      const double tilt = -0.8 + 0.05 * ring;
-      for (const Eigen::Vector3f& point : line(T, tilt, rng).points)
-        scan.points.push_back(Eigen::AngleAxisf(static_cast<float>(tilt), Eigen::Vector3f::UnitX()) * point);
-    }
-    scans.push_back(std::move(scan));
-  }
-  return numbered(scans);
-}
 
 /// By a laser that nods: 40 lines of 200 readings from each place, each with its pose.
 Scans nodding_walk(std::mt19937_64& rng) {
@@ -86,25 +30,6 @@ Judgement judged(const Scans& scans) {
   RecordingJudge judge(parameters);
   for (const Scan& scan : scans) judge.add(scan, scan.T_map_sensor);
   return judge.judge();
-}
-
-using Change = std::function<void(Scans&)>;
-Change each(const std::function<void(Scan&)>& change) {
-  return [change](Scans& scans) { std::ranges::for_each(scans, change); };
-}
-Change scaled(const Eigen::Vector3f& factors) {
-  return each([factors](Scan& scan) {
-    for (Eigen::Vector3f& point : scan.points) point = point.cwiseProduct(factors);
-  });
-}
-Change mounted(const Eigen::Isometry3d& T) {
-  return each([T](Scan& scan) { scan.T_map_sensor = scan.T_map_sensor * T; });
-}
-Change late(std::size_t by) {
-  return [by](Scans& scans) {
-    for (std::size_t i = scans.size(); i-- > by;) scans[i].T_map_sensor = scans[i - by].T_map_sensor;
-    scans.erase(scans.begin(), scans.begin() + static_cast<std::ptrdiff_t>(by));
-  };
 }
 
 struct Fault {

@@ -18,7 +18,7 @@ constexpr int rounds = 4;
 
 /// Iteratively reweighted least squares over the offsets that `fits` takes.
 template <class Fits>
-CommonParameters fitted(const std::vector<Offset>& offsets, double resolution, const Fits& fits) {
+CommonParameters fitted_to(const std::vector<Offset>& offsets, double resolution, const Fits& fits) {
   const double linear_from = huber_voxels * resolution;
   CommonParameters found = CommonParameters::Zero();
   for (int round = 0; round < rounds; ++round) {
@@ -60,6 +60,10 @@ Offset offset_of(const View& from, const Sample& sample, const View& into, const
   return {by.cast<float>(), distance, from.number};
 }
 
+CommonParameters fitted(const std::vector<Offset>& offsets, double resolution) {
+  return fitted_to(offsets, resolution, [](const Offset&) { return true; });
+}
+
 CommonError common_error(const std::vector<Offset>& offsets, double resolution) {
   CommonError common;
   if (offsets.size() < fewest_offsets) return common;
@@ -67,7 +71,7 @@ CommonError common_error(const std::vector<Offset>& offsets, double resolution) 
   double as_given = 0, explained = 0;
   for (const std::size_t half : {0, 1}) {
     const auto is_of_half = [half](const Offset& offset) { return offset.view % 2 == half; };
-    const CommonParameters found = fitted(offsets, resolution, is_of_half);
+    const CommonParameters found = fitted_to(offsets, resolution, is_of_half);
     for (const Offset& offset : offsets) {
       if (is_of_half(offset)) continue;
       const auto off = static_cast<double>(offset.distance);
@@ -76,7 +80,7 @@ CommonError common_error(const std::vector<Offset>& offsets, double resolution) 
     }
   }
   common.explains = as_given > 0 ? 1 - explained / as_given : 0;
-  const CommonParameters all = fitted(offsets, resolution, [](const Offset&) { return true; });
+  const CommonParameters all = fitted(offsets, resolution);
   double squares = 0;
   for (const Offset& offset : offsets) squares += std::pow(offset.by.cast<double>().dot(all), 2);
   common.moves_m = std::sqrt(squares / static_cast<double>(offsets.size()));

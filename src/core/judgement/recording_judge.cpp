@@ -20,25 +20,13 @@ namespace {
 
 /// Views are compared each with each, at 0.1 ms a pair: 36 take 0.1 s. Twice as many are kept, as half of
 /// them go when there are too many; of scans of each oddity at most eight, as four, with 36 partners each,
-/// tell a tenth from none; of a scan 8,000 readings, which are two or more to a cell, in 110 kB.
-constexpr std::size_t most_compared = 36, most_kept = 2 * most_compared, most_odd = 8, most_readings = 8000;
+/// tell a tenth from none.
+constexpr std::size_t most_compared = 36, most_kept = 2 * most_compared, most_odd = 8;
 /// A scan of fewer readings leaves most cells empty, as a tilting laser's line does, and is joined with those
 /// after it to a sweep of so many, unless the sensor is a tenth of the range farther on: up to there things
 /// look nearly the same.
 constexpr std::size_t enough_readings = 4000, readings_of_sweep = 16000;
 constexpr double same_place = 0.1;
-
-/// At most most_readings, evenly spread.
-std::vector<Eigen::Vector3f> thinned(const std::vector<Eigen::Vector3f>& points) {
-  if (points.size() <= most_readings) return points;
-  std::vector<Eigen::Vector3f> some;
-  for (std::size_t k = 0; k < most_readings; ++k) {
-    // Multiples of the golden ratio, lest one column of an image be taken.
-    const double place = std::fmod(static_cast<double>(k) * std::numbers::phi, 1);
-    some.push_back(points[static_cast<std::size_t>(place * static_cast<double>(points.size()))]);
-  }
-  return some;
-}
 
 /// Whether the pairs of some views contradict by the same rule, and half as often again as all: else what
 /// stands out about them is not the cause.

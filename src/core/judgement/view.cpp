@@ -54,6 +54,18 @@ Sample sample_at(const View& view, const Eigen::Vector3f& point, Cell cell, doub
 
 }  // namespace
 
+std::vector<Eigen::Vector3f> thinned(const std::vector<Eigen::Vector3f>& points) {
+  constexpr std::size_t most_readings = 8000;  // two or more to a cell, in 110 kB
+  if (points.size() <= most_readings) return points;
+  std::vector<Eigen::Vector3f> some;
+  for (std::size_t k = 0; k < most_readings; ++k) {
+    // Multiples of the golden ratio, lest one column of an image be taken.
+    const double place = std::fmod(static_cast<double>(k) * std::numbers::phi, 1);
+    some.push_back(points[static_cast<std::size_t>(place * static_cast<double>(points.size()))]);
+  }
+  return some;
+}
+
 Cell cell_of(const Eigen::Vector3f& direction) {
   Eigen::Index axis = 0;
   const float most = direction.cwiseAbs().maxCoeff(&axis);

@@ -17,6 +17,9 @@ inline constexpr int cells_of_edge = 64;
 using Cell = std::uint16_t;
 Cell cell_of(const Eigen::Vector3f& direction);
 
+/// At most 8,000 readings, evenly spread.
+std::vector<Eigen::Vector3f> thinned(const std::vector<Eigen::Vector3f>& points);
+
 /// A place that a view has seen.
 struct Sample {
   Eigen::Vector3f point;   ///< view's frame

@@ -1,0 +1,225 @@
+// `octosurf check`: why the scans of a recording contradict each other.
+#include "check/search.hpp"
+#include "io/new_file.hpp"
+#include "io/text_file.hpp"
+#include "output_files.hpp"
+#include "parameter_options.hpp"
+#include "scan_options.hpp"
+#include "sensing/pose_form.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* check_description = R"(Finds out why the scans of a recording contradict each other.
+
+Examples:
+  octosurf check kitchen                                   after `map kitchen` has warned of it
+  octosurf check depth --poses trajectory.txt --intrinsics K.txt
+  octosurf check walk.mcap --topic /points --write-poses walk.txt
+
+Views spread over the recording are compared as `map` compares them, with the poses as given, under one meaning
+after the other of poses, readings and scans, and under two together: inverse poses, other axes of the sensor or
+the positions, mirrored clouds, scales of readings or poses, poses of earlier or later scans, a sensor mounted
+elsewhere, another focal length, distances or inverse depth for depth, clouds that lie in the map already, values
+that stand for no return, repeated readings or poses, a jump. A cause is named only if with it the recording
+agrees as a right one does; then follows the command that maps it so. --write-poses writes the poses by that
+meaning, one line (tx ty tz qx qy qz qw) a scan. Exit code 1: no cause is known.
+)";
+
+struct CheckOptions {
+  std::vector<std::string> inputs;
+  std::string write_poses;
+  bool force = false;
+  int threads = 1;
+  ScanSourceOptions source;
+  ScanRange range;
+  ParameterOptions parameters;
+};
+
+void print_judgement(const char* how, const Judgement& judgement) {
+  std::printf(
+      "%s%zu of %zu pairs of views contradict each other, %zu of %zu views see nothing that others see\n",
+      how, judgement.contradicting, judgement.pairs, judgement.alone, judgement.views);
+}
+
+/// The form of poses that reads all as the meaning does.
+std::optional<sensing::PoseForm> form_of(const check::Recording& recording, const check::Meaning& meaning) {
+  for (std::size_t f = 0; f < sensing::pose_form_names.size(); ++f) {
+    const auto form = static_cast<sensing::PoseForm>(f);
+    bool same = true;
+    for (std::size_t i = 0; i < recording.poses().size() && same; ++i) {
+      const auto T = meaning.pose_of(recording, i);
+      same = T && T->isApprox(sensing::pose_from(form, recording.poses()[i].T_map_sensor), 1e-6);
+    }
+    if (same) return form;
+  }
+  return {};
+}
+
+/// A line for each scan; one without a pose has numbers that are none.
+void write_poses(const CheckOptions& options, const check::Recording& recording,
+                 const check::Meaning& meaning, const Eigen::Vector3d& origin) {
+  io::write_file(options.write_poses, options.force, [&](std::ostream& out) {
+    for (std::size_t i = 0; i < recording.poses().size(); ++i) {
+      const auto T = meaning.pose_of(recording, i);
+      if (!T) {
+        out << "nan nan nan 0 0 0 1\n";
+        continue;
+      }
+      const Eigen::Vector3d position = T->translation() + origin;
+      const Eigen::Quaterniond q(T->linear());
+      out << io::formatted("%.9g %.9g %.9g %.9g %.9g %.9g %.9g\n", position.x(), position.y(), position.z(),
+                           q.x(), q.y(), q.z(), q.w());
+    }
+  });
+}
+
+/// What to give `map` so that it reads a recording by a meaning.
+struct Mend {
+  ScanSourceOptions source;                                       ///< with it
+  std::vector<std::pair<std::string, std::string>> options = {};  ///< that differ: name, value
+  bool poses = false;                                             ///< a file of them is among these
+};
+
+Mend mend_of(const CheckOptions& options, const check::Recording& recording, const check::Meaning& meaning) {
+  Mend mend{options.source};
+  const auto add = [&](const char* name, const std::string& value) {
+    mend.options.emplace_back(name, value);
+  };
+  if (const auto form = form_of(recording, meaning); !form) {
+    mend.poses = true;
+    mend.source.poses = options.write_poses;
+    add("--poses", options.write_poses);
+    if (meaning.leaves_out(recording)) {
+      mend.source.skip_bad = true;
+      add("--skip-bad", "");
+    }
+  } else if (*form != sensing::PoseForm::as_given) {
+    add("--pose-form", sensing::pose_form_names[static_cast<std::size_t>(*form)]);
+  }
+  if (meaning.readings_scale != 1) {
+    const double before = options.source.depth_scale.value_or(recording.is_camera() ? 1000 : 1);
+    mend.source.depth_scale = before / meaning.readings_scale;
+    add("--depth-scale", io::formatted("%.5g", *mend.source.depth_scale));
+  }
+  if (meaning.no_return) {
+    mend.source.no_return.push_back(*meaning.no_return);
+    add("--no-return", io::formatted("%.3f", *meaning.no_return));
+  }
+  if (meaning.first_session < recording.poses().size()) add("--first", std::to_string(meaning.first_session));
+  return mend;
+}
+
+/// The verb's own words, but for those that a mend replaces, and the mend's.
+std::string command_with(const CLI::App& check, const Mend& mend) {
+  std::string text = "octosurf map";
+  const auto add = [&](const std::string& word) {
+    const bool plain = word.find_first_of(" '\"$\\*?&;()<>|") == std::string::npos;
+    text += plain ? " " + word : " '" + word + "'";
+  };
+  for (const CLI::Option* const option : check.get_options()) {
+    const std::string name = option->get_positional() ? "" : option->get_name();
+    const bool own = name == "--write-poses" || name == "--force" || name == "--threads";
+    if (own || option->count() == 0 ||
+        std::ranges::find(mend.options, name, [](const auto& o) { return o.first; }) != mend.options.end())
+      continue;
+    if (!name.empty()) add(name);
+    if (option->get_type_size() > 0)
+      for (const std::string& value : option->results()) add(value);
+  }
+  for (const auto& [name, value] : mend.options) {
+    add(name);
+    if (!value.empty()) add(value);
+  }
+  return text + " -o MAP";
+}
+
+check::Recording read(const CheckOptions& options, std::unique_ptr<ScanSource> source) {
+  check::Recording recording(ParameterChoice(options.parameters).in_force());
+  ScanFeed feed(std::move(source), options.range);
+  while (const std::optional<Scan> scan = feed.next()) recording.add(*scan);
+  return recording;
+}
+
+std::unique_ptr<ScanSource> open(const CheckOptions& options, const ScanSourceOptions& source) {
+  return open_scans({options.inputs.begin(), options.inputs.end()}, source);
+}
+
+/// Reads the recording as the mend says, and judges it anew.
+void try_out(const CheckOptions& options, const Mend& mend, const check::Meaning& meaning) {
+  check::Meaning as_read;
+  as_read.first_session = meaning.first_session;
+  const Judgement verdict = judge(read(options, open(options, mend.source)), as_read);
+  if (verdict.contradicts())
+    throw Error(Error::Kind::data, "", "read so, the " + verdict.describe(), "check the units by hand");
+}
+
+void run_check(const CLI::App& verb, const CheckOptions& options) {
+  if (!options.write_poses.empty()) {
+    require_apart("--write-poses", options.write_poses, options.inputs);
+    require_writable(options.write_poses, options.force);
+  }
+  auto source = open(options, options.source);
+  for (const std::string& note : source->notes()) std::printf("%s\n", note.c_str());
+  const Eigen::Vector3d origin = source->origin();
+  const check::Recording recording = read(options, std::move(source));
+  const check::Finding finding = check::search(recording, options.threads);
+  print_judgement("as given     ", finding.as_given);
+  if (!finding.meaning && !finding.as_given.contradicts()) {
+    std::printf("%s\n", check::sees_enough(finding.as_given)
+                            ? "The scans agree with each other as they are given."
+                            : "Too little is seen twice to tell whether the scans agree.");
+    return;
+  }
+  if (!finding.meaning)
+    throw Error(Error::Kind::data, "",
+                "the scans contradict each other, most " + finding.as_given.worst[0] + " and " +
+                    finding.as_given.worst[1] + "; the cause is not among those known",
+                "look at these two; poses that drift are none of the causes");
+  for (const std::string& cause : finding.causes) std::printf("cause        %s\n", cause.c_str());
+  print_judgement("so read      ", finding.as_meant);
+  const std::string by_hand = finding.meaning->by_hand();
+  if (!by_hand.empty()) {
+    std::printf("mend         %s\n", by_hand.c_str());
+    return;
+  }
+  const Mend mend = mend_of(options, recording, *finding.meaning);
+  if (mend.poses && options.write_poses.empty()) {
+    std::printf("mend         --write-poses FILE writes poses by which they agree, for map's --poses\n");
+    return;
+  }
+  if (mend.poses) write_poses(options, recording, *finding.meaning, origin);
+  try_out(options, mend, *finding.meaning);
+  std::printf("mend         %s\n", command_with(verb, mend).c_str());
+}
+
+}  // namespace
+
+void add_check(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("check", check_description);
+  const auto options = std::make_shared<CheckOptions>();
+  options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
+  verb->add_option("input", options->inputs, "folders or files")->required();
+  verb->add_option("--write-poses", options->write_poses, "write the poses by which the recording agrees")
+      ->type_name("FILE");
+  verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
+      ->capture_default_str();
+  verb->add_flag("--force", options->force, "overwrite the file of poses");
+  add_scan_options(*verb, options->source, options->range);
+  add_parameter_options(*verb, options->parameters);
+  verb->callback([verb, options] { run_check(*verb, *options); });
+}
+
+}  // namespace octosurf

@@ -1,0 +1,308 @@
+#include "check/rows.hpp"
+
+#include "io/text_file.hpp"
+#include "sensing/downsample.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace octosurf::check {
+namespace {
+
+using judgement::CommonParameters;
+using Meanings = std::vector<Meaning>;
+
+CommonParameters free_at(std::initializer_list<int> places) {
+  CommonParameters free = CommonParameters::Zero();
+  for (const int place : places) free[place] = 1;
+  return free;
+}
+
+/// The 48 matrices that swap and reverse axes; those of det 1, the identity among them, first.
+const std::vector<Eigen::Matrix3d>& axes() {
+  static const std::vector<Eigen::Matrix3d> all = [] {
+    std::vector<Eigen::Matrix3d> turns, mirrors;
+    std::array<int, 3> order{0, 1, 2};
+    do {
+      for (int signs = 0; signs < 8; ++signs) {
+        Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+        for (int i = 0; i < 3; ++i) matrix(order[static_cast<std::size_t>(i)], i) = (signs >> i & 1) ? -1 : 1;
+        (matrix.determinant() > 0 ? turns : mirrors).push_back(matrix);
+      }
+    } while (std::ranges::next_permutation(order).found);
+    turns.insert(turns.end(), mirrors.begin(), mirrors.end());
+    return turns;
+  }();
+  return all;
+}
+constexpr std::size_t turns = 24;
+
+/// "z, -x, -y": where a frame's axes point.
+std::string text_of(const Eigen::Matrix3d& matrix) {
+  std::string text;
+  for (int i = 0; i < 3; ++i) {
+    int axis = 0;
+    matrix.col(i).cwiseAbs().maxCoeff(&axis);
+    text += std::string(i == 0 ? "" : ", ") + (matrix(axis, i) < 0 ? "-" : "") + "xyz"[axis];
+  }
+  return text;
+}
+
+// Forms of the poses, and axes of the sensor.
+
+Meanings forms(const Recording&, const Meaning& from) {
+  Meanings all;
+  for (const auto rotation : {Meaning::Rotation::as_given, Meaning::Rotation::inverse_pose,
+                              Meaning::Rotation::transposed, Meaning::Rotation::w_first})
+    for (std::size_t axis = 0; axis < turns; ++axis)
+      for (const bool mirrored : {false, true}) {
+        Meaning meaning = from;
+        meaning.rotation = rotation;
+        meaning.sensor_axes = axes()[axis];
+        meaning.mirrored = mirrored;
+        if (rotation != Meaning::Rotation::as_given || axis > 0 || mirrored) all.push_back(meaning);
+      }
+  return all;
+}
+
+}  // namespace
+
+std::vector<Meaning> common_forms() {
+  const Eigen::Matrix3d opengl = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  const Eigen::Matrix3d body = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  Meanings all;
+  for (const auto rotation : {Meaning::Rotation::inverse_pose, Meaning::Rotation::w_first})
+    all.emplace_back().rotation = rotation;
+  for (const Eigen::Matrix3d& sensor_axes : {opengl, body, Eigen::Matrix3d(body.transpose())})
+    all.emplace_back().sensor_axes = sensor_axes;
+  all.emplace_back(all.front()).sensor_axes = opengl;
+  return all;
+}
+
+namespace {
+
+std::string words_of_form(const Recording&, const Meaning& meaning) {
+  std::string text;
+  const auto add = [&](const std::string& words) { text += (text.empty() ? "" : "; ") + words; };
+  if (meaning.rotation == Meaning::Rotation::inverse_pose) add("poses are inverse: of the map in the sensor");
+  if (meaning.rotation == Meaning::Rotation::transposed) add("the poses' rotations are inverse");
+  if (meaning.rotation == Meaning::Rotation::w_first) add("the poses' quaternions are qw qx qy qz");
+  if (meaning.mirrored) add("readings are mirrored: their y axis is reversed");
+  if (!meaning.sensor_axes.isIdentity())
+    add("poses are of a frame in which the sensor's x, y, z are " + text_of(meaning.sensor_axes));
+  return text;
+}
+
+Meanings positions(const Recording&, const Meaning& from) {
+  Meanings all;
+  for (std::size_t axis = 1; axis < axes().size(); ++axis) {
+    all.push_back(from);
+    all.back().position_axes = axes()[axis];
+  }
+  return all;
+}
+
+std::string words_of_positions(const Recording&, const Meaning& meaning) {
+  return "the poses' positions have other axes than their rotations: x, y, z are " +
+         text_of(meaning.position_axes.transpose());
+}
+
+// Numbers.
+
+/// Scales from 1/1500 to 1500, so that units of mm are among them.
+Meanings scales(const Recording&, const Meaning& from) {
+  constexpr double step = 1.1, most = 1500;
+  Meanings all;
+  for (double scale = step; scale < most; scale *= step)
+    for (const double one : {scale, 1 / scale}) {
+      all.push_back(from);
+      all.back().pose_scale = one;
+    }
+  all.push_back(from);
+  return all;
+}
+
+std::string words_of_scale(const Recording&, const Meaning& meaning) {
+  if (meaning.pose_scale != 1)
+    return io::formatted("the poses' unit is not that of the readings: positions times %.4g fit them",
+                         meaning.pose_scale);
+  return io::formatted(
+      "readings are %.4g times as long as positions have it (or positions are to be %.4g times "
+      "as long)",
+      1 / meaning.readings_scale, 1 / meaning.readings_scale);
+}
+
+Meanings delays(const Recording&, const Meaning& from) {
+  Meanings all;
+  for (double late = 0.5; late <= 6; late += 0.5)
+    for (const double one : {late, -late}) {
+      all.push_back(from);
+      all.back().late = one;
+    }
+  return all;
+}
+
+std::string words_of_delay(const Recording& recording, const Meaning& meaning) {
+  const auto& poses = recording.poses();
+  const double seconds =
+      (poses.back().stamp_s - poses.front().stamp_s) / static_cast<double>(poses.size() - 1);
+  return io::formatted("poses are those of %.3g scans (%.3g s) %s", std::fabs(meaning.late),
+                       seconds * std::fabs(meaning.late), meaning.late > 0 ? "before" : "later");
+}
+
+Meanings itself(const Recording&, const Meaning& from) { return {from}; }
+
+std::string words_of_mount(const Recording&, const Meaning& meaning) {
+  const Eigen::AngleAxisd turn(meaning.mount.linear());
+  const Eigen::Vector3d degrees = turn.angle() * 180 / std::numbers::pi * turn.axis(),
+                        shift = meaning.mount.translation();
+  return io::formatted(
+      "the sensor is turned by %.2f, %.2f, %.2f degrees about x, y, z and shifted by %.3f, "
+      "%.3f, %.3f m against where poses have it",
+      degrees.x(), degrees.y(), degrees.z(), shift.x(), shift.y(), shift.z());
+}
+
+Meanings focals(const Recording& recording, const Meaning& from) {
+  Meanings all;
+  if (!recording.is_camera()) return all;
+  for (double factor = 0.5; factor < 2; factor *= 1.05) {
+    all.push_back(from);
+    all.back().focal = factor;
+  }
+  return all;
+}
+
+std::string words_of_focal(const Recording&, const Meaning& meaning) {
+  return io::formatted("the camera's focal lengths are %.3f times those given", meaning.focal);
+}
+
+// What readings are.
+
+Meanings ranges(const Recording& recording, const Meaning& from) {
+  Meaning meaning = from;
+  meaning.reading = Meaning::Reading::range;
+  return recording.is_camera() ? Meanings{meaning} : Meanings{};
+}
+
+std::string words_of_range(const Recording&, const Meaning&) {
+  return "depth images hold distances from the camera's centre, not depths along its axis";
+}
+
+/// Depths of a room from a value that falls with them, or grows ever slower.
+Meanings inverse_depths(const Recording& recording, const Meaning& from) {
+  Meanings all;
+  if (!recording.is_camera()) return all;
+  const double median = recording.median_range();
+  for (double depth = 0.3; depth < 8; depth *= 1.1) {
+    all.push_back(from);
+    all.back().reading = Meaning::Reading::inverse_depth;
+    all.back().constant = depth * median;
+    for (const double most : {1.0, 13.107, 65.535}) {  // of floats, and of 16 bits at 5000 and 1000 a metre
+      if (most < median) continue;
+      all.push_back(from);
+      all.back().reading = Meaning::Reading::z_buffer;
+      all.back().largest = most;
+      all.back().constant = depth * (1 - median / most);
+    }
+  }
+  return all;
+}
+
+std::string words_of_inverse_depth(const Recording&, const Meaning& meaning) {
+  if (meaning.reading == Meaning::Reading::inverse_depth)
+    return io::formatted("depth images hold inverse depth or disparity: depth is some %.3g over it",
+                         meaning.constant);
+  return io::formatted("depth images hold a z-buffer: depth is some %.3g / (1 - value / %.6g)",
+                       meaning.constant, meaning.largest);
+}
+
+Meanings in_map(const Recording&, const Meaning& from) {
+  Meaning meaning = from;
+  meaning.reading = Meaning::Reading::in_map;
+  return {meaning};
+}
+
+std::string words_of_in_map(const Recording&, const Meaning&) {
+  return "clouds lie in the map's frame already; poses say only where they were seen from";
+}
+
+Meanings without_return(const Recording& recording, const Meaning& from) {
+  Meaning meaning = from;
+  meaning.no_return = recording.most_frequent_range();
+  return meaning.no_return ? Meanings{meaning} : Meanings{};
+}
+
+std::string words_of_no_return(const Recording&, const Meaning& meaning) {
+  return io::formatted("many readings are %.3f m, which stands for no return", *meaning.no_return);
+}
+
+// Scans.
+
+Meanings without_odd(const Recording& recording, const Meaning& from) {
+  Meaning meaning = from;
+  meaning.without_odd = true;
+  const bool any =
+      std::ranges::any_of(recording.poses(), [](const auto& pose) { return pose.oddity.has_value(); });
+  return any ? Meanings{meaning} : Meanings{};
+}
+
+std::string words_of_odd(const Recording& recording, const Meaning&) {
+  std::size_t count = 0;
+  for (const auto& pose : recording.poses()) count += pose.oddity.has_value();
+  return io::formatted(
+      "%zu of %zu scans have the readings or the pose of the one before, or the identity as pose", count,
+      recording.poses().size());
+}
+
+Meanings sessions(const Recording& recording, const Meaning& from) {
+  Meaning meaning = from;
+  const auto jump = recording.jump();
+  if (!jump) return {};
+  meaning.first_session = *jump;
+  return {meaning};
+}
+
+std::string words_of_sessions(const Recording& recording, const Meaning& meaning) {
+  return "poses jump at " + recording.poses()[meaning.first_session].name +
+         ": from there on they are of another session or frame";
+}
+
+}  // namespace
+
+const std::vector<Row>& rows() {
+  static const std::vector<Row> table{
+      {forms, words_of_form},
+      {scales, words_of_scale, free_at({6})},
+      {positions, words_of_positions},
+      {delays, words_of_delay, free_at({8})},
+      {focals, words_of_focal, free_at({7})},
+      {itself, words_of_mount, free_at({0, 1, 2, 3, 4, 5})},
+      {ranges, words_of_range},
+      {inverse_depths, words_of_inverse_depth, free_at({6})},
+      {without_return, words_of_no_return},
+      {in_map, words_of_in_map},
+      {without_odd, words_of_odd},
+      {sessions, words_of_sessions},
+  };
+  return table;
+}
+
+void settle_scale(const Recording& recording, Meaning& meaning) {
+  const double scale = meaning.pose_scale;
+  if (scale == 1) return;
+  // Readings are right if they reach as far as a room is wide, and poses are in a unit that people use.
+  const double range = recording.median_range();
+  constexpr double nearest = 0.2, farthest = 100, close = 1.03;
+  const double reach = recording.is_camera() ? sensing::depth_camera_max_range : farthest;
+  const auto plausible = [&](double metres) { return metres > nearest && metres < reach; };
+  const auto is_close = [&](double a, double b) { return a < close * b && b < close * a; };
+  const bool unit = std::ranges::any_of(std::array{1e-3, 1e-2, 0.3048, 100.0, 1e3},
+                                        [&](double metres) { return is_close(scale, metres); });
+  if (plausible(range) && (unit || !recording.is_camera() || !plausible(range / scale))) return;
+  meaning.readings_scale = 1 / scale;
+  meaning.pose_scale = 1;
+}
+
+}  // namespace octosurf::check
