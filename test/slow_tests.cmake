@@ -18,6 +18,7 @@ set(OCTOSURF_SLOW_apps Bags.* Diff.* EarlyEnd.ASignalLeavesNoLockNorPartOfAnyVer
     MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
     PoseCheck.PosesInAnotherFormAreToldAndTakenOnDemand Remap.*
     UpOption.GivenInEveryWay WrongUse.IsSaidInOneLineAndLeavesNothing)
+set(OCTOSURF_SLOW_check *)
 set(OCTOSURF_SLOW_contract Worlds/Contract.* MapperContract.ReportsItsTime)
 set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras
     Boundary.AgreesWithWhatTheCamerasCouldSee Boundary.LabelsDependNeitherOnThreadsNorOnSaving

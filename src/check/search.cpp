@@ -57,7 +57,7 @@ class Search {
     Finding finding;
     finding.as_given = judge(recording_, {});
     if (!finding.as_given.contradicts() && sees_enough(finding.as_given)) return finding;
-    std::vector<Candidate> singles = changed({});
+    std::vector<Candidate> singles = changed({}, {});
     // One that leaves scans out has less in common, so all rows have their turn; of those that are about as
     // good in the order of the table.
     std::ranges::stable_sort(singles, std::less<>(), [](const Candidate& one) {
@@ -66,8 +66,13 @@ class Search {
     if (accept(singles, singles.size(), finding)) return finding;
     std::ranges::stable_sort(singles, std::greater<>(), &Candidate::evidence);
     std::vector<Candidate> pairs;
-    for (std::size_t i = 0; i < std::min(best_of_all, singles.size()); ++i)
-      for (Candidate& pair : changed(singles[i])) pairs.push_back(std::move(pair));
+    std::vector<std::size_t> done;  // rows that were combined with all others
+    for (const Candidate& single : singles) {
+      if (done.size() == best_of_all) break;
+      if (std::ranges::find(done, single.rows.front()) != done.end()) continue;
+      for (Candidate& pair : changed(single, done)) pairs.push_back(std::move(pair));
+      done.push_back(single.rows.front());
+    }
     for (const Meaning& form : common_forms())
       for (Candidate& pair : best_of(row_of_scales, {form, {row_of_forms}, {}, 0}))
         pairs.push_back(std::move(pair));
@@ -77,11 +82,12 @@ class Search {
   }
 
  private:
-  /// What each row makes of a meaning, the best first.
-  std::vector<Candidate> changed(const Candidate& from) const {
+  /// What each row but these makes of a meaning, the best first.
+  std::vector<Candidate> changed(const Candidate& from, const std::vector<std::size_t>& but) const {
     std::vector<Candidate> all;
     for (std::size_t row = 0; row < rows().size(); ++row) {
-      if (std::ranges::find(from.rows, row) != from.rows.end()) continue;
+      if (std::ranges::find(from.rows, row) != from.rows.end() || std::ranges::find(but, row) != but.end())
+        continue;
       for (Candidate& candidate : best_of(row, from)) all.push_back(std::move(candidate));
     }
     std::ranges::stable_sort(all, std::greater<>(), &Candidate::evidence);
@@ -155,9 +161,8 @@ class Search {
       const double most_left =
           std::max(most_left_of_contradictions * share_of_pairs(finding.as_given), left_of_right);
       if (share_of_pairs(verdict) > most_left) continue;
-      if (!finding.as_given.many_pairs() && finding.as_given.common_error < sure_common_error &&
-          fits(candidates[i]))
-        continue;
+      const bool hardly = sees_enough(finding.as_given) && !finding.as_given.many_pairs();
+      if (hardly && finding.as_given.common_error < sure_common_error && fits(candidates[i])) continue;
       finding.meaning = candidates[i].meaning;
       finding.as_meant = std::move(verdict);
       for (const std::size_t row : candidates[i].rows)
