@@ -178,6 +178,16 @@ std::string words_of_focal(const Recording&, const Meaning& meaning) {
   return io::formatted("the camera's focal lengths are %.3f times those given", meaning.focal);
 }
 
+Meanings above_floor(const Recording& recording, const Meaning& from) {
+  Meaning meaning = from;
+  meaning.above_floor = true;
+  return recording.is_planar() ? Meanings{meaning} : Meanings{};
+}
+
+std::string words_of_floor(const Recording&, const Meaning&) {
+  return "poses have one height, but the sensor moves up, down or tilts above the floor";
+}
+
 // What readings are.
 
 Meanings ranges(const Recording& recording, const Meaning& from) {
@@ -279,6 +289,7 @@ const std::vector<Row>& rows() {
       {delays, words_of_delay, free_at({8})},
       {focals, words_of_focal, free_at({7})},
       {itself, words_of_mount, free_at({0, 1, 2, 3, 4, 5})},
+      {above_floor, words_of_floor},
       {ranges, words_of_range},
       {inverse_depths, words_of_inverse_depth, free_at({6})},
       {without_return, words_of_no_return},

@@ -157,7 +157,8 @@ class Search {
     for (std::size_t i = 0; i < std::min(most, candidates.size()); ++i) {
       settle_scale(recording_, candidates[i].meaning);
       Judgement verdict = judge(recording_, candidates[i].meaning);
-      if (verdict.contradicts() || !sees_enough(verdict)) continue;
+      if (verdict.contradicts() || !sees_enough(verdict) || is_degenerate(candidates[i].meaning, verdict))
+        continue;
       const double most_left =
           std::max(most_left_of_contradictions * share_of_pairs(finding.as_given), left_of_right);
       if (share_of_pairs(verdict) > most_left) continue;
@@ -170,6 +171,16 @@ class Search {
       return true;
     }
     return false;
+  }
+
+  /// Readings, or ways between them, that are hardly longer than the tolerance agree whatever they are.
+  bool is_degenerate(const Meaning& meaning, const Judgement& verdict) const {
+    constexpr double fewest_voxels = 10;
+    const double least = fewest_voxels * verdict.resolution_m;
+    Eigen::AlignedBox3d box;
+    for (const Recording::KeptScan& kept : recording_.kept())
+      if (const auto T = meaning.pose_of(recording_, kept.index)) box.extend(T->translation());
+    return verdict.range_m < least || (meaning.pose_scale != 1 && box.diagonal().norm() < least);
   }
 
   const Recording& recording_;
