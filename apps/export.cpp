@@ -157,8 +157,12 @@ void run_export(const ExportArguments& arguments) {
     export_octree(loaded.map, arguments);
   else if (io::ending_of(arguments.file) == ".mcap")
     export_mcap(loaded, up, arguments);
-  else
+  else if (const std::string ending = io::ending_of(arguments.file);
+           ending == ".json" || ending == ".ply" || ending == ".glb")
     export_by_ending(loaded.map, up, arguments);
+  else
+    throw Error(Error::Kind::usage, arguments.file, "no such format",
+                "end the name in .json, .ply, .glb, .ot or .mcap; Nav2's is a folder, FOLDER/");
 }
 
 }  // namespace

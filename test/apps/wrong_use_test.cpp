@@ -132,6 +132,7 @@ const std::vector<Refused>& refused() {
       // export and view
       {"export m --to n.ply --thickness -1", {"'-1' must be more than 0"}},
       {"export m --to n.ot --what points", {"--what"}},
+      {"export m --to n.pcd", {"no such format", ".json, .ply, .glb, .ot or .mcap", "Nav2"}},
       {"export m --to n.mcap --what points", {"--what"}},
       {"view m --png n.png --up 0 0 0", {"up"}},
       // simulate: a scene or a mesh
