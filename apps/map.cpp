@@ -47,7 +47,7 @@ Examples:
   octosurf map kitchen -o maps/live --realtime --serve 8080     a page that follows it: http://127.0.0.1:8080/
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
-  octosurf map year/*.mcap -o parts/03 --subset 3/16              one of 16 runs, for merge to join
+  octosurf map year/*.mcap -o parts/03 --skip 2000 --first 1000   one of several runs, for merge to join
 
 Inputs, recognised by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
 images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder);
@@ -131,9 +131,9 @@ void probe_map_outputs(const MapOptions& options) {
   for (const std::string& file : {options.report, options.write_poses}) require_writable(file, options.force);
 }
 
-/// The map the run starts from: a saved one, an octree, or an empty one.
+/// The map the run starts from: a saved one, an octree, or an empty one for that sensor.
 Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inputs& inputs,
-             RunContext& context, KeptScans& kept) {
+             SensorKind sensor, RunContext& context, KeptScans& kept) {
   if (const std::string note = inputs.octree ? octomap_note(*inputs.octree) : ""; !note.empty())
     std::printf("%s\n", note.c_str());
   if (!options.resume.empty()) {
@@ -148,21 +148,27 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     kept = std::move(loaded.scans);
     return std::move(loaded.map);
   }
-  if (!inputs.octree) return Map(choice.in_force());
+  if (!inputs.octree) return Map(choice.in_force({}, sensor));
   return map_from_octomap(*inputs.octree, choice.in_force(read_octomap_resolution(*inputs.octree)));
 }
 
-/// With the origin of a map that goes on.
-ScanSourceOptions source_options(const MapOptions& options, const Inputs& inputs, const Map& start) {
+bool goes_on(const MapOptions& options, const Inputs& inputs) {
+  return !options.resume.empty() || inputs.octree;
+}
+
+/// With the scans that will be read, and the origin of a map that goes on.
+ScanSourceOptions source_options(const MapOptions& options, double resolution, const Map* before) {
   ScanSourceOptions source = options.source;
   constexpr double half_of_octree = 16384;  // voxels from its middle: as much is left to move in
-  source.origin_beyond_m =
-      std::min(source.origin_beyond_m, half_of_octree * start.parameters().occupancy.resolution);
-  if (options.resume.empty() && !inputs.octree) return source;
-  if (source.origin && *source.origin != start.origin())
-    throw Error(Error::Kind::usage, "--origin", "is that of the map, " + io::text_of(start.origin()),
+  source.origin_beyond_m = std::min(source.origin_beyond_m, half_of_octree * resolution);
+  source.skip = options.range.skip;
+  const std::size_t every = options.range.every;
+  if (options.range.first <= source.first / every) source.first = options.range.first * every;
+  if (before == nullptr) return source;
+  if (source.origin && *source.origin != before->origin())
+    throw Error(Error::Kind::usage, "--origin", "is that of the map, " + io::text_of(before->origin()),
                 "leave it away");
-  source.origin = start.origin();
+  source.origin = before->origin();
   return source;
 }
 
@@ -181,12 +187,22 @@ void run_map(MapOptions& options) {
   context.input = options.inputs;
   const io::MapLock lock = lock_map(options.output);
   KeptScans before;
-  Map start = start_of(options, choice, inputs, context, before);
+  std::optional<Map> start;
   std::unique_ptr<ScanSource> source;
-  if (!inputs.scans.empty()) source = open_scans(inputs.scans, source_options(options, inputs, start));
-  if (source) start.set_origin(source->origin());
-  KeptScans kept = choose_folder(options.keep_scans, goes_on_in_place(options), start, before, context);
-  MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
+  if (goes_on(options, inputs)) start = start_of(options, choice, inputs, {}, context, before);
+  if (!inputs.scans.empty()) {
+    const Parameters parameters = start ? start->parameters() : choice.in_force();
+    source = open_scans(inputs.scans,
+                        source_options(options, parameters.occupancy.resolution, start ? &*start : nullptr));
+  }
+  if (!start) {
+    start = start_of(options, choice, inputs, source->sensor(), context, before);
+    if (const std::string said = choice.said_of(source->sensor()); !said.empty())
+      std::printf("%s\n", said.c_str());
+  }
+  if (source) start->set_origin(source->origin());
+  KeptScans kept = choose_folder(options.keep_scans, goes_on_in_place(options), *start, before, context);
+  MapRun mapping(options, *std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree, std::move(source));
 }
 
@@ -225,25 +241,6 @@ void add_map(CLI::App& app) {
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--strict", options->strict, "write no map if scans contradict each other; exit code 1");
   add_scan_options(*verb, options->source, options->range);
-  verb->add_option(
-          "--viewpoint", options->viewpoint,
-          "X Y Z: where scans without a pose were seen from, in their frame, m; 0 0 0: the sensor stood "
-          "still [the origin, or above a single cloud that cannot have been seen from there]")
-      ->expected(3)
-      ->group("Scans");
-  verb->add_option_function<std::string>(
-          "--pose-form",
-          [options](const std::string& name) {
-            const auto at = std::ranges::find(sensing::pose_form_names, name);
-            options->pose_form = static_cast<sensing::PoseForm>(at - sensing::pose_form_names.begin());
-          },
-          "form of the poses: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl "
-          "(cameras look along -z, y up), opengl-inverse, w-first (quaternions qw qx qy qz), of-camera (the "
-          "camera's poses for a lidar's scans, as KITTI's without calib.txt), of-body (a body's, x forward, "
-          "for a camera's) [as-given]")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(sensing::pose_form_names.begin(), sensing::pose_form_names.end())))
-      ->group("Scans");
   add_parameter_options(*verb, options->parameters);
   verb->callback([options] { run_map(*options); });
 }

@@ -2,7 +2,6 @@
 
 #include "parameter_options.hpp"
 #include "scan_feed.hpp"
-#include "sensing/pose_form.hpp"
 
 #include <optional>
 #include <string>
@@ -20,8 +19,6 @@ struct MapOptions {
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
-  std::vector<double> viewpoint;  ///< of clouds without a pose: none, or three
-  sensing::PoseForm pose_form = sensing::PoseForm::as_given;
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;

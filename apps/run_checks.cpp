@@ -8,8 +8,7 @@ void require_readings(RunState& run) {
   if (run.statistics.scans() == 0) return;
   const ScanReport& totals = run.statistics.totals();
   const std::string units =
-      "check the units: --depth-scale says how many there are to a metre in images, --cloud-scale in "
-      "clouds; poses are in metres";
+      "check the units: --depth-scale says how many there are to a metre; poses are in metres";
   const std::size_t readings = totals.points_raw - totals.points_not_finite;
   const std::size_t mapped =
       readings - totals.points_too_near - totals.points_out_of_map - totals.points_beyond_range;

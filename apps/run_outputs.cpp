@@ -110,7 +110,7 @@ void print_summary(const RunState& run) {
 /// Clouds without poses are from a sensor that stood still, or their poses are in a file that was not given.
 void warn_of_missing_poses(const RunState& run) {
   const auto scans = static_cast<std::size_t>(run.statistics.scans());
-  if (!run.options.viewpoint.empty() || scans == 0 || run.statistics.scans_at_origin() < scans) return;
+  if (run.options.source.viewpoint || scans == 0 || run.statistics.scans_at_origin() < scans) return;
   std::fprintf(
       stderr,
       "warning: all scans (%zu) are mapped from the map's origin, as they came without poses: --poses "

@@ -11,7 +11,7 @@
 
 namespace octosurf {
 
-/// The scans of a run as they are inserted: in a selected range, posed, and without those that the map holds.
+/// The scans of a run as they are inserted: in a selected range, and without those that the map holds.
 class RunScans {
  public:
   /// Prints the source's notes. Throws Error(usage) if the range is empty.
@@ -23,9 +23,7 @@ class RunScans {
 
  private:
   /// ScanFeed's.
-  bool accept(Scan& scan);
-  /// Gives a cloud without a pose its viewpoint.
-  void place(Scan& cloud) const;
+  bool accept(const Scan& scan);
   /// Throws Error(data) for a lidar's scan that reaches farther than one sees, unless max_range is given.
   void require_metres(const Scan& scan) const;
   /// Throws Error(data) for a pose that is no place.
@@ -34,7 +32,6 @@ class RunScans {
   RunState& run_;
   std::vector<std::string> notes_;   // printed
   std::vector<std::uint64_t> held_;  // fingerprints of the map's scans when the run began, ascending
-  bool alone_ = false;               // there is one scan only, and no file of poses
   bool first_ = true;
   std::unique_ptr<ScanFeed> feed_;  // last, as its thread calls accept()
 };

@@ -10,17 +10,13 @@
 namespace octosurf {
 
 ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead,
-                   std::function<bool(Scan&)> accept)
+                   std::function<bool(const Scan&)> accept)
     : source_(std::move(source)),
       range_(range),
       accept_(std::move(accept)),
       ready_(std::max<std::size_t>(1, ahead)) {
   const std::size_t left = source_->size() - std::min(range_.skip, source_->size());
-  const std::size_t all = std::min(range_.first, (left + range_.every - 1) / range_.every);
-  const std::size_t begin = all * (range_.part - 1) / range_.parts;
-  size_ = all * range_.part / range_.parts - begin;
-  range_.skip += begin * range_.every;
-  range_.first = size_;
+  size_ = range_.first = std::min(range_.first, (left + range_.every - 1) / range_.every);
   try {
     thread_ = std::thread([this] { read_ahead(); });
   } catch (const std::system_error&) {

@@ -18,19 +18,18 @@
 
 namespace octosurf {
 
-/// Selects scans of a source: skips `skip`, then takes every `every`-th, at most `first`; and of these the
-/// `part`-th of `parts` contiguous parts, which differ by one scan at most: together they are each scan once.
+/// Selects scans of a source: skips `skip`, then takes every `every`-th, at most `first`.
 struct ScanRange {
-  std::size_t skip = 0, every = 1, first = std::numeric_limits<std::size_t>::max(), part = 1, parts = 1;
+  std::size_t skip = 0, every = 1, first = std::numeric_limits<std::size_t>::max();
 };
 
 /// Reads and decodes the next scans of a source in parallel with the mapping.
 class ScanFeed {
  public:
-  /// `ahead`: number of scans to prefetch, at least 1. `accept` may change a scan, and returns whether to map
-  /// it; called from the reading thread.
+  /// `ahead`: number of scans to prefetch, at least 1. `accept` returns whether to map a scan;
+  /// called from the reading thread.
   ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead = 1,
-           std::function<bool(Scan&)> accept = {});
+           std::function<bool(const Scan&)> accept = {});
   ~ScanFeed();
   ScanFeed(const ScanFeed&) = delete;
   ScanFeed& operator=(const ScanFeed&) = delete;
@@ -64,7 +63,7 @@ class ScanFeed {
 
   std::unique_ptr<ScanSource> source_;  // accessed only by the thread that set busy_
   ScanRange range_;
-  std::function<bool(Scan&)> accept_;
+  std::function<bool(const Scan&)> accept_;
   std::atomic<std::size_t> refused_{0};
   std::size_t size_ = 0;   // read from source_ before the first scan
   std::size_t asked_ = 0;  // scans

@@ -4,6 +4,7 @@
 #include "reading_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,9 +14,8 @@ namespace octosurf {
 namespace {
 
 constexpr const char* rare_options =
-    "Rarely needed: --rate HZ of scans without time stamps [30, lidar 10]; --deskew off: leave the sensor's "
-    "motion\nwithin a scan [auto: undo it by the points' times]; of bags --pose-frame FRAME whose poses "
-    "--pose-topic gives\n[Odometry's child frame, else the sensor's].\n";
+    "Rarely needed: of bags --pose-frame FRAME whose poses --pose-topic gives [Odometry's child frame, else "
+    "the\nsensor's], or where rays of clouds in the map's frame start.\n";
 
 void add_bag_options(CLI::App& verb, BagOptions& bag) {
   const char* const group = "Bags";
@@ -49,24 +49,6 @@ std::optional<Eigen::Vector3d> origin_of(const std::vector<std::string>& words) 
   return origin;
 }
 
-/// "K/N".
-void set_part(const std::string& text, ScanRange& range) {
-  const std::size_t slash = text.find('/');
-  constexpr std::size_t most = 1000000;  // parts, so that scans times parts stay below 2⁶⁴
-  std::size_t part = 0, parts = 0;
-  const auto digits = [](const std::string& word) {
-    return !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
-  };
-  const bool good = slash != std::string::npos && digits(text.substr(0, slash)) &&
-                    digits(text.substr(slash + 1)) &&
-                    CLI::detail::lexical_cast(text.substr(0, slash), part) &&
-                    CLI::detail::lexical_cast(text.substr(slash + 1), parts);
-  if (!good || part < 1 || part > parts || parts > most)
-    throw CLI::ValidationError("--subset", text + " is no K/N with K from 1 to N, as in 3/16");
-  range.part = part;
-  range.parts = parts;
-}
-
 }  // namespace
 
 void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& range) {
@@ -78,15 +60,28 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
       ->type_name("FILE")
       ->group(group);
   verb.add_option("--depth-scale", source.depth_scale,
-                  "units of a depth image per metre [5000 for TUM, else 1000]")
-      ->group(group);
-  verb.add_option("--cloud-scale", source.cloud_scale,
-                  "units of a cloud per metre: 1000 for millimetres, 3.2808 for feet [1]")
+                  "units per metre of depth images or clouds: 1000 for millimetres, 3.2808 for feet [images: "
+                  "what the bag says, 5000 for TUM, else 1000; clouds: 1]")
       ->group(group);
   add_reading_options(verb, source);
-  verb.add_option("--rate", source.rate_hz)->group(rare_group);
-  verb.add_option("--max-pose-gap", source.max_pose_gap_s,
-                  "longest gap between poses to interpolate over, s [0.1, bags 0.25]")
+  verb.add_option_function<std::vector<double>>(
+          "--viewpoint",
+          [&source](const std::vector<double>& at) { source.viewpoint = Eigen::Vector3d(at.data()); },
+          "X Y Z: where scans without a pose were seen from, in their frame, m; 0 0 0: the sensor stood "
+          "still [the origin, or above a single cloud that cannot have been seen from there]")
+      ->expected(3)
+      ->group(group);
+  verb.add_option_function<std::string>(
+          "--pose-form",
+          [&source](const std::string& name) {
+            const auto at = std::ranges::find(pose_form_names, name);
+            source.pose_form = static_cast<PoseForm>(at - pose_form_names.begin());
+          },
+          "form of the poses: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl "
+          "(cameras look along -z, y up), opengl-inverse, w-first (quaternions qw qx qy qz), of-camera (the "
+          "camera's poses for a lidar's scans, by calib.txt's Tr where it is), of-body (a body's, x forward, "
+          "for a camera's) [as-given; KITTI's with calib.txt: of-camera]")
+      ->check(CLI::IsMember(std::vector<std::string>(pose_form_names.begin(), pose_form_names.end())))
       ->group(group);
   verb.add_option_function<std::vector<std::string>>(
           "--origin", [&source](const std::vector<std::string>& words) { source.origin = origin_of(words); },
@@ -94,10 +89,6 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
           "that is far away, as in UTM or ECEF]")
       ->expected(1, 3)
       ->group(group);
-  verb.add_option_function<std::string>("--deskew",
-                                        [&source](const std::string& name) { source.deskew = name != "off"; })
-      ->check(CLI::IsMember({"auto", "off"}))
-      ->group(rare_group);
   verb.add_flag("--skip-bad", source.skip_bad, "skip scans that cannot be read or have no rigid pose")
       ->group(group);
   verb.add_option("--skip", range.skip, "leave out the first N scans")->capture_default_str()->group(group);
@@ -106,10 +97,6 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
       ->capture_default_str()
       ->group(group);
   verb.add_option("--first", range.first, "take at most N scans [all]")->check(at_least(1))->group(group);
-  verb.add_option_function<std::string>(
-          "--subset", [&range](const std::string& text) { set_part(text, range); },
-          "K/N: cut the scans that are left into N contiguous parts and take the K-th [1/1]")
-      ->group(group);
   add_bag_options(verb, source.bag);
   leave_out_rare(verb);
   verb.footer(verb.get_footer() + rare_options);

@@ -144,8 +144,11 @@ Parameters ParameterChoice::apply_to(Parameters parameters) const {
   return parameters;
 }
 
-Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
-  Parameters parameters = apply_to(Parameters());
+Parameters ParameterChoice::in_force(std::optional<double> resolution, SensorKind sensor) const {
+  Parameters usual;
+  // A lidar's readings are noisier, and farther apart, than 2 cm.
+  if (sensor == SensorKind::lidar) usual.occupancy.resolution = 0.05;
+  Parameters parameters = apply_to(usual);
   if (parameters.detection.detector == DetectorKind::paper)
     parameters = apply_to(Parameters::paper(resolution.value_or(parameters.occupancy.resolution),
                                             parameters.surfaces.sensor_noise));
@@ -159,6 +162,13 @@ Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
   if (live_ && !given("detection_budget")) parameters.detection.detection_budget = budget_in_real_time;
   validate(parameters, settings_);
   return parameters;
+}
+
+std::string ParameterChoice::said_of(SensorKind sensor) const {
+  if (given("resolution")) return {};
+  return sensor == SensorKind::lidar
+             ? "resolution: 5 cm, as of a lidar's scans; --resolution states another"
+             : "resolution: 2 cm, as of a camera's scans; --resolution states another";
 }
 
 void ParameterChoice::require_same(const Parameters& of_map) const {

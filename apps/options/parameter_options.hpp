@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <octosurf/parameters.hpp>
+#include <octosurf/scan.hpp>
 
 namespace CLI {
 class App;
@@ -34,8 +35,12 @@ class ParameterChoice {
   explicit ParameterChoice(const ParameterOptions& options, bool live = false);
 
   /// The parameters for a new map, validated. With the paper's detector those not given are the paper's.
-  /// `resolution`: of an existing octree. Throws Error(usage), also for a conflicting resolution.
-  Parameters in_force(std::optional<double> resolution = {}) const;
+  /// `resolution`: of an existing octree; else, unless given, 2 cm for a camera, 5 cm for a lidar. Throws
+  /// Error(usage), also for a conflicting resolution.
+  Parameters in_force(std::optional<double> resolution = {},
+                      SensorKind sensor = SensorKind::depth_camera) const;
+  /// A line on the resolution of a sensor's map; empty: it is given.
+  std::string said_of(SensorKind sensor) const;
 
   /// Throws Error(usage) if a choice differs from a resumed map's parameters. `up` may differ, because it
   /// does not affect mapping.

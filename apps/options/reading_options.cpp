@@ -33,9 +33,10 @@ void add_self_boxes(const std::vector<std::string>& words, ScanSourceOptions& so
 
 void add_reading_options(CLI::App& verb, ScanSourceOptions& source) {
   const char* const group = "Scans";
-  verb.add_option("--no-return", source.no_return,
-                  "m: range (of cameras: depth) that stands for no return; may be given several times; 0: "
-                  "there is none [far values that many readings share]")
+  verb.add_option(
+          "--no-return", source.no_return,
+          "m: range (of cameras: depth) that stands for no return, besides 0 and what is no number; may be "
+          "given several times [none]")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->group(group);
@@ -56,7 +57,8 @@ void add_reading_options(CLI::App& verb, ScanSourceOptions& source) {
           [&source](const std::string& name) {
             source.sensor = name == "camera" ? SensorKind::depth_camera : SensorKind::lidar;
           },
-          "sensor of clouds: camera (--max-range 4 unless given) or lidar [by the directions of their rays]")
+          "sensor of clouds: camera (--max-range 4 unless given) or lidar [lidar; camera in an "
+          "_optical_frame]")
       ->check(CLI::IsMember({"camera", "lidar"}))
       ->group(group);
 }

@@ -28,6 +28,7 @@
 #include <octosurf/gaps.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/parameters.hpp>
+#include <octosurf/pose_forms.hpp>
 #include <octosurf/stairs.hpp>
 #include <octosurf/up.hpp>
 
@@ -57,6 +58,7 @@ inline constexpr std::array<std::string_view, 4> no_plan_names{"start", "goal", 
 
 OCTOSURF_NAMES(Error::Kind, "kind of error", error_kind_names);
 OCTOSURF_NAMES(SensorKind, "sensor", sensor_names);
+OCTOSURF_NAMES(PoseForm, "form of poses", pose_form_names);
 OCTOSURF_NAMES(OccupancyView::State, "state", state_names);
 OCTOSURF_NAMES(Up::Source, "source", up_source_names);
 OCTOSURF_NAMES(DetectorKind, "detector", detector_names);

@@ -32,8 +32,6 @@ py::str text(const std::string& bytes) {
 constexpr std::pair<const char*, const char*> keywords[] = {{"force", "force=True"},
                                                             {"skip-bad", "skip_bad=True"},
                                                             {"topic", "topics"},
-                                                            {"rate", "rate_hz"},
-                                                            {"max-pose-gap", "max_pose_gap_s"},
                                                             {"resume", "octosurf.load()"},
                                                             {"up", "up="}};
 

@@ -100,9 +100,8 @@ Scan deskewed(Scan scan, const std::optional<Times>& times_s, const std::vector<
 /// The headers' words on it and on its options.
 std::string open_scans_doc() {
   std::string doc = doc_of("open_scans") + std::string("\n");
-  for (const std::string name :
-       {"poses", "intrinsics", "depth_scale", "rate_hz", "max_pose_gap_s", "origin", "skip_bad", "deskew",
-        "sensor", "cloud_scale", "no_return", "self_boxes", "clear_no_return_m"})
+  for (const std::string name : {"poses", "intrinsics", "depth_scale", "pose_form", "viewpoint", "origin",
+                                 "skip_bad", "sensor", "no_return", "self_boxes", "clear_no_return_m"})
     doc += "\n" + name + ": " + field_doc("ScanSourceOptions." + name, "", name != "no_return");
   for (const std::string name : {"topics", "pose_topic", "pose_frame", "fixed_frame"})
     doc += "\n" + name + ": " + field_doc("BagOptions." + name, "", true);
@@ -203,27 +202,25 @@ void bind_scans(Module& module) {
   module.def(
       "open_scans",
       [](std::variant<fs::path, std::vector<fs::path>> inputs, std::optional<fs::path> poses,
-         std::optional<fs::path> intrinsics, std::optional<double> depth_scale, std::optional<double> rate_hz,
-         std::optional<double> max_pose_gap_s, std::optional<Eigen::Vector3d> origin,
-         std::vector<std::string> topics, std::optional<std::string> pose_topic,
-         std::optional<std::string> pose_frame, std::optional<std::string> fixed_frame, bool skip_bad,
-         bool deskewed, std::optional<SensorKind> sensor, std::optional<double> cloud_scale,
+         std::optional<fs::path> intrinsics, std::optional<double> depth_scale,
+         std::optional<PoseForm> pose_form, std::optional<Eigen::Vector3d> viewpoint,
+         std::optional<Eigen::Vector3d> origin, std::vector<std::string> topics,
+         std::optional<std::string> pose_topic, std::optional<std::string> pose_frame,
+         std::optional<std::string> fixed_frame, bool skip_bad, std::optional<SensorKind> sensor,
          std::vector<double> no_return,
          const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& self_boxes,
          double clear_no_return_m) {
         ScanSourceOptions options;
-        options.deskew = deskewed;
         options.poses = std::move(poses);
         options.intrinsics = std::move(intrinsics);
         options.depth_scale = depth_scale;
-        options.rate_hz = rate_hz;
-        options.max_pose_gap_s = max_pose_gap_s;
+        options.pose_form = pose_form;
+        options.viewpoint = viewpoint;
         options.origin = origin;
         options.bag = {std::move(topics), std::move(pose_topic), std::move(pose_frame),
                        std::move(fixed_frame)};
         options.skip_bad = skip_bad;
         options.sensor = sensor;
-        options.cloud_scale = cloud_scale;
         options.no_return = std::move(no_return);
         for (const auto& [a, b] : self_boxes)
           options.self_boxes.push_back({{a.cwiseMin(b).eval(), a.cwiseMax(b).eval()}, {}});
@@ -232,10 +229,10 @@ void bind_scans(Module& module) {
         return std::make_unique<Recording>(open_scans(std::get<1>(inputs), options));
       },
       "inputs"_a, py::kw_only(), "poses"_a = py::none(), "intrinsics"_a = py::none(),
-      "depth_scale"_a = py::none(), "rate_hz"_a = py::none(), "max_pose_gap_s"_a = py::none(),
+      "depth_scale"_a = py::none(), "pose_form"_a = py::none(), "viewpoint"_a = py::none(),
       "origin"_a = py::none(), "topics"_a = std::vector<std::string>(), "pose_topic"_a = py::none(),
-      "pose_frame"_a = py::none(), "fixed_frame"_a = py::none(), "skip_bad"_a = false, "deskew"_a = true,
-      "sensor"_a = py::none(), "cloud_scale"_a = py::none(), "no_return"_a = std::vector<double>(),
+      "pose_frame"_a = py::none(), "fixed_frame"_a = py::none(), "skip_bad"_a = false,
+      "sensor"_a = py::none(), "no_return"_a = std::vector<double>(),
       "self_boxes"_a = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>(),
       "clear_no_return_m"_a = 0.0, Released(), open_scans_doc().c_str());
 }

@@ -32,7 +32,8 @@ struct ReceivedScan {
 };
 
 /// Decodes a sensor_msgs/PointCloud2. Throws Error(data) naming `where` for a message that is truncated,
-/// lacks x, y or z, or has contradictory sizes. `sensor`: kind of sensor; empty: guess_sensor()'s.
+/// lacks x, y or z, or has contradictory sizes. `sensor`: kind of sensor; empty: its frame's
+/// (sensor_of_frame()).
 ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where,
                              std::optional<SensorKind> sensor = {});
 

@@ -3,12 +3,18 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace octosurf {
 
 /// Type of sensor.
 enum class SensorKind { depth_camera, lidar };
+
+/// Of clouds in a frame of that name: REP 103 calls cameras' frames so, and only theirs.
+inline SensorKind sensor_of_frame(std::string_view frame) {
+  return frame.ends_with("_optical_frame") ? SensorKind::depth_camera : SensorKind::lidar;
+}
 
 /// One posed scan. Points are in the sensor's frame, in metres, in any order; points that are not
 /// finite are "no reading" and are skipped (and counted) by the mapper.

@@ -4,24 +4,26 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <octosurf/pose_forms.hpp>
 #include <octosurf/scan.hpp>
 
 namespace octosurf {
 
-/// Selection of a bag's topics and frames. An empty field is chosen automatically if there is only one
-/// candidate, which ScanSource::notes() reports; with several, an Error lists them.
+/// A bag's topics and frames. Where one is not named, the only one is taken, which ScanSource::notes()
+/// reports; of several an Error lists them.
 struct BagOptions {
   /// PointCloud2, or depth as Image or CompressedImage.
   std::vector<std::string> topics = {};
   /// Poses by Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped, instead of by tf.
   std::optional<std::string> pose_topic = {};
   /// The frame whose poses the pose topic contains; empty: Odometry's child frame, else the sensor's. Of
-  /// clouds that are in the map's frame: where their rays start.
+  /// clouds whose frame is the map's: where their rays start.
   std::optional<std::string> pose_frame = {};
   /// The frame of the map in tf; empty: `map`, if the sensor hangs below it, else the root above the sensor.
   std::optional<std::string> fixed_frame = {};
@@ -43,12 +45,15 @@ struct ScanSourceOptions {
   std::optional<std::filesystem::path> poses = {};
   /// Of depth images: 3×3 K, or `fx fy cx cy`. Overrides a file found beside the images.
   std::optional<std::filesystem::path> intrinsics = {};
-  /// Depth image units per metre; empty: 5000 for TUM folders, else 1000.
+  /// Units per metre of depth images, and of clouds with the poses in their files; empty: of images what the
+  /// bag says (librealsense's Depth_Units), 5000 for TUM folders, 1000 for other whole numbers, 1 for floats;
+  /// of clouds 1.
   std::optional<double> depth_scale = {};
-  /// Scans per second if there are no time stamps; empty: 30 for depth cameras, 10 for lidar.
-  std::optional<double> rate_hz = {};
-  /// Maximum time between neighbouring poses for interpolation; empty: 0.1 for files of poses, 0.25 for bags.
-  std::optional<double> max_pose_gap_s = {};
+  /// Empty: as given; but 3×4 poses of KITTI's scans are the camera's if calib.txt says where the scanner is.
+  std::optional<PoseForm> pose_form = {};
+  /// Where clouds without a pose were seen from, in their frame, m. Empty: their origin; a single cloud that
+  /// cannot have been seen from there (over a quarter of it would lie behind the rest): above it, along z.
+  std::optional<Eigen::Vector3d> viewpoint = {};
   /// Subtracted from all coordinates, m, to bring them within reach of octree and float; empty: 0, or whole
   /// metres near the first scan if it lies farther than `origin_beyond_m` from 0 (UTM, ECEF).
   std::optional<Eigen::Vector3d> origin = {};
@@ -56,21 +61,20 @@ struct ScanSourceOptions {
   BagOptions bag = {};            ///< of bags
   /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
-  /// Undo the sensor's motion within a scan (deskew.hpp) where points have times and poses are as frequent as
-  /// scans. If not, Scan::times_s says when points were taken.
-  bool deskew = true;
-  /// Of clouds; empty: by their readings' directions, see guess_sensor(). Depth images are a camera's.
+  /// Of clouds; empty: a lidar's, unless their frame is an optical one (sensor_of_frame()) or a PCD is one
+  /// column, as scans of a camera are kept. Depth images are a camera's.
   std::optional<SensorKind> sensor = {};
-  /// Units per metre of clouds, and of poses in the same file; empty: 1.
-  std::optional<double> cloud_scale = {};
-  /// m: ranges (of cameras: depths) that stand for no return, to the millimetre. Empty: values beyond 4 m
-  /// that many readings share, with hardly any before them; notes() reports them.
+  /// m: ranges (of cameras: depths) that stand for no return, to the millimetre, besides 0, what is not
+  /// finite and a format's largest number.
   std::vector<double> no_return = {};
   /// Readings in them are the robot itself: no readings, nor do their rays free space.
   std::vector<SelfBox> self_boxes = {};
   /// m: rays without a return free space up to this range: pixels of depth images (float: +∞) four from
   /// any reading at least, and readings of clouds that stand for no return. 0: off, as dark things give none.
   double clear_no_return_m = 0;
+  /// The scans that will be read, if not all: where there is a pose for each of them and not for all, it is
+  /// theirs.
+  std::size_t skip = 0, first = std::numeric_limits<std::size_t>::max();
 };
 
 /// A sequence of posed scans, decoded on demand.
@@ -101,9 +105,11 @@ class ScanSource {
   /// recording's images without a pose at their time.
   virtual const std::vector<std::string>& skipped() const = 0;
 
-  /// One line for every automatic choice: a bag's topics, camera and poses, kinds of sensors, values without
-  /// a return. The last may come with any scan.
+  /// One line for everything that no option states: a bag's topics, camera and poses, and what is undone.
   virtual std::vector<std::string> notes() const { return {}; }
+
+  /// A camera's if any scan is; scans say it one by one.
+  virtual SensorKind sensor() const { return SensorKind::depth_camera; }
 
   /// Subtracted from all coordinates of the inputs, m.
   virtual Eigen::Vector3d origin() const { return Eigen::Vector3d::Zero(); }
@@ -120,11 +126,12 @@ bool is_occupancy_map(const std::filesystem::path& input);
 ///   order of their headers' time stamps. A bag's scan without a pose is a bad one.
 /// - A pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z). Flying pixels, up to four at an edge
 ///   between the nearer and the farther surface, give no points. Values that stand for no return become NaN.
-/// - The first of up to 20 scans of a topic or folder that has 100 readings decides its sensor, on opening;
-///   of smaller ones an organised cloud is a camera's.
-/// - Motion within a scan is undone by its points' times: a field called t, time, timestamp, offset_time or
-///   alike, or Livox' message. Its unit is recognised by the length of a scan, its zero by the scans' time
-///   stamps; notes() reports both, and how far points move.
+/// - Poses are interpolated between neighbours at most 0.1 s apart, 0.25 s in bags. Scans without time stamps
+///   are 30 a second of cameras, 10 of lidars.
+/// - Motion within a scan is undone (deskew.hpp) by its points' times, a field called t, time, timestamp,
+///   offset_time or alike, or Livox' message, if poses are as frequent as scans; else Scan::times_s has them.
+///   Their unit is recognised by the length of a scan, their zero by the scans' time stamps; notes() reports
+///   both, and how far points move.
 ///
 /// Throws Error(usage) for invalid options, Error(data) for errors found before reading any scan: missing
 /// or empty input, no poses, no intrinsics, different counts.

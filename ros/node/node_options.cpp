@@ -26,9 +26,6 @@ void add_options(CLI::App& app, NodeOptions& options) {
   app.add_option("--frame", options.frame, "the map's, in tf");
   app.add_option("--tf", options.tf, "topic of transforms; of fixed ones the same with _static");
   app.add_option("--base", options.base, "the robot's frame in tf, about which patches are read");
-  app.add_option("--max-pose-gap", options.max_pose_gap_s,
-                 "longest gap between transforms to interpolate over, s")
-      ->check(CLI::NonNegativeNumber);
   app.add_option("--wait", options.wait_s, "longest time that a scan waits for tf and CameraInfo, s")
       ->check(CLI::Range(0.0, 60.0));
   app.add_flag("--reliable", options.reliable,
@@ -79,7 +76,10 @@ Map start_of(const NodeOptions& options) {
   if (there && !options.resume && !options.force)
     throw Error(Error::Kind::usage, options.output + ".surfaces", "exists",
                 "--resume resumes it, --force overwrites it");
-  if (!there || options.force) return Map(choice.in_force());
+  if (!there || options.force) {
+    const bool camera = options.takes_depth() || options.readings.sensor == SensorKind::depth_camera;
+    return Map(choice.in_force({}, camera ? SensorKind::depth_camera : SensorKind::lidar));
+  }
   LoadedMap loaded = load_map(options.output);
   choice.require_same(loaded.map.parameters());
   surfaces::state_of(loaded.map).parameters.up = choice.up_over(loaded.map.parameters());

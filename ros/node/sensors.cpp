@@ -94,8 +94,7 @@ bool Sensors::ready(const io::MessageHeader& header) {
 
 Eigen::Isometry3d Sensors::pose(const io::MessageHeader& header, const std::string& frame) {
   sort_tree();
-  const auto gap_ns = static_cast<std::int64_t>(1e9 * std::min(options_.max_pose_gap_s, 1e9));
-  return tree_.lookup(frame, header.frame, header.stamp_ns, gap_ns);
+  return tree_.lookup(frame, header.frame, header.stamp_ns, io::largest_gap_in_bags_ns);
 }
 
 std::pair<Eigen::Isometry3d, std::int64_t> Sensors::base_pose() {
@@ -124,7 +123,7 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
   constexpr MessageEncoding cdr = MessageEncoding::cdr;
   ReceivedScan received;
   if (!options_.takes_depth()) {
-    received = scan_from_cloud(message, cdr, {}, SensorKind::lidar);  // or as rules_ find
+    received = scan_from_cloud(message, cdr, {}, options_.readings.sensor);
   } else {
     if (!camera) throw std::runtime_error("no CameraInfo has come yet");
     const bool rectified = is_rectified(options_.depth);
@@ -136,7 +135,7 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
     io::erase_own(received.scan, options_.readings.self_boxes,
                   [&](const std::string& frame) { return pose(header, frame); });
     io::move_to_free_rays(received.scan,
-                          rules_.apply(received.scan, {}, options_.takes_depth(), options_.scans()));
+                          io::drop_no_returns(received.scan, options_.takes_depth(), options_.readings));
   }
   received.stamp_ns = header.stamp_ns;
   received.scan.name = options_.scans() + " at " + io::stamp_text(header.stamp_ns);

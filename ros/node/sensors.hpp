@@ -27,7 +27,7 @@ class Sensors {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit Sensors(const NodeOptions& options) : options_(options), rules_(options.readings) {}
+  explicit Sensors(const NodeOptions& options) : options_(options) {}
 
   /// Returns a warning if time was set back.
   std::string add_transforms(std::string_view message, bool fixed);
@@ -52,7 +52,6 @@ class Sensors {
   const NodeOptions& options_;
   std::mutex mutex_;
   std::condition_variable_any news_;
-  io::ReadingRules rules_;
   io::TransformTree tree_;
   bool tree_sorted_ = true, ended_ = false;
   std::map<std::string, std::int64_t> newest_ns_;  // of each moving frame

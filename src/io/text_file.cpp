@@ -55,10 +55,12 @@ std::vector<std::string_view> words_between(std::string_view separators, std::st
   return words;
 }
 
-std::vector<TextLine> read_text(const std::filesystem::path& file, std::vector<std::string>* heads) {
+std::vector<TextLine> read_text(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, text_limit);
   std::string_view rest = bytes;
   if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
+  if (rest.starts_with("\xFF\xFE") || rest.starts_with("\xFE\xFF"))
+    throw Error(Error::Kind::data, file.string(), "is UTF-16 text", "write it as UTF-8 or ASCII");
   std::vector<TextLine> result;
   std::size_t memory = 0;
   Lines lines(rest);
@@ -72,9 +74,6 @@ std::vector<TextLine> read_text(const std::filesystem::path& file, std::vector<s
       throw Error(Error::Kind::data, at_line(file, lines.number()),
                   "too many short words to be a list of numbers",
                   "give a file of poses, intrinsics or time stamps");
-    constexpr std::size_t most_heads = 256;
-    if (heads != nullptr && result.empty() && !line.empty() && heads->size() < most_heads)
-      heads->emplace_back(line);
     if (!words.empty()) result.push_back({lines.number(), {words.begin(), words.end()}});
   }
   return result;

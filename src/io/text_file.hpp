@@ -38,9 +38,8 @@ struct TextLine {
 };
 
 /// The file as words: separated by blanks, commas or semicolons; `#` starts a comment; any line
-/// ending. Throws Error(data) if it cannot be read or is larger than 256 MB. `heads`: the comments before the
-/// first line, and that line, as they are.
-std::vector<TextLine> read_text(const std::filesystem::path& file, std::vector<std::string>* heads = nullptr);
+/// ending. Throws Error(data) if it cannot be read, is larger than 256 MB, or is UTF-16.
+std::vector<TextLine> read_text(const std::filesystem::path& file);
 
 /// "file:line", for messages.
 std::string at_line(const std::filesystem::path& file, std::size_t line);

@@ -35,9 +35,7 @@ TEST(PclScan, HasTheCloudsPointsPoseTimeAndSensor) {
   EXPECT_EQ(scan.name, "lidar");
   EXPECT_NO_THROW(require_rigid(scan.T_map_sensor, "scan"));
 
-  cloud.width = cloud.height = 1;
-  cloud.resize(4);
-  cloud.width = cloud.height = 2;
+  cloud.header.frame_id = "camera_depth_optical_frame";
   EXPECT_EQ(to_scan(cloud).sensor, SensorKind::depth_camera);
   cloud.sensor_orientation_.coeffs().setZero();
   EXPECT_THROW(to_scan(cloud), Error);

@@ -185,6 +185,12 @@ void CommandTest::write_floor(const std::string& name, int images, double slid) 
   write(name + "/intrinsics.txt", "60 60 39.5 29.5\n");
 }
 
+void CommandTest::write_times(const std::string& recording, int scans, double rate_hz) const {
+  std::string lines;
+  for (int i = 0; i < scans; ++i) lines += std::to_string(i / rate_hz) + "\n";
+  write(recording + "/times.txt", lines);
+}
+
 std::vector<Eigen::Isometry3d> CommandTest::floor_poses(int images, double slid) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < images; ++i)  // half a turn about x: looks down

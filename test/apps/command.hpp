@@ -83,6 +83,8 @@ class CommandTest : public ::testing::Test {
   /// 79/60 m × 59/60 m. PGM in millimetres, with poses.txt and intrinsics.txt.
   /// `slid`: m, by which the poses are too high.
   void write_floor(const std::string& name = "floor", int images = 6, double slid = 0) const;
+  /// times.txt beside the scans.
+  void write_times(const std::string& recording, int scans, double rate_hz) const;
   static std::vector<Eigen::Isometry3d> floor_poses(int images = 6, double slid = 0);
   static constexpr int floor_points = 80 * 60;  ///< per image
   static constexpr double floor_height = 0.013;

@@ -90,10 +90,10 @@ TEST_F(EarlyEnd, SkipBadGoesOnAndReports) {
 
 TEST_F(EarlyEnd, SignalsSaveWhatIsMapped) {
   write_floor("floor", 60);
+  write_times("floor", 60, 10);
   for (const std::vector<int>& signals : {std::vector{SIGINT}, {SIGINT, SIGINT}, {SIGHUP}, {SIGTERM}}) {
     remove({"m.surfaces", "m.bt"});
-    Running run(folder,
-                {"map", "floor", "-o", "m", "--realtime", "--rate", "10", "--checkpoint", "0.000001"});
+    Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--checkpoint", "0.000001"});
     ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();
     for (const int signal : signals) run.send(signal);
     EXPECT_EQ(run.wait(), 1) << run.errors();
@@ -143,7 +143,8 @@ TEST_F(EarlyEnd, ASignalLeavesNoLockNorPartOfAnyVerbThatWritesAMap) {
 
 TEST_F(FailingRun, ACheckpointThatFailsIsToldOnceAndTheRunGoesOn) {
   write_floor("floor", 400);
-  Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--rate", "20", "--checkpoint", "0.02"});
+  write_times("floor", 400, 20);
+  Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--checkpoint", "0.02"});
   ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();
   // A folder in its place cannot be replaced; the file may come back before it is made.
   std::error_code taken;

@@ -9,6 +9,8 @@
 #include <regex>
 #include <sstream>
 
+#include <octosurf/scan_source.hpp>
+
 namespace octosurf::test {
 namespace {
 
@@ -77,8 +79,10 @@ TEST_F(MapRun, WhatWaitsIsLookedAtWhereScansPauseAndInTheEnd) {
     return report.at("drain_ms").size();
   };
   EXPECT_EQ(drained(" --first 1"), 1U) << "in the end";
-  EXPECT_EQ(drained(" --rate 2"), 0U) << "the scans that come find all that waits";
-  EXPECT_EQ(drained(" --rate 0.5"), 1U) << "before the second, which comes 2 s after the first";
+  write_times("floor", 4, 2);
+  EXPECT_EQ(drained(""), 0U) << "the scans that come find all that waits";
+  write_times("floor", 4, 0.5);
+  EXPECT_EQ(drained(""), 1U) << "before the second, which comes 2 s after the first";
 }
 
 TEST_F(MapRun, ReportHasEveryKey) {
@@ -199,10 +203,11 @@ TEST_F(MapRun, ACloudThatSaysNothingOfItsViewpointIsSeenFromWhereItCanHaveBeen) 
     }
     EXPECT_GE(up, 5);
   };
-  EXPECT_THAT(run_well("map stairs.pcd -o m").err,
-              says("does not say where it was seen from", "--viewpoint"));
+  EXPECT_THAT(
+      run_well("map stairs.pcd -o m").out,
+      says("resolution: 5 cm, as of a lidar's scans", "does not say where it was seen from", "--viewpoint"));
   expect_treads("m");
-  EXPECT_THAT(run_well("map stairs.pcd -o n --viewpoint 2 0.1 4").err, Not(HasSubstr("--viewpoint")));
+  EXPECT_THAT(run_well("map stairs.pcd -o n --viewpoint 2 0.1 4").out, Not(HasSubstr("--viewpoint")));
   expect_treads("n");
 }
 
@@ -246,6 +251,65 @@ TEST_F(MapRun, ThatNoScanHasAPoseIsSaid) {
   EXPECT_THAT(run_well("map still -o at --resolution 0.05 --viewpoint 0 0 0").err, Not(HasSubstr("--poses")));
 }
 
+TEST_F(MapRun, TheResolutionIsTheSensorsUnlessStated) {
+  write_floor();
+  write_pcd("still.pcd", "3 0 0\n");
+  const auto resolution = [&](const std::string& run) {
+    run_well("map " + run + " -o m --force");
+    return info("m").at("resolution").get<double>();
+  };
+  EXPECT_EQ(resolution("floor"), 0.02);
+  EXPECT_EQ(resolution("still.pcd"), 0.05);
+  EXPECT_EQ(resolution("still.pcd --sensor camera"), 0.02);
+  EXPECT_EQ(resolution("still.pcd --resolution 0.03"), 0.03);
+  run_well("map floor -o m --force");
+  run_well("map still.pcd --resume m");
+  EXPECT_EQ(info("m").at("resolution"), 0.02);
+}
+
+/// What `map` inserts is what open_scans() gives.
+TEST_F(MapRun, ARecordingIsTheSameToTheCommandAndTheLibrary) {
+  write_floor();
+  std::vector<Eigen::Isometry3d> poses = floor_poses();
+  for (Eigen::Isometry3d& pose : poses) pose = pose.inverse();
+  write_poses("floor/poses.txt", poses);
+  std::string dome;  // behind a wall, as seen from the origin
+  for (int i = 0; i < 4000; ++i) {
+    const double a = 0.01 * i, r = i % 2 == 0 ? 2 : 4;
+    dome += std::to_string(r * std::cos(a)) + " " + std::to_string(r * std::sin(a)) + " 0.5\n";
+  }
+  write_pcd("cloud.pcd", dome);
+  const auto expect_same = [&](const std::string& input, const std::string& words,
+                               const ScanSourceOptions& options) {
+    run_well("map " + input + " -o m --force --align off --keep-scans kept " + words);
+    const auto source = open_scans({folder / input}, options), kept = open_scans({folder / "kept"});
+    while (const std::optional<Scan> scan = source->next()) {
+      const std::optional<Scan> mapped = kept->next();
+      ASSERT_TRUE(mapped);
+      EXPECT_LT((mapped->T_map_sensor.matrix() - scan->T_map_sensor.matrix()).norm(), 1e-12);
+      EXPECT_EQ(mapped->points, scan->points);
+      EXPECT_EQ(mapped->sensor, scan->sensor);
+    }
+    fs::remove_all(folder / "kept");
+  };
+  expect_same("floor", "--pose-form inverse", {.pose_form = PoseForm::inverse});
+  expect_same("cloud.pcd", "", {});
+  expect_same("cloud.pcd", "--viewpoint 1 2 3 --depth-scale 2",
+              {.depth_scale = 2, .viewpoint = Eigen::Vector3d(1, 2, 3)});
+}
+
+TEST_F(MapRun, PosesMayBeOfTheScansThatAreReadAlone) {
+  write_floor();
+  std::vector<Eigen::Isometry3d> poses = floor_poses();
+  poses.pop_back();
+  write_poses("five.txt", poses);
+  fails("map floor -o m --poses five.txt", {"5 poses for 6 scans", "--first"});
+  run_well("map floor -o m --poses five.txt --first 5");
+  EXPECT_EQ(info("m").at("scans"), 5);
+  run_well("map floor -o m --force --poses five.txt --skip 1 --skip-bad");
+  EXPECT_EQ(info("m").at("scans"), 5);
+}
+
 TEST_F(MapRun, SeveralInputsAreOneRecording) {
   write_floor("a", 2);
   write_floor("b", 3);
@@ -282,7 +346,8 @@ TEST_F(MapRun, LocalizeFindsWhatTheMapFixes) {
 
 TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {
   write_floor("floor", 4);
-  run_well("map floor -o m --realtime --rate 10 --detection-budget 0 --report r.json");
+  write_times("floor", 4, 10);
+  run_well("map floor -o m --realtime --detection-budget 0 --report r.json");
   const json report = read_json("r.json");
   EXPECT_EQ(report.at("scans"), 4);
   EXPECT_GE(report.at("wall_s"), 0.3);  // the last one's stamp
@@ -291,7 +356,7 @@ TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {
   EXPECT_TRUE(same_maps("m", "fast"));
   // The budget of real time is no choice of the user's, and does not conflict with a map made without it.
   run_well("map floor -o paper --detector paper");
-  run_well("map floor --resume paper --detector paper --realtime --rate 100");
+  run_well("map floor --resume paper --detector paper --realtime");
 }
 
 TEST_F(MapRun, OctreesGiveSurfaces) {
@@ -347,7 +412,7 @@ TEST_F(MapRun, APillarIsTold) {
       rows << 1.5 + 0.2 * std::cos(angle) << ' ' << 0.2 * std::sin(angle) << ' ' << -0.5 + z / 110.0 << '\n';
     }
   write_pcd("scan.pcd", rows.str());
-  run_well("map scan.pcd -o m --report r.json");
+  run_well("map scan.pcd -o m --resolution 0.02 --report r.json");
   EXPECT_EQ(read_json("r.json").at("cylinders"), 1);
   const json pillar = info("m").at("cylinders").at(0);
   EXPECT_NEAR(pillar.at("radius_m"), 0.2, 0.003);

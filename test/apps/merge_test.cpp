@@ -158,7 +158,9 @@ TEST_F(Merge, OfPartsGivesTheSurfacesOfOneRun) {
   run_well("map floor -o one");
   for (int k = 1; k <= parts; ++k) {
     const std::string part = std::to_string(k);
-    run_well("map floor -o p" + part + " --subset " + part + "/" + std::to_string(parts));
+    const int begin = images * (k - 1) / parts, end = images * k / parts;
+    run_well("map floor -o p" + part + " --skip " + std::to_string(begin) + " --first " +
+             std::to_string(end - begin));
     if (k > 1)
       run_well(std::string("merge ") + (k == 2 ? "p1" : "whole") + " p" + part + " -o whole --force");
   }

@@ -175,30 +175,9 @@ TEST(ScanFeed, PeeksAtTheNextScan) {
 
 TEST(ScanFeed, LeavesOutWhatIsNotAcceptedAndCountsItAsTaken) {
   std::atomic<int> looked_at{0};
-  ScanFeed feed(std::make_unique<SevenScans>(), {1, 1, 5}, 2, [&](Scan&) { return ++looked_at > 2; });
+  ScanFeed feed(std::make_unique<SevenScans>(), {1, 1, 5}, 2, [&](const Scan&) { return ++looked_at > 2; });
   EXPECT_EQ(names_of(feed).size(), 3U) << "five after the first, of which two are refused";
   EXPECT_EQ(feed.refused(), 2U);
-}
-
-/// Of 7 scans, all or every second: each number of parts covers what the whole has, each scan once.
-TEST(ScanFeed, PartsTogetherAreEachScanOnce) {
-  const auto names_in = [](const ScanRange& range) {
-    ScanFeed feed(std::make_unique<SevenScans>(), range);
-    const std::vector<std::string> names = names_of(feed);
-    EXPECT_EQ(names.size(), feed.size());
-    return names;
-  };
-  for (const ScanRange& whole : {ScanRange{}, ScanRange{1, 2, 100}, ScanRange{0, 1, 5}})
-    for (std::size_t parts = 1; parts <= 9; ++parts) {
-      std::vector<std::string> together;
-      for (std::size_t part = 1; part <= parts; ++part) {
-        ScanRange range = whole;
-        range.part = part;
-        range.parts = parts;
-        for (const std::string& name : names_in(range)) together.push_back(name);
-      }
-      EXPECT_EQ(together, names_in(whole)) << parts << " parts";
-    }
 }
 
 class Statistics : public ::testing::Test {

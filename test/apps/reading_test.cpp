@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 namespace octosurf::test {
 namespace {
@@ -19,10 +18,8 @@ class Units : public CommandTest {
     write(name + "/intrinsics.txt", intrinsics);
   }
 
-  /// A spinning lidar's cloud of a hall of 12 × 8 × 3 m, in units to the metre. `none`: m, range of every
-  /// fourth column, whose rays did not return.
-  void write_hall(const std::string& name, double units, std::optional<double> none = {},
-                  int columns = 512) const {
+  /// A spinning lidar's cloud of a hall of 12 × 8 × 3 m, in units to the metre.
+  void write_hall(const std::string& name, double units, int columns = 512) const {
     std::vector<Eigen::Vector3f> points;
     for (int row = 0; row < 32; ++row)
       for (int column = 0; column < columns; ++column) {
@@ -31,7 +28,7 @@ class Units : public CommandTest {
         const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
                                   std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
         const Eigen::Vector3d side(6, 4, ray.z() > 0 ? 2 : 1);
-        const double range = none && column % 4 == 0 ? *none : (side.array() / ray.array().abs()).minCoeff();
+        const double range = (side.array() / ray.array().abs()).minCoeff();
         points.push_back((units * range * ray).cast<float>());
       }
     std::string text = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
@@ -55,28 +52,18 @@ TEST_F(Units, ALimitThatNobodyStatedAndCutsMuchIsToldOrRefused) {
 TEST_F(Units, AnOrganisedLidarIsMappedAsFarAsItReaches) {
   write_hall("hall.pcd", 1);
   const std::string lidar = run_well("map hall.pcd -o hall --resolution 0.1 --viewpoint 0 0 0").out;
-  EXPECT_THAT(lidar, says("spinning lidar"));
   EXPECT_THAT(lidar, Not(HasSubstr("only freed space")));
-  EXPECT_THAT(run("map hall.pcd -o camera --resolution 0.1 --sensor camera").out,
-              says("depth camera, as stated", "only freed space"));
+  EXPECT_THAT(run("map hall.pcd -o camera --resolution 0.1 --sensor camera").out, says("only freed space"));
 }
 
 TEST_F(Units, ACloudInMillimetresOrCentimetresIsRefused) {
   for (const int units : {100, 1000}) {
     write_hall("hall.pcd", units);
-    fails("map hall.pcd -o refused --resolution 0.1", {"as if not in metres", "--cloud-scale 1000"});
-    run_well("map hall.pcd -o hall --resolution 0.1 --force --cloud-scale " + std::to_string(units));
+    fails("map hall.pcd -o refused --resolution 0.1", {"as if not in metres", "--depth-scale 1000"});
+    run_well("map hall.pcd -o hall --resolution 0.1 --force --depth-scale " + std::to_string(units));
   }
-  write_hall("hall.pcd", 20, {}, 64);  // 19 of 20 readings within 120 m
+  write_hall("hall.pcd", 20, 64);  // 19 of 20 readings within 120 m
   run_well("map hall.pcd -o large --resolution 1 --force");
-}
-
-TEST_F(Units, AValueWithoutReturnThatComesLateIsNamed) {
-  constexpr int scans = 22;  // those looked at before the run, and two
-  for (int i = 0; i < scans; ++i)
-    write_hall("late/" + std::to_string(i) + ".pcd", 1, i + 1 < scans ? std::nullopt : std::optional(100.0));
-  EXPECT_THAT(run_well("map late -o late/map --resolution 0.1").out,
-              says("4096 readings of its 16384 lie at 100.000 m in all directions"));
 }
 
 TEST_F(Units, IntrinsicsOfImagesOfAnotherSizeAreRefused) {

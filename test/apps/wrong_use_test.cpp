@@ -97,6 +97,7 @@ const std::vector<Refused>& refused() {
       {"map floor", {"-o"}},
       {"map floor -o maps/", {"maps/"}},
       {"map nowhere -o n", {"nowhere: no such file"}, 1},
+      {"map m -o n", {"a saved map", "--resume"}, 1},
       {"map empty -o n", {"empty"}, 1},
       {"map notes.txt -o n", {"notes.txt"}, 1},
       {"map --config gone.cfg floor -o n", {"gone.cfg"}, 1},

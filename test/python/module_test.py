@@ -62,6 +62,13 @@ class Mapping(unittest.TestCase):
         self.assertEqual(half.with_suffix(".surfaces").read_bytes(), whole.with_suffix(".surfaces").read_bytes())
         self.assertTrue(all(octosurf.load(command).holds(scan) for scan in scans))
 
+    def test_what_poses_mean_is_stated_as_to_the_command(self):
+        right, inverse = octosurf.open_scans(world.recording()), octosurf.open_scans(world.recording(), pose_form="inverse")
+        for one, other in zip(right, inverse):
+            np.testing.assert_allclose(other.T_map_sensor, np.linalg.inv(one.T_map_sensor), atol=1e-9)
+        with self.assertRaisesRegex(octosurf.Error, "has a pose already"):
+            next(octosurf.open_scans(world.recording(), viewpoint=[0, 0, 1]))
+
     def mapped(self, mapper, scans):
         """By a Mapper that remembers them, as the command's does."""
         mapper.remember_scans()

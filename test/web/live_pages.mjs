@@ -1,6 +1,7 @@
 // The page of `octosurf map --serve` while the map grows.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
+import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 
 const [command] = process.argv.slice(3);
@@ -29,11 +30,12 @@ async function serving(words, visit) {
 
 /** A run that maps a stair so slowly that it does not end before it is told to. */
 const mapping = (folder, name, port, visit) =>
-  serving(['map', join(folder, 'scans'), '-o', join(folder, name), '--realtime', '--rate', '2', '--serve', port], visit);
+  serving(['map', join(folder, 'scans'), '-o', join(folder, name), '--realtime', '--serve', port], visit);
 
 export async function followsTheMap(browser, folder) {
   const scans = join(folder, 'scans');
   execFileSync(`${command}-lab`, ['simulate', 'stairs', '-o', scans, '--frames', '200', '--noise-scale', '0']);
+  writeFileSync(join(scans, 'times.txt'), Array.from({ length: 200 }, (_, i) => `${i / 2}\n`).join(''));
   let page, port;
   await mapping(folder, 'first', '0', async (address) => {
     ({ port } = new URL(address));

@@ -13,7 +13,7 @@ import tempfile
 import time
 
 OCTOSURF, LAB, AGREEMENT, WORKFLOW = (os.path.abspath(path) for path in sys.argv[1:5])
-PARTS, KILLED, SKIPPED = 8, 5, 77
+PARTS, SCANS, KILLED, SKIPPED = 8, 6, 5, 77
 SBIN = os.pathsep + "/usr/sbin" + os.pathsep + "/sbin"
 
 
@@ -115,7 +115,7 @@ def run(command, **more):
 def workflow(folder, name, *options, octosurf=OCTOSURF):
     return (
         ["snakemake", "--snakefile", f"{WORKFLOW}/Snakefile", "--nolock", *options, "--config"]
-        + ["inputs=room", f"map={name}", f"parts={PARTS}", f"octosurf={octosurf}", "options=--resolution 0.05"],
+        + ["inputs=room", f"map={name}", f"parts={PARTS}", f"scans={SCANS}", f"octosurf={octosurf}", "options=--resolution 0.05"],
         dict(cwd=folder, env=dict(os.environ, XDG_CACHE_HOME=f"{folder}/cache", HOME=folder)),
     )
 
@@ -125,7 +125,7 @@ def by_slurm(folder):
     with open(program, "w") as file:  # the first run of one part waits to be killed
         file.write(
             f"""#!/bin/sh
-case "$*" in *"--subset {KILLED}/{PARTS} "*)
+case "$*" in *"--skip {(KILLED - 1) * SCANS} "*)
   [ -e {marker} ] || {{ echo $SLURM_JOB_ID > {marker}.new; mv {marker}.new {marker}; exec sleep 1000; }};;
 esac
 exec {OCTOSURF} "$@"
@@ -156,7 +156,7 @@ exec {OCTOSURF} "$@"
 def main():
     require("snakemake", "slurmctld", "slurmd", "sbatch", "scontrol")
     with tempfile.TemporaryDirectory() as folder:
-        run([LAB, "simulate", "room", "-o", "room", "--frames", "48"], cwd=folder)
+        run([LAB, "simulate", "room", "-o", "room", "--frames", str(PARTS * SCANS)], cwd=folder)
         run([OCTOSURF, "map", "room", "-o", "one", "--resolution", "0.05"], cwd=folder)
         command, more = workflow(folder, "local_map", "--cores", "2", "--quiet")
         run(command, **more)

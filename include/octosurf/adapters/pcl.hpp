@@ -17,7 +17,6 @@
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/scan.hpp>
-#include <octosurf/sensor.hpp>
 #include <octosurf/surface.hpp>
 
 // Conversions from and to PCL's types. Needs PCL's headers and pcl_common besides octosurf::octosurf. PCL
@@ -26,9 +25,9 @@
 namespace octosurf {
 
 /// Converts a cloud with its sensor's pose (`sensor_origin_`, `sensor_orientation_`), its time
-/// (`header.stamp`, µs) and `header.frame_id` as name. The sensor's kind is guess_sensor()'s. Points exactly
-/// at the origin are no readings: drivers write them for missing returns. Throws Error(data) if the
-/// orientation is not a rotation.
+/// (`header.stamp`, µs) and `header.frame_id` as name. The sensor's kind is its frame's (sensor_of_frame()).
+/// Points exactly at the origin are no readings: drivers write them for missing returns. Throws Error(data)
+/// if the orientation is not a rotation.
 template <class Point>
 Scan to_scan(const pcl::PointCloud<Point>& cloud) {
   const Eigen::Quaterniond orientation = cloud.sensor_orientation_.template cast<double>();
@@ -46,8 +45,7 @@ Scan to_scan(const pcl::PointCloud<Point>& cloud) {
     scan.points.push_back(point.isZero(0) ? Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())
                                           : point);
   }
-  const SensorGuess guess = guess_sensor(scan.points);
-  scan.sensor = guess.why.empty() && cloud.height > 1 ? SensorKind::depth_camera : guess.kind;
+  scan.sensor = sensor_of_frame(scan.name);
   return scan;
 }
 

@@ -1,23 +1,13 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
+
+#include <octosurf/pose_forms.hpp>
 
 namespace octosurf::sensing {
 
-/// What the poses of a recording may mean.
-enum class PoseForm {
-  as_given,        ///< T_map_sensor; cameras look along z with y down, lidars along x with z up
-  inverse,         ///< T_sensor_map
-  opengl,          ///< of a camera that looks along −z with y up
-  opengl_inverse,  ///< both: a view matrix
-  w_first,         ///< quaternions qw qx qy qz, read as qx qy qz qw
-  of_camera,       ///< a camera's, of a lidar's scans
-  of_body          ///< a body's (x forward, z up), of a camera's scans
-};
-/// By PoseForm, as `map --pose-form` accepts them.
-inline constexpr std::array<const char*, 7> pose_form_names{
-    "as-given", "inverse", "opengl", "opengl-inverse", "w-first", "of-camera", "of-body"};
+using octosurf::pose_form_names;
+using octosurf::PoseForm;
 
 /// T_map_sensor of a pose in that form.
 Eigen::Isometry3d pose_from(PoseForm form, const Eigen::Isometry3d& pose);

@@ -30,11 +30,6 @@ void count(const BagMessage& message, TopicContents& contents) {
   contents.bytes += message.bytes.size();
 }
 
-/// Wraps around where a damaged bag's stamps are too many years apart.
-std::int64_t sum(std::int64_t a, std::int64_t b) {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
-}
-
 double distance(std::int64_t a, std::int64_t b) {
   return std::abs(static_cast<double>(a) - static_cast<double>(b));
 }
@@ -76,12 +71,10 @@ class Indexer {
     if (!std::ranges::is_sorted(events_, {}, &Event::recorded_ns))  // of several files
       std::ranges::stable_sort(events_, {}, &Event::recorded_ns);
     give_stamps();
-    std::vector<std::int64_t> later;
-    const std::vector<std::uint32_t> passes = find_passes(later);
-    for (std::size_t i = 0; !events_.empty(); events_.pop_front(), ++i) {
-      Event& event = events_.front();
+    compare_clocks();
+    for (; !events_.empty(); events_.pop_front()) {
+      const Event& event = events_.front();
       const Stream& stream = streams_[event.stream];
-      event.sample.stamp_ns = sum(event.sample.stamp_ns, later[passes[i]]);
       TopicContents& contents = index_.topics[stream.topic];
       if (stream.tree != nullptr)
         stream.tree->add(stream.edge, event.sample);
@@ -115,8 +108,7 @@ class Indexer {
     TransformTree* tree = nullptr;
     TransformTree::Edge edge{};
     bool moves = false;  ///< poses, but for fixed ones
-    // While passes are separated: its current one, and its last two stamps there.
-    std::uint32_t pass = 0;
+    // While clocks are compared: its last two stamps.
     std::int64_t last_ns = std::numeric_limits<std::int64_t>::min(), before_last_ns = last_ns;
     double apart_s = std::numeric_limits<double>::infinity();  // from the poses recorded before
   };
@@ -158,62 +150,24 @@ class Indexer {
     return false;
   }
 
-  /// The pass of each event. Streams follow a clock that was set back at different times: a stream is in the
-  /// old pass until its stamps are nearer to the new time. `later`: added to the stamps of each pass.
-  std::vector<std::uint32_t> find_passes(std::vector<std::int64_t>& later) {
-    std::vector<std::uint32_t> passes(events_.size());
-    std::uint32_t pass = 0;
-    std::int64_t now = lowest, ended = 0;  // of the pass, of the one before
-    double back_s = 0;                     // of the first
-    struct Span {
-      std::int64_t first = std::numeric_limits<std::int64_t>::max(), last = lowest;
-    };
-    std::vector<Span> spans(1);  // of the passes' poses
-    const auto note = [&](Span& span, std::int64_t stamp) {
-      span = {std::min(span.first, stamp), std::max(span.last, stamp)};
-    };
+  /// Finds a clock of poses that is set back, and how far apart those of scans and poses are.
+  void compare_clocks() {
+    std::int64_t now = lowest;  // of the poses
     for (std::size_t i = 0; i < events_.size(); ++i) {
       std::int64_t& stamp = events_[i].sample.stamp_ns;
       Stream& stream = streams_[events_[i].stream];
-      passes[i] = pass;
       if (stream.tree != nullptr && !stream.moves) {
         stamp = now;  // it holds from now on, whatever clock its sender has
         continue;
       }
-      if (stream.pass < pass && distance(stamp, ended) < distance(stamp, now)) {
-        passes[i] = pass - 1;
-        if (stream.moves) note(spans[pass - 1], ended = stamp);
-        continue;
-      }
-      if (stream.pass < pass) stream.last_ns = stream.before_last_ns = lowest;
-      if (stream.moves && goes_back(i)) {
-        if (pass == 0) back_s = distance(stream.last_ns, stamp) / 1e9;
-        ended = now;
-        passes[i] = ++pass;
-        spans.emplace_back();
-        stream.last_ns = lowest;
-        for (std::size_t j = i;
-             j-- > 0 && events_[j].stream != events_[i].stream;)  // scans that noticed first
-          if (!streams_[events_[j].stream].moves && streams_[events_[j].stream].tree == nullptr &&
-              distance(events_[j].sample.stamp_ns, stamp) < distance(events_[j].sample.stamp_ns, ended))
-            streams_[events_[j].stream].pass = passes[j] = pass;
-      }
+      if (stream.moves && index_.set_back.empty() && goes_back(i))
+        index_.set_back = index_.topics[stream.topic].topic.name + ": its clock is set back by " +
+                          std::to_string(distance(stream.last_ns, stamp) / 1e9) + " s";
       if (!stream.moves && now != lowest)
         stream.apart_s = std::min(stream.apart_s, distance(stamp, now) / 1e9);
-      stream.pass = pass;
       stream.before_last_ns = std::exchange(stream.last_ns, stamp);
-      if (stream.moves) note(spans[pass], now = stamp);
+      if (stream.moves) now = stamp;
     }
-    constexpr std::int64_t between_ns = 10000000000;  // a pause that poses are hardly interpolated over
-    later.assign(1, 0);
-    for (std::size_t i = 1; i < spans.size(); ++i)
-      later.push_back(sum(sum(spans[i - 1].last, later.back()), between_ns - spans[i].first));
-    if (pass > 0)
-      index_.notes.push_back("clock: set back " + count_of(pass, "time") + ", the first by " +
-                             std::to_string(back_s) +
-                             " s; what follows is mapped as another pass, with poses "
-                             "of its own, and stamps that go on counting");
-    return passes;
   }
 
   /// A damaged one is listed, too, as a bad scan.
@@ -230,7 +184,7 @@ class Indexer {
     } catch (const std::runtime_error&) {
       header = {};
     }
-    if (!contents.is_depth) contents.is_depth = is_depth(contents.topic, message.bytes);
+    if (!contents.is_depth) contents.is_depth = is_depth(contents, message.bytes);
     keep(bytes_of_scan);
     add_event(stream_of({message.topic}), contents.scans.size(), {header.stamp_ns});
     contents.scans.push_back({message.place, header.stamp_ns != 0 ? header.stamp_ns : now_ns_,
@@ -238,13 +192,19 @@ class Indexer {
                               frame_index(header.frame)});
   }
 
-  static bool is_depth(const BagTopic& topic, std::string_view bytes) {
+  static bool is_depth(TopicContents& contents, std::string_view bytes) {
+    const BagTopic& topic = contents.topic;
     if (is_cloud_type(topic.type)) return true;
     try {
       const auto reader = message_reader(bytes, topic.encoding);
-      if (topic.type == "sensor_msgs/CompressedImage")
-        return read_compressed_image_message(*reader).is_depth();
-      return depth_kind(read_image_message(*reader).encoding) != DepthKind::none;
+      if (topic.type == "sensor_msgs/CompressedImage") {
+        const CompressedImageMessage image = read_compressed_image_message(*reader);
+        if (contents.encoding.empty()) contents.encoding = image.format;
+        return image.is_depth();
+      }
+      const std::string encoding = read_image_message(*reader).encoding;
+      if (contents.encoding.empty()) contents.encoding = encoding;
+      return depth_kind(encoding) != DepthKind::none;
     } catch (const std::runtime_error&) {
       return false;
     }
@@ -276,6 +236,8 @@ class Indexer {
       add_camera(contents, message.topic,
                  read_header(*message_reader(message.bytes, contents.topic.encoding)),
                  read_camera_info(*reader));
+    } else if (type == "std_msgs/Float32") {
+      contents.unit_m = static_cast<double>(reader->f32());
     }
   }
 

@@ -14,8 +14,12 @@ std::vector<RecordedSensor> BagRecording::sensors() const {
   std::vector<RecordedSensor> sensors;
   for (const TopicContents& contents : index_.topics) {
     const bool clouds = is_cloud_type(contents.topic.type);
+    const bool lidar =
+        clouds && (contents.scans.empty() ||
+                   sensor_of_frame(index_.frames[contents.scans.front().frame]) == SensorKind::lidar);
     // Of clouds in the map's frame the motion is undone.
-    sensors.push_back({contents.topic.name, !clouds, clouds && robot_.empty()});
+    sensors.push_back({contents.topic.name, !clouds, clouds && robot_.empty(),
+                       lidar ? SensorKind::lidar : SensorKind::depth_camera});
   }
   return sensors;
 }
@@ -27,55 +31,66 @@ std::string BagRecording::name_of(const ListedMessage& scan) const {
 
 Eigen::Isometry3d BagRecording::pose_on_topic(std::int64_t stamp_ns) const {
   try {
-    return pose_topic_->poses.at(stamp_ns, gap_ns_);
+    return pose_topic_->poses.at(stamp_ns, largest_gap_in_bags_ns);
   } catch (const NoPose& none) {
     throw NoPose("no pose on " + pose_topic_->topic.name + " at its time: " + none.what());
   }
 }
 
 Eigen::Isometry3d BagRecording::pose(const std::string& frame, std::int64_t stamp_ns) const {
-  if (!pose_topic_) return tree_.lookup(fixed_frame_, robot_.empty() ? frame : robot_, stamp_ns, gap_ns_);
+  if (!pose_topic_)
+    return tree_.lookup(fixed_frame_, robot_.empty() ? frame : robot_, stamp_ns, largest_gap_in_bags_ns);
   const Eigen::Isometry3d T = pose_on_topic(stamp_ns);
   if (!robot_.empty() || pose_child_.empty() || pose_child_ == frame) return T;
-  return T * tree_.lookup(pose_child_, frame, stamp_ns, gap_ns_);
+  return T * tree_.lookup(pose_child_, frame, stamp_ns, largest_gap_in_bags_ns);
 }
 
 /// By the last message before the image, or else the first, of those for its size.
-Intrinsics BagRecording::camera_of(const ListedMessage& listed, int width, int height,
-                                   const std::string& where) const {
+std::pair<Intrinsics, const Lens*> BagRecording::camera_of(const ListedMessage& listed, int width, int height,
+                                                           const std::string& where) const {
   const Camera& camera = cameras_.at(listed.topic);
+  if (camera.info == nullptr) {
+    require_same_size(camera.given, width, height, where);
+    return {camera.given, nullptr};
+  }
   std::optional<Intrinsics> found;
-  if (camera.info == nullptr) found = camera.given;
+  const CameraInfoMessage* of = nullptr;
   std::string why_not;
-  bool part = false;
-  for (std::size_t i = 0; camera.info != nullptr && i < camera.info->cameras.size(); ++i) {
-    const ListedCamera& info = camera.info->cameras[i];
+  for (const ListedCamera& info : camera.info->cameras) {
     if (found && info.stamp_ns > listed.stamp_ns) break;
     try {
       found = intrinsics_for(info.camera, camera.rectified, width, height);
-      part = info.camera.columns > 0;
+      of = &info.camera;
     } catch (const std::runtime_error& error) {
       why_not = error.what();
     }
   }
   if (!found) fail_reading(why_not);
-  if (!part) require_same_size(*found, width, height, where);
-  return *found;
+  if (of->columns == 0) require_same_size(*found, width, height, where);
+  return {*found, lens_of(*of, camera.rectified)};
 }
 
 void BagRecording::read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const {
   const TopicContents& topic = index_.topics[listed.topic];
   const auto reader = message_reader(bytes, topic.topic.encoding);
+  std::optional<double> scale = depth_scale_;
+  if (const auto unit = units_.find(listed.topic); !scale && unit != units_.end()) scale = unit->second;
+  const auto project = [&](int width, int height, const auto& points_by) {
+    const auto [camera, lens] = camera_of(listed, width, height, scan.name);
+    scan.points = points_by(camera);
+    if (lens != nullptr) undistort(scan.points, camera, *lens, width, height);
+  };
   if (topic.topic.type == "sensor_msgs/CompressedImage") {
     const DepthImage image =
         depth_of(read_compressed_image_message(*reader), scan.name, largest_scan(bytes_));
-    scan.points = back_project(image, camera_of(listed, image.width, image.height, scan.name),
-                               depth_scale_.value_or(image.default_scale()), none_);
-    return;
+    return project(image.width, image.height, [&](const Intrinsics& camera) {
+      return back_project(image, camera, scale.value_or(image.default_scale()), none_);
+    });
   }
   const ImageMessage image = read_image_message(*reader);
-  scan.points = points_of(image, camera_of(listed, image.width, image.height, scan.name), depth_scale_,
-                          largest_scan(bytes_), none_);
+  project(image.width, image.height, [&](const Intrinsics& camera) {
+    return points_of(image, camera, scale, largest_scan(bytes_), none_);
+  });
 }
 
 Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const {
@@ -84,7 +99,8 @@ Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const 
 
 Eigen::Isometry3d BagRecording::sensor_in(const std::string& frame, std::size_t scan) const {
   const ListedMessage& listed = scans_[scan];
-  return tree_.lookup(frame, robot_.empty() ? index_.frames[listed.frame] : robot_, listed.stamp_ns, gap_ns_);
+  return tree_.lookup(frame, robot_.empty() ? index_.frames[listed.frame] : robot_, listed.stamp_ns,
+                      largest_gap_in_bags_ns);
 }
 
 RawScan BagRecording::read(std::size_t index) {
@@ -94,14 +110,12 @@ RawScan BagRecording::read(std::size_t index) {
   Scan& scan = raw.scan;
   scan.name = name_of(listed);
   const bool is_cloud = is_cloud_type(topic.topic.type);
-  scan.sensor = is_cloud ? SensorKind::lidar : SensorKind::depth_camera;
   try {
     const std::string_view bytes = bag_->read(listed.place);
     if (is_cloud) {
       const auto reader = message_reader(bytes, topic.topic.encoding);
       Cloud cloud = is_livox_type(topic.topic.type) ? read_livox_message(*reader, largest_scan(bytes_))
                                                     : read_cloud_message(*reader, largest_scan(bytes_));
-      if (cloud.organised) scan.sensor = SensorKind::depth_camera;  // if its rays do not tell
       scan.points = std::move(cloud.points);
       raw.shift = cloud.shift;
       raw.times = std::move(cloud.times);
@@ -112,19 +126,16 @@ RawScan BagRecording::read(std::size_t index) {
     if (posed_) scan.T_map_sensor = pose(index_.frames[listed.frame], listed.stamp_ns);
     if (!robot_.empty()) {
       const Eigen::Isometry3d T_cloud_robot =
-          pose_topic_ ? scan.T_map_sensor
-                      : tree_.lookup(index_.frames[listed.frame], robot_, listed.stamp_ns, gap_ns_);
+          pose_topic_
+              ? scan.T_map_sensor
+              : tree_.lookup(index_.frames[listed.frame], robot_, listed.stamp_ns, largest_gap_in_bags_ns);
       const Eigen::Isometry3d T_robot_cloud = T_cloud_robot.inverse();
       for (Eigen::Vector3f& point : scan.points)
         point = (T_robot_cloud * (point.cast<double>() + raw.shift)).cast<float>();
       raw.shift.setZero();
     }
   } catch (const NoPose& none) {
-    throw Error(
-        Error::Kind::data, scan.name, none.what(),
-        "--skip-bad leaves such scans out, --max-pose-gap allows more" +
-            (is_map_frame(none.frame) && !pose_topic_ ? ", --fixed-frame " + none.frame + " does without it"
-                                                      : ""));
+    throw Error(Error::Kind::data, scan.name, none.what(), "--skip-bad leaves such scans out");
   } catch (const Error&) {
     throw;
   } catch (const std::runtime_error& error) {

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <octosurf/scan.hpp>
@@ -24,6 +25,7 @@ struct RecordedSensor {
   std::string name;           ///< its topic, or the folder of its files
   bool images = false;        ///< depth images, not clouds
   bool moves_within = false;  ///< its clouds may have point times, and motion to undo
+  SensorKind kind = SensorKind::lidar;
 };
 
 /// The posed scans of a bag: its clouds and depth images by header time.
@@ -36,18 +38,15 @@ class BagRecording {
 
   /// Some topic has scans.
   bool has_scans() const;
-  /// Chooses topics, camera and poses by the options; with options.poses, no poses. Scans where the poses
-  /// jump get a line in `left_out`. Call it once. Throws Error(data) if requested topics or frames are
-  /// missing, or if a choice is ambiguous.
-  void choose(const ScanSourceOptions& options, std::vector<std::string>& left_out);
+  /// Takes topics, camera and poses as the options name them, or the only ones; with options.poses, no poses.
+  /// Call it once. Throws Error(data) if requested topics or frames are missing, or if there are several.
+  void choose(const ScanSourceOptions& options);
 
   std::size_t size() const { return scans_.size(); }
   double stamp_s(std::size_t scan) const { return static_cast<double>(scans_[scan].stamp_ns) / 1e9; }
   std::uint32_t sensor(std::size_t scan) const { return scans_[scan].topic; }  ///< of sensors()
   /// One for each topic of the bag.
   std::vector<RecordedSensor> sensors() const;
-  /// Where the poses of its scans jump.
-  const std::vector<Trajectory::Jump>& jumps() const { return jumps_; }
 
   /// Throws Error(data) with topic and time if the scan or its pose is bad.
   RawScan read(std::size_t scan);
@@ -57,7 +56,7 @@ class BagRecording {
   /// T_frame_sensor at the scan's time, by tf; or else NoPose.
   Eigen::Isometry3d sensor_in(const std::string& frame, std::size_t scan) const;
 
-  /// The automatic choices, a line each.
+  /// What was taken, a line each.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
@@ -66,13 +65,12 @@ class BagRecording {
   void choose_camera(const TopicContents& images);
   void choose_tree();
   void choose_poses(const BagOptions& options);
-  bool choose_registered(const std::string& frame, const BagOptions& options);
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
   void note_left_out();
-  void leave_out_jumps(std::vector<std::string>& left_out);
   void settle_doubts(const BagOptions& options);
   void require_one_clock() const;
-  void choose_fixed_frame(const std::string& frame, const std::string& why);
+  void choose_fixed_frame(const BagOptions& options, const std::string& why);
+  void choose_unit(const TopicContents& images);
   [[noreturn]] void refuse(const std::string& what, const std::string& hint) const;
   const TopicContents& named(const std::string& topic, const char* option, const char* what,
                              bool (*fits)(const TopicContents&)) const;
@@ -86,7 +84,9 @@ class BagRecording {
     const TopicContents* info = nullptr;  ///< messages, in index_
     bool rectified = false;
   };
-  Intrinsics camera_of(const ListedMessage& listed, int width, int height, const std::string& where) const;
+  /// With the lens whose distortion is to be undone; null: none.
+  std::pair<Intrinsics, const Lens*> camera_of(const ListedMessage& listed, int width, int height,
+                                               const std::string& where) const;
 
   std::vector<std::filesystem::path> files_;
   std::uint64_t bytes_ = 0;  // of the files
@@ -95,15 +95,14 @@ class BagRecording {
   TransformTree tree_;  // of index_.trees
   std::vector<ListedMessage> scans_;
   std::map<std::uint32_t, Camera> cameras_;  // by the images' topic
-  std::optional<double> depth_scale_;
+  std::optional<double> depth_scale_;        // as stated
+  std::map<std::uint32_t, double> units_;    // per metre, by the images' topic, as the bag says
   NoReturn none_ = NoReturn::left_out;
-  std::int64_t gap_ns_ = 0;
   bool posed_ = true;
   const TopicContents* pose_topic_ = nullptr;  // in index_; null: tf
   std::string pose_child_;                     // frame of its poses; empty: the sensor's
   std::string fixed_frame_;
-  std::string robot_;  // clouds are in a frame that stands still, and are seen from here; empty: they are not
-  std::vector<Trajectory::Jump> jumps_;
+  std::string robot_;  // clouds are in the map's frame, and are seen from here; empty: they are not
   std::vector<std::string> notes_;
 };
 

@@ -22,7 +22,6 @@ struct PcdLabels {
 struct Cloud {
   std::vector<Eigen::Vector3f> points;
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
-  bool organised = false;  ///< rows and columns, like an image
   /// m, subtracted from the points: 0 unless half of them lie farther than `farthest_m` (cloud_rows.hpp) from
   /// 0 along an axis, as a survey's coordinates do, which float would round; then whole metres amid them.
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
@@ -35,17 +34,15 @@ struct Cloud {
 // header claims, accepts short lines and words for numbers, and reports to stderr; its PLYReader does not
 // check the indices in range grids and obj_info.
 
-/// PCD of any version: DATA ascii, binary or binary_compressed; x, y, z float or double; VIEWPOINT is the
+/// PCD of version 0.7: DATA ascii, binary or binary_compressed; x, y, z float or double; VIEWPOINT is the
 /// pose.
 Cloud read_pcd(const std::filesystem::path& file);
+/// Several points in one column, as a camera's scans are kept (kept_scans.hpp).
+bool is_column(const std::filesystem::path& pcd);
 /// PLY: ascii or binary of either byte order; the vertices' x, y, z, float or double; no pose.
 Cloud read_ply(const std::filesystem::path& file);
-/// KITTI's velodyne: `floats` float32 a point, little-endian, x y z first; no pose.
-Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats);
-
-/// How many float32 a point of a velodyne file takes: KITTI's 4 unless its values say otherwise. Throws
-/// Error(data) for a file of anything else.
-std::size_t floats_of_velodyne(const std::filesystem::path& file);
+/// KITTI's velodyne: float32 x y z reflectance, little-endian; no pose.
+Cloud read_velodyne(const std::filesystem::path& file);
 
 constexpr std::size_t largest_cloud_file = std::size_t{4} << 30;
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iomanip>
 #include <limits>
-#include <map>
 #include <sstream>
 #include <string>
 
@@ -94,13 +93,13 @@ Cloud binary_points(std::string_view bytes, const Coordinates& xyz, bool swap_by
 }
 
 Cloud text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
-                  const std::filesystem::path& file, bool more_columns) {
+                  const std::filesystem::path& file) {
   std::vector<Eigen::Vector3d> result;
   result.reserve(std::min(points, lines.rest().size() / (2 * columns) + 1));  // a digit and a blank a value
   for (std::string_view line; result.size() < points && lines.next(line);) {
     const auto words = words_of(line);
     if (words.empty()) continue;
-    if (words.size() < columns || (words.size() > columns && !more_columns))
+    if (words.size() != columns)
       throw Error(Error::Kind::data, at_line(file, lines.number()),
                   std::to_string(words.size()) + " values where the header says " + std::to_string(columns),
                   "write the file again");
@@ -142,99 +141,34 @@ PointTimes text_times(Lines rows, const TimeField& time, std::size_t points,
   return times;
 }
 
-// Velodyne files have no header: how many floats a point takes is read from their values.
-namespace {
-
-constexpr std::size_t kitti_floats = 4, least_floats = 3, most_floats = 8;
-constexpr std::size_t floats_of_chunk = 840;   // a whole number of points of each width from 3 to 8
-constexpr std::size_t most_float_chunks = 24;  // 20,000 floats give the shares of columns to some percent
-constexpr float largest_coordinate = 1e8F;     // m: beyond the earth's, as two fifths of random bits are
-
-/// Alike values have the same: half of an octave, sign, and whether it is a whole number.
-int kind_of_value(float value) {
-  if (value == 0 || !std::isfinite(value)) return value == 0 ? 0 : 1;
-  const int half = static_cast<int>(std::floor(2 * std::log2(std::fabs(value))));
-  return 4 * (half + 512) + 2 * (value < 0 ? 1 : 0) + (value == std::trunc(value) ? 1 : 0);
-}
-
-/// Mutual information in bits between a value's kind and its column, if points have so many columns: columns
-/// of a right width differ (x, y, z, intensity, ring), those of a wrong one are the same mixture. Less its
-/// expectation for independent ones (Miller 1955), which holds for many values of a kind: 0 for fewer.
-double column_information(const std::vector<int>& kinds, std::size_t columns) {
-  std::map<int, std::vector<double>> counts;
-  for (std::size_t i = 0; i < kinds.size(); ++i)
-    ++counts.try_emplace(kinds[i], columns, 0.0).first->second[i % columns];
-  const auto n = static_cast<double>(kinds.size()), width = static_cast<double>(columns);
-  constexpr std::size_t least_of_kind = 4;
-  if (kinds.size() < least_of_kind * counts.size()) return 0;
-  double sum = 0;
-  for (const auto& [kind, of_columns] : counts) {
-    double all = 0;
-    for (const double count : of_columns) all += count;
-    for (const double count : of_columns)
-      if (count > 0) sum += count / n * std::log2(count * width / all);
-  }
-  return sum - static_cast<double>(counts.size() - 1) * (width - 1) / (2 * n * std::log(2.0));
-}
-
-float float_at(std::string_view bytes, std::size_t i) {
-  return number_at<float>(bytes.data() + sizeof(float) * i, !little_endian_host);
-}
-
-}  // namespace
-
-std::size_t floats_of_velodyne(const std::filesystem::path& file) {
+Cloud read_velodyne(const std::filesystem::path& file) {
+  constexpr std::size_t value = sizeof(float), step = 4 * value;
   const std::string bytes = read_bytes(file, largest_cloud_file);
-  const std::size_t floats = bytes.size() / sizeof(float);
-  std::vector<int> kinds;
-  const std::size_t chunks = std::max<std::size_t>(1, floats / floats_of_chunk),
-                    step = 1 + chunks / most_float_chunks;
-  for (std::size_t first = 0; first < chunks; first += step)
-    for (std::size_t i = first * floats_of_chunk; i < std::min((first + 1) * floats_of_chunk, floats); ++i)
-      kinds.push_back(kind_of_value(float_at(bytes, i)));
-  std::vector<double> information(most_floats + 1);
-  double most = 0;
-  for (std::size_t width = least_floats; width <= most_floats; ++width) {
-    if (bytes.size() % (width * sizeof(float)) != 0 || kinds.empty()) continue;
-    information[width] = column_information(kinds, width);
-    most = std::max(most, information[width]);
-  }
-  constexpr double least_bits = 0.1, nearly = 0.9;  // multiples of the right width tell no less than it
-  if (most < least_bits) return kitti_floats;
-  return static_cast<std::size_t>(std::find_if(information.begin(), information.end(),
-                                               [&](double bits) { return bits >= nearly * most; }) -
-                                  information.begin());
-}
-
-Cloud read_velodyne(const std::filesystem::path& file, std::size_t floats) {
-  const std::size_t step = floats * sizeof(float);
-  const std::string bytes = read_bytes(file, largest_cloud_file);
-  const auto refuse = [&](const std::string& what, const char* hint) {
-    throw Error(Error::Kind::data, file.string(), what, hint);
+  const auto refuse = [&](const std::string& what) {
+    throw Error(Error::Kind::data, file.string(), what + "not a list of float32 x y z reflectance",
+                "it is truncated, or a point takes another number of floats: write a PCD");
   };
-  if (bytes.empty()) refuse("is empty", "the file is truncated or foreign");
-  const std::string form = "float32 x y z" + (floats == kitti_floats ? std::string(" reflectance")
-                                              : floats == 3          ? ""
-                                                            : " and " + count_of(floats - 3, "value"));
-  if (bytes.size() % step != 0)
-    refuse("is not a list of " + form,
-           "it is truncated, or a point takes another number of floats: write a PCD");
+  if (bytes.empty() || bytes.size() % step != 0) refuse(bytes.empty() ? "is empty, " : "is ");
   const std::size_t points = bytes.size() / step;
-  Cloud read = binary_points(bytes,
-                             {{{0, step, 0, Scalar::float32},
-                               {sizeof(float), step, 0, Scalar::float32},
-                               {2 * sizeof(float), step, 0, Scalar::float32}}},
-                             !little_endian_host, points);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::size_t absurd = 0;
-    for (std::size_t i = 0; i < points; ++i)
-      absurd += std::fabs(float_at(bytes, i * floats + axis)) > largest_coordinate;
-    if (10 * absurd > points)
-      refuse(std::to_string(absurd) + " of " + std::to_string(points) + " values of " + "xyz"[axis] +
-                 " are larger than the earth: not a list of " + form,
-             "write it as float32, or as PCD");
-  }
-  return read;
+  // Where points take three or five floats, coordinates stand at the place of reflectance.
+  std::size_t negative = 0, absurd = 0;
+  constexpr float largest_coordinate = 1e8F;  // m: beyond the earth's, as two fifths of random bits are
+  for (std::size_t i = 0; i < points; ++i)
+    for (std::size_t column = 0; column < 4; ++column) {
+      const auto one = number_at<float>(bytes.data() + i * step + column * value, !little_endian_host);
+      if (column == 3)
+        negative += one < 0 ? 1 : 0;
+      else
+        absurd += std::fabs(one) > largest_coordinate ? 1 : 0;
+    }
+  constexpr std::size_t damaged = 10;  // of as many points one may be
+  if (damaged * negative > points) refuse(count_of(negative, "reflectance") + " below 0: ");
+  if (damaged * absurd > 3 * points) refuse(count_of(absurd, "coordinate") + " larger than the earth: ");
+  return binary_points(bytes,
+                       {{{0, step, 0, Scalar::float32},
+                         {value, step, 0, Scalar::float32},
+                         {2 * value, step, 0, Scalar::float32}}},
+                       !little_endian_host, points);
 }
 
 }  // namespace octosurf::io

@@ -107,10 +107,10 @@ inline std::optional<std::size_t> axis_of(std::string_view field) {
 Cloud binary_points(std::string_view bytes, const Coordinates& xyz, bool swap_bytes, std::size_t width,
                     std::size_t rows = 1, std::size_t row = 0);
 
-/// One point per line of `columns` words, or of more with `more_columns`. Throws Error(data) with the line
-/// for other lines and for missing ones.
+/// One point per line of `columns` words. Throws Error(data) with the line for other lines and for missing
+/// ones.
 Cloud text_points(Lines& lines, const Coordinates& xyz, std::size_t points, std::size_t columns,
-                  const std::filesystem::path& file, bool more_columns = false);
+                  const std::filesystem::path& file);
 
 /// The first field that is called as drivers call a point's time.
 struct TimeField {

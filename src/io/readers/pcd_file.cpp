@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <lzf.h>
 #include <map>
 #include <string>
@@ -20,11 +21,8 @@ constexpr std::uint64_t lzf_ratio = 100;  // LZF writes at most 264 bytes for 3 
 // Memory limit for a compressed cloud, without its file.
 constexpr std::uint64_t pcd_free_bytes = std::uint64_t{64} << 20, pcd_bytes_per_file_byte = 7;
 
-// Before version 0.7, fields were four bytes of float if nothing else was said, and binary data began at a
-// page.
 constexpr std::array<std::string_view, 10> keywords{"VERSION", "FIELDS", "SIZE",      "TYPE",   "COUNT",
                                                     "WIDTH",   "HEIGHT", "VIEWPOINT", "POINTS", "DATA"};
-constexpr std::size_t page_bytes = 4096;
 
 /// None: not a type.
 Scalar scalar_of(std::string_view type, std::size_t size) {
@@ -38,8 +36,7 @@ Scalar scalar_of(std::string_view type, std::size_t size) {
 
 class PcdReader {
  public:
-  PcdReader(const std::filesystem::path& file, std::string_view bytes)
-      : file_(file), lines_(bytes), bytes_(bytes.size()) {}
+  PcdReader(const std::filesystem::path& file, std::string_view bytes) : file_(file), lines_(bytes) {}
 
   Cloud read() {
     read_header();
@@ -50,7 +47,6 @@ class PcdReader {
     const std::size_t step_of_ones = step_, columns_of_ones = columns_;
     lay_out(0);
     const Eigen::Isometry3d T_map_sensor = viewpoint();
-    const bool organised = header_.contains("HEIGHT") && value("HEIGHT") > 1;
     Cloud cloud;
     if (format == "ascii") {
       Lines rows = lines_;
@@ -60,9 +56,7 @@ class PcdReader {
       cloud.times = text_times(rows, time_, points_, file_);
     } else if (format == "binary") {
       std::string_view bytes = lines_.rest();
-      const std::size_t before = bytes_ - bytes.size(), size = points_ * step_;
       if (bytes.size() == points_ * step_of_ones) lay_out(1);
-      if (before < page_bytes && bytes_ == page_bytes + size) bytes.remove_prefix(page_bytes - before);
       cloud = binary(rows_of(bytes));
     } else if (format == "binary_compressed") {
       cloud = binary(decompressed(lines_.rest(), step_of_ones));
@@ -70,7 +64,6 @@ class PcdReader {
       refuse("PCD DATA is none of ascii, binary, binary_compressed");
     }
     cloud.T_map_sensor = T_map_sensor;
-    cloud.organised = organised;
     cloud.labels = std::move(labels_);
     return cloud;
   }
@@ -84,9 +77,8 @@ class PcdReader {
     while (!header_.contains("DATA")) {
       std::string_view line;
       if (!lines_.next(line)) refuse("truncated or damaged PCD header");
-      Words words = words_of(line);
+      const Words words = words_of(line);
       if (words.empty() || words[0].starts_with('#')) continue;
-      if (words[0] == "COLUMNS") words[0] = "FIELDS";  // its old name
       const bool known = std::find(keywords.begin(), keywords.end(), words[0]) != keywords.end();
       if (!known || !header_.emplace(words[0], words).second)
         refuse(std::string("PCD header line '").append(words[0].substr(0, 20)) + "' is not expected here");
@@ -105,16 +97,10 @@ class PcdReader {
     return count_in_header(words[1], file_);
   }
 
-  /// A line of the header with a word for each field; `otherwise` where there is none.
-  Words words_for_fields(std::string_view keyword, std::string_view otherwise) const {
-    return header_.contains(keyword) ? header(keyword) : Words(header("FIELDS").size(), otherwise);
-  }
-
   /// Some writers give a field that takes no room a COUNT of 0, others one of one value: `zero_counts`.
   void lay_out(std::size_t zero_counts) {
     const auto& names = header("FIELDS");
-    const Words sizes = words_for_fields("SIZE", "4"), types = words_for_fields("TYPE", "F"),
-                counts = words_for_fields("COUNT", "1");
+    const Words &sizes = header("SIZE"), &types = header("TYPE"), &counts = header("COUNT");
     if (sizes.size() != names.size() || types.size() != names.size() || counts.size() != names.size())
       refuse("PCD header lines FIELDS, SIZE, TYPE and COUNT differ in length");
     step_ = columns_ = 0;
@@ -228,7 +214,7 @@ class PcdReader {
   Coordinates xyz_;
   TimeField label_, time_;
   PcdLabels labels_;
-  std::size_t bytes_ = 0, step_ = 0, columns_ = 0, points_ = 0;
+  std::size_t step_ = 0, columns_ = 0, points_ = 0;
 };
 
 }  // namespace
@@ -236,6 +222,12 @@ class PcdReader {
 Cloud read_pcd(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, largest_cloud_file);
   return PcdReader(file, bytes).read();
+}
+
+bool is_column(const std::filesystem::path& pcd) {
+  std::string head(1024, '\0');  // of a kept scan's some 200
+  std::ifstream(pcd, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+  return head.find("\nWIDTH 1\n") != std::string::npos && head.find("\nHEIGHT 1\n") == std::string::npos;
 }
 
 }  // namespace octosurf::io

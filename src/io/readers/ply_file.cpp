@@ -23,17 +23,11 @@ const std::map<std::string_view, Scalar> scalars{
 
 constexpr std::size_t most_elements = 256;  // quadratic comparison; files have two or three
 
-struct Property {
-  std::string_view name;
-  Scalar type = Scalar::none;
-  Scalar count = Scalar::none;  ///< of a list: the type of its length
-};
-
 struct Element {
   std::string_view name;
   std::size_t count = 0;
-  std::vector<Property> properties{};
-  std::size_t step = 0;  ///< bytes of one, without lists
+  std::size_t columns = 0;  ///< properties
+  std::size_t step = 0;     ///< bytes of one, without lists
   bool lists = false;
 };
 
@@ -52,10 +46,14 @@ class PlyReader {
       refuse("PLY format is neither ascii nor binary");
     std::string_view data = lines_.rest();
     for (auto element = elements_.begin(); element != vertex; ++element) skip(*element, data);
+    if (vertex->lists) refuse("a PLY whose vertices have lists");
     const Lines rows = lines_;
-    if (vertex->lists) time_ = {};
-    Cloud cloud = format_ == "ascii" ? text(*vertex) : binary(*vertex, data);
+    for (Field& c : xyz_) c.step = vertex->step;
     if (time_.place) time_.place->step = vertex->step;
+    if (format_ != "ascii" && data.size() / std::max<std::size_t>(1, vertex->step) < vertex->count)
+      refuse_truncated(*vertex);
+    Cloud cloud = format_ == "ascii" ? text_points(lines_, xyz_, vertex->count, vertex->columns, file_)
+                                     : binary_points(data, xyz_, swaps(), vertex->count);
     cloud.times = format_ == "ascii" ? text_times(rows, time_, vertex->count, file_)
                                      : binary_times(data, time_, swaps(), vertex->count);
     return cloud;
@@ -99,26 +97,20 @@ class PlyReader {
   }
 
   void take_property(const Words& words, Element& element) {
-    Property property{words.back()};
     if (words[1] == "list") {
       if (words.size() != 5) refuse("a PLY list without the types of its length and its values");
-      property.count = scalar(words[2]);
-      property.type = scalar(words[3]);
-      if (is_real(property.count)) refuse("a PLY list whose length is no whole number");
       element.lists = true;
     } else {
-      property.name = words[2];
-      property.type = scalar(words[1]);
-      if (const auto axis = axis_of(property.name); axis && element.name == "vertex") {
-        found_[*axis] += is_real(property.type) ? 1 : 2;
-        xyz_[*axis] = {element.step, 0, element.properties.size(), property.type};
+      const Field field{element.step, 0, element.columns, scalar(words[1])};
+      if (const auto axis = axis_of(words[2]); axis && element.name == "vertex") {
+        found_[*axis] += is_real(field.type) ? 1 : 2;
+        xyz_[*axis] = field;
       }
-      if (element.name == "vertex")
-        time_.note(property.name, {element.step, 0, element.properties.size(), property.type});
-      element.step += size_of(property.type);
+      if (element.name == "vertex") time_.note(words[2], field);
+      element.step += size_of(field.type);
     }
-    element.properties.push_back(property);
-    if (element.step > largest_step || element.properties.size() > largest_step)
+    ++element.columns;
+    if (element.step > largest_step || element.columns > largest_step)
       refuse("a PLY with more than 65536 bytes per point");
   }
 
@@ -129,33 +121,10 @@ class PlyReader {
       for (std::size_t i = 0; i < element.count; ++i)
         if (!lines_.next(line)) refuse_truncated(element);
     } else if (element.lists) {
-      for (std::size_t i = 0; i < element.count; ++i)
-        walk(element, data, [](const Property&, const char*) {});
+      refuse("a PLY with lists before its vertices");
     } else if (element.step > 0) {
       if (data.size() / element.step < element.count) refuse_truncated(element);
       data.remove_prefix(element.step * element.count);
-    }
-  }
-
-  /// Calls `visit` with each property of one element that is no list, and skips it.
-  template <class Visit>
-  void walk(const Element& element, std::string_view& data, const Visit& visit) {
-    const auto skip_bytes = [&](std::size_t count, std::size_t size) {
-      if (count > data.size() / size) refuse_truncated(element);
-      data.remove_prefix(count * size);
-    };
-    for (const Property& property : element.properties) {
-      const char* const place = data.data();
-      if (property.count == Scalar::none) {
-        skip_bytes(1, size_of(property.type));
-        visit(property, place);
-        continue;
-      }
-      const std::string_view head = data;
-      skip_bytes(1, size_of(property.count));
-      const double count = value_of(head, {0, 0, 0, property.count}, 0, swaps());
-      if (count < 0 || count > static_cast<double>(data.size())) refuse_truncated(element);
-      skip_bytes(static_cast<std::size_t>(count), size_of(property.type));
     }
   }
 
@@ -164,38 +133,6 @@ class PlyReader {
   [[noreturn]] void refuse_truncated(const Element& element) const {
     refuse("truncated PLY: " + std::to_string(element.count) + " of element " +
            std::string(element.name.substr(0, 20)) + " announced");
-  }
-
-  Cloud text(const Element& vertex) {
-    for (const Field& c : xyz_)
-      for (std::size_t i = 0; i < c.column; ++i)
-        if (vertex.properties[i].count != Scalar::none)
-          refuse("an ascii PLY with a list before its coordinates is not supported");
-    return text_points(lines_, xyz_, vertex.count, vertex.properties.size(), file_, vertex.lists);
-  }
-
-  Cloud binary(const Element& vertex, std::string_view data) {
-    if (data.size() / std::max<std::size_t>(1, vertex.step) < vertex.count) refuse_truncated(vertex);
-    std::string packed;
-    if (vertex.lists) {  // their lengths differ: the coordinates alone have a step
-      std::size_t step = 0;
-      for (const Property& property : vertex.properties) {
-        const auto axis = axis_of(property.name);
-        if (!axis) continue;
-        xyz_[*axis].offset = step;
-        step += size_of(property.type);
-      }
-      packed.reserve(step * vertex.count);
-      for (std::size_t i = 0; i < vertex.count; ++i)
-        walk(vertex, data, [&](const Property& property, const char* place) {
-          if (axis_of(property.name)) packed.append(place, size_of(property.type));
-        });
-      data = packed;
-      for (Field& c : xyz_) c.step = step;
-    } else {
-      for (Field& c : xyz_) c.step = vertex.step;
-    }
-    return binary_points(data, xyz_, swaps(), vertex.count);
   }
 
   const std::filesystem::path& file_;

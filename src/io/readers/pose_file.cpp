@@ -5,11 +5,8 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <regex>
 
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
@@ -21,7 +18,8 @@ constexpr double quaternion_tolerance = 1e-2;
 
 [[noreturn]] void refuse_poses(const std::string& where, const std::string& what) {
   throw Error(Error::Kind::data, where, what,
-              "a pose is 7, 12 or 16 numbers in a line, with a time stamp before or not, or four lines of 4");
+              "a pose is 7, 12 or 16 numbers in a line, with a time stamp before or not, or four lines of 4; "
+              "headings begin with #");
 }
 
 FilePose of_quaternion(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q,
@@ -79,72 +77,23 @@ FilePose read_line(const TextLine& line, std::size_t columns, const std::filesys
     if (stamp) pose.stamp_s = stamp;
     return pose;
   }
-  refuse_poses(where, std::to_string(columns) + " numbers are no pose, and no line before names them");
+  refuse_poses(where, std::to_string(columns) + " numbers are no pose");
 }
 
-/// The parts of a pose that a table's header may name.
-namespace part {
-enum Part : std::size_t { tx, ty, tz, qx, qy, qz, qw, time, nanoseconds, count };
-}  // namespace part
+bool is_unit(const Eigen::Vector4d& q) { return std::abs(q.norm() - 1) <= quaternion_tolerance; }
 
-/// Columns of a table by its header's names: "timestamp", "p_RS_R_x [m]", "q_RS_w []",
-/// "field.pose.position.x".
-struct Columns {
-  std::size_t count = 0;
-  std::array<std::optional<std::size_t>, part::count> of{};
-  bool whole() const {
-    return std::all_of(of.begin(), of.begin() + part::time, [](auto at) { return at.has_value(); });
+/// Seven numbers of another meaning, in every line.
+void require_quaternions(const std::vector<TextLine>& lines, const std::filesystem::path& file) {
+  bool first_four = true;
+  for (const TextLine& line : lines) {
+    const auto v = numbers(line, file);
+    if (v.size() != 7 || is_unit({v[3], v[4], v[5], v[6]})) return;
+    first_four = first_four && is_unit({v[0], v[1], v[2], v[3]});
   }
-};
-
-std::optional<part::Part> part_named(std::string name) {
-  static const std::regex nanoseconds("n(ano)?secs?[a-z]*$"),
-      time("(time|stamp)[a-z]*$|(^|[^a-z])(t|secs?|s|ns)$"),
-      rotation("(^|[^a-z])(q|orient|rot)(.*[^a-z])?[a-z]*([xyzw])$"),
-      position("^[^a-z]*[pt]?([xyz])$|(^|[^a-z])((p|t)[^a-z]|(pos|trans|loc)).*([xyz])$");
-  std::ranges::transform(name, name.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  name = name.substr(0, name.find_first_of("[("));  // the unit
-  name.erase(name.find_last_not_of(" \t\r\"'") + 1);
-  if (std::regex_search(name, nanoseconds)) return part::nanoseconds;
-  if (std::regex_search(name, time)) return part::time;
-  const bool turns = std::regex_search(name, rotation);
-  if (!turns && !std::regex_search(name, position)) return {};
-  const std::size_t axis = std::string_view("xyzw").find(name.back());
-  return static_cast<part::Part>((turns ? part::qx : part::tx) + axis);
-}
-
-/// `width`: of the rows, which the last names are of.
-Columns columns_named(const std::string& header, std::size_t width) {
-  const bool commas = header.find_first_of(",;") != std::string::npos;
-  std::string_view names = header;
-  names.remove_prefix(std::min(names.find_first_not_of("#% \t"), names.size()));
-  Columns columns;
-  for (const std::string_view name : words_between(commas ? ",;\r" : " \t\r", names, names.size())) {
-    if (const auto part = part_named(std::string(name)); part && !columns.of[*part])
-      columns.of[*part] = columns.count;
-    ++columns.count;
-  }
-  const std::size_t excess = columns.count > width ? columns.count - width : 0;  // "# format: tx ty …"
-  for (auto& at : columns.of) at = at && *at >= excess ? std::optional(*at - excess) : std::nullopt;
-  columns.count -= excess;
-  return columns.count == width ? columns : Columns{};
-}
-
-FilePose read_named(const TextLine& line, const Columns& columns, const std::filesystem::path& file) {
-  const std::string where = at_line(file, line.number);
-  if (line.words.size() != columns.count)
-    refuse_poses(where, std::to_string(line.words.size()) + " values where the header names " +
-                            std::to_string(columns.count));
-  const auto value = [&](part::Part named) {
-    return number(line.words[*columns.of[named]], file, line.number);
-  };
-  FilePose pose =
-      of_quaternion({value(part::tx), value(part::ty), value(part::tz)},
-                    {value(part::qw), value(part::qx), value(part::qy), value(part::qz)}, {}, where);
-  if (columns.of[part::time]) pose.stamp_s = value(part::time);
-  if (pose.stamp_s && columns.of[part::nanoseconds]) *pose.stamp_s += 1e-9 * value(part::nanoseconds);
-  return pose;
+  throw Error(Error::Kind::data, file.string(), "7 columns whose last four are no unit quaternion",
+              first_four ? "columns 1 to 4 are one: write tx ty tz qx qy qz qw"
+                         : "expected are tx ty tz qx qy qz qw; for time x y z roll pitch yaw write TUM's "
+                           "time tx ty tz qx qy qz qw");
 }
 
 void convert_stamps(PoseFile& file) {
@@ -159,37 +108,26 @@ void convert_stamps(PoseFile& file) {
 }  // namespace
 
 PoseFile read_poses(const std::filesystem::path& file) {
-  std::vector<std::string> heads;
-  auto lines = read_text(file, &heads);
+  const auto lines = read_text(file);
   if (lines.empty()) refuse_poses(file.string(), "holds no poses");
-  // A header need not be a comment.
   const std::string& first = lines.front().words.front();
-  double number_there = 0;
-  const bool begins_with_names =
-      std::from_chars(first.data(), first.data() + first.size(), number_there).ec != std::errc() &&
-      !first.starts_with('+');
-  const std::size_t width = lines[begins_with_names && lines.size() > 1 ? 1 : 0].words.size();
-  Columns named;
-  for (const std::string& head : heads)
-    if (const Columns columns = columns_named(head, width); columns.whole()) named = columns;
-  PoseFile result{file, {}, false, false};
-  if (named.whole()) {
-    const bool first_is_head = columns_named(heads.back(), width).whole();
-    if (first_is_head) lines.erase(lines.begin());
-    if (lines.empty()) refuse_poses(file.string(), "holds no poses");
-    for (const auto& line : lines) result.poses.push_back(read_named(line, named, file));
-    if (*named.of[part::qw] < *named.of[part::qx]) result.notes.push_back("qw first, as its header says");
+  if (first[0] == '{' || first[0] == '[')
+    throw Error(Error::Kind::data, file.string(),
+                "JSON, as of nerfstudio or Polycam, and brackets are not read",
+                "write a line for each pose: tx ty tz qx qy qz qw, with a time stamp before or not");
+  double value = 0;
+  if (first[0] != '+' && std::from_chars(first.data(), first.data() + first.size(), value).ec != std::errc())
+    refuse_poses(at_line(file, lines.front().number), "'" + first.substr(0, 40) + "' is not a number");
+  const std::size_t columns = lines.front().words.size();
+  PoseFile result{file, {}, false, columns == 12 || columns == 13};
+  if (columns == 7) require_quaternions(lines, file);
+  if (columns == 4) {
+    result.poses = read_blocks(lines, file);
   } else {
-    const std::size_t columns = lines.front().words.size();
-    result.kitti = columns == 12 || columns == 13;
-    if (columns == 4) {
-      result.poses = read_blocks(lines, file);
-    } else {
-      result.poses.reserve(lines.size());
-      for (const auto& line : lines) result.poses.push_back(read_line(line, columns, file));
-    }
-    if (columns == 4 || columns == 16 || columns == 17) keep_only_real_stamps(result.poses);
+    result.poses.reserve(lines.size());
+    for (const auto& line : lines) result.poses.push_back(read_line(line, columns, file));
   }
+  if (columns == 4 || columns == 16 || columns == 17) keep_only_real_stamps(result.poses);
   result.stamped = result.poses.front().stamp_s.has_value();
   if (result.stamped) convert_stamps(result);
   return result;
@@ -221,15 +159,6 @@ std::string to_seconds(std::vector<double>& stamps) {
   constexpr double year_2001 = 1e9, year_2286 = 1e10;  // s since 1970
   for (const Unit& candidate : units)
     if (middle * candidate.seconds >= year_2001 && middle * candidate.seconds < year_2286) unit = &candidate;
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < sorted.size(); ++i)
-    if (sorted[i] > sorted[i - 1]) steps.push_back(sorted[i] - sorted[i - 1]);
-  if (unit == nullptr && !steps.empty()) {
-    // Poses and scans come at 0.5 to 500 Hz: a step in milliseconds looks like seconds still.
-    const auto step = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-    std::nth_element(steps.begin(), step, steps.end());
-    if (*step >= 2e3) unit = *step >= 2e6 ? &units[2] : &units[1];
-  }
   if (unit == nullptr) return {};
   for (double& stamp : stamps) stamp *= unit->seconds;
   return unit->name;
@@ -260,7 +189,7 @@ Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where) {
 Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = translation;
-  const bool unit = std::abs(q.norm() - 1) <= quaternion_tolerance;
+  const bool unit = is_unit(q.coeffs());
   // |q|² R is the quaternion's homogeneous matrix: a rotation only if q is a unit quaternion.
   T.linear() = (unit ? 1.0 : q.squaredNorm()) * q.normalized().toRotationMatrix();
   return T;
@@ -284,7 +213,6 @@ Trajectory trajectory_of(const std::vector<FilePose>& poses) {
                         pose.rotation.value_or(Eigen::Quaterniond(T.linear())))});
   }
   trajectory.finish();
-  trajectory.find_jumps();
   return trajectory;
 }
 

@@ -23,7 +23,7 @@ struct PoseFile {
   std::vector<FilePose> poses;
   bool stamped = false;              ///< every pose has a time stamp
   bool kitti = false;                ///< 3×4 in one line
-  std::vector<std::string> notes{};  ///< how its columns and times were read, where that was chosen
+  std::vector<std::string> notes{};  ///< its times' unit, if it is not s; how many poses were left out
 };
 
 /// The formats of open_scans(). Throws Error(data) with the line for anything else, including an
@@ -34,9 +34,8 @@ PoseFile read_poses(const std::filesystem::path& file);
 /// Whether it is a rigid motion up to rounding, at a finite time if it has one.
 bool is_good(const FilePose& pose);
 
-/// Converts time stamps of one clock from nanoseconds, microseconds or milliseconds to seconds and returns
-/// the unit's name; empty: they are in seconds. Told by their size if they count from 1970, else by the usual
-/// step from one to the next.
+/// Converts time stamps of one clock from nanoseconds, microseconds or milliseconds since 1970 to seconds and
+/// returns the unit's name; empty: by their size they are in seconds.
 std::string to_seconds(std::vector<double>& stamps);
 
 /// "stamp tx ty tz qx qy qz qw", as in TUM's trajectories; reading it back gives the same pose up to
@@ -53,9 +52,6 @@ Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Qua
 
 /// Of the 12 numbers of a 3×4, row by row, at least.
 Eigen::Isometry3d pose_from_rows(const std::vector<double>& values);
-
-/// Of files: TUM's ground truth has 0.01 s from pose to pose, a robot's odometry 0.02 … 0.1.
-constexpr double largest_pose_gap_s = 0.1;
 
 /// By the poses' time stamps, which all have. Throws Error(data) with the line of a bad one.
 Trajectory trajectory_of(const std::vector<FilePose>& poses);

@@ -5,7 +5,6 @@
 #include "io/readers/sensor_messages.hpp"
 
 #include <octosurf/ros_messages.hpp>
-#include <octosurf/sensor.hpp>
 
 namespace octosurf {
 namespace {
@@ -46,10 +45,7 @@ ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, c
         io::read_cloud_message(*io::message_reader(cloud, encoding), io::largest_scan(cloud.size()));
     if (!read.shift.isZero(0)) io::fail_reading("points over 8 km away, which no sensor's frame has");
     received.scan.points = std::move(read.points);
-    const SensorGuess guess = sensor ? SensorGuess{*sensor, 2, "stated"} : guess_sensor(received.scan.points);
-    received.scan.sensor = !guess.why.empty() ? guess.kind
-                           : read.organised   ? SensorKind::depth_camera
-                                              : SensorKind::lidar;
+    received.scan.sensor = sensor.value_or(sensor_of_frame(received.frame));
     return received;
   });
 }
@@ -67,6 +63,8 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
     const bool clear = clear_no_return_m > 0;
     received.scan.points = io::points_of(read, camera, depth_scale, io::largest_scan(image.size()),
                                          clear ? io::NoReturn::far : io::NoReturn::left_out);
+    if (const io::Lens* lens = io::lens_of(info, rectified); lens != nullptr)
+      io::undistort(received.scan.points, camera, *lens, read.width, read.height);
     if (clear) move_far_to_free_rays(received.scan, static_cast<float>(clear_no_return_m));
     return received;
   });
@@ -80,6 +78,9 @@ void require_camera(std::string_view camera_info, MessageEncoding encoding, cons
 }
 
 std::string camera_info_topic(const std::string& images, bool compressed) {
+  constexpr std::string_view of_librealsense = "/image/data";  // beside info/camera_info
+  if (images.ends_with(of_librealsense))
+    return images.substr(0, images.size() - of_librealsense.size()) + "/info/camera_info";
   const std::string raw = compressed ? images.substr(0, images.rfind('/')) : images;
   return raw.substr(0, raw.rfind('/') + 1) + "camera_info";  // npos + 1 is 0
 }

@@ -32,12 +32,11 @@ RawScan read_file(const ListedRecording& recording, const ListedScan& listed, No
       [&] {
         if (listed.kind == FileKind::pcd) return read_pcd(listed.file);
         if (listed.kind == FileKind::ply) return read_ply(listed.file);
-        return read_velodyne(listed.file, recording.floats);
+        return read_velodyne(listed.file);
       },
       [&](const std::string& what) { return Error(Error::Kind::data, scan.name, what); });
   scan.points = std::move(cloud.points);
   scan.T_map_sensor = cloud.T_map_sensor;
-  scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;  // if its rays do not tell
   raw.shift = cloud.shift;
   raw.times = std::move(cloud.times);
   return raw;
@@ -54,20 +53,12 @@ Eigen::Isometry3d own_pose(const ListedScan& listed) {
 /// Of the scans' sensor; throws NoPose where there is none.
 Eigen::Isometry3d pose_at(const ListedRecording& recording, const Scans& scans, double stamp_s) {
   if (recording.trajectory)
-    return recording.trajectory->at(to_ns(stamp_s), recording.pose_gap_ns) * recording.T_posed_sensor;
-  if (!scans.front()->pose) return recording.bag->pose_at(scans.front()->index, stamp_s);
+    return recording.sensor_at(recording.trajectory->at(to_ns(stamp_s), largest_pose_gap_ns));
+  if (!scans.front()->pose) return recording.sensor_at(recording.bag->pose_at(scans.front()->index, stamp_s));
   const auto scan =
       std::ranges::lower_bound(scans, stamp_s, {}, [](const auto* listed) { return *listed->stamp_s; });
   if (scan == scans.end() || *(*scan)->stamp_s != stamp_s) throw NoPose("no pose between scans");
-  return rigid((*scan)->pose->T, (*scan)->pose->where) * recording.T_posed_sensor;
-}
-
-void note_unused_times(const RawScan& first, std::vector<std::string>& notes) {
-  const auto cloud = timed_cloud(0, first.scan.points, first.times);
-  if (cloud && cloud->first < cloud->last)
-    notes.push_back(first.scan.name + ": times: field " + first.times.field +
-                    " is not used: motion within scans is undone where these have time stamps and poses "
-                    "(files that are called like times, --poses FILE)");
+  return recording.sensor_at(rigid((*scan)->pose->T, (*scan)->pose->where));
 }
 
 }  // namespace
@@ -95,21 +86,24 @@ RawScan read_posed(const ListedRecording& recording, const ListedScan& listed,
                 : recording.graph ? RawScan{recording.graph->read(listed.index)}
                                   : read_file(recording, listed, none);
   Scan& scan = raw.scan;
-  if (options.cloud_scale && !recording.sensors[listed.sensor].images) {
-    for (Eigen::Vector3f& point : scan.points) point /= static_cast<float>(*options.cloud_scale);
-    raw.shift /= *options.cloud_scale;
-    if (!recording.bag) scan.T_map_sensor.translation() /= *options.cloud_scale;  // of the same file
+  const RecordedSensor& sensor = recording.sensors[listed.sensor];
+  scan.sensor = sensor.kind;
+  if (options.depth_scale && !sensor.images) {
+    for (Eigen::Vector3f& point : scan.points) point /= static_cast<float>(*options.depth_scale);
+    raw.shift /= *options.depth_scale;
+    if (!recording.bag) scan.T_map_sensor.translation() /= *options.depth_scale;  // of the same file
   }
   if (recording.trajectory)
-    scan.T_map_sensor =
-        recording.trajectory->at(to_ns(*listed.stamp_s), recording.pose_gap_ns) * recording.T_posed_sensor;
+    scan.T_map_sensor = recording.trajectory->at(to_ns(*listed.stamp_s), largest_pose_gap_ns);
   else if (listed.pose)
-    scan.T_map_sensor =
-        rigid(listed.pose->T, scan.name + " (pose at " + listed.pose->where + ")") * recording.T_posed_sensor;
+    scan.T_map_sensor = rigid(listed.pose->T, scan.name + " (pose at " + listed.pose->where + ")");
   else if (!listed.pose_file.empty())
     scan.T_map_sensor = own_pose(listed);
   else if (!recording.bag)  // made of rigid ones
     scan.T_map_sensor = rigid(scan.T_map_sensor, scan.name);
+  raw.posed = recording.trajectory || listed.pose || !listed.pose_file.empty() || recording.bag ||
+              recording.graph || scan.T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
+  if (raw.posed) scan.T_map_sensor = recording.sensor_at(scan.T_map_sensor);
   return raw;
 }
 
@@ -153,26 +147,22 @@ Motions motions_of(const ListedRecording& recording, const ScanSourceOptions& op
     timed.read = [&recording, all, options](std::size_t i) {
       return read_posed(recording, *all[i], options);
     };
-    timed.undo = options.deskew;
     const bool posed = recording.trajectory || recording.bag || scans.front()->pose;
-    if (!posed || timed.stamps_s.size() != scans.size()) {
-      if (scans.size() < 2 || !timed.undo) continue;
-      try {
-        note_unused_times(timed.read(0), notes);
-      } catch (const Error&) {  // reported when its turn comes
-      }
-      continue;
-    }
+    if (!posed || timed.stamps_s.size() != scans.size()) continue;
     timed.pose_at = [&recording, all](double stamp_s) { return pose_at(recording, all, stamp_s); };
-    timed.jumps = recording.bag          ? recording.bag->jumps()
-                  : recording.trajectory ? recording.trajectory->jumps()
-                                         : std::vector<Trajectory::Jump>();
-    timed.real = recording.bag != nullptr;
     const ScanMotion& motion = motions.emplace(sensor, ScanMotion(std::move(timed))).first->second;
     for (const std::string& note : motion.notes())
       notes.push_back((recording.bag ? scans.front()->file : recording.folder).string() + ": " + note);
   }
   return motions;
+}
+
+void set_viewpoint(RawScan& raw, const Eigen::Vector3d& at) {
+  raw.posed = true;
+  raw.scan.T_map_sensor.translation() = at;
+  if (raw.shifted()) return;  // place() moves its points
+  for (auto* points : {&raw.scan.points, &raw.scan.free_rays})
+    for (Eigen::Vector3f& point : *points) point -= at.cast<float>();
 }
 
 Scan place(RawScan raw, const Eigen::Vector3d& origin) {

@@ -19,7 +19,7 @@ namespace octosurf::io {
 /// m, rounded: near the first good scan, if that is farther from 0 than options.origin_beyond_m; else empty.
 std::optional<Eigen::Vector3d> far_origin(const ScanList& list, const ScanSourceOptions& options);
 
-/// Points as their file or message has them, in metres by options.cloud_scale, with the pose that the
+/// Points as their file or message has them, in metres by options.depth_scale, with the pose that the
 /// recording has for them. Throws Error(data) if the scan or its pose is bad.
 RawScan read_posed(const ListedRecording& recording, const ListedScan& listed,
                    const ScanSourceOptions& options);
@@ -37,6 +37,9 @@ using Motions = std::map<std::uint32_t, ScanMotion>;  ///< by sensor
 /// recording.
 Motions motions_of(const ListedRecording& recording, const ScanSourceOptions& options,
                    std::vector<std::string>& notes);
+
+/// Seen from a place of its frame, a scan without a pose.
+void set_viewpoint(RawScan& raw, const Eigen::Vector3d& at);
 
 /// Gives the points their place in the sensor's frame, and subtracts the origin from the pose; a survey's
 /// points, which have no sensor's place, stay in the map's frame. Throws Error(data) if points and pose are

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <string_view>
 
 #include <octosurf/error.hpp>
@@ -29,18 +30,6 @@ const std::vector<Family>& families() {
                                             {FileKind::graph, {""}},
                                             {FileKind::bag, {""}}};
   return instance;
-}
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-/// Removes and returns the number at the front of `text`, without leading zeros.
-std::string_view take_number(std::string_view& text) {
-  const auto length =
-      static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_digit) - text.begin());
-  std::string_view digits = text.substr(0, length);
-  text.remove_prefix(length);
-  digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
-  return digits;
 }
 
 std::vector<ListedScan> files_of(const fs::path& folder, FileKind family) {
@@ -75,6 +64,21 @@ void keep_depth_images(std::vector<ListedScan>& images, std::string& first_pictu
   });
 }
 
+/// " but folders: a, b, …; name one of them"; empty: none.
+std::string folders_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (entry->is_directory()) names.push_back(entry->path().filename().string());
+  if (names.empty()) return {};
+  std::sort(names.begin(), names.end(), natural_less);
+  constexpr std::size_t named = 3;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(named, names.size()); ++i) list += (i == 0 ? "" : ", ") + names[i];
+  return " but " + count_of(names.size(), "folder") + ": " + list + (names.size() > named ? ", …" : "") +
+         "; name one of them";
+}
+
 bool has_tum_index(const fs::path& folder) { return fs::is_regular_file(folder / "depth.txt"); }
 
 ListedRecording list_tum(const fs::path& folder) {
@@ -93,23 +97,7 @@ ListedRecording list_tum(const fs::path& folder) {
 
 }  // namespace
 
-bool natural_less(const std::string& a, const std::string& b) {
-  std::string_view left = a, right = b;
-  while (!left.empty() && !right.empty()) {
-    if (is_digit(left[0]) && is_digit(right[0])) {
-      const auto x = take_number(left), y = take_number(right);
-      if (x.size() != y.size()) return x.size() < y.size();
-      if (x != y) return x < y;
-    } else if (left[0] != right[0]) {
-      return left[0] < right[0];
-    } else {
-      left.remove_prefix(1);
-      right.remove_prefix(1);
-    }
-  }
-  if (left.empty() != right.empty()) return left.empty();
-  return a < b;  // equal except for leading zeros
-}
+bool natural_less(const std::string& a, const std::string& b) { return strverscmp(a.c_str(), b.c_str()) < 0; }
 
 bool same_family(FileKind a, FileKind b) {
   const auto family = [](FileKind kind) { return kind == FileKind::ply ? FileKind::pcd : kind; };
@@ -159,7 +147,7 @@ ListedRecording list_folder(const fs::path& folder) {
   if (!first_picture.empty())
     throw Error(Error::Kind::data, first_picture, "not a 16-bit depth image (8 bits or colour)",
                 "depth images are 16-bit gray PNG or PGM");
-  throw Error(Error::Kind::data, folder.string(), "holds no scans", what_is_read);
+  throw Error(Error::Kind::data, folder.string(), "holds no scans" + folders_in(folder), what_is_read);
 }
 
 fs::path find_beside(const std::vector<fs::path>& folders, const std::vector<std::string>& names,
@@ -184,48 +172,49 @@ void fail_count(const fs::path& file, std::size_t scans, std::size_t others, con
 }
 
 std::optional<double> stamp_in_name(const fs::path& file) {
-  constexpr const char* digit = "0123456789";
   const std::string stem = file.stem().string();
-  // The number at the end, after a word, or after another number and '_'.
-  const std::size_t before = stem.find_last_not_of("0123456789.");
-  std::string_view text = std::string_view(stem).substr(before == std::string::npos ? 0 : before + 1);
-  const auto number_of = [](std::string_view word) -> std::optional<double> {
-    double value = 0;
-    const auto [stop, error] =
-        std::from_chars(word.data(), word.data() + word.size(), value, std::chars_format::fixed);
-    if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(value)) return {};
-    return value;
-  };
-  const auto value = number_of(text);
-  if (!value) return {};
-  // "000002_-7.5": before 1970, as of a simulated clock.
-  const bool negative =
-      before != std::string::npos && before > 0 && stem[before] == '-' && stem[before - 1] == '_';
-  const std::size_t between = negative ? before - 1 : before;
-  const bool only_numbers = before == std::string::npos ||
-                            (stem[between] == '_' && between > 0 && stem.find_first_not_of(digit) == between);
+  // The number at the end, after a word, or after another number and '_'; "000002_-7.5" is before 1970.
+  std::size_t begin = stem.find_last_not_of("0123456789.") + 1;  // npos + 1 is 0
+  const std::size_t digits = begin;
+  if (begin > 1 && stem[begin - 1] == '-' && stem[begin - 2] == '_') --begin;
+  const std::string_view text = std::string_view(stem).substr(begin);
+  double value = 0;
+  const auto [stop, error] =
+      std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
+  if (error != std::errc() || stop != text.data() + text.size() || !std::isfinite(value)) return {};
   if (text.find('.') != std::string_view::npos) {
+    const bool only_numbers =
+        begin == 0 || (stem[begin - 1] == '_' && stem.find_first_not_of("0123456789") == begin - 1);
     constexpr double year_1973 = 1e8;  // after a word, smaller numbers are of other things
-    if (only_numbers && negative) return -*value;
-    if (only_numbers || *value >= year_1973) return value;
-    return {};
+    return only_numbers || value >= year_1973 ? std::optional(value) : std::nullopt;
   }
-  // Whole seconds since 1970 and nanoseconds, as ROS has them.
-  constexpr std::size_t seconds_digits = 10, ns_digits = 9;
-  if (before != std::string::npos && text.size() <= ns_digits) {
-    const std::string_view head = std::string_view(stem).substr(0, before);
-    const std::size_t word = head.find_last_not_of(digit);
-    const std::string_view seconds = head.substr(word == std::string_view::npos ? 0 : word + 1);
-    if (seconds.size() == seconds_digits && seconds[0] != '0') return *number_of(seconds) + 1e-9 * *value;
-  }
-  // One number without a point is a time if it has as many digits as one since 1970 in s, ms, us or ns.
-  if (text[0] == '0') return {};
-  for (const auto& [more, per_s] : {std::pair(0U, 1.0), {3U, 1e3}, {6U, 1e6}, {9U, 1e9}})
-    if (text.size() == seconds_digits + more) return *value / per_s;
-  return {};
+  // Without a point, a time since 1970 has 16 digits in us, 19 in ns.
+  if (digits != begin || text[0] == '0') return {};
+  if (text.size() == 16) return value / 1e6;
+  return text.size() == 19 ? std::optional(value / 1e9) : std::nullopt;
 }
 
 namespace {
+
+/// Seconds and nanoseconds with a point between, and these without leading zeros: .4 would be 4 ns. A decimal
+/// fraction begins with 0 now and then.
+void refuse_unpadded(const ListedRecording& recording) {
+  constexpr std::size_t whole = 9;  // digits of nanoseconds
+  const ListedScan *longest = nullptr, *shorter = nullptr;
+  for (const ListedScan& scan : recording.scans) {
+    const std::string stem = scan.file.stem().string();
+    const std::size_t point = stem.rfind('.');
+    if (point == std::string::npos || stem.find('_') != std::string::npos) return;
+    const std::string digits = stem.substr(point + 1);
+    if (digits.size() > 1 && digits[0] == '0') return;
+    (digits.size() == whole ? longest : shorter) = &scan;
+  }
+  if (longest != nullptr && shorter != nullptr)
+    throw Error(Error::Kind::data, recording.folder.string(),
+                "called by nanoseconds without their leading zeros, such as " +
+                    shorter->file.filename().string() + " beside " + longest->file.filename().string(),
+                "write nine digits behind the point, or give times.txt");
+}
 
 void convert_stamps(std::vector<ListedScan>& scans) {
   std::vector<double> stamps;
@@ -241,7 +230,7 @@ void find_stamps(ListedRecording& recording) {
   if (recording.bag) return;
   if (scans.front().stamp_s) return convert_stamps(scans);  // of depth.txt
   if (scans.front().kind == FileKind::graph) return;
-  const fs::path times = find_beside(around(recording.folder), {"times.txt"}, "--rate");
+  const fs::path times = find_beside(around(recording.folder), {"times.txt"}, "");
   if (!times.empty()) {
     const auto lines = read_text(times);
     if (lines.size() != scans.size()) fail_count(times, scans.size(), lines.size(), "time stamp");
@@ -250,6 +239,7 @@ void find_stamps(ListedRecording& recording) {
     return convert_stamps(scans);
   }
   if (!std::all_of(scans.begin(), scans.end(), [](const auto& s) { return stamp_in_name(s.file); })) return;
+  refuse_unpadded(recording);
   for (auto& scan : scans) scan.stamp_s = stamp_in_name(scan.file);
 }
 

@@ -1,8 +1,8 @@
 #include "io/readers/scan_list.hpp"
 
 #include "io/readers/cloud_file.hpp"
-#include "io/readers/cloud_rows.hpp"
 #include "io/text_file.hpp"
+#include "sensing/pose_form.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,28 +16,15 @@ namespace fs = std::filesystem;
 
 constexpr Intrinsics tum_camera{525, 525, 319.5, 239.5};  // its "default" calibration, used for depth
 
-/// With the images, in the folder over them, or beside the poses.
-fs::path find_intrinsics(const fs::path& folder, const std::optional<fs::path>& poses) {
-  fs::path whole = fs::absolute(folder).lexically_normal();
-  if (!whole.has_filename()) whole = whole.parent_path();
-  std::vector<fs::path> places{whole, whole.parent_path()};
-  if (poses) places.push_back(fs::absolute(*poses).parent_path());
-  for (const auto& place : places) {
-    std::vector<std::string> names{"camera-intrinsics.txt", "intrinsics.txt", "camera.txt", "K.txt"};
-    std::error_code error;
-    for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error))
-      if (entry->path().extension() == ".K") names.push_back(entry->path().filename().string());
-    const fs::path found = find_beside({place}, names, "--intrinsics");
-    if (!found.empty()) return found;
-  }
-  return {};
-}
-
 void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
   if (recording.scans.front().kind != FileKind::image) return;
   recording.depth_scale = options.depth_scale.value_or(is_tum(recording.folder) ? 5000 : 1000);
-  const fs::path file =
-      options.intrinsics ? *options.intrinsics : find_intrinsics(recording.folder, options.poses);
+  fs::path whole = fs::absolute(recording.folder).lexically_normal();
+  if (!whole.has_filename()) whole = whole.parent_path();
+  const fs::path file = options.intrinsics
+                            ? *options.intrinsics
+                            : find_beside({whole, whole.parent_path()},
+                                          {"camera-intrinsics.txt", "intrinsics.txt"}, "--intrinsics");
   if (!file.empty())
     recording.camera = read_intrinsics(file);
   else if (is_tum(recording.folder))
@@ -45,16 +32,6 @@ void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
   else
     throw Error(Error::Kind::data, recording.folder.string(), "depth images without camera intrinsics",
                 "give --intrinsics FILE (3x3 K, or fx fy cx cy)");
-}
-
-/// By the recording's first file.
-void find_floats(ListedRecording& recording, std::vector<std::string>& notes) {
-  if (recording.scans.front().kind != FileKind::velodyne) return;
-  const fs::path& first = recording.scans.front().file;
-  recording.floats = floats_of_velodyne(first);
-  if (recording.floats != ListedRecording{}.floats)
-    notes.push_back(first.string() + ": " + std::to_string(recording.floats) +
-                    " floats a point, by its values: x y z first");
 }
 
 /// Consecutive files from one folder are one recording, in the order given.
@@ -110,7 +87,7 @@ void open_bags(const ScanSourceOptions& options, ScanList& list) {
   }
   for (ListedRecording& recording : all) {
     if (!recording.bag) continue;
-    recording.bag->choose(options, list.left_out);
+    recording.bag->choose(options);
     const std::string name = recording.scans.front().file.string();
     recording.scans.assign(recording.bag->size(), recording.scans.front());
     for (std::size_t i = 0; i < recording.scans.size(); ++i) {
@@ -124,11 +101,26 @@ void open_bags(const ScanSourceOptions& options, ScanList& list) {
 }
 
 /// The files of a folder are of one.
-void name_sensor(ListedRecording& recording) {
-  if (recording.bag) return;
-  const FileKind kind = recording.scans.front().kind;
-  recording.sensors = {
-      {recording.folder.string(), kind == FileKind::image, kind == FileKind::pcd || kind == FileKind::ply}};
+void name_sensors(ListedRecording& recording, const ScanSourceOptions& options) {
+  if (!recording.bag) {
+    const FileKind kind = recording.scans.front().kind;
+    const bool images = kind == FileKind::image;
+    recording.sensors = {{recording.folder.string(), images, kind == FileKind::pcd || kind == FileKind::ply,
+                          images ? SensorKind::depth_camera : SensorKind::lidar}};
+    for (ListedScan& scan : recording.scans) {
+      if (scan.kind != FileKind::pcd || !is_column(scan.file)) continue;
+      recording.sensors.resize(2, {recording.folder.string(), false, true, SensorKind::depth_camera});
+      scan.sensor = 1;
+    }
+  }
+  for (RecordedSensor& sensor : recording.sensors)
+    if (!sensor.images) sensor.kind = options.sensor.value_or(sensor.kind);
+  for (const ListedScan& scan : recording.scans)
+    if (const auto& sensor = recording.sensors[scan.sensor];
+        sensor.images && options.sensor == SensorKind::lidar)
+      throw Error(Error::Kind::usage, "--sensor lidar",
+                  sensor.name + " has depth images, which are a camera's",
+                  "--max-range lifts their limit of 4 m");
 }
 
 void check_options(const ScanSourceOptions& options) {
@@ -137,8 +129,6 @@ void check_options(const ScanSourceOptions& options) {
       throw Error(Error::Kind::usage, name, std::to_string(*value) + " is not a positive number");
   };
   positive(options.depth_scale, "depth_scale");
-  positive(options.cloud_scale, "cloud_scale");
-  positive(options.rate_hz, "rate_hz");
   for (const double value : options.no_return)
     if (!(std::isfinite(value) && value >= 0))
       throw Error(Error::Kind::usage, "no_return", std::to_string(value) + " is not a range in metres");
@@ -148,11 +138,15 @@ void check_options(const ScanSourceOptions& options) {
     if (!self.box.min().allFinite() || !self.box.max().allFinite() || self.box.isEmpty())
       throw Error(Error::Kind::usage, "self_boxes", "a box is empty or not finite",
                   "give two corners in metres");
-  if (const auto gap = options.max_pose_gap_s; gap && !(*gap >= 0))
-    throw Error(Error::Kind::usage, "max_pose_gap", std::to_string(*gap) + " is not a number of seconds");
+  if (options.viewpoint && !options.viewpoint->allFinite())
+    throw Error(Error::Kind::usage, "viewpoint", "is not finite", "give X Y Z in metres");
 }
 
 }  // namespace
+
+Eigen::Isometry3d ListedRecording::sensor_at(const Eigen::Isometry3d& pose) const {
+  return sensing::pose_from(pose_form, pose) * T_posed_sensor;
+}
 
 ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {
   check_options(options);
@@ -172,10 +166,10 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
   }
   open_bags(options, list);
   for (auto& recording : list.recordings) {
+    recording.pose_form = options.pose_form.value_or(PoseForm::as_given);
     open_graph(recording);
-    name_sensor(recording);
+    name_sensors(recording, options);
     find_camera(recording, options);
-    find_floats(recording, list.notes);
     find_stamps(recording);
     if (!options.poses) find_poses(recording, options, list.notes);
   }

@@ -36,13 +36,15 @@ struct ListedRecording {
   std::vector<RecordedSensor> sensors;
   std::optional<Intrinsics> camera;  ///< of images
   double depth_scale = 1000;
-  std::size_t floats = 4;  ///< of a velodyne's point
   std::shared_ptr<const ScanGraphFile> graph;
   std::shared_ptr<BagRecording> bag;
   std::shared_ptr<const Trajectory> trajectory;  ///< poses by time; overrides the scans' own
-  std::int64_t pose_gap_ns = 0;                  ///< the largest between its poses
+  PoseForm pose_form = PoseForm::as_given;
   /// Sensor frame to the frame of the pose file.
   Eigen::Isometry3d T_posed_sensor = Eigen::Isometry3d::Identity();
+
+  /// T_map_sensor of a pose as the recording has it.
+  Eigen::Isometry3d sensor_at(const Eigen::Isometry3d& pose) const;
 };
 
 struct ScanList {
@@ -55,15 +57,14 @@ struct ScanList {
 ScanList list_scans(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
 
 /// Seconds, if the file is called like a time, alone or at the end: 1305031102.160407.png (TUM),
-/// 000012_1305031102.160407.pcd, 1403636579763555584.png (EuRoC, ns; likewise us and ms),
-/// cloud_1403636579_763555584.pcd.
+/// 000012_1305031102.160407.pcd, 1403636579763555584.png (EuRoC, ns; likewise us).
 std::optional<double> stamp_in_name(const std::filesystem::path& file);
 
 /// The scans of one folder, in natural order, without poses and intrinsics; depth.txt gives stamps.
 ListedRecording list_folder(const std::filesystem::path& folder);
 
 /// Stamps from times.txt, depth.txt, or the files' names, in seconds; none if there are none. Throws
-/// Error(data).
+/// Error(data), also for names whose nanoseconds miss their leading zeros.
 void find_stamps(ListedRecording& recording);
 
 /// Poses beside the scans, if the scans need any.
@@ -75,7 +76,7 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
               const ScanSourceOptions& options, std::vector<std::string>& notes);
 
 /// Files called like the scans, with one pose each (ScanNet's pose/12.txt for depth/12.png). False if there
-/// is none for the first.
+/// is none for the first. Throws Error(data) if scans lack theirs and others are left over.
 bool take_poses_in(const std::filesystem::path& folder, ListedRecording& recording,
                    std::vector<std::string>& notes);
 

@@ -10,14 +10,11 @@
 #include <stdexcept>
 #include <string_view>
 
-#include <octosurf/parameters.hpp>
-
 namespace octosurf::io {
 namespace {
 
-constexpr double longest_sweep_s = 10;        // of a scanner that a motor tilts; lidars take 0.05 to 0.2 s
-constexpr double usual_sweep_s = 0.1;         // of a lidar without times
-constexpr double gap_between_scans_s = 0.25;  // between poses, as for bags
+constexpr double longest_sweep_s = 10;   // of a scanner that a motor tilts; lidars take 0.05 to 0.2 s
+constexpr double usual_sweep_s = 0.1;    // of a single scan
 constexpr std::size_t most_samples = 5;  // one in the middle of a recording is whole, whatever its ends are
 
 double median_gap(const std::vector<double>& stamps_s) {
@@ -125,19 +122,14 @@ ScanMotion::ScanMotion(Recording recording)
     }
   }
   poses_.finish();
-  poses_.set_jumps(std::move(recording_.jumps));
   std::vector<TimedCloud> timed;
   std::vector<RawScan> samples = read_samples();
   for (const RawScan& raw : samples) {
     if (const auto cloud = timed_cloud(raw.scan.stamp_s, raw.scan.points, raw.times)) timed.push_back(*cloud);
     field_ = raw.times.field;
-    is_lidar_ |= raw.scan.sensor == SensorKind::lidar;
   }
   clock_ = clock_of(timed, period_s_);
-  if (clock_)
-    note_undone(samples);
-  else
-    note_without_times(samples);
+  if (clock_) note_undone(samples);
 }
 
 std::vector<RawScan> ScanMotion::read_samples() const {
@@ -151,8 +143,8 @@ std::vector<RawScan> ScanMotion::read_samples() const {
       raw.scan.T_map_sensor = recording_.pose_at(raw.scan.stamp_s);
       thin(raw);
       samples.push_back(std::move(raw));
-      if (samples.back().times.values.empty() && !recording_.real) break;  // nothing to undo or to note
-    } catch (const std::runtime_error&) {  // a bad scan: reported when its turn comes
+      if (samples.back().times.values.empty()) break;  // nothing to undo
+    } catch (const std::runtime_error&) {              // a bad scan: reported when its turn comes
     }
   }
   return samples;
@@ -163,13 +155,9 @@ std::optional<Scan> ScanMotion::undone(const Scan& scan) const {
     return deskew(scan, recording_.pose_at);
   } catch (const std::runtime_error&) {
   }
-  // Poses as often as scans: between these, and half a scan on after the last.
-  const double gap_s = std::min(1.5 * period_s_, gap_between_scans_s);
-  std::vector<StampedPose> near;
-  for (const Trajectory::Sample& pose : poses_.around(to_ns(scan.stamp_s), to_ns(gap_s), 3))
-    near.push_back({static_cast<double>(pose.stamp_ns) / 1e9, transform_of(pose)});
-  try {
-    return deskew(scan, near);
+  const std::int64_t gap_ns = std::min(to_ns(1.5 * period_s_), largest_gap_in_bags_ns);
+  try {  // poses as often as scans: between these
+    return deskew(scan, [&](double stamp_s) { return poses_.at(to_ns(stamp_s), gap_ns); });
   } catch (const std::runtime_error&) {
     return std::nullopt;
   }
@@ -178,17 +166,12 @@ std::optional<Scan> ScanMotion::undone(const Scan& scan) const {
 Scan ScanMotion::operator()(RawScan raw) const {
   if (!clock_ || raw.times.values.empty()) return std::move(raw.scan);
   raw.scan.times_s = clock_->after_stamp(raw.scan.stamp_s, raw.scan.points, raw.times);
-  if (!recording_.undo) return std::move(raw.scan);
   std::optional<Scan> result = undone(raw.scan);
   return result ? *std::move(result) : std::move(raw.scan);
 }
 
 void ScanMotion::note_undone(std::vector<RawScan>& samples) {
   const std::string times = "times: field " + field_ + " (" + clock_->text() + "); motion within a scan is ";
-  if (!recording_.undo) {
-    notes_.push_back(times + "not undone");
-    return;
-  }
   double farthest = 0;
   std::size_t left = 0;
   for (RawScan& raw : samples) {
@@ -199,33 +182,11 @@ void ScanMotion::note_undone(std::vector<RawScan>& samples) {
       ++left;
   }
   if (left < samples.size())
-    notes_.push_back(times + "undone, which moves readings by up to " + centimetres(farthest) +
-                     " (--deskew off leaves them)");
+    notes_.push_back(times + "undone, which moves readings by up to " + centimetres(farthest));
   if (left > 0)
-    notes_.push_back(
-        times + "not undone in " + std::to_string(left) + " of " + std::to_string(samples.size()) +
-        " that were looked at, for lack of poses: record them at least as often as scans, or allow "
-        "larger gaps by --max-pose-gap");
-}
-
-void ScanMotion::note_without_times(const std::vector<RawScan>& samples) {
-  if (!recording_.real || !recording_.undo || !is_lidar_) return;
-  const double sweep_s = std::min(period_s_, usual_sweep_s);
-  double farthest = 0;
-  for (const RawScan& raw : samples) {
-    Scan late = raw.scan;
-    late.times_s.assign(late.points.size(), static_cast<float>(sweep_s));
-    if (const auto moved = undone(late)) farthest = std::max(farthest, farthest_move(raw.scan, *moved));
-  }
-  if (farthest <= OccupancyParameters().resolution) return;
-  notes_.push_back(
-      "times: " +
-      (field_.empty() ? std::string("none for each point")
-                      : "those of field " + field_ + " do not differ, or fit no unit") +
-      "; a lidar that turns within " + std::to_string(std::lround(1000 * sweep_s)) +
-      " ms sees places up to " + centimetres(farthest) +
-      " off, as it moves meanwhile: record clouds with a field t, time or timestamp, or with the "
-      "motion undone");
+    notes_.push_back(times + "not undone in " + std::to_string(left) + " of " +
+                     std::to_string(samples.size()) +
+                     " that were looked at, for lack of poses: record them at least as often as scans");
 }
 
 }  // namespace octosurf::io

@@ -59,39 +59,34 @@ struct RawScan {
   PointTimes times{};
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< m, subtracted from the points (cloud_file.hpp)
   int width = 0, height = 0;                        ///< of a file's image
+  bool posed = false;                               ///< the recording says where it was seen from
 
   /// The points of a survey lie in the map's frame, too far from its origin for floats.
   bool shifted() const { return !shift.isZero(0); }
-  bool from_nowhere() const {
-    return shifted() && scan.T_map_sensor.matrix() == Eigen::Isometry3d::Identity().matrix();
-  }
+  bool from_nowhere() const { return shifted() && !posed; }
 };
 
 /// Undoes the motion within the scans of a recording's one sensor.
 class ScanMotion {
  public:
   struct Recording {
-    std::vector<double> stamps_s;         ///< of its scans, ascending
-    PoseAtTime pose_at;                   ///< throws std::runtime_error where there is none
-    std::vector<Trajectory::Jump> jumps;  ///< of these poses
+    std::vector<double> stamps_s;  ///< of its scans, ascending
+    PoseAtTime pose_at;            ///< throws std::runtime_error where there is none
     std::function<RawScan(std::size_t scan)> read;
-    bool undo = true;
-    bool real = false;  ///< its lidar spins while it moves, with or without point times
   };
   /// Reads up to five scans, to recognise the unit of their times.
   explicit ScanMotion(Recording recording);
 
-  /// The scan with its motion undone; or with `times_s` where that cannot be, or is not wanted.
+  /// The scan with its motion undone; or with `times_s` where that cannot be.
   Scan operator()(RawScan raw) const;
 
-  /// A line for each sensor: whether its motion is undone.
+  /// Whether the motion is undone; empty: its points have no times.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
-  /// Up to five good scans, posed and thinned; one if it has no times and a lack of them is no loss.
+  /// Up to five good scans, posed and thinned; one if it has no times.
   std::vector<RawScan> read_samples() const;
   void note_undone(std::vector<RawScan>& samples);
-  void note_without_times(const std::vector<RawScan>& samples);
   /// Empty: poses do not reach over its readings' times.
   std::optional<Scan> undone(const Scan& scan) const;
 
@@ -99,8 +94,7 @@ class ScanMotion {
   double period_s_ = 0;
   Trajectory poses_;  // at the scans' stamps
   std::optional<PointClock> clock_;
-  std::string field_;      // of the times
-  bool is_lidar_ = false;  // some sample
+  std::string field_;  // of the times
   std::vector<std::string> notes_;
 };
 

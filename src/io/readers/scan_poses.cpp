@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include <octosurf/error.hpp>
 
@@ -19,32 +18,24 @@ fs::path own_pose_file(const fs::path& image) {
   return image.parent_path() / (stem.stem().string() + ".pose.txt");
 }
 
-/// KITTI's poses are those of the left camera; its calib.txt has the scanner's pose as `Tr` of the odometry,
-/// or as `Tr_velo_to_cam` or `Tr_velo_cam`, before a rectification, of the object and tracking sets.
-void find_velodyne_in_camera(ListedRecording& recording, std::vector<std::string>& notes) {
+/// KITTI's poses are those of the left camera, and its calib.txt has the scanner's pose as `Tr`.
+void find_velodyne_in_camera(ListedRecording& recording, const std::optional<PoseForm>& stated,
+                             std::vector<std::string>& notes) {
+  if (stated && *stated != PoseForm::of_camera) return;
   const fs::path file = find_beside(around(recording.folder), {"calib.txt"}, "--poses");
-  bool found = false;
-  Eigen::Isometry3d rectification = Eigen::Isometry3d::Identity();
   for (const auto& line : file.empty() ? std::vector<TextLine>{} : read_text(file)) {
-    std::string name(line.words[0]);
-    if (name.ends_with(':')) name.pop_back();
-    const bool rectifies = name == "R0_rect" || name == "R_rect";
-    if (!rectifies && name != "Tr" && name != "Tr_velo_to_cam" && name != "Tr_velo_cam") continue;
-    const TextLine values{line.number, {line.words.begin() + 1, line.words.end()}};
-    const auto v = numbers(values, file);
-    if (v.size() != (rectifies ? 9U : 12U))
-      throw Error(Error::Kind::data, at_line(file, line.number),
-                  name + " is not followed by " + (rectifies ? "9" : "12") + " numbers");
-    if (rectifies) {
-      const std::vector<double> rows{v[0], v[1], v[2], 0, v[3], v[4], v[5], 0, v[6], v[7], v[8], 0};
-      rectification = rigid(pose_from_rows(rows), at_line(file, line.number));
-    } else {
-      recording.T_posed_sensor = rigid(pose_from_rows(v), at_line(file, line.number));
-      found = true;
-    }
+    if (line.words[0] != "Tr:" && line.words[0] != "Tr") continue;
+    const auto v = numbers({line.number, {line.words.begin() + 1, line.words.end()}}, file);
+    if (v.size() != 12)
+      throw Error(Error::Kind::data, at_line(file, line.number), "Tr is not followed by 12 numbers");
+    recording.T_posed_sensor = rigid(pose_from_rows(v), at_line(file, line.number));
+    recording.pose_form = PoseForm::as_given;
+    notes.push_back(file.string() +
+                    ": poses of 3x4 numbers are taken as the camera's, as KITTI has them; --pose-form "
+                    "as-given if they are the scanner's");
+    return;
   }
-  recording.T_posed_sensor = found ? rectification * recording.T_posed_sensor : Eigen::Isometry3d::Identity();
-  if (!found)
+  if (!stated)
     notes.push_back(
         recording.folder.string() +
         ": poses of 3x4 numbers are taken as the scanner's, as no calib.txt with Tr lies beside; if "
@@ -69,23 +60,13 @@ void drop_bad(PoseFile& poses) {
                           " left out, no rigid motion at a finite time, the first at " + first);
 }
 
-/// What a user should know of poses matched by time.
-std::string describe_match(const std::vector<double>& stamps, const Trajectory& trajectory,
-                           std::int64_t gap_ns) {
-  std::size_t found = 0, between = 0;
-  double largest = 0;
-  for (const double stamp : stamps) {
-    found += trajectory.covers(to_ns(stamp), gap_ns) ? 1 : 0;
-    if (const auto step = trajectory.step_at(to_ns(stamp), gap_ns)) {
-      ++between;
-      largest = std::max(largest, static_cast<double>(*step) / 1e9);
-    }
-  }
-  std::ostringstream text;
-  text.precision(3);
-  text << found << " of " << count_of(stamps.size(), "scan") << " matched by time";
-  if (between > 0) text << ", " << between << " interpolated between poses at most " << largest << " s apart";
-  return text.str();
+/// " (transforms.json is not read: …)"; empty: there is no such file, as of nerfstudio or Polycam.
+std::string json_beside(const fs::path& folder) {
+  for (const fs::path& place : {folder, fs::absolute(folder).lexically_normal().parent_path()})
+    for (const char* const name : {"transforms.json", "cameras"})
+      if (fs::exists(place / name))
+        return std::string(" (") + name + " is not read: write tx ty tz qx qy qz qw, a line for each)";
+  return {};
 }
 
 }  // namespace
@@ -100,28 +81,35 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
       if (scan.stamp_s) stamps.push_back(*scan.stamp_s);
     }
   std::shared_ptr<const Trajectory> trajectory;
-  const std::int64_t gap_ns = to_ns(options.max_pose_gap_s.value_or(largest_pose_gap_s));
+  const std::size_t left = scans - std::min(options.skip, scans), read = std::min(options.first, left);
+  std::size_t begin = 0;  // the scan of the first pose
   if (poses.stamped && stamps.size() == scans) {
     drop_bad(poses);
     trajectory = std::make_shared<const Trajectory>(trajectory_of(poses.poses));
-    poses.notes.push_back(describe_match(stamps, *trajectory, gap_ns));
-    if (!trajectory->jumps().empty()) poses.notes.push_back(text_of_jumps(*trajectory));
-  } else if (scans != poses.poses.size()) {
-    fail_count(poses.file, scans, poses.poses.size(), "pose",
-               poses.stamped ? "; or stamp the scans, by their names, to match them by time" : "");
-  } else {
+    const auto found = std::ranges::count_if(
+        stamps, [&](double stamp) { return trajectory->covers(to_ns(stamp), largest_pose_gap_ns); });
+    poses.notes.push_back(std::to_string(found) + " of " + count_of(scans, "scan") + " matched by time");
+  } else if (scans == poses.poses.size()) {
     poses.notes.push_back("one pose for each scan, in order");
+  } else if (read == poses.poses.size()) {
+    begin = options.skip;
+    poses.notes.push_back("one pose for each of the " + std::to_string(read) + " scans that are read");
+  } else {
+    fail_count(poses.file, scans, poses.poses.size(), "pose",
+               poses.stamped ? "; or stamp the scans, by their names, to match them by time"
+                             : "; --skip and --first choose the scans that they are of");
   }
   for (const std::string& note : poses.notes) notes.push_back("poses: " + poses.file.string() + ": " + note);
   std::size_t next = 0;
   for (ListedRecording* recording : recordings) {
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)
-      find_velodyne_in_camera(*recording, notes);
+      find_velodyne_in_camera(*recording, options.pose_form, notes);
     recording->trajectory = trajectory;
-    recording->pose_gap_ns = gap_ns;
     if (trajectory) continue;
     for (auto& scan : recording->scans) {
-      scan.pose = poses.poses[next++];
+      // Scans that are not read get the nearest pose: they are skipped.
+      const std::size_t at = std::max(next++, begin) - begin;
+      scan.pose = poses.poses[std::min(at, poses.poses.size() - 1)];
       if (scan.stamp_s || !scan.pose->stamp_s) continue;
       if (!std::isfinite(*scan.pose->stamp_s))
         throw Error(Error::Kind::data, scan.pose->where, "the time stamp is not finite");
@@ -131,11 +119,23 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
 }
 
 bool take_poses_in(const fs::path& folder, ListedRecording& recording, std::vector<std::string>& notes) {
-  const auto pose_file = [&](const ListedScan& scan) {
-    return folder / (scan.file.stem().string() + ".txt");
-  };
-  if (!fs::is_regular_file(pose_file(recording.scans.front()))) return false;
-  for (auto& scan : recording.scans) scan.pose_file = pose_file(scan);
+  std::vector<std::string> lacking, files;
+  for (auto& scan : recording.scans) {
+    const std::string name = scan.file.stem().string() + ".txt";
+    if (!fs::is_regular_file(folder / name)) lacking.push_back(scan.file.filename().string());
+  }
+  if (lacking.size() == recording.scans.size()) return false;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (entry->path().extension() == ".txt") files.push_back(entry->path().filename().string());
+  const auto [first, last] = std::ranges::minmax_element(files, natural_less);
+  if (!lacking.empty() && files.size() + lacking.size() > recording.scans.size())
+    throw Error(Error::Kind::data, folder.string(),
+                "poses from " + *first + " to " + *last + ", but scans from " +
+                    recording.scans.front().file.filename().string() + " to " +
+                    recording.scans.back().file.filename().string() + ": " + lacking.front() + " has none",
+                "call each pose like its scan; or give one file with all poses in order");
+  for (auto& scan : recording.scans) scan.pose_file = folder / (scan.file.stem().string() + ".txt");
   notes.push_back("poses: " + folder.string() + ": a file for each scan, called like it");
   return true;
 }
@@ -160,17 +160,15 @@ void find_poses(ListedRecording& recording, const ScanSourceOptions& options,
   const bool needed = kind == FileKind::image || kind == FileKind::velodyne;
   if (needed && (scans.size() > 1 || is_tum(recording.folder)))
     throw Error(Error::Kind::data, recording.folder.string(),
-                count_of(scans.size(), "scan") + " without poses", "give --poses FILE");
+                count_of(scans.size(), "scan") + " without poses" + json_beside(recording.folder),
+                "give --poses FILE");
 }
 
 void leave_out_unposed(ScanList& list) {
   for (auto& recording : list.recordings) {
     if (!recording.trajectory) continue;
     const auto gap_of = [&](const ListedScan& scan) {
-      const std::string gap = recording.trajectory->gap_at(to_ns(*scan.stamp_s), recording.pose_gap_ns);
-      std::ostringstream most;
-      most << ", and --max-pose-gap is " << static_cast<double>(recording.pose_gap_ns) / 1e9 << " s";
-      return gap.ends_with("apart") ? gap + most.str() : gap;
+      return recording.trajectory->gap_at(to_ns(*scan.stamp_s), largest_pose_gap_ns);
     };
     const std::string first_gap = gap_of(recording.scans.front());
     std::erase_if(recording.scans, [&](const ListedScan& scan) {
@@ -180,10 +178,9 @@ void leave_out_unposed(ScanList& list) {
       return !gap.empty();
     });
     if (recording.scans.empty())
-      throw Error(
-          Error::Kind::data, recording.folder.string(),
-          "no scan has a pose at its time; of the first: " + first_gap,
-          "the time stamps of scans and poses must be of one clock; --max-pose-gap allows larger steps");
+      throw Error(Error::Kind::data, recording.folder.string(),
+                  "no scan has a pose at its time; of the first: " + first_gap,
+                  "the time stamps of scans and poses must be of one clock, and poses at most 0.1 s apart");
   }
 }
 

@@ -1,3 +1,4 @@
+#include "io/readers/cloud_viewpoint.hpp"
 #include "io/readers/file_kind.hpp"
 #include "io/readers/recorded_scan.hpp"
 #include "io/text_file.hpp"
@@ -19,14 +20,10 @@ class Recording : public ScanSource {
  public:
   /// Lists the scans, chooses what the options leave open (notes()), and reads the first of each sensor.
   Recording(const std::vector<fs::path>& inputs, const ScanSourceOptions& options)
-      : options_(options),
-        list_(list_scans(inputs, options)),
-        rules_(options),
-        size_of_(list_.recordings.size()) {
+      : options_(options), list_(list_scans(inputs, options)), size_of_(list_.recordings.size()) {
     choose_origin();
     for (const ListedRecording& recording : list_.recordings)
       motions_.push_back(motions_of(recording, options_, list_.notes));
-    meet_sensors();
     stamp_all();
   }
 
@@ -34,10 +31,14 @@ class Recording : public ScanSource {
   const std::vector<std::string>& skipped() const override { return list_.left_out; }
   Eigen::Vector3d origin() const override { return origin_; }
 
-  std::vector<std::string> notes() const override {
-    std::vector<std::string> all = list_.notes;
-    all.insert(all.end(), rules_.notes().begin(), rules_.notes().end());
-    return all;
+  std::vector<std::string> notes() const override { return list_.notes; }
+
+  SensorKind sensor() const override {
+    const bool camera = std::ranges::any_of(scans_, [&](const Place& place) {
+      const ListedRecording& recording = list_.recordings[place.recording];
+      return recording.sensors[recording.scans[place.scan].sensor].kind == SensorKind::depth_camera;
+    });
+    return camera ? SensorKind::depth_camera : SensorKind::lidar;
   }
 
   std::optional<Scan> next() override {
@@ -81,23 +82,6 @@ class Recording : public ScanSource {
     }
   }
 
-  /// Reads the first scans, so that the kinds of their sensors are known before the run. Bad ones are
-  /// reported when their turn comes.
-  void meet_sensors() {
-    constexpr std::size_t looked_at = 20;
-    for (std::size_t r = 0; r < list_.recordings.size(); ++r) {
-      const auto& scans = list_.recordings[r].scans;
-      for (std::size_t i = 0; i < std::min(looked_at, scans.size()); ++i) {
-        if (rules_.knows({r, scans[i].sensor})) continue;
-        try {
-          read(r, scans[i]);
-        } catch (const Error& error) {
-          if (error.kind() == Error::Kind::usage) throw;
-        }
-      }
-    }
-  }
-
   void stamp_all() {
     StampSequence stamps;
     for (std::size_t r = 0; r < list_.recordings.size(); ++r) {
@@ -105,16 +89,14 @@ class Recording : public ScanSource {
       stamps.begin_recording();
       for (std::size_t i = 0; i < recording.scans.size(); ++i) {
         const ListedScan& listed = recording.scans[i];
-        const bool images = recording.sensors[listed.sensor].images;
-        const SensorKind sensor =
-            rules_.kind({r, listed.sensor}).value_or(images ? SensorKind::depth_camera : SensorKind::lidar);
-        const double rate_hz = options_.rate_hz.value_or(sensor == SensorKind::lidar ? 10 : 30);
+        const bool lidar = recording.sensors[listed.sensor].kind == SensorKind::lidar;
+        const double rate_hz = lidar ? 10 : 30;
         scans_.push_back({r, i, stamps.next(listed.stamp_s, rate_hz)});
       }
     }
   }
 
-  /// In the map's frame. No-return values are found in the scans read so far.
+  /// In the map's frame.
   Scan read(const Place& place) {
     Scan scan = read(place.recording, list_.recordings[place.recording].scans[place.scan]);
     scan.stamp_s = place.stamp_s;
@@ -132,18 +114,39 @@ class Recording : public ScanSource {
       list_.notes.push_back("self-box: " + std::to_string(own) + " of the " +
                             std::to_string(raw.scan.points.size()) + " readings of " + raw.scan.name +
                             " are the robot's own");
-    const auto free = rules_.apply(raw.scan, {r, listed.sensor}, sensor.images, sensor.name);
+    const auto free = drop_no_returns(raw.scan, sensor.images, options_);
     if (const auto motion = motions_[r].find(listed.sensor); motion != motions_[r].end() && !raw.shifted()) {
       raw.scan.stamp_s = *listed.stamp_s;
       raw.scan = motion->second({std::move(raw.scan), std::move(raw.times)});
     }
     move_to_free_rays(raw.scan, free);
+    look_from(raw, sensor.images);
     return place(std::move(raw), origin_);
+  }
+
+  /// Gives a cloud without a pose the viewpoint that is stated, or the default.
+  void look_from(RawScan& raw, bool image) {
+    if (options_.viewpoint) {
+      if (raw.posed)
+        throw Error(Error::Kind::usage, "--viewpoint", raw.scan.name + " has a pose already",
+                    "give it with clouds that have none");
+      return set_viewpoint(raw, *options_.viewpoint);
+    }
+    if (raw.posed || image || size() > 1) return;
+    const auto found = likely_viewpoint(raw.scan);
+    if (!found) return;
+    const Eigen::Vector3d at = raw.shift + found->at;
+    list_.notes.push_back(
+        raw.scan.name +
+        formatted(" does not say where it was seen from; from the origin %.0f %% of its readings would lie "
+                  "behind others, from above %.0f %%: taken as seen from ",
+                  100 * found->hidden_origin, 100 * found->hidden) +
+        text_of(at) + "; --viewpoint X Y Z says where it was");
+    set_viewpoint(raw, at);
   }
 
   ScanSourceOptions options_;
   ScanList list_;
-  ReadingRules rules_;
   std::vector<Motions> motions_;                             // of each recording
   std::vector<std::optional<std::pair<int, int>>> size_of_;  // of each recording's images
   std::vector<Place> scans_;
@@ -158,7 +161,11 @@ class Recording : public ScanSource {
 bool is_occupancy_map(const fs::path& input) {
   std::error_code error;
   const auto status = fs::status(input, error);
-  if (!fs::exists(status)) throw Error(Error::Kind::data, input.string(), "no such file or folder");
+  if (!fs::exists(status)) {
+    if (fs::exists(fs::path(input) += ".surfaces", error))
+      throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "resume it by --resume");
+    throw Error(Error::Kind::data, input.string(), "no such file or folder");
+  }
   if (fs::is_directory(status)) return false;
   const io::FileKind kind = fs::is_regular_file(status) ? io::kind_of(input) : io::FileKind::unknown;
   if (kind != io::FileKind::unknown) return kind == io::FileKind::occupancy_map;

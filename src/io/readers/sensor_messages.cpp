@@ -126,7 +126,6 @@ Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size) {
   read_header(message);
   const std::uint64_t height = message.u32(), width = message.u32();
   Cloud cloud;
-  cloud.organised = height > 1;
   if (width == 0 || height == 0) return cloud;  // a scan without returns; its fields may be none
   auto [xyz, time] = read_fields(message);
   const bool big_endian = message.u8() != 0;
@@ -146,7 +145,6 @@ Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size) {
   if (width * height > largest_size / (time.place ? bytes_of_timed_point : sizeof(Eigen::Vector3f)))
     fail_reading("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
   cloud = binary_points(data, xyz, big_endian, width, height, row);
-  cloud.organised = height > 1;
   cloud.times = binary_times(data, time, big_endian, width, height, row);
   return cloud;
 }
@@ -276,9 +274,9 @@ DepthImage depth_of(const CompressedImageMessage& image, const std::string& wher
 CameraInfoMessage read_camera_info(MessageReader& message) {
   read_header(message);
   const std::uint32_t height = message.u32(), width = message.u32();
-  message.text();  // the distortion's model
   CameraInfoMessage info;
-  for (std::uint32_t count = message.u32(); count > 0; --count) info.distorted |= message.f64() != 0;
+  info.lens.model = message.text();
+  for (std::uint32_t count = message.u32(); count > 0; --count) info.lens.d.push_back(message.f64());
   std::array<double, 9> k{}, r{};
   std::array<double, 12> p{};
   for (double& value : k) value = message.f64();
@@ -324,6 +322,11 @@ Intrinsics intrinsics_for(const CameraInfoMessage& camera, bool rectified, int w
         size_text(static_cast<std::uint64_t>(camera.width), static_cast<std::uint64_t>(camera.height)));
   }
   return part;
+}
+
+const Lens* lens_of(const CameraInfoMessage& camera, bool rectified) {
+  const bool of_p = &intrinsics_for(camera, rectified) == &camera.rectified;
+  return !of_p && camera.lens.bends() ? &camera.lens : nullptr;
 }
 
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {

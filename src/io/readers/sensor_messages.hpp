@@ -4,6 +4,7 @@
 #include "io/readers/bounded_file.hpp"
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/depth_image.hpp"
+#include "io/readers/lens.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -114,11 +115,11 @@ DepthImage depth_of(const CompressedImageMessage& image, const std::string& wher
                     std::uint64_t largest_size);
 
 struct CameraInfoMessage {
-  int width = 0, height = 0;  ///< of the sensor; drivers write that of a part or of binned images, too
-  Intrinsics raw;             ///< K, of the whole sensor
-  Intrinsics rectified;       ///< P's left part
-  bool distorted = false;
-  int binning_x = 1, binning_y = 1;              ///< pixels that are one in an image
+  int width = 0, height = 0;         ///< of the sensor; drivers write that of a part or of binned images, too
+  Intrinsics raw;                    ///< K, of the whole sensor
+  Intrinsics rectified;              ///< P's left part
+  Lens lens;                         ///< distortion_model and D
+  int binning_x = 1, binning_y = 1;  ///< pixels that are one in an image
   int left = 0, top = 0, columns = 0, rows = 0;  ///< the part of the sensor (roi); 0 columns: the whole
   bool calibrated() const { return raw.fx != 0 || rectified.fx != 0; }
   bool operator==(const CameraInfoMessage&) const = default;
@@ -131,6 +132,9 @@ const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, bool rectified
 /// Of its images of this size: part and binning are taken off, as REP 104 says, unless the size is that of
 /// the message. Throws if it is neither.
 Intrinsics intrinsics_for(const CameraInfoMessage& camera, bool rectified, int width, int height);
+
+/// The lens whose distortion its images have; null: none, as of rectified ones.
+const Lens* lens_of(const CameraInfoMessage& camera, bool rectified);
 
 struct TransformMessage {
   MessageHeader header;

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,6 +18,13 @@ struct NoPose : std::runtime_error {
       : std::runtime_error(what), frame(std::move(of)) {}
   std::string frame;  ///< has no pose in its parent then; empty: not so
 };
+
+/// Longest time between neighbouring poses that is interpolated over. Of files: TUM's ground truth has 0.01 s
+/// from pose to pose, a robot's odometry 0.02 … 0.1.
+inline constexpr std::int64_t largest_pose_gap_ns = 100000000;
+/// Of bags: linear interpolation between poses T apart deviates by at most a·T²/8 for an acceleration a, 16
+/// mm for the 2 m/s² of a walking robot, less than a voxel.
+inline constexpr std::int64_t largest_gap_in_bags_ns = 250000000;
 
 /// Nearest within the numbers' range; `seconds` is finite.
 std::int64_t to_ns(double seconds);
@@ -37,13 +43,6 @@ class Trajectory {
   };
   static Sample sample(double stamp_s, const Eigen::Isometry3d& T);
 
-  /// A step far faster than the rest: there is no pose between its two samples.
-  struct Jump {
-    std::int64_t before_ns = 0, after_ns = 0;
-    double distance_m = 0, angle_rad = 0;
-    bool holds(std::int64_t stamp_ns) const { return before_ns < stamp_ns && stamp_ns < after_ns; }
-  };
-
   void add(const Sample& sample) { samples_.push_back(sample); }
   /// Call after the last add(): sorts by time; of several at one time the last one added is kept. Leaves out
   /// invalid poses, as tf2 does, unless all are.
@@ -54,27 +53,16 @@ class Trajectory {
   void forget_before(std::int64_t stamp_ns);
   bool changes() const { return changes_; }  ///< some sample differed from the first, ever
 
-  /// Finds the steps where odometry restarted or a localiser corrected itself. O(samples).
-  void find_jumps();
-  /// Ascending.
-  const std::vector<Jump>& jumps() const { return jumps_; }
-  void set_jumps(std::vector<Jump> jumps) { jumps_ = std::move(jumps); }
-
   /// Why there is no pose at that time, such as "the first is 0.100 s later"; empty: there is one.
   std::string gap_at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady = false) const;
   bool covers(std::int64_t stamp_ns, std::int64_t gap_ns) const { return gap_at(stamp_ns, gap_ns).empty(); }
-  /// ns, from the sample before to the one after, if the pose is interpolated between them.
-  std::optional<std::int64_t> step_at(std::int64_t stamp_ns, std::int64_t gap_ns) const;
   /// The sample at exactly that time; else between neighbours that are equal, that pose; else slerp and
   /// linear interpolation between them, if they are at most `gap_ns` apart; else a sample at most
-  /// min(20 ms, gap) away; but none between the samples of a jump. `steady`: one that never changes() holds
+  /// min(20 ms, gap) away. `steady`: one that never changes() holds
   /// always. Throws NoPose with gap_at(), and std::runtime_error if a pose is no rigid motion.
   Eigen::Isometry3d at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady = false) const;
   /// The last sample until then, or else the first. There must be one.
   Eigen::Isometry3d held_at(std::int64_t stamp_ns) const;
-  /// Up to `count` samples before that time and as many from it on, without a longer gap or a jump on the way
-  /// from one to the next.
-  std::span<const Sample> around(std::int64_t stamp_ns, std::int64_t gap_ns, std::size_t count) const;
 
  private:
   struct Place {
@@ -82,18 +70,13 @@ class Trajectory {
     std::string gap;
   };
   Place place_of(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady) const;
-  bool leads_on(const Sample& a, const Sample& b, std::int64_t gap_ns) const;
 
   std::vector<Sample> samples_;
-  std::vector<Jump> jumps_;
   std::size_t left_out_ = 0;
   bool changes_ = false;
 };
 
 /// T of a sample; throws std::runtime_error if it is no rigid motion.
 Eigen::Isometry3d transform_of(const Trajectory::Sample& sample);
-
-/// "poses jump by 0.70 m and 72.0 degrees 12.40 s after the first: …"; empty: they do not.
-std::string text_of_jumps(const Trajectory& poses);
 
 }  // namespace octosurf::io

@@ -1,40 +1,9 @@
 #include "io/readers/transform_tree.hpp"
 
-#include "geometry/median.hpp"
-#include "io/text_file.hpp"
-
 #include <algorithm>
-#include <array>
 #include <limits>
 
 namespace octosurf::io {
-namespace {
-
-/// m, median distance between two publishers that alternate: A B A, sorted by time. One publisher's samples
-/// stay within 5 cm from one to the next but one. Every twentieth sample must alternate: publishers at 50 Hz
-/// and 2.5 Hz.
-double to_and_fro(const std::vector<Trajectory::Sample>& samples) {
-  constexpr double least_m = 0.05;
-  constexpr std::size_t least_share = 20;
-  std::vector<double> apart;
-  for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
-    const Eigen::Vector3d &before = samples[i - 1].translation, &at = samples[i].translation,
-                          &after = samples[i + 1].translation;
-    const double there = std::min((at - before).norm(), (after - at).norm());
-    if (there > least_m && 3 * (after - before).norm() < there) apart.push_back(there);
-  }
-  if (apart.size() < 3 || apart.size() * least_share < samples.size()) return 0;
-  return geometry::median_of(apart);
-}
-
-}  // namespace
-
-bool is_map_frame(std::string_view frame) {
-  constexpr std::array<std::string_view, 5> names{"map", "odom", "world", "earth", "camera_init"};
-  frame.remove_prefix(frame.rfind('/') + 1);  // a robot's namespace; npos + 1 is 0
-  return std::ranges::find(names, frame) != names.end();
-}
-
 std::uint32_t TransformTree::index_of(const std::string& frame) {
   const auto [found, is_new] = indices_.emplace(frame, static_cast<std::uint32_t>(frames_.size()));
   if (is_new) frames_.push_back({frame, {}});
@@ -63,20 +32,6 @@ void TransformTree::finish() {
     }
 }
 
-bool TransformTree::join(const TransformTree& other) {
-  for (const Frame& frame : other.frames_)
-    if (const auto own = indices_.find(frame.name);
-        !frame.above.empty() && own != indices_.end() && !frames_[own->second].above.empty())
-      return false;
-  for (const Frame& frame : other.frames_)
-    for (const Above& above : frame.above) {
-      const std::uint32_t parent = index_of(other.frames_[above.parent].name);
-      above_of(index_of(frame.name), parent, above.fixed).track = above.track;
-    }
-  steady_ = steady_ || other.steady_;
-  return true;
-}
-
 std::pair<std::size_t, std::string> TransformTree::left_out() const {
   std::pair<std::size_t, std::string> all;
   for (const Frame& frame : frames_)
@@ -98,13 +53,6 @@ std::optional<std::uint32_t> TransformTree::parent_of(const Frame& frame) const 
   return frame.above.empty() ? std::nullopt : std::optional(frame.above.front().parent);
 }
 
-std::vector<std::uint32_t> TransformTree::children_of(std::uint32_t frame) const {
-  std::vector<std::uint32_t> children;
-  for (std::uint32_t i = 0; i < frames_.size(); ++i)
-    if (parent_of(frames_[i]) == frame) children.push_back(i);
-  return children;
-}
-
 std::vector<std::string> TransformTree::ancestors(const std::string& frame) const {
   std::vector<std::string> names;
   auto found = indices_.find(frame);
@@ -123,6 +71,12 @@ bool TransformTree::moves(const std::string& frame) const {
                      [&](const std::string& name) { return frames_[indices_.at(name)].moves(); });
 }
 
+bool TransformTree::moves_below(const std::string& frame) const {
+  return std::ranges::any_of(frames_, [&](const Frame& other) {
+    return other.name != frame && other.moves() && std::ranges::count(ancestors(other.name), frame) > 0;
+  });
+}
+
 TransformTree::Doubts TransformTree::doubts_of(const std::string& frame) const {
   Doubts doubts;
   for (const std::string& name : ancestors(frame)) {
@@ -133,9 +87,6 @@ TransformTree::Doubts TransformTree::doubts_of(const std::string& frame) const {
         if (one.track.changes() && doubts.changed.empty()) doubts.changed = name + " in " + parent;
         continue;
       }
-      if (const double apart_m = to_and_fro(one.track.samples()); apart_m > 0)
-        doubts.disagreement =
-            "two publishers of " + parent + " -> " + name + formatted(" disagree, by %.2f m", apart_m);
       // Not one after the other, as of a thing that is handed over.
       const auto &samples = above.front().track.samples(), &others = one.track.samples();
       if (one.parent != above.front().parent && doubts.parents.empty() &&
@@ -148,30 +99,17 @@ TransformTree::Doubts TransformTree::doubts_of(const std::string& frame) const {
   return doubts;
 }
 
-std::string TransformTree::robot_below(const std::string& frame) const {
-  const auto found = indices_.find(frame);
-  if (found == indices_.end()) return {};
-  std::uint32_t at = found->second;
-  const auto moving = [&](std::uint32_t i) { return frames_[i].moves(); };
-  for (std::size_t steps = 0; steps < frames_.size(); ++steps) {
-    std::vector<std::uint32_t> children = children_of(at);
-    const bool stands = at == found->second || is_map_frame(frames_[at].name);
-    if (stands)
-      std::erase_if(children, [&](std::uint32_t i) { return !moving(i) && !is_map_frame(frames_[i].name); });
-    if (children.size() == 1 && (stands || !moving(children.front())))
-      at = children.front();
-    else
-      return stands ? std::string() : frames_[at].name;
-  }
-  return {};  // a ring
-}
-
 std::optional<std::int64_t> TransformTree::newest(const std::string& to, const std::string& from) const {
   std::int64_t earliest = std::numeric_limits<std::int64_t>::max();
   if (to == from) return earliest;
-  if (!met(to, from)) return {};
-  for (const Trajectory* track : moving_between(to, from))
-    earliest = std::min(earliest, track->samples().back().stamp_ns);
+  const auto meeting = met(to, from);
+  if (!meeting) return {};
+  for (const std::string& side : {from, to})
+    for (const std::string& name : ancestors(side)) {
+      if (name == meeting) break;
+      const Frame& frame = frames_[indices_.at(name)];
+      if (frame.moves()) earliest = std::min(earliest, frame.above.front().track.samples().back().stamp_ns);
+    }
   return earliest;
 }
 
@@ -179,25 +117,6 @@ std::optional<std::string> TransformTree::met(const std::string& to, const std::
   const std::vector<std::string> above = ancestors(from), above_target = ancestors(to);
   const auto first = std::ranges::find_first_of(above, above_target);
   return first == above.end() ? std::nullopt : std::optional(*first);
-}
-
-std::vector<const Trajectory*> TransformTree::moving_between(const std::string& to,
-                                                             const std::string& from) const {
-  std::vector<const Trajectory*> tracks;
-  const auto meeting = met(to, from);
-  for (const std::string& side : {from, to})
-    for (const std::string& name : meeting ? ancestors(side) : std::vector<std::string>()) {
-      if (name == meeting) break;
-      const Frame& frame = frames_[indices_.at(name)];
-      if (frame.moves()) tracks.push_back(&frame.above.front().track);
-    }
-  return tracks;
-}
-
-void TransformTree::find_jumps() {
-  for (Frame& frame : frames_)
-    for (Above& above : frame.above)
-      if (!above.fixed) above.track.find_jumps();
 }
 
 void TransformTree::forget_moving() {

@@ -13,9 +13,6 @@
 
 namespace octosurf::io {
 
-/// True for the frames that stand still: REP 105's, and LOAM's camera_init.
-bool is_map_frame(std::string_view frame);
-
 /// tf: frames, each in its parent's, some fixed (/tf_static), some moving (/tf). A frame may have several
 /// parents: the one that leads to the requested frame is used.
 class TransformTree {
@@ -27,8 +24,6 @@ class TransformTree {
   /// Passes over a frame in itself, or without a name, as tf2 does.
   void add(const Edge& edge, const Trajectory::Sample& sample);
   void finish();
-  /// Adds a finished tree, unless both say where one frame is: then nothing, and false.
-  bool join(const TransformTree& other);
   /// Something else moves: what never changes holds always, however seldom it was sent. finish() finds this
   /// where it is tf that moves.
   void hold_steady() { steady_ = true; }
@@ -44,19 +39,15 @@ class TransformTree {
   std::vector<std::string> ancestors(const std::string& frame) const;
   /// True if a frame between these two, or they themselves, moves.
   bool moves(const std::string& frame) const;
+  /// True if a frame below it moves.
+  bool moves_below(const std::string& frame) const;
 
   /// Contradictions in tf about a frame or one above it.
   struct Doubts {
-    std::string parents;       ///< "base has two parents at a time, odom and map"
-    std::string disagreement;  ///< "two publishers of odom -> base disagree, by 0.52 m"
-    std::string changed;       ///< "lidar in base": fixed, and not the same throughout
+    std::string parents;  ///< "base has two parents at a time, odom and map"
+    std::string changed;  ///< "lidar in base": fixed, and not the same throughout
   };
   Doubts doubts_of(const std::string& frame) const;
-
-  /// The robot below a frame that stands still: the one frame that moves in it, or behind further ones that
-  /// stand still, and from there the end of fixed transforms, as long as frames have one child. Empty: none,
-  /// or several.
-  std::string robot_below(const std::string& frame) const;
 
   /// The time until which later transforms, in order of time, cannot change lookup(): the earliest of the
   /// last ones of all moving frames between these two; the largest number if none moves. Empty: not
@@ -66,10 +57,6 @@ class TransformTree {
     const auto last = newest(to, from);
     return last && *last >= stamp_ns;
   }
-  /// Of all frames' tracks, once no more is added.
-  void find_jumps();
-  /// The tracks of what moves between these two, those of `from`'s side first.
-  std::vector<const Trajectory*> moving_between(const std::string& to, const std::string& from) const;
   /// Moving frames lose their transforms, as tf2 forgets them when time is set back.
   void forget_moving();
 
@@ -94,7 +81,6 @@ class TransformTree {
     Eigen::Isometry3d T_frame_start = Eigen::Isometry3d::Identity();
   };
   std::optional<std::uint32_t> parent_of(const Frame& frame) const;
-  std::vector<std::uint32_t> children_of(std::uint32_t frame) const;
   std::uint32_t index_of(const std::string& frame);
   /// The lowest frame that both are below, or are.
   std::optional<std::string> met(const std::string& to, const std::string& from) const;

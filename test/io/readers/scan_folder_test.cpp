@@ -83,7 +83,7 @@ TEST_F(ScanFolders, Tum) {
   EXPECT_LT((scans[0].points[0] - Eigen::Vector3f(-319.5f / 525, -239.5f / 525, 1)).norm(), 1e-6);
 
   // The folder of the images alone is known for what it is, and an intrinsics file wins.
-  write("camera.txt", unit_camera);
+  write("camera-intrinsics.txt", unit_camera);
   const auto depth_only = read_all({folder / "depth"});
   ASSERT_THAT(depth_only, SizeIs(2));
   EXPECT_THAT(depth_only[0].points, ElementsAre(Eigen::Vector3f(0, 0, 1)));
@@ -94,15 +94,7 @@ TEST_F(ScanFolders, Tum) {
   EXPECT_THAT(failure({folder}), says("without poses"));
 }
 
-TEST_F(ScanFolders, IntrinsicsMayLieBesideThePosesOrAbove) {
-  write_png("images/1.png", 1, 1, {1000});
-  write("calibrated/poses.txt", "1 0 0 0 0 0 1\n");
-  ScanSourceOptions options = with_poses(folder / "calibrated/poses.txt");
-  EXPECT_THAT(failure({folder / "images"}, options), says("--intrinsics"));
-  write("calibrated/K.txt", unit_camera);
-  const auto scans = read_all({folder / "images"}, options);
-  EXPECT_THAT(scans.at(0).points, ElementsAre(Eigen::Vector3f(0, 0, 1)));
-
+TEST_F(ScanFolders, IntrinsicsMayLieAbove) {
   write("camera-intrinsics.txt", unit_camera);
   write_png("seq/frame-0.depth.png", 1, 1, {1000});
   write("seq/frame-0.pose.txt", identity_pose);
@@ -139,16 +131,15 @@ TEST_F(ScanFolders, AnyDepthImagesWithPosesIntrinsicsAndScale) {
   write_two_images();
   const auto scans = read_all({folder}, {.poses = write("elsewhere/p", "0 0 0 0 0 0 1\n7 0 0 0 0 0 1\n"),
                                          .intrinsics = write("elsewhere/k", unit_camera),
-                                         .depth_scale = 500,
-                                         .rate_hz = 4});
+                                         .depth_scale = 500});
   ASSERT_THAT(scans, SizeIs(2));
   EXPECT_THAT(scans[0].points, ElementsAre(Eigen::Vector3f(0, 0, 2), Eigen::Vector3f(4, 0, 4)));
   EXPECT_EQ(scans[1].T_map_sensor.translation().x(), 7);
-  EXPECT_THAT(stamps(scans), ElementsAre(0, 0.25));
+  EXPECT_THAT(stamps(scans), ElementsAre(0, 1.0 / 30));
 
   // The same found beside the images.
   write("pose.txt", "3 0 0 0 0 0 1\n4 0 0 0 0 0 1\n");
-  write("x.K", unit_camera);
+  write("intrinsics.txt", unit_camera);
   EXPECT_EQ(read_all({folder})[1].T_map_sensor.translation().x(), 4);
   write("poses.txt", "3 0 0 0 0 0 1\n4 0 0 0 0 0 1\n");
   EXPECT_THAT(failure({folder}), says("holds both pose.txt and poses.txt; choose one with --poses"));
@@ -169,6 +160,9 @@ TEST_F(ScanFolders, AFolderOfPosesHasAFileForEachScanCalledLikeIt) {
   std::filesystem::rename(folder / "pose", folder / "elsewhere");
   EXPECT_THAT(failure({folder}), says("without poses"));
   expect_poses(read_all({folder}, with_poses(folder / "elsewhere")));
+  std::filesystem::rename(folder / "elsewhere/10.txt", folder / "elsewhere/2.txt");
+  EXPECT_THAT(failure({folder}, with_poses(folder / "elsewhere")),
+              says("poses from 0.txt to 2.txt, but scans from 0.png to 10.png", "10.png has none"));
   EXPECT_THAT(failure({folder}, with_poses(folder / "depth")), says("has no 0.txt"));
 }
 
@@ -214,12 +208,10 @@ TEST_F(ScanFolders, Kitti) {
     EXPECT_LT((p - Eigen::Vector3d(-2, -3, 16)).norm(), 1e-9) << p.transpose();
   };
   for (const auto& input : {folder, folder / "velodyne"}) expect_moved(read_all({input}));
-  // As the object and tracking sets call it, half a turn about z before the rectification.
-  for (const char* const names : {"R0_rect: -1 0 0 0 -1 0 0 0 1\nTr_velo_to_cam: 0 1 0 0 0 0 1 0 1 0 0 1\n",
-                                  "Tr_velo_cam 0 1 0 0 0 0 1 0 1 0 0 1\nR_rect -1 0 0 0 -1 0 0 0 1\n"}) {
-    write("calib.txt", names);
-    expect_moved(read_all({folder}));
-  }
+  EXPECT_THAT(open_scans({folder})->notes(), testing::Contains(says("as KITTI has them", "as-given")));
+  expect_moved(read_all({folder}, {.pose_form = PoseForm::of_camera}));
+  const auto own = read_all({folder}, {.pose_form = PoseForm::as_given});
+  EXPECT_EQ(own.at(1).T_map_sensor.linear(), Eigen::Matrix3d::Identity()) << "the scanner's";
   std::filesystem::remove(folder / "calib.txt");
   EXPECT_THAT(open_scans({folder})->notes(), testing::Contains(says("--pose-form of-camera")));
   std::filesystem::remove(folder / "poses.txt");
@@ -264,12 +256,16 @@ TEST_F(ScanFolders, KindIsToldByContent) {
   EXPECT_THAT(failure({folder / "missing"}), says("missing: no such file or folder"));
   EXPECT_THAT(failure({write("notes.txt", "hello")}), says("notes.txt: not a kind of file that is read"));
   EXPECT_THAT(failure({write("office.surfaces", "x")}), says("--resume"));
+  EXPECT_THAT(failure({folder / "office"}), says("a saved map", "--resume"));
 }
 
 TEST_F(ScanFolders, EmptyAndUnclearFoldersAreRefused) {
   EXPECT_THAT(failure({folder}), says("holds no scans"));
   write("notes.txt", "hello");
   EXPECT_THAT(failure({folder}), says("holds no scans"));
+  write_pcd("b/scans/1.pcd");
+  write_pcd("a/1.pcd");
+  EXPECT_THAT(failure({folder}), says("holds no scans but 2 folders: a, b; name one of them"));
   write_picture("1.png", false);
   EXPECT_THAT(failure({folder}), says("1.png", "not a 16-bit depth image"));
   write_pcd("1.pcd");
@@ -283,11 +279,20 @@ TEST_F(ScanFolders, WhatIsMissingOrDoesNotFitIsNamed) {
   EXPECT_THAT(failure({folder}), says("without camera intrinsics; give --intrinsics"));
   write("intrinsics.txt", unit_camera);
   EXPECT_THAT(failure({folder}), says("2 scans without poses; give --poses"));
+  write("transforms.json", "{}");
+  EXPECT_THAT(failure({folder}), says("2 scans without poses (transforms.json is not read: write tx"));
+  EXPECT_THAT(failure({folder}, with_poses(folder / "transforms.json")),
+              says("JSON", "tx ty tz qx qy qz qw"));
   EXPECT_THAT(read_all({folder / "1.png"}), SizeIs(1));  // a single image is in the map frame
   write("poses.txt", identity_pose);
   EXPECT_THAT(failure({folder}), says("poses.txt: 1 pose for 2 scans"));
   const auto three = write("elsewhere/p", std::string(identity_pose) + identity_pose + identity_pose);
-  EXPECT_THAT(failure({folder}, with_poses(three)), says("3 poses for 2 scans"));
+  EXPECT_THAT(failure({folder}, with_poses(three)), says("3 poses for 2 scans", "--first"));
+  const auto one = write("elsewhere/one", "7 0 0 0 0 0 1\n");
+  EXPECT_EQ(open_scans({folder}, {.poses = one, .first = 1})->next()->T_map_sensor.translation().x(), 7);
+  const auto second = open_scans({folder}, {.poses = one, .skip = 1});
+  ASSERT_TRUE(second->skip(1));
+  EXPECT_EQ(second->next()->T_map_sensor.translation().x(), 7);
   EXPECT_THAT(failure({folder}, with_poses(folder / "nowhere")), says("nowhere: cannot be read"));
   EXPECT_THAT(failure({folder}, {.intrinsics = write("elsewhere/k", "1 2 3")}),
               says("3 numbers are no camera intrinsics"));
@@ -296,9 +301,7 @@ TEST_F(ScanFolders, WhatIsMissingOrDoesNotFitIsNamed) {
 TEST_F(ScanFolders, OptionsThatMakeNoSenseAreWrongUse) {
   write_pcd("1.pcd");
   for (const double value : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
-    for (const ScanSourceOptions& options :
-         {ScanSourceOptions{.depth_scale = value}, ScanSourceOptions{.rate_hz = value}})
-      failure(Error::Kind::usage, [&] { open_scans({folder}, options); });
+    failure(Error::Kind::usage, [&] { open_scans({folder}, {.depth_scale = value}); });
   EXPECT_THROW(open_scans({}), Error);
 }
 

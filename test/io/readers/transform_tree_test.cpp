@@ -80,6 +80,8 @@ TEST(TransformTree, GoesUpAndAcross) {
   EXPECT_NEAR(tree.lookup("left", "map", second, 0).translation().x(), -11.1, 1e-12);
   EXPECT_THAT(tree.ancestors("left"), ElementsAre("left", "base", "odom", "map"));
   EXPECT_TRUE(tree.moves("left"));
+  EXPECT_TRUE(tree.moves_below("odom"));
+  EXPECT_FALSE(tree.moves_below("base"));
   // Fixed to one another, whatever is known of where both are.
   EXPECT_NEAR(tree.lookup("right", "left", 99 * second, 0).translation().x(), 0.2, 1e-12);
   EXPECT_THAT(why_not(tree, "map", "left", 99), says("no pose of frame base at its time: the last is 98"));
@@ -91,29 +93,6 @@ TEST(TransformTree, TellsWhatIsMissing) {
   EXPECT_THAT(why_not(tree, "map", "lidar", 1), says("no frame 'lidar'"));
   EXPECT_THAT(why_not(tree, "earth", "base", 1), says("no frame 'earth'"));
   EXPECT_THAT(why_not(tree, "map", "camera", 1), says("does not connect camera with map"));
-}
-
-TEST(TransformTree, ARobotIsWhatAloneMovesInItsMap) {
-  io::TransformTree tree;
-  add(tree, {{"camera_init", "body", false, 1, 0},
-             {"map", "odom", false, 1, 0},
-             {"odom", "base", false, 1, 0},
-             {"base", "lidar", true, 1, 0},
-             {"base", "leg_1", false, 1, 0},
-             {"base", "leg_2", false, 1, 0},
-             {"world", "drone", false, 1, 0},
-             {"world", "gate", true, 1, 0},
-             {"drone", "mount", true, 1, 0},
-             {"mount", "scanner", true, 1, 0},
-             {"earth", "alice", false, 1, 0},
-             {"earth", "bob", false, 1, 0}});
-  EXPECT_EQ(tree.robot_below("camera_init"), "body");
-  EXPECT_EQ(tree.robot_below("map"), "base");
-  EXPECT_EQ(tree.robot_below("odom"), "base");
-  EXPECT_EQ(tree.robot_below("world"), "scanner");
-  EXPECT_EQ(tree.robot_below("earth"), "");
-  EXPECT_EQ(tree.robot_below("gate"), "");
-  EXPECT_EQ(tree.robot_below("nowhere"), "");
 }
 
 TEST(TransformTree, RingsEnd) {
@@ -161,33 +140,6 @@ TEST(TransformTree, WhatNeverChangesHoldsAlwaysIfSomethingElseMoves) {
   EXPECT_EQ(stands.lookup("map", "base", 15 * second, 0).translation().x(), 1) << "as before and after";
   stands.hold_steady();
   EXPECT_EQ(stands.lookup("map", "lidar", 99 * second, 0).translation().x(), 6);
-}
-
-TEST(TransformTree, TwoPublishersThatDisagreeAreNamed) {
-  const auto doubts = [](double apart, int every) {
-    io::TransformTree tree;
-    for (int i = 0; i < 100; ++i) {
-      tree.add({"map", "base", false}, sample(0.02 * i, 0.01 * i));  // 0.5 m/s
-      if (i % every == 0) tree.add({"map", "base", false}, sample(0.02 * i + 0.006, 0.01 * i + apart));
-    }
-    tree.finish();
-    return tree.doubts_of("base").disagreement;
-  };
-  EXPECT_THAT(doubts(0.51, 1), says("two publishers of map -> base disagree, by 0.50 m"));
-  EXPECT_THAT(doubts(0.51, 10), says("two publishers of map -> base disagree, by 0.50 m"));
-  EXPECT_EQ(doubts(0.02, 1), "");
-  EXPECT_EQ(doubts(0.5, 50), "") << "two samples are no publisher";
-}
-
-TEST(TransformTree, TreesAreJoinedUnlessBothPlaceAFrame) {
-  io::TransformTree whole, other, rival;
-  add(whole, {{"map", "base", false, 1, 2}});
-  add(other, {{"base", "lidar", true, 0, 1}, {"earth", "map", true, 0, 5}});
-  add(rival, {{"world", "base", false, 1, 9}});
-  EXPECT_TRUE(whole.join(other));
-  EXPECT_EQ(whole.lookup("earth", "lidar", second, 0).translation().x(), 8);
-  EXPECT_FALSE(whole.join(rival));
-  EXPECT_FALSE(whole.knows("world"));
 }
 
 /// The slow twin: a chain's poses multiplied one by one.

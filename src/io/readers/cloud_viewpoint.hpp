@@ -5,7 +5,7 @@
 
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Probable viewpoint of a cloud without one.
 struct CloudViewpoint {
@@ -16,12 +16,7 @@ struct CloudViewpoint {
 
 /// A sensor gives one reading in each direction, so in its own frame no reading lies behind another seen from
 /// the origin; in composed or transformed clouds many do. Such a cloud was most likely seen from above, as
-/// walkable ground is. Empty for a cloud that may have been seen from the origin. `up`: unit vector. O(n log
-/// n).
-std::optional<CloudViewpoint> likely_viewpoint(const Scan& cloud, const Eigen::Vector3d& up,
-                                               double resolution);
+/// walkable ground is. Empty for a cloud that may have been seen from the origin. O(n log n).
+std::optional<CloudViewpoint> likely_viewpoint(const Scan& cloud);
 
-/// The same cloud as seen from a point of its frame.
-void set_viewpoint(Scan& cloud, const Eigen::Vector3d& at);
-
-}  // namespace octosurf
+}  // namespace octosurf::io
