@@ -2,6 +2,7 @@
 
 #include "io/text_file.hpp"
 
+#include <chrono>
 #include <cstdio>
 #include <utility>
 
@@ -41,6 +42,11 @@ InputState Node::state() {
                  options_.reliable ? "; without --reliable it would be" : "");
   const InputState state{scans.lost(), heard(scans), options_.takes_depth() ? heard(*inputs_[2]) : 0,
                          heard(*inputs_[0]) + heard(*inputs_[1])};
+  constexpr std::chrono::seconds discovery(5);
+  const bool waited = std::chrono::steady_clock::now() - began_ >= discovery;
+  if (waited && state.scan_publishers == 0 && !std::exchange(told_of_scans_, true))
+    std::fprintf(stderr, "warning: no publisher of %s, whose scans are mapped; is the topic called so?\n",
+                 options_.scans().c_str());
   // Not at once: publishers are discovered one after the other.
   without_tf_ = state.scan_publishers > 0 && state.transform_publishers == 0 ? without_tf_ + 1 : 0;
   if (without_tf_ == 3)

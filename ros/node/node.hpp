@@ -7,6 +7,7 @@
 #include "publications.hpp"
 #include "services.hpp"
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -35,6 +36,8 @@ class Node {
   std::vector<std::unique_ptr<Subscription>> inputs_;  // /tf_static, /tf, the camera's if any, scans
   std::string mismatch_;                               // of the scans, reported last
   int without_tf_ = 0;                                 // rounds with scans and without transforms
+  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  bool told_of_scans_ = false;  // that nobody publishes them
   std::optional<Publications> publications_;
   std::optional<Patches> patches_;
   std::optional<Services> services_;

@@ -70,6 +70,9 @@ TEST_F(NodeTest, NamesAPublisherThatIsNotHeard) {
   start({"--depth", image_topic, "--tf", "/robot/tf"});
   EXPECT_TRUE(says("no publisher of /robot/tf"));
   end();
+  start({"--depth", "/camera/misspelt"});
+  EXPECT_TRUE(says("no publisher of /camera/misspelt, whose scans are mapped"));
+  end();
 }
 
 TEST_F(NodeTest, IsFoundAsTheVariablesOfRos2Say) {
