@@ -49,6 +49,14 @@ double share_of_pairs(const Judgement& judgement) {
          static_cast<double>(std::max<std::size_t>(1, judgement.pairs));
 }
 
+/// Whether a fitted number is the cause, and not one that makes some of what another did agree.
+bool is_explained(const Judgement& as_given, const Judgement& as_meant) {
+  const bool hardly = sees_enough(as_given) && !as_given.many_pairs();
+  if (hardly && as_given.common_error < sure_common_error) return false;
+  return share_of_pairs(as_meant) <=
+         std::max(most_left_of_contradictions * share_of_pairs(as_given), left_of_right);
+}
+
 class Search {
  public:
   Search(const Recording& recording, int threads) : recording_(recording), threads_(threads) {}
@@ -159,11 +167,7 @@ class Search {
       Judgement verdict = judge(recording_, candidates[i].meaning);
       if (verdict.contradicts() || !sees_enough(verdict) || is_degenerate(candidates[i].meaning, verdict))
         continue;
-      const double most_left =
-          std::max(most_left_of_contradictions * share_of_pairs(finding.as_given), left_of_right);
-      if (share_of_pairs(verdict) > most_left) continue;
-      const bool hardly = sees_enough(finding.as_given) && !finding.as_given.many_pairs();
-      if (hardly && finding.as_given.common_error < sure_common_error && fits(candidates[i])) continue;
+      if (fits(candidates[i]) && !is_explained(finding.as_given, verdict)) continue;
       finding.meaning = candidates[i].meaning;
       finding.as_meant = std::move(verdict);
       for (const std::size_t row : candidates[i].rows)
