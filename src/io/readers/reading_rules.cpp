@@ -19,6 +19,10 @@ std::vector<std::size_t> drop_no_returns(Scan& scan, bool depth_image, const Sca
     });
   };
   std::vector<std::size_t> free;
+  // Of most depth images nothing is to be dropped.
+  if (depth_image && options.no_return.empty() &&
+      std::ranges::none_of(scan.points, [](const Eigen::Vector3f& p) { return p.z() >= no_farther; }))
+    return free;
   std::vector<bool> without(clear_m > 0 ? scan.points.size() : 0);  // in their direction nothing was met
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     Eigen::Vector3f& p = scan.points[i];
