@@ -55,9 +55,9 @@ void print_judgement(const char* how, const Judgement& judgement) {
 }
 
 /// The form of poses that reads all as the meaning does.
-std::optional<sensing::PoseForm> form_of(const check::Recording& recording, const check::Meaning& meaning) {
-  for (std::size_t f = 0; f < sensing::pose_form_names.size(); ++f) {
-    const auto form = static_cast<sensing::PoseForm>(f);
+std::optional<PoseForm> form_of(const check::Recording& recording, const check::Meaning& meaning) {
+  for (std::size_t f = 0; f < pose_form_names.size(); ++f) {
+    const auto form = static_cast<PoseForm>(f);
     bool same = true;
     for (std::size_t i = 0; i < recording.poses().size() && same; ++i) {
       const auto T = meaning.pose_of(recording, i);
@@ -98,16 +98,23 @@ Mend mend_of(const CheckOptions& options, const check::Recording& recording, con
   const auto add = [&](const char* name, const std::string& value) {
     mend.options.emplace_back(name, value);
   };
-  if (const auto form = form_of(recording, meaning); !form) {
+  std::optional<PoseForm> form = form_of(recording, meaning);
+  if (options.source.pose_form && form != PoseForm::as_given) form.reset();  // it is of what that one gives
+  if (!form) {
     mend.poses = true;
     mend.source.poses = options.write_poses;
     add("--poses", options.write_poses);
+    if (options.source.pose_form) {
+      mend.source.pose_form = PoseForm::as_given;
+      add("--pose-form", "as-given");
+    }
     if (meaning.leaves_out(recording)) {
       mend.source.skip_bad = true;
       add("--skip-bad", "");
     }
-  } else if (*form != sensing::PoseForm::as_given) {
-    add("--pose-form", sensing::pose_form_names[static_cast<std::size_t>(*form)]);
+  } else if (*form != PoseForm::as_given) {
+    mend.source.pose_form = form;
+    add("--pose-form", pose_form_names[static_cast<std::size_t>(*form)]);
   }
   if (meaning.readings_scale != 1) {
     const double before = options.source.depth_scale.value_or(recording.is_camera() ? 1000 : 1);

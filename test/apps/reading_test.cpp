@@ -119,6 +119,7 @@ TEST_F(PoseCheck, PosesInAnotherFormAreToldAndTakenOnDemand) {
     EXPECT_THAT(run_well(map + "wrong --force --align off").err, HasSubstr("scans contradict each other"))
         << name;
     EXPECT_THAT(run_well(map + "maps/" + name + " --pose-form " + name).err, Not(HasSubstr("contradict")));
+    EXPECT_THAT(run_well("check " + name + " --resolution 0.1").out, HasSubstr("--pose-form " + name));
     EXPECT_NEAR(info("maps/" + name)["area_m2"], area, 0.02 * area) << name;
   }
 }
