@@ -1,6 +1,5 @@
 #pragma once
 
-#include "backlog.hpp"
 #include "scan_feed.hpp"
 
 #include <cstddef>
@@ -19,19 +18,16 @@ inline constexpr std::size_t most_joined = 16;
 /// behind, joins those that wait.
 class Arrivals {
  public:
-  explicit Arrivals(std::function<double()> now_s) : now_s_(std::move(now_s)), backlog_(most_joined) {}
+  explicit Arrivals(std::function<double()> now_s) : now_s_(std::move(now_s)) {}
 
   /// On the clock of now_s. From any thread, once the first scan has arrived.
   double of(const Scan& scan) const { return zero_s_ + scan.stamp_s; }
   /// Waits for the first of `scans`, or until interrupted(); then others may be added to it. `last_stamp_s`:
   /// of the scan before it.
   void wait_and_join(std::vector<PreparedScan>& scans, ScanFeed& feed, std::optional<double> last_stamp_s);
-  /// Those scans are inserted.
-  void inserted(double took_s) { backlog_.mapped(took_s); }
 
  private:
   std::function<double()> now_s_;
-  Backlog backlog_;
   double zero_s_ = 0;  // arrival of the time stamp 0
 };
 

@@ -1,9 +1,9 @@
 #include "checkpoints.hpp"
 
-#include "last_line.hpp"
 #include "output_files.hpp"
 
 #include <cstdio>
+#include <new>
 
 #include <octosurf/error.hpp>
 
@@ -36,11 +36,18 @@ void Checkpoints::try_to_save(const Map& map, std::size_t scans, const KeptScans
 } catch (const std::exception& error) {  // no space or no memory: the next one may succeed
   if (failing_) return;
   failing_ = true;
-  LastLine line;
-  line.add("warning: no checkpoint of %zu scans, %s; ", scans, reason_of(error));
-  line.add_last_of(*this);
-  line.add(", the run goes on");
-  std::fprintf(stderr, "%s\n", line.what());
+  std::fprintf(stderr, "warning: no checkpoint of %zu scans, %s; %s, the run goes on\n", scans,
+               reason_of(error), last().c_str());
+}
+
+std::string Checkpoints::last() const {
+  if (!any_) return "no checkpoint of this run was complete";
+  return "the last complete checkpoint is " + stem_ + " with " + std::to_string(scans_) +
+         " scans of this run";
+}
+
+const char* reason_of(const std::exception& error) {
+  return dynamic_cast<const std::bad_alloc*>(&error) != nullptr ? "out of memory" : error.what();
 }
 
 }  // namespace octosurf

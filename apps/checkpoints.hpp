@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <exception>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -28,7 +29,8 @@ class Checkpoints {
 
   bool any() const { return any_; }
   std::size_t scans() const { return scans_; }  ///< in the last complete one
-  const std::string& stem() const { return stem_; }
+  /// Names the last complete one, or says that there is none.
+  std::string last() const;
 
  private:
   /// Size and time of the file that is there; none: it is not.
@@ -43,5 +45,8 @@ class Checkpoints {
   std::size_t scans_ = 0;
   bool any_ = false, failing_ = false;
 };
+
+/// what(), or words for what has none. Valid as long as the exception.
+const char* reason_of(const std::exception& error);
 
 }  // namespace octosurf

@@ -115,11 +115,7 @@ void run_diff(const DiffArguments& arguments) {
   if (!goes_on_from(after, before))
     throw Error(Error::Kind::data, arguments.after, "does not go on from " + arguments.before,
                 "begin it as octosurf map … --resume " + arguments.before + " -o " + arguments.after);
-  const Json changes = json_of(changes_since(after, before.revision), before, after);
-  if (arguments.json)
-    std::printf("%s\n", changes.dump(1).c_str());
-  else
-    print_readable(changes);
+  print_answer(json_of(changes_since(after, before.revision), before, after), arguments.json);
 }
 
 }  // namespace

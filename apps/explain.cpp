@@ -59,11 +59,7 @@ void run_explain(const ExplainArguments& arguments) {
   const std::vector<double>& at = arguments.at;
   const Explanation why = explain(loaded.map, {at[0], at[1], at[2]}, paper_detector());
   const std::string detector = get_parameter(loaded.map.parameters(), "detector");
-  const Json answer = json_of(why, detector);
-  if (arguments.json)
-    std::printf("%s\n", answer.dump().c_str());
-  else
-    print_readable(answer);
+  print_answer(json_of(why, detector), arguments.json);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ Examples:
   octosurf export maps/office --to office.glb --what meshes    closed solids, for any 3-D viewer
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
   octosurf export maps/office --to office.ot                   the octree with its log-odds, for OctoMap's tools
-  octosurf export maps/office --to office.mcap                 surfaces, voxels and poses, for Foxglove
+  octosurf export maps/office --to office.mcap                 surfaces and poses, for Foxglove
   octosurf export maps/office --to nav2/                       a grid per storey and a route over stairs, for Nav2
 )";
 
@@ -113,8 +113,8 @@ void export_octree(const Map& map, const ExportArguments& arguments) {
 }
 
 /// Of the scans, with their time stamps, where the map's folder of them is still there.
-std::vector<std::pair<double, Eigen::Isometry3d>> poses_of_scans(const LoadedMap& loaded) {
-  std::vector<std::pair<double, Eigen::Isometry3d>> poses;
+std::vector<io::StampedPose> poses_of_scans(const LoadedMap& loaded) {
+  std::vector<io::StampedPose> poses;
   if (loaded.scans.folder.empty()) return poses;
   for (const auto& file : io::kept_scans(loaded.scans.folder, loaded.map.size().scans))
     poses.emplace_back(*io::stamp_in_name(file), loaded.scans.poses[poses.size()]);
@@ -123,26 +123,16 @@ std::vector<std::pair<double, Eigen::Isometry3d>> poses_of_scans(const LoadedMap
 
 void export_mcap(const LoadedMap& loaded, const Up& up, const ExportArguments& arguments) {
   if (arguments.what != ExportArguments().what)
-    throw Error(Error::Kind::usage, "--what", "an .mcap holds surfaces, voxels and poses", "leave it out");
+    throw Error(Error::Kind::usage, "--what", "an .mcap holds surfaces and poses", "leave it out");
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
-  std::vector<std::pair<double, Eigen::Isometry3d>> poses;
+  std::vector<io::StampedPose> poses;
   try {
     poses = poses_of_scans(loaded);
   } catch (const Error& error) {
     std::fprintf(stderr, "warning: %s; the file has no poses\n", error.what());
   }
-  std::vector<Eigen::Isometry3d> trajectory;
-  for (const auto& [stamp_s, pose] : poses) trajectory.push_back(pose);
-
-  io::write_file(arguments.file, arguments.force, [&](std::ostream& out) {
-    const double begin_s = poses.empty() ? 0 : poses.front().first;
-    io::FoxgloveLog log(out, up.direction);
-    log.add_surfaces(begin_s, *snapshot);
-    log.add_voxels(begin_s, loaded.map.octree(), *snapshot);
-    if (!poses.empty()) log.add_trajectory(begin_s, trajectory);
-    for (const auto& [stamp_s, pose] : poses) log.add_pose(stamp_s, pose);
-    log.finish();
-  });
+  io::write_file(arguments.file, arguments.force,
+                 [&](std::ostream& out) { io::write_foxglove(out, *snapshot, up.direction, poses); });
   std::printf("%s: %zu surfaces, %zu poses\n", arguments.file.c_str(), snapshot->surfaces.size(),
               poses.size());
 }

@@ -2,14 +2,14 @@
 
 #include "interrupt_guard.hpp"
 #include "io/text_file.hpp"
-#include "last_line.hpp"
 #include "progress.hpp"
-#include "run_observers.hpp"
+#include "run_outputs.hpp"
 #include "run_scans.hpp"
 
 #include <future>
 #include <new>
-#include <ranges>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -20,7 +20,10 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
                RunState::Clock::time_point begin)
     : options_(options),
       run_(options, std::move(start), std::move(context), begin),
-      observers_(outputs_of(run_, std::move(kept))),
+      keeper_(std::move(kept)),
+      poses_(options.write_poses, options.force, run_.mapper.map().origin()),
+      checkpoints_(options.output, options.checkpoint_s, options.force && options.resume.empty()),
+      live_(options.serve_port ? live_view(run_) : nullptr),
       arrivals_([this] { return run_.now_s(); }),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
 
@@ -39,8 +42,7 @@ void MapRun::run(const std::optional<std::filesystem::path>& octree, std::unique
       throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
     save(Saving::end);
   } catch (const std::exception& failure) {
-    const bool refused =
-        dynamic_cast<const Error*>(&failure) != nullptr && !run_.changed && !run_.saving_last;
+    const bool refused = dynamic_cast<const Error*>(&failure) != nullptr && !run_.changed && !saving_last_;
     if (refused) throw;  // its message is complete
     end_early(failure);
   }
@@ -75,7 +77,7 @@ void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
 
 void MapRun::insert_all(ScanFeed& feed) {
   Progress progress(feed.size());
-  run_.checkpoints.start(run_.now_s());
+  checkpoints_.start(run_.now_s());
   // Without another thread, or if none can be started, get() calls next().
   const auto policy =
       options_.threads > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred;
@@ -87,16 +89,14 @@ void MapRun::insert_all(ScanFeed& feed) {
     if (!first) break;
     scans.clear();
     scans.push_back(std::move(*first));
-    if (is_pause(run_.last_stamp_s, scans.front().scan().stamp_s)) drain();
-    if (options_.realtime) arrivals_.wait_and_join(scans, feed, run_.last_stamp_s);
+    if (is_pause(last_stamp_s_, scans.front().scan().stamp_s)) drain();
+    if (options_.realtime) arrivals_.wait_and_join(scans, feed, last_stamp_s_);
     if (interrupted()) break;
     ahead = read_next();
-    const double start_s = run_.now_s();
     insert(scans);
-    arrivals_.inserted(run_.now_s() - start_s);
     done += scans.size();
     progress.show(done, [&] { return io::count_of(run_.mapper.snapshot()->surfaces.size(), "surface"); });
-    if (run_.checkpoints.due(run_.now_s())) save(Saving::checkpoint);
+    if (checkpoints_.due(run_.now_s())) save(Saving::checkpoint);
   }
 }
 
@@ -119,15 +119,13 @@ void MapRun::insert(std::span<const PreparedScan> scans) {
       run_.changed = true;
       for (std::size_t i = 0; i < reports.size(); ++i) {
         const Scan& scan = scans[i].scan();
-        const InsertedScan inserted{scan, reports[i], options_.realtime ? arrivals_.of(scan) : start_s,
-                                    done_s};
-        run_.statistics.add(scan, reports[i], inserted.arrival_s, done_s);
-        run_.last_stamp_s = scan.stamp_s;
+        run_.statistics.add(scan, reports[i], options_.realtime ? arrivals_.of(scan) : start_s, done_s);
+        last_stamp_s_ = scan.stamp_s;
         if (reports[i].alignment.outcome == AlignmentOutcome::rejected) continue;
-        // Kept scans, which may fail, after the logs, so that these have all scans of the map.
-        for (const auto& observer : std::views::reverse(observers_)) observer->after(inserted);
+        const Eigen::Isometry3d& T_map_sensor = reports[i].alignment.T_map_sensor;
+        poses_.add(scan.stamp_s, T_map_sensor);
+        keeper_.add(scan, T_map_sensor);  // may fail: last, so that the log has all scans of the map
       }
-      notify_of_change();
       scans = scans.subspan(reports.size());
     } catch (const Error& error) {
       if (interrupted()) return;  // within a scan, which is not in the map
@@ -139,51 +137,57 @@ void MapRun::insert(std::span<const PreparedScan> scans) {
 }
 
 void MapRun::drain() try {
-  if (run_.statistics.drain(run_.mapper, [this] { return run_.now_s(); })) notify_of_change();
+  run_.statistics.drain(run_.mapper, [this] { return run_.now_s(); });
 } catch (const Error&) {
   if (!interrupted()) throw;
 }
 
-void MapRun::notify_of_change() {
-  if (!run_.last_stamp_s) return;
-  for (const auto& observer : observers_) observer->changed(*run_.last_stamp_s);
-}
-
 void MapRun::save(Saving saving) {
-  if (saving == Saving::checkpoint && options_.strict && run_.statistics.judgement().contradicts()) return;
-  for (const auto& observer : observers_) observer->save(saving);
-  run_.checkpoints.start(run_.now_s());
+  const bool refused = options_.strict && run_.statistics.judgement().contradicts();
+  if (saving == Saving::checkpoint && refused) return;
+  const Map& map = run_.mapper.map();
+  const std::size_t scans = run_.statistics.scans();
+  keeper_.save();  // first what a saved map refers to
+  if (saving == Saving::checkpoint) {
+    checkpoints_.try_to_save(map, scans, keeper_.kept());
+    poses_.save(saving);
+  } else {
+    saving_last_ = true;
+    if (refused)
+      throw Error(Error::Kind::data, options_.output, run_.statistics.judgement().describe(),
+                  "no map is written; without --strict it would be");
+    checkpoints_.save(map, scans, keeper_.kept());
+    poses_.save(saving);
+    report(run_, keeper_.kept().folder);
+  }
+  checkpoints_.start(run_.now_s());
 }
 
 void MapRun::end_early(const std::exception& failure) {
   reserve_.reset();
-  const bool mapping = !run_.saving_last;
-  const auto all_saved = [this] {
-    return run_.checkpoints.any() && run_.checkpoints.scans() == run_.statistics.scans();
-  };
-  LastLine line;
-  line.add("%s", reason_of(failure));
+  const bool mapping = !saving_last_;
+  const std::size_t scans = run_.statistics.scans();
+  const auto all_saved = [&] { return checkpoints_.any() && checkpoints_.scans() == scans; };
+  std::string line = reason_of(failure);
   if (dynamic_cast<const std::bad_alloc*>(&failure) != nullptr)
-    line.add(" after %zu scans", static_cast<std::size_t>(run_.statistics.scans()));
+    line += " after " + std::to_string(scans) + " scans";
   if (mapping && run_.changed) {
     try {
       save(Saving::end);
     } catch (const std::exception& error) {
-      if (!all_saved()) line.add("; saving failed, too: %s", reason_of(error));
+      if (!all_saved()) line += std::string("; saving failed, too: ") + reason_of(error);
     }
   }
-  line.add("; ");
   if (all_saved()) {
     const auto* error = dynamic_cast<const Error*>(&failure);
     const bool can_skip = mapping && error != nullptr && error->kind() == Error::Kind::data;
-    line.add("%zu scan%s mapped and saved", run_.checkpoints.scans(),
-             run_.checkpoints.scans() == 1 ? "" : "s");
-    if (can_skip) line.add(", --skip-bad skips it");
+    line +=
+        "; " + io::count_of(scans, "scan") + " mapped and saved" + (can_skip ? ", --skip-bad skips it" : "");
   } else {
-    line.add_last_of(run_.checkpoints);
-    if (run_.checkpoints.any()) line.add(", --resume %s goes on", options_.output.c_str());
+    line +=
+        "; " + checkpoints_.last() + (checkpoints_.any() ? ", --resume " + options_.output + " goes on" : "");
   }
-  throw line;
+  throw std::runtime_error(line);
 }
 
 }  // namespace octosurf

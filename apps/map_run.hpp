@@ -1,8 +1,11 @@
 #pragma once
 
 #include "arrivals.hpp"
-#include "run_observers.hpp"
+#include "checkpoints.hpp"
+#include "pose_log.hpp"
+#include "run_state.hpp"
 #include "scan_feed.hpp"
+#include "scan_keeper.hpp"
 
 #include <cstddef>
 #include <exception>
@@ -16,8 +19,8 @@
 
 namespace octosurf {
 
-/// One run of `octosurf map`, from the first scan to the files: a loop that inserts scans, and observers that
-/// check them and write the outputs.
+/// One run of `octosurf map`, from the first scan to the files: a loop that inserts scans and saves what
+/// comes of them.
 ///
 /// If the run ends early (a bad scan, Ctrl-C, SIGTERM, a lost terminal, no memory, a full disk), the map so
 /// far is saved, the report written and the summary printed before the last line reports it. If that fails,
@@ -42,15 +45,19 @@ class MapRun {
   void insert(std::span<const PreparedScan> scans);
   /// Mapper::drain, at the end or a pause of the input.
   void drain();
-  void notify_of_change();
   void save(Saving saving);
   /// Saves as much as possible, then throws the last line.
   [[noreturn]] void end_early(const std::exception& failure);
 
   const MapOptions& options_;
   RunState run_;
-  RunObservers observers_;  // destroyed before the mapper, which they use
+  ScanKeeper keeper_;
+  PoseLog poses_;
+  Checkpoints checkpoints_;
+  std::shared_ptr<const void> live_;  // destroyed before the mapper, which it uses
   Arrivals arrivals_;
+  std::optional<double> last_stamp_s_;    // of the scans that were inserted
+  bool saving_last_ = false;              // the last save has begun
   std::unique_ptr<std::byte[]> reserve_;  // freed when the run fails, because saving needs some memory
 };
 

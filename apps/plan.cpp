@@ -30,12 +30,13 @@ constexpr const char* plan_description =
 Examples:
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135 --png steps.png -o steps.glb -o steps.json
-  octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -5.0 0.0 0.6 -135 --foot 0.26x0.13 --max-forward 0.45
+  octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -5.0 0.0 0.6 -135 --foot 0.26x0.13 --robot ours.json
   octosurf plan maps/stairs --from -3.45 0.74 0.57 -133 --to -5.6 -1.55 1.7 -133 --robot quadruped
 
 X Y Z is on the ground between the feet, YAW in degrees, counter-clockwise from the map's x axis seen from
 above. Feet are put on the footholds nearest to there. Where feet and swinging legs would be nothing may be
-unknown (--unknown free), while for the body unknown space counts as free.
+unknown (--unknown free), while for the body unknown space counts as free. A file of --robot is
+{"robot": "biped"} or "quadruped", and which of its limits differ: "foot": "0.26x0.13", "max_forward_m": 0.45.
 )";
 
 struct PlanArguments {
@@ -119,11 +120,6 @@ void add_plan(CLI::App& app) {
       ->required();
   add_options(*verb, plan_fields(arguments->query));
   add_up_option(*verb, arguments->up);
-  verb->add_option("--budget", arguments->query.budget.expansions, "most expansions to find a plan")
-      ->capture_default_str();
-  verb->add_option("--improving", arguments->query.budget.improving,
-                   "further expansions to find a better one")
-      ->capture_default_str();
   verb->add_option("--seconds,--time", arguments->query.budget.time_s, "most seconds of search [no limit]")
       ->check(at_least(0));
   verb->add_flag("--json", arguments->json, "print JSON");

@@ -7,42 +7,60 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <variant>
+#include <vector>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf {
 
+namespace {
+
+/// A limit of a robot in a file, and where each has it; null: the robot has none.
+struct RobotLimit {
+  template <class Field>
+  RobotLimit(const char* called, double given_in, Field)
+      : name(called), unit(given_in), of([](Robot& robot) {
+          return std::visit(
+              [](auto& kind) -> double* {
+                if constexpr (std::is_invocable_v<Field, decltype(kind)>) return Field()(kind);
+                return nullptr;
+              },
+              robot);
+        }) {}
+
+  const char* name;
+  double unit;  ///< in which it is given, in SI
+  double* (*of)(Robot&);
+};
+
 const std::vector<RobotLimit>& robot_limits() {
   using B = Biped;
   using Q = Quadruped;
   static const std::vector<RobotLimit> limits{
-      {"max_forward", "longest step forward, m", 1, [](B& r) { return &r.max_forward_m; }},
-      {"max_backward", "m, likewise", 1, [](B& r) { return &r.max_backward_m; }},
-      {"min_width", "m, between the feet", 1, [](B& r) { return &r.min_width_m; }},
-      {"max_width", "m, likewise", 1, [](B& r) { return &r.max_width_m; }},
-      {"max_step", "m: a quadruped's body moves at most this far while each foot steps once", 1,
-       [](Q& r) { return &r.max_step_m; }},
-      {"reach", "m: a quadruped's foot steps at most this far from below its hip", 1,
-       [](Q& r) { return &r.reach_m; }},
-      {"max_up", "m, of a step", 1, [](auto& r) { return &r.max_up_m; }},
-      {"max_down", "m, of a step", 1, [](auto& r) { return &r.max_down_m; }},
-      {"max_turn", "degrees a step", rad_per_deg, [](auto& r) { return &r.max_turn_rad; }},
-      {"max_slope", "degrees, of the ground", rad_per_deg, [](auto& r) { return &r.contact.max_slope_rad; }},
-      {"edge_margin", "m, between soles and edges", 1, [](auto& r) { return &r.contact.edge_margin_m; }},
-      {"frontier_margin", "m, between soles and edges beyond which nothing was observed", 1,
-       [](auto& r) { return &r.contact.frontier_margin_m; }},
-      {"lift", "m: height of a swinging foot", 1, [](auto& r) { return &r.lift_m; }},
-      {"high_lift", "m: likewise where it would touch something", 1, [](auto& r) { return &r.high_lift_m; }},
-      {"stance_width", "m, between the feet when it stands", 1, [](auto& r) { return &r.stance_width_m; }},
-      {"stance_length", "m, likewise between fore and hind feet", 1, [](Q& r) { return &r.stance_length_m; }},
-      {"body_length", "m, of the trunk", 1, [](auto& r) { return &r.body.length_m; }},
-      {"body_width", "m, likewise", 1, [](auto& r) { return &r.body.width_m; }},
-      {"body_from", "m: height of its underside", 1, [](auto& r) { return &r.body.from_m; }},
-      {"body_to", "m: height of its top", 1, [](auto& r) { return &r.body.to_m; }}};
+      {"max_forward_m", 1, [](B& r) { return &r.max_forward_m; }},
+      {"max_backward_m", 1, [](B& r) { return &r.max_backward_m; }},
+      {"min_width_m", 1, [](B& r) { return &r.min_width_m; }},
+      {"max_width_m", 1, [](B& r) { return &r.max_width_m; }},
+      {"max_step_m", 1, [](Q& r) { return &r.max_step_m; }},
+      {"reach_m", 1, [](Q& r) { return &r.reach_m; }},
+      {"max_up_m", 1, [](auto& r) { return &r.max_up_m; }},
+      {"max_down_m", 1, [](auto& r) { return &r.max_down_m; }},
+      {"max_turn_deg", rad_per_deg, [](auto& r) { return &r.max_turn_rad; }},
+      {"max_slope_deg", rad_per_deg, [](auto& r) { return &r.contact.max_slope_rad; }},
+      {"edge_margin_m", 1, [](auto& r) { return &r.contact.edge_margin_m; }},
+      {"frontier_margin_m", 1, [](auto& r) { return &r.contact.frontier_margin_m; }},
+      {"lift_m", 1, [](auto& r) { return &r.lift_m; }},
+      {"high_lift_m", 1, [](auto& r) { return &r.high_lift_m; }},
+      {"stance_width_m", 1, [](auto& r) { return &r.stance_width_m; }},
+      {"stance_length_m", 1, [](Q& r) { return &r.stance_length_m; }},
+      {"body_length_m", 1, [](auto& r) { return &r.body.length_m; }},
+      {"body_width_m", 1, [](auto& r) { return &r.body.width_m; }},
+      {"body_from_m", 1, [](auto& r) { return &r.body.from_m; }},
+      {"body_to_m", 1, [](auto& r) { return &r.body.to_m; }}};
   return limits;
 }
 
-std::string RobotLimit::field() const { return name + (unit != 1 ? std::string("_deg") : std::string("_m")); }
+}  // namespace
 
 std::string name_of(const Robot& robot) {
   return std::holds_alternative<Biped>(robot) ? "biped" : "quadruped";
@@ -73,12 +91,12 @@ Robot robot_in(const std::string& name_or_file) {
     }
     const auto& all = robot_limits();
     const auto limit =
-        std::find_if(all.begin(), all.end(), [&](const RobotLimit& l) { return l.field() == key; });
+        std::find_if(all.begin(), all.end(), [&](const RobotLimit& l) { return l.name == key; });
     double* const field = limit != all.end() ? limit->of(robot) : nullptr;
     if (field == nullptr) {
       std::string known = "foot";
       for (const RobotLimit& one : all)
-        if (one.of(robot) != nullptr) known += ", " + one.field();
+        if (one.of(robot) != nullptr) known += std::string(", ") + one.name;
       refuse("has " + key + ", which is none of a " + name_of(robot) + "'s limits", "these are: " + known);
     }
     if (!value.is_number()) refuse("has no number for " + key);
@@ -97,15 +115,6 @@ Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up) {
         if (query.unknown_is_free) kind.contact.unknown_to_m = 0;
       },
       robot);
-  for (const auto& [limit, value] : query.limits) {
-    double* const field = limit->of(robot);
-    if (field == nullptr) {
-      std::string option = limit->name;
-      std::replace(option.begin(), option.end(), '_', '-');
-      throw Error(Error::Kind::usage, "--" + option, "is none of a " + name_of(robot) + "'s limits");
-    }
-    *field = value;
-  }
   return robot;
 }
 

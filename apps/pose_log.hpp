@@ -1,14 +1,18 @@
 #pragma once
 
-#include "run_observer.hpp"
-
 #include <Eigen/Geometry>
 #include <string>
 
 namespace octosurf {
 
+/// When a run saves its outputs.
+enum class Saving {
+  checkpoint,  ///< a failure is a warning, as the next may succeed
+  end          ///< of the run, also where it failed
+};
+
 /// Writes the poses with which a run's scans were mapped (`--write-poses`).
-class PoseLog : public RunObserver {
+class PoseLog {
  public:
   /// No file is written if `file` is empty. `force`: overwrite a file from before the run. `origin`: of the
   /// map, added to the poses, so that they are in the frame of those given. Throws as save() for a file that
@@ -16,11 +20,8 @@ class PoseLog : public RunObserver {
   PoseLog(std::string file, bool force, const Eigen::Vector3d& origin);
 
   void add(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
-  void after(const InsertedScan& inserted) override {
-    add(inserted.scan.stamp_s, inserted.report.alignment.T_map_sensor);
-  }
   /// Writes all poses so far. Throws Error(output), Error(usage); of a checkpoint it warns once instead.
-  void save(Saving saving) override;
+  void save(Saving saving);
 
  private:
   void write();

@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include <octosurf/error.hpp>
 
@@ -30,18 +29,6 @@ QuestionField unknown_field(bool& is_free) {
   return text_field("unknown", "what space over a foot is that nobody saw: blocked or free",
                     {"blocked", "free"}, [&is_free](const std::string& text) { is_free = text == "free"; })
       .by_default("blocked");
-}
-
-/// " [biped 0.3, quadruped 0.4]", in the limit's unit.
-std::string defaults_of(const RobotLimit& limit) {
-  std::string text;
-  for (Robot robot : {Robot(Biped()), Robot(Quadruped())})
-    if (const double* value = limit.of(robot)) {
-      char number[24];
-      std::snprintf(number, sizeof number, " %.4g", *value / limit.unit);
-      text += (text.empty() ? " [" : ", ") + name_of(robot) + number;
-    }
-  return text + "]";
 }
 
 }  // namespace
@@ -123,16 +110,10 @@ QuestionFields region_fields(planning::ContactQuestion& q) {
 }
 
 QuestionFields plan_fields(PlanQuery& q) {
-  QuestionFields fields{
-      standing_field("from", "X Y Z YAW: start, on the ground between the feet, and the heading, degrees",
-                     q.from),
-      standing_field("to", "X Y Z YAW: goal", q.to), robot_field(q.robot), foot_field(q.foot),
-      unknown_field(q.unknown_is_free)};
-  for (const RobotLimit& limit : robot_limits())
-    fields.push_back(
-        {limit.field(), limit.help + defaults_of(limit), 1, 0, limit.unit != 1 ? 180 : largest_robot_m,
-         [&q, &limit](const std::vector<double>& v) { q.limits.emplace_back(&limit, v[0] * limit.unit); }});
-  return fields;
+  return {standing_field("from", "X Y Z YAW: start, on the ground between the feet, and the heading, degrees",
+                         q.from),
+          standing_field("to", "X Y Z YAW: goal", q.to), robot_field(q.robot), foot_field(q.foot),
+          unknown_field(q.unknown_is_free)};
 }
 
 void add_options(CLI::App& verb, const QuestionFields& fields) {

@@ -73,7 +73,7 @@ QuestionField standing_field(const char* name, const char* description, Standing
 QuestionFields contact_fields(planning::ContactQuestion& question);
 /// Likewise, and a region's alone.
 QuestionFields region_fields(planning::ContactQuestion& question);
-/// What is planned, for whom; and of the robot's limits those that differ.
+/// What is planned, and for whom.
 QuestionFields plan_fields(PlanQuery& query);
 
 void add_options(CLI::App& verb, const QuestionFields& fields);

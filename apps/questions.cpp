@@ -203,32 +203,13 @@ void print_patch(const ServedMap& map, const Request& asked) {
 
 // What only the server is asked.
 
-QuestionField since_field(Request& asked, const char* description) {
+Fields changes_fields(Request& asked) {
   const auto take = [&asked](const std::vector<double>& v) {
     asked.since = static_cast<std::uint64_t>(v[0]);
   };
-  return {"since", description, 1, 0, last_revision, take, true};
-}
-
-Fields changes_fields(Request& asked) {
-  return {since_field(asked, "a revision that /api/info or an earlier answer gave").needed()};
-}
-
-Fields path_fields(Request& asked) {
-  Fields fields = plan_fields(asked.plan);
-  PlanBudget& budget = asked.plan.budget;
-  fields.push_back(number_field("budget", "expansions to find a plan", budget.expansions, 1, 100000)
-                       .by_default(std::to_string(budget.expansions)));
-  fields.push_back(
-      number_field("improving", "further expansions to find a better one", budget.improving, 0, 100000)
-          .by_default(std::to_string(budget.improving)));
-  fields.push_back(number_field("time_s", "of search at most", budget.time_s, 0, 30).by_default("10"));
-  return fields;
-}
-
-Fields live_fields(Request& asked) {
-  return {since_field(asked, "the revision that is known; everything, if it is not given"),
-          text_field("run", "whose revision that is, as the answers say", {},
+  return {{"since", "a revision that an earlier answer gave; everything, if it is not given", 1, 0,
+           last_revision, take, true},
+          text_field("run", "whose revision that is, as the answer says", {},
                      [&asked](const std::string& text) { asked.run = text; })};
 }
 
@@ -265,13 +246,9 @@ const std::vector<Question>& questions() {
       {"", "", "/api/changes",
        "what became of the surfaces since a revision, and those that appeared or changed as they are now",
        changes_fields,
-       [](const ServedMap& map, const Request& asked) { return map.changes_json(*asked.since); }},
-      {"", "", "/api/plan", "footsteps from one place to another, or why there are none", path_fields,
-       [](const ServedMap& map, const Request& asked) { return map.plan_json(asked.plan); }},
+       [](const ServedMap& map, const Request& asked) { return map.changes_json(asked.since, asked.run); }},
       {"", "", voxels_path, "the octree's occupied voxels, packed as for the page",
-       [](Request&) { return Fields{}; }, nullptr},
-      {"", "", live_path, "what has changed on the map, packed as for the page; empty: nothing", live_fields,
-       nullptr}};
+       [](Request&) { return Fields{}; }, nullptr}};
   return all;
 }
 

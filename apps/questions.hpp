@@ -14,8 +14,7 @@ namespace octosurf {
 struct Request {
   planning::PlaceQuestion place;
   planning::ContactQuestion contact;  ///< its slope and surface are other questions', too
-  PlanQuery plan;
-  Standing base;  ///< of a patch
+  Standing base;                      ///< of a patch
   std::optional<std::uint64_t> since;
   std::string run;
 };
@@ -30,7 +29,6 @@ struct Question {
 };
 const std::vector<Question>& questions();
 
-constexpr const char* live_path = "/live";
 constexpr const char* voxels_path = "/api/voxels";
 
 }  // namespace octosurf

@@ -37,8 +37,11 @@ std::string text_of(const Json& value) {
   if (value.is_string()) return value;
   if (value.is_number_float()) {
     const double number = value;
-    const bool tiny = number != 0 && std::fabs(number) < 1e-3;
-    return io::formatted(tiny ? "%.3g" : "%.4f", number);
+    if (number != 0 && std::fabs(number) < 1e-3) return io::formatted("%.3g", number);
+    std::string text = io::formatted("%.4f", number);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.back() == '.') text.pop_back();
+    return text;
   }
   if (!value.is_structured()) return value.dump();
   std::string text;
@@ -89,7 +92,7 @@ void print_readable(const Json& answer) {
     if (table || (value.is_object() && value.size() > longest_line))
       below.emplace_back(name, &value);
     else
-      std::printf("%-16s %s%s\n", name.c_str(), text_of(value).c_str(), value.is_null() ? "" : unit.c_str());
+      std::printf("%-20s %s%s\n", name.c_str(), text_of(value).c_str(), value.is_null() ? "" : unit.c_str());
   }
   for (const auto& [name, part] : below) {
     if (part->is_array()) {
@@ -99,6 +102,11 @@ void print_readable(const Json& answer) {
       print_readable(*part);
     }
   }
+}
+
+void print_answer(const Json& answer, bool as_json) {
+  if (!as_json) return print_readable(answer);
+  std::printf("%s\n", answer.dump(1, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
 }  // namespace octosurf

@@ -10,4 +10,7 @@ namespace octosurf {
 /// lines below.
 void print_readable(const nlohmann::ordered_json& answer);
 
+/// Likewise, or as it is.
+void print_answer(const nlohmann::ordered_json& answer, bool as_json);
+
 }  // namespace octosurf

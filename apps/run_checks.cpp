@@ -1,4 +1,4 @@
-#include "run_observers.hpp"
+#include "run_outputs.hpp"
 
 #include <string>
 

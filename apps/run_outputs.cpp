@@ -1,8 +1,8 @@
+#include "run_outputs.hpp"
+
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
-#include "pose_log.hpp"
 #include "readable.hpp"
-#include "run_observers.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
 
@@ -12,34 +12,8 @@
 #include <string>
 #include <utility>
 
-#include <octosurf/error.hpp>
-
 namespace octosurf {
 namespace {
-
-class MapSaver : public RunObserver {
- public:
-  MapSaver(RunState& run, const ScanKeeper& keeper) : run_(run), keeper_(keeper) {}
-
-  void save(Saving saving) override {
-    const Map& map = run_.mapper.map();
-    if (saving == Saving::checkpoint)
-      return run_.checkpoints.try_to_save(map, run_.statistics.scans(), keeper_.kept());
-    run_.saving_last = true;
-    if (run_.options.strict && run_.statistics.judgement().contradicts())
-      throw Error(Error::Kind::data, run_.options.output, run_.statistics.judgement().describe(),
-                  "no map is written; without --strict it would be");
-    run_.checkpoints.save(map, run_.statistics.scans(), keeper_.kept());
-    run_.written = {run_.options.output + ".surfaces", run_.options.output + ".bt"};
-    for (const std::string& file :
-         {keeper_.kept().folder.string(), run_.options.write_poses, run_.options.report})
-      if (!file.empty()) run_.written.push_back(file);
-  }
-
- private:
-  RunState& run_;
-  const ScanKeeper& keeper_;
-};
 
 void print_dropped(const ScanReport& totals) {
   const std::pair<std::size_t, const char*> reasons[] = {{totals.points_not_finite, "not finite"},
@@ -82,7 +56,7 @@ void print_scans(const RunState& run, const Map::Size& size) {
   std::printf("\n");
 }
 
-void print_summary(const RunState& run) {
+void print_summary(const RunState& run, const std::filesystem::path& kept_scans) {
   const Map& map = run.mapper.map();
   const Map::Size size = map.size();
   const RunStatistics& statistics = run.statistics;
@@ -97,9 +71,9 @@ void print_summary(const RunState& run) {
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", run.now_s(),
               statistics.scan_ms_percentile(0.5), statistics.scan_ms_percentile(0.95));
-  std::printf("%-12s ", "written");
-  for (std::size_t i = 0; i < run.written.size(); ++i)
-    std::printf("%s%s", i == 0 ? "" : ", ", run.written[i].c_str());
+  std::printf("%-12s %s.surfaces, %s.bt", "written", run.options.output.c_str(), run.options.output.c_str());
+  for (const std::string& file : {kept_scans.string(), run.options.write_poses, run.options.report})
+    if (!file.empty()) std::printf(", %s", file.c_str());
   std::printf("\n");
   if (snapshot->surfaces.empty()) return;
   const Up up = up_of(map);
@@ -118,44 +92,21 @@ void warn_of_missing_poses(const RunState& run) {
       scans);
 }
 
-/// The report, the summary and the warnings of a run that is over.
-class RunReport : public RunObserver {
- public:
-  explicit RunReport(RunState& run) : run_(run) {}
-
-  void save(Saving saving) override {
-    if (saving == Saving::checkpoint) return;
-    const Map& map = run_.mapper.map();
-    const std::string& report = run_.options.report;
-    run_.context.wall_s = run_.now_s();
-    if (!report.empty())
-      io::write_file(report, run_.options.force,
-                     [&](std::ostream& out) { out << run_.statistics.to_json(map, run_.context) << '\n'; });
-    print_summary(run_);
-    std::fflush(stdout);  // warnings follow the summary
-    warn_of_missing_poses(run_);
-    warn_of_up(map);
-    if (run_.statistics.judgement().contradicts())
-      std::fprintf(stderr, "warning: %s\n", run_.statistics.judgement().describe().c_str());
-  }
-
- private:
-  RunState& run_;
-};
-
 }  // namespace
 
-RunObservers outputs_of(RunState& run, KeptScans kept) {
-  const MapOptions& options = run.options;
-  RunObservers outputs;
-  auto keeper = std::make_unique<ScanKeeper>(std::move(kept));
-  auto saver = std::make_unique<MapSaver>(run, *keeper);
-  if (options.serve_port) outputs.push_back(live_view(run));
-  outputs.push_back(std::move(keeper));
-  outputs.push_back(std::move(saver));
-  outputs.push_back(std::make_unique<PoseLog>(options.write_poses, options.force, run.mapper.map().origin()));
-  outputs.push_back(std::make_unique<RunReport>(run));
-  return outputs;
+void report(RunState& run, const std::filesystem::path& kept_scans) {
+  const Map& map = run.mapper.map();
+  const std::string& file = run.options.report;
+  run.context.wall_s = run.now_s();
+  if (!file.empty())
+    io::write_file(file, run.options.force,
+                   [&](std::ostream& out) { out << run.statistics.to_json(map, run.context) << '\n'; });
+  print_summary(run, kept_scans);
+  std::fflush(stdout);  // warnings follow the summary
+  warn_of_missing_poses(run);
+  warn_of_up(map);
+  if (run.statistics.judgement().contradicts())
+    std::fprintf(stderr, "warning: %s\n", run.statistics.judgement().describe().c_str());
 }
 
 }  // namespace octosurf

@@ -1,6 +1,5 @@
 #include "run_scans.hpp"
 
-#include "arrivals.hpp"
 #include "geometry/median.hpp"
 #include "io/text_file.hpp"
 #include "sensing/fingerprint.hpp"
@@ -18,15 +17,12 @@ namespace octosurf {
 RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run), notes_(source->notes()) {
   const ScanRange& range = run.options.range;
   for (const std::string& note : notes_) std::printf("%s\n", note.c_str());
-  run.scans_listed = source->size();
+  const std::size_t listed = source->size();
   held_ = surfaces::state_of(run.mapper.map()).held;
   std::sort(held_.begin(), held_.end());
-  feed_ = std::make_unique<ScanFeed>(std::move(source), range, run.options.realtime ? most_joined : 1,
-                                     [this](const Scan& scan) { return accept(scan); });
-  run.feed = feed_.get();
+  feed_ = std::make_unique<ScanFeed>(std::move(source), range, [this](const Scan& scan) { return accept(scan); });
   if (feed_->size() == 0)
-    throw Error(Error::Kind::usage, "--skip",
-                "leaves none of the " + std::to_string(run.scans_listed) + " scans");
+    throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
 }
 
 void RunScans::require_metres(const Scan& scan) const {
@@ -59,8 +55,6 @@ void RunScans::require_near(const Scan& scan) const {
 }
 
 void RunScans::finish() {
-  run_.feed = nullptr;
-
   const std::vector<std::string> notes = feed_->notes();
   for (std::size_t i = notes_.size(); i < notes.size(); ++i) std::printf("%s\n", notes[i].c_str());
   const std::vector<std::string> skipped = feed_->skipped();

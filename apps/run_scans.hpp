@@ -33,7 +33,7 @@ class RunScans {
   std::vector<std::string> notes_;   // printed
   std::vector<std::uint64_t> held_;  // fingerprints of the map's scans when the run began, ascending
   bool first_ = true;
-  std::unique_ptr<ScanFeed> feed_;  // last, as its thread calls accept()
+  std::unique_ptr<ScanFeed> feed_;
 };
 
 }  // namespace octosurf

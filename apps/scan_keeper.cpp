@@ -28,16 +28,15 @@ void ScanKeeper::keep(const Work& work) {
   }
 }
 
-void ScanKeeper::after(const InsertedScan& inserted) {
+void ScanKeeper::add(Scan scan, const Eigen::Isometry3d& T_map_sensor) {
   keep([&] {
-    Scan kept = inserted.scan;
-    kept.T_map_sensor = inserted.report.alignment.T_map_sensor;
-    kept_.poses.push_back(kept.T_map_sensor);
-    writer_->add(std::move(kept));
+    scan.T_map_sensor = T_map_sensor;
+    kept_.poses.push_back(T_map_sensor);
+    writer_->add(std::move(scan));
   });
 }
 
-void ScanKeeper::save(Saving) {
+void ScanKeeper::save() {
   keep([&] { writer_->finish(); });
 }
 

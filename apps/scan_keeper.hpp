@@ -1,7 +1,6 @@
 #pragma once
 
 #include "io/kept_scans.hpp"
-#include "run_observer.hpp"
 #include "run_statistics.hpp"
 
 #include <memory>
@@ -15,7 +14,7 @@ namespace octosurf {
 ///
 /// A scan is added only after it was mapped, and this is saved before the map: so every saved map finds all
 /// its scans in the folder it names, whenever the power fails.
-class ScanKeeper : public RunObserver {
+class ScanKeeper {
  public:
   /// Goes on behind the scans of the map; does nothing if kept.folder is empty. Throws Error(output),
   /// Error(data).
@@ -23,8 +22,8 @@ class ScanKeeper : public RunObserver {
 
   /// Both throw Error(output). Then the folder misses a scan, and the map that is saved afterwards names
   /// none: a warning says so.
-  void after(const InsertedScan& inserted) override;
-  void save(Saving) override;
+  void add(Scan scan, const Eigen::Isometry3d& T_map_sensor);
+  void save();
 
   /// What to save with the map.
   const KeptScans& kept() const { return kept_; }

@@ -27,13 +27,11 @@ Examples:
   octosurf serve maps/office --port 8080
   curl 'http://127.0.0.1:8080/api/query/below?point=-4.6,-0.6,1'
   curl 'http://127.0.0.1:8080/api/regions?surface=1&foot=0.22x0.11&yaw_deg=90&edge_margin_m=0.02&pieces=8'
-  curl 'http://127.0.0.1:8080/api/plan?from=-4.6,-0.6,0.6,-135&to=-6.6,-2.7,1.5,-135'
   curl http://127.0.0.1:8080/api                 all questions and their parameters
   ssh -L 8080:127.0.0.1:8080 robot               on another machine: there http://127.0.0.1:8080/ is the robot's
 
-/api/query/{box,sphere,ray,voxel,nearest,below,foothold}, /api/regions and /api/plan answer as octosurf query
---json and octosurf plan --json do; parameters are called as their options, with _ and a unit.
-/live sends an event for what changes, as the page of map --serve follows its map.
+/api/query/{box,sphere,ray,voxel,nearest,below,foothold} and /api/regions answer as octosurf query --json does;
+parameters are called as its options, with _ and a unit.
 )help";
 
 struct ServeArguments {

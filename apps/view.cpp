@@ -54,18 +54,11 @@ void write_html(const ViewArguments& arguments) {
   io::NewFile output(html, arguments.force);  // first, because making a page takes a while
   if (arguments.up.empty()) warn_of_up(loaded.map);
   const ServedMap map(std::move(loaded), title, arguments.up, arguments.max_mb);
-  const Page page = map.page();
-  output.write([&](std::ostream& out) { out << page.html; });
+  const std::string page = map.page();
+  output.write([&](std::ostream& out) { out << page; });
   output.commit();
-  std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(page.html.size()) / 1e6,
+  std::printf("%s: %.1f MB, %zu surfaces\n", html.c_str(), static_cast<double>(page.size()) / 1e6,
               map.asked.snapshot->surfaces.size());
-  if (page.merged == 0)
-    std::printf("without voxels, which do not fit into %g MB (--max-mb)\n", arguments.max_mb);
-  else if (page.merged > 1)
-    std::printf("%zu voxels, merged to %d d to fit into %g MB (--max-mb)\n", page.voxels, page.merged,
-                arguments.max_mb);
-  else
-    std::printf("%zu voxels\n", page.voxels);
 }
 
 void draw_png(ViewArguments& arguments) {

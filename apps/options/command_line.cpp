@@ -11,7 +11,6 @@
 #include <exception>
 #include <memory>
 #include <new>
-#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,48 +39,6 @@ std::vector<std::string> verbs_of(const CLI::App& app) {
   for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(verb->get_name());
   return names;
-}
-
-/// Edit distance of two words (Levenshtein).
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (const char letter : a) {
-    std::size_t before = row[0]++;
-    for (std::size_t k = 0; k < b.size(); ++k) {
-      const std::size_t changed = before + (letter == b[k] ? 0 : 1);
-      before = row[k + 1];
-      row[k + 1] = std::min({changed, before + 1, row[k] + 1});
-    }
-  }
-  return row.back();
-}
-
-/// "; did you mean …?" with the most similar known word; empty if more than a third of it differs.
-std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
-  std::string nearest;
-  std::size_t fewest = word.size() / 3 + 1;
-  for (const std::string& other : known)
-    if (const std::size_t count = edits(word, other); count < fewest) {
-      fewest = count;
-      nearest = other;
-    }
-  return nearest.empty() ? std::string() : "; did you mean " + nearest + "?";
-}
-
-/// For an option that the verb does not have.
-std::string suggested_option(const CLI::App& app, const std::string& verb,
-                             const std::vector<std::string>& words) {
-  if (verb.empty()) return {};
-  std::vector<std::string> known;
-  for (const CLI::Option* option : app.get_subcommand(verb)->get_options())
-    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  for (const std::string& word : words) {
-    const std::string name = word.substr(0, word.find('='));
-    if (name.starts_with("--") && std::find(known.begin(), known.end(), name) == known.end())
-      return suggestion(name, known);
-  }
-  return {};
 }
 
 /// One line. Allocates no memory, because there may be none.
@@ -146,21 +103,15 @@ int run_command(CLI::App& app, int argc, char** argv) {
   const std::string verb =
       std::find(verbs.begin(), verbs.end(), first) == verbs.end() ? std::string() : first;
   if (verb.empty() && first != "--help" && first != "-h" && first != "--version")
-    return complain(
-        program, {},
-        "'" + first + "' is not a verb" + suggestion(first, verbs) + "; " + program + " --help lists them",
-        wrong_use);
+    return complain(program, {}, "'" + first + "' is not a verb; " + program + " --help lists them",
+                    wrong_use);
   try {
     app.parse(arguments_of(words));
   } catch (const CLI::Success& help_or_version) {
     app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
     const std::string help = verb.empty() ? program + " --help" : program + " " + verb + " --help";
-    const bool unknown = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
-    return complain(
-        program, verb,
-        error.what() + (unknown ? suggested_option(app, verb, words) : std::string()) + "; see " + help,
-        wrong_use);
+    return complain(program, verb, error.what() + ("; see " + help), wrong_use);
   } catch (const Error& error) {
     return complain(program, verb, error.what(), error.kind() == Error::Kind::usage ? wrong_use : failed);
   } catch (const std::bad_alloc&) {

@@ -139,8 +139,6 @@ HttpReply answer_to(const ServedMap& map, const std::string& path, const QueryPa
   try {
     Request asked;
     read(*question, given, asked);
-    if (path == live_path)
-      return {200, "application/octet-stream", map.changes_message(asked.since, asked.run)};
     if (path == voxels_path) return {200, "application/octet-stream", map.voxels()};
     return json_reply(question->answer(map, asked) + "\n");
   } catch (const Error& error) {

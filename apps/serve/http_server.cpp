@@ -9,7 +9,6 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/strand.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_static_buffer.hpp>
@@ -186,7 +185,6 @@ struct HttpServer::Impl {
   asio::io_context io{1};
   tcp::acceptor acceptor{io};
   asio::thread_pool workers{most_answers};
-  asio::strand<asio::thread_pool::executor_type> long_answers{workers.get_executor()};
   std::thread sockets;
 };
 
@@ -243,7 +241,6 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
       } catch (const std::exception&) {  // no memory for a client
       }
     };
-    if (path_ == "/api/plan") return asio::post(server_.long_answers, std::move(task));
     asio::post(server_.workers, std::move(task));
   }
 

@@ -15,8 +15,7 @@ namespace octosurf {
 /// 2. At most 256 clients; others get 503. Each answer closes its connection.
 /// 3. Requests for other hosts than this machine are refused, as are those of another site's page (Origin):
 ///    otherwise any page could resolve its own name to this address (DNS rebinding).
-/// 4. Plans are made one at a time, and take no time from other answers.
-/// 5. What is thrown is answered: Error(usage) 400, Error(data) 404, all else 500. Without memory for a
+/// 4. What is thrown is answered: Error(usage) 400, Error(data) 404, all else 500. Without memory for a
 ///    client it is dropped.
 class HttpServer {
  public:

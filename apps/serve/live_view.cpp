@@ -1,5 +1,5 @@
 #include "output_files.hpp"
-#include "run_observers.hpp"
+#include "run_outputs.hpp"
 #include "serve/http_server.hpp"
 
 #include <array>
@@ -30,7 +30,7 @@ std::string new_run() {
   return text.data();
 }
 
-class LiveView : public RunObserver {
+class LiveView {
  public:
   explicit LiveView(RunState& run)
       : mapper_(run.mapper),
@@ -65,6 +65,6 @@ class LiveView : public RunObserver {
 
 }  // namespace
 
-std::unique_ptr<RunObserver> live_view(RunState& run) { return std::make_unique<LiveView>(run); }
+std::shared_ptr<const void> live_view(RunState& run) { return std::make_shared<LiveView>(run); }
 
 }  // namespace octosurf

@@ -13,10 +13,8 @@
 #include <string_view>
 
 #include <octosurf/boundary.hpp>
-#include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/gaps.hpp>
-#include <octosurf/plan_files.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {
@@ -109,7 +107,7 @@ PageMap ServedMap::page_map() const {
   return map;
 }
 
-Page ServedMap::page() const {
+std::string ServedMap::page() const {
   PageOptions options;
   options.up = asked.up;
   options.max_mb = max_page_mb_;
@@ -122,7 +120,7 @@ Page ServedMap::page() const {
 }
 
 ServedMap::Text ServedMap::page_html() const {
-  return text("page", [this] { return run.name.empty() ? page().html : following(page().html, run.name); });
+  return text("page", [this] { return run.name.empty() ? page() : following(page(), run.name); });
 }
 
 ServedMap::Text ServedMap::info() const {
@@ -155,47 +153,13 @@ ServedMap::Text ServedMap::surfaces() const {
 
 ServedMap::Text ServedMap::voxels() const {
   return text("voxels", [this] {
-    return io::voxels_message({asked.name, asked.snapshot, asked.octree}, max_page_mb_ * 1e6).packed;
+    return io::voxels_message({asked.name, asked.snapshot, asked.octree}, max_page_mb_ * 1e6);
   });
 }
 
-ServedMap::Text ServedMap::changes_message(std::optional<std::uint64_t> since,
-                                           const std::string& of_run) const {
-  const std::uint64_t revision = asked.snapshot->revision;
-  if (of_run != run.name || since > revision) since.reset();
-  if (since == revision) return std::make_shared<const std::string>();
-  return text("since " + (since ? std::to_string(*since) : ""), [&] {
-    const PageMap map = page_map();
-    io::SurfacesMessage how;
-    how.up = asked.up;
-    if (since) how.changes = changes_since(*map.snapshot, *since);
-    how.run = run.name;
-    return io::surfaces_message(map, how);
-  });
-}
-
-std::string ServedMap::plan_json(const PlanQuery& query) const {
-  const Robot robot = robot_of(query, asked.up);
-  Json key{name_of(robot), query.unknown_is_free};
-  if (query.foot) {
-    key.push_back(query.foot->radius);
-    for (const Eigen::Vector2d& corner : query.foot->outline) key.push_back(corner);
-  }
-  for (const auto& [limit, value] : query.limits) key.push_back({limit->name, value});
-  const std::lock_guard lock(planning_);
-  if (planned_for_ != key.dump()) {
-    planner_ = std::make_unique<FootstepPlanner>(planner_on(asked, robot));
-    planned_for_ = key.dump();
-  }
-  return to_json(planner_->plan(query.from, query.to, query.budget), robot);
-}
-
-std::string ServedMap::changes_json(std::uint64_t since) const {
-  std::string text = io::changes_json(changes_since(*shown(), since)).dump();
-  text.back() = ',';
-  std::string text_now = export_text(io::changed_part(*shown(), since), {});
-  text_now.pop_back();  // the end of its last line
-  return text + "\"now\":" + text_now + "}";
+std::string ServedMap::changes_json(std::optional<std::uint64_t> since, const std::string& of_run) const {
+  if ((!of_run.empty() && of_run != run.name) || since > asked.snapshot->revision) since.reset();
+  return io::surfaces_message(page_map(), asked.up, run.name, since).document();
 }
 
 }  // namespace octosurf

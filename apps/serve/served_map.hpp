@@ -1,7 +1,6 @@
 #pragma once
 
 #include "io/exporters/page_messages.hpp"
-#include "plan_query.hpp"
 #include "planning/made_once.hpp"
 #include "planning/questions.hpp"
 
@@ -60,18 +59,13 @@ class ServedMap {
   const planning::AskedMap asked;
   const Run run;  ///< without a name: of a finished map
 
-  Page page() const;
+  std::string page() const;
   Text page_html() const;  ///< of a page that asks this server, if the map goes on growing
   Text info() const;       ///< JSON
   Text surfaces() const;   ///< the export as JSON
   Text voxels() const;     ///< io::voxels_message()
-  /// Changes since an earlier revision. Throws Error(usage) for a later one.
-  std::string changes_json(std::uint64_t since) const;
-  /// Throws as robot_of() and FootstepPlanner. One plan at a time.
-  std::string plan_json(const PlanQuery& query) const;
-  /// io::surfaces_message() of what has changed since a revision of this `run`; everything, if there is none
-  /// such; empty: nothing.
-  Text changes_message(std::optional<std::uint64_t> since, const std::string& run) const;
+  /// What has changed since a revision of this `run`, which may be empty; everything, if there is none such.
+  std::string changes_json(std::optional<std::uint64_t> since, const std::string& of_run) const;
 
  private:
   template <class Make>
@@ -85,9 +79,6 @@ class ServedMap {
   const std::optional<LoadedMap> map_;
   mutable planning::MadeOnce<std::string, Text> texts_;
   mutable planning::MadeOnce<int, std::shared_ptr<const Snapshot>> shown_;
-  mutable std::mutex planning_;  ///< of what follows
-  mutable std::string planned_for_;
-  mutable std::unique_ptr<FootstepPlanner> planner_;  ///< of the robot of the last plan
 };
 
 }  // namespace octosurf

@@ -29,14 +29,7 @@ struct PageOptions {
   double max_mb = 10;                             ///< 10⁶ bytes, limit of the size
 };
 
-/// An HTML page, and what is in it.
-struct Page {
-  std::string html;        ///< UTF-8
-  std::size_t voxels = 0;  ///< drawn
-  int merged = 1;          ///< edge of a drawn voxel in voxels of the map. 1: not merged, 0: none are drawn
-};
-
-/// A page to look at the map, pick and measure, in any browser of 2023 or later with WebGL 2.
+/// A page in HTML (UTF-8) to look at the map, pick and measure, in any browser of 2023 or later with WebGL 2.
 ///
 /// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
 /// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`.
@@ -47,6 +40,6 @@ struct Page {
 /// Throws Error(usage) if a limit makes no sense, and where the library was built without the page, which
 /// needs Node.js and the packages of web/; Error(data) for numbers that are not finite and labels of
 /// other polygons; Error(output) if the surfaces alone are larger than `max_mb`.
-Page make_page(const PageMap& map, const PageOptions& options = {});
+std::string make_page(const PageMap& map, const PageOptions& options = {});
 
 }  // namespace octosurf

@@ -71,7 +71,7 @@ struct Marker {
 
 void write_marker(io::MessageWriter& out, const Marker& marker, const std::string& frame,
                   std::int64_t stamp_ns) {
-  const auto none = [](io::MessageWriter& to) { to.begin_list(0), to.end_list(); };
+  const auto none = [](io::MessageWriter& to) { to.begin_list(0); };
   const std::span<const std::int8_t> no_bytes;
   out.message("header", io::header(frame, stamp_ns), "ns", "surfaces", "id", marker.id, "type", marker.type,
               "action", marker.action, "pose", Eigen::Isometry3d::Identity(), "scale",

@@ -35,7 +35,7 @@ void write_outcome(io::MessageWriter& out, const std::function<void(std::string&
     message = error.what();
     if (message.empty()) message = "failed";
   }
-  out.fields("success", success, "message", message);
+  out.message("success", success, "message", message);
 }
 
 }  // namespace
@@ -122,11 +122,11 @@ void Services::query(io::MessageReader& in, io::MessageWriter& out) {
   planning::PlaceAnswer found;
   const MapMoment moment = mapping_.moment();
   write_outcome(out, [&](std::string&) { found = planning::answer(*mapping_.asked(moment), question); });
-  out.fields("revision", moment.snapshot->revision, "found", found.found, "surfaces", found.surfaces, "point",
-             found.point, "distance", found.distance_m, "normal", found.normal, "front", found.front, "state",
-             static_cast<std::uint8_t>(found.voxel.state), "log_odds",
-             static_cast<double>(found.voxel.log_odds), "ground",
-             question.kind == Kind::ground && found.found ? ground_name(found.ground) : "");
+  out.message("revision", moment.snapshot->revision, "found", found.found, "surfaces", found.surfaces,
+              "point", found.point, "distance", found.distance_m, "normal", found.normal, "front",
+              found.front, "state", static_cast<std::uint8_t>(found.voxel.state), "log_odds",
+              static_cast<double>(found.voxel.log_odds), "ground",
+              question.kind == Kind::ground && found.found ? ground_name(found.ground) : "");
 }
 
 void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
@@ -165,7 +165,7 @@ void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
       }
     }
   });
-  out.fields("revision", moment.snapshot->revision, "regions", io::each(regions, write_region));
+  out.message("revision", moment.snapshot->revision, "regions", io::each(regions, write_region));
 }
 
 void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
@@ -191,10 +191,10 @@ void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
     found = plan.found();
     if (plan.refusal) message = plan.refusal->sentence;
   });
-  out.fields("revision", moment.snapshot->revision, "found", found, "start",
-             io::each(plan.start, write_footstep), "steps", io::each(plan.steps, write_footstep), "cost",
-             plan.cost, "lower_bound", plan.lower_bound, "expansions",
-             static_cast<std::uint32_t>(plan.expansions));
+  out.message("revision", moment.snapshot->revision, "found", found, "start",
+              io::each(plan.start, write_footstep), "steps", io::each(plan.steps, write_footstep), "cost",
+              plan.cost, "lower_bound", plan.lower_bound, "expansions",
+              static_cast<std::uint32_t>(plan.expansions));
 }
 
 void Services::changes(io::MessageReader& in, io::MessageWriter& out) {
@@ -217,10 +217,11 @@ void Services::changes(io::MessageReader& in, io::MessageWriter& out) {
   const auto write_successor = [](io::MessageWriter& to, const auto& successor) {
     to.message("before", successor.before, "now", successor.now);
   };
-  out.fields("changed",
-             [&](io::MessageWriter& to) { write_surfaces(to, changed, options_.frame, moment.stamp_ns); });
-  out.fields("gone", changes.gone, "merged", io::each(changes.merged, write_successor), "cylinders_gone",
-             changes.cylinders_gone, "cylinders_merged", io::each(changes.cylinders_merged, write_successor));
+  out.message("changed",
+              [&](io::MessageWriter& to) { write_surfaces(to, changed, options_.frame, moment.stamp_ns); });
+  out.message("gone", changes.gone, "merged", io::each(changes.merged, write_successor), "cylinders_gone",
+              changes.cylinders_gone, "cylinders_merged",
+              io::each(changes.cylinders_merged, write_successor));
 }
 
 void Services::publish(io::MessageReader& in, io::MessageWriter& out) {
@@ -243,7 +244,7 @@ void Services::clear(io::MessageReader& in, io::MessageWriter& out) {
     part.T_map_part = pose_from_transform(middle, turn, "part");
     message = mapping_.clear(part, as_free);
   });
-  out.fields("revision", mapping_.moment().snapshot->revision);
+  out.message("revision", mapping_.moment().snapshot->revision);
 }
 
 }  // namespace octosurf::node

@@ -41,7 +41,6 @@ TEST_F(CommandTest, ExportedSurfacesAreThoseOfTheMap) {
         }
     }
   }
-  EXPECT_THAT(run_well("info room").out, says("scans        16\n", "depth camera, with its pose", "from "));
 }
 
 TEST_F(Files, AnOtIsTheMapsOctreeAsOctomapReadsIt) {
@@ -59,9 +58,13 @@ TEST_F(Files, AnOtIsTheMapsOctreeAsOctomapReadsIt) {
 TEST_F(Files, InfoTellsTheSameInBothForms) {
   const json contents = info("m");
   EXPECT_EQ(contents.at("warnings"), json::array());
-  EXPECT_THAT(run_well("info m").out,
-              says("resolution   0.02 m\n", "scans        6, revision", "surfaces     1,",
-                   "max_hole_size 0.08 m\n", contents.at("points").dump() + ": "));
+  const auto line = [](std::string name, const std::string& text) {
+    name.resize(20, ' ');
+    return name + ' ' + text + '\n';
+  };
+  EXPECT_THAT(run_well("info m").out, says(line("resolution", "0.02"), line("scans", "6"),
+                                           line("surfaces", "1"), line("max hole size", "0.08"),
+                                           line("points", contents.at("points").dump()), "largest 1\n"));
 }
 
 TEST_F(Files, DamagedMapsAreRefused) {

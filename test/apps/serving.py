@@ -18,7 +18,7 @@ import sys
 import urllib.parse
 
 QUESTIONS = {f"/api/query/{name}" for name in ("box", "sphere", "ray", "voxel", "nearest", "below", "foothold")} | {
-    "/api/regions", "/api/changes", "/api/plan", "/api/voxels", "/live"}
+    "/api/regions", "/api/changes", "/api/voxels"}
 
 
 def command(*words, code=0, **how):
@@ -106,13 +106,6 @@ def block(packed):
     whole = gzip.decompress(packed)
     length, = struct.unpack("<I", whole[:4])
     return json.loads(whole[4:4 + length])
-
-
-def live(server, **known):
-    """What has changed since what is known; None: nothing."""
-    status, packed = server.ask("/live", **known)
-    assert status == 200, (status, packed)
-    return block(packed) if packed else None
 
 
 FEET = ("0.22x0.11", "0.03", "1e-9", "10x10", "1e9", "nan", "inf", "0", "-1", "0.1x", "x", "1e-300x1e300")

@@ -58,14 +58,11 @@ const std::vector<Refused>& refused() {
       {"", {"verb"}},
       {"frobnicate", {"'frobnicate' is not a verb"}},
       {"--frobnicate", {"--frobnicate"}},
-      {"mapp floor", {"did you mean map?"}},
+      {"mapp floor", {"'mapp' is not a verb", "--help"}},
       {"info", {"map is required"}},
       {"info nothing", {"nothing.surfaces"}, 1},
-      {"info floor --up z", {"folder of scans"}},
       // map: options and bounds
-      {"map floor -o n --resolutoin 0.05", {"did you mean --resolution?"}},
-      {"map floor -o n --reprot=r.json", {"did you mean --report?"}},
-      {"map floor -o n --frobnicate", {"--frobnicate"}},
+      {"map floor -o n --resolutoin 0.05", {"--resolutoin", "octosurf map --help"}},
       {"map floor -o n --every 0", {"--every: '0' must be 1 or more"}},
       {"map floor -o n --threads 0", {"threads"}},
       {"map floor -o n --depth-scale -3", {"-3"}},
@@ -126,8 +123,6 @@ const std::vector<Refused>& refused() {
       // plan
       {"plan m --from 0 0 0 --to 1 1 1 0", {"--from"}},
       {plan + " --foot big", {"--foot big"}},
-      {plan + " --max-step 0.2", {"biped"}},
-      {plan + " --min-width 0.5", {"stance_width_m"}},
       {plan + " -o plan.txt", {".json"}},
       {"plan nothing --from 0 0 0 0 --to 1 0 0 0", {"nothing.surfaces"}, 1},
       // export and view
@@ -157,7 +152,6 @@ TEST_F(WrongUse, IsSaidInOneLineAndLeavesNothing) {
   write_poses("five.txt", floor_poses(5));
   const std::string before = read("m.surfaces");
   for (const Refused& one : refused()) ends(one.arguments, one.code, one.words);
-  EXPECT_THAT(ends("map floor -o n --frobnicate", 2, {}), Not(HasSubstr("did you mean")));
   fs::remove(folder / "floor/intrinsics.txt");
   fails("map floor -o n", {"floor", "--intrinsics"});
   EXPECT_EQ(read("m.surfaces"), before);
@@ -189,7 +183,7 @@ TEST_F(WrongUse, NumbersAreFinite) {
       ++options;
     }
   }
-  EXPECT_GT(options, 40);
+  EXPECT_GT(options, 30);
 }
 
 TEST_F(WrongUse, OutputThatGoesNowhereIsAFailure) {
@@ -205,8 +199,7 @@ TEST_F(WrongUse, OutputsAreNotOverwrittenSilently) {
   const std::vector<std::pair<std::string, std::string>> taken{
       {"m.surfaces", "map floor -o m"},
       {"other.bt", "map floor -o other"},
-      {"report.json", "map floor -o third --report report.json"},
-      {"run.mcap", "export m --to run.mcap"}};
+      {"report.json", "map floor -o third --report report.json"}};
   for (const auto& [file, arguments] : taken) {
     write(file, "precious");
     wrong_use(arguments, {file, "--force"});
@@ -216,6 +209,8 @@ TEST_F(WrongUse, OutputsAreNotOverwrittenSilently) {
   run_well("map floor -o m --report report.json --force");
   EXPECT_EQ(info("m").at("scans"), 6);
   EXPECT_EQ(read_json("report.json").at("scans"), 6);
+  write("run.mcap", "precious");
+  wrong_use("export m --to run.mcap", {"run.mcap", "--force"});
 }
 
 }  // namespace

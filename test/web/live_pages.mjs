@@ -58,7 +58,7 @@ export async function followsTheMap(browser, folder) {
     await page.until('page.following.voxelsRevision > 1', 60);
 
     assert.deepEqual(page.errors, []);
-    const known = ['live?', 'api/voxels'].map((path) => address + path);
+    const known = ['api/changes?', 'api/voxels'].map((path) => address + path);
     assert.ok(page.fetched.every((url) => known.some((start) => url.startsWith(start))), page.fetched.join(' '));
   });
   await page.until('!document.getElementById("message").hidden', 60);

@@ -100,7 +100,7 @@ PageMap hills() {
 void write_all(const fs::path& folder) {
   fs::create_directories(folder);
   const auto write = [&](const char* name, const PageMap& map, const PageOptions& options = {}) {
-    std::ofstream(folder / name) << make_page(map, options).html;
+    std::ofstream(folder / name) << make_page(map, options);
   };
   write("room.html", room("room </script><script>window.injected = 1</script>"));
   write("hills.html", hills());

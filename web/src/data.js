@@ -93,19 +93,15 @@ function merged(known, gone, now) {
 
 /** Takes a message of kind `surfaces` over into a map: everything, or what has changed since a revision. */
 export function takeSurfaces(map, { json }) {
-  const { surfaces, cylinders, stairs = [], resolution, revision } = json.map;
+  const { surfaces, cylinders, stairs = [], resolution, revision } = json.now;
   map.origin ??= originOf(surfaces);
-  let gone = [];
-  if (json.changes) {
-    gone = [...json.changes.gone, ...json.changes.merged.map(({ id }) => id)];
-  } else {
-    Object.assign(map, { surfaces: [], cylinders: [] });
-  }
+  if (json.since === null) Object.assign(map, { surfaces: [], cylinders: [] });
+  const gone = [...json.gone, ...json.merged.map(({ id }) => id)];
   const here = (place) => minus(place, map.origin);
   Object.assign(map, {
     name: json.name, resolution, revision, ownUp: json.up,
     surfaces: merged(map.surfaces, gone, surfaces.map((one) => surfaceOf(map, one))),
-    cylinders: merged(map.cylinders, json.cylinders_gone ?? [], cylinders.map((one) => cylinderOf(map, one))),
+    cylinders: merged(map.cylinders, json.cylinders_gone, cylinders.map((one) => cylinderOf(map, one))),
     stairs: stairs.map((stair) => ({ ...stair, steps: stair.steps.map((step) => ({ ...step, edge: step.edge.map(here) })) })),
   });
   orient(map, map.up ?? map.ownUp);

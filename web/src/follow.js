@@ -23,10 +23,10 @@ export class Following {
     if (!document.hidden) {
       const known = new URLSearchParams({ since: this.page.map.revision, run: this.run });
       try {
-        const reply = await fetch(`live?${known}`);
+        const reply = await fetch(`api/changes?${known}`);
         if (!reply.ok) throw new Error(reply.statusText);
-        const packed = await reply.arrayBuffer();
-        if (packed.byteLength > 0) this.take(await readBlock(packed));
+        const json = await reply.json();
+        if (json.since !== json.revision) this.take({ json });
         this.page.say('');
         this.pause = changesMs;
       } catch {

@@ -12,6 +12,7 @@ import { Stage } from './stage.js';
 import { View } from './view.js';
 
 const byId = (id) => document.getElementById(id);
+const obliquely = [-0.55, -0.75, 0.75];  // as pictures are drawn
 
 /** Over all else; empty: nothing more. */
 function say(text) {
@@ -78,7 +79,7 @@ class Page {
     this.fit();
   }
 
-  fit(from = this.stage.side) { this.view.fit(this.stage.extent, from); }
+  fit(from = obliquely) { this.view.fit(this.stage.extent, from); }
 
   clear() {
     this.select(null);

@@ -40,20 +40,6 @@ function extentOf(map, rotation) {
   return box;
 }
 
-/** Of the directions to look from, obliquely from above, the one that the most area faces. */
-function bestSide(map, rotation) {
-  const normals = map.surfaces.map(({ normal, area_m2: area }) =>
-    ({ area, normal: new THREE.Vector3(...normal).applyQuaternion(rotation) }));
-  let best = null, most = -1;
-  for (let turn = 0; turn < 16; ++turn) {
-    const angle = (turn + 0.5) * Math.PI / 8;  // not along the axes, which most walls are
-    const from = new THREE.Vector3(Math.cos(angle), Math.sin(angle), 0.8).normalize();
-    const seen = normals.reduce((sum, one) => sum + one.area * Math.max(0, one.normal.dot(from)), 0);
-    if (seen > most) [best, most] = [from.toArray(), seen];
-  }
-  return best;
-}
-
 export class Stage {
   /** @param {import('./view.js').View} view */
   constructor(view, map) {
@@ -95,7 +81,6 @@ export class Stage {
     root.quaternion.set(...map.rotation);
     root.updateMatrixWorld();
     this.extent = extentOf(map, root.quaternion);
-    this.side = bestSide(map, root.quaternion);
   }
 
   /** All but the voxels of the map that is shown is another. */

@@ -1,20 +1,17 @@
 #include "io/exporters/foxglove_log.hpp"
 
 #include "geometry/symmetric.hpp"
-#include "geometry/voxel_grid.hpp"
 #include "io/exporters/export_formats.hpp"
+#include "io/exporters/mcap_writer.hpp"
 #include "io/text_file.hpp"
 #include "octosurf_foxglove.pb.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstddef>
 #include <google/protobuf/descriptor.pb.h>
-#include <limits>
 #include <numbers>
-#include <vector>
+#include <string>
 
 #include <octosurf/up.hpp>
 
@@ -22,8 +19,7 @@ namespace octosurf::io {
 namespace {
 
 constexpr const char *map_frame = "map", *sensor_frame = "sensor";
-constexpr std::size_t most_cells = std::size_t{1} << 23;
-constexpr std::array<float, 3> pending_color{0.5F, 0.5F, 0.5F}, cylinder_color{0.55F, 0.45F, 0.75F};
+constexpr std::array<float, 3> cylinder_color{0.55F, 0.45F, 0.75F};
 
 /// The definitions of the messages, with their imports, in package `foxglove`.
 std::string descriptors() {
@@ -73,28 +69,6 @@ void set_color(foxglove::Color* message, const std::array<float, 3>& color) {
   message->set_a(1);
 }
 
-std::array<std::uint8_t, 4> rgba(const std::array<float, 3>& color) {
-  const auto byte = [](float part) {
-    return static_cast<std::uint8_t>(std::lround(255 * std::clamp(part, 0.F, 1.F)));
-  };
-  return {byte(color[0]), byte(color[1]), byte(color[2]), 255};
-}
-
-template <class Message>
-void add_field(Message& message, const char* name, std::uint32_t offset,
-               foxglove::PackedElementField::NumericType type) {
-  foxglove::PackedElementField& field = *message.add_fields();
-  field.set_name(name);
-  field.set_offset(offset);
-  field.set_type(type);
-}
-
-template <class Message>
-void add_color_fields(Message& message, std::uint32_t offset) {
-  for (const char* name : {"red", "green", "blue", "alpha"})
-    add_field(message, name, offset++, foxglove::PackedElementField::UINT8);
-}
-
 void add_metadata(foxglove::SceneEntity& entity, const char* key, double value) {
   foxglove::KeyValuePair& pair = *entity.add_metadata();
   pair.set_key(key);
@@ -130,157 +104,57 @@ void describe(foxglove::SceneEntity& entity, const Cylinder& cylinder, const Eig
   set_color(primitive.mutable_color(), cylinder_color);
 }
 
-/// A grid of cells around the occupied voxels, with their states.
-struct Cells {
-  struct Cell {
-    std::array<std::uint8_t, 4> color{};  ///< transparent unless occupied
-    std::uint8_t occupancy = 0;           ///< unknown, free, occupied
-  };
-
-  double edge = 0;
-  Eigen::Vector3d corner = Eigen::Vector3d::Zero();  ///< the lowest
-  Eigen::Array<std::size_t, 3, 1> count = Eigen::Array<std::size_t, 3, 1>::Zero();
-  std::vector<Cell> cells;
-
-  /// Index of the cell that contains a point in the box, per axis.
-  Eigen::Array<std::size_t, 3, 1> index(const Eigen::Vector3d& point) const {
-    return ((point - corner) / edge).array().floor().cast<std::size_t>().min(count - 1);
-  }
-  Cell& at(std::size_t x, std::size_t y, std::size_t z) { return cells[(z * count.y() + y) * count.x() + x]; }
-};
-
-Cells cells_around_occupied(const OccupancyView& octree) {
-  Eigen::AlignedBox3d box;
-  constexpr double far = std::numeric_limits<double>::max();
-  const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-far), Eigen::Vector3d::Constant(far));
-  octree.for_each_occupied(everywhere, [&](const OccupancyView::Voxel& voxel) {
-    box.extend(voxel.center);
-    return true;
-  });
-  Cells cells;
-  if (box.isEmpty()) return cells;
-  const Eigen::Vector3d half = Eigen::Vector3d::Constant(octree.resolution() / 2);
-  cells.corner = box.min() - half;
-  cells.edge = octree.resolution();
-  const auto fit = [&]() -> Eigen::Array3d {
-    return ((box.max() - cells.corner) / cells.edge).array().floor() + 1;
-  };
-  while (fit().prod() > static_cast<double>(most_cells)) cells.edge *= 2;
-  cells.count = fit().cast<std::size_t>();
-  cells.cells.resize(cells.count.prod());
-  return cells;
+McapMessage packed(const char* topic, const google::protobuf::Message& message, std::uint64_t time_ns) {
+  return {topic, "foxglove." + message.GetDescriptor()->name(), time_ns, message.SerializeAsString()};
 }
 
-void mark_free(Cells& cells, const OccupancyView& octree) {
-  const double d = octree.resolution();
-  const Eigen::Vector3d size = cells.count.cast<double>() * cells.edge, end = cells.corner + size;
-  octree.for_each_leaf({cells.corner, end}, [&](std::span<const OccupancyView::Leaf> leaves) {
-    for (const OccupancyView::Leaf& leaf : leaves) {
-      if (leaf.log_odds >= octree.occupied_from()) continue;
-      // Between the centres of its first and its last voxel.
-      const Eigen::Vector3d low(leaf.corner[0], leaf.corner[1], leaf.corner[2]);
-      const Eigen::Vector3d first = (low.array() - geometry::VoxelGrid::origin + 0.5) * d;
-      const Eigen::Vector3d last = first.array() + ((1 << leaf.level) - 1) * d;
-      if ((last.array() < cells.corner.array()).any() || (first.array() >= end.array()).any()) continue;
-      const auto from = cells.index(first.cwiseMax(cells.corner)), to = cells.index(last);
-      for (std::size_t z = from.z(); z <= to.z(); ++z)
-        for (std::size_t y = from.y(); y <= to.y(); ++y)
-          for (std::size_t x = from.x(); x <= to.x(); ++x) cells.at(x, y, z).occupancy = 1;
-    }
-  });
-}
-
-void mark_occupied(Cells& cells, const OccupancyView& octree, const Snapshot& snapshot) {
-  const Eigen::Vector3d size = cells.count.cast<double>() * cells.edge;
-  octree.for_each_occupied({cells.corner, cells.corner + size}, [&](const OccupancyView::Voxel& voxel) {
-    const auto index = cells.index(voxel.center);
-    Cells::Cell& cell = cells.at(index.x(), index.y(), index.z());
-    const Surface* surface = snapshot.find(voxel.surface);
-    if (surface != nullptr || cell.occupancy != 2)
-      cell = {rgba(surface != nullptr ? surface->color : pending_color), 2};
-    return true;
-  });
-}
-
-}  // namespace
-
-std::uint64_t FoxgloveLog::time_ns(double stamp_s) {
-  constexpr double longest_s = 9e9;  // 285 years, the limit for nanoseconds in a double
-  const auto ns = static_cast<std::uint64_t>(std::round(1e9 * std::clamp(stamp_s, 0.0, longest_s)));
-  return last_ns_ = std::max(last_ns_, ns);
-}
-
-void FoxgloveLog::write(const char* topic, const google::protobuf::Message& message, std::uint64_t time_ns) {
-  auto channel = channels_.find(topic);
-  if (channel == channels_.end()) {
-    const std::string type = "foxglove." + message.GetDescriptor()->name();
-    channel = channels_.emplace(topic, file_.add_channel(topic, type, descriptors())).first;
-  }
-  file_.write(channel->second, time_ns, message.SerializeAsString());
-}
-
-void FoxgloveLog::add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
-  const std::uint64_t time = time_ns(stamp_s);
-  foxglove::FrameTransform transform;
-  *transform.mutable_timestamp() = timestamp(time);
-  transform.set_parent_frame_id(map_frame);
-  transform.set_child_frame_id(sensor_frame);
-  set_xyz(transform.mutable_translation(), T_map_sensor.translation());
-  set_rotation(transform.mutable_rotation(), Eigen::Quaterniond(T_map_sensor.linear()));
-  write("/tf", transform, time);
-}
-
-void FoxgloveLog::add_trajectory(double stamp_s, std::span<const Eigen::Isometry3d> T_map_sensor) {
-  const std::uint64_t time = time_ns(stamp_s);
-  foxglove::PosesInFrame poses;
-  *poses.mutable_timestamp() = timestamp(time);
-  poses.set_frame_id(map_frame);
-  for (const Eigen::Isometry3d& pose : T_map_sensor) set_pose(poses.add_poses(), pose);
-  write("/trajectory", poses, time);
-}
-
-void FoxgloveLog::add_surfaces(double stamp_s, const Snapshot& snapshot) {
-  const std::uint64_t time = time_ns(stamp_s);
+McapMessage scene_of(const Snapshot& snapshot, const Eigen::Vector3d& up, std::uint64_t time_ns) {
   foxglove::SceneUpdate update;
   const auto add = [&](const std::string& id, const auto& thing) {
     foxglove::SceneEntity& entity = *update.add_entities();
-    *entity.mutable_timestamp() = timestamp(time);
+    *entity.mutable_timestamp() = timestamp(time_ns);
     entity.set_frame_id(map_frame);
     entity.set_id(id);
     entity.set_frame_locked(true);
-    describe(entity, thing, up_);
+    describe(entity, thing, up);
   };
   for (const SurfacePtr& surface : snapshot.surfaces) add("surface_" + std::to_string(surface->id), *surface);
   for (const CylinderPtr& cylinder : snapshot.cylinders)
     add("cylinder_" + std::to_string(cylinder->id), *cylinder);
-  if (update.entities_size() > 0) write("/surfaces", update, time);
+  return packed("/surfaces", update, time_ns);
 }
 
-void FoxgloveLog::add_voxels(double stamp_s, const OccupancyView& octree, const Snapshot& snapshot) {
-  Cells cells = cells_around_occupied(octree);
-  if (cells.cells.empty()) return;
-  mark_free(cells, octree);
-  mark_occupied(cells, octree, snapshot);
+McapMessage transform_of(const Eigen::Isometry3d& T_map_sensor, std::uint64_t time_ns) {
+  foxglove::FrameTransform transform;
+  *transform.mutable_timestamp() = timestamp(time_ns);
+  transform.set_parent_frame_id(map_frame);
+  transform.set_child_frame_id(sensor_frame);
+  set_xyz(transform.mutable_translation(), T_map_sensor.translation());
+  set_rotation(transform.mutable_rotation(), Eigen::Quaterniond(T_map_sensor.linear()));
+  return packed("/tf", transform, time_ns);
+}
 
-  static_assert(sizeof(Cells::Cell) == 5);
-  constexpr auto stride = static_cast<std::uint32_t>(sizeof(Cells::Cell));
-  const auto columns = static_cast<std::uint32_t>(cells.count.x());
-  const auto rows = static_cast<std::uint32_t>(cells.count.y());
-  const std::uint64_t time = time_ns(stamp_s);
-  foxglove::VoxelGrid grid;
-  *grid.mutable_timestamp() = timestamp(time);
-  grid.set_frame_id(map_frame);
-  set_pose(grid.mutable_pose(), Eigen::Isometry3d(Eigen::Translation3d(cells.corner)));
-  grid.set_column_count(columns);
-  grid.set_row_count(rows);
-  set_xyz(grid.mutable_cell_size(), Eigen::Vector3d::Constant(cells.edge));
-  grid.set_cell_stride(stride);
-  grid.set_row_stride(stride * columns);
-  grid.set_slice_stride(stride * columns * rows);
-  add_color_fields(grid, offsetof(Cells::Cell, color));
-  add_field(grid, "occupancy", offsetof(Cells::Cell, occupancy), foxglove::PackedElementField::UINT8);
-  grid.set_data(cells.cells.data(), cells.cells.size() * sizeof(Cells::Cell));
-  write("/voxels", grid, time);
+}  // namespace
+
+void write_foxglove(std::ostream& out, const Snapshot& snapshot, const Eigen::Vector3d& up,
+                    const std::vector<StampedPose>& T_map_sensor) {
+  constexpr double longest_s = 9e9;  // 285 years, the limit for nanoseconds in a double
+  std::vector<McapMessage> messages;
+  foxglove::PosesInFrame trajectory;
+  std::uint64_t begin_ns = 0, time_ns = 0;
+  for (const auto& [stamp_s, pose] : T_map_sensor) {
+    time_ns =
+        std::max(time_ns, static_cast<std::uint64_t>(std::round(1e9 * std::clamp(stamp_s, 0.0, longest_s))));
+    if (messages.empty()) begin_ns = time_ns;
+    messages.push_back(transform_of(pose, time_ns));
+    set_pose(trajectory.add_poses(), pose);
+  }
+  *trajectory.mutable_timestamp() = timestamp(begin_ns);
+  trajectory.set_frame_id(map_frame);
+  if (!messages.empty()) messages.push_back(packed("/trajectory", trajectory, begin_ns));
+  if (snapshot.surfaces.size() + snapshot.cylinders.size() > 0)
+    messages.push_back(scene_of(snapshot, up, begin_ns));
+  write_mcap(out, messages, descriptors());
 }
 
 }  // namespace octosurf::io

@@ -1,16 +1,19 @@
 #include "io/exporters/mcap_writer.hpp"
 
+#include "io/mcap_format.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
+#include <concepts>
+#include <map>
 #include <new>
+#include <string_view>
 #include <zstd.h>
 
 namespace octosurf::io {
 namespace {
 
 constexpr std::string_view compression = "zstd";
-constexpr std::size_t chunk_size = std::size_t{1} << 20;
 
 std::string compressed(std::string_view bytes) {
   std::string packed(ZSTD_compressBound(bytes.size()), '\0');
@@ -40,131 +43,84 @@ std::string content_of(const Fields&... fields) {
   return content;
 }
 
-}  // namespace
-
-void McapWriter::Span::extend(std::uint64_t begin, std::uint64_t end) {
-  begin_ns = empty ? begin : std::min(begin_ns, begin);
-  end_ns = empty ? end : std::max(end_ns, end);
-  empty = false;
-}
-
-McapWriter::McapWriter(std::ostream& out) : out_(out) {
-  std::string bytes(mcap_magic);
-  add_record(bytes, Op::header, content_of("", "octosurf"));  // profile, library
-  put(bytes);
-}
-
-void McapWriter::add_record(std::string& to, Op op, std::string_view content, std::string_view rest) {
+void add_record(std::string& to, McapOp op, std::string_view content, std::string_view rest = {}) {
   to += content_of(static_cast<std::uint8_t>(op), static_cast<std::uint64_t>(content.size() + rest.size()));
   to += content;
   to += rest;
 }
 
-void McapWriter::put(std::string_view bytes) {
-  out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  written_ += bytes.size();
-  crc_ = crc32_of(bytes, crc_);
-}
+struct Channel {
+  std::uint16_t id = 0;  ///< of its schema, too
+  std::uint32_t messages = 0;
+  std::string index;  ///< time and offset in the chunk of each
+};
 
-std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view type,
-                                      std::string_view descriptors) {
-  channels_.emplace_back();
-  const auto id = static_cast<std::uint16_t>(channels_.size());  // of its schema, too
-  std::string schema, channel;
-  add_record(schema, Op::schema, content_of(id, type, "protobuf", descriptors));
-  add_record(channel, Op::channel, content_of(id, id, topic, "protobuf", ""));
-  chunk_ += schema + channel;
-  schema_records_ += schema;
-  channel_records_ += channel;
-  return id;
-}
+}  // namespace
 
-void McapWriter::write(std::uint16_t channel, std::uint64_t time_ns, std::string_view message) {
-  Channel& to = channels_.at(channel - 1U);
-  to.in_chunk.push_back({time_ns, chunk_.size()});
-  const auto number = static_cast<std::uint32_t>(to.messages++);
-  add_record(chunk_, Op::message, content_of(channel, number, time_ns, time_ns), message);
-  chunk_span_.extend(time_ns, time_ns);
-  if (chunk_.size() >= chunk_size) end_chunk();
-}
-
-void McapWriter::end_chunk() {
-  if (chunk_.empty()) return;
-  const std::string packed = compressed(chunk_);
-  const std::uint64_t chunk_begin = written_, size = chunk_.size();
-  std::string record;
-  add_record(record, Op::chunk,
-             content_of(chunk_span_.begin_ns, chunk_span_.end_ns, size, crc32_of(chunk_), compression,
-                        static_cast<std::uint64_t>(packed.size())),
-             packed);
-  put(record);
-
-  const std::uint64_t index_begin = written_;
-  std::string indexes, offsets;  // of each channel
-  for (std::uint16_t id = 1; id <= channels_.size(); ++id) {
-    std::vector<Place>& places = channels_[id - 1U].in_chunk;
-    if (places.empty()) continue;
-    std::string entries;
-    for (const Place& place : places) entries += content_of(place.time_ns, place.offset);
-    offsets += content_of(id, index_begin + indexes.size());
-    add_record(indexes, Op::message_index, content_of(id, entries));
-    places.clear();
+void write_mcap(std::ostream& out, const std::vector<McapMessage>& messages, const std::string& descriptors) {
+  std::map<std::string, Channel> channels;  // by topic
+  std::string schemas, definitions;
+  for (const McapMessage& message : messages) {
+    if (channels.contains(message.topic)) continue;
+    const auto id = static_cast<std::uint16_t>(channels.size() + 1);
+    channels[message.topic].id = id;
+    add_record(schemas, McapOp::schema, content_of(id, message.type, "protobuf", descriptors));
+    add_record(definitions, McapOp::channel, content_of(id, id, message.topic, "protobuf", ""));
   }
-  put(indexes);
-  add_record(chunk_indexes_, Op::chunk_index,
-             content_of(chunk_span_.begin_ns, chunk_span_.end_ns, chunk_begin,
-                        static_cast<std::uint64_t>(record.size()), offsets,
-                        static_cast<std::uint64_t>(indexes.size()), compression,
-                        static_cast<std::uint64_t>(packed.size()), size));
-  if (!chunk_span_.empty) span_.extend(chunk_span_.begin_ns, chunk_span_.end_ns);
-  ++chunks_;
-  chunk_.clear();
-  chunk_span_ = {};
-}
-
-std::string McapWriter::statistics() const {
-  std::uint64_t messages = 0;
-  std::string counts;
-  for (std::uint16_t id = 1; id <= channels_.size(); ++id) {
-    messages += channels_[id - 1U].messages;
-    counts += content_of(id, channels_[id - 1U].messages);
+  std::string chunk = schemas + definitions;
+  for (const McapMessage& message : messages) {
+    Channel& channel = channels[message.topic];
+    channel.index += content_of(message.time_ns, std::uint64_t{chunk.size()});
+    add_record(chunk, McapOp::message,
+               content_of(channel.id, channel.messages++, message.time_ns, message.time_ns), message.bytes);
   }
-  const auto channels = static_cast<std::uint16_t>(channels_.size());
-  std::string record;
-  add_record(record, Op::statistics,
-             content_of(messages, channels /* schemas */, std::uint32_t{channels},
-                        std::uint32_t{0} /* attachments */, std::uint32_t{0} /* metadata */, chunks_,
-                        span_.begin_ns, span_.end_ns, counts));
-  return record;
-}
+  const auto [first, last] = std::ranges::minmax_element(messages, {}, &McapMessage::time_ns);
+  const std::uint64_t begin_ns = messages.empty() ? 0 : first->time_ns,
+                      end_ns = messages.empty() ? 0 : last->time_ns;
 
-void McapWriter::finish() {
-  end_chunk();
-  std::string record;
-  add_record(record, Op::data_end, content_of(crc_));
-  put(record);
+  std::string file(mcap_magic);
+  add_record(file, McapOp::header, content_of("", "octosurf"));  // profile, library
+  const std::string packed = compressed(chunk);
+  const std::uint64_t chunk_begin = file.size(), size = chunk.size(), packed_size = packed.size();
+  add_record(file, McapOp::chunk,
+             content_of(begin_ns, end_ns, size, crc32_of(chunk), compression, packed_size), packed);
+  const std::uint64_t index_begin = file.size();
+  std::string offsets, counts;  // of each channel
+  for (const auto& [topic, channel] : channels) {
+    offsets += content_of(channel.id, std::uint64_t{file.size()});
+    counts += content_of(channel.id, std::uint64_t{channel.messages});
+    add_record(file, McapOp::message_index, content_of(channel.id, channel.index));
+  }
+  const std::uint64_t index_size = file.size() - index_begin;
+  add_record(file, McapOp::data_end, content_of(crc32_of(file)));
 
-  const std::uint64_t summary_begin = written_;
-  std::string summary, offsets;
+  const auto count = static_cast<std::uint16_t>(channels.size());
+  std::string statistics, chunk_index, summary, groups;
+  add_record(statistics, McapOp::statistics,
+             content_of(std::uint64_t{messages.size()}, count /* schemas */, std::uint32_t{count},
+                        std::uint32_t{0} /* attachments */, std::uint32_t{0} /* metadata */,
+                        std::uint32_t{1} /* chunks */, begin_ns, end_ns, counts));
+  add_record(chunk_index, McapOp::chunk_index,
+             content_of(begin_ns, end_ns, chunk_begin, index_begin - chunk_begin, offsets, index_size,
+                        compression, packed_size, size));
+  const std::uint64_t summary_begin = file.size();
   for (const auto& [op, records] :
-       {std::pair(Op::schema, schema_records_), std::pair(Op::channel, channel_records_),
-        std::pair(Op::statistics, statistics()), std::pair(Op::chunk_index, chunk_indexes_)}) {
+       {std::pair(McapOp::schema, schemas), std::pair(McapOp::channel, definitions),
+        std::pair(McapOp::statistics, statistics), std::pair(McapOp::chunk_index, chunk_index)}) {
     if (records.empty()) continue;
-    add_record(offsets, Op::summary_offset,
+    add_record(groups, McapOp::summary_offset,
                content_of(static_cast<std::uint8_t>(op), summary_begin + summary.size(),
-                          static_cast<std::uint64_t>(records.size())));
+                          std::uint64_t{records.size()}));
     summary += records;
   }
-  const std::uint64_t offsets_begin = summary_begin + summary.size();
-  summary += offsets;
   // The footer's checksum covers the summary and the footer's fields before it.
   std::string footer;
-  add_record(footer, Op::footer, content_of(summary_begin, offsets_begin), "1234");
+  add_record(footer, McapOp::footer, content_of(summary_begin, summary_begin + summary.size()), "1234");
   footer.resize(footer.size() - 4);
-  summary += footer;
-  put(summary);
-  put(content_of(crc32_of(summary)));
-  put(mcap_magic);
+  summary += groups + footer;
+  file += summary + content_of(crc32_of(summary));
+  file += mcap_magic;
+  out.write(file.data(), static_cast<std::streamsize>(file.size()));
 }
 
 }  // namespace octosurf::io

@@ -7,7 +7,7 @@ namespace {
 
 /// Aligned to its size, counted from behind the encapsulation header.
 template <class One>
-void put(std::string& bytes, One value) {
+void put_aligned(std::string& bytes, One value) {
   static_assert(std::endian::native == std::endian::little);
   bytes.resize((bytes.size() + sizeof value - 1) / sizeof value * sizeof value);
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -15,20 +15,20 @@ void put(std::string& bytes, One value) {
 
 template <class One>
 void put_list(std::string& bytes, std::span<const One> list) {
-  put(bytes, static_cast<std::uint32_t>(list.size()));
+  put_aligned(bytes, static_cast<std::uint32_t>(list.size()));
   bytes.append(reinterpret_cast<const char*>(list.data()), list.size_bytes());
 }
 
 }  // namespace
 
-void MessageWriter::begin_list(std::size_t size) { put(bytes_, static_cast<std::uint32_t>(size)); }
+void MessageWriter::begin_list(std::size_t size) { put_aligned(bytes_, static_cast<std::uint32_t>(size)); }
 
 void MessageWriter::write(Number value) {
-  std::visit([this](auto number) { put(bytes_, number); }, value);
+  std::visit([this](auto number) { put_aligned(bytes_, number); }, value);
 }
 
 void MessageWriter::write(std::string_view value) {
-  put(bytes_, static_cast<std::uint32_t>(value.size() + 1));
+  put_aligned(bytes_, static_cast<std::uint32_t>(value.size() + 1));
   bytes_.append(value).push_back('\0');
 }
 

@@ -26,24 +26,23 @@ void check_page(const PageMap& map, const PageOptions& options) {
 
 }  // namespace
 
-Page make_page(const PageMap& map, const PageOptions& options) {
+std::string make_page(const PageMap& map, const PageOptions& options) {
   check_page(map, options);
   const std::string_view page = io::page_template();
   const std::size_t mark = page.find(io::page_map_mark);
   const std::string_view before = page.substr(0, mark), after = page.substr(mark + io::page_map_mark.size());
-  const std::string surfaces = script(io::surfaces_message(map, {options.up}));
+  const std::string surfaces = script(io::surfaces_message(map, options.up).packed());
   std::string voxels = script({});
   const auto left = [&] {
     return options.max_mb * 1e6 -
            static_cast<double>(before.size() + surfaces.size() + voxels.size() + after.size());
   };
-  const io::VoxelsMessage drawn = io::voxels_message(map, 0.75 * left());  // base64 has 4 bytes for 3
-  voxels = script(drawn.packed);
+  voxels = script(io::voxels_message(map, 0.75 * left()));  // base64 has 4 bytes for 3
   if (left() < 0)
     throw Error(
         Error::Kind::output, map.name, "makes a page larger than allowed even without voxels",
         io::formatted("allow %.1f MB (--max-mb)", std::ceil(10 * (options.max_mb - left() / 1e6)) / 10));
-  return {std::string(before).append(surfaces).append(voxels).append(after), drawn.voxels, drawn.merged};
+  return std::string(before).append(surfaces).append(voxels).append(after);
 }
 
 }  // namespace octosurf

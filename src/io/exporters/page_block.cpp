@@ -45,10 +45,14 @@ std::string base64(std::string_view bytes) {
   return text.append((4 - text.size() % 4) % 4, '=');
 }
 
-std::string PageBlock::packed() const {
+std::string PageBlock::document() const {
   // Invalid UTF-8 in a name is replaced.
   std::string document = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-  document.insert(document.size() - 1, texts_);
+  return document.insert(document.size() - 1, texts_);
+}
+
+std::string PageBlock::packed() const {
+  std::string document = this->document();
   document.resize((document.size() + 3) / 4 * 4, ' ');
   const auto length = static_cast<std::uint32_t>(document.size());
   std::string whole(sizeof length, 0);

@@ -34,6 +34,7 @@ class PageBlock {
   /// Part of the document that is JSON already.
   void add(const std::string& name, const std::string& text) { texts_ += ",\"" + name + "\":" + text; }
 
+  std::string document() const;
   std::string packed() const;
 
  private:

@@ -21,46 +21,39 @@ std::string export_text(const PageMap& map, const Snapshot& snapshot) {
   return std::move(out).str();
 }
 
-Json cylinders_gone(const MapChanges& changes) {
-  Json ids = changes.cylinders_gone;
-  for (const auto& successor : changes.cylinders_merged) ids.push_back(successor.before);
-  return ids;
+Json successors_json(const std::vector<MapChanges::Successor>& all, const char* now) {
+  Json list = Json::array();
+  for (const MapChanges::Successor& one : all) list.push_back({{"id", one.before}, {now, one.now}});
+  return list;
 }
 
 }  // namespace
 
-std::string surfaces_message(const PageMap& map, const SurfacesMessage& how) {
-  const std::shared_ptr<const Snapshot> sent =
-      how.changes ? std::make_shared<const Snapshot>(changed_part(*map.snapshot, how.changes->since))
-                  : map.snapshot;
+PageBlock surfaces_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run,
+                           std::optional<std::uint64_t> since) {
+  Snapshot sent = *map.snapshot;
+  MapChanges changes;
+  if (since) {
+    changes = changes_since(sent, *since);
+    sent.surfaces = sent.changed_since(*since);
+    std::erase_if(sent.cylinders, [&](const CylinderPtr& cylinder) { return cylinder->revision <= *since; });
+  }
+  for (const auto& successor : changes.cylinders_merged) changes.cylinders_gone.push_back(successor.before);
   PageBlock block;
-  block.json["kind"] = "surfaces";
-  block.json["run"] = how.run;
-  block.json["name"] = map.name;
-  block.json["since"] = how.changes ? Json(how.changes->since) : Json();
-  block.json["up"] = how.up.normalized();
-  block.json["changes"] = how.changes ? changes_json(*how.changes) : Json();
-  if (how.changes) block.json["cylinders_gone"] = cylinders_gone(*how.changes);
-  block.add("map", export_text(map, *sent));
-  return block.packed();
-}
-
-Json changes_json(const MapChanges& changes) {
-  Json json{{"since", changes.since},     {"revision", changes.revision}, {"appeared", changes.appeared},
-            {"changed", changes.changed}, {"gone", changes.gone},         {"merged", Json::array()},
-            {"split", Json::array()}};
-  for (const MapChanges::Successor& successor : changes.merged)
-    json["merged"].push_back({{"id", successor.before}, {"into", successor.now}});
-  for (const MapChanges::Successor& successor : changes.split)
-    json["split"].push_back({{"id", successor.before}, {"part", successor.now}});
-  return json;
-}
-
-Snapshot changed_part(const Snapshot& snapshot, std::uint64_t since) {
-  Snapshot part = snapshot;
-  part.surfaces = snapshot.changed_since(since);
-  std::erase_if(part.cylinders, [&](const CylinderPtr& cylinder) { return cylinder->revision <= since; });
-  return part;
+  block.json = {{"kind", "surfaces"},
+                {"run", run},
+                {"name", map.name},
+                {"up", up.normalized()},
+                {"since", since ? Json(*since) : Json()},
+                {"revision", sent.revision},
+                {"appeared", changes.appeared},
+                {"changed", changes.changed},
+                {"gone", changes.gone},
+                {"merged", successors_json(changes.merged, "into")},
+                {"split", successors_json(changes.split, "part")},
+                {"cylinders_gone", changes.cylinders_gone}};
+  block.add("now", export_text(map, sent));
+  return block;
 }
 
 }  // namespace octosurf::io

@@ -85,7 +85,7 @@ void add_voxels(PageBlock& block, const std::vector<PageVoxel>& voxels, double s
 
 }  // namespace
 
-VoxelsMessage voxels_message(const PageMap& map, double most_bytes) {
+std::string voxels_message(const PageMap& map, double most_bytes) {
   std::vector<PageVoxel> voxels = occupied_voxels(map.octree);
   const std::size_t before_merging = voxels.size();
   for (int merged = 1;; merged *= 2) {
@@ -101,8 +101,8 @@ VoxelsMessage voxels_message(const PageMap& map, double most_bytes) {
     block.json["merged"] = merged;
     block.json["voxels_before_merging"] = before_merging;
     add_voxels(block, voxels, map.octree.resolution() * merged);
-    VoxelsMessage message{block.packed(), voxels.size(), merged};
-    if (merged == 0 || static_cast<double>(message.packed.size()) <= most_bytes) return message;
+    std::string message = block.packed();
+    if (merged == 0 || static_cast<double>(message.size()) <= most_bytes) return message;
   }
 }
 

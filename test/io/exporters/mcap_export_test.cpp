@@ -28,14 +28,6 @@ class McapExport : public ExportTest {
     out.close();
     return read();
   }
-  template <class Add>
-  std::vector<Message> logged(const Add& add) const {
-    return written([&](std::ostream& out) {
-      io::FoxgloveLog log(out, Eigen::Vector3d::UnitZ());
-      add(log);
-      log.finish();
-    });
-  }
   std::vector<Message> read() const {
     const auto bag = io::open_mcap(path("log.mcap"));
     std::vector<Message> all;
@@ -63,25 +55,21 @@ class McapExport : public ExportTest {
 };
 
 TEST_F(McapExport, MessagesComeBackAsTheyWereWritten) {
-  EXPECT_TRUE(written([](std::ostream& out) { io::McapWriter(out).finish(); }).empty());
+  EXPECT_TRUE(written([](std::ostream& out) { io::write_mcap(out, {}, ""); }).empty());
   std::mt19937_64 random = rng();
   std::vector<Message> wanted;
   for (int i = 0; i < 60; ++i) {
-    // Some larger than a chunk, some that do not compress.
+    // Some do not compress.
     std::string bytes(random() % (i % 10 == 0 ? 3'000'000 : 300'000), static_cast<char>(i));
     if (i % 2 == 0)
       for (char& byte : bytes) byte = static_cast<char>(random());
     wanted.push_back({i % 3 == 0 ? "/a" : "/b", random() % 1'000'000'000'000, bytes});
   }
   const std::vector<Message> found = written([&](std::ostream& out) {
-    io::McapWriter file(out);
-    std::map<std::string, std::uint16_t> channels;
-    for (const Message& message : wanted) {
-      if (!channels.contains(message.topic))
-        channels[message.topic] = file.add_channel(message.topic, "some.Type", "");
-      file.write(channels[message.topic], message.time_ns, message.bytes);
-    }
-    file.finish();
+    std::vector<io::McapMessage> messages;
+    for (const Message& message : wanted)
+      messages.push_back({message.topic, "some.Type", message.time_ns, message.bytes});
+    io::write_mcap(out, messages, "");
   });
   EXPECT_TRUE(found == wanted);
   std::fstream(path("log.mcap"), std::ios::in | std::ios::out | std::ios::binary)
@@ -92,8 +80,10 @@ TEST_F(McapExport, MessagesComeBackAsTheyWereWritten) {
 }
 
 TEST_F(McapExport, ASurfaceIsItsTrianglesWithoutItsHoles) {
-  const auto messages = logged([&](io::FoxgloveLog& log) { log.add_surfaces(7.25, room_); });
-  ASSERT_EQ(messages.size(), 1U);
+  const auto messages = written([&](std::ostream& out) {
+    io::write_foxglove(out, room_, Eigen::Vector3d::UnitZ(), {{7.25, Eigen::Isometry3d::Identity()}});
+  });
+  ASSERT_EQ(messages.size(), 3U) << "a pose twice";
   EXPECT_EQ(messages[0].time_ns, 7'250'000'000U);
   const auto update = parsed<foxglove::SceneUpdate>(messages, "/surfaces").at(0);
   ASSERT_EQ(update.entities_size(), static_cast<int>(room_.surfaces.size() + room_.cylinders.size()));
@@ -125,80 +115,16 @@ TEST_F(McapExport, ASurfaceIsItsTrianglesWithoutItsHoles) {
 }
 
 TEST_F(McapExport, TimeNeverGoesBack) {
-  const std::vector<Message> messages = logged([](io::FoxgloveLog& log) {
-    for (const double stamp_s : {-3.0, 5.0, 4.9, 5.1}) log.add_pose(stamp_s, Eigen::Isometry3d::Identity());
-  });
+  std::vector<io::StampedPose> poses;
+  for (const double stamp_s : {-3.0, 5.0, 4.9, 5.1})
+    poses.emplace_back(stamp_s, Eigen::Isometry3d::Identity());
+  const std::vector<Message> messages =
+      written([&](std::ostream& out) { io::write_foxglove(out, {}, Eigen::Vector3d::UnitZ(), poses); });
   std::vector<std::uint64_t> times;
-  for (const Message& message : messages) times.push_back(message.time_ns);
+  for (const Message& message : messages)
+    if (message.topic == "/tf") times.push_back(message.time_ns);
   EXPECT_THAT(times, ElementsAre(0U, 5'000'000'000U, 5'000'000'000U, 5'100'000'000U));
   EXPECT_EQ(parsed<foxglove::FrameTransform>(messages, "/tf").at(3).timestamp().nanos(), 100'000'000);
-}
-
-class McapVoxels : public McapExport {
- protected:
-  static constexpr double d = 0.1;
-  static constexpr std::uint16_t zero = 32768;  // the key that begins at 0 m
-
-  foxglove::VoxelGrid grid(const std::vector<OccupancyView::Leaf>& leaves) const {
-    Parameters parameters;
-    parameters.occupancy.resolution = d;
-    const Map map = map_from_leaves(leaves, parameters);
-    const auto messages =
-        logged([&](io::FoxgloveLog& log) { log.add_voxels(1, map.octree(), *map.snapshot()); });
-    return parsed<foxglove::VoxelGrid>(messages, "/voxels").at(0);
-  }
-  static OccupancyView::Leaf leaf(int x, int y, int z, std::uint8_t level, float log_odds) {
-    const auto key = [](int i) { return static_cast<std::uint16_t>(zero + i); };
-    return {{key(x), key(y), key(z)}, level, log_odds};
-  }
-  /// Field `offset` of the cell that holds a place, by the formula of Foxglove's schema.
-  static int value(const foxglove::VoxelGrid& grid, std::uint32_t offset, const Eigen::Vector3d& place) {
-    const auto& corner = grid.pose().position();
-    const auto index = [&](double at, double from) {
-      return static_cast<std::uint32_t>(std::floor((at - from) / grid.cell_size().x()));
-    };
-    const std::size_t at = index(place.z(), corner.z()) * grid.slice_stride() +
-                           index(place.y(), corner.y()) * grid.row_stride() +
-                           index(place.x(), corner.x()) * grid.cell_stride() + offset;
-    return static_cast<std::uint8_t>(grid.data().at(at));
-  }
-};
-
-TEST_F(McapVoxels, CellsSayWhatIsKnownOfTheirPlace) {
-  // Occupied at (0, 0, 0) and (3, 2, 1), a free cube of 2³ from (0, 0, 0) on but for the former, free far
-  // away.
-  std::vector<OccupancyView::Leaf> leaves{leaf(0, 0, 0, 1, -1), leaf(0, 0, 0, 0, 1), leaf(3, 2, 1, 0, 1),
-                                          leaf(40, 0, 0, 0, -1)};
-  const foxglove::VoxelGrid found = grid(leaves);
-  EXPECT_EQ(found.column_count(), 4U);
-  EXPECT_EQ(found.row_count(), 3U);
-  EXPECT_EQ(found.data().size(), std::size_t{2} * found.slice_stride());
-  EXPECT_NEAR(found.cell_size().z(), d, 1e-12);
-  ASSERT_EQ(found.fields(4).name(), "occupancy");
-  ASSERT_EQ(found.fields(3).name(), "alpha");
-  for (int x = 0; x < 4; ++x)
-    for (int y = 0; y < 3; ++y)
-      for (int z = 0; z < 2; ++z) {
-        const bool occupied = (x == 0 && y == 0 && z == 0) || (x == 3 && y == 2 && z == 1);
-        const bool free = x < 2 && y < 2 && !occupied;
-        const Eigen::Vector3d place = d * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
-        EXPECT_EQ(value(found, found.fields(4).offset(), place), occupied ? 2 : free ? 1 : 0) << place;
-        EXPECT_EQ(value(found, found.fields(3).offset(), place), occupied ? 255 : 0);
-      }
-}
-
-TEST_F(McapVoxels, ALargeBoxHasLargeCells) {
-  // 1000 voxels to an edge; 250 cells of 4 are too many, 125 of 8 are not.
-  const foxglove::VoxelGrid found =
-      grid({leaf(0, 0, 0, 0, 1), leaf(999, 999, 999, 0, 1), leaf(8, 0, 0, 3, -1)});
-  EXPECT_NEAR(found.cell_size().x(), 8 * d, 1e-12);
-  EXPECT_EQ(found.column_count(), 125U);
-  EXPECT_EQ(found.data().size(), std::size_t{125} * found.slice_stride());
-  const std::uint32_t occupancy = found.fields(4).offset();
-  EXPECT_EQ(value(found, occupancy, {0.75, 0.75, 0.75}), 2) << "occupied somewhere";
-  EXPECT_EQ(value(found, occupancy, {0.85, 0.05, 0.05}), 1);
-  EXPECT_EQ(value(found, occupancy, {0.05, 0.85, 0.05}), 0);
-  EXPECT_EQ(value(found, occupancy, {99.95, 99.95, 99.95}), 2);
 }
 
 }  // namespace
