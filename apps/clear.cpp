@@ -1,6 +1,7 @@
 // `octosurf clear`: takes back what a map knows of a part of space.
 #include "geometry/interruption.hpp"
 #include "interrupt_guard.hpp"
+#include "io/map_lock.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
 
@@ -51,9 +52,9 @@ void run_clear(const ClearOptions& options) {
   const SpacePart part = part_of(options);
   make_folder_of(output);
   const InterruptGuard guard;
-  const io::MapLock lock = lock_map(output);
+  const io::MapLock lock(output);
   for (const std::string& file : files_of_map(output)) require_writable(file, options.force);
-  LoadedMap loaded = load_to_write(options.map, output);
+  LoadedMap loaded = load_with_warning(options.map);
   Mapper mapper(std::move(loaded.map), 1, paper_detector());
   const OccupancyView before = mapper.map().octree();
   const ScanReport report = mapper.clear(part, options.as_free);

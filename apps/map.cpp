@@ -1,6 +1,6 @@
 // `octosurf map`: scans in, map out.
 #include "bounds.hpp"
-#include "io/map_file/map_file.hpp"
+#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "map_run.hpp"
@@ -142,8 +142,6 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
     surfaces::state_of(loaded.map).parameters.up = choice.up_over(loaded.map.parameters());
     if (inputs.octree && is_octree_of(options.resume, *inputs.octree))
       loaded.warning.clear();  // it is what the run takes over
-    else if (goes_on_in_place(options))
-      io::set_aside_edited_octree(loaded, options.output);
     context.warn(loaded.warning);
     kept = std::move(loaded.scans);
     return std::move(loaded.map);
@@ -185,7 +183,7 @@ void run_map(MapOptions& options) {
   const Inputs inputs = sort_inputs(options);
   RunContext context;
   context.input = options.inputs;
-  const io::MapLock lock = lock_map(options.output);
+  const io::MapLock lock(options.output);
   KeptScans before;
   std::optional<Map> start;
   std::unique_ptr<ScanSource> source;

@@ -2,6 +2,7 @@
 #include "geometry/degrees.hpp"
 #include "geometry/interruption.hpp"
 #include "interrupt_guard.hpp"
+#include "io/map_lock.hpp"
 #include "io/text_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
@@ -195,9 +196,9 @@ void run_merge(const MergeOptions& options) {
   const std::vector<std::string> written = files_of_map(options.output);
   for (const std::string& file : written) require_writable(file, options.force);
   const InterruptGuard guard;
-  const io::MapLock lock = lock_map(options.output);
-  LoadedMap first = load_to_write(options.first, options.output);
-  const LoadedMap second = load_to_write(options.second, options.output);
+  const io::MapLock lock(options.output);
+  LoadedMap first = load_with_warning(options.first);
+  const LoadedMap second = load_with_warning(options.second);
   if (!options.anyway) {
     require_same_parameters(options, first.map.parameters(), second.map.parameters());
     require_other_scans(options, first, second);

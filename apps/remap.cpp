@@ -2,6 +2,7 @@
 #include "geometry/interruption.hpp"
 #include "interrupt_guard.hpp"
 #include "io/kept_scans.hpp"
+#include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/recorded_scan.hpp"
 #include "io/text_file.hpp"
@@ -67,7 +68,7 @@ class Remap {
  public:
   explicit Remap(const RemapOptions& options)
       : options_(options),
-        before_(load_to_write(options.map, options.output)),
+        before_(load_with_warning(options.map)),
         statistics_(before_.map.parameters()),
         poses_log_(options.write_poses, options.force, before_.map.origin()) {
     context_.input = {options.map};
@@ -226,7 +227,7 @@ void run_remap(RemapOptions& options) {
   if (options.output.empty()) options.output = options.map;
   probe_remap_outputs(options);
   const InterruptGuard guard;
-  const io::MapLock lock = lock_map(options.output);
+  const io::MapLock lock(options.output);
   Remap(options).run();
 }
 

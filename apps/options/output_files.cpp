@@ -3,7 +3,6 @@
 #include "io/new_file.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <system_error>
 
 #include <octosurf/error.hpp>
@@ -43,12 +42,6 @@ void make_folder_of(const std::string& stem) {
   if (failure)
     throw Error(Error::Kind::output, stem, "its folder cannot be made: " + failure.message(),
                 "choose another place for the map");
-}
-
-io::MapLock lock_map(const std::string& stem) {
-  io::MapLock lock(stem);
-  if (!lock.note().empty()) std::fprintf(stderr, "warning: %s\n", lock.note().c_str());
-  return lock;
 }
 
 void require_writable(const std::string& file, bool force) {

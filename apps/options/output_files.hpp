@@ -1,7 +1,5 @@
 #pragma once
 
-#include "io/map_lock.hpp"
-
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -16,9 +14,6 @@ std::vector<std::string> files_of_map(const std::string& stem);
 
 /// Creates a map's output folder if necessary. Throws Error(output).
 void make_folder_of(const std::string& stem);
-
-/// Says so if it takes over a lock. Throws as io::MapLock.
-io::MapLock lock_map(const std::string& stem);
 
 /// Throws as io::NewFile for a file that cannot, or must not, be written. Empty names are ignored.
 void require_writable(const std::string& file, bool force);

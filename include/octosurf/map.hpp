@@ -81,9 +81,10 @@ struct KeptScans {
 };
 
 /// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that is synced
-/// and renamed: after a failure or crash either the old or the new files exist. Throws Error(output), and
-/// Error(incomplete) for an incomplete map. The file records the location of the map's `scans`, relative to
-/// itself if possible; by default they are not kept.
+/// and renamed: after a failure or crash either the old or the new files exist. A .bt there that was not
+/// saved with the map, such as one that another tool has edited, is kept as `stem`.edited.bt. Throws
+/// Error(output), and Error(incomplete) for an incomplete map. The file records the location of the map's
+/// `scans`, relative to itself if possible; by default they are not kept.
 void save_map(const Map& map, const std::filesystem::path& stem, const KeptScans& scans = {});
 
 /// Result of load_map().

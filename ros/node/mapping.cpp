@@ -1,6 +1,6 @@
 #include "mapping.hpp"
 
-#include "io/map_file/map_file.hpp"
+#include "io/map_lock.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <cstdio>
@@ -201,7 +201,6 @@ std::string Mapping::load(const std::string& stem) {
     const std::string from = stem.empty() ? own_ : stem;
     io::MapLock lock(from);
     LoadedMap loaded = load_map(from);
-    io::set_aside_edited_octree(loaded, from);
     auto mapper = std::make_shared<Mapper>(std::move(loaded.map), options_.threads, paper_detector());
     mapper->share_octree();
     mapper->remember_scans();

@@ -1,7 +1,6 @@
 #include "node_options.hpp"
 
 #include "bounds.hpp"
-#include "io/map_file/map_file.hpp"
 #include "reading_options.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -83,7 +82,6 @@ Map start_of(const NodeOptions& options) {
   LoadedMap loaded = load_map(options.output);
   choice.require_same(loaded.map.parameters());
   surfaces::state_of(loaded.map).parameters.up = choice.up_over(loaded.map.parameters());
-  io::set_aside_edited_octree(loaded, options.output);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   return std::move(loaded.map);
 }

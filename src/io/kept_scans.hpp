@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <future>
 #include <vector>
 
 #include <octosurf/scan.hpp>
@@ -16,30 +15,28 @@ namespace octosurf::io {
 // them apart (scan_source.hpp). A map of n scans owns the first n. Later files come from
 // a run that was killed before it saved: they are ignored, and replaced when the map is resumed.
 
-/// The files of the first `scans` scans. Throws Error(data) with the number of the first that is missing.
+/// The files of the first `scans` scans. Throws Error(data) if there are fewer.
 std::vector<std::filesystem::path> kept_scans(const std::filesystem::path& folder, std::uint64_t scans);
 
 /// Throws Error(usage) unless `folder` is not there, or is an empty folder.
 void require_room_for_scans(const std::filesystem::path& folder);
 
-/// Writes scans beside the mapping: while a file is being written the next scan can be mapped.
+/// Appends scans to such a folder.
 class ScanWriter {
  public:
   /// Appends after the first `scans` scans in `folder`; later files are removed. Creates a missing folder.
   /// Throws Error(output), and Error(data) if one of them is missing.
   ScanWriter(std::filesystem::path folder, std::uint64_t scans);
-  ~ScanWriter();
 
-  /// The next one in order. Throws Error(output) if the one before could not be written.
-  void add(Scan scan);
+  /// The next one in order. Throws Error(output).
+  void add(const Scan& scan);
 
-  /// Waits until all that was added is on the disk. Throws Error(output), and is of no use after that.
+  /// Waits until the names of all that was added are on the disk, too. Throws Error(output).
   void finish();
 
  private:
   std::filesystem::path folder_;
   std::uint64_t next_;
-  std::future<void> writing_;
 };
 
 }  // namespace octosurf::io

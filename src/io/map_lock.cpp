@@ -38,8 +38,7 @@ struct MapLock::Held {
     ::close(descriptor);  // last: it frees the lock
   }
 
-  /// Returns whose it was.
-  std::string take() {
+  void take() {
     do {  // the one before may have removed the file after it was opened here
       if (descriptor >= 0) ::close(descriptor);
       descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
@@ -48,13 +47,11 @@ struct MapLock::Held {
         throw Error(Error::Kind::output, file.string(), holder_in(descriptor) + " is writing the map",
                     "wait until it ends, or name another map to write");
     } while (!is_at(descriptor, file));
-    const std::string before = holder_in(descriptor);
     std::array<char, 256> host{};
     ::gethostname(host.data(), host.size() - 1);
     const std::string own = "process " + std::to_string(::getpid()) + " of " + host.data() + "\n";
     locked = true;
     if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, own.data(), own.size(), 0) < 0) fail();
-    return before;
   }
 
   [[noreturn]] void fail() const { fail_to_write(file, "cannot be written", errno); }
@@ -74,8 +71,7 @@ MapLock::MapLock(const fs::path& stem) {
   held_ = known.lock();
   if (held_) return;
   auto held = std::make_shared<Held>(file);
-  if (const std::string before = held->take(); !before.empty())
-    note_ = file.string() + ": " + before + " had locked the map and is gone; taken over";
+  held->take();
   known = held_ = std::move(held);
 }
 

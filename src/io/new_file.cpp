@@ -1,17 +1,11 @@
 #include "io/new_file.hpp"
 
-#include "io/text_file.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdint>
 #include <fcntl.h>
 #include <streambuf>
 #include <string>
-#include <string_view>
-#include <sys/file.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
@@ -32,31 +26,7 @@ int sync_failure(int descriptor) {
 
 constexpr const char* not_written = "cannot be written";
 constexpr const char* not_synced = "may not have reached the disk";
-constexpr std::string_view part_suffix = ".part-";
-constexpr std::size_t random_digits = 16;
-
-/// The open file is a regular file of this user, at `path` and without other links.
-bool is_own(int descriptor, const fs::path& path) {
-  struct stat opened {};
-  return ::fstat(descriptor, &opened) == 0 && S_ISREG(opened.st_mode) && opened.st_uid == ::geteuid() &&
-         opened.st_nlink == 1 && is_at(descriptor, path);
-}
-
-void remove_if_left_over(const fs::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) return;
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && is_own(descriptor, path)) ::unlink(path.c_str());
-  ::close(descriptor);
-}
-
-/// Suffix of NewFile's temporary names: `.part-` and 16 random hexadecimal digits. Throws Error(output) if
-/// the system has no random numbers.
-std::string new_part_ending() {
-  std::uint64_t number = 0;
-  if (::getrandom(&number, sizeof number, 0) != sizeof number)
-    throw Error(Error::Kind::output, "temporary file", "the system gives no random number for its name");
-  return std::string(part_suffix) + formatted("%016llx", static_cast<unsigned long long>(number));
-}
+constexpr const char* part_ending = ".part";
 
 /// Writes to a file and keeps the error code, which std::filebuf does not.
 class DescriptorBuffer : public std::streambuf {
@@ -90,12 +60,6 @@ class DescriptorBuffer : public std::streambuf {
   std::array<char, 65536> bytes_;
 };
 
-/// Whether the file still exists: another process' clean-up may have found it before it was locked.
-bool still_there(int descriptor) {
-  struct stat file {};
-  return ::fstat(descriptor, &file) == 0 && file.st_nlink > 0;
-}
-
 }  // namespace
 
 void fail_to_write(const fs::path& file, const std::string& what, int failure) {
@@ -119,21 +83,7 @@ std::string ending_of(const fs::path& file) {
   return ending;
 }
 
-std::string whole_of_part(const fs::path& part) {
-  const std::string ending = part.extension().string(), digits = "0123456789abcdef";
-  return ending.size() == part_suffix.size() + random_digits && ending.starts_with(part_suffix) &&
-                 ending.find_first_not_of(digits, part_suffix.size()) == std::string::npos
-             ? part.stem().string()
-             : std::string();
-}
-
-void remove_left_overs(const fs::path& folder, const std::string& of) {
-  std::error_code failure;
-  fs::directory_iterator entry(folder.empty() ? "." : folder, failure);
-  for (; !failure && entry != fs::directory_iterator(); entry.increment(failure))
-    if (const std::string whole = whole_of_part(entry->path()); !whole.empty() && (of.empty() || whole == of))
-      remove_if_left_over(entry->path());
-}
+bool is_part(const fs::path& file) { return file.extension() == part_ending; }
 
 fs::path file_of_map(fs::path stem, const char* ending) {
   if (stem.extension() == ".surfaces" || stem.extension() == ".bt") stem.replace_extension();
@@ -149,8 +99,8 @@ void sync_folder(const fs::path& file) {
   if (failure != 0) fail_to_write(file, not_synced, failure);
 }
 
-NewFile::NewFile(fs::path file, bool force, LeftOvers left_overs)
-    : file_(std::move(file)), force_(force), left_overs_(left_overs) {
+NewFile::NewFile(fs::path file, bool force)
+    : file_(std::move(file)), temporary_(file_.string() + part_ending), force_(force) {
   std::error_code ignored;
   const fs::file_status there = fs::status(file_, ignored);
   if (fs::is_directory(there))
@@ -164,24 +114,17 @@ NewFile::NewFile(fs::path file, bool force, LeftOvers left_overs)
 
 NewFile::~NewFile() {
   if (descriptor_ < 0) return;
-  if (!committed_) ::unlink(temporary_.c_str());
-  ::close(descriptor_);  // last: unlocked files that still exist count as left over
+  if (!committed_ && is_at(descriptor_, temporary_)) ::unlink(temporary_.c_str());
+  ::close(descriptor_);
 }
 
 void NewFile::make() {
-  if (left_overs_ == LeftOvers::remove) remove_left_overs(file_.parent_path(), file_.filename().string());
-  do {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    temporary_ = file_;
-    temporary_ += new_part_ending();
-    std::error_code ignored;
-    const bool replaces = fs::exists(file_, ignored);
-    // Accessible to the owner only until commit() sets the permissions of the file it replaces.
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
-                         replaces ? 0600 : 0666);
-    if (descriptor_ < 0 && errno != EEXIST) fail_to_write(file_, not_written, errno);
-    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where the file system has locks
-  } while (descriptor_ < 0 || !still_there(descriptor_));
+  ::unlink(temporary_.c_str());
+  std::error_code ignored;
+  // Accessible to the owner only until commit() sets the permissions of the file it replaces.
+  descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
+                       fs::exists(file_, ignored) ? 0600 : 0666);
+  if (descriptor_ < 0) fail_to_write(file_, not_written, errno);
 }
 
 void NewFile::write(const std::function<void(std::ostream&)>& fill) {
@@ -199,6 +142,9 @@ void NewFile::sync() const {
 
 void NewFile::commit() {
   sync();
+  if (!is_at(descriptor_, temporary_))
+    throw Error(Error::Kind::output, file_.string(), "is being written by another, too",
+                "give each its own file");
   struct stat replaced {};
   if (::stat(file_.c_str(), &replaced) == 0) ::fchmod(descriptor_, replaced.st_mode & 0777);
   if (!force_ && ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, file_.c_str(), RENAME_NOREPLACE) == 0) {

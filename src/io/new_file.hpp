@@ -10,23 +10,17 @@ namespace octosurf::io {
 /// Writes a file atomically: to a temporary name in the same folder, renamed by commit(). If destroyed
 /// earlier, the existing file is unchanged.
 ///
-/// The temporary file, `NAME.part-` and 16 random hexadecimal digits, is always created new: an existing file
-/// or symbolic link of that name is never opened. It is locked while its process lives, so files left by
-/// killed processes are recognised by name, owner and free lock, and removed when the same file is written
-/// again. The new file keeps the permissions of the one that it replaces; a symbolic link in its place is
-/// replaced, not followed.
+/// The temporary file, `NAME.part`, is always created new: what is there already is of a killed process and
+/// removed, never opened. Of two writers of one file at a time the first one fails. The new file keeps the
+/// permissions of the one that it replaces; a symbolic link in its place is replaced, not followed.
 class NewFile {
  public:
-  /// Whether to search the folder for files left by killed processes, which is slow in folders with many
-  /// files.
-  enum class LeftOvers { remove, leave };
   /// Throws Error(usage) if `file` exists and not `force`, Error(output) if it is a folder or a device.
-  NewFile(std::filesystem::path file, bool force, LeftOvers left_overs = LeftOvers::remove);
+  NewFile(std::filesystem::path file, bool force);
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
   ~NewFile();
 
-  /// Empty before write().
   const std::filesystem::path& temporary() const { return temporary_; }
 
   /// Creates the temporary file and calls `fill` with a binary stream to it. Call at most once. Throws
@@ -36,8 +30,8 @@ class NewFile {
   /// Waits until the data are on disk (fsync). Throws Error(output).
   void sync() const;
 
-  /// sync(), then renames the file. Throws Error(output) if that fails, Error(usage) if the target has
-  /// appeared meanwhile and not `force`.
+  /// sync(), then renames the file. Throws Error(output) if that fails or another writer has taken the
+  /// temporary name, Error(usage) if the target has appeared meanwhile and not `force`.
   void commit();
 
  private:
@@ -47,7 +41,6 @@ class NewFile {
   std::filesystem::path temporary_;
   int descriptor_ = -1;
   bool force_;
-  LeftOvers left_overs_;
   bool committed_ = false;
 };
 
@@ -65,12 +58,8 @@ bool is_at(int descriptor, const std::filesystem::path& path);
 /// ".json" of "FILE.JSON".
 std::string ending_of(const std::filesystem::path& file);
 
-/// The name of the file of which this is an unfinished NewFile's; empty if it is none.
-std::string whole_of_part(const std::filesystem::path& part);
-
-/// Removes unfinished files left by terminated processes in a folder, `of` one file or all: regular files of
-/// this user with such a name, a single link, and a free lock. Files that cannot be examined or locked stay.
-void remove_left_overs(const std::filesystem::path& folder, const std::string& of = {});
+/// Whether it is an unfinished NewFile's.
+bool is_part(const std::filesystem::path& file);
 
 /// A map's file of this ending, or of none; `stem` may have that of either of its two files.
 std::filesystem::path file_of_map(std::filesystem::path stem, const char* ending);

@@ -336,7 +336,7 @@ TEST_F(Killed, AtAnyMomentItsLastCheckpointGoesOn) {
     run.send(SIGKILL);
     if (run.wait() != 128 + SIGKILL) continue;  // it was done already
     ++killed;
-    inside += files("m.surfaces.part-") + files("m.bt.part-") > 0;
+    inside += files("m.surfaces.part") + files("m.bt.part") > 0;
     advanced += read("m.surfaces") != read(begun + ".surfaces");
     const std::size_t scans = scans_in("m");
     SCOPED_TRACE("killed after " + std::to_string(scans) + " scans of " + begun);
@@ -358,7 +358,7 @@ TEST_F(Killed, AtAnyMomentItsLastCheckpointGoesOn) {
     } else {
       EXPECT_TRUE(read("m.surfaces") == read("whole.surfaces"));
     }
-    EXPECT_EQ(files("m.surfaces.part-") + files("m.bt.part-"), 0) << "what the killed run has left";
+    EXPECT_EQ(files("m.surfaces.part") + files("m.bt.part"), 0) << "what the killed run has left";
   }
   std::cout << killed << " kills, " << advanced << " of them after a checkpoint of its own, " << inside
             << " inside a save\n";

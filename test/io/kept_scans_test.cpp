@@ -78,16 +78,6 @@ TEST_F(KeptScansTest, AScanComesBackToTheBit) {
   }
 }
 
-/// A killed run leaves a scan unfinished: it is no scan, and goes with the next run.
-TEST_F(KeptScansTest, WhatAKilledRunLeftIsNoScanAndGoes) {
-  keep(room(3));
-  const fs::path left = folder / "scans" / "000003_100.3.pcd.part-0123456789abcdef";
-  fs::copy_file(io::kept_scans(folder / "scans", 3).back(), left);
-  EXPECT_EQ(open_scans({folder / "scans"})->size(), 3U);
-  keep({}, 3);
-  EXPECT_FALSE(fs::exists(left));
-}
-
 TEST_F(KeptScansTest, OneWithoutReadingsIsKeptToo) {
   for (const SensorKind sensor : {SensorKind::depth_camera, SensorKind::lidar}) {
     Scan empty;
@@ -121,12 +111,14 @@ TEST_F(KeptScansTest, GoingOnReplacesWhatWasLeftBehind) {
   keep({scans.begin(), scans.begin() + 3});
   write_file(folder / "scans/000003_1.5.pcd", "left by a run that was killed");
   write_file(folder / "scans/000004_1.6.pcd", "likewise");
+  write_file(folder / "scans/000004_1.7.pcd.part", "unfinished");
+  EXPECT_EQ(open_scans({folder / "scans"})->size(), 5U);
   keep({scans.begin() + 3, scans.begin() + 4}, 3);
   const std::vector<fs::path> files = io::kept_scans(folder / "scans", 4);
   expect_same(scans[3], scan_in(files[3]));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "scans"), {}), 4);
-  EXPECT_THAT(failure(Error::Kind::data, [&] { io::kept_scans(folder / "scans", 5); }), HasSubstr("000004"));
-  EXPECT_THAT(failure(Error::Kind::data, [&] { io::ScanWriter(folder / "scans", 5); }), HasSubstr("000004"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "scans"), {}), 5);
+  EXPECT_THAT(failure(Error::Kind::data, [&] { io::kept_scans(folder / "scans", 5); }), HasSubstr("4 of"));
+  EXPECT_THAT(failure(Error::Kind::data, [&] { io::ScanWriter(folder / "scans", 5); }), HasSubstr("4 of"));
 }
 
 TEST_F(KeptScansTest, NeedAFolderOfTheirOwn) {

@@ -39,15 +39,48 @@ struct MapPaths {
   fs::path surfaces, bt;
 };
 
-/// Empty if `file` is the .bt that was written with the map.
-std::string warning_of(const fs::path& file, const io::FileSum& expected) {
+bool is_own(const fs::path& bt, const io::FileSum& expected) {
+  std::error_code failure;
+  return fs::file_size(bt, failure) == expected.bytes && !failure && io::sum_of(bt) == expected;
+}
+
+/// Where a .bt that is not the map's own is kept: NAME.edited.bt, NAME.edited-2.bt …, whichever is free or
+/// the same.
+fs::path place_aside(const MapPaths& files) {
+  const std::optional<io::FileSum> sum = io::sum_of(files.bt);
   std::error_code ignored;
-  if (!fs::exists(file, ignored)) return file.string() + ": is missing; saving the map writes it again";
-  const std::uintmax_t bytes = fs::file_size(file, ignored);
-  if (!ignored && bytes == expected.bytes && io::sum_of(file) == expected) return {};
-  return file.string() +
-         ": is not the one that was saved with the .surfaces, which alone is read; saving the map replaces "
-         "it, map with --resume takes over its occupancy";
+  fs::path kept = io::file_of_map(files.bt, ".edited.bt");
+  for (int n = 2; fs::exists(kept, ignored) && io::sum_of(kept) != sum; ++n)
+    kept = io::file_of_map(files.bt, (".edited-" + std::to_string(n) + ".bt").c_str());
+  return kept;
+}
+
+/// Empty if the .bt is the one that was written with the map.
+std::string warning_of(const MapPaths& files, const io::FileSum& expected) {
+  std::error_code ignored;
+  if (!fs::exists(files.bt, ignored))
+    return files.bt.string() + ": is missing; saving the map writes it again";
+  if (is_own(files.bt, expected)) return {};
+  const std::string kept = place_aside(files).string();
+  return files.bt.string() +
+         ": is not the one that was saved with the .surfaces, which alone is read; when the map is saved "
+         "there "
+         "it is kept as " +
+         kept + ", and octosurf map " + kept + " --resume " + io::file_of_map(files.bt, "").string() +
+         " takes over its occupancy";
+}
+
+/// Keeps a .bt that is not the map's own, such as one that another tool has edited.
+void set_aside_foreign_octree(const MapPaths& files) {
+  std::error_code failure;
+  if (!fs::is_regular_file(files.bt, failure)) return;
+  const std::optional<io::FileSum> own = io::octree_sum_of(files.surfaces);
+  if (!own || is_own(files.bt, *own)) return;
+  const fs::path kept = place_aside(files);
+  if (!fs::exists(kept, failure)) fs::copy_file(files.bt, kept, failure);
+  if (failure)
+    throw Error(Error::Kind::output, kept.string(), "cannot be written: " + failure.message(),
+                "move " + files.bt.string() + ", which is not the map's own, elsewhere");
 }
 
 /// `path` relative to `folder`; absolute if there is no relative path.
@@ -90,27 +123,10 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   // .surfaces is intact and detects that the .bt is not its own.
   bt.sync();
   surfaces.sync();
+  set_aside_foreign_octree(files);
   bt.commit();
   surfaces.commit();
   io::sync_folder(files.surfaces);
-}
-
-void io::set_aside_edited_octree(LoadedMap& loaded, const fs::path& stem) {
-  const fs::path bt = MapPaths(stem).bt;
-  std::error_code failure;
-  if (loaded.warning.empty() || !fs::exists(bt, failure)) return;
-  fs::path kept = file_of_map(stem, ".edited.bt");
-  const std::optional<FileSum> sum = sum_of(bt);
-  int n = 1;
-  while (fs::exists(kept, failure) && sum_of(kept) != sum)
-    kept = file_of_map(stem, (".edited-" + std::to_string(++n) + ".bt").c_str());
-  if (!fs::exists(kept, failure)) fs::copy_file(bt, kept, failure);
-  if (failure)
-    throw Error(Error::Kind::output, kept.string(), "cannot be written: " + failure.message(),
-                "move " + bt.string() + ", which is not the map's own, elsewhere");
-  loaded.warning = bt.string() + ": is not the one that was saved with the map; it is kept as " +
-                   kept.string() + ", and octosurf map " + kept.string() + " --resume " + stem.string() +
-                   " takes over its occupancy";
 }
 
 LoadedMap load_map(const fs::path& stem) {
@@ -123,7 +139,7 @@ LoadedMap load_map(const fs::path& stem) {
     throw Error(Error::Kind::data, files.surfaces.string(), "cannot be read", "check its rights");
   io::MapFile file = io::read_map(in, bytes, files.surfaces.string());
   if (!file.scans.folder.empty()) file.scans.folder = files.surfaces.parent_path() / file.scans.folder;
-  return {surfaces::map_of(std::move(file.state)), warning_of(files.bt, file.bt), std::move(file.scans)};
+  return {surfaces::map_of(std::move(file.state)), warning_of(files, file.bt), std::move(file.scans)};
 }
 
 }  // namespace octosurf

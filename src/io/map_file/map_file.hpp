@@ -68,8 +68,7 @@ struct MapFile {
 /// whatever is not a map file of this version, whole and consistent.
 MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where);
 
-/// Before a map is saved under its own name: copies a .bt beside it that is not the one saved with it to
-/// NAME.edited.bt, or NAME.edited-2.bt and so on, and says so in the warning. Throws Error(output).
-void set_aside_edited_octree(LoadedMap& loaded, const std::filesystem::path& stem);
+/// Of the .bt that was written with this map file; nothing if it is not there or cannot be read.
+std::optional<FileSum> octree_sum_of(const std::filesystem::path& file);
 
 }  // namespace octosurf::io

@@ -9,6 +9,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
 #include <optional>
@@ -58,6 +60,10 @@ class MapReader : Damage {
     read_footer();
     publish();
     return std::move(file_);
+  }
+  FileSum octree_sum() {
+    read_header();
+    return file_.bt;
   }
 
  private:
@@ -411,6 +417,17 @@ void check_version(std::istream& in, const std::string& where) {
 MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where) {
   check_version(in, where);
   return MapReader(in, file_bytes, where)();
+}
+
+std::optional<FileSum> octree_sum_of(const std::filesystem::path& file) try {
+  std::error_code failure;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, failure);
+  std::ifstream in(file, std::ios::binary);
+  if (failure || !in) return {};
+  check_version(in, file.string());
+  return MapReader(in, bytes, file.string()).octree_sum();
+} catch (const Error&) {
+  return {};
 }
 
 }  // namespace octosurf::io

@@ -36,7 +36,7 @@ std::vector<ListedScan> files_of(const fs::path& folder, FileKind family) {
   std::vector<ListedScan> scans;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (!entry->is_regular_file() || !whole_of_part(entry->path()).empty()) continue;
+    if (!entry->is_regular_file() || is_part(entry->path())) continue;
     const FileKind kind = kind_of(entry->path());
     if (same_family(kind, family)) scans.push_back({entry->path(), kind});
   }

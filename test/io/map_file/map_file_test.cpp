@@ -188,6 +188,8 @@ TEST_F(MapFiles, ABtThatDoesNotMatchIsNamedInAWarning) {
   save_map(old.map, folder / "old");
   EXPECT_EQ(read_file(folder / "old.bt"), before);
   EXPECT_EQ(load_map(folder / "old").warning, "");
+  EXPECT_EQ(read_file(folder / "old.edited.bt"), read_file(folder / "a.bt"))
+      << "nobody's work is written over";
 
   std::string same_size = before;
   same_size.back() = static_cast<char>(same_size.back() ^ 1);
