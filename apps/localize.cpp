@@ -1,6 +1,5 @@
 // `octosurf localize`: where scans were taken, in a finished map.
 #include "geometry/degrees.hpp"
-#include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
@@ -31,11 +30,13 @@ Examples:
   octosurf localize maps/office scan.pcd                          one cloud, its VIEWPOINT the guess
   octosurf localize maps/office depth --poses guess.txt --intrinsics K.txt --json
   octosurf localize maps/office more --reach 0.5 --turn 10        guesses up to 50 cm and 10° off
+  octosurf localize maps/office more --reach 3 --turn 180         poses in another frame, about the same vertical
 
 Scans are treated one by one: first the scan's planes are matched with the map's surfaces, then its readings. One
 line per scan: the error of the guess; how many of the six directions the surfaces in view determine (along the
 others the guess stays), and how precisely; and how much of the scan they explain. A scan that fits nowhere within
-reach, or equally well in several places, is reported as unexplained and keeps its guess; the exit code is then 1.
+reach, or equally well in several places, or that the map contradicts where it fits, is reported as unexplained and
+keeps its guess; the exit code is then 1.
 )";
 
 struct LocalizeOptions {
@@ -79,7 +80,9 @@ void print_line(const Localized& found) {
   if (a.outcome == AlignmentOutcome::corrected)
     std::printf(", %.1f cm and %.2f° from the guess, %d of 6 directions fixed to %.1f mm",
                 100 * found.moved_m, found.turned_deg, a.determined, 1e3 * found.std_m);
-  std::printf(", %.0f %% of %zu known readings explained\n", 100 * a.explained_share(), a.known);
+  std::printf(", %.0f %% of %zu known readings explained", 100 * a.explained_share(), a.known);
+  if (a.contradicted > 0) std::printf(", %.1f %% of all contradict the map", 100 * a.contradicted);
+  std::printf("\n");
 }
 
 nlohmann::ordered_json json_of(const Localized& found) {
@@ -95,7 +98,8 @@ nlohmann::ordered_json json_of(const Localized& found) {
           {"determined", a.determined},
           {"covariance", covariance},
           {"known", a.known},
-          {"explained", a.explained}};
+          {"explained", a.explained},
+          {"contradicted", a.contradicted}};
 }
 
 void run_localize(const LocalizeOptions& options) {
@@ -104,7 +108,7 @@ void run_localize(const LocalizeOptions& options) {
     require_apart("--write-poses", options.write_poses, options.scans);
   }
   const LoadedMap loaded = open_map(options.map);
-  Localizer localizer(loaded.map.snapshot(), {options.reach_m, options.turn_deg / deg_per_rad});
+  Localizer localizer(loaded.map, {options.reach_m, options.turn_deg * rad_per_deg});
   ScanSourceOptions source_options = options.source;
   source_options.origin = loaded.map.origin();
   auto source = open_scans({options.scans.begin(), options.scans.end()}, source_options);
@@ -143,7 +147,9 @@ void add_localize(CLI::App& app) {
                    "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found keeps its guess")
       ->type_name("FILE");
   verb->add_option("--reach", options->reach_m, "largest error of a guess, m")->capture_default_str();
-  verb->add_option("--turn", options->turn_deg, "largest error of its rotation, degrees")
+  verb->add_option(
+          "--turn", options->turn_deg,
+          "largest error of its rotation, degrees, at most 180; more than 20 about the vertical only")
       ->capture_default_str();
   verb->add_flag("--json", options->json, "one array for programs");
   verb->add_flag("--force", options->force, "overwrite the file of poses");

@@ -32,7 +32,7 @@ void ScanKeeper::add(Scan scan, const Eigen::Isometry3d& T_map_sensor) {
   keep([&] {
     scan.T_map_sensor = T_map_sensor;
     kept_.poses.push_back(T_map_sensor);
-    writer_->add(std::move(scan));
+    writer_->add(scan);
   });
 }
 

@@ -12,9 +12,8 @@ namespace {
 
 /// A Localizer for several threads.
 struct SharedLocalizer {
-  SharedLocalizer(SnapshotPtr map, double translation_m, double rotation_rad)
-      : surfaces(map->surfaces.size()),
-        localizer(std::move(map), AlignmentReach{translation_m, rotation_rad}) {}
+  SharedLocalizer(const Map& map, const AlignmentReach& reach)
+      : surfaces(map.snapshot()->surfaces.size()), localizer(Localizer(map, reach)) {}
 
   std::size_t surfaces;
   Locked<Localizer> localizer;
@@ -78,18 +77,21 @@ void bind_alignment(Module& module) {
 
 Twists are (6,): three rotations (rad), then three translations (m), map axes, about the sensor's position.)")
       .fields(OCTOSURF_FIELDS(A, outcome, T_map_sensor, covariance, directions, determined, lever_m, samples,
-                              known, explained, disagreement, innovation_m))
-      .def("explained_share", &A::explained_share)
-      .def("determined_length_m", &A::determined_length_m, "twist"_a);
-  constexpr AlignmentReach reach;
+                              known, explained, contradicted))
+      .def("explained_share", &A::explained_share);
+  const AlignmentReach reach;
   Class<SharedLocalizer>(module, "Localizer")
-      .def(py::init([](SnapshotPtr map, double translation_m, double rotation_rad) {
-             const py::gil_scoped_release others_run;
-             return std::make_unique<SharedLocalizer>(std::move(map), translation_m, rotation_rad);
-           }),
-           "map"_a, py::kw_only(), "translation_m"_a = reach.translation_m,
-           "rotation_rad"_a = reach.rotation_rad,
-           "map: a Snapshot. Looks so far about a scan's pose: m, rad.")
+      .def(
+          py::init([](const MapHolder& map, double translation_m, double rotation_rad) {
+            const py::gil_scoped_release others_run;
+            return map.read([&](const Map& finished) {
+              return std::make_unique<SharedLocalizer>(finished, AlignmentReach{translation_m, rotation_rad});
+            });
+          }),
+          "map"_a, py::kw_only(), "translation_m"_a = reach.translation_m,
+          "rotation_rad"_a = reach.rotation_rad,
+          "map: as it is now. Looks so far about a scan's pose: m, rad; turns beyond 0.5 about the vertical "
+          "only.")
       .def("__repr__",
            [](const SharedLocalizer& self) {
              return "<Localizer in " + std::to_string(self.surfaces) + " surfaces>";
@@ -102,15 +104,7 @@ Twists are (6,): three rotations (rad), then three translations (m), map axes, a
           "scan"_a,
           R"(Alignment of a Scan, whose T_map_sensor is a first guess.
 
-Outcome "unexplained": it fits nowhere or at several places alike. Throws Error(data) if the pose is not rigid.)");
-  module.def(
-      "align",
-      [](const SnapshotPtr& map, const Scan& scan, double translation_m, double rotation_rad) {
-        return align(map, scan, {translation_m, rotation_rad});
-      },
-      "map"_a, "scan"_a, py::kw_only(), "translation_m"_a = reach.translation_m,
-      "rotation_rad"_a = reach.rotation_rad, Released(),
-      "Localizer(map, …).localize(scan), for a single scan.");
+Outcome "unexplained": it fits nowhere or at several places alike, or what it sees contradicts the map. Throws Error(data) if the pose is not rigid.)");
 }
 
 /// What Python calls of a Mapper.
@@ -177,7 +171,7 @@ py::arg_v no_motion() {
 
 void bind_map_alignment(Module& module) {
   Value<MapAlignment>(module, "MapAlignment").fields(OCTOSURF_FIELDS(MapAlignment, T_map_other, scan));
-  constexpr AlignmentReach reach;
+  const AlignmentReach reach;
   module.def(
       "align_maps",
       [](const SnapshotPtr& map, const MapHolder& other, const Eigen::Isometry3d& T_map_other,

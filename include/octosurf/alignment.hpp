@@ -12,6 +12,8 @@
 
 namespace octosurf {
 
+class Map;
+
 /// A small motion: three rotations (rad), then three translations (m), map axes, about the sensor's position.
 using Twist = Eigen::Matrix<double, 6, 1>;
 /// Of a Twist: rad², rad·m and m².
@@ -49,36 +51,38 @@ struct Alignment {
   std::size_t samples = 0;    ///< points of the scan that were evaluated
   std::size_t known = 0;      ///< samples near surfaces of the map
   std::size_t explained = 0;  ///< known samples on the surface at this pose, within the noise
-  /// Difference between the given pose and the map, corrected or not, without the sensor's systematic error.
-  Twist disagreement = Twist::Zero();
-  /// Distance from the pose predicted by the previous scans, m, along the determined directions.
-  double innovation_m = 0;
+  /// Of the readings, those that stand in the map's free space or behind surfaces that they would have met,
+  /// at a pose to which a scan was moved.
+  double contradicted = 0;
 
   /// Of the known samples, [0, 1]; 0 if there are none.
   double explained_share() const {
     return known > 0 ? static_cast<double>(explained) / static_cast<double>(known) : 0;
   }
-  /// Length of a motion's component along the determined directions, m (rotations by the lever).
-  double determined_length_m(const Twist& twist) const;
 };
 
 /// Search range of align() about the given pose.
 struct AlignmentReach {
-  double translation_m = 0.3;                 ///< in any direction
-  double rotation_rad = 0.08726646259971647;  ///< 5°
+  double translation_m = 0.3;                     ///< in any direction
+  double rotation_rad = 0.08726646259971647;      ///< 5°; beyond 20° about `up` only
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< unit, map frame
 };
 
 /// Localises scans against the surfaces of a finished map, without odometry between scans.
 /// `scan.T_map_sensor` is a first guess, at most `reach` off. The pose moves only along directions that the
 /// visible surfaces determine; outcome `unexplained` means that the scan fits nowhere, or several places
-/// equally well.
+/// equally well, or that the map contradicts it where it fits: more than changes of a place do (a tenth of
+/// the readings), or more than at a right pose (0.5 %) while somewhere else, within 10 m, it contradicts
+/// less.
 ///
 /// Fine registration is point-to-plane (Chen and Medioni 1992) with robust weights, after plane matching.
-/// Deterministic. 5 to 30 ms a scan, 100 where many surfaces are alike. Throws Error(data) if the pose is not
-/// rigid.
+/// Deterministic. 5 to 30 ms a scan, 100 where many surfaces are alike, 0.5 s where something contradicts or
+/// turns of more than 20° are searched. Throws Error(data) if the pose is not rigid.
 class Localizer {
  public:
-  /// Keeps `map` and searches its surfaces.
+  /// In the map as it is now; turns about its up direction, if it states one.
+  explicit Localizer(const Map& map, const AlignmentReach& reach = {});
+  /// In a snapshot. What contradicts is seen only in one with an octree (Mapper::share_octree()).
   explicit Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach = {});
   Localizer(Localizer&&) noexcept;
   Localizer& operator=(Localizer&&) noexcept;
@@ -90,9 +94,5 @@ class Localizer {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// The same for a single scan; builds the data that Localizer keeps between scans: O(surfaces near the scan).
-Alignment align(const std::shared_ptr<const Snapshot>& map, const Scan& scan,
-                const AlignmentReach& reach = {});
 
 }  // namespace octosurf

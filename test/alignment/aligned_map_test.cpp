@@ -16,7 +16,6 @@
 #include <random>
 #include <sstream>
 
-#include <octosurf/explain.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 
@@ -295,45 +294,6 @@ TEST(AlignedMap, AScanSetAsideChangesNothingOfTheMap) {
   EXPECT_EQ(mapper.snapshot(), before);
   EXPECT_EQ(mapper.map().size().scans, size.scans);
   EXPECT_EQ(mapper.map().size().leaves, size.leaves);
-  EXPECT_EQ(explain(mapper.map(), {0.3, 0, 0.6}).scans_left_out, 1U);
-}
-
-TEST(AlignedMap, ExplainTellsOfScansThatDidNotFit) {
-  auto rng = test::rng();
-  Mapper mapper(coarse(true));
-  mapper.insert(camera_scan(furnished_room(), way(0, 24), rng, camera));
-  const Eigen::Vector3d in_view = way(0, 24) * Eigen::Vector3d(0, 0, 0.5);
-  const Explanation before = explain(mapper.map(), in_view);
-  EXPECT_EQ(before.scans_left_out + before.scans_unexplained, 0U);
-
-  const auto read_back = [](const surfaces::MapState& state) {
-    const std::string bytes = bytes_of(state);
-    std::istringstream in(bytes);
-    return surfaces::map_of(io::read_map(in, bytes.size(), "map").state);
-  };
-  Map map = read_back(surfaces::state_of(mapper.map()));
-  alignment::AlignmentState& alignment = alignment::record_of(surfaces::state_of(map)).state;
-  alignment.note_misfit({way(0, 24).translation(), 3, true});
-  alignment.note_misfit({way(0, 24).translation(), 3, true});
-  alignment.note_misfit({way(0, 24).translation(), 2.5, false});
-  map = read_back(surfaces::state_of(map));
-
-  const Explanation why = explain(map, in_view);
-  EXPECT_EQ(why.reason, Reason::free_space);
-  EXPECT_EQ(why.scans_left_out, 2U);
-  EXPECT_EQ(why.scans_unexplained, 1U);
-  EXPECT_NE(why.sentence.find("2 scans were left out"), std::string::npos) << why.sentence;
-  const Explanation elsewhere = explain(map, in_view + Eigen::Vector3d(30, 0, 0));
-  EXPECT_EQ(elsewhere.scans_left_out + elsewhere.scans_unexplained, 0U);
-  EXPECT_EQ(elsewhere.sentence.find("left out"), std::string::npos);
-}
-
-TEST(AlignedMap, RemembersTheLastMisfitsAlone) {
-  alignment::AlignmentState alignment;
-  for (std::size_t i = 0; i < alignment::AlignmentState::most_misfits + 3; ++i)
-    alignment.note_misfit({{static_cast<double>(i), 0, 0}, 1, true});
-  EXPECT_EQ(alignment.misfits.size(), alignment::AlignmentState::most_misfits);
-  EXPECT_EQ(alignment.misfits.front().position.x(), 3);
 }
 
 }  // namespace

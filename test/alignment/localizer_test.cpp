@@ -38,19 +38,6 @@ TEST(Localizer, FindsScansFromGuessesFarOff) {
   EXPECT_GE(found, scans - 1);
 }
 
-TEST(Localizer, AgreesWithASingleCall) {
-  auto rng = test::rng();
-  const Scene room = furnished_room();
-  const auto map = map_of_rectangles(room, middle_of_room);
-  Localizer localizer(map);
-  for (int i = 0; i < 3; ++i) {
-    const Eigen::Isometry3d truth = look_at({1.2, 1.0 + 0.2 * i, 1.5}, {2.0, 4.2, 0.7});
-    Scan scan = camera_scan(room, truth, rng, wide);
-    scan.T_map_sensor = octosurf::alignment::moved(truth, any_twist(rng, 0.1, 2 * degree));
-    EXPECT_EQ(localizer(scan).T_map_sensor.matrix(), align(map, scan).T_map_sensor.matrix());
-  }
-}
-
 TEST(Localizer, SaysSoWhereOtherPosesFitAsWell) {
   auto rng = test::rng();
   // Low walls every 20 cm, each like the next: the scan fits 20 cm further on as well.
@@ -64,7 +51,7 @@ TEST(Localizer, SaysSoWhereOtherPosesFitAsWell) {
   Twist off = Twist::Zero();
   off[3] = 0.1;  // half-way between two ribs
   scan.T_map_sensor = octosurf::alignment::moved(truth, off);
-  const Alignment alignment = align(map, scan);
+  const Alignment alignment = Localizer(map)(scan);
   EXPECT_NE(alignment.outcome, AlignmentOutcome::corrected);
   EXPECT_EQ(alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
 }
@@ -80,14 +67,13 @@ TEST(Localizer, LeavesWhatNothingFixes) {
   Twist off = Twist::Zero();
   off.tail<3>() << 0.25, 0.12, -0.08;
   scan.T_map_sensor = octosurf::alignment::moved(truth, off);
-  const Alignment alignment = align(map, scan);
+  const Alignment alignment = Localizer(map)(scan);
   ASSERT_EQ(alignment.outcome, AlignmentOutcome::corrected);
   EXPECT_EQ(alignment.determined, 5);
   const Twist left = alignment::twist_between(truth, alignment.T_map_sensor);
   EXPECT_NEAR(left[3], off[3], 0.003) << "along the corridor";
   EXPECT_NEAR(left[4], 0, 0.003);
   EXPECT_NEAR(left[5], 0, 0.003);
-  EXPECT_LT(alignment.determined_length_m(left), 0.005);
   EXPECT_GT(std::sqrt(alignment.covariance(3, 3)), 0.1) << "and said to be so unsure";
 }
 
@@ -95,21 +81,22 @@ TEST(Localizer, KnowsWhenItKnowsNothing) {
   auto rng = test::rng();
   const auto empty = std::make_shared<const Snapshot>(Snapshot{0, 0.02, {}});
   Scan scan = camera_scan(furnished_room(), look_at({1, 1, 1.5}, {2, 4, 0.7}), rng);
-  EXPECT_EQ(align(empty, scan).outcome, AlignmentOutcome::nothing_known);
+  EXPECT_EQ(Localizer(empty)(scan).outcome, AlignmentOutcome::nothing_known);
   scan.points.clear();
-  EXPECT_EQ(align(map_of_rectangles(furnished_room(), middle_of_room), scan).outcome,
+  EXPECT_EQ(Localizer(map_of_rectangles(furnished_room(), middle_of_room))(scan).outcome,
             AlignmentOutcome::nothing_known);
-  EXPECT_EQ(align(empty, scan).samples, 0U);
+  EXPECT_EQ(Localizer(empty)(scan).samples, 0U);
 }
 
 TEST(Localizer, RefusesWhatMakesNoSense) {
   const auto map = map_of_rectangles(furnished_room(), middle_of_room);
-  EXPECT_THROW(Localizer(nullptr), Error);
+  EXPECT_THROW(Localizer(std::shared_ptr<const Snapshot>()), Error);
   EXPECT_THROW(Localizer(map, {.translation_m = -1}), Error);
   EXPECT_THROW(Localizer(map, {.translation_m = 0.3, .rotation_rad = std::nan("")}), Error);
+  EXPECT_THROW(Localizer(map, {.translation_m = 0.3, .rotation_rad = 3.2}), Error);
   Scan scan;
   scan.T_map_sensor.linear() *= 2;
-  EXPECT_THROW(align(map, scan), Error);
+  EXPECT_THROW(Localizer{map}(scan), Error);
 }
 
 }  // namespace

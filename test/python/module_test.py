@@ -327,12 +327,12 @@ class Questions(unittest.TestCase):
         self.assertEqual((away.found(), away.refusal.why), (False, "goal"))
 
     def test_alignment_and_explanations(self):
-        snapshot = self.snapshot
         scan = octosurf.Scan(floor(), ABOVE)
-        found = octosurf.align(snapshot, scan.with_pose(at(0, 0, 1.03)))
+        localizer = octosurf.Localizer(self.mapper.map())
+        found = localizer.localize(scan.with_pose(at(0, 0, 1.03)))
         self.assertEqual(found.outcome, "corrected")
         self.assertAlmostEqual(found.T_map_sensor[2, 3], 1, delta=0.003)
-        again = octosurf.Localizer(snapshot).localize(scan)
+        again = localizer.localize(scan)
         self.assertAlmostEqual(again.T_map_sensor[2, 3], 1, delta=0.003)
         self.assertEqual((again.explained_share(), again.determined), (1, 3))
         self.assertEqual(octosurf.explain(self.mapper.map(), [0, 0, 0]).reason, "on_surface")

@@ -1,6 +1,8 @@
 // Finds the place of a scan, or of another map, in a complete map.
+#include "alignment/contradiction.hpp"
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
+#include "geometry/degrees.hpp"
 #include "sensing/downsample.hpp"
 #include "sensing/noise_model.hpp"
 #include "sensing/reading_code.hpp"
@@ -10,14 +12,18 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
+#include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <octosurf/alignment.hpp>
 #include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
 #include <octosurf/map_alignment.hpp>
 
 namespace octosurf {
@@ -26,35 +32,40 @@ namespace {
 /// Throws Error(usage) for an empty map or an invalid reach.
 void require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentReach& reach) {
   if (map == nullptr) throw Error(Error::Kind::usage, "map", "is null", "give the snapshot of a map");
-  const auto require = [](const char* name, double value, double most) {
-    if (!(value > 0 && value <= most))
-      throw Error(Error::Kind::usage, name, "is " + std::to_string(value),
-                  "must be in (0, " + std::to_string(most) + "]");
-  };
-  require("reach.translation_m", reach.translation_m, 10);
-  require("reach.rotation_rad", reach.rotation_rad, 0.5);
+  if (!(reach.translation_m > 0 && reach.translation_m <= alignment::most_reach_m))
+    throw Error(Error::Kind::usage, "reach", "is " + std::to_string(reach.translation_m) + " m",
+                "it must be above 0, and 10 m at most");
+  if (!(reach.rotation_rad > 0 && deg_per_rad * reach.rotation_rad <= 180.0001))
+    throw Error(Error::Kind::usage, "turn", "is " + std::to_string(deg_per_rad * reach.rotation_rad) + "°",
+                "it must be above 0, and 180° at most");
 }
 
-/// With the scan's known noise and further errors of its points.
-Alignment locate_scan(const Snapshot& map, alignment::NearSurfaces& surfaces, const Scan& scan,
-                      const sensing::NoiseModel& noise, const AlignmentReach& reach,
-                      const alignment::FitErrors& errors = {}) {
-  const alignment::RangeLimits limits{0, sensing::default_max_range(scan.sensor)};
-  const alignment::PoseSearch search(map, surfaces, scan, noise, limits, scan.T_map_sensor, reach, errors);
+AlignmentOutcome outcome_of(const alignment::PoseFit& fit, bool found) {
+  if (found) return AlignmentOutcome::corrected;
+  return fit.known < alignment::least_known_samples ? AlignmentOutcome::nothing_known
+                                                    : AlignmentOutcome::unexplained;
+}
+
+/// The scan of `search`, of whose pose is known what it says.
+Alignment locate_scan(const alignment::PoseSearch& search, const alignment::CheckedMap& map) {
+  const Eigen::Isometry3d& given = search.scan().T_map_sensor;
   Alignment result;
   result.samples = search.samples();
-  const std::optional<alignment::PoseFit> found = search.coarse(scan.T_map_sensor);
+  std::optional<alignment::PoseFit> found = search.coarse(given, map.octree);
   const alignment::PoseFit fit =
-      found ? *found
-            : search.fine(scan.T_map_sensor, alignment::uncertainty(reach.rotation_rad, map.resolution));
-  const alignment::Determined determined = alignment::determined_by(fit, map.resolution);
-  alignment::describe(fit, determined, reach, result);
-  result.disagreement = alignment::twist_between(scan.T_map_sensor, fit.T_map_sensor);
-  result.T_map_sensor =
-      found ? alignment::without_undetermined(scan.T_map_sensor, fit, determined) : scan.T_map_sensor;
-  result.outcome = found                                        ? AlignmentOutcome::corrected
-                   : fit.known < alignment::least_known_samples ? AlignmentOutcome::nothing_known
-                                                                : AlignmentOutcome::unexplained;
+      found
+          ? *found
+          : search.fine(given, alignment::uncertainty(search.reach().rotation_rad, map.snapshot.resolution));
+  if (found && is_refuted(fit.T_map_sensor, search, map, result.contradicted)) found.reset();
+  const alignment::Determined determined = alignment::determined_by(fit, map.snapshot.resolution);
+  alignment::describe(fit, determined, search.reach(), result);
+  // Of a pose that is turned far, nothing of the guess remains.
+  const bool far = search.reach().rotation_rad > alignment::most_turn_rad;
+  if (!found)
+    result.T_map_sensor = given;
+  else
+    result.T_map_sensor = far ? fit.T_map_sensor : alignment::without_undetermined(given, fit, determined);
+  result.outcome = outcome_of(fit, found.has_value());
   return result;
 }
 
@@ -136,40 +147,36 @@ Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
 /// during mapping cause common errors, unlike a scan's noise.
 double noise_factor(const std::vector<Reading>& readings, const Eigen::Vector3d& place,
                     const sensing::NoiseModel& noise) {
-  constexpr std::size_t in_a_row = alignment::most_in_a_row;
   double squares = 0, expected = 0;
-  for (std::size_t i = 0; i + in_a_row <= readings.size(); i += in_a_row) {
+  for (std::size_t i = 0; i + alignment::most_in_a_row <= readings.size(); i += alignment::most_in_a_row) {
     double off = 0;
-    for (std::size_t k = i; k < i + in_a_row; ++k) off += readings[k].off / in_a_row;
+    for (std::size_t k = i; k < i + alignment::most_in_a_row; ++k)
+      off += readings[k].off / alignment::most_in_a_row;
     const auto range = static_cast<float>((readings[i].point - place).norm());
     const double spread = noise.measured_sigma(sensing::range_class_of(range));
     squares += off * off;
-    expected += spread * spread / in_a_row;
+    expected += spread * spread / alignment::most_in_a_row;
   }
   return expected > 0 ? std::max(1.0, std::sqrt(squares / expected)) : 1;
 }
 
 }  // namespace
 
-double Alignment::determined_length_m(const Twist& twist) const {
-  double squares = 0;
-  for (int i = 0; i < determined; ++i) {
-    const double along = lever_m * directions.col(i).head<3>().dot(twist.head<3>()) +
-                         directions.col(i).tail<3>().dot(twist.tail<3>());
-    squares += along * along;
-  }
-  return std::sqrt(squares);
-}
-
 struct Localizer::Impl {
   std::shared_ptr<const Snapshot> map;
   AlignmentReach reach;
-  alignment::NearSurfaces surfaces;
+  OccupancyView octree;
+  alignment::NearSurfaces surfaces, surfaces_around;
 };
 
-Localizer::Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach)
-    : impl_(std::make_unique<Impl>(Impl{std::move(map), reach, {}})) {
-  require_reach(impl_->map, reach);
+Localizer::Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach) {
+  require_reach(map, reach);
+  const OccupancyView octree = map->octree;
+  impl_ = std::make_unique<Impl>(Impl{std::move(map), reach, octree, {}, {}});
+}
+Localizer::Localizer(const Map& map, const AlignmentReach& reach) : Localizer(map.snapshot(), reach) {
+  impl_->octree = map.octree();
+  impl_->reach.up = map.parameters().up.value_or(reach.up);
 }
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
@@ -179,11 +186,10 @@ Alignment Localizer::operator()(const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
   sensing::NoiseModel noise{Parameters()};
   noise.observe(scan);
-  return locate_scan(*impl_->map, impl_->surfaces, scan, noise, impl_->reach);
-}
-
-Alignment align(const std::shared_ptr<const Snapshot>& map, const Scan& scan, const AlignmentReach& reach) {
-  return Localizer(map, reach)(scan);
+  const alignment::RangeLimits limits{0, sensing::default_max_range(scan.sensor)};
+  const alignment::PoseSearch search(*impl_->map, impl_->surfaces, scan, noise, limits, scan.T_map_sensor,
+                                     impl_->reach);
+  return locate_scan(search, {*impl_->map, impl_->octree, impl_->surfaces_around});
 }
 
 /// The points on the other map's surfaces are treated as one scan.
@@ -209,7 +215,11 @@ MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& o
     alignment::FitErrors errors;
     errors.noise_factor = noise_factor(readings, place, theirs.noise);
     alignment::NearSurfaces surfaces;
-    result.scan = locate_scan(*map, surfaces, scan, theirs.noise, reach, errors);
+    const alignment::RangeLimits all{0, std::numeric_limits<double>::infinity()};
+    const alignment::PoseSearch search(*map, surfaces, scan, theirs.noise, all, scan.T_map_sensor, reach,
+                                       errors);
+    // Without an octree, as its points were not seen from one place.
+    result.scan = locate_scan(search, {*map, OccupancyView(), surfaces});
   }
   if (result.scan.outcome == AlignmentOutcome::corrected)
     result.T_map_other = result.scan.T_map_sensor * T_other_sensor.inverse();

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double normal_spread = std::numbers::pi / 180;  // rad: error of a scan's plane of a few patches
 constexpr double offset_spread = 0.01;                    // m
-constexpr std::size_t most_planes = 12, most_surfaces = 5;
+constexpr std::size_t most_planes = 12, most_surfaces = 10;
 /// Triples whose normals span less volume determine a direction worse than a quarter as well as their planes.
 constexpr double least_volume = 0.25;
 

@@ -80,9 +80,8 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist) {
   return result;
 }
 
-TwistCovariance set_directions(const TwistCovariance& directions,
-                               const Eigen::Ref<const Eigen::VectorXd>& variances, double lever_m,
-                               const AlignmentReach& reach, Alignment& alignment) {
+void set_directions(const TwistCovariance& directions, const Eigen::Ref<const Eigen::VectorXd>& variances,
+                    double lever_m, const AlignmentReach& reach, Alignment& alignment) {
   alignment.directions = directions;
   alignment.determined = static_cast<int>(variances.size());
   alignment.lever_m = lever_m;
@@ -93,7 +92,6 @@ TwistCovariance set_directions(const TwistCovariance& directions,
   Twist all = Twist::Constant(far * far);
   all.head(variances.size()) = variances;
   alignment.covariance = motions * all.asDiagonal() * motions.transpose();
-  return motions;
 }
 
 struct PoseFitter::Sums {
@@ -109,8 +107,10 @@ PoseFitter::PoseFitter(std::span<const Sample> samples, std::span<const AlignedS
                        const FitErrors& errors)
     : samples_(samples), surfaces_(surfaces), errors_(errors) {}
 
-std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose, double reach,
-                                                  std::size_t every) const {
+/// Calls `visit(sample, surface, distance)` for every `every`-th sample with the surfaces that face the
+/// sensor at a pose; distance of the sample off the surface's plane, m.
+template <class Visit>
+void PoseFitter::for_each_facing(const Eigen::Isometry3d& pose, std::size_t every, const Visit& visit) const {
   // One row per surface, so that a reading is compared with all in a few vector operations.
   const auto count = static_cast<Eigen::Index>(surfaces_.size());
   Eigen::Matrix<float, Eigen::Dynamic, 4> planes(count, 4);
@@ -121,18 +121,42 @@ std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose,
     planes(s, 3) =
         static_cast<float>(plane.signed_distance(sensor));  // small numbers, also far from the origin
   }
-  std::vector<Pairing> pairings;
-  pairings.reserve(2 * samples_.size());
   Eigen::VectorXf along(count);
   for (std::uint32_t i = 0; i < samples_.size(); i += static_cast<std::uint32_t>(every)) {
     const Eigen::Vector3f relative = (pose.linear() * samples_[i].point).cast<float>();
     along.noalias() = planes.leftCols<3>() * relative;
     const float cos_incidence = static_cast<float>(sensing::ReadingModel::grazing_cosine * samples_[i].range);
     for (Eigen::Index s = 0; s < count; ++s)
-      if (along[s] < -cos_incidence && std::fabs(along[s] + planes(s, 3)) < static_cast<float>(reach))
-        pairings.push_back({i, static_cast<std::uint32_t>(s)});
+      if (along[s] < -cos_incidence) visit(i, static_cast<std::uint32_t>(s), along[s] + planes(s, 3));
   }
+}
+
+std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose, double reach,
+                                                  std::size_t every) const {
+  std::vector<Pairing> pairings;
+  pairings.reserve(2 * samples_.size());
+  for_each_facing(pose, every, [&](std::uint32_t sample, std::uint32_t surface, float distance) {
+    if (std::fabs(distance) < static_cast<float>(reach)) pairings.push_back({sample, surface});
+  });
   return pairings;
+}
+
+std::size_t PoseFitter::behind_surfaces(const Eigen::Isometry3d& pose) const {
+  std::vector<char> behind(samples_.size());
+  for_each_facing(pose, 1, [&](std::uint32_t i, std::uint32_t s, float distance) {
+    if (behind[i] != 0 || distance > static_cast<float>(-errors_.gate_m)) return;
+    const Sample& sample = samples_[i];
+    const AlignedSurface& surface = *surfaces_[s];
+    const Eigen::Vector3d sensor = pose.translation();
+    if (surface.plane.signed_distance(sensor) <= errors_.gate_m) return;
+    // A mean of readings on both sides of an edge lies on neither.
+    const auto crosses = [&](const Eigen::Vector3d& point) {
+      const Sighting sighting(surface, sensor, pose.linear() * point);
+      return sighting.distance < -errors_.gate_m && sighting.covered_by(surface);
+    };
+    behind[i] = crosses(sample.point) && crosses(sample.first) && crosses(sample.last);
+  });
+  return static_cast<std::size_t>(std::count(behind.begin(), behind.end(), 1));
 }
 
 /// Common variances of slopes and offset of a scan's readings of a surface, from that of a reading.

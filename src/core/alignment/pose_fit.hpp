@@ -18,10 +18,9 @@ Twist twist_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
 Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist);
 
 /// Fills in Alignment's directions, lever and covariance: the first directions have these variances, m², the
-/// others are unknown within `reach`. Returns the directions as twists.
-TwistCovariance set_directions(const TwistCovariance& directions,
-                               const Eigen::Ref<const Eigen::VectorXd>& variances, double lever_m,
-                               const AlignmentReach& reach, Alignment& alignment);
+/// others are unknown within `reach`.
+void set_directions(const TwistCovariance& directions, const Eigen::Ref<const Eigen::VectorXd>& variances,
+                    double lever_m, const AlignmentReach& reach, Alignment& alignment);
 
 /// The best pose by scan and surfaces.
 struct PoseFit {
@@ -99,6 +98,9 @@ class PoseFitter {
   };
   /// By sample; surfaces farther away than `reach` m are ignored. O(samples × surfaces).
   std::vector<Verdict> judge(const Eigen::Isometry3d& pose, double reach) const;
+  /// Number of samples at a pose that lie behind a surface facing the sensor: the line of sight crosses it.
+  /// O(samples × surfaces).
+  std::size_t behind_surfaces(const Eigen::Isometry3d& pose) const;
   /// Distances of covered samples from their surface at a pose, except at oblique angles. O(samples ×
   /// surfaces).
   std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const;
@@ -113,6 +115,8 @@ class PoseFitter {
     double gate;
     const TwistCovariance& uncertainty;  ///< of the pose: widens the weights' reach
   };
+  template <class Visit>
+  void for_each_facing(const Eigen::Isometry3d& pose, std::size_t every, const Visit& visit) const;
   Eigen::Vector3d common_of(double reading) const;
   Matched match(const Eigen::Isometry3d& pose, double gate, std::span<const Pairing> candidates) const;
   template <class Visit>

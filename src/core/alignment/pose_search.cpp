@@ -1,5 +1,6 @@
 #include "alignment/pose_search.hpp"
 
+#include "alignment/contradiction.hpp"
 #include "alignment/linear.hpp"
 #include "alignment/plane_match.hpp"
 
@@ -67,6 +68,10 @@ TwistCovariance uncertainty(double rotation, double translation) {
   return squares.asDiagonal();
 }
 
+bool is_explained(const PoseFit& fit) {
+  return fit.known >= least_known_samples && fit.explained_share() >= least_explained;
+}
+
 Determined determined_by(const PoseFit& fit, double resolution) {
   Determined determined;
   determined.scale << Eigen::Vector3d::Constant(1 / fit.lever_m), Eigen::Vector3d::Ones();
@@ -113,11 +118,12 @@ PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& 
       limits_(limits),
       resolution_(map.resolution),
       reach_(reach),
+      turn_rad_(std::min(reach.rotation_rad, most_turn_rad)),
       samples_(
           sample_scan(scan, noise, limits, sample_count, least_exact * map.resolution / errors.noise_factor)),
       near_(surfaces.in(map,
                         reachable_box(samples_, start, gate_voxels * map.resolution + reach.translation_m,
-                                      reach.rotation_rad),
+                                      std::min(reach.rotation_rad, 2.0)),
                         growing)),
       fitter_(samples_, near_, with_gate(errors, gate_voxels * map.resolution)) {}
 
@@ -127,7 +133,7 @@ PoseFit PoseSearch::fine(const Eigen::Isometry3d& start, const TwistCovariance& 
 }
 
 double PoseSearch::farthest_off() const {
-  return reach_.translation_m + reach_.rotation_rad * range_of(samples_) + gate_voxels * resolution_;
+  return reach_.translation_m + turn_rad_ * range_of(samples_) + gate_voxels * resolution_;
 }
 
 /// Keeps the poses with the best agreement, best first.
@@ -159,9 +165,29 @@ bool PoseSearch::speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d
   return lead > deviations * std::sqrt(differ);
 }
 
-std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const {
+/// Planes are matched by small turns. Larger ones, about the vertical, begin at several poses.
+std::vector<Eigen::Isometry3d> PoseSearch::starts_around(const Eigen::Isometry3d& start) const {
+  const double rest = reach_.rotation_rad - turn_rad_;
+  const int aside = static_cast<int>(std::ceil(rest / (2 * turn_rad_)));
+  std::vector<Eigen::Isometry3d> starts;
+  for (int i = -aside; i <= aside; ++i) {
+    Twist turn = Twist::Zero();
+    if (aside > 0) turn.head<3>() = rest * i / aside * reach_.up;
+    starts.push_back(moved(start, turn));
+  }
+  return starts;
+}
+
+std::vector<PoseFit> PoseSearch::candidates(const Eigen::Isometry3d& start) const {
+  std::vector<PoseFit> fits;
+  for (const Eigen::Isometry3d& from : starts_around(start)) add_candidates(from, fits);
+  return fits;
+}
+
+void PoseSearch::add_candidates(const Eigen::Isometry3d& start, std::vector<PoseFit>& fits) const {
   std::vector<Eigen::Isometry3d> poses =
-      poses_by_planes(scan_, noise_, limits_, resolution_, near_, start, reach_, most_poses);
+      poses_by_planes(scan_, noise_, limits_, resolution_, near_, start,
+                      {reach_.translation_m, turn_rad_, reach_.up}, most_poses);
   poses.insert(poses.begin(), start);
   const double range = range_of(samples_);
   keep_best(poses, start, few, most_scored);
@@ -178,14 +204,15 @@ std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const 
       starts.push_back(pose);
     if (starts.size() == most_made_fine) break;
   }
-  std::vector<PoseFit> fits;
   for (const Eigen::Isometry3d& at : starts)
     fits.push_back(fine(at, uncertainty(resolution_ / range, resolution_)));
+}
+
+std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start, const OccupancyView& octree) const {
+  const std::vector<PoseFit> fits = candidates(start);
   const auto best = std::max_element(
       fits.begin(), fits.end(), [](const PoseFit& a, const PoseFit& b) { return a.explained < b.explained; });
-  if (best == fits.end() || best->known < least_known_samples ||
-      static_cast<double>(best->explained) < least_explained * static_cast<double>(best->known))
-    return {};
+  if (best == fits.end() || !is_explained(*best)) return {};
   // A pose counts as another one if it differs along determined directions.
   const Determined determined = determined_by(*best, resolution_);
   if (determined.count == 0) return {};
@@ -193,11 +220,30 @@ std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const 
   // significantly: the best pose's unexplained count has its square root as error.
   const auto unexplained = static_cast<double>(best->known - best->explained);
   const double as_well = static_cast<double>(best->explained) - by_chance * std::sqrt(unexplained + 1);
+  std::vector<const PoseFit*> alike{&*best};
   for (const PoseFit& fit : fits) {
     const double differs = length(determined, twist_between(best->T_map_sensor, fit.T_map_sensor));
-    if (differs > 2 * resolution_ && static_cast<double>(fit.explained) >= as_well) return {};
+    if (differs > 2 * resolution_ && static_cast<double>(fit.explained) >= as_well) alike.push_back(&fit);
   }
-  return *best;
+  return least_contradicted(alike, octree);
+}
+
+/// None if another one contradicts about as little.
+std::optional<PoseFit> PoseSearch::least_contradicted(const std::vector<const PoseFit*>& fits,
+                                                      const OccupancyView& octree) const {
+  if (fits.size() == 1) return *fits.front();
+  std::vector<std::pair<Contradiction, const PoseFit*>> found;
+  for (const PoseFit* fit : fits) found.emplace_back(contradiction_at(fit->T_map_sensor, *this, octree), fit);
+  const auto least = std::min_element(
+      found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first.all() < b.first.all(); });
+  const Determined determined = determined_by(*least->second, resolution_);
+  const auto same_place = [&](const PoseFit& fit) {
+    return length(determined, twist_between(least->second->T_map_sensor, fit.T_map_sensor)) <=
+           2 * resolution_;
+  };
+  for (const auto& [contradiction, fit] : found)
+    if (!same_place(*fit) && !least->first.is_less_than(contradiction)) return {};
+  return *least->second;
 }
 
 }  // namespace octosurf::alignment

@@ -20,13 +20,19 @@ class PoseSearch {
              const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
              const FitErrors& errors = {}, const surfaces::MapState* growing = nullptr);
 
+  const Scan& scan() const { return scan_; }
+  const sensing::NoiseModel& noise() const { return noise_; }
+  const RangeLimits& limits() const { return limits_; }
   std::size_t samples() const { return samples_.size(); }
   const AlignmentReach& reach() const { return reach_; }
   /// Point-to-plane registration from `start`, with an error of `prior` and a voxel.
   PoseFit fine(const Eigen::Isometry3d& start, const TwistCovariance& prior) const;
   /// The pose within reach of `start` that explains the scan best: candidates from matched planes, the best
-  /// ones refined. None if too little is explained, or another pose explains nearly as much.
-  std::optional<PoseFit> coarse(const Eigen::Isometry3d& start) const;
+  /// ones refined. Of poses that explain about as much, the one of which the octree contradicts least. None
+  /// if too little is explained, or another pose is as good.
+  std::optional<PoseFit> coarse(const Eigen::Isometry3d& start, const OccupancyView& octree) const;
+  /// The refined candidates, of which that is one.
+  std::vector<PoseFit> candidates(const Eigen::Isometry3d& start) const;
   /// Of the scan's samples and those surfaces.
   const PoseFitter& fitter() const { return fitter_; }
   /// Whether the map contradicts significantly fewer samples at one pose than at another, in standard
@@ -37,6 +43,10 @@ class PoseSearch {
  private:
   /// m, of a sample from its surface, at a pose within reach.
   double farthest_off() const;
+  std::vector<Eigen::Isometry3d> starts_around(const Eigen::Isometry3d& start) const;
+  void add_candidates(const Eigen::Isometry3d& start, std::vector<PoseFit>& fits) const;
+  std::optional<PoseFit> least_contradicted(const std::vector<const PoseFit*>& fits,
+                                            const OccupancyView& octree) const;
   void keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::Isometry3d& start, std::size_t every,
                  std::size_t count) const;
 
@@ -45,6 +55,7 @@ class PoseSearch {
   RangeLimits limits_;
   double resolution_;
   AlignmentReach reach_;
+  double turn_rad_;  ///< the reach from each of the poses at which the search begins
   std::vector<Sample> samples_;
   std::vector<const AlignedSurface*> near_;
   PoseFitter fitter_;
@@ -53,9 +64,16 @@ class PoseSearch {
 /// Minimum number of samples on known surfaces for a measurement.
 inline constexpr std::size_t least_known_samples = 100;
 
+/// The most that a search may reach, m; and from each of the poses where it begins, rad: planes are matched
+/// by linear equations of the turn, which errs by 2 % of 20°.
+inline constexpr double most_reach_m = 10, most_turn_rad = 0.35;
+
 /// Standard deviations by which samples must favour one of two poses: two, doubled because neighbouring
 /// samples are correlated.
 inline constexpr double by_chance = 4;
+
+/// Whether a pose explains enough of what is known.
+bool is_explained(const PoseFit& fit);
 
 /// Covariance of independent rotations (rad) and translations (m).
 TwistCovariance uncertainty(double rotation, double translation);

@@ -184,13 +184,8 @@ Revisit measure(std::span<const PatchObservation> observations, double travelled
   return revisit;
 }
 
-void describe(const Revisit& revisit, const SensorErrors& errors, Alignment& alignment) {
-  const TwistCovariance motions =
-      set_directions(revisit.all_directions, revisit.variances, revisit.lever_m, AlignmentReach(), alignment);
-  if (alignment.determined == 0) return;
-  const auto along = (revisit.motion - revisit.by_error * errors).eval();
-  alignment.disagreement = motions.leftCols(alignment.determined) * along;
-  alignment.innovation_m = along.norm();
+void describe(const Revisit& revisit, Alignment& alignment) {
+  set_directions(revisit.all_directions, revisit.variances, revisit.lever_m, AlignmentReach(), alignment);
 }
 
 }  // namespace octosurf::alignment

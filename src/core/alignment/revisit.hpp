@@ -55,7 +55,7 @@ struct Revisit {
 Revisit measure(std::span<const PatchObservation> observations, double travelled_m,
                 const SensorErrors& errors, double patch_m, double resolution);
 
-/// Fills in Alignment: the disagreement with the matched pose, without the sensor's errors.
-void describe(const Revisit& revisit, const SensorErrors& errors, Alignment& alignment);
+/// Fills in Alignment: the directions that it measures.
+void describe(const Revisit& revisit, Alignment& alignment);
 
 }  // namespace octosurf::alignment

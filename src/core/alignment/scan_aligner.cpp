@@ -1,15 +1,13 @@
 #include "alignment/scan_aligner.hpp"
 
+#include "alignment/contradiction.hpp"
 #include "alignment/drift_filter.hpp"
 #include "alignment/revisit.hpp"
-#include "sensing/reading_code.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
-#include <numbers>
 #include <optional>
 
 namespace octosurf::alignment {
@@ -32,6 +30,16 @@ constexpr double not_by_chance = 15.5;
 /// Maximum difference between two consecutive scans' jumps: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
 
+/// A quarter of a scan contradicts the map, in both ways: what came stands in free space, what went is seen
+/// through, but a wrong pose does both. Half of what a wrong pose puts on floor and ceiling agrees, walls do
+/// not.
+bool contradicts(const OccupancyView& octree, const PoseSearch& search,
+                 const Eigen::Isometry3d& T_map_sensor) {
+  constexpr double each_way = 0.1, both_ways = 0.25;
+  const Contradiction found = contradiction_at(T_map_sensor, search, octree);
+  return found.in_free_space >= each_way && found.behind >= each_way && found.all() > both_ways;
+}
+
 /// Alignment of one scan.
 class ScanAlignment {
  public:
@@ -49,8 +57,8 @@ class ScanAlignment {
     expected_ = drift_.pose();
   }
 
-  /// `rejects`: whether the scan contradicts the octree at the expected pose; called if it fits nowhere.
-  void align(const PoseSearch& search, const std::function<bool()>& rejects);
+  /// `begins`: a session, whose poses may be in another frame.
+  void align(const PoseSearch& search, const CheckedMap& map, bool begins);
   const Eigen::Isometry3d& expected() const { return expected_; }
 
  private:
@@ -87,11 +95,10 @@ void ScanAlignment::follow(const Layout& layout) {
   Alignment& alignment = result_.alignment;
   if (drift_.is_new_view()) {
     auto observed = observe(scan_, expected_, layout.readings, patches_, state_.sensor, resolution_);
-    const SensorErrors errors = drift_.sensor_errors();
-    const Revisit revisit = measure(observed, state_.travelled_m, errors, state_.patch_m, resolution_);
-    describe(revisit, errors, result_.alignment);
+    const Revisit revisit =
+        measure(observed, state_.travelled_m, drift_.sensor_errors(), state_.patch_m, resolution_);
+    describe(revisit, result_.alignment);
     if (revisit.patches > 0) {
-      alignment.disagreement += twist_between(given_, expected_);
       if (revisit.scatter_m > 0)  // too few patches have none
         state_.patch_m += (revisit.scatter_m - state_.patch_m) / scatter_memory;
       drift_.learn(expected_, revisit);
@@ -148,7 +155,7 @@ bool ScanAlignment::is_worth_a_search(double known_share) const {
          result_.alignment.explained_share() < much_less * failed_search->share;
 }
 
-void ScanAlignment::align(const PoseSearch& search, const std::function<bool()>& rejects) {
+void ScanAlignment::align(const PoseSearch& search, const CheckedMap& map, bool begins) {
   Alignment& alignment = result_.alignment;
   const Layout layout = search.fitter().lay(expected_);
   alignment.samples = search.samples();
@@ -169,23 +176,24 @@ void ScanAlignment::align(const PoseSearch& search, const std::function<bool()>&
                          length(determined_by(near, resolution_),
                                 twist_between(expected_, near.T_map_sensor)) <= jump_voxels * resolution_;
     fits = fits || drifted;
-    const std::optional<PoseFit> found = fits && !strange ? std::nullopt : search.coarse(expected_);
+    const std::optional<PoseFit> found =
+        fits && !strange ? std::nullopt : search.coarse(expected_, map.octree);
     if (found) {
       const Determined determined = determined_by(*found, resolution_);
       alignment.known = found->known;
       alignment.explained = found->explained;
       if (found_elsewhere(search, *found, determined)) {
         describe(*found, determined, search.reach(), alignment);
-        alignment.disagreement = twist_between(given_, found->T_map_sensor);
-        alignment.innovation_m = length(determined, twist_between(expected_, found->T_map_sensor));
-        note_jump(*found, determined);
+        alignment.outcome = AlignmentOutcome::rejected;
+        if (!is_refuted(found->T_map_sensor, search, map, alignment.contradicted))
+          note_jump(*found, determined);
         return;
       }
       fits = true;
     }
     if (!fits || strange) state_.failed_search = here;
   }
-  if (!(known && fits) && rejects()) {
+  if ((begins || !(known && fits)) && contradicts(map.octree, search, expected_)) {
     alignment.outcome = AlignmentOutcome::rejected;
     return;
   }
@@ -195,43 +203,6 @@ void ScanAlignment::align(const PoseSearch& search, const std::function<bool()>&
     alignment.outcome = AlignmentOutcome::unexplained;
   else if (!known && !drift_.drifts())
     alignment.outcome = AlignmentOutcome::nothing_known;
-}
-
-/// m, of the readings within `most`.
-double farthest_reading(const Scan& scan, double most) {
-  float farthest = 0;
-  for (const Eigen::Vector3f& point : scan.points)
-    if (const float range = point.norm(); range <= static_cast<float>(most))  // NaN fails
-      farthest = std::max(farthest, range);
-  return farthest;
-}
-
-/// Half of what is compared of a scan contradicts the octree, in both ways: what came stands in free space,
-/// what went is seen through, but a wrong pose does both.
-bool contradicts(const surfaces::MapState& map, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                 const RangeLimits& limits) {
-  constexpr std::size_t samples = 400;  // effort: a share of 50 % is then known to 2.5 %
-  constexpr std::size_t fewest_compared = 100, both_ways = 10;  // a tenth each
-  const double d = map.parameters.occupancy.resolution;
-  std::vector<occupancy::SightLine> lines;
-  for (std::size_t k = 0; k < samples && !scan.points.empty(); ++k) {
-    // Multiples of the golden ratio spread evenly over pictures and rings of any size.
-    const double place = std::fmod(static_cast<double>(k) * std::numbers::phi, 1);
-    const auto i = static_cast<std::size_t>(place * static_cast<double>(scan.points.size()));
-    const Eigen::Vector3d p = scan.points[i].cast<double>();
-    Eigen::Vector3d start = Eigen::Vector3d::Zero();
-    if (i < scan.origins.size()) start = scan.origins[i].cast<double>();
-    const double range = (p - start).norm();
-    if (!(range >= limits.min_m && range <= limits.max_m)) continue;  // NaN
-    const unsigned range_class = sensing::range_class_of(static_cast<float>(range)) & 0xf;
-    // Within a voxel and a deviation; with three, half of what a jump of 10 cm contradicts is near enough.
-    lines.push_back(
-        {T_map_sensor * start, T_map_sensor * p, d + std::sqrt(map.noise.reading_variance(range_class))});
-  }
-  const occupancy::Agreement agreement = map.occupancy.agreement_with(lines);
-  const std::size_t compared = agreement.agrees + agreement.in_free_space + agreement.behind_matter;
-  return compared >= fewest_compared && 2 * agreement.agrees < compared &&
-         both_ways * agreement.in_free_space >= compared && both_ways * agreement.behind_matter >= compared;
 }
 
 }  // namespace
@@ -256,13 +227,12 @@ AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& s
   }
   ScanAlignment alignment(result, record.patches, scan, map.parameters);
   const PoseSearch search = search_from(alignment.expected());
-  alignment.align(search, [&] { return contradicts(map, scan, alignment.expected(), limits); });
-  const AlignmentOutcome outcome = result.alignment.outcome;
-  const bool rejected = outcome == AlignmentOutcome::rejected;
-  if (!rejected) result.shared = shared_at(search, result.alignment.T_map_sensor);
-  if (rejected || outcome == AlignmentOutcome::unexplained)
-    result.state.note_misfit(
-        {result.alignment.T_map_sensor.translation(), farthest_reading(scan, limits.max_m), rejected});
+  const OccupancyView octree = map.occupancy.now();
+  constexpr std::size_t first_scans = 10;
+  alignment.align(search, {*published, octree, surfaces_around_, &map}, inserted_ < first_scans);
+  if (result.alignment.outcome == AlignmentOutcome::rejected) return result;
+  ++inserted_;
+  result.shared = shared_at(search, result.alignment.T_map_sensor);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include "sensing/noise_model.hpp"
 #include "surfaces/map_state.hpp"
 
+#include <cstddef>
 #include <vector>
 
 #include <octosurf/alignment.hpp>
@@ -28,7 +29,8 @@ class ScanAligner {
   AlignedScan operator()(const surfaces::MapState& map, const Scan& scan, const RangeLimits& limits);
 
  private:
-  NearSurfaces surfaces_;
+  std::size_t inserted_ = 0;
+  NearSurfaces surfaces_, surfaces_around_;  ///< of searches within reach, and beyond
 };
 
 }  // namespace octosurf::alignment

@@ -1,27 +1,23 @@
+#include "occupancy/agreement.hpp"
+
 #include "occupancy/nearest_voxel.hpp"
-#include "occupancy/occupancy_map.hpp"
 
 namespace octosurf::occupancy {
 namespace {
 
-/// Readings by which a voxel must be more often occupied than free, or the reverse, to speak against a scan.
-constexpr float readings_against = 3;
+/// Rays by which a voxel must be more often free than occupied to speak against a reading.
+constexpr float rays_against = 3;
 
 class Comparison {
  public:
   Comparison(const VoxelTree& tree, const geometry::VoxelGrid& grid)
-      : tree_(tree),
-        grid_(grid),
-        free_(std::max(readings_against * tree.model().miss, tree.model().clamp_min)),
-        matter_(std::min(readings_against * tree.model().hit, tree.model().clamp_max)) {}
+      : tree_(tree), grid_(grid), free_(std::max(rays_against * tree.model().miss, tree.model().clamp_min)) {}
 
-  void add(const SightLine& line, Agreement& sum) const {
-    if (NearestSearch(tree_, line.end, grid_.resolution(), line.reach).found())
+  void add(const ReadingEnd& reading, Agreement& sum) const {
+    if (NearestSearch(tree_, reading.end, grid_.resolution(), reading.reach).found())
       ++sum.agrees;
-    else if (is_free_around(line.end, line.reach))
+    else if (is_free_around(reading.end, reading.reach))
       ++sum.in_free_space;
-    else if (passes_matter(line))
-      ++sum.behind_matter;
   }
 
  private:
@@ -40,38 +36,19 @@ class Comparison {
         if (!is_free(p + side * Eigen::Vector3d::Unit(axis))) return false;
     return true;
   }
-  /// Steps through the octree's undivided cubes.
-  bool passes_matter(const SightLine& line) const {
-    const double d = grid_.resolution(), length = (line.end - line.start).norm() - 2 * line.reach;
-    const Eigen::Vector3d along = (line.end - line.start).normalized();
-    for (double t = 2 * line.reach; t < length;) {
-      const Eigen::Vector3d p = line.start + t * along;
-      const VoxelTree::Lookup voxel = at(p);
-      if (voxel.known && voxel.log_odds >= matter_) return true;
-      const double edge = d * (1 << voxel.level);
-      double leaves = edge * std::sqrt(3.0);
-      for (int axis = 0; axis < 3; ++axis)
-        if (along[axis] != 0) {
-          const double low = std::floor(p[axis] / edge) * edge;
-          leaves = std::min(leaves, (along[axis] > 0 ? low + edge - p[axis] : low - p[axis]) / along[axis]);
-        }
-      t += leaves + 0.01 * d;  // into the next one
-    }
-    return false;
-  }
-
   const VoxelTree& tree_;
   const geometry::VoxelGrid& grid_;
-  float free_, matter_;  // log-odds
+  float free_;  // log-odds
 };
 
 }  // namespace
 
-Agreement OccupancyMap::agreement_with(std::span<const SightLine> lines) const {
+Agreement agreement_of(std::span<const ReadingEnd> readings, const OccupancyView& octree) {
   Agreement sum;
-  if (tree_->empty()) return sum;
-  const Comparison comparison(*tree_, grid_);
-  for (const SightLine& line : lines) comparison.add(line, sum);
+  if (octree.tree() == nullptr || octree.tree()->empty()) return sum;
+  const geometry::VoxelGrid grid(octree.resolution());
+  const Comparison comparison(*octree.tree(), grid);
+  for (const ReadingEnd& reading : readings) comparison.add(reading, sum);
   return sum;
 }
 

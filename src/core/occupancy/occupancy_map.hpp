@@ -56,19 +56,6 @@ struct OccupancyDelta {
   std::vector<Confirmed> confirmed{};
 };
 
-/// From where a reading was taken, m, map frame, and how far from it matter may be the same.
-struct SightLine {
-  Eigen::Vector3d start, end;
-  double reach;
-};
-
-/// How readings that are not inserted agree with the octree.
-struct Agreement {
-  std::size_t agrees = 0;         ///< an occupied voxel is within the noise
-  std::size_t in_free_space = 0;  ///< none is, and at least three rays went through there
-  std::size_t behind_matter = 0;  ///< neither, but the ray passes through a voxel hit at least three times
-};
-
 /// Finds the plane of a surface; called when a ray passed through one of its voxels.
 class PlaneLookup {
  public:
@@ -126,8 +113,6 @@ class OccupancyMap {
   /// here. Points stay where both are occupied; for the rest adopt_occupied_voxels() makes some, and throws.
   OccupancyDelta replace(const OccupancyMap& other);
   bool empty() const;  ///< everything is unknown
-  /// Of readings that are not inserted yet. Some 0.5 µs each, 2 µs where they disagree.
-  Agreement agreement_with(std::span<const SightLine> lines) const;
 
   /// Creates points in occupied voxels with an open neighbour of the six (OpenSpace), seen from there, or in
   /// the middle of the up to 6 along that direction, unless one of those has a point. For maps without
