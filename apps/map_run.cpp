@@ -35,6 +35,7 @@ void MapRun::run(const std::optional<std::filesystem::path>& octree, std::unique
     if (source) map_scans(std::move(source));
     if (!interrupted()) {
       require_readings(run_);
+      require_same_frame(run_);
       drain();
     }
     cut_short = interrupted();
@@ -143,8 +144,7 @@ void MapRun::drain() try {
 }
 
 void MapRun::save(Saving saving) {
-  const bool refused = options_.strict && run_.statistics.judgement().contradicts();
-  if (saving == Saving::checkpoint && refused) return;
+  if (saving == Saving::checkpoint && options_.strict && run_.statistics.judgement().contradicts()) return;
   const Map& map = run_.mapper.map();
   const std::size_t scans = run_.statistics.scans();
   keeper_.save();  // first what a saved map refers to
@@ -153,9 +153,7 @@ void MapRun::save(Saving saving) {
     poses_.save(saving);
   } else {
     saving_last_ = true;
-    if (refused)
-      throw Error(Error::Kind::data, options_.output, run_.statistics.judgement().describe(),
-                  "no map is written; without --strict it would be");
+    if (options_.strict) require_agreement(run_.statistics.judgement(), options_.output);
     checkpoints_.save(map, scans, keeper_.kept());
     poses_.save(saving);
     report(run_, keeper_.kept().folder);

@@ -46,10 +46,11 @@ Examples:
   octosurf remap maps/kitchen --poses corrected.txt -o maps/kitchen2   and leaves the old map as it is
   octosurf remap maps/kitchen --poses optimised.tum --write-poses used.txt --report remap.json
   octosurf remap maps/kitchen --scans /disk/kitchen.scans              the scans have moved; poses as they were
+  octosurf remap maps/kitchen --poses utm.txt --origin 448000 5411000 0
 
 The map must have been built with `octosurf map --keep-scans DIR`. Its parameters stay. Poses: one for each scan in
 order, or a stamped trajectory that covers all of them, in the formats of map's --poses. Without --poses the map's
-own poses are used.
+own poses are used. As in map, a warning says if the scans contradict each other at these poses.
 
 A new surface keeps the id of the old one with most of its readings, unless that has more in another. Other surfaces
 get new ids, with the surface they came from as parent. Every surface counts as changed, and
@@ -59,8 +60,9 @@ map --keep-scans a copy of the folder.
 
 struct RemapOptions {
   std::string map, poses, output, scans, report, write_poses;
+  std::vector<double> origin;
   int threads = 1;
-  bool force = false;
+  bool force = false, strict = false;
 };
 
 /// One run of `octosurf remap`.
@@ -69,8 +71,9 @@ class Remap {
   explicit Remap(const RemapOptions& options)
       : options_(options),
         before_(load_with_warning(options.map)),
+        origin_(options.origin.empty() ? before_.map.origin() : Eigen::Vector3d(options.origin.data())),
         statistics_(before_.map.parameters()),
-        poses_log_(options.write_poses, options.force, before_.map.origin()) {
+        poses_log_(options.write_poses, options.force, origin_) {
     context_.input = {options.map};
     if (!before_.warning.empty()) context_.warnings.push_back(before_.warning);
   }
@@ -83,7 +86,7 @@ class Remap {
     Mapper mapper(as_given, options_.threads, paper_detector());
     insert_all(mapper);
     Map map = std::move(mapper).release();
-    map.set_origin(before_.map.origin());
+    map.set_origin(origin_);
     surfaces::state_of(map).parameters = parameters;
     const Succeeded surfaces = renumber(surfaces::state_of(map));
     geometry::end_if_interrupted();
@@ -116,9 +119,8 @@ class Remap {
     Scan scan = io::read_posed(list_.recordings.front(), scans()[i], source_).scan;
     scan.stamp_s = *scans()[i].stamp_s;
     if (options_.poses.empty())
-      scan.T_map_sensor = before_.scans.poses[i];
-    else
-      scan.T_map_sensor.translation() -= before_.map.origin();
+      scan.T_map_sensor = Eigen::Translation3d(before_.map.origin()) * before_.scans.poses[i];
+    scan.T_map_sensor.translation() -= origin_;
     return scan;
   }
 
@@ -166,6 +168,7 @@ class Remap {
   }
 
   void save(const Map& map, const Succeeded& surfaces) {
+    if (options_.strict) require_agreement(statistics_.judgement(), options_.output);
     save_map(map, options_.output, kept_);
     poses_log_.save(Saving::end);
     context_.wall_s = now_s();
@@ -185,6 +188,7 @@ class Remap {
     std::printf("%-12s %zu\n", "scans", count);
     std::printf("%-12s %zu: %zu as before, %zu new; %zu of those before are gone\n", "surfaces",
                 map.size().surfaces, surfaces.kept, surfaces.born, surfaces.gone.size());
+    print_agreement(statistics_.judgement());
     std::printf("%-12s %zu of %zu points\n", "pending", map.size().pending, map.size().points);
     std::printf("%-12s %.1f s; %.1f ms a scan, of which mapping %.1f ms\n", "time", now_s(),
                 1e3 * now_s() / static_cast<double>(count), statistics_.scan_ms_percentile(0.5));
@@ -193,11 +197,14 @@ class Remap {
     for (const std::string& file : {options_.write_poses, options_.report})
       if (!file.empty()) std::printf(", %s", file.c_str());
     std::printf("\n");
+    std::fflush(stdout);
+    warn_of(statistics_.judgement());
   }
 
   const RemapOptions& options_;
   Clock::time_point begin_ = Clock::now();
   LoadedMap before_;
+  Eigen::Vector3d origin_;  // of the new map
   RunStatistics statistics_;
   PoseLog poses_log_;
   RunContext context_;
@@ -250,6 +257,10 @@ void add_remap(CLI::App& app) {
       ->type_name("FILE");
   verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
       ->capture_default_str();
+  verb->add_option("--origin", options->origin,
+                   "X Y Z: subtracted from all coordinates, m; stored in the map [the map's]")
+      ->expected(3);
+  verb->add_flag("--strict", options->strict, "write no map if scans contradict each other; exit code 1");
   verb->add_flag("--force", options->force, "overwrite map, report and poses");
   verb->callback([options] { run_remap(*options); });
 }

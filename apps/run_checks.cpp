@@ -1,8 +1,20 @@
+#include "io/text_file.hpp"
 #include "run_outputs.hpp"
 
 #include <string>
 
 namespace octosurf {
+
+void require_same_frame(RunState& run) {
+  const std::size_t scans = run.statistics.scans(),
+                    rejected = run.statistics.scans_with(AlignmentOutcome::rejected);
+  const std::string& map = run.options.resume;
+  if (map.empty() || 2 * rejected <= scans) return;
+  run.refuse(std::to_string(rejected) + " of " + io::count_of(scans, "scan") + " contradict " + map +
+                 " where their poses put them",
+             "if the poses are in another frame, octosurf localize " + map + " " + run.context.input.front() +
+                 " --reach 5 --turn 180 --write-poses FILE finds them, for --poses FILE");
+}
 
 void require_readings(RunState& run) {
   if (run.statistics.scans() == 0) return;

@@ -36,16 +36,6 @@ void print_alignment(const RunStatistics& statistics) {
   std::printf("\n");
 }
 
-void print_agreement(const Judgement& judgement) {
-  if (judgement.views == 0) return;
-  std::printf("%-12s %zu of %zu pairs of views", "agreement", judgement.pairs - judgement.contradicting,
-              judgement.pairs);
-  if (judgement.alone > 0)
-    std::printf("; %zu of %zu views see nothing that others see, and were not compared", judgement.alone,
-                judgement.views);
-  std::printf("\n");
-}
-
 void print_scans(const RunState& run, const Map::Size& size) {
   const auto scans = static_cast<std::size_t>(run.statistics.scans());
   std::printf("%-12s %zu", "scans", scans);
@@ -105,8 +95,7 @@ void report(RunState& run, const std::filesystem::path& kept_scans) {
   std::fflush(stdout);  // warnings follow the summary
   warn_of_missing_poses(run);
   warn_of_up(map);
-  if (run.statistics.judgement().contradicts())
-    std::fprintf(stderr, "warning: %s\n", run.statistics.judgement().describe().c_str());
+  warn_of(run.statistics.judgement(), run.options.inputs);
 }
 
 }  // namespace octosurf

@@ -10,6 +10,9 @@ namespace octosurf {
 /// Refuses a run of whose readings hardly any were mapped.
 void require_readings(RunState& run);
 
+/// Refuses a run that goes on with a map most of whose scans contradict it.
+void require_same_frame(RunState& run);
+
 /// Of a run that is over: its report, its summary, and its warnings. `kept_scans`: their folder, or empty.
 void report(RunState& run, const std::filesystem::path& kept_scans);
 

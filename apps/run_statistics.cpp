@@ -218,6 +218,30 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   return json.dump(1, ' ', false, Json::error_handler_t::replace);
 }
 
+void print_agreement(const Judgement& judgement) {
+  if (judgement.views == 0) return;
+  std::printf("%-12s %zu of %zu pairs of views", "agreement", judgement.pairs - judgement.contradicting,
+              judgement.pairs);
+  if (judgement.alone > 0)
+    std::printf("; %zu of %zu views see nothing that others see, and were not compared", judgement.alone,
+                judgement.views);
+  std::printf("\n");
+}
+
+void warn_of(const Judgement& judgement, const std::vector<std::string>& inputs) {
+  if (!judgement.contradicts()) return;
+  std::string hint = inputs.empty() ? "" : "; octosurf check";
+  for (const std::string& input : inputs) hint += " " + input;
+  std::fprintf(stderr, "warning: %s%s%s\n", judgement.describe().c_str(), hint.c_str(),
+               inputs.empty() ? "" : " tells why");
+}
+
+void require_agreement(const Judgement& judgement, const std::string& output) {
+  if (judgement.contradicts())
+    throw Error(Error::Kind::data, output, judgement.describe(),
+                "no map is written; without --strict it would be");
+}
+
 void RunContext::warn(const std::string& warning) {
   if (warning.empty()) return;
   std::fprintf(stderr, "warning: %s\n", warning.c_str());

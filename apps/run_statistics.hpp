@@ -89,6 +89,13 @@ class RunStatistics {
 /// machine.
 bool is_pause(std::optional<double> last_stamp_s, double stamp_s);
 
+/// One line of a run's summary; none without scans.
+void print_agreement(const Judgement& judgement);
+/// On stderr, if the scans contradict each other.
+void warn_of(const Judgement& judgement, const std::vector<std::string>& inputs = {});
+/// Throws Error(data) if they do: `output`, a map, is not written.
+void require_agreement(const Judgement& judgement, const std::string& output);
+
 /// Effective parameters by name, as a JSON object: numbers, booleans, and get_parameter()'s words for values
 /// determined from the scans ("estimated", "sensor"). Angles in degrees.
 std::string parameters_json(const Parameters& parameters);

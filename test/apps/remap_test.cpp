@@ -54,23 +54,26 @@ class Remap : public CommandTest {
     Scene scene;
     scene.rectangle({-1, -1, 0}, {3, 0, 0}, {0, 3, 0}).rectangle({-1, -1, 0}, {3, 0, 0}, {0, 0, 2});
     scene.rectangle({-1, -1, 0}, {0, 3, 0}, {0, 0, 2}).box({0, 0, 0}, {0.9, 0.8, 0.7});
-    Camera camera;
-    camera.width = 160;
-    camera.height = 120;
-    camera.focal = 130;
-    std::mt19937_64 random = rng();
     std::vector<Eigen::Isometry3d> poses;
     for (int i = 0; i < images; ++i) {
       const double a = 1.6 * i / images;
       poses.push_back(look_at({0.4 + 1.9 * std::cos(a), 0.4 + 1.9 * std::sin(a), 1.5}, {0.2, 0.2, 0.5}));
-      const Scan scan = camera_scan(scene, poses.back(), random, camera);
-      write_depths("room/" + std::to_string(i) + ".pgm", 160, 120, [&](int u, int v) {
+    }
+    write_images("room", scene, poses);
+  }
+  void write_images(const std::string& name, const Scene& scene,
+                    const std::vector<Eigen::Isometry3d>& poses) const {
+    const Camera camera{.width = 160, .height = 120, .focal = 130};
+    std::mt19937_64 random = rng();
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const Scan scan = camera_scan(scene, poses[i], random, camera);
+      write_depths(name + "/" + std::to_string(i) + ".pgm", 160, 120, [&](int u, int v) {
         const Eigen::Vector3f& p = scan.points[static_cast<std::size_t>(160 * v + u)];
         return p.allFinite() ? 1000.0 * p.z() : 0;
       });
     }
-    write_poses("room/poses.txt", poses, 30);
-    write("room/intrinsics.txt", "130 130 79.5 59.5\n");
+    write_poses(name + "/poses.txt", poses, 30);
+    write(name + "/intrinsics.txt", "130 130 79.5 59.5\n");
   }
 
   /// Every large surface of `before` still has its id, where T has moved it. Returns how many there are.
@@ -156,6 +159,35 @@ TEST_F(Remap, ARecordingWhoseSecondHalfIsOffIsPutRight) {
   EXPECT_FALSE(remap.at("gone").empty());
 }
 
+TEST_F(Remap, WrongPosesAreToldAsMapTellsThem) {
+  write_room();
+  run_well("map room -o m --resolution 0.04 --keep-scans kept --write-poses p.txt");
+  EXPECT_THAT(run_well("remap m -o n").out, says("66 of 66 pairs of views"));
+  std::vector<Eigen::Isometry3d> wrong = poses("p.txt");
+  for (std::size_t i = 0; i < wrong.size(); i += 2) wrong[i].pretranslate(Eigen::Vector3d(0.3, 0.2, 0.25));
+  write_poses("wrong.txt", wrong, 30);
+  EXPECT_THAT(run_well("remap m --poses wrong.txt -o n --force").err,
+              says("warning: scans contradict each other"));
+  const std::string before = read("n.surfaces");
+  fails("remap m --poses wrong.txt -o n --force --strict",
+        {"scans contradict each other", "no map is written"});
+  EXPECT_EQ(read("n.surfaces"), before);
+}
+
+TEST_F(Remap, TakesPosesFarFromZero) {
+  write_room();
+  run_well("map room -o m --resolution 0.04 --keep-scans kept --write-poses p.txt");
+  const Eigen::Vector3d utm(448000, 5411000, 120);
+  std::vector<Eigen::Isometry3d> far = poses("p.txt");
+  for (Eigen::Isometry3d& pose : far) pose.pretranslate(utm);
+  write_poses("utm.txt", far, 30);
+  fails("remap m --poses utm.txt -o n", {"--origin X Y Z"});
+  run_well("remap m --poses utm.txt --origin 448000 5411000 120 -o n --write-poses used.txt");
+  const LoadedMap there = load_map(folder / "n");
+  EXPECT_EQ(there.map.origin(), utm);
+  EXPECT_GE(expect_ids(*surfaces("m"), *there.map.snapshot(), Eigen::Isometry3d::Identity()), 4U);
+}
+
 TEST_F(Remap, WrittenPosesAreThoseOfTheScans) {
   write_floor();
   run_well("map floor -o m --write-poses p.txt --checkpoint 0.001");
@@ -175,7 +207,7 @@ TEST_F(Remap, AMapGoesOnWithItsScans) {
   EXPECT_THAT(fork.errors[0], says("--keep-scans COPY"));
   EXPECT_TRUE(load_map(folder / "fork").scans.folder.empty());
   EXPECT_EQ(files_in("m.scans"), 3U);
-  fails("map floor --resume m -o own --keep-scans own.scans --skip 3", {"000000"});
+  fails("map floor --resume m -o own --keep-scans own.scans --skip 3", {"holds 0 of the map's 3 scans"});
   wrong_use("map floor --resume m -o own --keep-scans m.scans --skip 3", {"another map"});
   fs::copy(folder / "m.scans", folder / "own.scans");
   run_well("map floor --resume m -o own --keep-scans own.scans --skip 3");
@@ -220,10 +252,10 @@ TEST_F(Remap, WhatCannotBeDoneIsSaid) {
   fails("remap m --poses late.txt", {"at its time"});
   const std::string before = read("m.surfaces");
   fs::rename(folder / "kept", folder / "moved");
-  fails("remap m", {"000000"});
+  fails("remap m", {"holds 0 of the map's 6 scans"});
   run_well("remap m --scans moved -o n");
   fs::remove(io::kept_scans(folder / "moved", 6)[4]);
-  fails("remap m --scans moved", {"000004"});
+  fails("remap m --scans moved", {"holds 5 of the map's 6 scans"});
   EXPECT_EQ(read("m.surfaces"), before);
 }
 
