@@ -48,7 +48,6 @@ Json json_of(const Explanation& why, const std::string& detector) {
     if (figure.at_least) entry["at_least"] = *figure.at_least;
     json["figures"].push_back(std::move(entry));
   }
-  json["misfits"] = {{"left_out", why.scans_left_out}, {"mapped_as_given", why.scans_unexplained}};
   json["around"] = Json::object();
   for (const auto& [reason, count] : why.around) json["around"][std::string(reason_name(reason))] = count;
   return json;

@@ -43,8 +43,8 @@ Examples:
 The second map is merged into the first, whose frame, parameters and surface ids stay. The readings of both count as
 independent, so the maps must not share scans; where one saw a surface and the other free space, the sum of their
 log-odds decides. Surfaces of the second that lie on a plane of the first continue it; the others keep their planes
-and get new ids. Maps that have no place in common or contradict each other there are refused, as are maps of other
-parameters. The merged map can be continued (map --resume), but keeps no scans.
+and get new ids. Maps that have no place in common or contradict each other there are refused, as are maps of another
+resolution. The merged map can be continued (map --resume), but keeps no scans.
 
 --pose is the pose of the second map's frame in the first's: metres, then degrees about x, then y, then z. It must be
 right to about a voxel. Without it both have the same frame. --align refines a guess by the surfaces of both maps, if
@@ -72,30 +72,16 @@ Eigen::Isometry3d pose_of(const std::vector<double>& pose) {
   throw Error(Error::Kind::data, options.second, what, hint);
 }
 
-/// What surfaces and occupancy mean. Not up, which describes the frame, nor the budget, which only delays.
-void require_same_parameters(const MergeOptions& options, const Parameters& ours, const Parameters& theirs) {
-  for (const ParameterInfo& info : parameter_infos()) {
-    if (info.name.starts_with("up_") || info.name == "detection_budget") continue;
-    const std::string here = get_parameter(ours, info.name), there = get_parameter(theirs, info.name);
-    if (here != there)
-      refuse(options, "its " + info.name + " is " + there + ", that of " + options.first + " is " + here,
-             "build one of them anew with the other's parameters" +
-                 std::string(info.name == "resolution" ? "" : ", --anyway merges them as they are"));
-  }
-}
-
-/// As far as the maps' records show.
 void require_other_scans(const MergeOptions& options, const LoadedMap& first, const LoadedMap& second) {
   const std::vector<std::uint64_t>&held = surfaces::state_of(first.map).held,
         &others = surfaces::state_of(second.map).held;
   const std::set<std::uint64_t> known(held.begin(), held.end());
   const auto shared = static_cast<std::size_t>(
       std::count_if(others.begin(), others.end(), [&](std::uint64_t scan) { return known.contains(scan); }));
-  const bool same_folder = !first.scans.folder.empty() && same_file(first.scans.folder, second.scans.folder);
-  if (shared > 0 || same_folder)
+  if (shared > 0)
     refuse(options,
-           "holds " + (shared > 0 ? io::count_of(shared, "scan") : std::string("scans")) + " of " +
-               options.first + ", whose readings would count twice",
+           "holds " + io::count_of(shared, "scan") + " of " + options.first +
+               ", whose readings would count twice",
            "merge maps of different scans, --anyway merges them as they are");
 }
 
@@ -199,10 +185,7 @@ void run_merge(const MergeOptions& options) {
   const io::MapLock lock(options.output);
   LoadedMap first = load_with_warning(options.first);
   const LoadedMap second = load_with_warning(options.second);
-  if (!options.anyway) {
-    require_same_parameters(options, first.map.parameters(), second.map.parameters());
-    require_other_scans(options, first, second);
-  }
+  if (!options.anyway) require_other_scans(options, first, second);
   Mapper mapper(std::move(first.map), 1, paper_detector());
   const std::shared_ptr<const Snapshot> before = mapper.snapshot();
   print_map("first", mapper.map());
@@ -219,17 +202,17 @@ void run_merge(const MergeOptions& options) {
     }
   }
   if (!options.anyway) require_common_place(options, mapper.map(), second.map, T);
-  const MergeReport report = mapper.merge(second.map, T);
+  const ScanReport report = mapper.merge(second.map, T);
   geometry::end_if_interrupted();
   save_map(mapper.map(), options.output);
   print_map("merged", mapper.map());
-  const auto continued =
-      std::count_if(report.surfaces.begin(), report.surfaces.end(),
-                    [&](const MergedSurface& one) { return one.id != 0 && before->find(one.id) != nullptr; });
-  std::printf("%-12s %td of the second's %zu surfaces go on in the first's\n", "surfaces", continued,
-              report.surfaces.size());
-  if (report.changes.points_out_of_map > 0)
-    std::printf("%-12s %zu points outside the octree\n", "dropped", report.changes.points_out_of_map);
+  const auto& surfaces = mapper.snapshot()->surfaces;
+  const auto born = std::count_if(surfaces.begin(), surfaces.end(),
+                                  [&](const SurfacePtr& one) { return before->find(one->id) == nullptr; });
+  std::printf("%-12s %td go on, %td are new\n", "surfaces",
+              static_cast<std::ptrdiff_t>(surfaces.size()) - born, born);
+  if (report.points_out_of_map > 0)
+    std::printf("%-12s %zu points outside the octree\n", "dropped", report.points_out_of_map);
   std::printf("%-12s %s, %s\n", "written", written[0].c_str(), written[1].c_str());
 }
 

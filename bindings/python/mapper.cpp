@@ -47,7 +47,7 @@ struct PythonMapper {
     return insert(scan_of_depth(depth, intrinsics, T_map_camera, depth_scale, stamp_s, std::move(name)));
   }
 
-  MergeReport merge(const MapPtr& other, const Eigen::Isometry3d& T_map_other) {
+  ScanReport merge(const MapPtr& other, const Eigen::Isometry3d& T_map_other) {
     if (other == map)
       throw Error(Error::Kind::usage, "other", "is the map itself, whose readings would count twice",
                   "give another one");
@@ -153,15 +153,6 @@ void bind_reports(Module& module) {
         return "<ScanReport: " + std::to_string(report.points_raw) + " points, " +
                std::to_string(report.appeared) + " voxels appeared, " + std::to_string(report.vanished) +
                " vanished, " + std::to_string(report.born.size()) + " surfaces born>";
-      });
-  Value<MergedSurface>(module, "MergedSurface")
-      .fields(OCTOSURF_FIELDS(MergedSurface, other, id, inliers, shared, on_surfaces));
-  Value<MergeReport>(module, "MergeReport")
-      .fields(OCTOSURF_FIELDS(MergeReport, changes, surfaces))
-      .text([](const MergeReport& report) {
-        return "<MergeReport: " + std::to_string(report.changes.appeared) + " voxels appeared, " +
-               std::to_string(report.changes.vanished) + " vanished, " +
-               std::to_string(report.surfaces.size()) + " surfaces taken in>";
       });
 }
 

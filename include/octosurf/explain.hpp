@@ -67,11 +67,6 @@ struct Explanation {
   SurfaceId nearest = 0;                     ///< surface with the nearest inlier; 0: no surfaces
   double nearest_distance = 0;               ///< m, to that inlier
   std::vector<Figure> figures;               ///< numbers behind the reason
-  /// Scans among the last 256, taken near enough to have seen the place, that were not inserted because their
-  /// poses did not fit the map: their readings are missing. The sentence says so where it matters.
-  std::size_t scans_left_out = 0;
-  /// Likewise, scans inserted at their given pose although they did not fit: their readings may be doubled.
-  std::size_t scans_unexplained = 0;
   /// For a pending point: the reasons of the pending points within h, with their counts.
   std::map<Reason, std::size_t> around;
 };

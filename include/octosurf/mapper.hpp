@@ -64,21 +64,6 @@ struct ScanReport {
   double total_ms = 0;                                ///< milliseconds, all of insert()
 };
 
-/// Result for one surface of the other map, see Mapper::merge().
-struct MergedSurface {
-  SurfaceId other = 0;          ///< its id in the other map
-  SurfaceId id = 0;             ///< the surface here with most of its points; 0: none
-  std::size_t inliers = 0;      ///< points it had in the other map
-  std::size_t shared = 0;       ///< of them, in voxels of surface `id`
-  std::size_t on_surfaces = 0;  ///< of them, in voxels of any surface
-};
-
-/// Result of a merge.
-struct MergeReport {
-  ScanReport changes;                   ///< as for a scan; points_raw: the other map's points
-  std::vector<MergedSurface> surfaces;  ///< one for each of the other map's surfaces, ascending id there
-};
-
 /// A scan with the part of its processing that does not depend on what is in the map: downsampling and rays
 /// at its stated pose. Its memory grows with the voxels that the rays meet.
 class PreparedScan {
@@ -199,7 +184,8 @@ class Mapper {
   /// is the map itself; Error(incomplete) if `other` is incomplete, see 4 above. Do not insert into `other`
   /// during the call. Cost: as inserting all of the other map's points in one scan, some 10 µs each; 0.5 µs
   /// more for each resampled voxel.
-  MergeReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
+  /// In the report, points_raw is the number of the other map's points.
+  ScanReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
   /// Replaces all surfaces by those that the detector finds among all points of the octree at once, free of
   /// the order of scans. A surface keeps its id in the new surface with most of its points, unless that one

@@ -59,7 +59,7 @@ def results():
     length = made(octosurf.MeanLength, 0.17, 0.001)
     stair = made(octosurf.Stair, 2, "spiral", [step, step], [2, 3], 1, 0, length, length, 1.2, 0.1, 0.5)
     return [
-        octosurf.Localizer(whole).localize(scan), octosurf.align_maps(snapshot, other.map()), merged, *merged.surfaces,
+        octosurf.Localizer(whole).localize(scan), octosurf.align_maps(snapshot, other.map()), merged,
         octosurf.changes_since(snapshot, 0), foot, region, octosurf.foothold(surface, foot, [0, 0, 0], 0),
         *octosurf.label_edges(whole, surface), octosurf.explain(whole, [0, 0, 0]), octosurf.explain(whole, [0, 0, 0.3]),
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])),

@@ -31,19 +31,6 @@ struct AlignmentState {
     Eigen::Matrix<double, size, size> covariance = decltype(covariance)::Zero();
     double log_evidence = 0;
   };
-  /// A scan whose pose did not fit the map: its readings are within `reach_m`.
-  struct Misfit {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();
-    double reach_m = 0;
-    bool left_out = false;  ///< not inserted; false: inserted at the given pose
-  };
-  std::vector<Misfit> misfits;  ///< the last ones, at most most_misfits
-  static constexpr std::size_t most_misfits = 256;
-  void note_misfit(const Misfit& misfit) {
-    if (misfits.size() == most_misfits) misfits.erase(misfits.begin());
-    misfits.push_back(misfit);
-  }
-
   SensorKind sensor = SensorKind::depth_camera;  ///< of the first scan, whose errors are estimated
   std::vector<Hypothesis> hypotheses;     ///< empty before the first scan; the first is that of no drift
   std::size_t believed = 0;               ///< index of the accepted hypothesis

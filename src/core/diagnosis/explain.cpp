@@ -1,4 +1,3 @@
-#include "alignment/alignment_state.hpp"
 #include "detection/detector.hpp"
 #include "detection/seed_patches.hpp"
 #include "detection/voxel_blocks.hpp"
@@ -242,25 +241,6 @@ void explain_pending(const surfaces::MapState& state, const occupancy::VoxelPoin
   result.around = reasons.within(state.parameters.max_hole_size(), result.asked);
 }
 
-std::string scans_of(std::size_t count) {
-  return std::to_string(count) + (count == 1 ? " scan" : " scans") + (count == 1 ? " was" : " were");
-}
-
-/// Scans excluded for their poses that might have created a surface here, and those that may have prevented
-/// one.
-void explain_poses(const alignment::AlignmentState& alignment, Explanation& result) {
-  for (const alignment::AlignmentState::Misfit& misfit : alignment.misfits)
-    if ((misfit.position - result.asked).norm() <= misfit.reach_m)
-      ++(misfit.left_out ? result.scans_left_out : result.scans_unexplained);
-  if (result.reason == Reason::on_surface || result.reason == Reason::on_cylinder) return;
-  if (result.scans_left_out > 0)
-    result.sentence += "; " + scans_of(result.scans_left_out) +
-                       " left out that may have seen it, because the pose was far off the map";
-  if (result.scans_unexplained > 0 && result.looked_at)
-    result.sentence += "; " + scans_of(result.scans_unexplained) +
-                       " mapped near here though the pose fits nowhere, and may have doubled surfaces here";
-}
-
 }  // namespace
 
 Explanation explain(const Map& map, const Eigen::Vector3d& point, const detection::Detector* paper) {
@@ -294,7 +274,6 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point, const detectio
                                                                   : Reason::no_point},
                  result);
   }
-  explain_poses(alignment::record_of(state).state, result);
   return result;
 }
 

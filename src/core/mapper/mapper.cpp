@@ -268,19 +268,19 @@ ScanReport Mapper::replace_occupancy(const Map& other) {
       [&](occupancy::OccupancyMap& octree) { return octree.replace(surfaces::state_of(other).occupancy); });
 }
 
-MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
+ScanReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
   surfaces::MapState& state = surfaces::state_of(impl_->map);
   const surfaces::MapState& theirs = surfaces::state_of(other);
   mapper::require_mergeable(state, theirs, T_map_other);
-  MergeReport report;
+  ScanReport report;
   if (theirs.occupancy.empty()) return report;
   const mapper::OtherMap there(theirs, T_map_other, state.parameters.occupancy);
-  report.changes.points_out_of_map = there.points_lost();
-  report.changes.points_raw = theirs.points;
-  report.changes.voxels = theirs.points;
-  report.changes =
-      impl_->change_map("the other map", theirs.points, mapper::Effort::all, [&](mapper::MapChange& change) {
-        mapper::Stopwatch time(change.begin(std::move(report.changes)));
+  report.points_out_of_map = there.points_lost();
+  report.points_raw = theirs.points;
+  report.voxels = theirs.points;
+  return impl_->change_map(
+      "the other map", theirs.points, mapper::Effort::all, [&](mapper::MapChange& change) {
+        mapper::Stopwatch time(change.begin(std::move(report)));
         const occupancy::OccupancyMap::Merged merged =
             time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
         there.hand_over_records(state);
@@ -290,8 +290,6 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
                                  {theirs.surfaces, T_map_other, merged.surfaces});
         });
       });
-  report.surfaces = there.successors_in(state);
-  return report;
 }
 
 ScanReport Mapper::resegment() {

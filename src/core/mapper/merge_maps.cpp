@@ -1,8 +1,6 @@
 #include "mapper/merge_maps.hpp"
 
-#include "alignment/alignment_state.hpp"
 #include "sensing/reading_model.hpp"
-#include "surfaces/shared_readings.hpp"
 
 #include <map>
 #include <string>
@@ -65,33 +63,7 @@ void OtherMap::hand_over_records(surfaces::MapState& map) const {
   map.scans += other_.scans;
   map.held.insert(map.held.end(), other_.held.begin(), other_.held.end());
   map.sensors_up += T_map_other_.linear() * other_.sensors_up;
-  for (alignment::AlignmentState::Misfit misfit : alignment::record_of(other_).state.misfits) {
-    misfit.position = T_map_other_ * misfit.position;
-    alignment::record_of(map).state.note_misfit(misfit);
-  }
   map.noise.add(other_.noise);
-}
-
-std::vector<MergedSurface> OtherMap::successors_in(const surfaces::MapState& map) const {
-  std::vector<MergedSurface> all;
-  for (const auto& [id, surface] : other_.surfaces) {
-    surfaces::SharedReadings shared;
-    surface.for_each_inlier([&, own = id](const surfaces::Inlier& inlier) {
-      geometry::VoxelKey key = inlier.key;
-      if (resampled_ &&
-          !map.occupancy.grid().key_of((T_map_other_ * inlier.position.cast<double>()).cast<float>(), key))
-        return;
-      if (const auto found = map.occupancy.at(key).point; found && found->surface != 0)
-        shared.add(own, found->surface);
-    });
-    MergedSurface& merged = all.emplace_back(MergedSurface{.other = id, .inliers = surface.size()});
-    for (const auto& [own, shares] : shared.before()) {
-      merged.id = shares.most();
-      merged.shared = static_cast<std::size_t>(shares.shared(merged.id));
-      merged.on_surfaces = static_cast<std::size_t>(shares.all);
-    }
-  }
-  return all;
 }
 
 void adopt_surfaces(surfaces::Ledger& ledger, std::span<const occupancy::VoxelPoint> appeared,

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include <octosurf/mapper.hpp>
 
@@ -26,12 +25,8 @@ class OtherMap {
   const occupancy::OccupancyMap& occupancy() const { return resampled_ ? *resampled_ : other_.occupancy; }
   std::size_t points_lost() const { return lost_; }  ///< outside this map's octree
 
-  /// Adds its records besides voxels and surfaces: number of scans, sensor up directions, unaligned scans and
-  /// noise statistics.
+  /// Adds its records besides voxels and surfaces: number of scans, sensor up directions, noise statistics.
   void hand_over_records(surfaces::MapState& map) const;
-
-  /// The surfaces that have its surfaces' points after the merge.
-  std::vector<MergedSurface> successors_in(const surfaces::MapState& map) const;
 
  private:
   const surfaces::MapState& other_;

@@ -32,10 +32,6 @@ void visit(map_file::AlignmentHypothesis& record, AlignmentState::Hypothesis& h,
                   "has a covariance that is none");
 }
 
-void visit(RecordNumbers<double>& numbers, AlignmentState::Misfit& misfit) {
-  numbers(misfit.position, misfit.reach_m, misfit.left_out);
-}
-
 using PoseNumbers = google::protobuf::RepeatedField<double>;
 void visit(PoseNumbers* numbers, std::optional<Eigen::Isometry3d>& pose, const Damage* damage) {
   if (damage && !numbers->empty()) pose = Eigen::Isometry3d::Identity();
@@ -82,8 +78,6 @@ void write_alignment(AlignmentState state, map_file::Alignment& record) {
   record.set_way(state.travelled_m);
   record.set_view(state.view_m);
   record.set_patch(state.patch_m);
-  RecordNumbers<double> misfits(*record.mutable_misfits(), nullptr, sensible);
-  for (AlignmentState::Misfit& misfit : state.misfits) visit(misfits, misfit);
   visit(record, state, nullptr);
 }
 
@@ -94,12 +88,6 @@ AlignmentState read_alignment(map_file::Alignment& record, const std::string& wh
   require(record.hypotheses_size() <= most_hypotheses, "has too many hypotheses");
   for (map_file::AlignmentHypothesis& hypothesis : *record.mutable_hypotheses())
     visit(hypothesis, state.hypotheses.emplace_back(), &damage);
-  require(record.misfits_size() <= static_cast<int>(5 * AlignmentState::most_misfits),
-          "has too many misfits");
-  for (RecordNumbers<double> misfits(*record.mutable_misfits(), &damage, sensible); !misfits.at_end();) {
-    visit(misfits, state.misfits.emplace_back());
-    require(state.misfits.back().reach_m >= 0, "has a misfit that makes no sense");
-  }
   require(state.hypotheses.size() >= 2 && state.hypotheses.front().rate_m == 0 &&
               std::all_of(state.hypotheses.begin() + 1, state.hypotheses.end(),
                           [](const AlignmentState::Hypothesis& h) { return h.rate_m > 0; }),
