@@ -26,7 +26,7 @@ import numpy.typing as npt
 __version__: str
 
 '''
-PLAIN = {name: name for name in ("float", "int", "str", "bool", "None")} | {
+PLAIN = {name: name for name in ("float", "int", "str", "bytes", "bool", "None")} | {
     "dict": "Dict[str, Any]", "tuple": "Tuple[Any, ...]", "object": "Any",
     "os.PathLike": "Union[str, os.PathLike[str]]"}
 AS_GIVEN = {"List": "Sequence", "Dict": "Mapping"}  # what arguments may be instead
