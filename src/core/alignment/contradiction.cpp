@@ -53,17 +53,23 @@ Contradiction contradiction_at(const Eigen::Isometry3d& T_map_sensor, const Pose
           share_of(search.fitter().behind_surfaces(T_map_sensor), search.samples())};
 }
 
-bool is_refuted(const Eigen::Isometry3d& T_map_sensor, const PoseSearch& search, const CheckedMap& map,
-                double& share) {
-  const Contradiction here = contradiction_at(T_map_sensor, search, map.octree);
+bool is_refuted(const PoseFit& found, const PoseSearch& search, const CheckedMap& map, double& share) {
+  const Contradiction here = contradiction_at(found.T_map_sensor, search, map.octree);
   share = here.all();
   if (share <= most_at_right_pose || share > most_by_changes) return share > most_by_changes;
   const AlignmentReach everywhere{most_reach_m, std::numbers::pi, search.reach().up};
   const PoseSearch wide(map.snapshot, map.surfaces, search.scan(), search.noise(), search.limits(),
-                        T_map_sensor, everywhere, {}, map.growing);
-  const std::vector<PoseFit> others = wide.candidates(T_map_sensor);
+                        found.T_map_sensor, everywhere, {}, map.growing);
+  const std::vector<PoseFit> others = wide.candidates(found.T_map_sensor);
+  const Contradiction there = contradiction_at(found.T_map_sensor, wide, map.octree);
+  const auto elsewhere = [&](const PoseFit& other) {
+    const Twist off = twist_between(found.T_map_sensor, other.T_map_sensor);
+    return off.tail<3>().norm() > search.reach().translation_m ||
+           off.head<3>().norm() > search.reach().rotation_rad;
+  };
   return std::any_of(others.begin(), others.end(), [&](const PoseFit& other) {
-    return is_explained(other) && contradiction_at(other.T_map_sensor, wide, map.octree).is_less_than(here);
+    return elsewhere(other) && explains_as_well(other, found) &&
+           contradiction_at(other.T_map_sensor, wide, map.octree).is_less_than(there);
   });
 }
 

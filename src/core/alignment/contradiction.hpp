@@ -30,9 +30,8 @@ struct CheckedMap {
 
 /// Whether a scan was not taken from the pose that explains it best within reach: the map contradicts more of
 /// it than changes of a place do, or more than at a right pose while at another one, within 10 m and turned
-/// by any angle, it contradicts significantly less. `share`: of what contradicts there. Some 0.3 s if that
-/// is more than a right pose's.
-bool is_refuted(const Eigen::Isometry3d& T_map_sensor, const PoseSearch& search, const CheckedMap& map,
-                double& share);
+/// by any angle, it contradicts significantly less and explains as much. `share`: of what contradicts there.
+/// Some 0.3 s if that is more than a right pose's.
+bool is_refuted(const PoseFit& found, const PoseSearch& search, const CheckedMap& map, double& share);
 
 }  // namespace octosurf::alignment

@@ -56,7 +56,7 @@ Alignment locate_scan(const alignment::PoseSearch& search, const alignment::Chec
       found
           ? *found
           : search.fine(given, alignment::uncertainty(search.reach().rotation_rad, map.snapshot.resolution));
-  if (found && is_refuted(fit.T_map_sensor, search, map, result.contradicted)) found.reset();
+  if (found && is_refuted(fit, search, map, result.contradicted)) found.reset();
   const alignment::Determined determined = alignment::determined_by(fit, map.snapshot.resolution);
   alignment::describe(fit, determined, search.reach(), result);
   // Of a pose that is turned far, nothing of the guess remains.

@@ -72,6 +72,12 @@ bool is_explained(const PoseFit& fit) {
   return fit.known >= least_known_samples && fit.explained_share() >= least_explained;
 }
 
+bool explains_as_well(const PoseFit& fit, const PoseFit& best) {
+  const auto unexplained = static_cast<double>(best.known - best.explained);
+  return static_cast<double>(fit.explained) >=
+         static_cast<double>(best.explained) - by_chance * std::sqrt(unexplained + 1);
+}
+
 Determined determined_by(const PoseFit& fit, double resolution) {
   Determined determined;
   determined.scale << Eigen::Vector3d::Constant(1 / fit.lever_m), Eigen::Vector3d::Ones();
@@ -216,14 +222,10 @@ std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start, const 
   // A pose counts as another one if it differs along determined directions.
   const Determined determined = determined_by(*best, resolution_);
   if (determined.count == 0) return {};
-  // A pose explains a scan as well as the best one if the numbers of explained samples do not differ
-  // significantly: the best pose's unexplained count has its square root as error.
-  const auto unexplained = static_cast<double>(best->known - best->explained);
-  const double as_well = static_cast<double>(best->explained) - by_chance * std::sqrt(unexplained + 1);
   std::vector<const PoseFit*> alike{&*best};
   for (const PoseFit& fit : fits) {
     const double differs = length(determined, twist_between(best->T_map_sensor, fit.T_map_sensor));
-    if (differs > 2 * resolution_ && static_cast<double>(fit.explained) >= as_well) alike.push_back(&fit);
+    if (differs > 2 * resolution_ && explains_as_well(fit, *best)) alike.push_back(&fit);
   }
   return least_contradicted(alike, octree);
 }

@@ -74,6 +74,9 @@ inline constexpr double by_chance = 4;
 
 /// Whether a pose explains enough of what is known.
 bool is_explained(const PoseFit& fit);
+/// Whether a pose explains a scan as well as the better one `best`: the numbers of explained samples do not
+/// differ significantly, as the unexplained ones have the square root of their number as error.
+bool explains_as_well(const PoseFit& fit, const PoseFit& best);
 
 /// Covariance of independent rotations (rad) and translations (m).
 TwistCovariance uncertainty(double rotation, double translation);

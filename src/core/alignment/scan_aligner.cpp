@@ -185,8 +185,7 @@ void ScanAlignment::align(const PoseSearch& search, const CheckedMap& map, bool 
       if (found_elsewhere(search, *found, determined)) {
         describe(*found, determined, search.reach(), alignment);
         alignment.outcome = AlignmentOutcome::rejected;
-        if (!is_refuted(found->T_map_sensor, search, map, alignment.contradicted))
-          note_jump(*found, determined);
+        if (!is_refuted(*found, search, map, alignment.contradicted)) note_jump(*found, determined);
         return;
       }
       fits = true;
