@@ -47,6 +47,11 @@ TEST_F(MapRun, SaysThatScansContradictEachOther) {
   EXPECT_EQ(strict.code, 1);
   EXPECT_THAT(strict.err, says("contradict each other", "no map is written"));
   EXPECT_TRUE(read("right.surfaces") == before);
+  // Why is for check, which ends with the command that maps what agrees.
+  EXPECT_THAT(run_well("check floor --skip-bad").out,
+              says("cause        poses jump at floor/",
+                   "mend         octosurf map floor --skip-bad --first 12 -o MAP\n"));
+  wrong_use("check", {"input"});
 }
 
 TEST_F(MapRun, FindsTheFloor) {
