@@ -142,7 +142,7 @@ TEST(AlignedMap, ASessionInAnotherFrameIsLeftOut) {
   for (const auto& [turn, x, y] : {std::array{181.7, 0.1, 0.06}, std::array{155.0, 0.7, -0.5}}) {
     std::mt19937_64 rng = test::rng();
     const Room room(false, rng);
-    Mapper mapper = mapped(room, Sensor::lidar, rng);
+    Mapper mapper(mapped(room, Sensor::lidar, rng).release());  // resumed
     int left_out = 0;
     for (int i = 0; i < 6; ++i) {
       Scan scan = scan_at(room, Sensor::lidar, 0.3 + 0.1 * i, rng);
