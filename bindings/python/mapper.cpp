@@ -83,7 +83,6 @@ Twists are (6,): three rotations (rad), then three translations (m), map axes, a
   Class<SharedLocalizer>(module, "Localizer")
       .def(
           py::init([](const MapHolder& map, double translation_m, double rotation_rad) {
-            const py::gil_scoped_release others_run;
             return map.read([&](const Map& finished) {
               return std::make_unique<SharedLocalizer>(finished, AlignmentReach{translation_m, rotation_rad});
             });
