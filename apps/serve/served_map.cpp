@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include <octosurf/boundary.hpp>
+#include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/up.hpp>
@@ -159,7 +160,9 @@ ServedMap::Text ServedMap::voxels() const {
 
 std::string ServedMap::changes_json(std::optional<std::uint64_t> since, const std::string& of_run) const {
   if ((!of_run.empty() && of_run != run.name) || since > asked.snapshot->revision) since.reset();
-  return io::surfaces_message(page_map(), asked.up, run.name, since).document();
+  std::optional<MapChanges> changes;
+  if (since) changes = changes_since(*asked.snapshot, *since);
+  return io::surfaces_message(page_map(), asked.up, run.name, changes).document();
 }
 
 }  // namespace octosurf

@@ -4,10 +4,10 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 
+#include <octosurf/changes.hpp>
 #include <octosurf/page.hpp>
 
 // What a page knows of a map: a message with its surfaces, and one with its voxels. A page in a file has them
@@ -16,10 +16,10 @@
 namespace octosurf::io {
 
 /// The surfaces and cylinders as export_surfaces() writes them, without `boundary`, and what is beside them
-/// in the PageMap: all, or only what changed since a revision, with the ids that went (changes_since()).
+/// in the PageMap: all, or only what changed since a revision, with these changes.
 /// `run` identifies the run of these revisions. Throws Error(data) for numbers that are not finite.
 PageBlock surfaces_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run = {},
-                           std::optional<std::uint64_t> since = {});
+                           const std::optional<MapChanges>& since = {});
 
 /// The occupied voxels, merged as far as they must be not to exceed `most_bytes`; at last none.
 std::string voxels_message(const PageMap& map, double most_bytes);

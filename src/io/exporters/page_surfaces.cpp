@@ -30,13 +30,13 @@ Json successors_json(const std::vector<MapChanges::Successor>& all, const char* 
 }  // namespace
 
 PageBlock surfaces_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run,
-                           std::optional<std::uint64_t> since) {
+                           const std::optional<MapChanges>& since) {
   Snapshot sent = *map.snapshot;
-  MapChanges changes;
+  MapChanges changes = since.value_or(MapChanges{});
   if (since) {
-    changes = changes_since(sent, *since);
-    sent.surfaces = sent.changed_since(*since);
-    std::erase_if(sent.cylinders, [&](const CylinderPtr& cylinder) { return cylinder->revision <= *since; });
+    sent.surfaces = sent.changed_since(since->since);
+    std::erase_if(sent.cylinders,
+                  [&](const CylinderPtr& cylinder) { return cylinder->revision <= since->since; });
   }
   for (const auto& successor : changes.cylinders_merged) changes.cylinders_gone.push_back(successor.before);
   PageBlock block;
@@ -44,7 +44,7 @@ PageBlock surfaces_message(const PageMap& map, const Eigen::Vector3d& up, const 
                 {"run", run},
                 {"name", map.name},
                 {"up", up.normalized()},
-                {"since", since ? Json(*since) : Json()},
+                {"since", since ? Json(since->since) : Json()},
                 {"revision", sent.revision},
                 {"appeared", changes.appeared},
                 {"changed", changes.changed},
