@@ -1,11 +1,20 @@
 // The node beside a robot of another vendor, over the loopback.
 #include "dds/robot.hpp"
+#include "planning/questions.hpp"
+#include "support/degree.hpp"
 
 #include <iostream>
 #include <limits>
 #include <numbers>
 #include <octomap/OcTree.h>
 #include <sstream>
+
+#include <octosurf/contact.hpp>
+#include <octosurf/ground.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/planning.hpp>
+#include <octosurf/ros_messages.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf::test {
 namespace {
@@ -442,21 +451,32 @@ TEST_F(LiveMap, IsPublishedAsTheOfflineMap) {
   EXPECT_EQ(markers.size(), areas.size() + 1);
   EXPECT_EQ(markers.back().at("header").at("stamp"), stamp);
 
-  room->run_well(
-      "export offline --format planar_terrain --to terrain.cdr --foot-radius 0.05 --max-slope 20 "
-      "--clearance 0.3");
-  room->run_well("export offline --format grid_map --to grid.cdr --max-slope 20");
-  const auto expect_file = [&](const char* topic, const std::string& type, const char* file,
-                               const char* header) {
+  // As the library has them of the map that is offline.
+  const Map map = load_map(room->folder / "offline").map;
+  planning::ContactQuestion question;
+  question.max_slope_rad = 20 * degree;
+  question.clearance_m = 0.3;
+  GroundRules rules = planning::rules_of(question, up_of(map).direction, map.octree().resolution());
+  rules.foot = ContactShape::disc(0.05);
+  const GroundView ground(map.snapshot(), map.octree(), rules);
+  PlannerContact contact;
+  contact.shape = rules.foot;
+  contact.limits = rules.limits;
+  HeightGridOptions wanted;
+  wanted.max_slope_rad = 20 * degree;
+  const HeightGrid grid = height_grid(*ground.solid(), wanted);
+  const auto expect_message = [&](const char* topic, const std::string& type,
+                                  const std::string& expected_bytes, const char* header) {
     Json message = decoded(type, room->latched(topic, type));
     Json& of_message = message[Json::json_pointer(header)];
     EXPECT_EQ(of_message.at("stamp"), stamp) << topic;
-    of_message["stamp"] = {{"sec", 0}, {"nanosec", 0}};  // a file is of no time
-    EXPECT_TRUE(encoded(type, message) == room->read(file)) << topic;
+    of_message["stamp"] = {{"sec", 0}, {"nanosec", 0}};  // the library's are of no time
+    EXPECT_TRUE(encoded(type, message) == expected_bytes) << topic;
   };
-  expect_file("planar_terrain", "convex_plane_decomposition_msgs/PlanarTerrain", "terrain.cdr",
-              "/gridmap/header");
-  expect_file("grid_map", "grid_map_msgs/GridMap", "grid.cdr", "/header");
+  const auto terrain = planner_surfaces(*ground.solid(), contact, &ground.octree());
+  expect_message("planar_terrain", "convex_plane_decomposition_msgs/PlanarTerrain",
+                 planar_terrain_message(terrain, grid, "map"), "/gridmap/header");
+  expect_message("grid_map", "grid_map_msgs/GridMap", grid_map_message(grid, "map"), "/header");
 }
 
 TEST_F(LiveMap, HasAnOctomapThatOctomapReadsAndWritesAgain) {
