@@ -72,9 +72,10 @@ struct ScanSourceOptions {
   /// m: rays without a return free space up to this range: pixels of depth images (float: +∞) four from
   /// any reading at least, and readings of clouds that stand for no return. 0: off, as dark things give none.
   double clear_no_return_m = 0;
-  /// The scans that will be read, if not all: where there is a pose for each of them and not for all, it is
-  /// theirs.
-  std::size_t skip = 0, first = std::numeric_limits<std::size_t>::max();
+  /// Scans that will be left out at the beginning.
+  std::size_t skip = 0;
+  /// Most that will be read from there on: poses that are as many as these, and not as all, are theirs.
+  std::size_t first = std::numeric_limits<std::size_t>::max();
 };
 
 /// A sequence of posed scans, decoded on demand.

@@ -8,8 +8,9 @@
 namespace octosurf::judgement {
 namespace {
 
-/// Fifty for each parameter: fewer scans explain each other by chance.
-constexpr std::size_t fewest_offsets = 450;
+/// Fifty for each parameter: fewer scans explain each other by chance. And views, as offsets of one share its
+/// pose's error: in each half as many as there are parameters.
+constexpr std::size_t fewest_offsets = 450, fewest_views = 18;
 /// Huber's: offsets of more than half a voxel count by their size, not by its square.
 /// Above four another thing was met.
 constexpr double huber_voxels = 0.5, most_voxels = 4;
@@ -67,6 +68,7 @@ CommonParameters fitted(const std::vector<Offset>& offsets, double resolution) {
 CommonError common_error(const std::vector<Offset>& offsets, double resolution) {
   CommonError common;
   if (offsets.size() < fewest_offsets) return common;
+  if (std::ranges::max(offsets, {}, &Offset::view).view + 1 < fewest_views) return common;
   const double most = most_voxels * resolution;
   double as_given = 0, explained = 0;
   for (const std::size_t half : {0, 1}) {
