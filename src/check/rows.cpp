@@ -283,6 +283,8 @@ std::string words_of_sessions(const Recording& recording, const Meaning& meaning
 
 const std::vector<Row>& rows() {
   static const std::vector<Row> table{
+      {without_odd, words_of_odd},  // first what stands out by itself
+      {sessions, words_of_sessions},
       {forms, words_of_form},
       {scales, words_of_scale, free_at({6})},
       {positions, words_of_positions},
@@ -294,8 +296,6 @@ const std::vector<Row>& rows() {
       {inverse_depths, words_of_inverse_depth, free_at({6})},
       {without_return, words_of_no_return},
       {in_map, words_of_in_map},
-      {without_odd, words_of_odd},
-      {sessions, words_of_sessions},
   };
   return table;
 }

@@ -19,9 +19,9 @@ struct Row {
 };
 
 const std::vector<Row>& rows();
-inline constexpr std::size_t row_of_forms = 0, row_of_scales = 1;
+inline constexpr std::size_t row_of_forms = 2, row_of_scales = 3;
 
-/// Of the first row, those that are often met: of a wrong scale, too, which hides them.
+/// Of the row of forms, those that are often met: of a wrong scale, too, which hides them.
 std::vector<Meaning> common_forms();
 
 /// Readings and poses of one scale may both be off: which is, as far as units and sensors tell.

@@ -44,6 +44,10 @@ bool fits(const Candidate& candidate) {
   return std::ranges::any_of(candidate.rows, [](std::size_t row) { return !rows()[row].fitted.isZero(); });
 }
 
+bool changes_scale(const Candidate& candidate) {
+  return std::ranges::find(candidate.rows, row_of_scales) != candidate.rows.end();
+}
+
 double share_of_pairs(const Judgement& judgement) {
   return static_cast<double>(judgement.contradicting) /
          static_cast<double>(std::max<std::size_t>(1, judgement.pairs));
@@ -167,6 +171,8 @@ class Search {
       Judgement verdict = judge(recording_, candidates[i].meaning);
       if (verdict.contradicts() || !sees_enough(verdict) || is_degenerate(candidates[i].meaning, verdict))
         continue;
+      // Views that have nothing in common speak of units alone.
+      if (!sees_enough(finding.as_given) && !changes_scale(candidates[i])) continue;
       if (fits(candidates[i]) && !is_explained(finding.as_given, verdict)) continue;
       finding.meaning = candidates[i].meaning;
       finding.as_meant = std::move(verdict);
@@ -177,14 +183,18 @@ class Search {
     return false;
   }
 
-  /// Readings, or ways between them, that are hardly longer than the tolerance agree whatever they are.
+  /// Readings, or ways between them, that are hardly longer than the tolerance agree whatever they are, and
+  /// so do many motions along a single plane. Scans that are left out need no such thing.
   bool is_degenerate(const Meaning& meaning, const Judgement& verdict) const {
     constexpr double fewest_voxels = 10;
     const double least = fewest_voxels * verdict.resolution_m;
     Eigen::AlignedBox3d box;
     for (const Recording::KeptScan& kept : recording_.kept())
       if (const auto T = meaning.pose_of(recording_, kept.index)) box.extend(T->translation());
-    return verdict.range_m < least || (meaning.pose_scale != 1 && box.diagonal().norm() < least);
+    if (verdict.range_m < least || (meaning.pose_scale != 1 && box.diagonal().norm() < least)) return true;
+    constexpr double fewest_across = 0.02;  // of the normals, on walls beside a floor, or across a corridor
+    const bool motions = !meaning.without_odd && meaning.first_session > recording_.poses().size();
+    return motions && Views(recording_, meaning, many_views).second_direction(meaning) < fewest_across;
   }
 
   const Recording& recording_;

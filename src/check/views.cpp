@@ -2,6 +2,7 @@
 
 #include "judgement/pair.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <utility>
 
@@ -20,6 +21,20 @@ Views::Views(const Recording& recording, const Meaning& readings, std::size_t co
     view.finish(recording.parameters().occupancy.resolution);
     views_.push_back(std::move(view));
   }
+}
+
+double Views::second_direction(const Meaning& meaning) const {
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  for (const judgement::View& view : views_) {
+    const auto T = meaning.pose_of(*recording_, view.scan);
+    for (const judgement::Sample& sample : view.samples) {
+      if (!T || !sample.flat) continue;
+      const Eigen::Vector3d normal = T->linear() * sample.normal.cast<double>();
+      squares += normal * normal.transpose();
+    }
+  }
+  if (squares.isZero()) return 0;
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(squares).eigenvalues()[1] / squares.trace();
 }
 
 Score Views::score(const Meaning& meaning, double voxels, std::vector<judgement::Offset>* offsets) const {

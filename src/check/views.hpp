@@ -17,6 +17,8 @@ class Views {
   Views(const Recording& recording, const Meaning& readings, std::size_t count);
 
   const Meaning& readings() const { return readings_; }
+  /// How much normals in the map spread to a second direction, 0 to 1/2: on one plane most motions agree.
+  double second_direction(const Meaning& meaning) const;
   /// `voxels`: of the map's, the voxel by which places agree: larger ones forgive poses that are somewhat
   /// off.
   Score score(const Meaning& meaning, double voxels, std::vector<judgement::Offset>* offsets = nullptr) const;
