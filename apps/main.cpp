@@ -38,8 +38,8 @@ Examples:
 int main(int argc, char** argv) {
   using namespace octosurf;
   CLI::App app{command_description, "octosurf"};
-  for (const auto add : {add_map, add_check, add_localize, add_remap, add_merge, add_clear, add_info, add_export,
-                         add_view, add_serve, add_query, add_plan, add_explain, add_diff})
+  for (const auto add : {add_map, add_check, add_localize, add_remap, add_merge, add_clear, add_info,
+                         add_export, add_view, add_serve, add_query, add_plan, add_explain, add_diff})
     add(app);
   return run_command(app, argc, argv);
 }

@@ -20,7 +20,8 @@ RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run
   const std::size_t listed = source->size();
   held_ = surfaces::state_of(run.mapper.map()).held;
   std::sort(held_.begin(), held_.end());
-  feed_ = std::make_unique<ScanFeed>(std::move(source), range, [this](const Scan& scan) { return accept(scan); });
+  feed_ =
+      std::make_unique<ScanFeed>(std::move(source), range, [this](const Scan& scan) { return accept(scan); });
   if (feed_->size() == 0)
     throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
 }

@@ -12,6 +12,7 @@
 #include <sys/resource.h>
 #include <utility>
 
+#include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf {

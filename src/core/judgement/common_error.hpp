@@ -22,8 +22,8 @@ struct Offset {
 Offset offset_of(const View& from, const Sample& sample, const View& into, const Eigen::Vector3f& seen,
                  float distance);
 
-/// What brings offsets nearest to nothing, by iteratively reweighted least squares; a parameter by which nothing
-/// moves stays 0.
+/// What brings offsets nearest to nothing, by iteratively reweighted least squares; a parameter by which
+/// nothing moves stays 0.
 CommonParameters fitted(const std::vector<Offset>& offsets, double resolution);
 
 /// One constant error of all scans. It is found by least squares, so it is right only if it is small.
