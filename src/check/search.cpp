@@ -172,7 +172,7 @@ class Search {
       if (verdict.contradicts() || !sees_enough(verdict) || is_degenerate(candidates[i].meaning, verdict))
         continue;
       // Views that have nothing in common speak of units alone.
-      if (!sees_enough(finding.as_given) && !changes_scale(candidates[i])) continue;
+      if (finding.as_given.pairs == 0 && !changes_scale(candidates[i])) continue;
       if (fits(candidates[i]) && !is_explained(finding.as_given, verdict)) continue;
       finding.meaning = candidates[i].meaning;
       finding.as_meant = std::move(verdict);
