@@ -34,8 +34,8 @@ after the other of poses, readings and scans, and under two together: inverse po
 the positions, mirrored clouds, scales of readings or poses, poses of earlier or later scans, a sensor mounted
 elsewhere, another focal length, distances or inverse depth for depth, clouds that lie in the map already, values
 that stand for no return, repeated readings or poses, a jump. A cause is named only if with it the recording
-agrees as a right one does; then follows the command that maps it so. --write-poses writes the poses by that
-meaning, one line (tx ty tz qx qy qz qw) a scan. Exit code 1: no cause is known.
+agrees as a right one does; then follows the command that maps it so, or what to do by hand. --write-poses writes
+the poses by that meaning, one line (tx ty tz qx qy qz qw) a scan. Exit code 1: no cause is known.
 )";
 
 struct CheckOptions {
@@ -154,7 +154,7 @@ std::string command_with(const CLI::App& check, const Mend& mend) {
 }
 
 check::Recording read(const CheckOptions& options, std::unique_ptr<ScanSource> source) {
-  check::Recording recording(ParameterChoice(options.parameters).in_force());
+  check::Recording recording(ParameterChoice(options.parameters).in_force({}, source->sensor()));
   ScanFeed feed(std::move(source), options.range);
   while (const std::optional<Scan> scan = feed.next()) recording.add(*scan);
   return recording;

@@ -234,7 +234,7 @@ void warn_of(const Judgement& judgement, const std::vector<std::string>& inputs)
   std::string hint = inputs.empty() ? "" : "; octosurf check";
   for (const std::string& input : inputs) hint += " " + input;
   std::fprintf(stderr, "warning: %s%s%s\n", judgement.describe().c_str(), hint.c_str(),
-               inputs.empty() ? "" : " tells why");
+               inputs.empty() ? "" : " finds the cause");
 }
 
 void require_agreement(const Judgement& judgement, const std::string& output) {

@@ -31,7 +31,7 @@ std::string export_text(const Snapshot& snapshot, const ExportOptions& options) 
   return std::move(out).str();
 }
 
-/// The page allowed to ask this server, and told of the run that it follows (web/src/follow.js).
+/// The page that may read from this server, with the run that it follows (web/src/follow.js).
 std::string following(std::string html, const std::string& run) {
   constexpr std::string_view policy = "default-src 'none';", head = "<meta charset=\"utf-8\">";
   html.replace(html.find(policy), policy.size(), "default-src 'none'; connect-src 'self';");

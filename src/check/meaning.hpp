@@ -56,7 +56,7 @@ struct Meaning {
 
 /// How much of what two views have in common agrees.
 struct Score {
-  std::size_t places = 0, apart = 0, pairs = 0, contradicting = 0;
+  std::size_t places = 0, apart = 0;
   double share_apart() const {
     return places == 0 ? 1 : static_cast<double>(apart) / static_cast<double>(places);
   }

@@ -12,13 +12,19 @@ namespace octosurf::check {
 
 namespace {
 
-/// What is flat, large and nearly level below the sensor.
+/// Thinned, without what is no reading.
+std::vector<Eigen::Vector3f> readings_of(const Scan& scan) {
+  std::vector<Eigen::Vector3f> readings = judgement::thinned(scan.points);
+  std::erase_if(readings, [](const Eigen::Vector3f& p) { return !p.allFinite() || p.isZero(); });
+  return readings;
+}
+
+/// The plane that is large and nearly level below the sensor.
 std::optional<Eigen::Hyperplane<double, 3>> floor_of(const Scan& scan, double resolution) {
   constexpr float cos_level = 0.94F;  // of 20°: a robot sways by less
   const Eigen::Vector3f up = scan.T_map_sensor.linear().row(2).transpose().cast<float>();
   judgement::View view;
-  view.points = judgement::thinned(scan.points);
-  std::erase_if(view.points, [](const Eigen::Vector3f& p) { return !p.allFinite() || p.isZero(); });
+  view.points = readings_of(scan);
   view.finish(resolution);
   std::vector<std::pair<std::size_t, Eigen::Hyperplane<float, 3>>> levels;  // with readings on them
   for (const judgement::Sample& sample : view.samples) {
@@ -57,8 +63,7 @@ void Recording::add(const Scan& scan) {
   kept.scan.name = scan.name;
   kept.scan.sensor = scan.sensor;
   kept.scan.T_map_sensor = scan.T_map_sensor;
-  kept.scan.points = judgement::thinned(scan.points);
-  std::erase_if(kept.scan.points, [](const Eigen::Vector3f& p) { return !p.allFinite() || p.isZero(); });
+  kept.scan.points = readings_of(scan);
   kept_.take(std::move(kept));
 }
 

@@ -67,22 +67,6 @@ Meanings forms(const Recording&, const Meaning& from) {
   return all;
 }
 
-}  // namespace
-
-std::vector<Meaning> common_forms() {
-  const Eigen::Matrix3d opengl = Eigen::Vector3d(1, -1, -1).asDiagonal();
-  const Eigen::Matrix3d body = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
-  Meanings all;
-  for (const auto rotation : {Meaning::Rotation::inverse_pose, Meaning::Rotation::w_first})
-    all.emplace_back().rotation = rotation;
-  for (const Eigen::Matrix3d& sensor_axes : {opengl, body, Eigen::Matrix3d(body.transpose())})
-    all.emplace_back().sensor_axes = sensor_axes;
-  all.emplace_back(all.front()).sensor_axes = opengl;
-  return all;
-}
-
-namespace {
-
 std::string words_of_form(const Recording&, const Meaning& meaning) {
   std::string text;
   const auto add = [&](const std::string& words) { text += (text.empty() ? "" : "; ") + words; };
@@ -280,6 +264,18 @@ std::string words_of_sessions(const Recording& recording, const Meaning& meaning
 }
 
 }  // namespace
+
+std::vector<Meaning> common_forms() {
+  const Eigen::Matrix3d opengl = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  const Eigen::Matrix3d body = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  Meanings all;
+  for (const auto rotation : {Meaning::Rotation::inverse_pose, Meaning::Rotation::w_first})
+    all.emplace_back().rotation = rotation;
+  for (const Eigen::Matrix3d& sensor_axes : {opengl, body, Eigen::Matrix3d(body.transpose())})
+    all.emplace_back().sensor_axes = sensor_axes;
+  all.emplace_back(all.front()).sensor_axes = opengl;
+  return all;
+}
 
 const std::vector<Row>& rows() {
   static const std::vector<Row> table{

@@ -64,8 +64,6 @@ Score Views::score(const Meaning& meaning, double voxels, std::vector<judgement:
       judgement::compare(posed[j], posed[i], tolerance, places, into);
       score.places += places.all();
       score.apart += places.apart();
-      score.pairs += places.judged();
-      score.contradicting += places.contradict();
     }
   return score;
 }
