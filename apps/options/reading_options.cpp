@@ -47,11 +47,6 @@ void add_reading_options(CLI::App& verb, ScanSourceOptions& source) {
       ->expected(6, 7)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->group(group);
-  verb.add_option("--clear-no-return", source.clear_no_return_m,
-                  "m: rays without a return free space up to this range; 0: they do not")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str()
-      ->group(group);
   verb.add_option_function<std::string>(
           "--sensor",
           [&source](const std::string& name) {

@@ -101,7 +101,7 @@ Scan deskewed(Scan scan, const std::optional<Times>& times_s, const std::vector<
 std::string open_scans_doc() {
   std::string doc = doc_of("open_scans") + std::string("\n");
   for (const std::string name : {"poses", "intrinsics", "depth_scale", "pose_form", "viewpoint", "origin",
-                                 "skip_bad", "sensor", "no_return", "self_boxes", "clear_no_return_m"})
+                                 "skip_bad", "sensor", "no_return", "self_boxes"})
     doc += "\n" + name + ": " + field_doc("ScanSourceOptions." + name, "", name != "no_return");
   for (const std::string name : {"topics", "pose_topic", "pose_frame", "fixed_frame"})
     doc += "\n" + name + ": " + field_doc("BagOptions." + name, "", true);
@@ -208,8 +208,7 @@ void bind_scans(Module& module) {
          std::optional<std::string> pose_topic, std::optional<std::string> pose_frame,
          std::optional<std::string> fixed_frame, bool skip_bad, std::optional<SensorKind> sensor,
          std::vector<double> no_return,
-         const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& self_boxes,
-         double clear_no_return_m) {
+         const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& self_boxes) {
         ScanSourceOptions options;
         options.poses = std::move(poses);
         options.intrinsics = std::move(intrinsics);
@@ -224,7 +223,6 @@ void bind_scans(Module& module) {
         options.no_return = std::move(no_return);
         for (const auto& [a, b] : self_boxes)
           options.self_boxes.push_back({{a.cwiseMin(b).eval(), a.cwiseMax(b).eval()}, {}});
-        options.clear_no_return_m = clear_no_return_m;
         if (const auto* one = std::get_if<fs::path>(&inputs)) inputs = std::vector<fs::path>{*one};
         return std::make_unique<Recording>(open_scans(std::get<1>(inputs), options));
       },
@@ -233,8 +231,8 @@ void bind_scans(Module& module) {
       "origin"_a = py::none(), "topics"_a = std::vector<std::string>(), "pose_topic"_a = py::none(),
       "pose_frame"_a = py::none(), "fixed_frame"_a = py::none(), "skip_bad"_a = false,
       "sensor"_a = py::none(), "no_return"_a = std::vector<double>(),
-      "self_boxes"_a = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>(),
-      "clear_no_return_m"_a = 0.0, Released(), open_scans_doc().c_str());
+      "self_boxes"_a = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>(), Released(),
+      open_scans_doc().c_str());
 }
 
 }  // namespace octosurf::python

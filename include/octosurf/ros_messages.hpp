@@ -39,11 +39,10 @@ ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, c
 
 /// Decodes a sensor_msgs/Image with depth and its sensor_msgs/CameraInfo, using K, or P if the images are
 /// `rectified`. `depth_scale`: units per metre; empty: 1000 for 16UC1 and mono16, 1 for 32FC1. Throws as
-/// scan_from_cloud(), and for a camera that is not calibrated or of another size. `clear_no_return_m`: as in
-/// ScanSourceOptions.
+/// scan_from_cloud(), and for a camera that is not calibrated or of another size.
 ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_info, MessageEncoding encoding,
                              const std::string& where, bool rectified = false,
-                             std::optional<double> depth_scale = {}, double clear_no_return_m = 0);
+                             std::optional<double> depth_scale = {});
 
 /// Throws Error(data) naming `where` unless it is the sensor_msgs/CameraInfo of a calibrated camera, as
 /// scan_from_depth() needs it.

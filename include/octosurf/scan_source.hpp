@@ -69,9 +69,6 @@ struct ScanSourceOptions {
   std::vector<double> no_return = {};
   /// Readings in them are the robot itself: no readings, nor do their rays free space.
   std::vector<SelfBox> self_boxes = {};
-  /// m: rays without a return free space up to this range: pixels of depth images (float: +∞) four from
-  /// any reading at least, and readings of clouds that stand for no return. 0: off, as dark things give none.
-  double clear_no_return_m = 0;
   /// Scans that will be left out at the beginning.
   std::size_t skip = 0;
   /// Most that will be read from there on: poses that are as many as these, and not as all, are theirs.

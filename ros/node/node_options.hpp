@@ -24,7 +24,7 @@ struct NodeOptions {
   std::string frame = "map";          ///< the map's, in tf
   std::string tf = "/tf";             ///< topic of transforms; of the fixed ones with _static
   std::string base = "base_link";     ///< the robot's, about which patches are read
-  ScanSourceOptions readings;         ///< no_return, self_boxes, clear_no_return_m, sensor
+  ScanSourceOptions readings;         ///< no_return, self_boxes, sensor
   double wait_s = 1;                  ///< for a scan's pose and camera
   bool reliable = false;              ///< request lost scans again
   std::size_t queue_mb = 256;         ///< scans that wait

@@ -127,15 +127,13 @@ ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Cl
   } else {
     if (!camera) throw std::runtime_error("no CameraInfo has come yet");
     const bool rectified = is_rectified(options_.depth);
-    received = scan_from_depth(message, *camera, cdr, {}, rectified, options_.depth_scale,
-                               options_.readings.clear_no_return_m);
+    received = scan_from_depth(message, *camera, cdr, {}, rectified, options_.depth_scale);
   }
   {
     const std::lock_guard lock(mutex_);
     io::erase_own(received.scan, options_.readings.self_boxes,
                   [&](const std::string& frame) { return pose(header, frame); });
-    io::move_to_free_rays(received.scan,
-                          io::drop_no_returns(received.scan, options_.takes_depth(), options_.readings));
+    io::drop_no_returns(received.scan, options_.takes_depth(), options_.readings);
   }
   received.stamp_ns = header.stamp_ns;
   received.scan.name = options_.scans() + " at " + io::stamp_text(header.stamp_ns);

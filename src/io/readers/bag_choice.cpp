@@ -56,11 +56,7 @@ std::pair<std::string, std::string> nearly_scans(const std::vector<TopicContents
 
 BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, const ScanSourceOptions& options,
                            std::vector<std::string>& left_out)
-    : files_(files),
-      bag_(open_bag(files)),
-      depth_scale_(options.depth_scale),
-      none_(options.clear_no_return_m > 0 ? NoReturn::far : NoReturn::left_out),
-      posed_(!options.poses) {
+    : files_(files), bag_(open_bag(files)), depth_scale_(options.depth_scale), posed_(!options.poses) {
   for (const auto& file : files_) bytes_ += size_of_bag_file(file);
   index_ = index_bag(*bag_, files_.front().string(), bytes_, options.bag.recorded_stamps,
                      options.skip_bad ? &left_out : nullptr);

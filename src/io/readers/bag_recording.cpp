@@ -84,13 +84,12 @@ void BagRecording::read_image(std::string_view bytes, const ListedMessage& liste
     const DepthImage image =
         depth_of(read_compressed_image_message(*reader), scan.name, largest_scan(bytes_));
     return project(image.width, image.height, [&](const Intrinsics& camera) {
-      return back_project(image, camera, scale.value_or(image.default_scale()), none_);
+      return back_project(image, camera, scale.value_or(image.default_scale()));
     });
   }
   const ImageMessage image = read_image_message(*reader);
-  project(image.width, image.height, [&](const Intrinsics& camera) {
-    return points_of(image, camera, scale, largest_scan(bytes_), none_);
-  });
+  project(image.width, image.height,
+          [&](const Intrinsics& camera) { return points_of(image, camera, scale, largest_scan(bytes_)); });
 }
 
 Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const {

@@ -97,7 +97,6 @@ class BagRecording {
   std::map<std::uint32_t, Camera> cameras_;  // by the images' topic
   std::optional<double> depth_scale_;        // as stated
   std::map<std::uint32_t, double> units_;    // per metre, by the images' topic, as the bag says
-  NoReturn none_ = NoReturn::left_out;
   bool posed_ = true;
   const TopicContents* pose_topic_ = nullptr;  // in index_; null: tf
   std::string pose_child_;                     // frame of its poses; empty: the sensor's

@@ -282,37 +282,9 @@ void erase_flying_pixels(std::vector<float>& depth, std::size_t width) {
   for (const std::size_t i : flying) depth[i] = 0;
 }
 
-namespace {
-
-/// Sets pixels of 0 to `no_return_depth`, unless a reading is so near that an edge's blur reaches it.
-void set_far(std::vector<float>& depth, std::size_t width) {
-  constexpr std::size_t reach = ramp_width;
-  const std::size_t height = width == 0 ? 0 : depth.size() / width;
-  const auto grown = [](const std::vector<bool>& set, std::size_t lines, std::size_t line, std::size_t length,
-                        std::size_t step) {
-    std::vector<bool> wider(set.size());
-    for (std::size_t k = 0; k < lines; ++k)
-      for (std::size_t i = 0, since = 2 * reach + 1; i < length + reach; ++i, ++since) {
-        if (i < length && set[k * line + i * step]) since = 0;
-        if (since <= 2 * reach && i >= reach) wider[k * line + (i - reach) * step] = true;
-      }
-    return wider;
-  };
-  std::vector<bool> near(depth.size());
-  for (std::size_t i = 0; i < depth.size(); ++i) near[i] = depth[i] > 0;
-  near = grown(near, height, width, width, 1);
-  near = grown(near, width, 1, height, width);
-  for (std::size_t i = 0; i < depth.size(); ++i)
-    if (!near[i] && depth[i] == 0) depth[i] = no_return_depth;
-}
-
-}  // namespace
-
 std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
-                                          const Intrinsics& camera, NoReturn none) {
-  // Beside an erased pixel are readings, so that it is none without a return.
+                                          const Intrinsics& camera) {
   erase_flying_pixels(depth, width);
-  if (none == NoReturn::far) set_far(depth, width);
   std::vector<float> slope_x(width);
   for (std::size_t u = 0; u < width; ++u)
     slope_x[u] = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
@@ -331,17 +303,15 @@ std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t 
   return points;
 }
 
-std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale,
-                                          NoReturn none) {
+std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale) {
   const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
   const auto pixel = [&](std::size_t u, std::size_t v) { return image.pixels[v * width + u]; };
-  if (image.quant_a == 0) return back_project(width, height, camera, scale, pixel, none);
+  if (image.quant_a == 0) return back_project(width, height, camera, scale, pixel);
   const auto metres = [&](std::size_t u, std::size_t v) {
     const std::uint16_t p = pixel(u, v);
-    return p == 0 ? std::numeric_limits<float>::infinity()
-                  : image.quant_a / (static_cast<float>(p) - image.quant_b);
+    return p == 0 ? 0.0F : image.quant_a / (static_cast<float>(p) - image.quant_b);
   };
-  return back_project(width, height, camera, scale, metres, none);
+  return back_project(width, height, camera, scale, metres);
 }
 
 }  // namespace octosurf::io

@@ -60,42 +60,25 @@ bool is_picture(const std::filesystem::path& file);
 inline bool is_reading(std::uint16_t pixel) { return pixel != 0 && pixel != 65535; }
 /// REP 118: NaN, ±∞ and, by some drivers, 0 are no readings.
 inline bool is_reading(float pixel) { return pixel > 0 && pixel <= std::numeric_limits<float>::max(); }
-/// What a pixel that is no reading says: 0, that there may be nothing within range; -1, that nothing is
-/// known. REP 117: only +∞ is nothing within range; -∞ is too near, NaN not measured. Whole numbers do not
-/// tell.
-inline float depth_without_reading(std::uint16_t) { return 0; }
-inline float depth_without_reading(float pixel) {
-  return pixel > std::numeric_limits<float>::max() ? 0.0F : -1.0F;
-}
-
-/// What becomes of pixels without a return.
-enum class NoReturn {
-  left_out,
-  far  ///< points at `no_return_depth` along their rays, if no reading is within four pixels
-};
-inline constexpr float no_return_depth = 2e8F;  ///< m: beyond the earth
 
 /// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel that has a
-/// reading of a surface (erase_flying_pixels). `depth`: m, row by row; others: depth_without_reading().
+/// reading of a surface (erase_flying_pixels). `depth`: m, row by row; 0: no reading.
 std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
-                                          const Intrinsics& camera, NoReturn none = NoReturn::left_out);
+                                          const Intrinsics& camera);
 /// `scale`: units per metre. `pixel(u, v)`: in units, row by row.
 template <class Pixel>
 std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height, const Intrinsics& camera,
-                                          double scale, const Pixel& pixel,
-                                          NoReturn none = NoReturn::left_out) {
+                                          double scale, const Pixel& pixel) {
   const auto metres = static_cast<float>(1 / scale);
   std::vector<float> depth(width * height);
   for (std::size_t v = 0; v < height; ++v)
     for (std::size_t u = 0; u < width; ++u) {
       const auto reading = pixel(u, v);
-      depth[v * width + u] =
-          is_reading(reading) ? static_cast<float>(reading) * metres : depth_without_reading(reading);
+      depth[v * width + u] = is_reading(reading) ? static_cast<float>(reading) * metres : 0.0F;
     }
-  return back_project(std::move(depth), width, camera, none);
+  return back_project(std::move(depth), width, camera);
 }
-std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale,
-                                          NoReturn none = NoReturn::left_out);
+std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale);
 
 /// Pixels from a reading on a ramp to the surfaces beside it: an edge blurs over two pixels on each side.
 inline constexpr std::ptrdiff_t ramp_width = 4;

@@ -5,20 +5,14 @@
 #include <functional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::io {
 
 /// Sets readings of `scan`, whose sensor is known, that stand for no return to NaN: a format's largest
-/// numbers, and options.no_return. With options.clear_no_return_m, those that free space become points at
-/// that range instead, whose ascending places are returned for move_to_free_rays(). `depth_image`: it comes
-/// from one.
-std::vector<std::size_t> drop_no_returns(Scan& scan, bool depth_image, const ScanSourceOptions& options);
-
-/// Readings at these places, ascending, become ends of free rays.
-void move_to_free_rays(Scan& scan, const std::vector<std::size_t>& places);
+/// numbers, and options.no_return. `depth_image`: it comes from one.
+void drop_no_returns(Scan& scan, bool depth_image, const ScanSourceOptions& options);
 
 /// Sets the readings in these boxes, which are the robot's own, to NaN; returns their number. `sensor_in`:
 /// T_frame_sensor at the scan's time.

@@ -1,7 +1,6 @@
 // Decodes single messages, as a node receives them: a pose, a cloud, a depth image.
 #include "io/readers/bounded_file.hpp"
 #include "io/readers/pose_file.hpp"
-#include "io/readers/reading_rules.hpp"
 #include "io/readers/sensor_messages.hpp"
 
 #include <octosurf/ros_messages.hpp>
@@ -25,16 +24,6 @@ ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, cons
   return received;
 }
 
-void move_far_to_free_rays(Scan& scan, float range_m) {
-  std::vector<std::size_t> far;
-  for (std::size_t i = 0; i < scan.points.size(); ++i)
-    if (scan.points[i].z() >= io::no_return_depth) {
-      scan.points[i] *= range_m / scan.points[i].norm();
-      far.push_back(i);
-    }
-  io::move_to_free_rays(scan, far);
-}
-
 }  // namespace
 
 ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where,
@@ -51,8 +40,7 @@ ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, c
 }
 
 ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_info, MessageEncoding encoding,
-                             const std::string& where, bool rectified, std::optional<double> depth_scale,
-                             double clear_no_return_m) {
+                             const std::string& where, bool rectified, std::optional<double> depth_scale) {
   return naming(where, [&] {
     ReceivedScan received = begin_scan(image, encoding, where);
     const io::CameraInfoMessage info = io::read_camera_info(*io::message_reader(camera_info, encoding));
@@ -60,12 +48,9 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
     const io::ImageMessage read = io::read_image_message(*reader);
     const io::Intrinsics camera = io::intrinsics_for(info, rectified, read.width, read.height);
     received.scan.sensor = SensorKind::depth_camera;
-    const bool clear = clear_no_return_m > 0;
-    received.scan.points = io::points_of(read, camera, depth_scale, io::largest_scan(image.size()),
-                                         clear ? io::NoReturn::far : io::NoReturn::left_out);
+    received.scan.points = io::points_of(read, camera, depth_scale, io::largest_scan(image.size()));
     if (const io::Lens* lens = io::lens_of(info, rectified); lens != nullptr)
       io::undistort(received.scan.points, camera, *lens, read.width, read.height);
-    if (clear) move_far_to_free_rays(received.scan, static_cast<float>(clear_no_return_m));
     return received;
   });
 }

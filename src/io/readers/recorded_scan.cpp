@@ -16,14 +16,14 @@ namespace {
 
 using Scans = std::vector<const ListedScan*>;
 
-RawScan read_file(const ListedRecording& recording, const ListedScan& listed, NoReturn none) {
+RawScan read_file(const ListedRecording& recording, const ListedScan& listed) {
   RawScan raw;
   Scan& scan = raw.scan;
   scan.name = listed.file.string();
   if (listed.kind == FileKind::image) {
     const DepthImage image = read_depth_image(listed.file);
     require_same_size(*recording.camera, image.width, image.height, scan.name);
-    scan.points = back_project(image, *recording.camera, recording.depth_scale, none);
+    scan.points = back_project(image, *recording.camera, recording.depth_scale);
     raw.width = image.width;
     raw.height = image.height;
     return raw;
@@ -81,10 +81,9 @@ std::optional<Eigen::Vector3d> far_origin(const ScanList& list, const ScanSource
 
 RawScan read_posed(const ListedRecording& recording, const ListedScan& listed,
                    const ScanSourceOptions& options) {
-  const NoReturn none = options.clear_no_return_m > 0 ? NoReturn::far : NoReturn::left_out;
   RawScan raw = recording.bag     ? recording.bag->read(listed.index)
                 : recording.graph ? RawScan{recording.graph->read(listed.index)}
-                                  : read_file(recording, listed, none);
+                                  : read_file(recording, listed);
   Scan& scan = raw.scan;
   const RecordedSensor& sensor = recording.sensors[listed.sensor];
   scan.sensor = sensor.kind;
@@ -161,8 +160,7 @@ void set_viewpoint(RawScan& raw, const Eigen::Vector3d& at) {
   raw.posed = true;
   raw.scan.T_map_sensor.translation() = at;
   if (raw.shifted()) return;  // place() moves its points
-  for (auto* points : {&raw.scan.points, &raw.scan.free_rays})
-    for (Eigen::Vector3f& point : *points) point -= at.cast<float>();
+  for (Eigen::Vector3f& point : raw.scan.points) point -= at.cast<float>();
 }
 
 Scan place(RawScan raw, const Eigen::Vector3d& origin) {
@@ -170,8 +168,7 @@ Scan place(RawScan raw, const Eigen::Vector3d& origin) {
   Eigen::Isometry3d& T = scan.T_map_sensor;
   if (raw.from_nowhere()) {
     const Eigen::Vector3f rest = (raw.shift - origin).cast<float>();
-    for (auto* points : {&scan.points, &scan.free_rays})
-      for (Eigen::Vector3f& point : *points) point += rest;
+    for (Eigen::Vector3f& point : scan.points) point += rest;
     return std::move(scan);
   }
   if (raw.shifted()) {

@@ -132,8 +132,6 @@ void check_options(const ScanSourceOptions& options) {
   for (const double value : options.no_return)
     if (!(std::isfinite(value) && value >= 0))
       throw Error(Error::Kind::usage, "no_return", std::to_string(value) + " is not a range in metres");
-  if (const double range = options.clear_no_return_m; !(std::isfinite(range) && range >= 0))
-    throw Error(Error::Kind::usage, "clear_no_return_m", std::to_string(range) + " is not a range in metres");
   for (const SelfBox& self : options.self_boxes)
     if (!self.box.min().allFinite() || !self.box.max().allFinite() || self.box.isEmpty())
       throw Error(Error::Kind::usage, "self_boxes", "a box is empty or not finite",

@@ -114,12 +114,11 @@ class Recording : public ScanSource {
       list_.notes.push_back("self-box: " + std::to_string(own) + " of the " +
                             std::to_string(raw.scan.points.size()) + " readings of " + raw.scan.name +
                             " are the robot's own");
-    const auto free = drop_no_returns(raw.scan, sensor.images, options_);
+    drop_no_returns(raw.scan, sensor.images, options_);
     if (const auto motion = motions_[r].find(listed.sensor); motion != motions_[r].end() && !raw.shifted()) {
       raw.scan.stamp_s = *listed.stamp_s;
       raw.scan = motion->second({std::move(raw.scan), std::move(raw.times)});
     }
-    move_to_free_rays(raw.scan, free);
     look_from(raw, sensor.images);
     return place(std::move(raw), origin_);
   }

@@ -67,13 +67,12 @@ void check_positive_side(std::uint32_t width, std::uint32_t height) {
 
 /// Of `image`, whose pixels are there.
 template <class Pixel>
-std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera, double scale,
-                                       NoReturn none) {
+std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera, double scale) {
   const auto pixel = [&](std::size_t u, std::size_t v) {
     return number_at<Pixel>(image.data.data() + v * image.step + sizeof(Pixel) * u, image.big_endian);
   };
   return back_project(static_cast<std::size_t>(image.width), static_cast<std::size_t>(image.height), camera,
-                      scale, pixel, none);
+                      scale, pixel);
 }
 
 }  // namespace
@@ -225,8 +224,7 @@ CompressedImageMessage read_compressed_image_message(MessageReader& message) {
 }
 
 std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
-                                       std::optional<double> units_per_metre, std::uint64_t largest_size,
-                                       NoReturn none) {
+                                       std::optional<double> units_per_metre, std::uint64_t largest_size) {
   const DepthKind kind = depth_kind(image.encoding);
   if (kind == DepthKind::none)
     fail_reading("an image of encoding '" + image.encoding.substr(0, 20) +
@@ -239,9 +237,8 @@ std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsi
                  " bytes");
   if (width * height > largest_size / (sizeof(Eigen::Vector3f) + sizeof(std::uint16_t)))
     fail_reading("an image of " + size_text(width, height) + " pixels, far more than its bag's size");
-  return kind == DepthKind::metres
-             ? points_of<float>(image, camera, units_per_metre.value_or(1), none)
-             : points_of<std::uint16_t>(image, camera, units_per_metre.value_or(1000), none);
+  return kind == DepthKind::metres ? points_of<float>(image, camera, units_per_metre.value_or(1))
+                                   : points_of<std::uint16_t>(image, camera, units_per_metre.value_or(1000));
 }
 
 DepthImage depth_of(const CompressedImageMessage& image, const std::string& where,

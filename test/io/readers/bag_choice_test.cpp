@@ -511,25 +511,5 @@ TEST(CameraInfo, OfPartsAndBinnedImagesIsOfTheWholeSensor) {
   EXPECT_THROW(io::intrinsics_for(info, false, 80, 30), std::runtime_error);
 }
 
-TEST_F(BagChoice, OnlyInfinityFreesSpace) {
-  const auto free_rays = [&](float value) {
-    std::vector<float> pixels(20, value);
-    for (std::size_t i = 0; i < 4; ++i) pixels[i] = 1;
-    std::string bytes;
-    for (const float pixel : pixels) bytes += bytes_of(pixel);
-    CdrBytes message;
-    message.header(1, "camera").u32(1).u32(20).text("32FC1").u8(0).u32(80).bytes(bytes);
-    return read_all(
-               {bag({fixed("map", "camera", 0), {"/a/depth", "sensor_msgs/msg/Image", 1, message.all()}})},
-               {.intrinsics = write("k.txt", "10 10 9 0\n"), .clear_no_return_m = 3})
-        .at(0)
-        .free_rays.size();
-  };
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(free_rays(infinity), 20U - 4 - 4) << "but beside readings";
-  EXPECT_EQ(free_rays(-infinity), 0U);
-  EXPECT_EQ(free_rays(std::numeric_limits<float>::quiet_NaN()), 0U);
-}
-
 }  // namespace
 }  // namespace octosurf::test

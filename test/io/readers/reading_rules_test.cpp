@@ -109,36 +109,6 @@ TEST_F(ReadingRules, NamedValuesAreNoReturnsToTheMillimetre) {
   EXPECT_THROW(read_all({folder / "a.pcd"}, {.no_return = {-1}}), Error);
 }
 
-TEST_F(ReadingRules, RaysWithoutAReturnFreeSpaceOnWish) {
-  // Of a lidar: a quarter of the turn is at a placeholder; the rays at its rims may graze something.
-  const auto open = [](int column) { return column >= 64 && column < 128; };
-  const Points points =
-      rings([&](int row, int column) { return open(column) ? 120.0 : wavy_walls(row, column); });
-  Scan scan = read_all({write_cloud("a.pcd", points, 256)}, {.no_return = {120}, .clear_no_return_m = 6})[0];
-  EXPECT_EQ(readings(scan), 32U * 192U);
-  ASSERT_EQ(scan.free_rays.size(), 32U * 62U);
-  for (const Eigen::Vector3f& ray : scan.free_rays) EXPECT_NEAR(ray.norm(), 6, 1e-4);
-  EXPECT_LT((scan.free_rays[0].normalized() - points[65].normalized()).norm(), 1e-5);
-  EXPECT_TRUE(read_all({folder / "a.pcd"})[0].free_rays.empty());
-
-  // Of a depth image: pixels without a reading, four at least from the next one.
-  std::vector<std::uint16_t> image(64 * 48, 2000);
-  std::size_t far_from_readings = 0;
-  for (int v = 10; v < 40; ++v)
-    for (int u = 20; u < 64; ++u) {
-      image[static_cast<std::size_t>(64 * v + u)] = v % 2 == 0 ? 0 : 65535;
-      far_from_readings += u >= 24 && v >= 14 && v < 36 ? 1 : 0;
-    }
-  write_png("image.png", 64, 48, image);
-  write("intrinsics.txt", "50 50 31.5 23.5\n");
-  scan = read_all({folder / "image.png"}, {.clear_no_return_m = 3})[0];
-  EXPECT_EQ(scan.points.size(), 64U * 48U - 30U * 44U);
-  EXPECT_EQ(readings(scan), scan.points.size());
-  ASSERT_EQ(scan.free_rays.size(), far_from_readings);
-  const Eigen::Vector3f first((24 - 31.5F) / 50, (14 - 23.5F) / 50, 1);
-  EXPECT_LT((scan.free_rays[0] - 3 * first.normalized()).norm(), 1e-5);
-}
-
 TEST_F(ReadingRules, ReadingsInASelfBoxAreTheRobotsOwn) {
   const Points points =
       rings([&](int row, int column) { return column < 16 ? 0.5 : wavy_walls(row, column); });
