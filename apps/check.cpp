@@ -86,6 +86,24 @@ void write_poses(const CheckOptions& options, const check::Recording& recording,
   });
 }
 
+check::Recording read(const CheckOptions& options, std::unique_ptr<ScanSource> source) {
+  check::Recording recording(ParameterChoice(options.parameters).in_force({}, source->sensor()));
+  ScanFeed feed(std::move(source), options.range);
+  while (const std::optional<Scan> scan = feed.next()) recording.add(*scan);
+  return recording;
+}
+
+std::unique_ptr<ScanSource> open(const CheckOptions& options, const ScanSourceOptions& source) {
+  return open_scans({options.inputs.begin(), options.inputs.end()}, source);
+}
+
+/// Those that its readings are in: read by one a metre they are so many times as long.
+double units_per_metre(const CheckOptions& options, const check::Recording& recording) {
+  ScanSourceOptions by_one = options.source;
+  by_one.depth_scale = 1;
+  return read(options, open(options, by_one)).median_range() / recording.median_range();
+}
+
 /// What to give `map` so that it reads a recording by a meaning.
 struct Mend {
   ScanSourceOptions source;                                       ///< with it
@@ -99,14 +117,17 @@ Mend mend_of(const CheckOptions& options, const check::Recording& recording, con
     mend.options.emplace_back(name, value);
   };
   std::optional<PoseForm> form = form_of(recording, meaning);
+  const bool in_map = meaning.reading == check::Meaning::Reading::in_map;
+  const PoseForm as_read = in_map ? PoseForm::in_map : PoseForm::as_given;
+  if (in_map) form = form == PoseForm::as_given ? std::optional(as_read) : std::nullopt;
   if (options.source.pose_form && form != PoseForm::as_given) form.reset();  // it is of what that one gives
   if (!form) {
     mend.poses = true;
     mend.source.poses = options.write_poses;
     add("--poses", options.write_poses);
-    if (options.source.pose_form) {
-      mend.source.pose_form = PoseForm::as_given;
-      add("--pose-form", "as-given");
+    if (options.source.pose_form || in_map) {
+      mend.source.pose_form = as_read;
+      add("--pose-form", pose_form_names[static_cast<std::size_t>(as_read)]);
     }
     if (meaning.leaves_out(recording)) {
       mend.source.skip_bad = true;
@@ -117,8 +138,7 @@ Mend mend_of(const CheckOptions& options, const check::Recording& recording, con
     add("--pose-form", pose_form_names[static_cast<std::size_t>(*form)]);
   }
   if (meaning.readings_scale != 1) {
-    const double before = options.source.depth_scale.value_or(recording.is_camera() ? 1000 : 1);
-    mend.source.depth_scale = before / meaning.readings_scale;
+    mend.source.depth_scale = units_per_metre(options, recording) / meaning.readings_scale;
     add("--depth-scale", io::formatted("%.5g", *mend.source.depth_scale));
   }
   if (meaning.no_return) {
@@ -153,17 +173,6 @@ std::string command_with(const CLI::App& check, const Mend& mend) {
   return text + " -o MAP";
 }
 
-check::Recording read(const CheckOptions& options, std::unique_ptr<ScanSource> source) {
-  check::Recording recording(ParameterChoice(options.parameters).in_force({}, source->sensor()));
-  ScanFeed feed(std::move(source), options.range);
-  while (const std::optional<Scan> scan = feed.next()) recording.add(*scan);
-  return recording;
-}
-
-std::unique_ptr<ScanSource> open(const CheckOptions& options, const ScanSourceOptions& source) {
-  return open_scans({options.inputs.begin(), options.inputs.end()}, source);
-}
-
 /// Reads the recording as the mend says, and judges it anew.
 void try_out(const CheckOptions& options, const Mend& mend, const check::Meaning& meaning) {
   check::Meaning as_read;
@@ -196,6 +205,8 @@ void run_check(const CLI::App& verb, const CheckOptions& options) {
                     finding.as_given.worst[1] + "; the cause is not among those known",
                 "look at these two; poses that drift are none of the causes");
   for (const std::string& cause : finding.causes) std::printf("cause        %s\n", cause.c_str());
+  if (finding.or_drift)
+    std::printf("             unless poses drift by about as much, which `map` corrects by itself\n");
   print_judgement("so read      ", finding.as_meant);
   const std::string by_hand = finding.meaning->by_hand();
   if (!by_hand.empty()) {

@@ -80,7 +80,8 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
           "form of the poses: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl "
           "(cameras look along -z, y up), opengl-inverse, w-first (quaternions qw qx qy qz), of-camera (the "
           "camera's poses for a lidar's scans, by calib.txt's Tr where it is), of-body (a body's, x forward, "
-          "for a camera's) [as-given; KITTI's with calib.txt: of-camera]")
+          "for a camera's), in-map (as-given, of clouds in the map's frame already) [as-given; KITTI's with "
+          "calib.txt: of-camera]")
       ->check(CLI::IsMember(std::vector<std::string>(pose_form_names.begin(), pose_form_names.end())))
       ->group(group);
   verb.add_option_function<std::vector<std::string>>(

@@ -78,8 +78,8 @@ bool Meaning::leaves_out(const Recording& recording) const {
 }
 
 std::string Meaning::by_hand() const {
-  if (reading == Reading::in_map) return "transform each cloud by the inverse of its pose";
-  if (reading != Reading::points) return "convert the images to depth along the camera's axis";
+  if (reading != Reading::points && reading != Reading::in_map)
+    return "convert the images to depth along the camera's axis";
   if (mirrored) return "reverse the y axis of the readings (images: mirror them)";
   if (focal != 1) return "--intrinsics FILE with these focal lengths";
   return {};

@@ -53,10 +53,13 @@ double share_of_pairs(const Judgement& judgement) {
          static_cast<double>(std::max<std::size_t>(1, judgement.pairs));
 }
 
+bool hardly_contradict(const Judgement& judgement) {
+  return sees_enough(judgement) && !judgement.many_pairs();
+}
+
 /// Whether a fitted number is the cause, and not one that makes some of what another did agree.
 bool is_explained(const Judgement& as_given, const Judgement& as_meant) {
-  const bool hardly = sees_enough(as_given) && !as_given.many_pairs();
-  if (hardly && as_given.common_error < sure_common_error) return false;
+  if (hardly_contradict(as_given) && as_given.common_error < sure_common_error) return false;
   return share_of_pairs(as_meant) <=
          std::max(most_left_of_contradictions * share_of_pairs(as_given), left_of_right);
 }
@@ -176,6 +179,7 @@ class Search {
       if (fits(candidates[i]) && !is_explained(finding.as_given, verdict)) continue;
       finding.meaning = candidates[i].meaning;
       finding.as_meant = std::move(verdict);
+      finding.or_drift = fits(candidates[i]) && hardly_contradict(finding.as_given);
       for (const std::size_t row : candidates[i].rows)
         finding.causes.push_back(rows()[row].words(recording_, candidates[i].meaning));
       return true;

@@ -15,6 +15,9 @@ struct Finding {
   std::optional<Meaning> meaning;  ///< by which it agrees; empty: it agrees as given, or no cause is known
   Judgement as_meant;
   std::vector<std::string> causes;  ///< what that meaning changes, one line each
+  /// Hardly a pair contradicts, and what makes them agree was fitted: poses that drift a little look the
+  /// same.
+  bool or_drift = false;
 };
 
 /// Whether views have enough in common that they would contradict each other if they were wrong.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <octosurf/scan_source.hpp>
+
 namespace octosurf::test {
 namespace {
 
@@ -141,6 +143,30 @@ TEST_F(PoseCheck, ACamerasPosesForALidarsScansAreTold) {
   const std::string map = "map room --poses camera.txt -o map --resolution 0.1";
   EXPECT_THAT(run_well(map + " --align off").err, HasSubstr("scans contradict each other"));
   EXPECT_THAT(run_well(map + " --force --pose-form of-camera").err, Not(HasSubstr("contradict")));
+}
+
+/// Their poses say where they were seen from.
+TEST_F(PoseCheck, CloudsInTheMapsFrameAreTold) {
+  run_well("simulate room -o room --sensor spinning --frames 8");
+  const auto source = open_scans({folder / "room"});
+  for (int i = 0; const std::optional<Scan> scan = source->next(); ++i) {
+    std::string rows;
+    for (const Eigen::Vector3f& point : scan->points) {
+      const Eigen::Vector3d p = scan->T_map_sensor * point.cast<double>();
+      if (p.allFinite())
+        rows += std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+    }
+    write_pcd("placed/" + std::to_string(i) + ".pcd", rows);
+  }
+  write("placed/poses.txt", read("room/poses.txt"));
+  const std::string of = " --resolution 0.1 ";
+  EXPECT_THAT(run_well("map placed -o m --align off" + of).err, HasSubstr("scans contradict each other"));
+  EXPECT_THAT(run_well("check placed" + of).out,
+              says("lie in the map's frame already", "--pose-form in-map"));
+  EXPECT_THAT(run_well("map placed -o m --force --pose-form in-map" + of).err, Not(HasSubstr("contradict")));
+  run_well("map room -o right" + of);
+  const double area = info("right")["area_m2"].get<double>();
+  EXPECT_NEAR(info("m")["area_m2"], area, 0.01 * area);
 }
 
 }  // namespace

@@ -103,6 +103,10 @@ RawScan read_posed(const ListedRecording& recording, const ListedScan& listed,
   raw.posed = recording.trajectory || listed.pose || !listed.pose_file.empty() || recording.bag ||
               recording.graph || scan.T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
   if (raw.posed) scan.T_map_sensor = recording.sensor_at(scan.T_map_sensor);
+  if (recording.pose_form == PoseForm::in_map && !raw.shifted()) {  // else place() moves its points
+    const Eigen::Isometry3d T_sensor_map = scan.T_map_sensor.inverse();
+    for (Eigen::Vector3f& point : scan.points) point = (T_sensor_map * point.cast<double>()).cast<float>();
+  }
   return raw;
 }
 
@@ -135,6 +139,7 @@ std::size_t erase_own(Scan& scan, const ListedRecording& recording, const Listed
 Motions motions_of(const ListedRecording& recording, const ScanSourceOptions& options,
                    std::vector<std::string>& notes) {
   std::map<std::uint32_t, Scans> sensors;
+  if (recording.pose_form == PoseForm::in_map) return {};  // whoever moved its points has undone it
   for (const ListedScan& listed : recording.scans)
     if (recording.sensors[listed.sensor].moves_within) sensors[listed.sensor].push_back(&listed);
   Motions motions;

@@ -121,6 +121,9 @@ void name_sensors(ListedRecording& recording, const ScanSourceOptions& options) 
       throw Error(Error::Kind::usage, "--sensor lidar",
                   sensor.name + " has depth images, which are a camera's",
                   "--max-range lifts their limit of 4 m");
+    else if (sensor.images && options.pose_form == PoseForm::in_map)
+      throw Error(Error::Kind::usage, "--pose-form in-map", sensor.name + " has depth images",
+                  "it is for clouds in the map's frame");
 }
 
 void check_options(const ScanSourceOptions& options) {
