@@ -48,7 +48,6 @@ const std::vector<RobotLimit>& robot_limits() {
       {"max_turn_deg", rad_per_deg, [](auto& r) { return &r.max_turn_rad; }},
       {"max_slope_deg", rad_per_deg, [](auto& r) { return &r.contact.max_slope_rad; }},
       {"edge_margin_m", 1, [](auto& r) { return &r.contact.edge_margin_m; }},
-      {"frontier_margin_m", 1, [](auto& r) { return &r.contact.frontier_margin_m; }},
       {"lift_m", 1, [](auto& r) { return &r.lift_m; }},
       {"high_lift_m", 1, [](auto& r) { return &r.high_lift_m; }},
       {"stance_width_m", 1, [](auto& r) { return &r.stance_width_m; }},
@@ -119,11 +118,7 @@ Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up) {
 }
 
 FootstepPlanner planner_on(const planning::AskedMap& map, const Robot& robot) {
-  const auto ground = map.ground(GroundRules::of(robot, map.octree.resolution())).solid();
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  if (std::visit([](const auto& kind) { return kind.contact.frontier_margin_m > 0; }, robot))
-    for (const SurfacePtr& surface : ground->surfaces) edges[surface->id] = map.edges_of(*surface);
-  return {ground, map.octree, robot, std::move(edges)};
+  return {map.ground(GroundRules::of(robot, map.octree.resolution())).solid(), map.octree, robot};
 }
 
 }  // namespace octosurf

@@ -79,8 +79,6 @@ QuestionFields contact_fields(planning::ContactQuestion& q) {
                    "degrees: leave out steeper surfaces; 90 leaves out ceilings [180; of a foot 30]",
                    q.max_slope_rad, 0, 180, rad_per_deg),
       metres("edge_margin_m", "m: from the foot to every edge [the map's resolution]", q.edge_margin_m),
-      metres("frontier_margin_m", "m: from the foot to edges beyond which nothing was observed [0]",
-             q.frontier_margin_m),
       metres("obstacle_margin_m", "m: from the foot to obstacles up to the clearance [the map's resolution]",
              q.obstacle_margin_m),
       metres("clearance_m", "m: height over the foot that must be clear; 0: not checked [the robot's height]",

@@ -70,22 +70,14 @@ std::shared_ptr<const Snapshot> ShownSurfaces::of(const GroundView& ground) {
 }
 
 ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb)
-    : asked{std::move(name), map.map.snapshot(), map.map.octree(), up_in_force(map.map, up).direction,
-            [this](const Surface& surface) { return label_edges(map_->map, surface); }},
+    : asked{std::move(name), map.map.snapshot(), map.map.octree(), up_in_force(map.map, up).direction},
       max_page_mb_(max_page_mb),
       up_(up),
       map_(std::move(map)) {}
 
 ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
                      Run of, const ServedMap* previous)
-    : asked{std::move(name),
-            snapshot,
-            snapshot->octree,
-            up,
-            [](const Surface&) -> std::vector<PolygonEdges> {
-              throw Error(Error::Kind::usage, "frontier_margin_m", "is not known while the map grows",
-                          "leave it away until it is saved");
-            },
+    : asked{std::move(name), snapshot, snapshot->octree, up,
             previous != nullptr ? &previous->asked : nullptr},
       run(std::move(of)),
       max_page_mb_(PageOptions{}.max_mb) {}

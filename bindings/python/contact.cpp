@@ -13,7 +13,6 @@ namespace octosurf::python {
 namespace {
 
 using SurfacePointer = std::shared_ptr<Surface>;
-using Edges = std::vector<PolygonEdges>;
 
 /// Without limits of its own a contact keeps the default ones, where up is the map's.
 ContactLimits limits_on(const SurfacePointer& surface, const std::optional<ContactLimits>& given) {
@@ -51,8 +50,8 @@ void bind_shape_and_limits(Module& module) {
   using L = ContactLimits;
   Settings<L>(module, "ContactLimits")
       .fields(OCTOSURF_FIELDS(L, up, max_slope_rad, min_area_m2, max_rms_m, max_normal_std_rad,
-                              max_offset_std_m, edge_margin_m, frontier_margin_m, obstacle_margin_m,
-                              obstacle_from_m, clearance_m, unknown_to_m));
+                              max_offset_std_m, edge_margin_m, obstacle_margin_m, obstacle_from_m,
+                              clearance_m, unknown_to_m));
 }
 
 void bind_gaps(Module& module) {
@@ -155,16 +154,16 @@ void bind_contact(Module& module) {
       "contact_region",
       [](const SurfacePointer& surface, const ContactShape& shape, std::optional<double> yaw_rad,
          const std::optional<ContactLimits>& limits, const std::optional<OccupancyView>& octree,
-         const std::optional<Edges>& edges, const std::optional<SnapshotPtr>& others) {
+         const std::optional<SnapshotPtr>& others) {
         return contact_region(*surface, shape, yaw_rad, limits_on(surface, limits), pointer_to(octree),
-                              pointer_to(edges), others ? others->get() : nullptr);
+                              others ? others->get() : nullptr);
       },
       "surface"_a, "shape"_a, "yaw_rad"_a = py::none(), "limits"_a = py::none(), py::kw_only(),
-      "octree"_a = py::none(), "edges"_a = py::none(), "others"_a = py::none(), Released(),
+      "octree"_a = py::none(), "others"_a = py::none(), Released(),
       R"(ContactRegion of a Surface for one heading, rad counter-clockwise from the map's x axis, or None for all.
 
 limits: None: ContactLimits() with up as Surface.slope_rad() has it.
-octree: OccupancyView, asked for obstacles, clearance and gaps. edges: label_edges() of the surface, for a frontier margin.
+octree: OccupancyView, asked for obstacles, clearance and gaps.
 others: Snapshot of the octree's scan; what stands there is then where its surfaces' planes are, not all over their voxels.
 Safe: a contact at any point of it lies on the surface. Throws Error(usage) for limits that make no sense or miss what they
 need.)");
@@ -172,12 +171,12 @@ need.)");
       "foothold",
       [](const SurfacePointer& surface, const ContactShape& shape, const Eigen::Vector3d& at, double yaw_rad,
          const std::optional<ContactLimits>& limits, const std::optional<OccupancyView>& octree,
-         const std::optional<Edges>& edges, const std::optional<SnapshotPtr>& others) {
+         const std::optional<SnapshotPtr>& others) {
         return foothold(*surface, shape, at, yaw_rad, limits_on(surface, limits), pointer_to(octree),
-                        pointer_to(edges), others ? others->get() : nullptr);
+                        others ? others->get() : nullptr);
       },
       "surface"_a, "shape"_a, "at"_a, "yaw_rad"_a, "limits"_a = py::none(), py::kw_only(),
-      "octree"_a = py::none(), "edges"_a = py::none(), "others"_a = py::none(), Released());
+      "octree"_a = py::none(), "others"_a = py::none(), Released());
   module.def("convex_pieces", &convex_pieces, "surface"_a, "polygons"_a, "most"_a = 20, "min_area_m2"_a = 0.0,
              Released());
   bind_gaps(module);

@@ -9,8 +9,6 @@
 namespace octosurf::python {
 namespace {
 
-using SurfaceEdges = std::map<SurfaceId, std::vector<PolygonEdges>>;
-
 /// A planner for several threads.
 struct SharedPlanner {
   FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) {
@@ -38,12 +36,11 @@ Robot robot_in(const SnapshotPtr& snapshot, const std::optional<Robot>& given) {
 }
 
 std::unique_ptr<SharedPlanner> planner_of(const SnapshotPtr& snapshot, const std::optional<Robot>& robot,
-                                          const std::optional<OccupancyView>& octree,
-                                          const SurfaceEdges& edges) {
+                                          const std::optional<OccupancyView>& octree) {
   const py::gil_scoped_release others_run;
   return std::unique_ptr<SharedPlanner>(new SharedPlanner{
       snapshot->revision,
-      Locked<FootstepPlanner>(snapshot, octree_of(*snapshot, octree), robot_in(snapshot, robot), edges)});
+      Locked<FootstepPlanner>(snapshot, octree_of(*snapshot, octree), robot_in(snapshot, robot))});
 }
 
 void bind_settings(Module& module) {
@@ -99,9 +96,8 @@ Footholds are accepted by foothold(); swinging feet and body touch no occupied v
 only. Deterministic without a time limit. What it finds out about the map it keeps for later plans.)")
       .def(
           py::init(&planner_of), "snapshot"_a, "robot"_a = py::none(), py::kw_only(), "octree"_a = py::none(),
-          "edges"_a = SurfaceEdges{},
           R"(robot: Biped or Quadruped; None: Biped() with the map's up. octree: OccupancyView; None: the snapshot's own.
-edges: label_edges() by surface id, for limits that ask for them. Throws Error(usage).)")
+Throws Error(usage).)")
       .def("__repr__",
            [](const SharedPlanner& self) {
              return "<FootstepPlanner over the surfaces of revision " + std::to_string(self.revision) + ">";
@@ -111,20 +107,19 @@ edges: label_edges() by surface id, for limits that ask for them. Throws Error(u
       "plan",
       [](const SnapshotPtr& snapshot, const Standing& from, const Standing& to,
          const std::optional<Robot>& robot, const PlanBudget& budget,
-         const std::optional<OccupancyView>& octree, const SurfaceEdges& edges) {
-        return planner_of(snapshot, robot, octree, edges)->plan(from, to, budget);
+         const std::optional<OccupancyView>& octree) {
+        return planner_of(snapshot, robot, octree)->plan(from, to, budget);
       },
       "snapshot"_a, "from_"_a, "to"_a, "robot"_a = py::none(), "budget"_a = PlanBudget{}, py::kw_only(),
-      "octree"_a = py::none(), "edges"_a = SurfaceEdges{},
+      "octree"_a = py::none(),
       "FootstepPlanner(snapshot, robot, …).plan(from_, to, budget), for a single plan.");
   module.def(
       "verify_plan",
       [](const FootstepPlan& plan, const Snapshot& snapshot, const Robot& robot,
-         const std::optional<OccupancyView>& octree, const SurfaceEdges& edges) {
-        return verify_plan(plan, snapshot, octree_of(snapshot, octree), robot, edges);
+         const std::optional<OccupancyView>& octree) {
+        return verify_plan(plan, snapshot, octree_of(snapshot, octree), robot);
       },
-      "plan"_a, "snapshot"_a, "robot"_a, py::kw_only(), "octree"_a = py::none(), "edges"_a = SurfaceEdges{},
-      Released());
+      "plan"_a, "snapshot"_a, "robot"_a, py::kw_only(), "octree"_a = py::none(), Released());
 }
 
 }  // namespace octosurf::python

@@ -39,15 +39,13 @@ enum class ContactRefusal {
   uncertainty,  ///< the plane's uncertainty exceeds max_normal_std_rad or max_offset_std_m
   support,      ///< part of the contact lies beyond the surface's edge, or over a hole or gap
   margin,       ///< supported, but nearer to such an edge than edge_margin_m
-  frontier,     ///< nearer to a frontier edge (unobserved beyond) than frontier_margin_m
   obstacle,     ///< an obstacle stands within obstacle_margin_m of it
   clearance,    ///< an obstacle hangs over it lower than clearance_m
   unknown       ///< the space over it is unknown: unknown_to_m
 };
 /// By ContactRefusal.
-inline constexpr std::array<std::string_view, 10> contact_refusal_names{
-    "slope",  "size",     "roughness", "uncertainty", "support",
-    "margin", "frontier", "obstacle",  "clearance",   "unknown"};
+inline constexpr std::array<std::string_view, 9> contact_refusal_names{
+    "slope", "size", "roughness", "uncertainty", "support", "margin", "obstacle", "clearance", "unknown"};
 /// As in answers and files: "slope", "size", …
 constexpr std::string_view contact_refusal_name(ContactRefusal refusal) {
   return contact_refusal_names[static_cast<std::size_t>(refusal)];
@@ -65,7 +63,6 @@ struct ContactLimits {
   /// because their outermost readings lie in voxels that the edge crosses, and by more where readings err by
   /// more. docs/usage.md lists how many wrong footholds each margin accepts.
   double edge_margin_m = 0;
-  double frontier_margin_m = 0;  ///< between the contact and edges of kind frontier
   /// Minimum distance between the contact and obstacles above the surface: occupied voxels that do not belong
   /// to it and lie partly between `obstacle_from_m` and `clearance_m` over its plane (room for a shin or
   /// swing). 0: not checked; needs a clearance.
@@ -98,21 +95,23 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
 
 /// The contact region of `surface`, for one heading or (empty) for all: a disc of reach() about the reference
 /// point. `octree` is read for obstacles, clearance and unknown space, and may be null if the limits need
-/// none; likewise the edge kinds (label_edges(), for frontier_margin_m). `others`: the surfaces of the
-/// octree's voxels, of the same scan. Obstacles then extend to their planes, within three standard
-/// deviations; without (nullptr) each voxel counts as filled. The readings of a wall seen from afar scatter
-/// over several voxels, so footholds a few centimetres beside it would be refused.
+/// none. `others`: the surfaces of the octree's voxels, of the same scan. Obstacles then extend to their
+/// planes, within three standard deviations; without (nullptr) each voxel counts as filled. The readings of a
+/// wall seen from afar scatter over several voxels, so footholds a few centimetres beside it would be
+/// refused.
 ///
-/// 1. Safe: the Minkowski difference of each of the surface's polygons and the contact, rounded inward by a
-///    few µm, so that a contact at any point of it lies on the surface (checked in exact arithmetic).
-/// 2. Complete except for those few µm, arcs of margins and discs, which are approximated by circumscribed
-///    polygons (at most 0.5 % larger), and voxels of no surface or unknown, which count as filled.
-/// 3. A contact lies on one polygon: it does not span the single points where two touch.
-/// Some 8 µs for each of the surface's vertices. Throws Error(usage) for an invalid shape, invalid or
-/// incomplete limits, or a surface a kilometre from its frame's origin.
+/// On cells of d/4 of the surface's plane: those that an edge, an obstacle or unknown space touches are
+/// dilated by the contact and its margins; what is left are rings along cells, simplified inward.
+/// 1. Safe: a contact at any point of it lies on one polygon of the surface and keeps every margin (checked
+/// in
+///    exact arithmetic).
+/// 2. Complete except for 5 mm along its outline at d = 2 cm on average, 15 mm at most; discs and arcs count
+/// as
+///    polygons about them (at most 0.5 % larger), and voxels of no surface or unknown as full.
+/// 4 ms within 2 m of a place at d = 2 cm, and 0.5 µs for each voxel over it. Throws Error(usage) for an
+/// invalid shape, invalid or incomplete limits, or a surface a kilometre from its frame's origin.
 ContactRegion contact_region(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
                              const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,
-                             const std::vector<PolygonEdges>* edges = nullptr,
                              const Snapshot* others = nullptr);
 
 /// One contact at a place, with its evaluation.
@@ -120,19 +119,20 @@ struct Foothold {
   SurfaceId surface = 0;                                            ///< the surface
   Eigen::Isometry3d T_map_contact = Eigen::Isometry3d::Identity();  ///< on the plane, z along its normal
   double supported = 0;  ///< share of the contact's area that lies on the surface, [0, 1]
-  /// Distance from the contact to the nearest edge. Negative: by how much the contact would have to shrink on
-  /// all sides to be supported, at most half its width.
+  /// Distance from the contact to the nearest edge, up to farthest_margin_m. Negative: by how much the
+  /// contact would have to shrink on all sides to be supported, at most half its width. To a cell of d/4.
   double margin_m = 0;
-  bool accepted = false;                  ///< every limit is met
+  static constexpr double farthest_margin_m = 0.25;  ///< farther edges are not looked for
+  bool accepted = false;                             ///< every limit is met
   std::optional<ContactRefusal> refused;  ///< the first limit not met, in the order of ContactRefusal
 };
 
-/// Evaluates a contact whose reference point is `at`, projected onto the plane along its normal. Accepted
-/// where its reference point lies in contact_region(), and, except for the rounding of a few µm, only there.
-/// O(vertices), some 15 ns each; with a clearance O(voxels there), some tens of µs. Throws as
-/// contact_region().
+/// Evaluates a contact whose reference point is `at`, projected onto the plane along its normal, on the cells
+/// of contact_region(): accepted wherever its reference point lies in that region, and up to 15 mm beside it
+/// (at d = 2 cm), as the place itself is not rounded to cells. O(vertices), some 20 ns each; with a clearance
+/// O(voxels there), some tens of µs. Throws as contact_region().
 Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen::Vector3d& at,
                   double yaw_rad, const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,
-                  const std::vector<PolygonEdges>* edges = nullptr, const Snapshot* others = nullptr);
+                  const Snapshot* others = nullptr);
 
 }  // namespace octosurf

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -13,7 +12,6 @@
 #include <variant>
 #include <vector>
 
-#include <octosurf/boundary.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
@@ -206,10 +204,8 @@ struct FootstepPlan {
 /// robots and places.
 class FootstepPlanner {
  public:
-  /// The robot's `contact.up` defines the up direction. `edges`: label_edges() by surface, for limits that
-  /// need them; may be empty.
-  FootstepPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, Robot robot,
-                  std::map<SurfaceId, std::vector<PolygonEdges>> edges = {});
+  /// The robot's `contact.up` defines the up direction.
+  FootstepPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, Robot robot);
   FootstepPlanner(FootstepPlanner&&) noexcept;
   FootstepPlanner& operator=(FootstepPlanner&&) noexcept;
   ~FootstepPlanner();
@@ -226,7 +222,6 @@ class FootstepPlanner {
 /// Checks every step of a biped's or quadruped's plan independently, with foothold(), the step limits and the
 /// octree, without the planner's tables. Returns one sentence per violation; empty if the plan is valid.
 std::vector<std::string> verify_plan(const FootstepPlan& plan, const Snapshot& snapshot,
-                                     const OccupancyView& octree, const Robot& robot,
-                                     const std::map<SurfaceId, std::vector<PolygonEdges>>& edges = {});
+                                     const OccupancyView& octree, const Robot& robot);
 
 }  // namespace octosurf

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include <octosurf/boundary.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/footsteps.hpp>
 #include <octosurf/gaps.hpp>
@@ -17,6 +16,7 @@
 
 namespace octosurf::planning {
 class GroundTiles;
+struct ContactCells;
 }  // namespace octosurf::planning
 
 namespace octosurf {
@@ -73,34 +73,30 @@ class GroundView {
   /// find_stairs() on solid(). The view before keeps them as long as no level surface's ground changes.
   const Stairs& stairs() const;
 
-  /// contact_region() of the rules' foot on the solid surface. `edges`: label_edges() of it,
-  /// for a frontier margin.
-  ContactRegion region(SurfaceId id, std::optional<double> yaw_rad,
-                       const std::vector<PolygonEdges>* edges = nullptr) const;
+  /// contact_region() of the rules' foot on the solid surface.
+  ContactRegion region(SurfaceId id, std::optional<double> yaw_rad) const;
   /// Of that what lies within `reach_m` of `about` along u and v, at a cost that does not depend on the
-  /// surface's size: some ms for 2 m. No frontier margin.
+  /// surface's size: some ms for 2 m.
   ContactRegion region_about(SurfaceId id, const Eigen::Vector3d& about, double reach_m,
                              std::optional<double> yaw_rad) const;
-  /// foothold() on the solid surface, its margin_m at most farthest_margin_m. Some tens of µs, and some
-  /// ms for the first one in a tile of 64 voxels. With `edges`, for a frontier margin, as region().
-  Foothold foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad,
-                    const std::vector<PolygonEdges>* edges = nullptr) const;
-  static constexpr double farthest_margin_m = 0.25;  ///< farther edges are not looked for
+  /// foothold() on the solid surface. Some 10 µs, and some ms for the first one in a square of 64 voxels.
+  Foothold foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) const;
 
  private:
   struct Solids;
   struct Outlines;
-  struct Places;
+  struct Squares;
   struct Climb;
   std::shared_ptr<const planning::GroundTiles> tiles_of(SurfaceId id) const;
   Surface part_of(SurfaceId id, const Eigen::AlignedBox2d& box) const;
+  std::vector<const planning::ContactCells*> cells_in(SurfaceId id, const Eigen::AlignedBox2d& box) const;
 
   std::shared_ptr<const Snapshot> snapshot_;
   OccupancyView octree_;
   GroundRules rules_;
   std::shared_ptr<Solids> solids_;
   std::shared_ptr<Outlines> supported_;
-  std::shared_ptr<Places> places_;
+  std::shared_ptr<Squares> squares_;
   std::shared_ptr<Climb> climb_;
 };
 

@@ -45,7 +45,7 @@ struct GroundPatch {
   std::vector<PatchCell> cell;   ///< what is there
   std::vector<float> slope_rad;  ///< of the surface, NaN without one
   /// m, to the nearest place where the ground ends or a step begins, to half a cell of 5 cm; at most
-  /// GroundView::farthest_margin_m. Only ends within 10 cm of the points' bounding box count. 0 at places
+  /// Foothold::farthest_margin_m. Only ends within 10 cm of the points' bounding box count. 0 at places
   /// that are not supported.
   std::vector<float> edge_m;
 };

@@ -247,7 +247,7 @@ std::shared_ptr<const planning::AskedMap> Mapping::asked(const MapMoment& moment
   const std::lock_guard lock(asking_);
   if (!asked_ || asked_->snapshot != moment.snapshot)
     asked_ = std::make_shared<const planning::AskedMap>("the map", moment.snapshot, moment.snapshot->octree,
-                                                        moment.up, nullptr, asked_.get());
+                                                        moment.up, asked_.get());
   return asked_;
 }
 

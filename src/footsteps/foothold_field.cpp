@@ -64,11 +64,9 @@ Eigen::AlignedBox3d box_of(const std::vector<FootholdField::Ground>& surfaces) {
 
 }  // namespace
 
-FootholdField::FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree,
-                             std::map<SurfaceId, std::vector<PolygonEdges>> edges, const Gait& gait)
+FootholdField::FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Gait& gait)
     : snapshot_(std::move(snapshot)),
       octree_(std::move(octree)),
-      edges_(std::move(edges)),
       gait_(gait),
       R_walk_map_(upright(gait.contact.up)),
       leg_(LegBox::of(gait.sole)),
@@ -79,21 +77,15 @@ FootholdField::FootholdField(std::shared_ptr<const Snapshot> snapshot, Occupancy
       unknown_(octree_, R_walk_map_.toRotationMatrix()),
       patches_(surfaces_.size() * static_cast<std::size_t>(headings())) {}
 
-const std::vector<PolygonEdges>* FootholdField::edges_of(const Surface& surface) const {
-  const auto found = edges_.find(surface.id);
-  return found == edges_.end() ? nullptr : &found->second;
-}
-
 ContactRegion FootholdField::region(const Ground& ground, const ContactShape& shape,
                                     std::optional<double> yaw_rad) const {
   ContactLimits limits = gait_.contact;
   limits.clearance_m = limits.obstacle_margin_m = limits.unknown_to_m = 0;
-  return contact_region(*ground.surface, shape, yaw_rad, limits, nullptr, edges_of(*ground.surface));
+  return contact_region(*ground.surface, shape, yaw_rad, limits);
 }
 
 Foothold FootholdField::hold(const Surface& surface, const Eigen::Vector3d& at, double yaw_rad) const {
-  return foothold(surface, gait_.sole, at, yaw_rad, gait_.contact, &octree_, edges_of(surface),
-                  snapshot_.get());
+  return foothold(surface, gait_.sole, at, yaw_rad, gait_.contact, &octree_, snapshot_.get());
 }
 
 std::optional<ContactRefusal> FootholdField::refused(PlaceId id) {

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -49,8 +48,7 @@ class FootholdField {
     }
   };
 
-  FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree,
-                std::map<SurfaceId, std::vector<PolygonEdges>> edges, const Gait& gait);
+  FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Gait& gait);
 
   static constexpr int headings() { return 16; }  ///< 22.5° each: one a step, with the usual limit of 25°
   static constexpr double step_yaw() { return 2 * std::numbers::pi / headings(); }
@@ -113,11 +111,9 @@ class FootholdField {
   std::int32_t best_of_cell(const PlaceGrid& patch, std::size_t surface, int heading, int x, int y);
   bool obstructed(const Place& place);
   float cost_of(const Place& place) const;
-  const std::vector<PolygonEdges>* edges_of(const Surface& surface) const;
 
   std::shared_ptr<const Snapshot> snapshot_;
   OccupancyView octree_;
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges_;
   const Gait gait_;
   Eigen::Quaterniond R_walk_map_;
   LegBox leg_;

@@ -39,10 +39,9 @@ struct FootstepPlanner::Impl {
   std::unique_ptr<StepGraph> graph;
   double told_ms = 0;  ///< of preparation, reported in plans so far
 
-  Impl(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Robot& robot,
-       std::map<SurfaceId, std::vector<PolygonEdges>> edges)
+  Impl(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Robot& robot)
       : gait(valid_gait(robot)),
-        field(std::move(snapshot), std::move(octree), std::move(edges), gait),
+        field(std::move(snapshot), std::move(octree), gait),
         guide(field, gait),
         graph(std::visit([&](const auto& kind) { return graph_of(kind, gait, field, guide); }, robot)) {}
 
@@ -118,9 +117,8 @@ struct FootstepPlanner::Impl {
   }
 };
 
-FootstepPlanner::FootstepPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, Robot robot,
-                                 std::map<SurfaceId, std::vector<PolygonEdges>> edges)
-    : impl_(std::make_unique<Impl>(std::move(snapshot), std::move(octree), robot, std::move(edges))) {}
+FootstepPlanner::FootstepPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, Robot robot)
+    : impl_(std::make_unique<Impl>(std::move(snapshot), std::move(octree), robot)) {}
 
 FootstepPlanner::FootstepPlanner(FootstepPlanner&&) noexcept = default;
 FootstepPlanner& FootstepPlanner::operator=(FootstepPlanner&&) noexcept = default;

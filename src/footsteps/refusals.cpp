@@ -33,7 +33,6 @@ constexpr std::array<const char*, contact_refusal_names.size()> contact_reasons{
     "the surface is not known well enough",
     "a part of the sole would have no ground under it",
     "it is too near to an edge",
-    "it is too near to an edge of unknown space",
     "something stands too near to it",
     "something is over it",
     "the space over it is unknown"};

@@ -35,7 +35,6 @@ struct Judge {
   const Snapshot& snapshot;
   const OccupancyView& octree;
   const footsteps::Gait gait;
-  const std::map<SurfaceId, std::vector<PolygonEdges>>& edges;
   Eigen::Matrix3d R_walk_map = Eigen::Matrix3d::Identity();
   std::vector<std::string> wrong{};
   std::string where{};
@@ -54,10 +53,8 @@ struct Judge {
   void stands(const Footstep& step) {
     const Surface* surface = snapshot.find(step.surface);
     if (surface == nullptr) return say("its surface is not there");
-    const auto labels = edges.find(step.surface);
-    const Foothold hold =
-        foothold(*surface, gait.sole, step.T_map_foot.translation(), step.yaw_rad, gait.contact, &octree,
-                 labels == edges.end() ? nullptr : &labels->second, &snapshot);
+    const Foothold hold = foothold(*surface, gait.sole, step.T_map_foot.translation(), step.yaw_rad,
+                                   gait.contact, &octree, &snapshot);
     if (!hold.accepted) say("the foothold is refused: " + std::string(contact_refusal_name(*hold.refused)));
     if (!hold.T_map_contact.isApprox(step.T_map_foot, 1e-6)) say("the foot is not on its plane");
   }
@@ -291,11 +288,10 @@ void judge(const FootstepPlan& plan, const Quadruped& robot, Judge& judge) {
 }  // namespace
 
 std::vector<std::string> verify_plan(const FootstepPlan& plan, const Snapshot& snapshot,
-                                     const OccupancyView& octree, const Robot& robot,
-                                     const std::map<SurfaceId, std::vector<PolygonEdges>>& edges) {
+                                     const OccupancyView& octree, const Robot& robot) {
   return std::visit(
       [&](const auto& kind) {
-        Judge verdict{snapshot, octree, footsteps::gait_of(kind), edges};
+        Judge verdict{snapshot, octree, footsteps::gait_of(kind)};
         verdict.R_walk_map = upright(kind.contact.up).toRotationMatrix();
         if (plan.found()) judge(plan, kind, verdict);
         return verdict.wrong;

@@ -23,6 +23,14 @@ class CellRuns {
 
   /// Marks the cells inside in a raster of the same edge; `filled`: those in holes, too.
   void mark(const CellRaster& raster, bool filled, Mask& mask) const;
+  /// Calls `visit(row, from, to)` for the runs of cells inside.
+  template <class Visit>
+  void for_each_run(const Visit& visit) const {
+    for (std::int64_t row = first_row_; row < first_row_ + rows(); ++row) {
+      const Turns turns = turns_of(row, inside_);
+      for (std::size_t i = 0; i + 1 < turns.size(); i += 2) visit(row, turns[i], turns[i + 1]);
+    }
+  }
   /// Calls `visit(row, from, to)` for runs of cells that only one of both has, with holes or without.
   template <class Visit>
   void for_each_difference(const CellRuns& other, const Visit& visit) const {

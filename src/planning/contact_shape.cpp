@@ -45,17 +45,6 @@ void require_shape(const ContactShape& shape) {
           "is not convex and counter-clockwise", "give its hull, three vertices or more");
 }
 
-void require_edges(const Surface& surface, const std::vector<PolygonEdges>& edges) {
-  bool fit = edges.size() == surface.polygons.size();
-  for (std::size_t i = 0; i < edges.size() && fit; ++i) {
-    const Polygon& polygon = surface.polygons[i];
-    fit = edges[i].outer.size() == polygon.outer.size() && edges[i].holes.size() == polygon.holes.size();
-    for (std::size_t h = 0; h < polygon.holes.size() && fit; ++h)
-      fit = edges[i].holes[h].size() == polygon.holes[h].size();
-  }
-  require(fit, "edges", "are not this surface's", "give what label_edges() says of it");
-}
-
 }  // namespace
 
 Ring2 planning::around_disc(double radius) {
@@ -89,12 +78,26 @@ Ring2 planning::convex_hull(Ring2 points) {
   return hull;
 }
 
+// The edges of both in the order of their directions, from the lowest corner on.
 Ring2 planning::minkowski_sum(const Ring2& a, const Ring2& b) {
-  Ring2 sums;
-  sums.reserve(a.size() * b.size());
-  for (const Eigen::Vector2d& p : a)
-    for (const Eigen::Vector2d& q : b) sums.push_back(p + q);
-  return planning::convex_hull(std::move(sums));
+  const auto lowest = [](const Ring2& ring) {
+    const auto is_lower = [](const auto& p, const auto& q) {
+      return p.y() != q.y() ? p.y() < q.y() : p.x() < q.x();
+    };
+    return static_cast<std::size_t>(std::min_element(ring.begin(), ring.end(), is_lower) - ring.begin());
+  };
+  const std::size_t first_a = lowest(a), first_b = lowest(b), n = a.size(), m = b.size();
+  Ring2 sum;
+  for (std::size_t i = 0, k = 0; i < n || k < m;) {
+    const Eigen::Vector2d &p = a[(first_a + i) % n], &q = b[(first_b + k) % m];
+    sum.push_back(p + q);
+    const double turn = i == n   ? -1
+                        : k == m ? 1
+                                 : cross(a[(first_a + i + 1) % n] - p, b[(first_b + k + 1) % m] - q);
+    i += turn >= 0;
+    k += turn <= 0;
+  }
+  return sum;
 }
 
 Ring2 planning::mirrored(Ring2 ring) {
@@ -151,16 +154,14 @@ planning::Sole planning::sole_of(const ContactShape& shape, const Surface& surfa
   return sole;
 }
 
-void planning::require_sensible(const Surface& surface, const ContactShape& shape,
-                                std::optional<double> yaw_rad, const ContactLimits& limits,
-                                const OccupancyView* octree, const std::vector<PolygonEdges>* edges) {
+void planning::require_sensible(const ContactShape& shape, std::optional<double> yaw_rad,
+                                const ContactLimits& limits, const OccupancyView* octree) {
   require_shape(shape);
   require(!yaw_rad || std::isfinite(*yaw_rad), "yaw", "is not finite", "");
   geometry::require_direction(limits.up, "up");
   require(limits.max_slope_rad >= 0, "max_slope", "is not an angle", "must be at least 0");
   require_length(limits.min_area_m2, "min_area");
   require_length(limits.edge_margin_m, "edge_margin");
-  require_length(limits.frontier_margin_m, "frontier_margin");
   require_length(limits.obstacle_margin_m, "obstacle_margin");
   require_length(limits.obstacle_from_m, "obstacle_from");
   require_length(limits.clearance_m, "clearance");
@@ -174,9 +175,6 @@ void planning::require_sensible(const Surface& surface, const ContactShape& shap
           "give the map's occupancy view");
   require(octree != nullptr || limits.unknown_to_m == 0, "unknown_to", "cannot be checked without an octree",
           "give the map's occupancy view");
-  require(limits.frontier_margin_m == 0 || edges != nullptr, "frontier_margin",
-          "cannot be kept without edge kinds", "give what label_edges() says of the surface");
-  if (limits.frontier_margin_m > 0) require_edges(surface, *edges);
 }
 
 std::vector<ContactRefusal> planning::refusals_of(const Surface& surface, const ContactLimits& limits) {

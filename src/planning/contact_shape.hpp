@@ -48,9 +48,8 @@ Sole sole_of(const ContactShape& shape, const Surface& surface, std::optional<do
              const Eigen::Vector3d& up);
 
 /// Throws Error(usage) for an invalid shape, heading or limits, or missing inputs.
-void require_sensible(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
-                      const ContactLimits& limits, const OccupancyView* octree,
-                      const std::vector<PolygonEdges>* edges);
+void require_sensible(const ContactShape& shape, std::optional<double> yaw_rad, const ContactLimits& limits,
+                      const OccupancyView* octree);
 
 /// The limits that reject the whole surface, for any position: slope, size, roughness, uncertainty, in this
 /// order.

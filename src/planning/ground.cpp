@@ -1,5 +1,6 @@
 #include "geometry/voxel_grid.hpp"
 #include "planning/blocked_polygon.hpp"
+#include "planning/contact_cells.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
 #include "planning/ground_tiles.hpp"
@@ -42,7 +43,7 @@ const SurfacePtr& mapped_surface(const Snapshot& snapshot, SurfaceId id) {
 }  // namespace
 
 struct GroundView::Solids : planning::MadeOnce<SurfaceId, std::shared_ptr<const planning::GroundTiles>> {};
-struct GroundView::Places : planning::MadeOnce<std::tuple<SurfaceId, double, double>, Surface> {};
+struct GroundView::Squares : planning::MadeOnce<std::tuple<SurfaceId, int, int>, planning::ContactCells> {};
 /// Stairs, and the level surfaces that they were found on.
 struct GroundView::Climb {
   struct Found {
@@ -71,7 +72,7 @@ GroundView::GroundView(std::shared_ptr<const Snapshot> snapshot, OccupancyView o
       rules_(rules),
       solids_(std::make_shared<Solids>()),
       supported_(std::make_shared<Outlines>()),
-      places_(std::make_shared<Places>()),
+      squares_(std::make_shared<Squares>()),
       climb_(std::make_shared<Climb>()) {
   if (octree_.resolution() <= 0)
     throw Error(Error::Kind::usage, "ground", "cannot be known without an octree", "give the map's");
@@ -131,14 +132,13 @@ SurfacePtr GroundView::supported(SurfaceId id) const {
     const SurfacePtr ground = solid(id);
     const Surface& surface = *ground;
     ContactLimits limits = rules_.limits;
-    limits.frontier_margin_m = 0;  // needs label_edges(), which needs the map
     if (slope_rad(surface, limits.up) > limits.max_slope_rad)
       limits.clearance_m = limits.obstacle_margin_m = limits.unknown_to_m = 0;
     limits.max_slope_rad = std::numbers::pi;
     constexpr double point = 1e-6;  // m, a disc's radius
-    return planning::with_outline(surface, contact_region(surface, ContactShape::disc(point), {}, limits,
-                                                          &octree_, nullptr, snapshot_.get())
-                                               .polygons);
+    return planning::with_outline(
+        surface,
+        contact_region(surface, ContactShape::disc(point), {}, limits, &octree_, snapshot_.get()).polygons);
   });
 }
 
@@ -183,9 +183,8 @@ const Stairs& GroundView::stairs() const {
   return climb_->now->stairs;
 }
 
-ContactRegion GroundView::region(SurfaceId id, std::optional<double> yaw_rad,
-                                 const std::vector<PolygonEdges>* edges) const {
-  return contact_region(*solid(id), rules_.foot, yaw_rad, rules_.limits, &octree_, edges, snapshot_.get());
+ContactRegion GroundView::region(SurfaceId id, std::optional<double> yaw_rad) const {
+  return contact_region(*solid(id), rules_.foot, yaw_rad, rules_.limits, &octree_, snapshot_.get());
 }
 
 /// With the outline of its ground in a box.
@@ -212,37 +211,54 @@ ContactRegion GroundView::region_about(SurfaceId id, const Eigen::Vector3d& abou
     throw Error(Error::Kind::usage, "region_about", "the place or its reach is not a number or not positive");
   const Surface& mapped = tiles_of(id)->surface();
   ContactLimits limits = rules_.limits;
-  limits.frontier_margin_m = 0;
   const Eigen::Vector2d at = (mapped.T_map_surface.inverse() * about).head<2>(),
                         reach = Eigen::Vector2d::Constant(reach_m);
   const Eigen::AlignedBox2d window(at - reach, at + reach);
-  const Eigen::Vector2d beside =
-      Eigen::Vector2d::Constant(1.01 * (rules_.foot.reach() + limits.edge_margin_m));
-  ContactRegion region = contact_region(part_of(id, {window.min() - beside, window.max() + beside}),
-                                        rules_.foot, yaw_rad, limits, &octree_, nullptr, snapshot_.get());
+  // Beyond lies what counts as outside, by the contact's reach and some cells.
+  const Eigen::Vector2d beside = Eigen::Vector2d::Constant(
+      rules_.foot.reach() + std::max(limits.edge_margin_m, limits.obstacle_margin_m) +
+      2 * octree_.resolution());
+  const Eigen::AlignedBox2d wide(window.min() - beside, window.max() + beside);
+  planning::ContactCells cells(wide, planning::BitRaster::edge_for({}, octree_.resolution()));
+  for (const planning::ContactCells* square : cells_in(id, wide)) {
+    cells.outside.add(square->outside);
+    cells.obstacles.add(square->obstacles);
+    cells.unknown.add(square->unknown);
+  }
+  ContactRegion region = planning::region_on(cells, mapped, rules_.foot, yaw_rad, limits);
   region.polygons = planning::reshaped(planning::clipped(region.polygons, window), {}, {});
   region.area_m2 = planning::area_of(region.polygons);
   return region;
 }
 
-Foothold GroundView::foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad,
-                              const std::vector<PolygonEdges>* edges) const {
-  if (edges != nullptr || rules_.limits.frontier_margin_m > 0 || !at.allFinite())
-    return octosurf::foothold(*solid(id), rules_.foot, at, yaw_rad, rules_.limits, &octree_, edges,
-                              snapshot_.get());
-  // The ground about squares as large as a foot's surroundings.
-  const double around = rules_.foot.reach() + std::max(rules_.limits.edge_margin_m, farthest_margin_m);
-  const double edge = std::max(around, 32 * octree_.resolution());
-  const Eigen::Vector2d uv = (tiles_of(id)->surface().T_map_surface.inverse() * at).head<2>(),
-                        square = (uv / edge).array().floor();
-  const Surface& part = places_->get({id, square.x(), square.y()}, [&] {
-    const Eigen::Vector2d low = edge * square, beside = Eigen::Vector2d::Constant(1.01 * around);
-    return part_of(id, {low - beside, low + Eigen::Vector2d::Constant(edge) + beside});
-  });
-  Foothold result =
-      octosurf::foothold(part, rules_.foot, at, yaw_rad, rules_.limits, &octree_, nullptr, snapshot_.get());
-  result.margin_m = std::min(result.margin_m, farthest_margin_m);
-  return result;
+/// The squares of 64 voxels that meet a box.
+std::vector<const planning::ContactCells*> GroundView::cells_in(SurfaceId id,
+                                                                const Eigen::AlignedBox2d& box) const {
+  const double d = octree_.resolution(), edge = 64 * d;
+  const Eigen::Array2i low = (box.min() / edge).array().floor().cast<int>(),
+                       high = (box.max() / edge).array().floor().cast<int>();
+  std::vector<const planning::ContactCells*> all;
+  for (int y = low.y(); y <= high.y(); ++y)
+    for (int x = low.x(); x <= high.x(); ++x)
+      all.push_back(&squares_->get({id, x, y}, [&] {
+        const Eigen::Vector2d corner = edge * Eigen::Vector2d(x, y), beside = Eigen::Vector2d::Constant(d);
+        const Eigen::AlignedBox2d square(corner, corner.array() + edge);
+        return planning::ContactCells(part_of(id, {square.min() - beside, square.max() + beside}), square,
+                                      square, rules_.limits, &octree_, snapshot_.get());
+      }));
+  return all;
+}
+
+Foothold GroundView::foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) const {
+  if (!at.allFinite()) throw Error(Error::Kind::usage, "foothold", "the point is not finite");
+  const Surface& surface = tiles_of(id)->surface();
+  planning::require_sensible(rules_.foot, yaw_rad, rules_.limits, &octree_);
+  const double margin =
+      std::max({Foothold::farthest_margin_m, rules_.limits.edge_margin_m, rules_.limits.obstacle_margin_m});
+  const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * at).head<2>(),
+                        reach = Eigen::Vector2d::Constant(1.01 * (rules_.foot.reach() + margin));
+  return planning::foothold_on(cells_in(id, {uv - reach, uv + reach}), surface, rules_.foot, at, yaw_rad,
+                               rules_.limits);
 }
 
 }  // namespace octosurf

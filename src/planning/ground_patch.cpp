@@ -77,7 +77,7 @@ std::vector<float> distances_to_ends(const GroundReadings& readings, const std::
     });
     return end;
   };
-  std::vector<float> distances(cells.size(), static_cast<float>(GroundView::farthest_margin_m));
+  std::vector<float> distances(cells.size(), static_cast<float>(Foothold::farthest_margin_m));
   std::deque<std::pair<std::size_t, std::size_t>> next;  // a cell, and the end nearest to it
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     const bool supported = cells[cell].look.cell == PatchCell::supported;

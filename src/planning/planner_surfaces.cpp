@@ -17,7 +17,7 @@ std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const Pla
   std::vector<PlannerSurface> surfaces;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     ContactRegion region =
-        contact_region(*surface, contact.shape, contact.yaw_rad, contact.limits, octree, nullptr, &snapshot);
+        contact_region(*surface, contact.shape, contact.yaw_rad, contact.limits, octree, &snapshot);
     PlannerSurface one{surface->id, surface->T_map_surface, surface->polygons, {}, {}};
     one.pieces = convex_pieces(*surface, region.polygons, contact.pieces);
     one.insets = std::move(region.polygons);

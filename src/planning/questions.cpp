@@ -50,22 +50,14 @@ void ask_ground(const AskedMap& map, const PlaceQuestion& question, PlaceAnswer&
       ground_at(ground_about(map.bare_ground(), surface, at, 2 * surface.resolution), map.octree, uv);
 }
 
-/// Takes some ms, and is needed for a frontier margin only.
-std::optional<std::vector<PolygonEdges>> asked_edges(const AskedMap& map, const GroundView& ground,
-                                                     SurfaceId id) {
-  if (ground.rules().limits.frontier_margin_m <= 0) return {};
-  return map.edges_of(*ground.solid(id));
-}
-
 }  // namespace
 
 AskedMap::AskedMap(std::string of, std::shared_ptr<const Snapshot> now, OccupancyView view,
-                   const Eigen::Vector3d& upward, EdgeKinds label, const AskedMap* previous)
+                   const Eigen::Vector3d& upward, const AskedMap* previous)
     : name(std::move(of)),
       snapshot(std::move(now)),
       octree(std::move(view)),
       up(upward),
-      edges_of(std::move(label)),
       index(snapshot, previous != nullptr ? &previous->index : nullptr) {
   if (previous == nullptr || octree.resolution() <= 0) return;
   const std::lock_guard lock(previous->mutex_);
@@ -162,7 +154,6 @@ GroundRules rules_of(const ContactQuestion& question, const Eigen::Vector3d& up,
   limits.up = up;
   limits.max_slope_rad = question.max_slope_rad.value_or(limits.max_slope_rad);
   limits.edge_margin_m = question.edge_margin_m.value_or(limits.edge_margin_m);
-  limits.frontier_margin_m = question.frontier_margin_m.value_or(limits.frontier_margin_m);
   limits.clearance_m = question.clearance_m.value_or(limits.clearance_m);
   if (question.unknown_is_free || limits.clearance_m <= 0) limits.unknown_to_m = 0;
   limits.obstacle_margin_m =
@@ -175,16 +166,12 @@ FoundRegion find_region(const AskedMap& map, const ContactQuestion& question) {
   const SurfaceId id = map.surface(question.surface).id;
   FoundRegion found;
   if (question.at) {
-    if (ground.rules().limits.frontier_margin_m > 0)
-      throw Error(Error::Kind::usage, "--frontier-margin", "is not known about a place",
-                  "ask for the whole surface");
     // Not its outline, but the same frame.
     found.surface = std::shared_ptr<const Surface>(map.snapshot, &map.surface(id));
     found.region = ground.region_about(id, *question.at, question.reach_m, question.yaw_rad);
   } else {
-    const auto edges = asked_edges(map, ground, id);
     found.surface = ground.solid(id);
-    found.region = ground.region(id, question.yaw_rad, edges ? &*edges : nullptr);
+    found.region = ground.region(id, question.yaw_rad);
   }
   found.pieces = convex_pieces(*found.surface, found.region.polygons, question.pieces);
   return found;
@@ -195,9 +182,8 @@ FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question
   const Eigen::Vector3d& at = question.at.value();
   const auto nearest = map.index.nearest(at);
   if (!nearest) throw Error(Error::Kind::data, map.name, "has no surfaces", "map more scans first");
-  const auto edges = asked_edges(map, ground, nearest->id);
   FoundFoothold found;
-  found.foothold = ground.foothold(nearest->id, at, question.yaw_rad.value_or(0), edges ? &*edges : nullptr);
+  found.foothold = ground.foothold(nearest->id, at, question.yaw_rad.value_or(0));
   if (found.foothold.accepted) {
     found.ground[static_cast<std::size_t>(Ground::supported)] = 1;
     return found;

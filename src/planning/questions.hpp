@@ -31,18 +31,15 @@ namespace octosurf::planning {
 /// A map at one moment, for queries from any thread.
 class AskedMap {
  public:
-  using EdgeKinds = std::function<std::vector<PolygonEdges>(const Surface&)>;  ///< label_edges()
-
   /// `name`: for errors. `octree`: of the same scan as the snapshot; may be empty where nobody asks for
   /// ground. `previous`: the same map earlier, of which what did not change since is kept.
   AskedMap(std::string name, std::shared_ptr<const Snapshot> snapshot, OccupancyView octree,
-           const Eigen::Vector3d& up, EdgeKinds edges_of = {}, const AskedMap* previous = nullptr);
+           const Eigen::Vector3d& up, const AskedMap* previous = nullptr);
 
   const std::string name;
   const std::shared_ptr<const Snapshot> snapshot;
   const OccupancyView octree;
   const Eigen::Vector3d up;
-  const EdgeKinds edges_of;
   const SurfaceIndex index;
 
   /// Ground by these rules. What does not depend on margins and limits is made once for all questions.
@@ -85,7 +82,7 @@ struct ContactQuestion {
   Robot robot = Biped{};
   std::optional<ContactShape> foot;
   std::optional<double> yaw_rad, max_slope_rad;  ///< no heading: any
-  std::optional<double> edge_margin_m, frontier_margin_m, obstacle_margin_m, clearance_m;
+  std::optional<double> edge_margin_m, obstacle_margin_m, clearance_m;
   double unseen_share = 0.25;         ///< of the foot's narrower side: the widest unseen gap that it may span
   bool as_mapped = false;             ///< outlines of readings, without margins or clearance
   bool unknown_is_free = false;       ///< space over the foot may be unknown

@@ -61,8 +61,7 @@ TEST_F(Queries, OfFootholds) {
           {"--foothold 0.2 5 0 0 --foot 0.22x0.11",
            {{"refused", "support"}, {"supported", 0.0}, {"ground/unseen", 1.0}}},
           {"--foothold 0.2 0 0 0 --foot 0.05 --edge-margin 2", {{"refused", "margin"}}},
-          {"--foothold 0.2 0 0 0 --clearance 0.5", {{"accepted", true}}},
-          {"--foothold 0.2 0 0 0 --frontier-margin 2", {{"refused", "frontier"}}}});
+          {"--foothold 0.2 0 0 0 --clearance 0.5", {{"accepted", true}}}});
   EXPECT_THAT(run_well("query m --foothold 0.2 5 0 0").out, says("\nrefused              support\n"));
 }
 

@@ -70,7 +70,7 @@ class Answers(Served):
 
     def test_footholds_and_regions(self):
         limits = {"foot": "0.2x0.1", "edge_margin_m": 0.01, "clearance_m": 0.2, "obstacle_margin_m": 0.02,
-                  "frontier_margin_m": 0.05, "max_slope_deg": 30}
+                  "max_slope_deg": 30}
         self.assertEqual(self.answer("/api/query/foothold", point=self.at, yaw_deg=30, **limits),
                          query("--foothold", *self.at, 30, *in_words(limits)))
         region = self.answer("/api/regions", surface=self.floor["id"], yaw_deg=30, pieces=5, **limits)

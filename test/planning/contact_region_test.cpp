@@ -1,7 +1,7 @@
 // Contact regions against what exact arithmetic, and the eye, says of small surfaces.
 #include "geometry/ring_check.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "planning/contact_obstacles.hpp"
+#include "planning/blocked_polygon.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/exact_region.hpp"
 #include "shapes.hpp"
@@ -24,8 +24,9 @@ using namespace shapes;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// Area along a metre of outline that rounding inward to the grid may cost: a few µm.
-constexpr double grid_loss = 1e-5;
+// m: cells, and the area along a metre of outline that they may cost: one where the edge is, one where the
+// contact's middle is, and less than one where rings are simplified.
+constexpr double cell = 0.02 / 4, grid_loss = 3 * cell;
 
 double perimeter(const std::vector<Polygon>& polygons) {
   double sum = 0;
@@ -46,13 +47,13 @@ Ring2 turned(const Ring2& outline, double yaw) {
   return result;
 }
 
-// Guarantees 1 and 2 of the header: not a point too many, and none too few but for the grid.
+// Guarantees 1 and 2 of the header: not a point too many, and none too few but for the cells.
 void expect_exact(const Surface& on, const ContactShape& shape, double yaw) {
   const ContactRegion region = contact_region(on, shape, yaw);
   const test::ExactRegion exact(on.polygons, turned(shape.outline, yaw));
   EXPECT_TRUE(exact.covers(region.polygons));
   EXPECT_LE(region.area_m2, exact.area());
-  EXPECT_NEAR(region.area_m2, exact.area(), grid_loss * (perimeter(region.polygons) + 0.1));
+  EXPECT_GT(region.area_m2, exact.area() - grid_loss * (perimeter(region.polygons) + 0.5));
   EXPECT_NEAR(region.area_m2, test::area(region.polygons), 1e-12);
   EXPECT_FALSE(geometry::fault_of(region.polygons));
   EXPECT_EQ(region.polygons.empty(), !region.refused.empty());
@@ -94,7 +95,7 @@ TEST(ContactRegion, OfAllHeadingsIsThatOfTheDiscAround) {
   const ContactRegion any = contact_region(on, sole, {});
   EXPECT_FALSE(any.yaw_rad);
   EXPECT_LT(any.area_m2, 0.8 * 0.8);
-  EXPECT_GT(any.area_m2, 0.8 * 0.8 - 4 * 0.8 * 0.005 * 0.1);  // the 0.5 % of contact.hpp
+  EXPECT_GT(any.area_m2, 0.8 * 0.8 - 4 * 0.8 * (0.005 * 0.1 + grid_loss));  // and the 0.5 % of contact.hpp
   const ContactRegion disc = contact_region(on, ContactShape::disc(0.1), 0.3);
   EXPECT_NEAR(disc.area_m2, any.area_m2, 4 * 0.8 * 0.005 * 0.1);  // turned, and so is the polygon around it
 }
@@ -143,11 +144,11 @@ TEST(ContactRegion, WhereEverythingCoincides) {
   }
 }
 
-// A gap that the contact fits exactly has no inside; a grid's width more has.
+// A gap that the contact fits exactly has no inside; one that is some cells wider has.
 TEST(ContactRegion, WhereTheContactJustFits) {
   const ContactShape sole = ContactShape::rectangle(0.2, 0.1);
   EXPECT_TRUE(contact_region(surface(1, {{box(0, 0, 1, 0.1), {}}}), sole, 0.0).polygons.empty());
-  EXPECT_FALSE(contact_region(surface(1, {{box(0, 0, 1, 0.1001), {}}}), sole, 0.0).polygons.empty());
+  EXPECT_FALSE(contact_region(surface(1, {{box(0, 0, 1, 0.1 + 4 * cell), {}}}), sole, 0.0).polygons.empty());
 }
 
 // Ring for ring what a ring inside a contact's outline says: nothing fits on an island smaller than the
@@ -225,26 +226,11 @@ TEST(ContactLimits, MarginsAreKeptAllRound) {
   ContactLimits limits;
   limits.edge_margin_m = 0.05;
   const ContactRegion region = contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.0, limits);
-  EXPECT_NEAR(region.area_m2, 0.7 * 0.8, 4 * 0.005 * 0.05);
+  EXPECT_NEAR(region.area_m2, 0.7 * 0.8, 3 * grid_loss);
   EXPECT_LT(region.area_m2, 0.7 * 0.8);
   limits.edge_margin_m = 0.46;
   EXPECT_THAT(contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.0, limits).refused,
               ElementsAre(ContactRefusal::margin));
-}
-
-TEST(ContactLimits, FrontierEdgesHaveTheirOwnMargin) {
-  const Surface on = surface(1, {{box(0, 0, 1, 1), {reversed(box(0.5, 0.5, 0.02, 0.02))}}});
-  std::vector<PolygonEdges> edges(1);
-  edges[0].outer = {EdgeKind::real, EdgeKind::frontier, EdgeKind::occluded, EdgeKind::real};
-  edges[0].holes = {std::vector<EdgeKind>(4, EdgeKind::sensor_limit)};
-  ContactLimits limits;
-  limits.frontier_margin_m = 0.1;
-  const ContactShape sole = ContactShape::rectangle(0.1, 0.1);
-  const ContactRegion region = contact_region(on, sole, 0.0, limits, nullptr, &edges);
-  EXPECT_NEAR(region.area_m2, 0.8 * 0.9 - 0.12 * 0.12, 0.002);
-  edges[0].outer.pop_back();
-  EXPECT_THROW(contact_region(on, sole, 0.0, limits, nullptr, &edges), Error);
-  EXPECT_THROW(contact_region(on, sole, 0.0, limits), Error);
 }
 
 /// A map of voxels about these points, seen from far above.
@@ -271,14 +257,14 @@ TEST(ContactLimits, ObstaclesAndWhatHangsOverAreKeptClearOf) {
   limits.clearance_m =
       0.4;  // the one at 0.31 m only: the lowest lies on the surface, the highest over all this
   const ContactRegion clear = contact_region(on, sole, 0.0, limits, &octree);
-  EXPECT_NEAR(clear.area_m2, 0.8 * 0.9 - 0.22 * 0.12, 20 * grid_loss);
+  EXPECT_NEAR(clear.area_m2, 0.8 * 0.9 - 0.22 * 0.12, 4 * grid_loss);
   limits.obstacle_margin_m = 0.1;
   const ContactRegion apart = contact_region(on, sole, 0.0, limits, &octree);
-  EXPECT_NEAR(apart.area_m2, 0.8 * 0.9 - (0.22 * 0.12 + 2 * 0.1 * (0.22 + 0.12) + pi * 0.01), 0.001);
+  EXPECT_NEAR(apart.area_m2, 0.8 * 0.9 - (0.22 * 0.12 + 2 * 0.1 * (0.22 + 0.12) + pi * 0.01), 5 * grid_loss);
   EXPECT_LT(apart.area_m2, 0.8 * 0.9 - (0.22 * 0.12 + 2 * 0.1 * (0.22 + 0.12) + pi * 0.01));
   limits.obstacle_margin_m = 0;
   limits.obstacle_from_m = 0.33;
-  EXPECT_NEAR(contact_region(on, sole, 0.0, limits, &octree).area_m2, 0.8 * 0.9, 20 * grid_loss);
+  EXPECT_NEAR(contact_region(on, sole, 0.0, limits, &octree).area_m2, 0.8 * 0.9, 4 * grid_loss);
   EXPECT_THROW(contact_region(on, sole, 0.0, limits), Error);
 }
 
@@ -290,7 +276,9 @@ TEST(ContactLimits, ObstaclesBesideTheSurfaceKeepItsContactsOff) {
   limits.clearance_m = 0.4;
   limits.obstacle_margin_m = 0.1;
   const ContactRegion apart = contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.0, limits, &octree);
-  EXPECT_LT(apart.area_m2, 0.8 * 0.9 - 0.05 * 0.2);
+  limits.obstacle_margin_m = 0;
+  const ContactRegion without = contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.0, limits, &octree);
+  EXPECT_LT(apart.area_m2, without.area_m2 - 0.05 * 0.2);
 }
 
 TEST(ContactLimits, WhatLeavesNothingIsNamed) {
@@ -311,42 +299,17 @@ TEST(ContactLimits, WhatLeavesNothingIsNamed) {
               ElementsAre(ContactRefusal::margin, ContactRefusal::obstacle, ContactRefusal::clearance));
 }
 
-// Of every voxel alone, by its eight corners.
-TEST(ContactObstacles, ProjectTogetherAsEachAlone) {
-  std::mt19937_64 random(test::seed());
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  constexpr double d = 0.05;
-  for (int round = 0; round < 5; ++round) {
-    const Surface on =
-        surface(1, {}, pose({uniform(random), uniform(random), uniform(random)}, 0.9, {1, 2, 3}));
-    std::vector<Eigen::Vector3d> centres;
-    for (int i = 0; i < 300; ++i)
-      centres.emplace_back(d * (std::floor(6 * uniform(random)) + 0.5),
-                           d * (std::floor(6 * uniform(random)) + 0.5),
-                           d * (std::floor(2 * uniform(random)) + 0.5));
-    const std::vector<Ring2> together = projected(on, centres, d);
-    EXPECT_LT(together.size(), centres.size());
-    const auto in = [](const std::vector<Ring2>& rings, const Eigen::Vector2d& p) {
-      return std::any_of(rings.begin(), rings.end(), [&p](const Ring2& ring) {
-        return inside({ring, {}}, p);
-      });
-    };
-    std::vector<Ring2> each;
-    for (const Eigen::Vector3d& centre : centres) {
-      Ring2 corners;
-      for (int corner = 0; corner < 8; ++corner)
-        corners.push_back(
-            to_uv(on, centre + d / 2 *
-                                   Eigen::Vector3d((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1,
-                                                   (corner & 4) != 0 ? 1 : -1)));
-      each.push_back(convex_hull(corners));
-    }
-    const Eigen::Vector2d middle = to_uv(on, {0, 0, 0});
-    for (int i = 0; i < 300; ++i) {
-      const Eigen::Vector2d p = middle + 0.5 * Eigen::Vector2d(uniform(random), uniform(random));
-      EXPECT_EQ(in(together, p), in(each, p));
-    }
-  }
+// fixed: holes that touch at a corner were one ring that came there twice, which readers of outlines refuse.
+TEST(Reshaped, WhatTouchesAtACornerIsRingsOfItsOwn) {
+  const Ring2 a = box(1, 1, 1, 1), b = box(2, 2, 1, 1), c = box(3, 1, 1, 1), at_rim = box(0, 2, 1, 2),
+              beyond = box(4, 4, 1, 1);
+  const Polygon square{box(0, 0, 4, 4), {}};
+  const std::vector<Ring2> added{beyond}, removed{a, b, c, at_rim};
+  const std::vector<Polygon> found = reshaped({&square, 1}, added, removed);
+  EXPECT_FALSE(geometry::fault_of(found));
+  double sum = 0;
+  for (const Polygon& polygon : found) sum += area(polygon);
+  EXPECT_NEAR(sum, 16 + 1 - 5, 1e-9);
 }
 
 TEST(ContactRegion, RefusesWhatMakesNoSense) {
@@ -367,8 +330,8 @@ TEST(ContactRegion, RefusesWhatMakesNoSense) {
   EXPECT_THROW(with({{0, 0}, {infinity, 0}, {0, 1}}), Error);
   EXPECT_THROW(contact_region(on, ContactShape::disc(0.1), nan), Error);
   for (double ContactLimits::*field :
-       {&ContactLimits::edge_margin_m, &ContactLimits::frontier_margin_m, &ContactLimits::obstacle_margin_m,
-        &ContactLimits::obstacle_from_m, &ContactLimits::clearance_m, &ContactLimits::min_area_m2}) {
+       {&ContactLimits::edge_margin_m, &ContactLimits::obstacle_margin_m, &ContactLimits::obstacle_from_m,
+        &ContactLimits::clearance_m, &ContactLimits::min_area_m2}) {
     ContactLimits limits;
     limits.*field = -0.1;
     EXPECT_THROW(contact_region(on, ContactShape::disc(0.1), {}, limits), Error);

@@ -32,16 +32,15 @@ struct Asked {
   double yaw = 0;
   ContactLimits limits{};
   const OccupancyView* octree = nullptr;
-  const std::vector<PolygonEdges>* edges = nullptr;
 
   Foothold at(const Eigen::Vector2d& uv, double height = 0) const {
     const Eigen::Vector3d point = on.to_map(uv) + height * on.plane.normal;
-    return foothold(on, shape, point, yaw, limits, octree, edges);
+    return foothold(on, shape, point, yaw, limits, octree);
   }
-  ContactRegion region() const { return contact_region(on, shape, yaw, limits, octree, edges); }
+  ContactRegion region() const { return contact_region(on, shape, yaw, limits, octree); }
 };
 
-// Accepted where the reference point lies in the region, and only there, but for the grid on its outline.
+// Accepted where the reference point lies in the region, and only there, but for the cells on its outline.
 void expect_agree(const Asked& asked, std::mt19937_64& random, int points) {
   std::uniform_real_distribution<double> uniform(-2, 2);
   const ContactRegion region = asked.region();
@@ -50,7 +49,8 @@ void expect_agree(const Asked& asked, std::mt19937_64& random, int points) {
     const Eigen::Vector2d uv(uniform(random), uniform(random));
     const Foothold foot = asked.at(uv, 0.3);
     const bool in = in_any(region.polygons, uv);
-    if (distance_to_edges(region.polygons, uv) > 2e-5) {
+    constexpr double cells = 4 * 0.005;  // corners of the contact may be in one, and edges cut corners
+    if (in || distance_to_edges(region.polygons, uv) > cells) {
       EXPECT_EQ(foot.accepted, in) << uv.transpose();
     }
     EXPECT_EQ(foot.accepted, !foot.refused);
@@ -74,7 +74,7 @@ TEST(Foothold, AgreesWithTheRegion) {
   }
 }
 
-TEST(Foothold, AgreesWithTheRegionBesideFrontiersAndObstacles) {
+TEST(Foothold, AgreesWithTheRegionBesideObstacles) {
   std::mt19937_64 random(test::seed());
   std::uniform_real_distribution<double> uniform(-2, 2);
   OccupancyParameters parameters;
@@ -97,16 +97,6 @@ TEST(Foothold, AgreesWithTheRegionBesideFrontiersAndObstacles) {
     asked.limits.clearance_m = 0.6;
     asked.limits.obstacle_margin_m = i % 2 == 0 ? 0 : 0.05;
     asked.limits.edge_margin_m = 0.01;
-    asked.limits.frontier_margin_m = 0.06;
-    std::vector<PolygonEdges> edges(1);
-    const auto label = [&random](const Ring2& ring) {
-      std::vector<EdgeKind> kinds;
-      for (std::size_t k = 0; k < ring.size(); ++k) kinds.push_back(static_cast<EdgeKind>(random() % 4));
-      return kinds;
-    };
-    edges[0].outer = label(asked.on.polygons[0].outer);
-    for (const Ring2& hole : asked.on.polygons[0].holes) edges[0].holes.push_back(label(hole));
-    asked.edges = &edges;
     expect_agree(asked, random, 300);
   }
 }
@@ -140,9 +130,10 @@ TEST(Foothold, TellsTheShareOfSupport) {
       }
     const double share = static_cast<double>(on) / (steps * steps);
     const Foothold foot = asked.at(uv);
-    // An edge of length l goes through l / step samples, of which half are counted wrong at most; there are
-    // some ten in the contact.
-    EXPECT_NEAR(foot.supported, share, 0.02);
+    // Cells on an edge of length l are counted wrong over l d/8 on average; some 2 m of them are in the
+    // contact.
+    EXPECT_NEAR(foot.supported, share, 0.06);
+    EXPECT_LE(foot.supported, share + 0.02);
     EXPECT_EQ(foot.supported == 1, foot.refused != ContactRefusal::support);
     partly += share > 0.02 && share < 0.98;
   }
@@ -152,18 +143,19 @@ TEST(Foothold, TellsTheShareOfSupport) {
 TEST(Foothold, TellsTheMarginToTheNearestEdge) {
   const Asked asked{surface(5, {{box(0, 0, 1, 1), {reversed(box(0.5, 0.5, 0.01, 0.01))}}}),
                     ContactShape::rectangle(0.2, 0.1), 0};
-  EXPECT_NEAR(asked.at({0.2, 0.3}).margin_m, 0.1, 1e-12);
-  EXPECT_NEAR(asked.at({0.3, 0.4}).margin_m, std::hypot(0.1, 0.05), 1e-12);  // from corner to corner
-  EXPECT_NEAR(asked.at({0.09, 0.3}).margin_m, -0.01, 1e-12);                 // a centimetre over the edge
-  EXPECT_NEAR(asked.at({0.09, 0.3}).supported, 0.95, 1e-12);
-  EXPECT_NEAR(asked.at({0.505, 0.505}).margin_m, -0.05, 1e-12);  // astride the hole
-  EXPECT_NEAR(asked.at({0.42, 0.505}).margin_m, -0.02, 1e-12);
-  EXPECT_NEAR(asked.at({-3, 0.3}).margin_m, -0.05, 1e-12);  // never more than half the contact's width
+  constexpr double cell = 0.006, diagonal = 1.5 * cell;  // of 5 mm, found to a millimetre
+  EXPECT_NEAR(asked.at({0.2, 0.3}).margin_m, 0.1, cell);
+  EXPECT_NEAR(asked.at({0.3, 0.4}).margin_m, std::hypot(0.1, 0.05), diagonal);  // from corner to corner
+  EXPECT_NEAR(asked.at({0.09, 0.3}).margin_m, -0.01, cell);                     // a centimetre over the edge
+  EXPECT_NEAR(asked.at({0.09, 0.3}).supported, 0.95, cell / 0.1);
+  EXPECT_NEAR(asked.at({0.505, 0.505}).margin_m, -0.05, cell);  // astride the hole
+  EXPECT_NEAR(asked.at({0.42, 0.505}).margin_m, -0.02, cell);
+  EXPECT_NEAR(asked.at({-3, 0.3}).margin_m, -0.05, cell);  // never more than half the contact's width
   EXPECT_EQ(asked.at({-3, 0.3}).supported, 0);
-  EXPECT_NEAR(asked.at({0.9, 0.3}).margin_m, 0, 1e-12);
+  EXPECT_NEAR(asked.at({0.9, 0.3}).margin_m, 0, cell);
   const Asked disc{asked.on, ContactShape::disc(0.1), 0};
-  EXPECT_NEAR(disc.at({0.3, 0.4}).margin_m, std::hypot(0.2, 0.1) - 0.1, 1e-12);
-  EXPECT_NEAR(disc.at({0.08, 0.3}).margin_m, -0.02, 0.005 * 0.1);
+  EXPECT_NEAR(disc.at({0.3, 0.4}).margin_m, std::hypot(0.2, 0.1) - 0.1, diagonal);
+  EXPECT_NEAR(disc.at({0.08, 0.3}).margin_m, -0.02, cell + 0.005 * 0.1);
 }
 
 TEST(Foothold, NamesTheFirstLimitInOrder) {

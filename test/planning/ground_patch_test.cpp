@@ -191,7 +191,7 @@ TEST(GroundPatch, SaysHowFarTheEdgeIs) {
   for (double at = -0.4; at < 0.46; at += 0.03) row.points.emplace_back(at, 0.1);
   const GroundPatch patch = ground_patch(view, base, row);
   for (std::size_t i = 0; i < row.points.size(); ++i) {
-    const double edge = std::min(0.5 - row.points[i].x(), GroundView::farthest_margin_m);
+    const double edge = std::min(0.5 - row.points[i].x(), Foothold::farthest_margin_m);
     EXPECT_EQ(patch.cell[i], PatchCell::supported) << row.points[i].x();
     EXPECT_NEAR(patch.edge_m[i], edge, 0.05) << row.points[i].x();
     EXPECT_NEAR(patch.slope_rad[i], 0, 0.02);

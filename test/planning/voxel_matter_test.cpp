@@ -2,8 +2,7 @@
 // steps.
 #include "footsteps/obstacle_columns.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "planning/contact_obstacles.hpp"
-#include "planning/contact_shape.hpp"
+#include "planning/contact_cells.hpp"
 #include "shapes.hpp"
 #include "support/seed.hpp"
 
@@ -77,10 +76,6 @@ std::vector<OccupancyView::Voxel> voxels_of(const OccupancyView& octree) {
   return voxels;
 }
 
-bool in_any(const std::vector<Ring2>& rings, const Eigen::Vector2d& p) {
-  return std::any_of(rings.begin(), rings.end(), [&p](const Ring2& ring) { return inside({ring, {}}, p); });
-}
-
 TEST(VoxelMatter, ReachesAsFarAsItsCorners) {
   std::mt19937_64 random(test::seed());
   for (int round = 0; round < 200; ++round) {
@@ -114,40 +109,40 @@ TEST(VoxelMatter, OfASurfaceIsOnItsPlaneAsFarAsThatIsKnown) {
   EXPECT_FALSE(of({0.53, 0.01, 0.99}, 7).flat());
 }
 
-// Sorted, joined and rounded outward by a millimetre: as each alone, and at least what its corners span.
-TEST(ContactObstacles, FlatVoxelsProjectTogetherAsEachAlone) {
+// All that voxels cover of a plane, and nothing a cell's diagonal beside it.
+TEST(ContactCells, CoverEachVoxel) {
   std::mt19937_64 random(test::seed());
-  for (int round = 0; round < 6; ++round) {
-    const Surface on = surface(1, {}, random_pose(random, 1));
-    const Surface other =
-        round < 4 ? surface(2, {}, random_pose(random, 1))
-                  : surface(2, {}, on.T_map_surface * pose({1, round - 4.0, 0}, 1.5708, {0, 0, 0}));
-    std::vector<VoxelMatter> flat;
-    for (int i = 0; i < 300; ++i) {
-      const Eigen::Vector3d at = on.T_map_surface.translation() + random_vector(random, 0.1);
-      flat.push_back(
-          {at - other.plane.signed_distance(at) * other.plane.normal, other.plane.normal, d / 2, 0.003});
+  for (int round = 0; round < 4; ++round) {
+    const Surface on = surface(1, {}, random_pose(random, 0.1));
+    const auto surfaces = snapshot_of({on, surface(2, {}, random_pose(random, 0.1))});
+    std::vector<std::pair<Eigen::Vector3d, SurfaceId>> points;
+    for (int i = 0; i < 40; ++i)
+      points.emplace_back(random_vector(random, 0.3), static_cast<SurfaceId>(random() % 3));
+    const OccupancyView octree = octree_of(points);
+    ContactLimits limits;
+    limits.obstacle_from_m = 0.01;
+    limits.clearance_m = 0.3;
+    constexpr double edge = d / 4, half = 0.6;
+    const Eigen::AlignedBox2d box(Eigen::Vector2d(-half, -half), Eigen::Vector2d(half, half));
+    const ContactCells over(on, box, box, limits, &octree, surfaces.get());
+    MatterOfVoxels matter_of(surfaces.get(), d);
+    std::vector<VoxelMatter> there;
+    for (const OccupancyView::Voxel& voxel : voxels_of(octree)) {
+      const VoxelMatter matter = matter_of(voxel);
+      const double height = on.plane.signed_distance(matter.middle), reach = matter.reach(on.plane.normal);
+      if (voxel.surface == 1 || height + reach <= 0.01 || height - reach >= 0.3) continue;
+      there.push_back(matter);
+      for (const Eigen::Vector3d& corner : corners_of(matter))
+        EXPECT_TRUE(over.obstacles.touched_by({to_uv(on, corner)}));
     }
-    const std::vector<Ring2> together = projected(on, flat);
-    EXPECT_LT(together.size(), flat.size());
-    std::vector<Ring2> each;
-    for (const VoxelMatter& one : flat) {
-      const std::vector<Ring2> alone = projected(on, std::vector<VoxelMatter>{one});
-      ASSERT_EQ(alone.size(), 1u);
-      each.push_back(alone.front());
-      for (const Eigen::Vector3d& corner : corners_of(one)) {
-        const Eigen::Vector2d p = to_uv(on, corner);
-        EXPECT_TRUE(inside({alone.front(), {}}, p) || edge_distance({alone.front(), {}}, p) < 1e-9);
+    for (int i = 0; i < 300; ++i) {
+      const Eigen::Vector2d p = half * random_vector(random, 0.9).head<2>();
+      const bool apart = std::ranges::all_of(there, [&](const VoxelMatter& matter) {
+        return (to_uv(on, matter.middle) - p).norm() > 2 * MatterOfVoxels::farthest_reach * d + 1.5 * edge;
+      });
+      if (apart) {
+        EXPECT_FALSE(over.obstacles.touched_by({p}));
       }
-      // By no more than a step of rounding on each side, and up to the rectangle about it.
-      double reach = 0;
-      for (const Eigen::Vector2d& p : alone.front())
-        reach = std::max(reach, (p - to_uv(on, one.middle)).norm());
-      EXPECT_LT(reach, std::sqrt(2.0) * (std::sqrt(3.0) / 2 * d + 0.003 + 0.002));
-    }
-    for (int i = 0; i < 300; ++i) {
-      const Eigen::Vector2d p = to_uv(on, flat[random() % flat.size()].middle + random_vector(random, 0.03));
-      EXPECT_EQ(in_any(together, p), in_any(each, p));
     }
   }
 }
@@ -171,7 +166,7 @@ struct Corner {
   }
   std::optional<ContactRefusal> refused(double heel, const Snapshot* others) const {
     const OccupancyView octree = octree_of(points);
-    return foothold(floor, sole, {heel + 0.1, 0.5, 0}, 0, limits, &octree, nullptr, others).refused;
+    return foothold(floor, sole, {heel + 0.1, 0.5, 0}, 0, limits, &octree, others).refused;
   }
 };
 
@@ -187,23 +182,24 @@ TEST(Foothold, BesideAVoxelOfNoSurfaceIsRefusedAllTheSame) {
   Corner corner;
   corner.points = {{{0.025, 0.505, 0.105}, 0}};
   EXPECT_EQ(corner.refused(0.03, corner.surfaces.get()), ContactRefusal::clearance);
-  EXPECT_EQ(corner.refused(0.0401, corner.surfaces.get()), std::nullopt);
+  EXPECT_EQ(corner.refused(0.0401 + d / 4, corner.surfaces.get()), std::nullopt);  // to a cell
 }
 
 TEST(Foothold, AgreesWithTheRegionBesideWhatIsFlat) {
   const Corner corner;
   const OccupancyView octree = octree_of(corner.points);
   const ContactRegion region =
-      contact_region(corner.floor, corner.sole, 0.3, corner.limits, &octree, nullptr, corner.surfaces.get());
+      contact_region(corner.floor, corner.sole, 0.3, corner.limits, &octree, corner.surfaces.get());
   ASSERT_EQ(region.polygons.size(), 1u);
   std::mt19937_64 random(test::seed());
   for (int i = 0; i < 300; ++i) {
     const Eigen::Vector3d at = random_vector(random, 0.1) + Eigen::Vector3d(0.1, 0.5, 0);
-    if (edge_distance(region.polygons.front(), at.head<2>()) < 2e-5) continue;
+    // Beside the region's edge lie cells that only part of is free.
+    const bool in = inside(region.polygons.front(), at.head<2>());
+    if (!in && edge_distance(region.polygons.front(), at.head<2>()) < d) continue;
     EXPECT_EQ(
-        foothold(corner.floor, corner.sole, at, 0.3, corner.limits, &octree, nullptr, corner.surfaces.get())
-            .accepted,
-        inside(region.polygons.front(), at.head<2>()));
+        foothold(corner.floor, corner.sole, at, 0.3, corner.limits, &octree, corner.surfaces.get()).accepted,
+        in);
   }
 }
 
