@@ -109,6 +109,7 @@ std::string foothold_json(const ServedMap& map, const Request& asked) {
                   {"supported", found.supported},
                   {"ground", shares},
                   {"margin_m", found.margin_m},
+                  {"off_m", answer.off_m},
                   {"point", Eigen::Vector3d(found.T_map_contact.translation())},
                   {"normal", Eigen::Vector3d(found.T_map_contact.linear().col(2))},
                   {"heading", Eigen::Vector3d(found.T_map_contact.linear().col(0))}};

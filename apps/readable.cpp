@@ -86,16 +86,27 @@ void print_table(const std::string& name, const Json& rows) {
 void print_readable(const Json& answer) {
   constexpr std::size_t longest_line = 6;  // fields
   std::vector<std::pair<std::string, const Json*>> below;
+  const auto has_rings = [](const Json& value) {  // of points
+    return value.is_array() && !value.empty() && value[0].is_array() && !value[0].empty() &&
+           value[0][0].is_array();
+  };
   for (const auto& [key, value] : answer.items()) {
     const auto [name, unit] = named(key);
     const bool table = value.is_array() && !value.empty() && value[0].is_object();
-    if (table || (value.is_object() && value.size() > longest_line))
+    if (table || has_rings(value) || (value.is_object() && value.size() > longest_line))
       below.emplace_back(name, &value);
     else
       std::printf("%-20s %s%s\n", name.c_str(), text_of(value).c_str(), value.is_null() ? "" : unit.c_str());
   }
   for (const auto& [name, part] : below) {
-    if (part->is_array()) {
+    if (has_rings(*part)) {
+      std::printf("\n%s %zu\n", name.c_str(), part->size());
+      for (const Json& ring : *part) {
+        std::string line;
+        for (const Json& point : ring) line += (line.empty() ? "" : ", ") + text_of(point);
+        std::printf("%s\n", line.c_str());
+      }
+    } else if (part->is_array()) {
       print_table(name, *part);
     } else {
       std::printf("\n%s\n", name.c_str());

@@ -52,16 +52,15 @@ std::int64_t corner_cross(const Corner& a, const Corner& b) {
 /// Whether the way from corner `i` to `k` of a ring may be cut short: all corners between lie to the right,
 /// by less than a cell. So nothing that is not free comes in: it is a cell away from them at least.
 bool can_skip(const std::vector<Corner>& ring, std::size_t i, std::size_t k) {
-  constexpr double most = 0.9;  // cells
   const Corner& from = ring[i];
   const Corner along = ring[k % ring.size()] - from;
-  const auto length2 = static_cast<double>(along.squaredNorm());
-  if (length2 == 0) return false;
+  const auto dot = [](const Corner& a, const Corner& b) {
+    return std::int64_t{a.x()} * b.x() + std::int64_t{a.y()} * b.y();
+  };
   for (std::size_t j = i + 1; j < k; ++j) {
     const Corner to = ring[j % ring.size()] - from;
-    const std::int64_t off = corner_cross(along, to);
-    const auto at = static_cast<double>(along.dot(to)), far = static_cast<double>(off);
-    if (off > 0 || far * far > most * most * length2 || at < 0 || at > length2) return false;
+    const std::int64_t off = corner_cross(along, to), at = dot(along, to), length2 = dot(along, along);
+    if (off > 0 || off * off >= length2 || at < 0 || at > length2) return false;
   }
   return true;
 }
@@ -78,9 +77,12 @@ BitRaster::BitRaster(const Eigen::AlignedBox2d& box, double edge) : edge_(edge) 
   words_.assign(static_cast<std::size_t>(row_words_) * static_cast<std::size_t>(height_), 0);
 }
 
-double BitRaster::edge_for(const Eigen::AlignedBox2d& box, double d) {
-  double edge = (d > 0 ? d : 0.02) / 4;
-  while (!box.isEmpty() && box.sizes().prod() > (1 << 28) * edge * edge) edge *= 2;
+double BitRaster::edge_for(const Surface& surface) {
+  constexpr double small = 1 << 18;  // cells: 1.3 m × 1.3 m at 2 cm
+  const Eigen::AlignedBox2d box = box_of(surface);
+  const double area = box.isEmpty() ? 0 : box.sizes().prod();
+  double edge = (surface.resolution > 0 ? surface.resolution : 0.02) / 8;
+  for (double most = small; area > most * edge * edge; most = 1 << 28) edge *= 2;
   return edge;
 }
 
@@ -263,12 +265,12 @@ std::vector<Corner> BitRaster::corners_at(int x, int y, BitRaster& traced) const
 
 /// `taken`: cells that no cut may cross; those of the cuts are added.
 Ring2 BitRaster::simplified(const std::vector<Corner>& corners, BitRaster& taken) const {
-  constexpr std::size_t farthest = 128, tried = 16;  // corners ahead, and ahead of the best so far
   Ring2 ring;
   for (std::size_t i = 0; i < corners.size();) {
     ring.push_back(place_of(corners[i]));
     std::size_t next = i + 1;
-    for (std::size_t k = i + 2; k <= std::min({i + farthest, next + tried, corners.size()}); ++k)
+    // Not far ahead, nor far beyond the best so far: few such cuts are found.
+    for (std::size_t k = i + 2; k <= std::min({i + 128, next + 16, corners.size()}); ++k)
       if (can_skip(corners, i, k)) next = k;
     if (next > i + 1) {
       const Ring2 cut{ring.back(), place_of(corners[next % corners.size()])};

@@ -18,13 +18,13 @@ class BitRaster {
 
   /// The cells that cover a box, counted from the plane's origin; none of an empty box.
   BitRaster(const Eigen::AlignedBox2d& box, double edge);
-  /// m: a quarter of a voxel, or twice as large until there are at most 2²⁸ cells. Surfaces without a
-  /// resolution count as of 2 cm.
-  static double edge_for(const Eigen::AlignedBox2d& box, double d);
+  /// m, for a surface: an eighth of a voxel if it is small, as a tread or a stone, where that decides; else a
+  /// quarter, or twice as large until its box has at most 2²⁸ cells. Without a resolution it counts as of 2
+  /// cm.
+  static double edge_for(const Surface& surface);
 
   double edge() const { return edge_; }
   Eigen::AlignedBox2d box() const { return {place_of({0, 0}), place_of({width_, height_})}; }
-  std::size_t cells() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
 
   /// Convex polygons, or segments, reaching by so many cells more. O(rows and vertices).
   void mark(const Ring2& convex, double more = rounding);

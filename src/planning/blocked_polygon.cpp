@@ -2,7 +2,6 @@
 
 #include "geometry/even_odd.hpp"
 #include "geometry/rings.hpp"
-#include "planning/rings.hpp"
 
 #include <boost/polygon/polygon.hpp>
 #include <cmath>
@@ -89,10 +88,6 @@ std::vector<Polygon> parts_of(const Set& left) {
 }
 
 }  // namespace
-
-std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked) {
-  return reshaped({&polygon, 1}, {}, blocked);
-}
 
 std::vector<Polygon> reshaped(std::span<const Polygon> polygons, std::span<const Ring2> added,
                               std::span<const Ring2> removed) {

@@ -121,11 +121,9 @@ void mark_unknown(const Surface& surface, const ContactLimits& limits, const Occ
 }  // namespace
 
 ContactCells::ContactCells(const Surface& surface, const Eigen::AlignedBox2d& box,
-                           const Eigen::AlignedBox2d& near, const ContactLimits& limits,
+                           const Eigen::AlignedBox2d& near, double edge, const ContactLimits& limits,
                            const OccupancyView* octree, const Snapshot* others)
-    : outside(box, BitRaster::edge_for(box, surface.resolution)),
-      obstacles(near, outside.edge()),
-      unknown(obstacles) {
+    : outside(box, edge), obstacles(near, edge), unknown(obstacles) {
   if (limits.clearance_m > 0) mark_obstacles(surface, limits, *octree, others, obstacles);
   if (limits.unknown_to_m > 0) mark_unknown(surface, limits, *octree, unknown);
   outside.mark_outside(surface.polygons);

@@ -26,14 +26,14 @@ struct ContactCells {
   /// By those limits that are above 0; octree and others as contact_region()'s. `near`: where obstacles and
   /// unknown space are marked.
   ContactCells(const Surface& surface, const Eigen::AlignedBox2d& box, const Eigen::AlignedBox2d& near,
-               const ContactLimits& limits, const OccupancyView* octree, const Snapshot* others);
+               double edge, const ContactLimits& limits, const OccupancyView* octree, const Snapshot* others);
 };
 
 /// contact_region() on these cells.
 ContactRegion region_on(const ContactCells& cells, const Surface& surface, const ContactShape& shape,
                         std::optional<double> yaw_rad, const ContactLimits& limits);
 
-/// foothold() on these cells, which together hold the contact's surroundings.
+/// foothold() on these cells, which together hold the contact's surroundings; none: far off the surface.
 Foothold foothold_on(std::span<const ContactCells* const> cells, const Surface& surface,
                      const ContactShape& shape, const Eigen::Vector3d& at, double yaw_rad,
                      const ContactLimits& limits);

@@ -5,7 +5,6 @@
 #include "planning/rings.hpp"
 
 #include <string>
-#include <utility>
 
 #include <octosurf/error.hpp>
 
@@ -58,11 +57,7 @@ std::vector<ContactRefusal> refusals_of(const ContactCells& cells, const Sole& s
 
 ContactRegion region_on(const ContactCells& cells, const Surface& surface, const ContactShape& shape,
                         std::optional<double> yaw_rad, const ContactLimits& limits) {
-  ContactRegion region;
-  region.surface = surface.id;
-  region.revision = surface.revision;
-  region.yaw_rad = yaw_rad;
-  region.refused = refusals_of(surface, limits);
+  ContactRegion region{surface.id, surface.revision, yaw_rad, {}, 0, refusals_of(surface, limits)};
   if (!region.refused.empty()) return region;
   const Sole sole = sole_of(shape, surface, yaw_rad, limits.up);
   region.polygons = blocked(cells, sole, limits).free_polygons();
@@ -84,19 +79,18 @@ ContactRegion contact_region(const Surface& surface, const ContactShape& shape, 
                              const Snapshot* others) {
   constexpr double farthest = 1000;  // m, of a corner from the surface's origin
   planning::require_sensible(shape, yaw_rad, limits, octree);
-  Eigen::AlignedBox2d box;
+  Eigen::AlignedBox2d box = planning::box_of(surface);
   for (const Polygon& polygon : surface.polygons)
-    for (const Eigen::Vector2d& p : polygon.outer) {
+    for (const Eigen::Vector2d& p : polygon.outer)
       if (!(p.cwiseAbs().maxCoeff() < farthest))
         throw Error(Error::Kind::usage, "surface " + std::to_string(surface.id),
                     "has a corner that is not finite or a kilometre from its origin");
-      box.extend(p);
-    }
   // The contact is on the surface, so only obstacles within the margin matter.
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(1.01 * limits.obstacle_margin_m);
   if (!box.isEmpty()) box = {box.min() - margin, box.max() + margin};
-  return planning::region_on(planning::ContactCells(surface, box, box, limits, octree, others), surface,
-                             shape, yaw_rad, limits);
+  const planning::ContactCells cells(surface, box, box, planning::BitRaster::edge_for(surface), limits,
+                                     octree, others);
+  return planning::region_on(cells, surface, shape, yaw_rad, limits);
 }
 
 }  // namespace octosurf

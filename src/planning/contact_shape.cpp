@@ -166,6 +166,9 @@ void planning::require_sensible(const ContactShape& shape, std::optional<double>
   require_length(limits.obstacle_from_m, "obstacle_from");
   require_length(limits.clearance_m, "clearance");
   require_length(limits.unknown_to_m, "unknown_to");
+  constexpr double farthest = 10;  // m: farther than legs
+  require(shape.reach() + std::max(limits.edge_margin_m, limits.obstacle_margin_m) <= farthest, "contact",
+          "reaches over 10 m with its margins", "give metres");
   require_positive(limits.max_rms_m, "max_rms");
   require_positive(limits.max_normal_std_rad, "max_normal_std");
   require_positive(limits.max_offset_std_m, "max_offset_std");

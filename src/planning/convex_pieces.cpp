@@ -15,7 +15,7 @@
 namespace octosurf {
 namespace {
 
-// m between a piece and its boundary: more than repeated rounding in remaining() can move an edge (a µm each
+// m between a piece and its boundary: more than repeated rounding in reshaped() can move an edge (a µm each
 // time).
 constexpr double clear_of = 2e-5;
 // Number of the largest triangles tried as seeds of a piece: four times as many cover the floors of the
@@ -250,7 +250,7 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const std::vector
     // A surface is not accurate to a small part of its voxels; but the first piece is made even if narrow.
     if (ring.size() < 3 || (!rings.empty() && width_of(ring) < surface.resolution / 4)) continue;
     rings.push_back(std::move(ring));
-    if (rings.size() < most) add(planning::remaining(part.polygon, std::array{part.best.up_to_the_edges}));
+    if (rings.size() < most) add(planning::reshaped({&part.polygon, 1}, {}, {&part.best.up_to_the_edges, 1}));
   }
   // They usually are sorted; but a piece found in a part may exceed the one found in the whole.
   std::stable_sort(rings.begin(), rings.end(), [](const Ring2& a, const Ring2& b) {

@@ -25,7 +25,6 @@ double area_of(const std::vector<Polygon>& polygons) {
 
 ConvexSides::ConvexSides(const Ring2& ring) {
   for (std::size_t i = 0; i < ring.size(); ++i) {
-    box_.extend(ring[i]);
     const Eigen::Vector2d along = ring[(i + 1) % ring.size()] - ring[i];
     if (along.squaredNorm() == 0) continue;
     const Eigen::Vector2d normal = Eigen::Vector2d(along.y(), -along.x()).normalized();

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <vector>
 
 #include <octosurf/surface.hpp>
@@ -13,8 +12,6 @@ class ConvexSides {
  public:
   explicit ConvexSides(const Ring2& ring);
 
-  const Eigen::AlignedBox2d& box() const { return box_; }
-
   /// Depth of a point: its distance from the nearest side; negative if it is outside.
   double depth(const Eigen::Vector2d& point) const;
 
@@ -24,7 +21,6 @@ class ConvexSides {
     double offset = 0;
   };
   std::vector<Side> sides_;
-  Eigen::AlignedBox2d box_;
 };
 
 /// Signed, positive if counter-clockwise.

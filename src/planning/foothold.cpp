@@ -1,6 +1,7 @@
 #include "planning/contact_cells.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
+#include "planning/rings.hpp"
 
 #include <algorithm>
 #include <array>
@@ -27,7 +28,7 @@ class Stand {
     const Ring2 room = this->room(0);
     const ConvexSides sides(room);
     std::size_t all = 0, off = 0;
-    double deepest = 0;
+    double deepest = cells_.empty() ? sides.depth(middle_) : 0;
     for (const ContactCells* one : cells_)
       one->outside.for_each_touched(room, [&](const Eigen::Vector2d& cell, bool marked) {
         const double depth = sides.depth(cell);
@@ -84,7 +85,7 @@ Foothold foothold_on(std::span<const ContactCells* const> cells, const Surface& 
   const Sole sole = sole_of(shape, surface, yaw_rad, limits.up);
   const Eigen::Vector2d reference = (surface.T_map_surface.inverse() * at).head<2>();
   const Stand stand(cells, sole, reference + sole.to_surface(sole.middle));
-  const bool supported = !stand.touches(&ContactCells::outside, 0);
+  const bool supported = !cells.empty() && !stand.touches(&ContactCells::outside, 0);
   Foothold result;
   result.surface = surface.id;
   result.T_map_contact = surface.T_map_surface * Eigen::Translation3d(reference.x(), reference.y(), 0);
@@ -116,9 +117,11 @@ Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen
     const Eigen::Vector2d reach = Eigen::Vector2d::Constant(1.01 * (shape.reach() + margin));
     return Eigen::AlignedBox2d(uv - reach, uv + reach);
   };
-  const planning::ContactCells cells(surface,
-                                     within(std::max(Foothold::farthest_margin_m, limits.edge_margin_m)),
-                                     within(limits.obstacle_margin_m), limits, octree, others);
+  const Eigen::AlignedBox2d box = within(std::max(Foothold::farthest_margin_m, limits.edge_margin_m));
+  if (!box.intersects(planning::box_of(surface)))
+    return planning::foothold_on({}, surface, shape, at, yaw_rad, limits);
+  const planning::ContactCells cells(surface, box, within(limits.obstacle_margin_m),
+                                     planning::BitRaster::edge_for(surface), limits, octree, others);
   return planning::foothold_on(std::array{&cells}, surface, shape, at, yaw_rad, limits);
 }
 

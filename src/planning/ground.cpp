@@ -210,16 +210,19 @@ ContactRegion GroundView::region_about(SurfaceId id, const Eigen::Vector3d& abou
   if (!about.allFinite() || !(reach_m > 0))
     throw Error(Error::Kind::usage, "region_about", "the place or its reach is not a number or not positive");
   const Surface& mapped = tiles_of(id)->surface();
-  ContactLimits limits = rules_.limits;
+  const ContactLimits& limits = rules_.limits;
+  planning::require_sensible(rules_.foot, yaw_rad, limits, &octree_);
   const Eigen::Vector2d at = (mapped.T_map_surface.inverse() * about).head<2>(),
                         reach = Eigen::Vector2d::Constant(reach_m);
-  const Eigen::AlignedBox2d window(at - reach, at + reach);
   // Beyond lies what counts as outside, by the contact's reach and some cells.
   const Eigen::Vector2d beside = Eigen::Vector2d::Constant(
       rules_.foot.reach() + std::max(limits.edge_margin_m, limits.obstacle_margin_m) +
       2 * octree_.resolution());
+  const Eigen::AlignedBox2d window =
+      Eigen::AlignedBox2d(at - reach, at + reach).intersection(planning::box_of(mapped));
+  if (window.isEmpty()) return {id, mapped.revision, yaw_rad, {}, 0, {ContactRefusal::support}};
   const Eigen::AlignedBox2d wide(window.min() - beside, window.max() + beside);
-  planning::ContactCells cells(wide, planning::BitRaster::edge_for({}, octree_.resolution()));
+  planning::ContactCells cells(wide, planning::BitRaster::edge_for(mapped));
   for (const planning::ContactCells* square : cells_in(id, wide)) {
     cells.outside.add(square->outside);
     cells.obstacles.add(square->obstacles);
@@ -243,8 +246,9 @@ std::vector<const planning::ContactCells*> GroundView::cells_in(SurfaceId id,
       all.push_back(&squares_->get({id, x, y}, [&] {
         const Eigen::Vector2d corner = edge * Eigen::Vector2d(x, y), beside = Eigen::Vector2d::Constant(d);
         const Eigen::AlignedBox2d square(corner, corner.array() + edge);
+        const double cell = planning::BitRaster::edge_for(tiles_of(id)->surface());
         return planning::ContactCells(part_of(id, {square.min() - beside, square.max() + beside}), square,
-                                      square, rules_.limits, &octree_, snapshot_.get());
+                                      square, cell, rules_.limits, &octree_, snapshot_.get());
       }));
   return all;
 }
@@ -257,8 +261,10 @@ Foothold GroundView::foothold(SurfaceId id, const Eigen::Vector3d& at, double ya
       std::max({Foothold::farthest_margin_m, rules_.limits.edge_margin_m, rules_.limits.obstacle_margin_m});
   const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * at).head<2>(),
                         reach = Eigen::Vector2d::Constant(1.01 * (rules_.foot.reach() + margin));
-  return planning::foothold_on(cells_in(id, {uv - reach, uv + reach}), surface, rules_.foot, at, yaw_rad,
-                               rules_.limits);
+  const Eigen::AlignedBox2d box(uv - reach, uv + reach);
+  if (!box.intersects(planning::box_of(surface)))
+    return planning::foothold_on({}, surface, rules_.foot, at, yaw_rad, rules_.limits);
+  return planning::foothold_on(cells_in(id, box), surface, rules_.foot, at, yaw_rad, rules_.limits);
 }
 
 }  // namespace octosurf

@@ -1,6 +1,9 @@
 #include "planning/questions.hpp"
 
 #include <charconv>
+#include <cmath>
+#include <string>
+#include <variant>
 
 #include <octosurf/error.hpp>
 
@@ -184,6 +187,13 @@ FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question
   if (!nearest) throw Error(Error::Kind::data, map.name, "has no surfaces", "map more scans first");
   FoundFoothold found;
   found.foothold = ground.foothold(nearest->id, at, question.yaw_rad.value_or(0));
+  found.off_m = map.up.normalized().dot(at - found.foothold.T_map_contact.translation());
+  const double half_step = std::visit([](const auto& robot) { return robot.max_up_m / 2; }, question.robot);
+  if (std::fabs(found.off_m) > half_step)
+    throw Error(Error::Kind::data, "surface " + std::to_string(nearest->id),
+                "the nearest, lies " + std::to_string(std::fabs(found.off_m)) + " m " +
+                    (found.off_m > 0 ? "below" : "above") + " that place: more than half a step",
+                "query --below has the ground's height");
   if (found.foothold.accepted) {
     found.ground[static_cast<std::size_t>(Ground::supported)] = 1;
     return found;

@@ -100,6 +100,7 @@ struct FoundRegion {
 
 struct FoundFoothold {
   Foothold foothold;
+  double off_m = 0;                                  ///< along up: the asked place above the surface's
   std::array<double, ground_names.size()> ground{};  ///< shares of the foot's area over each, [0, 1]
 };
 
@@ -110,6 +111,7 @@ Eigen::AlignedBox3d extent_of(const Cylinder& cylinder);
 ContactShape foot_of(const std::string& text);
 GroundRules rules_of(const ContactQuestion& question, const Eigen::Vector3d& up, double resolution);
 FoundRegion find_region(const AskedMap& map, const ContactQuestion& question);
+/// Throws Error(data), too, if the surface is more than half of the robot's step higher or lower than asked.
 FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question);
 
 }  // namespace octosurf::planning

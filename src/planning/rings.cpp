@@ -11,12 +11,6 @@ namespace octosurf::planning {
 
 namespace {
 
-void add_crossings(const Polygon& polygon, double v, std::vector<double>& all) {
-  for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    if (geometry::crosses(a, b, v)) all.push_back(geometry::crossing(a, b, v));
-  });
-}
-
 void divide(Ring2& ring, double longest_edge) {
   Ring2 divided;
   for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -31,21 +25,17 @@ void divide(Ring2& ring, double longest_edge) {
 
 std::vector<double> crossings(const Polygon& polygon, double v) {
   std::vector<double> result;
-  add_crossings(polygon, v, result);
-  std::sort(result.begin(), result.end());
-  return result;
-}
-
-std::vector<double> crossings(const std::vector<Polygon>& polygons, double v) {
-  std::vector<double> result;
-  for (const Polygon& polygon : polygons) add_crossings(polygon, v, result);
+  for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    if (geometry::crosses(a, b, v)) result.push_back(geometry::crossing(a, b, v));
+  });
   std::sort(result.begin(), result.end());
   return result;
 }
 
 bool contains(const Polygon& polygon, const Eigen::Vector2d& point) {
-  const std::vector<double> at = crossings(polygon, point.y());
-  return (std::lower_bound(at.begin(), at.end(), point.x()) - at.begin()) % 2 == 1;
+  bool odd = geometry::inside(polygon.outer, point);
+  for (const Ring2& hole : polygon.holes) odd ^= geometry::inside(hole, point);
+  return odd;
 }
 
 Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
@@ -85,6 +75,13 @@ std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::
     parts.push_back(std::move(part));
   }
   return parts;
+}
+
+Eigen::AlignedBox2d box_of(const Surface& surface) {
+  Eigen::AlignedBox2d box;
+  for (const Polygon& polygon : surface.polygons)
+    for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
+  return box;
 }
 
 bool same_outline(const Surface& a, const Surface& b) {

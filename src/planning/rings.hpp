@@ -26,10 +26,7 @@ void for_each_edge(const Polygon& polygon, const Visit& visit) {
 /// number of them is below its u. O(n log n).
 std::vector<double> crossings(const Polygon& polygon, double v);
 
-/// Of the rings of all of them.
-std::vector<double> crossings(const std::vector<Polygon>& polygons, double v);
-
-/// Even-odd rule; undefined on an edge. O(n log n).
+/// Even-odd rule; undefined on an edge. O(n).
 bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
 
 /// The point of the segment that is nearest to `point`.
@@ -40,6 +37,9 @@ Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vec
 /// its parts are joined along the box's sides, so that winding numbers inside are the ring's. O(n).
 Ring2 clipped(const Ring2& ring, const Eigen::AlignedBox2d& box);
 std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::AlignedBox2d& box);
+
+/// Of the polygons, in the surface's frame.
+Eigen::AlignedBox2d box_of(const Surface& surface);
 
 /// Whether frame and polygons are equal, to the bit.
 bool same_outline(const Surface& a, const Surface& b);

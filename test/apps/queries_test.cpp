@@ -51,7 +51,7 @@ TEST_F(Queries, OfPlaces) {
 }
 
 TEST_F(Queries, OfFootholds) {
-  expect({{"--foothold 0.2 0 0.3 30 --foot 0.22x0.11",
+  expect({{"--foothold 0.2 0 0.1 30 --foot 0.22x0.11",
            {{"accepted", true},
             {"refused", nullptr},
             {"supported", 1.0},
@@ -63,6 +63,7 @@ TEST_F(Queries, OfFootholds) {
           {"--foothold 0.2 0 0 0 --foot 0.05 --edge-margin 2", {{"refused", "margin"}}},
           {"--foothold 0.2 0 0 0 --clearance 0.5", {{"accepted", true}}}});
   EXPECT_THAT(run_well("query m --foothold 0.2 5 0 0").out, says("\nrefused              support\n"));
+  fails("query m --foothold 0.2 0 1 0", {"lies 0.98", "m below that place", "--below"});
 }
 
 TEST_F(Queries, OfRegionsAgreeWithThoseOfFootholds) {

@@ -189,8 +189,9 @@ std::vector<Eigen::Vector2d> points_of(const ContactShape& shape, double margin)
   const planning::ConvexSides sides(ring);
   std::vector<Eigen::Vector2d> points = ring;
   evaluation::for_each_on_ring(ring, step, [&points](const Eigen::Vector2d& p) { points.push_back(p); });
-  for (double x = sides.box().min().x(); x < sides.box().max().x(); x += step)
-    for (double y = sides.box().min().y(); y < sides.box().max().y(); y += step)
+  const double reach = shape.reach() + margin;
+  for (double x = -reach; x < reach; x += step)
+    for (double y = -reach; y < reach; y += step)
       if (sides.depth(Eigen::Vector2d(x, y)) > 0) points.emplace_back(x, y);
   return points;
 }

@@ -109,6 +109,8 @@ class Ground {
 struct Walkable {
   const Surface* surface;
   planning::ConvexSides hull;
+  double area;
+  Eigen::AlignedBox2d box;
 
   bool in_hull(const Ring2& ring, const Eigen::Isometry3d& T_map_contact) const {
     const Eigen::Isometry3d T = surface->T_map_surface.inverse() * T_map_contact;
@@ -124,7 +126,9 @@ std::vector<Walkable> walkable(const Snapshot& snapshot) {
     Ring2 points;
     for (const Polygon& polygon : surface->polygons)
       points.insert(points.end(), polygon.outer.begin(), polygon.outer.end());
-    all.push_back({surface.get(), planning::ConvexSides(planning::convex_hull(std::move(points)))});
+    const Ring2 hull = planning::convex_hull(std::move(points));
+    all.push_back({surface.get(), planning::ConvexSides(hull), planning::area_of(hull), {}});
+    for (const Eigen::Vector2d& p : hull) all.back().box.extend(p);
   }
   return all;
 }
@@ -151,11 +155,11 @@ struct Asked {
     const std::vector<Eigen::Vector2d> points = points_of(rules.foot, 0);
     std::uniform_real_distribution<double> uniform(0, 1);
     std::vector<double> areas;
-    for (const Walkable& one : surfaces) areas.push_back(one.hull.area());
+    for (const Walkable& one : surfaces) areas.push_back(one.area);
     std::discrete_distribution<std::size_t> by_area(areas.begin(), areas.end());
     for (std::size_t i = 0; i < count; ++i) {
       const Walkable& one = surfaces[by_area(rng)];
-      const Eigen::AlignedBox2d& box = one.hull.box();
+      const Eigen::AlignedBox2d& box = one.box;
       Eigen::Vector2d uv;
       do uv = box.min() + Eigen::Vector2d(uniform(rng), uniform(rng)).cwiseProduct(box.sizes());
       while (one.hull.depth(uv) < 0);

@@ -58,8 +58,7 @@ struct ExactRegion::Set {
   ExactSet set;
 };
 
-ExactRegion::ExactRegion(const std::vector<Polygon>& polygons, const Ring2& contact,
-                         const std::vector<Ring2>& obstacles) {
+ExactRegion::ExactRegion(const std::vector<Polygon>& polygons, const Ring2& contact) {
   // Of each polygon alone: a contact cannot pass through the points where two touch.
   ExactSet all;
   for (const Polygon& polygon : polygons) {
@@ -81,7 +80,6 @@ ExactRegion::ExactRegion(const std::vector<Polygon>& polygons, const Ring2& cont
     };
     cut(polygon.outer);
     for (const Ring2& hole : polygon.holes) cut(hole);
-    for (const Ring2& obstacle : obstacles) one.difference(difference_of(obstacle, contact));
     all.join(one);
   }
   set_ = std::make_shared<const Set>(Set{std::move(all)});

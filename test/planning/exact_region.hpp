@@ -11,10 +11,8 @@ namespace octosurf::test {
 /// in exact arithmetic. Slow and obvious.
 class ExactRegion {
  public:
-  /// `contact` about its reference point, turned as it stands on the surface. `obstacles`: convex polygons
-  /// that it must not touch.
-  ExactRegion(const std::vector<Polygon>& polygons, const Ring2& contact,
-              const std::vector<Ring2>& obstacles = {});
+  /// `contact` about its reference point, turned as it stands on the surface.
+  ExactRegion(const std::vector<Polygon>& polygons, const Ring2& contact);
 
   double area() const;
   /// Not a point of `polygons` is outside.

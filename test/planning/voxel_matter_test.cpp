@@ -124,7 +124,7 @@ TEST(ContactCells, CoverEachVoxel) {
     limits.clearance_m = 0.3;
     constexpr double edge = d / 4, half = 0.6;
     const Eigen::AlignedBox2d box(Eigen::Vector2d(-half, -half), Eigen::Vector2d(half, half));
-    const ContactCells over(on, box, box, limits, &octree, surfaces.get());
+    const ContactCells over(on, box, box, edge, limits, &octree, surfaces.get());
     MatterOfVoxels matter_of(surfaces.get(), d);
     std::vector<VoxelMatter> there;
     for (const OccupancyView::Voxel& voxel : voxels_of(octree)) {

@@ -61,8 +61,7 @@ DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file,
   return image;
 }
 
-/// Removes and returns the number at the front, behind blanks and `#` comments, of a PGM's header or P2's
-/// pixels.
+/// Removes and returns the number at the front, behind blanks and `#` comments, of a PGM's header.
 std::optional<std::uint32_t> pgm_number(std::string_view& text) {
   const auto skip_to = [&](std::size_t place) { text.remove_prefix(std::min(place, text.size())); };
   for (skip_to(text.find_first_not_of(pgm_blanks)); text.starts_with('#');
@@ -84,24 +83,13 @@ DepthImage decode_pgm(const std::string& bytes, const std::filesystem::path& fil
   check_size(*width, *height, file);
   const std::size_t pixels = std::size_t{*width} * *height;
   const std::size_t first = bytes.size() - text.size() + 1;  // one whitespace ends the header
-  if (bytes.size() < first || bytes.size() - first + 1 < 2 * pixels) refuse_image(file, "truncated PGM");
+  if (bytes.size() < first || bytes.size() - first < 2 * pixels) refuse_image(file, "truncated PGM");
   DepthImage image{static_cast<int>(*width), static_cast<int>(*height), {}};
   image.pixels.resize(pixels);
-  if (bytes[1] == '2') {
-    for (auto& pixel : image.pixels) {
-      const auto value = pgm_number(text);
-      if (!value || *value > *maximum) refuse_image(file, "truncated or damaged PGM");
-      pixel = static_cast<std::uint16_t>(*value);
-    }
-    return image;
-  }
-  if (bytes.size() - first < 2 * pixels) refuse_image(file, "truncated PGM");
   for (std::size_t i = 0; i < pixels; ++i)
     image.pixels[i] = number_at<std::uint16_t>(bytes.data() + first + 2 * i, little_endian_host);
   return image;
 }
-
-bool is_pgm(std::string_view bytes) { return bytes.starts_with("P5") || bytes.starts_with("P2"); }
 
 }  // namespace
 
@@ -154,7 +142,7 @@ DepthImage read_depth_image(const std::filesystem::path& file) {
   if (bytes.empty()) refuse_image(file, "is empty");
   if (bytes.starts_with(png_signature))
     return decode_png(bytes, file, image_free_bytes + bytes_per_file_byte * bytes.size());
-  if (is_pgm(bytes)) return decode_pgm(bytes, file);
+  if (bytes.starts_with("P5")) return decode_pgm(bytes, file);
   refuse_image(file, "neither PNG nor PGM");
 }
 
@@ -211,7 +199,7 @@ bool is_picture(const std::filesystem::path& file) {
   head.resize(static_cast<std::size_t>(stream.gcount()));
   // IHDR is a PNG's first chunk: bit depth is byte 24, colour type byte 25 (0 is gray).
   if (head.starts_with(png_signature)) return head.size() > 25 && (head[24] != 16 || head[25] != 0);
-  if (!is_pgm(head)) return false;
+  if (!head.starts_with("P5")) return false;
   std::string_view text = std::string_view(head).substr(2);
   pgm_number(text);  // width
   pgm_number(text);

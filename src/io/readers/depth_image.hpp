@@ -41,7 +41,7 @@ struct DepthImage {
 /// Maximum pixels along a side of an image.
 inline constexpr std::uint32_t largest_side = 8192;
 
-/// PNG or PGM (P5, P2), by content, at most 8192 × 8192. Throws Error(data) for files that are empty,
+/// PNG or PGM (P5), by content, at most 8192 × 8192. Throws Error(data) for files that are empty,
 /// truncated, damaged, or not 16-bit gray.
 DepthImage read_depth_image(const std::filesystem::path& file);
 

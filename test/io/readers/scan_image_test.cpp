@@ -22,8 +22,7 @@ const std::vector<std::uint16_t> six{1, 2, 258, 65535, 0, 4};
 TEST_F(DepthImages, PngAndPgmGiveTheSamePixels) {
   const std::string p5 =
       std::string("P5\n# by hand\n3 2\n65535\n") + std::string("\0\1\0\2\1\2\377\377\0\0\0\4", 12);
-  for (const auto& file : {write_png("a.png", 3, 2, six), write("a.pgm", p5),
-                           write("b.pgm", "P2 3 2 65535 # plain\n1 2 258\n65535 0 4")}) {
+  for (const auto& file : {write_png("a.png", 3, 2, six), write("a.pgm", p5)}) {
     const io::DepthImage image = io::read_depth_image(file);
     EXPECT_EQ(image.width, 3) << file;
     EXPECT_EQ(image.height, 2) << file;
@@ -51,7 +50,6 @@ TEST_F(DepthImages, OthersThanWhole16BitGrayImagesAreRefused) {
   EXPECT_THAT(refusal(write("damaged.png", damaged)), says("damaged PNG"));
   EXPECT_THAT(refusal(write("cut.pgm", "P5 3 2 65535\n123")), says("truncated PGM"));
   EXPECT_THAT(refusal(write("head.pgm", "P5 3")), says("PGM header"));
-  EXPECT_THAT(refusal(write("few.pgm", "P2 3 2 65535 100 20 30 40 50")), says("truncated or damaged PGM"));
   EXPECT_THAT(refusal(write("no.png", "hello")), says("neither PNG nor PGM"));
   EXPECT_THAT(refusal(folder / "missing.png"), says("cannot be read"));
   EXPECT_THAT(refusal(write_picture("gray.png", false)), says("8 bits; depth images are 16-bit gray"));
