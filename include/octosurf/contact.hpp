@@ -103,11 +103,9 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
 /// On cells of d/4 of the surface's plane: those that an edge, an obstacle or unknown space touches are
 /// dilated by the contact and its margins; what is left are rings along cells, simplified inward.
 /// 1. Safe: a contact at any point of it lies on one polygon of the surface and keeps every margin (checked
-/// in
-///    exact arithmetic).
+///    in exact arithmetic).
 /// 2. Complete except for 5 mm along its outline at d = 2 cm on average, 15 mm at most; discs and arcs count
-/// as
-///    polygons about them (at most 0.5 % larger), and voxels of no surface or unknown as full.
+///    as polygons about them (at most 0.5 % larger), and voxels of no surface or unknown as full.
 /// 4 ms within 2 m of a place at d = 2 cm, and 0.5 µs for each voxel over it. Throws Error(usage) for an
 /// invalid shape, invalid or incomplete limits, or a surface a kilometre from its frame's origin.
 ContactRegion contact_region(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,

@@ -19,8 +19,7 @@ class BitRaster {
   /// The cells that cover a box, counted from the plane's origin; none of an empty box.
   BitRaster(const Eigen::AlignedBox2d& box, double edge);
   /// m, for a surface: an eighth of a voxel if it is small, as a tread or a stone, where that decides; else a
-  /// quarter, or twice as large until its box has at most 2²⁸ cells. Without a resolution it counts as of 2
-  /// cm.
+  /// quarter, or twice as large until its box has at most 2²⁸ cells. 2 cm stands for a missing resolution.
   static double edge_for(const Surface& surface);
 
   double edge() const { return edge_; }
