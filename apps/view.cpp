@@ -16,7 +16,7 @@
 #include <vector>
 
 #include <octosurf/export.hpp>
-#include <octosurf/gaps.hpp>
+#include <octosurf/ground.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/page.hpp>
 
@@ -70,7 +70,10 @@ void draw_png(ViewArguments& arguments) {
   if (arguments.up.empty()) warn_of_up(loaded.map);
   options.up = up_in_force(loaded.map, arguments.up).direction;
   options.force = arguments.force;
-  const std::shared_ptr<const Snapshot> snapshot = with_gaps(*loaded.map.snapshot(), loaded.map.octree(), 0);
+  GroundRules rules;
+  rules.widest_unseen_m = 0;
+  const std::shared_ptr<const Snapshot> snapshot =
+      GroundView(loaded.map.snapshot(), loaded.map.octree(), rules).solid();
   render_png(*snapshot, arguments.png, options);
   std::printf("%s: %zu surfaces\n", arguments.png.c_str(), snapshot->surfaces.size());
 }

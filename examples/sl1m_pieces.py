@@ -32,7 +32,7 @@ def sl1m_pieces(loaded: octosurf.Map, foot: octosurf.ContactShape, yaw_rad: Opti
                 **limits: Any) -> list[dict[str, Any]]:
     """At most `most` pieces a surface, the largest first; `limits` are ContactLimits' fields."""
     octree, up = loaded.octree(), loaded.snapshot().up()
-    snapshot = octosurf.with_gaps(loaded.snapshot(), octree, octosurf.widest_unseen_of(foot))
+    snapshot = octosurf.GroundView(loaded.snapshot(), octree, octosurf.GroundRules(foot=foot)).solid()
     within, pieces = octosurf.ContactLimits(up=up, **limits), list[dict[str, Any]]()
     for surface in snapshot.surfaces:
         region = octosurf.contact_region(surface, foot, yaw_rad, within, octree=octree, others=snapshot)

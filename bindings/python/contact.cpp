@@ -55,30 +55,8 @@ void bind_shape_and_limits(Module& module) {
 }
 
 void bind_gaps(Module& module) {
-  constexpr double any_width = std::numeric_limits<double>::infinity();
   Value<Gap>(module, "Gap").fields(OCTOSURF_FIELDS(Gap, kind, bridged, width_m, outline));
-  module.def(
-      "find_gaps",
-      [](const SurfacePointer& surface, const OccupancyView& octree, double widest_bridged_m) {
-        GroundedSurface found = find_gaps(*surface, octree, widest_bridged_m);
-        return std::pair(of_map(std::move(found.surface), map_up(surface)), std::move(found.gaps));
-      },
-      "surface"_a, "octree"_a, "widest_bridged_m"_a = any_width, Released());
-  module.def(
-      "with_gaps",
-      [](const SnapshotPtr& snapshot, const OccupancyView& octree, double widest_bridged_m) {
-        return of_map(with_gaps(*snapshot, octree, widest_bridged_m), map_up(snapshot));
-      },
-      "snapshot"_a, "octree"_a, "widest_bridged_m"_a = any_width, Released());
   module.def("widest_unseen_of", &widest_unseen_of, "shape"_a, "share"_a = 0.25);
-  module.def("ground_at", &ground_at, "surface"_a, "octree"_a, "uv"_a);
-  module.def(
-      "ground_under",
-      [](const Surface& surface, const OccupancyView& octree, const ContactShape& shape,
-         const Eigen::Isometry3d& T_map_contact) {
-        return by_name(ground_under(surface, octree, shape, T_map_contact), ground_names);
-      },
-      "surface"_a, "octree"_a, "shape"_a, "T_map_contact"_a);
 }
 
 /// A view of numbers of a patch, which lives as long as the array does.
@@ -225,6 +203,18 @@ void bind_ground(Module& module) {
       .def(
           "gaps", [](const G& ground, SurfaceId id) { return ground.view.gaps(id); }, "id"_a, Released(),
           "List of Gap of a surface.")
+      .def(
+          "ground_at",
+          [](const G& ground, SurfaceId id, const Eigen::Vector3d& at) {
+            return ground.view.ground_at(id, at);
+          },
+          "id"_a, "at"_a, Released(), "Ground of a place on a surface's plane.")
+      .def(
+          "ground_under",
+          [](const G& ground, SurfaceId id, const Eigen::Isometry3d& T_map_contact) {
+            return by_name(ground.view.ground_under(id, T_map_contact), ground_names);
+          },
+          "id"_a, "T_map_contact"_a, "Shares of the rules' foot over each Ground.")
       .def(
           "region",
           [](const G& ground, SurfaceId id, std::optional<double> yaw_rad) {

@@ -43,7 +43,7 @@ struct ExportOptions {
   /// label_edges(); written to .json if present.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
   std::vector<NamedMesh> meshes{};  ///< .glb: further objects
-  /// Of find_gaps(); written to .json if present.
+  /// Of GroundView; written to .json if present.
   std::map<SurfaceId, std::vector<Gap>> gaps{};
   /// Of find_stairs(); written to .json if present.
   std::optional<Stairs> stairs{};

@@ -1,16 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstddef>
-#include <limits>
-#include <map>
-#include <memory>
 #include <string_view>
-#include <vector>
 
 #include <octosurf/contact.hpp>
-#include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
@@ -29,22 +23,9 @@ constexpr std::string_view ground_name(Ground ground) {
   return ground_names[static_cast<std::size_t>(ground)];
 }
 
-/// A place within a surface without readings of it.
-struct Gap {
-  Ground kind = Ground::unseen;  ///< not `supported`
-  bool bridged = false;          ///< unseen, but part of the surface: see find_gaps()
-  double width_m = 0;            ///< diameter of the largest disc in it, to a voxel
-  Polygon outline;               ///< surface's frame, along the sides of cells of d
-};
-
-/// A surface whose outline leaves voids open and closes gaps that the readings' spacing explains.
-struct GroundedSurface {
-  SurfacePtr surface;     ///< as it was, but for `polygons`, `boundary` and `area_m2`
-  std::vector<Gap> gaps;  ///< in order of their first cell, row by row
-};
-
-/// Classifies the gaps of a surface, voids or unseen, by the octree of the same scan. Mapping outlines a
-/// surface by its readings alone: gaps wider than h are holes, narrower ones are closed. Here:
+/// A place within a surface without readings of it. Mapping outlines a surface by its readings alone: gaps
+/// wider than h are holes, narrower ones are closed. GroundView (ground.hpp) classifies them by the octree of
+/// the same scan:
 ///
 /// 1. Void: rays passed through, so it is a hole however narrow (from two voxels). The voxel on the plane and
 ///    those straight behind it are free, to max(2.5 d, 3 rms + d/2): three voxels, because with poses off by
@@ -62,34 +43,24 @@ struct GroundedSurface {
 ///      random places would leave such a disc empty by chance: −n ln(1 − f) < 9 for n cells, where f is the
 ///      share of cells with readings within three radii.
 /// 3. A gap is not bridged if its widest disc meets a void, an obstacle or another surface from two voxels
-///    above the plane, or if it is wider than `widest_bridged_m` or widest_gap_m.
+///    above the plane, or if it is wider than its rules' widest unseen gap or widest_gap_m.
 /// 4. What the outline closed is opened again where neither rule of 2 explains it, from a disc of two voxels.
 ///
-/// Computed on request, as a ray may change a gap but not the surface. O(area / d²), some
-/// 0.5 µs a cell of edge d, 0.06 s for 63 m² of surfaces at 2 cm; GroundView (ground.hpp) keeps it up. Throws
-/// Error(usage) for a surface of more than 2 km, or 2²⁸ cells.
-GroundedSurface find_gaps(const Surface& surface, const OccupancyView& octree,
-                          double widest_bridged_m = std::numeric_limits<double>::infinity());
+/// O(area / d²), some 0.5 µs a cell of edge d, 0.06 s for 63 m² of surfaces at 2 cm. Throws Error(usage) for
+/// a surface of more than 2 km, or 2²⁸ cells.
+struct Gap {
+  Ground kind = Ground::unseen;  ///< not `supported`
+  bool bridged = false;          ///< unseen, but part of the surface: see above
+  double width_m = 0;            ///< diameter of the largest disc in it, to a voxel
+  Polygon outline;               ///< surface's frame, along the sides of cells of d
+};
 
 /// Largest gap that is ever bridged, m: wider than any legged robot's step.
 inline constexpr double widest_gap_m = 1;
-
-/// The snapshot with find_gaps() applied to each surface; ids, revisions and everything else unchanged.
-std::shared_ptr<const Snapshot> with_gaps(const Snapshot& snapshot, const OccupancyView& octree,
-                                          double widest_bridged_m = std::numeric_limits<double>::infinity(),
-                                          std::map<SurfaceId, std::vector<Gap>>* gaps = nullptr);
 
 /// Widest unseen gap that a contact may span, m: `share` of its narrower side. Even if a gap of a quarter at
 /// the contact's edge turns out to be a void, the centre of pressure stays a quarter of that side from the
 /// edge of the rest.
 double widest_unseen_of(const ContactShape& shape, double share = 0.25);
-
-/// State of a place, surface's frame: supported within `surface.polygons`, else by the octree.
-Ground ground_at(const Surface& surface, const OccupancyView& octree, const Eigen::Vector2d& uv);
-
-/// Shares of a contact's area over each Ground, at points d/2 apart, 64 at most along its longer side.
-std::array<double, ground_names.size()> ground_under(const Surface& surface, const OccupancyView& octree,
-                                                     const ContactShape& shape,
-                                                     const Eigen::Isometry3d& T_map_contact);
 
 }  // namespace octosurf

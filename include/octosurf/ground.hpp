@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,6 +17,7 @@
 #include <octosurf/surface.hpp>
 
 namespace octosurf::planning {
+class GroundReadings;
 class GroundTiles;
 struct ContactCells;
 }  // namespace octosurf::planning
@@ -57,7 +60,7 @@ class GroundView {
   const OccupancyView& octree() const { return octree_; }  ///< as mapped
   double widest_unseen_m() const;                          ///< the rules', or what follows from the foot
 
-  /// A surface without its voids and wide unseen gaps: find_gaps() by these rules. Throws Error(data) if
+  /// A surface without its voids and wide unseen gaps (gaps.hpp). Throws Error(data) if
   /// there is none of this id.
   SurfacePtr solid(SurfaceId id) const;
   /// Where a point contact may be: the solid surface less all margins and what is blocked; of a surface that
@@ -69,6 +72,13 @@ class GroundView {
   /// The gaps of a surface; the same error.
   const std::vector<Gap>& gaps(SurfaceId id) const;
   std::map<SurfaceId, std::vector<Gap>> gaps() const;  ///< of all that have some
+
+  /// State of a place on a surface's plane, to d; the same error. Some 100 ns, and a tile's time for the
+  /// first one in a square of 64 voxels.
+  Ground ground_at(SurfaceId id, const Eigen::Vector3d& at) const;
+  /// Shares of the rules' foot over each Ground, at points d/2 apart, 64 at most along its longer side.
+  std::array<double, ground_names.size()> ground_under(SurfaceId id,
+                                                       const Eigen::Isometry3d& T_map_contact) const;
 
   /// find_stairs() on solid(). The view before keeps them as long as no level surface's ground changes.
   const Stairs& stairs() const;
@@ -83,11 +93,14 @@ class GroundView {
   Foothold foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) const;
 
  private:
+  friend class planning::GroundReadings;
   struct Solids;
   struct Outlines;
   struct Squares;
   struct Climb;
   std::shared_ptr<const planning::GroundTiles> tiles_of(SurfaceId id) const;
+  /// ground_at() within the surface's outline and its holes.
+  std::optional<Ground> ground_within(SurfaceId id, const Eigen::Vector3d& at) const;
   Surface part_of(SurfaceId id, const Eigen::AlignedBox2d& box) const;
   std::vector<const planning::ContactCells*> cells_in(SurfaceId id, const Eigen::AlignedBox2d& box) const;
 

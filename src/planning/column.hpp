@@ -5,7 +5,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include <octosurf/occupancy.hpp>
@@ -23,6 +25,9 @@ struct GroundPlane {
   /// m: to which depth a void must be free. Three voxels, because with poses off by a voxel, rays along a
   /// plane free two.
   double depth() const { return std::max(2.5 * d, 3 * rms_m + d / 2); }
+  /// Cells of d by which a void is wider than what is open: along slanted rays, to its depth. Their least
+  /// angle to the plane is 30°: others run along it.
+  int aside() const { return static_cast<int>(std::floor(std::numbers::sqrt3 * depth() / d)); }
   bool operator==(const GroundPlane& other) const {
     return id == other.id && d == other.d && rms_m == other.rms_m &&
            T_map_plane.matrix() == other.T_map_plane.matrix();

@@ -1,5 +1,7 @@
+#include "geometry/even_odd.hpp"
 #include "geometry/voxel_grid.hpp"
 #include "planning/blocked_polygon.hpp"
+#include "planning/column.hpp"
 #include "planning/contact_cells.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
@@ -65,6 +67,12 @@ GroundRules GroundRules::of(const Robot& robot, double resolution) {
   return rules;
 }
 
+double widest_unseen_of(const ContactShape& shape, double share) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : shape.outline) box.extend(p);
+  return share * (box.isEmpty() ? 2 * shape.radius : box.sizes().minCoeff());
+}
+
 GroundView::GroundView(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree,
                        const GroundRules& rules)
     : snapshot_(std::move(snapshot)),
@@ -125,6 +133,42 @@ const std::vector<Gap>& GroundView::gaps(SurfaceId id) const {
   static const std::vector<Gap> none;
   if (rules_.as_mapped) return mapped_surface(*snapshot_, id), none;
   return tiles_of(id)->gaps(octree_);
+}
+
+std::optional<Ground> GroundView::ground_within(SurfaceId id, const Eigen::Vector3d& at) const {
+  const std::shared_ptr<const planning::GroundTiles> tiles = tiles_of(id);
+  return tiles->ground_at((tiles->surface().T_map_surface.inverse() * at).head<2>(), octree_);
+}
+
+Ground GroundView::ground_at(SurfaceId id, const Eigen::Vector3d& at) const {
+  if (const std::optional<Ground> within = ground_within(id, at)) return *within;
+  const Surface& surface = *mapped_surface(*snapshot_, id);
+  const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * at).head<2>();
+  const planning::GroundPlane plane{id, octree_.resolution(), surface.rms_m, surface.T_map_surface};
+  const planning::Columns::Seen seen = planning::Columns(octree_, plane, Eigen::AlignedBox2d(uv)).at(uv);
+  return seen.open ? Ground::open : seen.blocked ? Ground::blocked : Ground::unseen;
+}
+
+std::array<double, ground_names.size()> GroundView::ground_under(
+    SurfaceId id, const Eigen::Isometry3d& T_map_contact) const {
+  std::array<double, ground_names.size()> shares{};
+  const Ring2 outline =
+      rules_.foot.outline.empty() ? planning::around_disc(rules_.foot.radius) : rules_.foot.outline;
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : outline) box.extend(p);
+  // Effort: any size may be given. At least nine points.
+  constexpr double samples_along = 64;
+  const double step = std::max(std::min(octree_.resolution() / 2, box.sizes().minCoeff() / 3),
+                               box.sizes().maxCoeff() / samples_along);
+  double sum = 0;
+  for (double y = box.min().y() + step / 2; y < box.max().y(); y += step)
+    for (double x = box.min().x() + step / 2; x < box.max().x(); x += step) {
+      if (!geometry::inside(outline, {x, y})) continue;
+      ++shares[static_cast<std::size_t>(ground_at(id, T_map_contact * Eigen::Vector3d(x, y, 0)))];
+      ++sum;
+    }
+  for (double& share : shares) share /= std::max(1.0, sum);
+  return shares;
 }
 
 SurfacePtr GroundView::supported(SurfaceId id) const {

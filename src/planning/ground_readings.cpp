@@ -4,6 +4,7 @@
 #include "geometry/morton.hpp"
 #include "geometry/voxel_grid.hpp"
 #include "occupancy/voxel_payload.hpp"
+#include "planning/column.hpp"
 #include "sensing/reading_model.hpp"
 
 #include <algorithm>
@@ -47,6 +48,9 @@ GroundReadings::GroundReadings(const GroundView& view, const Eigen::Isometry3d& 
       covered_(d_ / std::numbers::sqrt2_v<float>),
       bridged_(std::max(covered_, (d_ + static_cast<float>(view.widest_unseen_m())) / 2)),
       reach_(std::max(bridged_, 0.4999F * cell_m)) {  // in the middle of a cell its own readings suffice
+  const GroundPlane any{0, d_, 0, {}};
+  planes_[0].depth = static_cast<float>(any.depth()) / d_;
+  aside_of_ = any.aside();
   per_part_ = T_patch_map_.linear() * (d_ / 256);
   for (unsigned i = 0; i < 64; ++i)
     for (unsigned axis = 0; axis < 3; ++axis)
@@ -80,6 +84,8 @@ std::uint32_t GroundReadings::find_plane(SurfaceId id) {
     over.normal = T_patch_map_.linear() * plane.normal.cast<float>();
     over.offset = static_cast<float>(-plane.signed_distance(T_map_patch_.translation()));
     over.slope_rad = std::acos(std::clamp(over.normal.z(), -1.0F, 1.0F));
+    over.id = id;
+    over.depth = static_cast<float>(GroundPlane{id, d_, surface->rms_m, {}}.depth()) / d_;
     over.level = over.slope_rad <= view_.rules().limits.max_slope_rad;
     if (over.level)
       over.height << -over.normal.x() / over.normal.z(), -over.normal.y() / over.normal.z(),
@@ -182,7 +188,7 @@ bool GroundReadings::is_open(const Eigen::Vector2f& place, float height, float d
   return is_free(place, height - depth * d_, true);
 }
 
-Look GroundReadings::look(const Eigen::Vector2f& place, float ground, float depth) const {
+Look GroundReadings::look(const Eigen::Vector2f& place, float ground, std::optional<float> depth) const {
   const auto step = static_cast<float>(layout_.max_step_m), headroom = static_cast<float>(layout_.headroom_m);
   constexpr float none = -std::numeric_limits<float>::infinity();
   float hanging = none, topmost = none, steep = none, lower = none;  // above a step, within it, below it
@@ -240,24 +246,42 @@ Look GroundReadings::look(const Eigen::Vector2f& place, float ground, float dept
       best = &one;
   }
   const float on_plane = best != nullptr ? best->height : none;
+  const float to_depth = depth.value_or(planes_[best != nullptr ? best->plane : 0].depth);
   if (hanging > none) return {PatchCell::occupied, hanging};
   if (topmost > on_plane + beside_plane * d_) return {PatchCell::occupied, topmost};
-  if (best != nullptr && (best->nearest <= covered_ * covered_ || !is_open(place, on_plane, depth)))
-    return {PatchCell::supported, on_plane, planes_[best->plane].slope_rad,
+  if (best != nullptr && (best->nearest <= covered_ * covered_ || !is_open(place, on_plane, to_depth)))
+    return {PatchCell::supported,
+            on_plane,
+            planes_[best->plane].slope_rad,
+            planes_[best->plane].id,
+            best->nearest > covered_ * covered_,
             best->off_middle() > lopsided * reach_};
   if (steep > none) return {PatchCell::occupied, steep};
   const float level = best != nullptr ? on_plane : ground;
   if (lower > none) return is_free(place, level) ? Look{PatchCell::below, lower} : Look{};
-  return is_open(place, level, depth) ? Look{PatchCell::below} : Look{};
+  return is_open(place, level, to_depth) ? Look{PatchCell::below} : Look{};
 }
 
 Look GroundReadings::without_edge(Look here, const Eigen::Vector2f& place) const {
-  if (here.cell != PatchCell::supported || !here.lopsided) return here;
-  for (int k = 0; k < 8; ++k) {
-    const Eigen::Rotation2Df turn(static_cast<float>(k) * std::numbers::pi_v<float> / 4);
-    const Eigen::Vector2f beside = place + turn * Eigen::Vector2f(d_, 0);
-    // A voxel of air is evidence enough where readings end.
-    if (look(beside, here.height, 1).cell == PatchCell::below) here.cell = PatchCell::below;
+  if (here.cell != PatchCell::supported) return here;
+  const auto in_map = [&](const Eigen::Vector2f& at) -> Eigen::Vector3d {
+    return T_map_patch_ * Eigen::Vector3f(at.x(), at.y(), here.height).cast<double>();
+  };
+  if (here.sparse && view_.ground_within(here.surface, in_map(place)) == Ground::open)
+    here.cell = PatchCell::below;
+  for (int k = 0; k < 8 && here.lopsided && here.cell == PatchCell::supported; ++k) {
+    const Eigen::Vector2f aside =
+        Eigen::Rotation2Df(static_cast<float>(k) * std::numbers::pi_v<float> / 4) * Eigen::Vector2f(d_, 0);
+    // Without air a voxel below there is no need to look closer.
+    if (look(place + aside, here.height, 1).cell != PatchCell::below) continue;
+    const auto within = view_.ground_within(here.surface, in_map(place + aside));
+    bool open = within == Ground::open;
+    // Beyond the ground, along free places to one that is open, as a slanted ray goes.
+    Eigen::Vector2f at = place + aside;
+    for (int i = 0; within != Ground::supported && !open && i <= aside_of_ && is_free(at, here.height);
+         ++i, at += aside)
+      open = view_.ground_at(here.surface, in_map(at)) == Ground::open;
+    if (open) here.cell = PatchCell::below;
   }
   return here;
 }

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -21,7 +22,8 @@ inline constexpr float no_height = std::numeric_limits<float>::quiet_NaN();
 struct Look {
   PatchCell cell = PatchCell::unseen;
   float height = no_height, slope_rad = no_height;
-  bool lopsided = false;  ///< its readings lie to one side
+  SurfaceId surface = 0;                  ///< of what is supported, with
+  bool sparse = false, lopsided = false;  ///< readings not so near, or to one side
 };
 
 /// The readings around a robot, in the patch's frame, by cells of a grid. They are read again for each patch:
@@ -50,7 +52,8 @@ class GroundReadings {
   }
   /// Of the highest surface below the base, or reading without one.
   float highest_below_base(std::size_t cell) const;
-  Look look(const Eigen::Vector2f& place, float ground) const { return look(place, ground, open_depth); }
+  /// `depth`: voxels that must be free where the ground is open; by default as in GroundPlane::depth().
+  Look look(const Eigen::Vector2f& place, float ground, std::optional<float> depth = {}) const;
   /// A supported place becomes unsupported if the ground is open a voxel farther: edges are known to a voxel.
   Look without_edge(Look look, const Eigen::Vector2f& place) const;
 
@@ -61,6 +64,8 @@ class GroundReadings {
     float offset = 0;                                  ///< normal · p = offset
     float slope_rad = no_height;                       ///< of the surface
     bool level = false;                                ///< one can stand on it
+    SurfaceId id = 0;
+    float depth = 0;                                   ///< voxels that must be free where it is open
     Eigen::Vector3f height = Eigen::Vector3f::Zero();  ///< of a level plane: height · (x, y, 1)
   };
 
@@ -70,9 +75,6 @@ class GroundReadings {
     float height = 0;
     std::uint32_t plane = 0;  ///< index; 0: pending
   };
-  /// Voxels, from a free place down, that must be free, too, where the ground is open: as
-  /// GroundPlane::depth().
-  static constexpr float open_depth = 2.5;
 
   std::size_t index(const Eigen::Array2i& at) const {
     return static_cast<std::size_t>(at.x() * size_.y() + at.y());
@@ -80,7 +82,6 @@ class GroundReadings {
   Eigen::Array2i array_at(const Eigen::Vector2f& place) const {
     return ((place - low_) * (1 / cell_m)).array().cast<int>();  // toward zero
   }
-  Look look(const Eigen::Vector2f& place, float ground, float depth) const;
   void add(const occupancy::Cube& cube);
   void sort_by_cell();
   /// Index; 0 of none.
@@ -98,6 +99,7 @@ class GroundReadings {
   Eigen::Isometry3d T_map_patch_;
   Eigen::Isometry3f T_patch_map_;
   float d_, covered_, bridged_, reach_;
+  int aside_of_;                                  // GroundPlane::aside()
   std::array<std::array<float, 64>, 3> in_cube_;  // corners of a cube's voxels, in 256 parts of an edge
   Eigen::Matrix3f per_part_;                      // of 256 parts of a voxel's edge
   Eigen::Vector2f low_ = Eigen::Vector2f::Zero();

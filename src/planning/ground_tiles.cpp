@@ -22,16 +22,8 @@ constexpr int widest_halo = tile_edge / 2;
 /// Steps to which a tile's plane is rounded: a sixteenth of a voxel, and as much at a tile's end.
 constexpr double steps_per_voxel = 16, steps_per_radian = 512;
 
-// Least angle of a ray to the plane, 30°: others run along it.
-constexpr double steepest_ray = std::numbers::pi / 3;
-
 // Of each cell, besides its Ground.
 constexpr std::uint8_t ground_bits = 3, bridged_bit = 4, inside_bit = 8, beyond_bit = 16;
-
-/// Cells by which voids are dilated: along slanted rays, to the depth of a void.
-int aside_of(const GroundPlane& plane) {
-  return static_cast<int>(std::floor(std::tan(steepest_ray) * plane.depth() / plane.d));
-}
 
 }  // namespace
 
@@ -122,7 +114,7 @@ class GroundTiles::Finder {
   /// Dilates voids into neighbouring cells that are free on the plane, then removes those one cell wide.
   void settle_open() {
     if (!any(open_)) return;
-    for (int k = 0; k < aside_of(plane_); ++k) {
+    for (int k = 0; k < plane_.aside(); ++k) {
       const Mask before = open_;
       for (std::size_t i = 0; i < before.size(); ++i)
         if (before[i] == 0 && free_[i] != 0 && about_[i] != 0) open_[i] = raster_.any_beside(before, i);
@@ -277,7 +269,7 @@ GroundTiles::GroundTiles(SurfacePtr surface, double d, double widest_bridged_m)
       outline_(std::make_shared<CellRuns>(surface_->polygons, d / 2)) {
   const double radius = std::min(widest_gap_m, widest_bridged_m) / 2 / d;
   GroundPlane plane{surface_->id, d, surface_->rms_m, {}};
-  halo_ = static_cast<int>(std::max(void_reach, aside_of(plane) + 3.0));
+  halo_ = static_cast<int>(std::max(void_reach, plane.aside() + 3.0));
   // A closing takes two radii, the discs of a quarter more about it and what they are compared with the rest.
   if (radius >= 1) halo_ += static_cast<int>(std::ceil(6.25 * radius));
   const Eigen::AlignedBox2d box = outline_->box();
@@ -429,6 +421,14 @@ std::vector<Polygon> GroundTiles::solid_within(const Eigen::AlignedBox2d& box, c
 
 const std::vector<Gap>& GroundTiles::gaps(const OccupancyView& octree) const {
   return gaps_.get(0, [&] { return find_gaps(octree); });
+}
+
+std::optional<Ground> GroundTiles::ground_at(const Eigen::Vector2d& uv, const OccupancyView& octree) const {
+  if (!outline_->box().contains(uv)) return {};
+  const Tile& one = tile(key_at(uv), octree);
+  const std::uint8_t of = one.of.empty() ? beyond_bit : one.of[one.cells.cell_at(uv)];
+  if ((of & beyond_bit) != 0) return {};
+  return (of & bridged_bit) != 0 ? Ground::supported : static_cast<Ground>(of & ground_bits);
 }
 
 GroundTiles::Cuts GroundTiles::cuts_in(const Eigen::AlignedBox2d& box, const OccupancyView& octree) const {

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -37,6 +38,8 @@ class GroundTiles {
   /// The surface with the outline of its ground. `octree`: of this version.
   SurfacePtr solid(const OccupancyView& octree) const;
   const std::vector<Gap>& gaps(const OccupancyView& octree) const;
+  /// Of a place within the outline or its holes; empty beyond.
+  std::optional<Ground> ground_at(const Eigen::Vector2d& uv, const OccupancyView& octree) const;
   /// The ground's outline clipped to a box, whose sides count as edges. O(vertices of the surface), some ns
   /// each, and the tiles there.
   std::vector<Polygon> solid_within(const Eigen::AlignedBox2d& box, const OccupancyView& octree,

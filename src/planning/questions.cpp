@@ -21,23 +21,6 @@ void put(const AskedMap& map, SurfaceId id, const Eigen::Vector3d& point, double
   answer.normal = map.surface(id).plane.normal;
 }
 
-/// The ground within `reach_m` of a place, as a surface.
-Surface ground_about(const GroundView& ground, const Surface& mapped, const Eigen::Vector3d& about,
-                     double reach_m) {
-  GroundRules rules = ground.rules();
-  rules.widest_unseen_m = rules.widest_unseen_m.value_or(widest_unseen_of(rules.foot));
-  rules.foot = ContactShape::disc(1e-6);
-  rules.limits = {.max_slope_rad = std::numbers::pi};
-  Surface part;
-  part.id = mapped.id;
-  part.resolution = mapped.resolution;
-  part.plane = mapped.plane;
-  part.T_map_surface = mapped.T_map_surface;
-  part.rms_m = mapped.rms_m;
-  part.polygons = ground.by(rules).region_about(mapped.id, about, reach_m, {}).polygons;
-  return part;
-}
-
 void ask_ground(const AskedMap& map, const PlaceQuestion& question, PlaceAnswer& answer) {
   SurfaceId id = question.surface;
   if (id == 0) {
@@ -49,8 +32,7 @@ void ask_ground(const AskedMap& map, const PlaceQuestion& question, PlaceAnswer&
   const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * question.point).head<2>();
   const Eigen::Vector3d at = surface.to_map(uv);
   put(map, id, at, (question.point - at).norm(), answer);
-  answer.ground =
-      ground_at(ground_about(map.bare_ground(), surface, at, 2 * surface.resolution), map.octree, uv);
+  answer.ground = map.bare_ground().ground_at(id, at);
 }
 
 }  // namespace
@@ -198,11 +180,7 @@ FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question
     found.ground[static_cast<std::size_t>(Ground::supported)] = 1;
     return found;
   }
-  const ContactShape& foot = ground.rules().foot;
-  const Eigen::Isometry3d& T_map_contact = found.foothold.T_map_contact;
-  found.ground = ground_under(ground_about(ground, map.surface(nearest->id), T_map_contact.translation(),
-                                           1.1 * foot.reach() + 2 * map.octree.resolution()),
-                              map.octree, foot, T_map_contact);
+  found.ground = ground.ground_under(nearest->id, found.foothold.T_map_contact);
   return found;
 }
 

@@ -101,11 +101,12 @@ void gaps(const Options& options) {
     const Mapper mapper = mapped(recorded, options);
     const Eigen::Vector3d up = up_of(mapper.map()).direction;
     const std::shared_ptr<const Snapshot> as_mapped = mapper.snapshot();
-    std::map<SurfaceId, std::vector<Gap>> found;
-    const auto grounded = with_gaps(*as_mapped, mapper.map().octree(), widest_gap_m, &found);
+    GroundRules rules;
+    rules.widest_unseen_m = widest_gap_m;
+    const GroundView ground(as_mapped, mapper.map().octree(), rules);
     const TrueWorld world(recorded.truth, up);
     const View view(recorded.simulated->rays());
-    const std::vector<Face> before = faces_of(*as_mapped), after = faces_of(*grounded);
+    const std::vector<Face> before = faces_of(*as_mapped), after = faces_of(*ground.solid());
     const auto supported = [&](const std::vector<Face>& faces, const Eigen::Vector3d& p) {
       return std::ranges::any_of(faces, [&](const Face& face) {
         return is_level(face, up) && std::fabs(face.height(p)) < on_plane_m && face.holds(p);
@@ -132,7 +133,7 @@ void gaps(const Options& options) {
     Counts sampled{"bridged", "over_void", "beyond"};
     for (const Face& face : after) {
       if (!is_level(face, up)) continue;
-      for (const Gap& gap : found[face.surface->id]) {
+      for (const Gap& gap : ground.gaps(face.surface->id)) {
         if (!gap.bridged) continue;
         evaluation::PlanarRegion({gap.outline}).for_each_cell(sampled_every, [&](const Eigen::Vector2d& uv) {
           const Eigen::Vector3d p = face.surface->to_map(uv);

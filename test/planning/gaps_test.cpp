@@ -1,4 +1,4 @@
-// Voids told from places that nobody saw, on octrees painted by hand and on rays cast at boards.
+// Voids told from places that nobody saw, on octrees painted by hand.
 #include "geometry/ring_check.hpp"
 #include "geometry/rings.hpp"
 #include "planning/cell_raster.hpp"
@@ -6,7 +6,6 @@
 #include "planning/ground_tiles.hpp"
 #include "planning/rings.hpp"
 #include "support/painted_octree.hpp"
-#include "support/scene.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
@@ -15,20 +14,16 @@
 #include <gmock/gmock.h>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <utility>
 #include <vector>
 
 #include <octosurf/footsteps.hpp>
-#include <octosurf/gaps.hpp>
-#include <octosurf/map.hpp>
-#include <octosurf/mapper.hpp>
-#include <octosurf/planning.hpp>
+#include <octosurf/ground.hpp>
 
 namespace octosurf::planning {
 namespace {
-
-using testing::IsEmpty;
 
 constexpr double edge = 0.02;  // m, of a voxel
 
@@ -64,6 +59,28 @@ struct Floor {
   }
 };
 
+/// The floor as the ground for a foot.
+GroundView view_of(const Surface& floor, const OccupancyView& octree, const ContactShape& foot,
+                   std::optional<double> widest_unseen_m = {}) {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->resolution = edge;
+  snapshot->surfaces = {std::make_shared<const Surface>(floor)};
+  GroundRules rules;
+  rules.foot = foot;
+  rules.widest_unseen_m = widest_unseen_m;
+  return {snapshot, octree, rules};
+}
+
+struct Found {
+  SurfacePtr surface;
+  std::vector<Gap> gaps;
+};
+
+Found find_gaps(const Surface& floor, const OccupancyView& octree, double widest_unseen_m = widest_gap_m) {
+  const GroundView view = view_of(floor, octree, Biped{}.foot, widest_unseen_m);
+  return {view.solid(1), view.gaps(1)};
+}
+
 bool stands(const Surface& surface, double u, double v) {
   return std::any_of(surface.polygons.begin(), surface.polygons.end(), [&](const Polygon& polygon) {
     return contains(polygon, {u, v});
@@ -79,7 +96,7 @@ TEST(Gaps, ASlotIsAHoleHoweverNarrow) {
     floor.read(0, 0, 20, 50);
     floor.read(20 + cells, 0, 50, 50);
     floor.open(20, 0, 20 + cells, 50);
-    const GroundedSurface found = find_gaps(floor.surface, floor.octree.view());
+    const Found found = find_gaps(floor.surface, floor.octree.view());
     EXPECT_FALSE(geometry::fault_of(found.surface->polygons));
     EXPECT_LE(found.surface->area_m2, 1 - cells * edge + 1e-9) << cells;
     EXPECT_GE(found.surface->area_m2, 1 - (cells + 2) * edge) << cells;
@@ -99,7 +116,7 @@ TEST(Gaps, FreeSpaceBeforeThePlaneIsNoVoid) {
   floor.read(0, 0, 20, 50);
   floor.read(25, 0, 50, 50);
   Floor::for_each(20, 0, 25, 50, [&](int u, int v) { floor.octree.free(u, v, 0); });
-  const GroundedSurface found = find_gaps(floor.surface, floor.octree.view());
+  const Found found = find_gaps(floor.surface, floor.octree.view());
   ASSERT_EQ(found.gaps.size(), 1U);
   EXPECT_EQ(found.gaps[0].kind, Ground::unseen);
   EXPECT_NEAR(found.surface->area_m2, 1 - 5 * edge, edge);
@@ -121,7 +138,7 @@ TEST(Gaps, AVoidAndAShadowAreToldApart) {
   });
   floor.open(20, 15, 35, 30);
   const OccupancyView octree = floor.octree.view();
-  const GroundedSurface found = find_gaps(floor.surface, octree);
+  const Found found = find_gaps(floor.surface, octree);
   ASSERT_EQ(found.gaps.size(), 2U);
   EXPECT_EQ(found.gaps[0].kind, Ground::open);
   EXPECT_EQ(found.gaps[1].kind, Ground::unseen);
@@ -131,43 +148,10 @@ TEST(Gaps, AVoidAndAShadowAreToldApart) {
     EXPECT_NEAR(geometry::area_of(gap.outline), 0.09, 1e-9);
   }
   EXPECT_NEAR(found.surface->area_m2, 2 - 2 * 0.09, 1e-9);
-  EXPECT_EQ(ground_at(*found.surface, octree, {0.2, 0.5}), Ground::supported);
-  EXPECT_EQ(ground_at(*found.surface, octree, {0.55, 0.45}), Ground::open);
-  EXPECT_EQ(ground_at(*found.surface, octree, {1.35, 0.45}), Ground::unseen);
-}
-
-// A landing of 3 × 2 m with a void of 0.6 m in the way, and a shadow beside it, which leave 0.7 m.
-TEST(Gaps, APlanGoesAroundVoidsAndShadows) {
-  Floor floor;
-  floor.outline(0, 0, 3, 2);
-  const auto hole = [&](double v) {
-    floor.surface.polygons[0].holes.push_back({{1.2, v}, {1.2, v + 0.6}, {1.8, v + 0.6}, {1.8, v}});
-  };
-  hole(0.1);
-  hole(0.7);
-  const auto in_hole = [](int u, int v) { return u >= 60 && u < 90 && v >= 5 && v < 65; };
-  Floor::for_each(0, 0, 150, 100, [&](int u, int v) {
-    if (!in_hole(u, v)) floor.octree.occupy(u, v, 0, 2, 1);
-  });
-  floor.open(60, 35, 90, 65);
-  Snapshot snapshot;
-  snapshot.resolution = edge;
-  snapshot.surfaces = {std::make_shared<const Surface>(floor.surface)};
-  const OccupancyView octree = floor.octree.view();
-  Biped robot;
-  robot.contact.unknown_to_m = 0;  // only the floor itself is painted
-  const auto ground = with_gaps(snapshot, octree, widest_unseen_of(robot.foot));
-  FootstepPlanner planner(ground, octree, robot);
-  const FootstepPlan plan = planner.plan({{0.4, 0.7, edge / 2}, 0}, {{2.6, 0.7, edge / 2}, 0});
-  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
-  bool beside = false;
-  for (const Footstep& step : plan.steps) {
-    const auto under = ground_under(*ground->surfaces[0], octree, robot.foot, step.T_map_foot);
-    EXPECT_EQ(under[static_cast<std::size_t>(Ground::supported)], 1);
-    const Eigen::Vector3d at = step.T_map_foot.translation();
-    beside = beside || (at.x() > 1.2 && at.x() < 1.8 && at.y() > 1.3);
-  }
-  EXPECT_TRUE(beside);
+  const GroundView view = view_of(floor.surface, octree, Biped{}.foot);
+  EXPECT_EQ(view.ground_at(1, {0.2, 0.5, edge / 2}), Ground::supported);
+  EXPECT_EQ(view.ground_at(1, {0.55, 0.45, edge / 2}), Ground::open);
+  EXPECT_EQ(view.ground_at(1, {1.35, 0.45, edge / 2}), Ground::unseen);
 }
 
 /// Lines of readings two cells wide across 3 m, farther apart from line to line, as a lidar's rings.
@@ -187,14 +171,14 @@ double add_rings(Floor& floor) {
 TEST(Gaps, TheFloorBetweenRingsIsWhole) {
   Floor floor;
   const double area = add_rings(floor);
-  const GroundedSurface found = find_gaps(floor.surface, floor.octree.view());
+  const Found found = find_gaps(floor.surface, floor.octree.view());
   EXPECT_EQ(found.surface->polygons.size(), 1U);
   // The ends of the last gaps are round, as a disc of half a metre closes them.
   EXPECT_GT(found.surface->area_m2, 0.97 * area);
   EXPECT_LE(found.surface->area_m2, 1.02 * area);
   for (const Gap& gap : found.gaps) EXPECT_TRUE(gap.bridged);
   // A planner whose foot spans 10 cm leaves wider gaps open.
-  const GroundedSurface narrow = find_gaps(floor.surface, floor.octree.view(), 0.1);
+  const Found narrow = find_gaps(floor.surface, floor.octree.view(), 0.1);
   EXPECT_GT(narrow.surface->polygons.size(), 3U);
   EXPECT_LT(narrow.surface->area_m2, 0.7 * area);
 }
@@ -208,7 +192,7 @@ TEST(Gaps, AVoidBetweenRingsIsNotBridged) {
       for (int z = 0; z >= -3; --z) floor.octree.free(u, v, z);
   });
   const OccupancyView octree = floor.octree.view();
-  const GroundedSurface found = find_gaps(floor.surface, octree);
+  const Found found = find_gaps(floor.surface, octree);
   for (int u = 0; u < 150; ++u)
     for (int v = 30; v < 50; ++v) {
       const Eigen::Vector2d at((u + 0.5) * edge, (v + 0.5) * edge);
@@ -232,7 +216,7 @@ TEST(Gaps, WhatReadingsMissByChanceIsWhole) {
         if (in_hole && passed) floor.octree.free(u, v, 1);
         if (!in_hole && rng() % 20 < 17) floor.octree.occupy(u, v, 0, 2, 1);
       });
-      const GroundedSurface found = find_gaps(floor.surface, floor.octree.view());
+      const Found found = find_gaps(floor.surface, floor.octree.view());
       const double middle = (low + high) / 2;
       EXPECT_EQ(stands(*found.surface, middle, middle), passed && cells == 2) << cells << ' ' << passed;
     }
@@ -256,11 +240,12 @@ TEST(Gaps, NothingIsBridgedOverAShallowVoidOrALowBoard) {
       for (int z = height + 1; z <= 0; ++z) floor.octree.free(u, v, z);
     }
     const OccupancyView octree = floor.octree.view();
-    const GroundedSurface found = find_gaps(floor.surface, octree);
+    const Found found = find_gaps(floor.surface, octree);
+    const GroundView view = view_of(floor.surface, octree, Biped{}.foot);
     for (const auto& [u, v] : there) {
       const Eigen::Vector2d at((u + 0.5) * edge, (v + 0.5) * edge);
       EXPECT_FALSE(stands(*found.surface, at.x(), at.y())) << height << ": " << u << ' ' << v;
-      EXPECT_EQ(ground_at(*found.surface, octree, at), height < 0 ? Ground::open : Ground::blocked);
+      EXPECT_EQ(view.ground_at(1, {at.x(), at.y(), edge / 2}), height < 0 ? Ground::open : Ground::blocked);
     }
   }
 }
@@ -275,7 +260,7 @@ TEST(Gaps, AFootIsToldWhatItWouldStandOn) {
   const auto under = [&](const ContactShape& shape) {
     Eigen::Isometry3d at = Eigen::Isometry3d::Identity();
     at.translation() = Eigen::Vector3d(1, 0.5, edge / 2);
-    return ground_under(floor.surface, octree, shape, at);
+    return view_of(floor.surface, octree, shape).ground_under(1, at);
   };
   const auto share = [](const auto& shares, Ground ground) {
     return shares[static_cast<std::size_t>(ground)];
@@ -284,45 +269,6 @@ TEST(Gaps, AFootIsToldWhatItWouldStandOn) {
   EXPECT_NEAR(share(sole, Ground::supported), 0.5, 1e-9);
   EXPECT_NEAR(share(sole, Ground::open), 0.5, 1e-9);
   EXPECT_GT(share(under(ContactShape::rectangle(1000, 1000)), Ground::unseen), 0.99);
-}
-
-// A landing of boards a metre over the ground, with a hole of 0.6 m and slots of 6 and 10 cm between them,
-// looked at from all sides.
-TEST(Gaps, SlotsBetweenBoardsAreHolesAsRaysPassThem) {
-  test::Scene scene;
-  const auto board = [&scene](double low_x, double low_y, double high_x, double high_y, double z) {
-    scene.rectangle({low_x, low_y, z}, {high_x - low_x, 0, 0}, {0, high_y - low_y, 0});
-  };
-  board(-3, -3, 6, 5, 0);
-  board(0, 0, 3, 0.3, 1);
-  board(0, 1.7, 3, 2, 1);
-  board(0, 0.3, 0.5, 1.7, 1);
-  board(0.5, 0.3, 1.1, 0.7, 1);
-  board(0.5, 1.3, 1.1, 1.7, 1);
-  board(1.1, 0.3, 1.8, 1.7, 1);
-  board(1.86, 0.3, 2.4, 1.7, 1);
-  board(2.5, 0.3, 3, 1.7, 1);
-  std::mt19937_64 rng(test::seed());
-  Parameters parameters;
-  parameters.occupancy.resolution = edge;
-  parameters.align = false;
-  Mapper mapper(parameters);
-  for (const double x : {0.0, 0.8, 1.6, 2.2, 2.8})
-    for (const double y : {-0.6, 1.0, 2.6})
-      mapper.insert(test::camera_scan(scene, test::look_at({x + 0.3, y, 2.6}, {x, 1, 1}), rng));
-  const OccupancyView octree = mapper.map().octree();
-  const std::shared_ptr<const Snapshot> mapped = mapper.snapshot(), told = with_gaps(*mapped, octree);
-  const auto covered = [](const Snapshot& snapshot, double x, double y) {
-    const std::optional<Nearest> met = below(snapshot, {x, y, 1.2});
-    return met && met->point.z() > 0.9;
-  };
-  for (double y = 0.45; y < 1.6; y += 0.05) {
-    EXPECT_FALSE(covered(*told, 1.83, y)) << y;
-    EXPECT_FALSE(covered(*told, 2.45, y)) << y;
-    EXPECT_TRUE(covered(*told, 1.5, y)) << y;
-    EXPECT_TRUE(covered(*told, 2.1, y)) << y;
-  }
-  for (double y = 0.8; y < 1.25; y += 0.05) EXPECT_FALSE(covered(*told, 0.8, y)) << y;
 }
 
 // What lies within another outline, or on another plane, is computed anew even where the octree did not

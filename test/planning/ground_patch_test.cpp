@@ -167,6 +167,59 @@ TEST(GroundPatch, VoidsAreNoGround) {
   }
 }
 
+/// Of a spinning lidar, its pose off by 5 mm.
+Scan lidar_scan(const Scene& scene, const Eigen::Vector3d& eye, std::mt19937_64& rng) {
+  std::normal_distribution<double> gauss(0, 1);
+  Scan scan;
+  scan.T_map_sensor.translation() = eye + 0.005 * Eigen::Vector3d(gauss(rng), gauss(rng), gauss(rng));
+  for (double tilt = -0.5; tilt < 0.5; tilt += 0.035)
+    for (double turn = 0; turn < 2 * std::numbers::pi; turn += 0.007) {
+      const Eigen::Vector3d ray(std::cos(tilt) * std::cos(turn), std::cos(tilt) * std::sin(turn),
+                                std::sin(tilt));
+      if (const std::optional<double> range = scene.cast(eye, ray))
+        scan.points.push_back((ray * (*range + 0.015 * gauss(rng))).cast<float>());
+    }
+  return scan;
+}
+
+// A hall's floor with a slot of 10 cm and a stairwell, from low and high sensors.
+TEST(GroundPatch, VoidsAreNoGroundToALidarAndItsFloorIsWhole) {
+  constexpr double slot = 1, well = -1.5, depth = 0.6;
+  Scene hall;
+  hall.rectangle({well, -4, 0.01}, (slot - well) * x, 8 * y).rectangle({slot + 0.1, -4, 0.01}, 3 * x, 8 * y);
+  hall.rectangle({-4, -4, -2.5}, (4 + well) * x, 8 * y).rectangle({well, -4, 0.01}, -2.51 * z, 8 * y);
+  hall.rectangle({slot, -4, -depth}, 0.1 * x, 8 * y).box({-4, -4, -2.5}, {4, 4, 3});
+  for (const double at : {slot, slot + 0.1}) hall.rectangle({at, -4, 0.01}, -depth * z, 8 * y);
+  for (const double d : {0.05, 0.1}) {
+    std::size_t floor = 0, open = 0, voids = 0, stood_on = 0;
+    for (const double height : {0.5, 1.0, 1.5, 2.0}) {
+      std::mt19937_64 rng = test::rng();
+      Parameters parameters;
+      parameters.occupancy.resolution = d;
+      parameters.align = false;
+      Mapper mapper(parameters);
+      for (double at = -2; at < 2; at += 0.25) mapper.insert(lidar_scan(hall, {0.2, at, height}, rng));
+      mapper.drain();
+      const GroundView view(mapper.snapshot(), mapper.map().octree());
+      const Eigen::Isometry3d base = base_at({0, 0, 0.5}, 0);
+      const PatchLayout layout = PatchLayout::grid(4, 3, 0.05, {0.025, 0});
+      const GroundPatch patch = ground_patch(view, base, layout);
+      for (std::size_t i = 0; i < layout.points.size(); ++i) {
+        const double at = layout.points[i].x(), into_slot = 0.05 - std::fabs(at - slot - 0.05),
+                     into_void = std::max(into_slot, well - at);
+        floor += into_void < -2 * d;
+        open += into_void < -2 * d && patch.cell[i] == PatchCell::below;
+        // Outlines extend beyond an edge by up to d, and noise reaches into a slot of two voxels.
+        if (into_slot <= 0.9 * d && well - at <= 1.01 * d) continue;
+        ++voids;
+        stood_on += patch.cell[i] == PatchCell::supported;
+      }
+    }
+    EXPECT_LE(static_cast<double>(open), 0.001 * static_cast<double>(floor)) << d;
+    EXPECT_LE(static_cast<double>(stood_on), 0.002 * static_cast<double>(voids)) << d;
+  }
+}
+
 // The ground rises, and what hangs over it is higher above the base than the headroom.
 TEST(GroundPatch, IsClearUpToTheHeadroomOverAStep) {
   Scene scene;
