@@ -53,8 +53,7 @@ void print(const FootstepPlan& plan) {
   for (std::size_t i = 1; i < plan.body.size(); ++i) way += (plan.body[i].at - plan.body[i - 1].at).norm();
   std::printf("%zu steps over %zu surfaces, %.2f m\n", plan.steps.size(), surfaces.size(), way);
   std::printf("cost %.2f; none on the planner's grid costs less than %.2f\n", plan.cost, plan.lower_bound);
-  std::printf("%zu expansions, %.0f ms of search, %.0f ms of preparation\n\n", plan.expansions,
-              plan.search_ms, plan.prepare_ms);
+  std::printf("%zu expansions, %.0f ms\n\n", plan.expansions, plan.search_ms);
   std::printf(" step  foot         surface        x        y        z      yaw   margin\n");
   const auto line = [](const std::string& number, const Footstep& step) {
     const Eigen::Vector3d p = step.T_map_foot.translation();

@@ -31,14 +31,6 @@ void bind_stairs(Module& module) {
         return found == nullptr ? std::optional<Stair>() : *found;
       },
       "snapshot"_a, "stairs"_a, "point"_a);
-  Value<StairChanges>(module, "StairChanges")
-      .fields(OCTOSURF_FIELDS(StairChanges, appeared, changed, gone, renamed));
-  module.def(
-      "stair_changes",
-      [](const Stairs& before, std::uint64_t since, const Snapshot& snapshot, const Stairs& now) {
-        return stair_changes(before.stairs, since, snapshot, now.stairs);
-      },
-      "before"_a, "since"_a, "snapshot"_a, "now"_a);
 }
 
 }  // namespace

@@ -15,6 +15,9 @@ struct SharedPlanner {
     return planner.use([&](FootstepPlanner& one) { return one.plan(from, to, budget); });
   }
 
+  std::unique_ptr<SharedPlanner> next(const SnapshotPtr& snapshot,
+                                      const std::optional<OccupancyView>& octree);
+
   std::uint64_t revision;
   Locked<FootstepPlanner> planner;
 };
@@ -41,6 +44,14 @@ std::unique_ptr<SharedPlanner> planner_of(const SnapshotPtr& snapshot, const std
   return std::unique_ptr<SharedPlanner>(new SharedPlanner{
       snapshot->revision,
       Locked<FootstepPlanner>(snapshot, octree_of(*snapshot, octree), robot_in(snapshot, robot))});
+}
+
+std::unique_ptr<SharedPlanner> SharedPlanner::next(const SnapshotPtr& snapshot,
+                                                   const std::optional<OccupancyView>& octree) {
+  return planner.use([&](FootstepPlanner& one) {
+    return std::unique_ptr<SharedPlanner>(new SharedPlanner{
+        snapshot->revision, Locked<FootstepPlanner>(one.next(snapshot, octree_of(*snapshot, octree)))});
+  });
 }
 
 void bind_settings(Module& module) {
@@ -73,8 +84,7 @@ void bind_plan(Module& module) {
       .field("refused", &NoPlan::refused, step_refusal_names);
   using P = FootstepPlan;
   Value<P>(module, "FootstepPlan")
-      .fields(OCTOSURF_FIELDS(P, start, steps, body, cost, lower_bound, expansions, prepare_ms, search_ms,
-                              refusal))
+      .fields(OCTOSURF_FIELDS(P, start, steps, body, cost, lower_bound, expansions, search_ms, refusal))
       .def("found", &P::found)
       .def("to_json", &to_json, "robot"_a, R"(A JSON object, "octosurf-plan" of docs/formats.md; degrees.)")
       .def("__bool__", &P::found, "found().");
@@ -102,6 +112,8 @@ Throws Error(usage).)")
            [](const SharedPlanner& self) {
              return "<FootstepPlanner over the surfaces of revision " + std::to_string(self.revision) + ">";
            })
+      .def("next", &SharedPlanner::next, "snapshot"_a, "octree"_a = py::none(),
+           "A planner for a later Snapshot of the same map, which keeps what is as it was.")
       .def("plan", &SharedPlanner::plan, "from_"_a, "to"_a, "budget"_a = PlanBudget{});
   module.def(
       "plan",

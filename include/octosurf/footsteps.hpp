@@ -177,8 +177,7 @@ struct FootstepPlan {
   /// optimal.
   double lower_bound = 0;
   std::size_t expansions = 0;     ///< expanded stances
-  double prepare_ms = 0;          ///< contact regions and voxels not cached by earlier plans
-  double search_ms = 0;           ///< the rest
+  double search_ms = 0;           ///< of the call
   std::optional<NoPlan> refusal;  ///< empty: a plan was found
 
   /// Whether a plan was found.
@@ -206,6 +205,9 @@ class FootstepPlanner {
  public:
   /// The robot's `contact.up` defines the up direction.
   FootstepPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, Robot robot);
+  /// A planner for a later snapshot of the same map, which keeps what is as it was: voxels near which nothing
+  /// changed, and the places for feet on unchanged surfaces. Headings stay those of the first.
+  FootstepPlanner next(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree) const;
   FootstepPlanner(FootstepPlanner&&) noexcept;
   FootstepPlanner& operator=(FootstepPlanner&&) noexcept;
   ~FootstepPlanner();
@@ -216,6 +218,7 @@ class FootstepPlanner {
 
  private:
   struct Impl;
+  explicit FootstepPlanner(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

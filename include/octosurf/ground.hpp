@@ -102,6 +102,7 @@ class GroundView {
   /// ground_at() within the surface's outline and its holes.
   std::optional<Ground> ground_within(SurfaceId id, const Eigen::Vector3d& at) const;
   Surface part_of(SurfaceId id, const Eigen::AlignedBox2d& box) const;
+  Eigen::AlignedBox2d square_of(int x, int y) const;
   std::vector<const planning::ContactCells*> cells_in(SurfaceId id, const Eigen::AlignedBox2d& box) const;
 
   std::shared_ptr<const Snapshot> snapshot_;

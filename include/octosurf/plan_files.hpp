@@ -9,7 +9,7 @@
 namespace octosurf {
 
 /// One JSON object, in the map frame, metres and degrees: {"format": "octosurf-plan", "version": 1, "found",
-/// "cost", "lower_bound", "expansions", "prepare_ms", "search_ms", "start": [foot …], "steps": [foot …],
+/// "cost", "lower_bound", "expansions", "search_ms", "start": [foot …], "steps": [foot …],
 /// "body": [{"at", "yaw_deg"} …]}, where a foot is {"foot", "surface", "at", "yaw_deg", "T_map_foot": 16
 /// numbers row by row, "margin_m", "outline": [[x, y, z] …]}. Without a plan also "refusal": {"why",
 /// "sentence", "contact", "nearest", "nearest_m", "refused": {"reach", "height", "clearance", "support",

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include <octosurf/changes.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
@@ -40,7 +39,7 @@ struct MeanLength {
 /// Level surfaces that rise by nearly equal steps, each beginning where the one before ends.
 struct Stair {
   /// Id of the oldest surface among treads and those merged into them: the same after more scans and after a
-  /// restart, unless an older surface turns out to be a tread: stair_changes() follows it then.
+  /// restart, unless an older surface turns out to be a tread.
   SurfaceId id = 0;
   StairKind kind = StairKind::straight;  ///< course
   std::vector<Step> steps;               ///< from below, at least two; `steps.size()` counts the risers
@@ -79,20 +78,5 @@ Stairs find_stairs(const Snapshot& snapshot, const Eigen::Vector3d& up = Eigen::
 /// the snapshot.
 const Stair* nearest_stair(const Snapshot& snapshot, const std::vector<Stair>& stairs,
                            const Eigen::Vector3d& point);
-
-/// Changes of stairs since an earlier revision. Ids ascend.
-struct StairChanges {
-  std::vector<SurfaceId> appeared;  ///< ids now, of stairs that have no part of an earlier one
-  std::vector<SurfaceId> changed;   ///< ids now: other steps, treads, landings or measures
-  std::vector<SurfaceId> gone;      ///< earlier ids, of stairs with no part in a stair of now
-  /// An earlier stair and the one that has most of its treads now, if their ids differ: an older surface
-  /// became a tread, or two stairs became one. Sorted by `before`.
-  std::vector<MapChanges::Successor> renamed;
-};
-
-/// Compares the stairs of a snapshot with those found at revision `since` of the same map; treads are
-/// followed through mergers and splits. Throws as changes_since().
-StairChanges stair_changes(const std::vector<Stair>& before, std::uint64_t since, const Snapshot& snapshot,
-                           const std::vector<Stair>& now);
 
 }  // namespace octosurf

@@ -1,6 +1,5 @@
 #include "footsteps/step_graph.hpp"
 #include "planning/contact_shape.hpp"
-#include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
 
 #include <algorithm>
@@ -165,8 +164,8 @@ bool BipedGraph::soles_apart(NodeId a, NodeId b) const {
     return ring;
   };
   // They meet where b lies within the sum of a's sole and b's mirrored one, whose sides are those of both.
-  return planning::ConvexSides(planning::minkowski_sum(outline(a), planning::mirrored(outline(b))))
-             .depth(d) <= -between_soles;
+  return planning::depth_in(planning::minkowski_sum(outline(a), planning::mirrored(outline(b))), d) <=
+         -between_soles;
 }
 
 StepGraph::Stance BipedGraph::stance(const Standing& at) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <boost/container/static_vector.hpp>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <tuple>
@@ -64,18 +63,37 @@ Eigen::AlignedBox3d box_of(const std::vector<FootholdField::Ground>& surfaces) {
 
 }  // namespace
 
-FootholdField::FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Gait& gait)
+FootholdField::FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Gait& gait,
+                             const FootholdField* before)
     : snapshot_(std::move(snapshot)),
       octree_(std::move(octree)),
       gait_(gait),
       R_walk_map_(upright(gait.contact.up)),
       leg_(LegBox::of(gait.sole)),
       surfaces_(level_surfaces(*snapshot_, gait.contact)),
-      first_yaw_(edge_direction(surfaces_, step_yaw())),
+      first_yaw_(before != nullptr ? before->first_yaw_ : edge_direction(surfaces_, step_yaw())),
       columns_(octree_, snapshot_, R_walk_map_.toRotationMatrix(), box_of(surfaces_).min().z() - below_ground,
                box_of(surfaces_).max().z() + gait.body.to_m + gait.max_up_m),
       unknown_(octree_, R_walk_map_.toRotationMatrix()),
-      patches_(surfaces_.size() * static_cast<std::size_t>(headings())) {}
+      patches_(surfaces_.size() * static_cast<std::size_t>(headings())) {
+  if (octree_.resolution() <= 0) return;
+  if (before != nullptr && before->ground_)
+    ground_ = before->ground_->next(snapshot_, octree_);
+  else
+    ground_.emplace(snapshot_, octree_, GroundRules{gait_.sole, gait_.contact, {}, true});
+  if (before == nullptr) return;
+  columns_.follow(before->columns_);
+  const auto each = static_cast<std::size_t>(headings());
+  for (std::size_t now = 0, was = 0; now < surfaces_.size(); ++now) {
+    const Surface& surface = *surfaces_[now].surface;
+    while (was < before->surfaces_.size() && before->surfaces_[was].surface->id < surface.id) ++was;
+    if (was == before->surfaces_.size() || before->surfaces_[was].surface->id != surface.id ||
+        !planning::same_outline(*before->surfaces_[was].surface, surface))
+      continue;
+    for (std::size_t heading = 0; heading < each; ++heading)
+      patches_[now * each + heading].raster = before->patches_[was * each + heading].raster;
+  }
+}
 
 ContactRegion FootholdField::region(const Ground& ground, const ContactShape& shape,
                                     std::optional<double> yaw_rad) const {
@@ -85,6 +103,7 @@ ContactRegion FootholdField::region(const Ground& ground, const ContactShape& sh
 }
 
 Foothold FootholdField::hold(const Surface& surface, const Eigen::Vector3d& at, double yaw_rad) const {
+  if (ground_) return ground_->foothold(surface.id, at, yaw_rad);
   return foothold(surface, gait_.sole, at, yaw_rad, gait_.contact, &octree_, snapshot_.get());
 }
 
@@ -110,13 +129,14 @@ int FootholdField::nearest_heading(double yaw_rad) const {
 }
 
 void FootholdField::make(std::size_t surface, int heading, PlaceGrid& patch) {
-  const auto start = std::chrono::steady_clock::now();
   const Ground& ground = surfaces_[surface];
   const auto yaw_rad = gait_.round_feet ? std::nullopt : std::optional(yaw(heading));
-  patch.raster.emplace(region(ground, gait_.sole, yaw_rad).polygons, ground.T_walk_surface,
-                       cell / pixels_per_cell, largest_margin);
+  if (!patch.raster)
+    patch.raster =
+        std::make_shared<const RegionRaster>(region(ground, gait_.sole, yaw_rad).polygons,
+                                             ground.T_walk_surface, cell / pixels_per_cell, largest_margin);
+  patch.made = true;
   patch.cells = CellNumbers(*patch.raster, not_computed);
-  build_ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 std::int32_t FootholdField::best_of_cell(const PlaceGrid& patch, std::size_t surface, int heading, int cell_x,

@@ -14,6 +14,7 @@
 
 #include <octosurf/contact.hpp>
 #include <octosurf/footsteps.hpp>
+#include <octosurf/ground.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf::footsteps {
@@ -48,7 +49,9 @@ class FootholdField {
     }
   };
 
-  FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Gait& gait);
+  /// `before`: of an earlier snapshot of the same map, or nullptr.
+  FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Gait& gait,
+                const FootholdField* before);
 
   static constexpr int headings() { return 16; }  ///< 22.5° each: one a step, with the usual limit of 25°
   static constexpr double step_yaw() { return 2 * std::numbers::pi / headings(); }
@@ -93,18 +96,17 @@ class FootholdField {
     }
   }
 
-  double prepare_ms() const { return build_ms_ + columns_.load_ms(); }  ///< spent so far
-
  private:
   static constexpr std::int32_t none = -1, not_computed = -2;
   struct PlaceGrid {
-    std::optional<RegionRaster> raster;  ///< empty: not made yet
-    CellNumbers cells;                   ///< places
+    std::shared_ptr<const RegionRaster> raster;  ///< empty: not made yet
+    bool made = false;
+    CellNumbers cells;  ///< places
   };
   PlaceGrid& patch_of(std::size_t surface, int heading) {
     PlaceGrid& patch =
         patches_[surface * static_cast<std::size_t>(headings()) + static_cast<std::size_t>(heading)];
-    if (!patch.raster) make(surface, heading, patch);
+    if (!patch.made) make(surface, heading, patch);
     return patch;
   }
   void make(std::size_t surface, int heading, PlaceGrid& patch);
@@ -115,6 +117,7 @@ class FootholdField {
   std::shared_ptr<const Snapshot> snapshot_;
   OccupancyView octree_;
   const Gait gait_;
+  std::optional<GroundView> ground_;  ///< of the outlines as given; empty without an octree
   Eigen::Quaterniond R_walk_map_;
   LegBox leg_;
   std::vector<Ground> surfaces_;
@@ -124,7 +127,6 @@ class FootholdField {
   std::vector<PlaceGrid> patches_;
   std::vector<Place> places_;
   std::vector<std::optional<Foothold>> holds_;  ///< by place; empty: not evaluated
-  double build_ms_ = 0;
 };
 
 }  // namespace octosurf::footsteps

@@ -33,19 +33,18 @@ Gait valid_gait(const Robot& robot) {
 }  // namespace
 
 struct FootstepPlanner::Impl {
+  Robot robot;
   Gait gait;
   FootholdField field;
   GuideMap guide;
   std::unique_ptr<StepGraph> graph;
-  double told_ms = 0;  ///< of preparation, reported in plans so far
 
-  Impl(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Robot& robot)
-      : gait(valid_gait(robot)),
-        field(std::move(snapshot), std::move(octree), gait),
+  Impl(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Robot& of, const Impl* before)
+      : robot(of),
+        gait(valid_gait(robot)),
+        field(std::move(snapshot), std::move(octree), gait, before != nullptr ? &before->field : nullptr),
         guide(field, gait),
         graph(std::visit([&](const auto& kind) { return graph_of(kind, gait, field, guide); }, robot)) {}
-
-  double prepare_ms() const { return field.prepare_ms() + guide.build_ms(); }
 
   /// All but a plan's times; in the walking frame.
   void search(const Standing& from, const Standing& to, const PlanBudget& budget, FootstepPlan& plan) {
@@ -118,7 +117,14 @@ struct FootstepPlanner::Impl {
 };
 
 FootstepPlanner::FootstepPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, Robot robot)
-    : impl_(std::make_unique<Impl>(std::move(snapshot), std::move(octree), robot)) {}
+    : impl_(std::make_unique<Impl>(std::move(snapshot), std::move(octree), robot, nullptr)) {}
+
+FootstepPlanner::FootstepPlanner(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+FootstepPlanner FootstepPlanner::next(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree) const {
+  return FootstepPlanner(
+      std::make_unique<Impl>(std::move(snapshot), std::move(octree), impl_->robot, impl_.get()));
+}
 
 FootstepPlanner::FootstepPlanner(FootstepPlanner&&) noexcept = default;
 FootstepPlanner& FootstepPlanner::operator=(FootstepPlanner&&) noexcept = default;
@@ -130,13 +136,10 @@ FootstepPlan FootstepPlanner::plan(const Standing& from, const Standing& to, con
   if (budget.time_s && !(*budget.time_s >= 0))
     throw Error(Error::Kind::usage, "time_s", "is not a time", "give seconds, or leave it empty");
   const auto start = std::chrono::steady_clock::now();
-  const double prepared = impl_->prepare_ms();
   FootstepPlan plan;
   impl_->search(impl_->field.to_walk(from), impl_->field.to_walk(to), budget, plan);
-  const double ms =
+  plan.search_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  plan.prepare_ms = impl_->prepare_ms() - std::exchange(impl_->told_ms, impl_->prepare_ms());
-  plan.search_ms = ms - (impl_->prepare_ms() - prepared);
   return plan;
 }
 

@@ -1,16 +1,15 @@
 #include "footsteps/guide_map.hpp"
 
 #include "geometry/interruption.hpp"
+#include "geometry/voxel_key.hpp"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <queue>
-#include <unordered_map>
+#include <tsl/robin_map.h>
 #include <utility>
 
 namespace octosurf::footsteps {
@@ -19,18 +18,12 @@ namespace {
 constexpr double cut_m = 1000;  // added where the trunk cannot pass: longer than any detour
 constexpr float nowhere = std::numeric_limits<float>::infinity();
 
-std::uint64_t key_of(int x, int y) {
-  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 | static_cast<std::uint32_t>(y);
-}
-
 // Level distance between the nearest points of two cells that many columns or rows apart.
 double gap(int columns, double cell) { return std::max(0, std::abs(columns) - 1) * cell; }
 
 }  // namespace
 
 GuideMap::GuideMap(FootholdField& field, const Gait& gait) {
-  const auto start = std::chrono::steady_clock::now();
-  const double prepared = field.prepare_ms();
   const ContactShape disc = ContactShape::disc(std::max(0.001, gait.disc_radius_m - slack_m));
   for (std::size_t s = 0; s < field.surfaces().size(); ++s) {
     const FootholdField::Ground& ground = field.surfaces()[s];
@@ -39,8 +32,6 @@ GuideMap::GuideMap(FootholdField& field, const Gait& gait) {
         s, field, gait);
   }
   link(field.columns(), gait);
-  build_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() -
-              (field.prepare_ms() - prepared);
 }
 
 void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, FootholdField& field,
@@ -80,17 +71,19 @@ void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, Footho
 }
 
 void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at;
-  for (std::uint32_t i = 0; i < cells_.size(); ++i) at[key_of(cells_[i].x, cells_[i].y)].push_back(i);
   const double farthest = gait.reach_m + 2 * slack_m;
   const int around = static_cast<int>(std::ceil(farthest / cell)) + 1;
-  std::map<std::array<int, 3>, bool> known;  // column, row, height: whether the trunk collides
+  tsl::robin_map<std::uint64_t, bool, geometry::PackedKeyHash>
+      known;  // by column, row, height: whether the trunk collides
   const auto is_blocked = [&](int x, int y, double ground) {
-    const auto [found, made] = known.try_emplace({x, y, static_cast<int>(std::floor(ground / cell))});
+    std::uint64_t key = 0;
+    for (const int part : {x, y, static_cast<int>(std::floor(ground / cell))})
+      key = key << 21 | (static_cast<std::uint64_t>(part) & 0x1fffff);
+    const auto [found, made] = known.try_emplace(key);
     if (made)
-      found->second = columns.blocked({Eigen::Vector2d((x + 0.5) * cell, (y + 0.5) * cell), 0, cell / 2,
+      found.value() = columns.blocked({Eigen::Vector2d((x + 0.5) * cell, (y + 0.5) * cell), 0, cell / 2,
                                        cell / 2, ground + gait.body.from_m, ground + gait.body.to_m});
-    return found->second;
+    return found.value();
   };
   // A step may cross a thin wall, or lead under a bridge; the trunk cannot.
   const auto is_cut = [&](const Cell& from, const Cell& to) {
@@ -102,22 +95,27 @@ void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
       if (is_blocked(between(from.x, dx, i), between(from.y, dy, i), std::max(from.low, to.low))) return true;
     return false;
   };
-  std::vector<std::pair<int, int>> beside;  // columns and rows to cells whose nearest points are near enough
-  for (int dy = -around; dy <= around; ++dy)
-    for (int dx = -around; dx <= around; ++dx)
-      if (std::hypot(gap(dx, cell), gap(dy, cell)) <= farthest) beside.emplace_back(dx, dy);
+  // By rows: how far to either side are cells whose nearest points are near enough.
+  std::vector<int> wide(static_cast<std::size_t>(around) + 1, -1);
+  for (int dy = 0; dy <= around; ++dy)
+    while (std::hypot(gap(wide[static_cast<std::size_t>(dy)] + 1, cell), gap(dy, cell)) <= farthest)
+      ++wide[static_cast<std::size_t>(dy)];
   for (const Cell& to : cells_) {
     geometry::end_if_interrupted();
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
-    for (const auto& [dx, dy] : beside) {
-      const auto found = at.find(key_of(to.x + dx, to.y + dy));
-      if (found == at.end()) continue;
-      for (const std::uint32_t i : found->second) {
-        const Cell& from = cells_[i];
-        if (to.low - from.high > gait.max_up_m || from.low - to.high > gait.max_down_m) continue;
-        const double metres = (from.middle - to.middle).norm();
-        links_.push_back(
-            {i, static_cast<float>(gait.trunk_reach_m > 0 && is_cut(from, to) ? metres + cut_m : metres)});
+    for (const CellNumbers& grid : grids_) {
+      const Eigen::Array2i last = grid.first + grid.size - 1;
+      for (int y = std::max(to.y - around, grid.first.y()); y <= std::min(to.y + around, last.y()); ++y) {
+        const int beside = wide[static_cast<std::size_t>(std::abs(y - to.y))];
+        for (int x = std::max(to.x - beside, grid.first.x()); x <= std::min(to.x + beside, last.x()); ++x) {
+          if (grid.at(x, y) < 0) continue;
+          const auto i = static_cast<std::uint32_t>(grid.at(x, y));
+          const Cell& from = cells_[i];
+          if (to.low - from.high > gait.max_up_m || from.low - to.high > gait.max_down_m) continue;
+          const double metres = (from.middle - to.middle).norm();
+          links_.push_back(
+              {i, static_cast<float>(gait.trunk_reach_m > 0 && is_cut(from, to) ? metres + cut_m : metres)});
+        }
       }
     }
   }

@@ -30,7 +30,6 @@ class GuideMap {
   double metres(const Place& place) const { return value(metres_, place); }
   /// The point half a metre or slightly more ahead on the path from a place to the nearest target.
   Eigen::Vector2d ahead(const Place& place) const;
-  double build_ms() const { return build_ms_; }  ///< without the columns' time
 
   /// Half the diagonal of the 2.5 cm between grid points: a disc smaller by this much fits at one of them
   /// wherever the sole fits.
@@ -60,7 +59,6 @@ class GuideMap {
   std::vector<Link> links_;
   std::vector<float> steps_, metres_;
   std::vector<std::uint32_t> next_;  ///< next cell on the path, itself at a target
-  double build_ms_ = 0;
 };
 
 }  // namespace octosurf::footsteps

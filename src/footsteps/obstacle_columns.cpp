@@ -1,13 +1,23 @@
 #include "footsteps/obstacle_columns.hpp"
 
+#include "occupancy/cubes.hpp"
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <unordered_set>
 #include <utility>
 
 namespace octosurf::footsteps {
+namespace {
+
+std::uint64_t key_of(int tile_x, int tile_y) {
+  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(tile_x)) << 32 |
+         static_cast<std::uint32_t>(tile_y);
+}
+
+}  // namespace
 
 ObstacleColumns::ObstacleColumns(OccupancyView octree, std::shared_ptr<const Snapshot> surfaces,
                                  const Eigen::Matrix3d& R_walk_map, double low, double high)
@@ -16,7 +26,29 @@ ObstacleColumns::ObstacleColumns(OccupancyView octree, std::shared_ptr<const Sna
       R_walk_map_(R_walk_map),
       low_(low),
       high_(high),
-      pixel_(octree_.resolution()) {}
+      pixel_(octree_.resolution()) {
+  // To whole voxels, so that surfaces that settle do not change them.
+  if (pixel_ > 0) low_ = std::floor(low / pixel_) * pixel_, high_ = std::ceil(high / pixel_) * pixel_;
+}
+
+void ObstacleColumns::follow(const ObstacleColumns& before) {
+  if (before.pixel_ != pixel_ || pixel_ <= 0 || before.low_ != low_ || before.high_ != high_) return;
+  const double edge = tile_pixels * pixel_, beside = planning::MatterOfVoxels::farthest_move + pixel_;
+  std::unordered_set<std::uint64_t> stale;
+  for (const Eigen::AlignedBox3d& cube : occupancy::changed_cubes(before.octree_, octree_)) {
+    const Eigen::Vector3d middle = R_walk_map_ * cube.center(),
+                          reach = (R_walk_map_.cwiseAbs() * cube.sizes() / 2).array() + beside;
+    const Eigen::Array2i from = ((middle - reach).head<2>() / edge).array().floor().cast<int>(),
+                         to = ((middle + reach).head<2>() / edge).array().floor().cast<int>();
+    for (int y = from.y(); y <= to.y(); ++y)
+      for (int x = from.x(); x <= to.x(); ++x) stale.insert(key_of(x, y));
+  }
+  const auto is_same = [&](const Voxel& one) {
+    return before.surfaces_->find(one.surface) == surfaces_->find(one.surface);
+  };
+  for (const auto& [key, tile] : before.tiles_)
+    if (!stale.contains(key) && std::ranges::all_of(tile.voxels, is_same)) tiles_.emplace(key, tile);
+}
 
 bool ObstacleColumns::blocked(const UprightBox& box, SurfaceId but) {
   if (pixel_ <= 0) return false;
@@ -105,8 +137,7 @@ bool ObstacleColumns::reaches(const planning::VoxelMatter& matter, const Sought&
 }
 
 const ObstacleColumns::Tile& ObstacleColumns::tile(int tile_x, int tile_y) {
-  const std::uint64_t key = static_cast<std::uint64_t>(static_cast<std::uint32_t>(tile_x)) << 32 |
-                            static_cast<std::uint32_t>(tile_y);
+  const std::uint64_t key = key_of(tile_x, tile_y);
   Recent& recent = recent_[static_cast<std::size_t>((tile_y & 7) * 8 + (tile_x & 7))];
   if (recent.tile != nullptr && recent.key == key) return *recent.tile;
   const auto found = tiles_.find(key);
@@ -114,9 +145,7 @@ const ObstacleColumns::Tile& ObstacleColumns::tile(int tile_x, int tile_y) {
     recent = {key, &found->second};
     return found->second;
   }
-  const auto start = std::chrono::steady_clock::now();
   const Tile& made = tiles_.emplace(key, load(tile_x, tile_y)).first->second;
-  load_ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   recent = {key, &made};
   return made;
 }

@@ -37,7 +37,8 @@ class ObstacleColumns {
   /// scatter over it.
   bool blocked(const UprightBox& box, SurfaceId but = 0);
 
-  double load_ms() const { return load_ms_; }  ///< spent on tiles so far
+  /// Takes over the tiles near which neither voxels nor surfaces have changed since.
+  void follow(const ObstacleColumns& before);
 
  private:
   static constexpr int tile_pixels = 32, block_pixels = 4, tile_blocks = tile_pixels / block_pixels;
@@ -79,7 +80,6 @@ class ObstacleColumns {
     const Tile* tile = nullptr;
   };
   std::array<Recent, 64> recent_{};
-  double load_ms_ = 0;
 };
 
 }  // namespace octosurf::footsteps

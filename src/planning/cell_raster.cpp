@@ -11,6 +11,13 @@ namespace octosurf::planning {
 namespace {
 
 constexpr float unreached = 1e6F;  // cells; its square is a float, too
+// Cells: less than distances, roots of whole numbers, differ near any radius in use.
+constexpr double touching = 1e-3;
+
+Mask inverse(Mask mask) {
+  for (std::uint8_t& cell : mask) cell = cell == 0;
+  return mask;
+}
 
 /// Squared distances along one line: the lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012).
 void transform(std::vector<float>& f, std::vector<float>& out, std::vector<int>& at,
@@ -45,8 +52,7 @@ void transform(std::vector<float>& f, std::vector<float>& out, std::vector<int>&
 
 CellRaster::CellRaster(const Eigen::Vector2i& low, const Eigen::Vector2i& high, double edge)
     : edge_(edge), x0_(low.x()), y0_(low.y()), width_(high.x() - low.x()), height_(high.y() - low.y()) {
-  constexpr std::size_t most_cells = 1 << 28;
-  if (cells() > most_cells)
+  if (cells() > std::size_t{1} << 28)
     throw Error(Error::Kind::usage, "gaps", "a surface has more than 2^28 cells of a voxel's edge");
 }
 
@@ -86,37 +92,46 @@ std::vector<float> CellRaster::distance_to(const Mask& mask) const {
   return squared;
 }
 
-Mask CellRaster::within(const std::vector<float>& distances, double radius, bool inclusive) const {
-  Mask mask(distances.size());
-  // Distances are roots of whole numbers, rounded.
-  const auto limit = static_cast<float>(radius + (inclusive ? 1e-3 : -1e-3));
-  std::transform(distances.begin(), distances.end(), mask.begin(),
-                 [limit](float distance) { return static_cast<std::uint8_t>(distance <= limit); });
-  return mask;
+Mask CellRaster::near(const Mask& mask, double radius) const { return covered(mask, radius + 2 * touching); }
+
+Mask CellRaster::covered(const Mask& mask, double radius) const {
+  const auto width = static_cast<std::size_t>(width_), height = static_cast<std::size_t>(height_);
+  // Along rows, to the nearest marked one.
+  std::vector<std::uint16_t> steps(mask.size());
+  for (std::size_t first = 0; first < mask.size(); first += width) {
+    std::uint16_t from = UINT16_MAX / 2;
+    for (std::size_t x = 0; x < width; ++x)
+      steps[first + x] = from = mask[first + x] != 0 ? 0 : std::min<std::uint16_t>(UINT16_MAX / 2, from + 1);
+    for (std::size_t x = width; x-- > 0;)
+      steps[first + x] = from = std::min<std::uint16_t>(steps[first + x], from + 1);
+  }
+  Mask found(mask.size(), 0);
+  radius -= touching;
+  const auto reach = static_cast<std::size_t>(std::ceil(radius)) - 1;
+  for (std::size_t off = 0; off <= std::min(reach, height - 1); ++off) {
+    const double half = std::sqrt(radius * radius - static_cast<double>(off * off));
+    const auto beyond = static_cast<std::uint16_t>(std::ceil(half));
+    const auto shift = [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = 0; i < (height - off) * width; ++i) found[to + i] |= steps[from + i] < beyond;
+    };
+    shift(0, off * width);
+    shift(off * width, 0);
+  }
+  return found;
 }
 
 Mask CellRaster::closed(const Mask& mask, double radius) const {
-  Mask outside = within(distance_to(mask), radius, true);
-  for (std::uint8_t& cell : outside) cell = cell == 0;
-  Mask result = within(distance_to(outside), radius, true);
-  for (std::uint8_t& cell : result) cell = cell == 0;
-  return result;
+  return inverse(near(inverse(near(mask, radius)), radius));
 }
 
-std::vector<float> CellRaster::depth_in(const Mask& mask) const {
-  Mask outside = mask;
-  for (std::uint8_t& cell : outside) cell = cell == 0;
-  return distance_to(outside);
-}
+std::vector<float> CellRaster::depth_in(const Mask& mask) const { return distance_to(inverse(mask)); }
 
 Mask CellRaster::eroded(const Mask& mask, double radius) const {
-  Mask core = within(depth_in(mask), radius, false);
-  for (std::uint8_t& cell : core) cell = cell == 0;
-  return core;
+  return inverse(covered(inverse(mask), radius));
 }
 
 Mask CellRaster::opened(const Mask& mask, double radius) const {
-  return within(distance_to(eroded(mask, radius)), radius, false);
+  return covered(eroded(mask, radius), radius);
 }
 
 Mask CellRaster::two_wide(const Mask& mask) const {
@@ -131,19 +146,13 @@ Mask CellRaster::two_wide(const Mask& mask) const {
   return result;
 }
 
-bool CellRaster::any_beside(const Mask& mask, std::size_t cell) const {
-  bool any = false;
-  for_each_beside(cell, [&](std::size_t i) { any |= mask[i] != 0; });
-  return any;
-}
-
 std::vector<std::int32_t> CellRaster::summed(const Mask& mask) const {
   const auto width = static_cast<std::size_t>(width_);
   std::vector<std::int32_t> sums(mask.size());
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    const std::int32_t left = i % width != 0 ? sums[i - 1] : 0, above = i >= width ? sums[i - width] : 0,
-                       both = i % width != 0 && i >= width ? sums[i - width - 1] : 0;
-    sums[i] = mask[i] + left + above - both;
+  for (std::size_t first = 0; first < mask.size(); first += width) {
+    std::int32_t row = 0;
+    for (std::size_t i = first; i < first + width; ++i)
+      sums[i] = (row += mask[i]) + (first > 0 ? sums[i - width] : 0);
   }
   return sums;
 }

@@ -1,7 +1,6 @@
 #include "geometry/interruption.hpp"
 #include "planning/contact_cells.hpp"
 #include "planning/contact_shape.hpp"
-#include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
 
 #include <string>

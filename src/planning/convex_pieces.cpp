@@ -1,7 +1,7 @@
+#include "geometry/rings.hpp"
 #include "geometry/triangulate.hpp"
 #include "planning/blocked_polygon.hpp"
 #include "planning/contact_shape.hpp"
-#include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
 
 #include <Eigen/Cholesky>
@@ -164,7 +164,7 @@ RegionPart part_of(Polygon polygon) {
   std::vector<std::pair<double, Eigen::Vector2d>> starts;
   for (const auto& t : geometry::triangulate(polygon, points)) {
     const Ring2 triangle{points[t[0]], points[t[1]], points[t[2]]};
-    starts.emplace_back(planning::area_of(triangle), (triangle[0] + triangle[1] + triangle[2]) / 3);
+    starts.emplace_back(geometry::signed_area(triangle), (triangle[0] + triangle[1] + triangle[2]) / 3);
   }
   const std::size_t tried = std::min(seeds, starts.size());
   std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(tried), starts.end(),
@@ -173,7 +173,7 @@ RegionPart part_of(Polygon polygon) {
   for (std::size_t i = 0; i < tried; ++i) {
     const Eigen::Vector2d& start = starts[i].second;
     // A seed inside the best piece would lead to it again.
-    if (!part.best.ring.empty() && planning::ConvexSides(part.best.ring).depth(start) > 0) continue;
+    if (!part.best.ring.empty() && planning::depth_in(part.best.ring, start) > 0) continue;
     Grown grown = grown_from(edges, box, start);
     if (grown.area > part.best.area) part.best = std::move(grown);
   }
@@ -234,7 +234,7 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const std::vector
   std::vector<RegionPart> parts;
   const auto add = [&](const std::vector<Polygon>& some) {
     for (const Polygon& polygon : some) {
-      if (planning::area_of(std::vector{polygon}) < least) continue;
+      if (geometry::area_of(polygon) < least) continue;
       RegionPart part = part_of(polygon);
       if (part.best.area >= least && part.best.area > 0) parts.push_back(std::move(part));
     }
@@ -254,7 +254,7 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const std::vector
   }
   // They usually are sorted; but a piece found in a part may exceed the one found in the whole.
   std::stable_sort(rings.begin(), rings.end(), [](const Ring2& a, const Ring2& b) {
-    return planning::area_of(a) > planning::area_of(b);
+    return geometry::signed_area(a) > geometry::signed_area(b);
   });
   std::vector<ConvexPiece> pieces;
   for (const Ring2& ring : rings) pieces.push_back(piece_of(surface, ring));

@@ -1,6 +1,5 @@
 #include "planning/contact_cells.hpp"
 #include "planning/contact_shape.hpp"
-#include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
 
 #include <algorithm>
@@ -26,12 +25,11 @@ class Stand {
   /// Share of its cells that lie on the surface, and how deep the deepest other one lies in it.
   std::array<double, 2> support() const {
     const Ring2 room = this->room(0);
-    const ConvexSides sides(room);
     std::size_t all = 0, off = 0;
-    double deepest = cells_.empty() ? sides.depth(middle_) : 0;
+    double deepest = cells_.empty() ? depth_in(room, middle_) : 0;
     for (const ContactCells* one : cells_)
       one->outside.for_each_touched(room, [&](const Eigen::Vector2d& cell, bool marked) {
-        const double depth = sides.depth(cell);
+        const double depth = depth_in(room, cell);
         all += depth > 0;
         off += marked && depth > 0;
         if (marked) deepest = std::max(deepest, depth + one->outside.edge() / 2);

@@ -1,13 +1,13 @@
 #include "geometry/even_odd.hpp"
-#include "geometry/voxel_grid.hpp"
+#include "occupancy/cubes.hpp"
 #include "planning/blocked_polygon.hpp"
 #include "planning/column.hpp"
 #include "planning/contact_cells.hpp"
 #include "planning/contact_shape.hpp"
-#include "planning/convex_sides.hpp"
 #include "planning/ground_tiles.hpp"
 #include "planning/made_once.hpp"
 #include "planning/rings.hpp"
+#include "planning/voxel_matter.hpp"
 
 #include <algorithm>
 #include <array>
@@ -102,16 +102,33 @@ GroundView GroundView::by(const GroundRules& rules) const {
 GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree) const {
   GroundView other(std::move(snapshot), std::move(octree), rules_);
   if (other.octree_.resolution() != octree_.resolution()) return other;
-  std::vector<Eigen::AlignedBox3d> changed;
-  const double d = octree_.resolution();
-  other.octree_.for_each_changed_cube(octree_, [&](const std::array<std::uint16_t, 3>& corner, int level) {
-    const Eigen::Vector3d low = geometry::VoxelGrid(d).corner_of({corner[0], corner[1], corner[2]});
-    changed.emplace_back(low, low + Eigen::Vector3d::Constant(std::ldexp(d, level)));
-  });
+  const std::vector<Eigen::AlignedBox3d> changed = occupancy::changed_cubes(octree_, other.octree_);
   solids_->for_each([&](SurfaceId id, const std::shared_ptr<const planning::GroundTiles>& before) {
     const SurfacePtr* now = surface_of(*other.snapshot_, id);
     if (now == nullptr) return;
     other.solids_->get(id, [&] { return std::make_shared<planning::GroundTiles>(*before, *now, changed); });
+  });
+  // Squares of unchanged ground near which neither voxels nor surfaces changed.
+  std::vector<Eigen::AlignedBox3d> near = changed;
+  for (const SurfacePtr& now : other.snapshot_->surfaces) {
+    const SurfacePtr* before = surface_of(*snapshot_, now->id);
+    if (before == nullptr || *before == now) continue;
+    Eigen::AlignedBox3d& box = near.emplace_back();
+    for (const Polygon& polygon : now->polygons)
+      for (const Eigen::Vector2d& uv : polygon.outer) box.extend(now->to_map(uv));
+  }
+  // Matter is moved onto its plane; unknown voxels depend on two beside.
+  const double reach = std::max(rules_.limits.clearance_m, rules_.limits.unknown_to_m) +
+                       planning::MatterOfVoxels::farthest_move + 3 * octree_.resolution();
+  other.squares_->share(*squares_, [&](const std::tuple<SurfaceId, int, int>& key) {
+    const auto [id, x, y] = key;
+    const SurfacePtr* now = surface_of(*other.snapshot_, id);
+    if (now == nullptr || !other.tiles_of(id)->same_as_before()) return false;
+    Eigen::AlignedBox3d about;
+    for (const int u : {x, x + 1})
+      for (const int v : {y, y + 1}) about.extend((*now)->to_map(square_of(u, v).min()));
+    about = {about.min().array() - reach, about.max().array() + reach};
+    return std::ranges::none_of(near, [&](const auto& box) { return box.intersects(about); });
   });
   const std::lock_guard lock(climb_->mutex);
   other.climb_->before = climb_->now ? climb_->now : climb_->before;
@@ -278,18 +295,24 @@ ContactRegion GroundView::region_about(SurfaceId id, const Eigen::Vector3d& abou
   return region;
 }
 
+Eigen::AlignedBox2d GroundView::square_of(int x, int y) const {
+  const double edge = 64 * octree_.resolution();
+  const Eigen::Vector2d corner = edge * Eigen::Vector2d(x, y);
+  return {corner, corner.array() + edge};
+}
+
 /// The squares of 64 voxels that meet a box.
 std::vector<const planning::ContactCells*> GroundView::cells_in(SurfaceId id,
                                                                 const Eigen::AlignedBox2d& box) const {
-  const double d = octree_.resolution(), edge = 64 * d;
+  const double d = octree_.resolution(), edge = square_of(0, 0).max().x();
   const Eigen::Array2i low = (box.min() / edge).array().floor().cast<int>(),
                        high = (box.max() / edge).array().floor().cast<int>();
   std::vector<const planning::ContactCells*> all;
   for (int y = low.y(); y <= high.y(); ++y)
     for (int x = low.x(); x <= high.x(); ++x)
       all.push_back(&squares_->get({id, x, y}, [&] {
-        const Eigen::Vector2d corner = edge * Eigen::Vector2d(x, y), beside = Eigen::Vector2d::Constant(d);
-        const Eigen::AlignedBox2d square(corner, corner.array() + edge);
+        const Eigen::Vector2d beside = Eigen::Vector2d::Constant(d);
+        const Eigen::AlignedBox2d square = square_of(x, y);
         const double cell = planning::BitRaster::edge_for(tiles_of(id)->surface());
         return planning::ContactCells(part_of(id, {square.min() - beside, square.max() + beside}), square,
                                       square, cell, rules_.limits, &octree_, snapshot_.get());

@@ -100,24 +100,24 @@ class GroundTiles::Finder {
     const std::size_t n = raster_.cells();
     reading_.assign(n, 0);
     free_ = open_ = blocked_ = passed_ = reading_;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (about_[i] == 0) continue;
-      const Columns::Seen seen = columns.at(raster_.middle(i));
+    raster_.for_each_in(raster_.box(), [&](std::size_t i, const Eigen::Vector2d& middle) {
+      if (about_[i] == 0) return;
+      const Columns::Seen seen = columns.at(middle);
       reading_[i] = seen.reading;
       free_[i] = seen.free;
       open_[i] = seen.open;
       blocked_[i] = seen.blocked;
       passed_[i] = seen.passed;
-    }
+    });
   }
 
   /// Dilates voids into neighbouring cells that are free on the plane, then removes those one cell wide.
   void settle_open() {
     if (!any(open_)) return;
     for (int k = 0; k < plane_.aside(); ++k) {
-      const Mask before = open_;
-      for (std::size_t i = 0; i < before.size(); ++i)
-        if (before[i] == 0 && free_[i] != 0 && about_[i] != 0) open_[i] = raster_.any_beside(before, i);
+      const Mask near = raster_.near(open_, 1);
+      for (std::size_t i = 0; i < near.size(); ++i)
+        if (near[i] != 0 && free_[i] != 0 && about_[i] != 0) open_[i] = 1;
     }
     open_ = raster_.two_wide(open_);
   }
@@ -140,35 +140,38 @@ class GroundTiles::Finder {
     Mask gap(n, 0);
     for (std::size_t i = 0; i < n; ++i) gap[i] = about_[i] != 0 && inside_[i] == 0;
     if (!any(gap) || (widest_radius_ < 1 && !any(open_))) return;
-    const std::vector<float> off_open = raster_.distance_to(open_);
-    if (widest_radius_ >= 1) bridge(gap, off_open);
+    const Mask beside_open = raster_.near(open_, 2);
+    if (widest_radius_ >= 1) bridge(gap, beside_open);
     // Unseen cells beside a void are part of it.
     for (std::size_t i = 0; i < n; ++i)
-      if (gap[i] != 0 && bridged_[i] == 0 && reading_[i] == 0 && blocked_[i] == 0 && off_open[i] <= 2)
+      if (gap[i] != 0 && bridged_[i] == 0 && reading_[i] == 0 && blocked_[i] == 0 && beside_open[i] != 0)
         void_[i] = 1;
   }
 
-  void bridge(const Mask& gap, const std::vector<float>& off_open) {
+  void bridge(const Mask& gap, const Mask& beside_open) {
     const std::size_t n = raster_.cells();
-    const std::vector<float> off_blocked = raster_.distance_to(blocked_);
+    const Mask beside_blocked = raster_.near(blocked_, 2);
     // Cells that fit no disc of a cell's radius are rounding of the outline, and join their neighbours.
-    for (std::size_t i = 0; i < n; ++i) bridged_[i] = gap[i] != 0 && off_open[i] > 2 && off_blocked[i] > 2;
-    Mask empty = gap;
-    for (std::size_t i = 0; i < n; ++i) empty[i] = gap[i] != 0 && reading_[i] == 0;
+    for (std::size_t i = 0; i < n; ++i)
+      bridged_[i] = gap[i] != 0 && beside_open[i] == 0 && beside_blocked[i] == 0;
+    Mask empty = gap, obstacle = open_;
+    for (std::size_t i = 0; i < n; ++i) {
+      empty[i] = gap[i] != 0 && reading_[i] == 0;
+      obstacle[i] |= blocked_[i];
+    }
     Spacing spacing(*this, empty);
     for (double radius = 1; radius <= widest_radius_ * widening; radius *= widening) {
-      Mask core = raster_.eroded(gap, radius);
-      if (std::find(core.begin(), core.end(), 1) == core.end()) break;
-      const std::vector<float> off_core = raster_.distance_to(core);
+      const Mask core = raster_.eroded(gap, radius);
+      if (!any(core)) break;
       // Discs that meet a void, or something that stands there.
-      for (std::size_t i = 0; i < n; ++i)
-        core[i] = core[i] != 0 && (off_open[i] <= radius + 1 || off_blocked[i] <= radius + 1);
-      const std::vector<float> off_spoiled = raster_.distance_to(core);
+      Mask spoiled = raster_.near(obstacle, radius + 1);
+      for (std::size_t i = 0; i < n; ++i) spoiled[i] &= core[i];
+      const Mask in_disc = raster_.covered(core, radius), in_spoiled = raster_.covered(spoiled, radius);
       spacing.of_discs(radius);
       for (std::size_t i = 0; i < n; ++i)
-        if (off_core[i] < radius)
+        if (in_disc[i] != 0)
           bridged_[i] =
-              radius <= widest_radius_ && off_spoiled[i] >= radius && blocked_[i] == 0 && spacing.explains(i);
+              radius <= widest_radius_ && in_spoiled[i] == 0 && blocked_[i] == 0 && spacing.explains(i);
     }
   }
 
@@ -189,9 +192,8 @@ class GroundTiles::Finder {
       if (!spacing) spacing.emplace(*this, empty);
       spacing->of_discs(radius);
       for (std::size_t i = 0; i < n; ++i) core[i] = core[i] != 0 && !spacing->explains(i);
-      const std::vector<float> off_core = raster_.distance_to(core);
-      for (std::size_t i = 0; i < n; ++i)
-        if (off_core[i] < radius) hole_[i] = 1;
+      const Mask in_disc = raster_.covered(core, radius);
+      for (std::size_t i = 0; i < n; ++i) hole_[i] |= in_disc[i];
     }
     for (Ring2& row : raster_.rows(own_marked(raster_, hole_, 1))) tile.voids.push_back(std::move(row));
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace octosurf::planning {
@@ -75,6 +76,21 @@ std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::
     parts.push_back(std::move(part));
   }
   return parts;
+}
+
+double depth_in(const Ring2& convex, const Eigen::Vector2d& point) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < convex.size(); ++i) {
+    const Eigen::Vector2d from = convex[i], along = convex[(i + 1) % convex.size()] - from;
+    if (along.squaredNorm() > 0) least = std::min(least, cross(along.normalized(), point - from));
+  }
+  return std::isfinite(least) ? least : -(point - convex[0]).norm();
+}
+
+double area_of(const std::vector<Polygon>& polygons) {
+  double sum = 0;
+  for (const Polygon& polygon : polygons) sum += geometry::area_of(polygon);
+  return sum;
 }
 
 Eigen::AlignedBox2d box_of(const Surface& surface) {

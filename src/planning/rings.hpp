@@ -38,6 +38,12 @@ Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vec
 Ring2 clipped(const Ring2& ring, const Eigen::AlignedBox2d& box);
 std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::AlignedBox2d& box);
 
+/// Of a point in a convex polygon, point or segment: distance from the nearest side; negative outside. O(n).
+double depth_in(const Ring2& convex, const Eigen::Vector2d& point);
+
+/// m², without their holes.
+double area_of(const std::vector<Polygon>& polygons);
+
 /// Of the polygons, in the surface's frame.
 Eigen::AlignedBox2d box_of(const Surface& surface);
 

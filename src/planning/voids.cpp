@@ -56,8 +56,9 @@ class Voids {
   void mark(const Columns& columns, Mask& voids) {
     collect_passed();
     std::vector<std::size_t> open;
-    for (std::size_t i = 0; i < inside_.size(); ++i)
-      if (inside_[i] != 0 && columns.open_through(cells_.middle(i))) open.push_back(i);
+    cells_.for_each_in(cells_.box(), [&](std::size_t i, const Eigen::Vector2d& middle) {
+      if (inside_[i] != 0 && columns.open_through(middle)) open.push_back(i);
+    });
     Eigen::AlignedBox2d evidence;
     for (const Place& place : passed_) evidence.extend(place.at);
     for (const std::size_t cell : open) evidence.extend(cells_.middle(cell));
@@ -67,8 +68,9 @@ class Voids {
     collect_readings(box_about(middles, largest_radius * d_));
     drop_uncertain_readings();
     Mask empty(inside_.size(), 0);
-    for (std::size_t i = 0; i < inside_.size(); ++i)
-      empty[i] = inside_[i] != 0 && middles.contains(cells_.middle(i));
+    cells_.for_each_in(middles, [&](std::size_t i, const Eigen::Vector2d& middle) {
+      empty[i] = inside_[i] != 0 && middles.contains(middle);
+    });
     for (const Place& reading : readings_)
       cells_.for_each_within(reading.at, least_radius * d_, [&](std::size_t cell) { empty[cell] = 0; });
     for (const std::size_t cell : open)

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 #include <octosurf/error.hpp>
 #include <octosurf/footsteps.hpp>
@@ -292,6 +293,7 @@ TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
   const Standing from{{-0.5, 0, 0}, 0}, to{{2.2, 0, 0}, 0};
   const FootstepPlan straight = FootstepPlanner(floor, {}, Biped{}).plan(from, to);
   ASSERT_TRUE(straight.found());
+  std::optional<FootstepPlanner> kept;
   for (const auto& [low, high] : {std::pair{0.02, 0.3}, {0.3, 0.4}, {1.0, 1.1}}) {
     const OccupancyView octree =
         octree_with({{Eigen::Vector3d(0.8, -0.5, low), Eigen::Vector3d(1.0, 0.3, high)}});
@@ -300,6 +302,13 @@ TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
     EXPECT_THAT(verify_plan(around, *floor, octree, robot), IsEmpty());
     EXPECT_THAT(verify_plan(straight, *floor, octree, robot), Not(IsEmpty())) << "the checker sees " << low;
     EXPECT_GT(around.cost, straight.cost);
+    // One that follows finds the same, also where nothing changed.
+    for (int k = 0; k < 2; ++k) {
+      kept = kept ? kept->next(floor, octree) : FootstepPlanner(floor, octree, robot);
+      const FootstepPlan followed = kept->plan(from, to);
+      EXPECT_EQ(followed.cost, around.cost);
+      EXPECT_EQ(followed.steps.size(), around.steps.size());
+    }
   }
 }
 

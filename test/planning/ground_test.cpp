@@ -213,6 +213,10 @@ void expect_equal(const GroundView& kept, const GroundView& anew) {
       EXPECT_EQ(gaps[i].width_m, expected_gaps[i].width_m);
       EXPECT_EQ(gaps[i].bridged, expected_gaps[i].bridged);
     }
+    const auto near = [&](const GroundView& view) {  // by its squares
+      return view.region_about(mapped->id, mapped->to_map(mapped->polygons.at(0).outer[0]), 0.5, 0.3);
+    };
+    EXPECT_EQ(near(kept).area_m2, near(anew).area_m2);
   }
 }
 

@@ -247,46 +247,25 @@ TEST(Stairs, TwoBesideEachOtherAreTwo) {
   EXPECT_THAT(found.stairs[1].treads, ElementsAre(7, 8, 9, 10, 11));
 }
 
-TEST(Stairs, ChangesFollowTreadsThroughMergers) {
+TEST(Stairs, AreNamedByTheirOldestTread) {
   Place place;
   place.add(0, 0, 1, 1, 0);  // 1 was elsewhere
   place.snapshot.surfaces.clear();
   place.add(-3, -3, 6, 3.29, 0.34);                                                   // 2: the lower floor
   for (int k = 1; k < 5; ++k) place.add(-0.6, k * 0.29, 1.2, 0.29, 0.34 + k * 0.17);  // 3 to 6
-  place.snapshot.revision = 10;
   const std::vector<Stair> before = place.find().stairs;
   ASSERT_EQ(before.size(), 1U);
   EXPECT_EQ(before[0].id, 3U);
-  StairChanges changes = stair_changes(before, 10, place.snapshot, before);
-  EXPECT_THAT(changes.changed, IsEmpty());
-  EXPECT_THAT(changes.renamed, IsEmpty());
-
-  // An older surface joins at the upper end, and a tread is taken in by another.
+  // An older surface joins at the upper end.
   Surface joining = *place.snapshot.surfaces.back();
   joining.id = 1;
   joining.T_map_surface =
       joining.T_map_surface * Eigen::Translation3d(0, 0.29, 0.17);  // its frame is the upright one
   joining.plane.offset = joining.plane.normal.dot(joining.T_map_surface.translation());
   place.snapshot.surfaces.insert(place.snapshot.surfaces.begin(), std::make_shared<const Surface>(joining));
-  Surface merged = *place.snapshot.surfaces[3];
-  merged.id = 9;
-  merged.born = 11;
-  place.snapshot.removals = RemovalLog().with({{Removal::Of::surface, 4, 9, 1, 11, {}}});
-  place.snapshot.surfaces.erase(place.snapshot.surfaces.begin() + 3);
-  place.snapshot.surfaces.push_back(std::make_shared<const Surface>(merged));
-  place.snapshot.revision = 11;
   const std::vector<Stair> now = place.find().stairs;
   ASSERT_EQ(now.size(), 1U);
   EXPECT_EQ(now[0].id, 1U);
-  changes = stair_changes(before, 10, place.snapshot, now);
-  EXPECT_THAT(changes.renamed, ElementsAre(MapChanges::Successor{3, 1}));
-  EXPECT_THAT(changes.changed, ElementsAre(1U));
-  EXPECT_THAT(changes.appeared, IsEmpty());
-  EXPECT_THAT(changes.gone, IsEmpty());
-
-  EXPECT_THAT(stair_changes({}, 10, place.snapshot, now).appeared, ElementsAre(1U));
-  EXPECT_THAT(stair_changes(before, 10, place.snapshot, {}).gone, ElementsAre(3U));
-  EXPECT_THROW(stair_changes(before, 12, place.snapshot, now), Error);
 }
 
 TEST(Stairs, TheNearestIsTold) {

@@ -402,8 +402,6 @@ class Questions(unittest.TestCase):
         self.assertGreater(stair.steps[0].edge[1][0], stair.steps[0].edge[0][0])
         self.assertEqual(octosurf.nearest_stair(snapshot, found, [0, 0, 1]).id, stair.id)
         self.assertIsNone(octosurf.nearest_stair(self.snapshot, none, [0, 0, 1]))
-        changes = octosurf.stair_changes(none, 0, snapshot, found)
-        self.assertEqual((changes.appeared, changes.gone), ([stair.id], []))
         with self.assertRaises(octosurf.Error):
             octosurf.find_stairs(snapshot, up=[0, 0, 0])
 

@@ -73,7 +73,7 @@ def results():
         surface.plane, *surface.polygons, surface.extrude(0.1), *pieces,
         made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]]),
         made(octosurf.Figure, "width", 0.1, "m", None),
-        step, length, stair, made(octosurf.Stairs, [stair], [step]), made(octosurf.StairChanges, [1], [2], [3], [(4, 1)]),
+        step, length, stair, made(octosurf.Stairs, [stair], [step]),
         made(octosurf.Gap, "unseen", True, 0.1, surface.polygons[0]),
         made(octosurf.Removal, "surface", 3, 0, 1, 5, [2]),
         made(octosurf.Cylinder, 4, [0, 0, 1], [0, 0, 1], 0.1, 2.0, [1, 0, 0], 3.1, 99, 0.002, 3, 7),

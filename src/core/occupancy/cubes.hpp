@@ -2,7 +2,9 @@
 
 #include "occupancy/voxel_payload.hpp"
 
+#include <Eigen/Geometry>
 #include <functional>
+#include <vector>
 
 #include <octosurf/occupancy.hpp>
 
@@ -23,5 +25,8 @@ struct Cube {
 /// Morton order, until it returns false. The fastest way to read all of a region: some 50 ns for 4³ voxels.
 void for_each_cube(const OccupancyView& view, const Eigen::AlignedBox3d& box,
                    const std::function<bool(const Cube&)>& visit, bool occupied_only = false);
+
+/// Of OccupancyView::for_each_changed_cube().
+std::vector<Eigen::AlignedBox3d> changed_cubes(const OccupancyView& before, const OccupancyView& now);
 
 }  // namespace octosurf::occupancy

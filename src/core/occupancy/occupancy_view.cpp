@@ -252,6 +252,17 @@ SurfaceId occupancy::Cube::surface(unsigned voxel) const {
   return (points >> voxel & 1) == 0 ? 0 : payloads[geometry::bit_count(points & ~(~0ULL << voxel))].surface;
 }
 
+std::vector<Eigen::AlignedBox3d> occupancy::changed_cubes(const OccupancyView& before,
+                                                          const OccupancyView& now) {
+  std::vector<Eigen::AlignedBox3d> changed;
+  const geometry::VoxelGrid grid(now.resolution());
+  now.for_each_changed_cube(before, [&](const std::array<std::uint16_t, 3>& corner, int level) {
+    const Eigen::Vector3d low = grid.corner_of({corner[0], corner[1], corner[2]});
+    changed.emplace_back(low, low.array() + std::ldexp(now.resolution(), level));
+  });
+  return changed;
+}
+
 void occupancy::for_each_cube(const OccupancyView& view, const Eigen::AlignedBox3d& box,
                               const std::function<bool(const Cube&)>& visit, bool occupied_only) {
   require_box(box);

@@ -83,7 +83,7 @@ std::string to_json(const FootstepPlan& plan, const Robot& robot) {
   Json json{{"format", "octosurf-plan"},       {"version", 1},
             {"found", plan.found()},           {"cost", plan.cost},
             {"lower_bound", plan.lower_bound}, {"expansions", plan.expansions},
-            {"prepare_ms", plan.prepare_ms},   {"search_ms", plan.search_ms}};
+            {"search_ms", plan.search_ms}};
   for (const auto& [name, feet] : {std::pair{"start", &plan.start}, std::pair{"steps", &plan.steps}}) {
     json[name] = Json::array();
     for (const Footstep& step : *feet) json[name].push_back(step_json(step, foot));

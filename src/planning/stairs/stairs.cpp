@@ -8,10 +8,8 @@
 #include <numbers>
 #include <optional>
 #include <set>
-#include <tuple>
 #include <utility>
 
-#include <octosurf/changes.hpp>
 #include <octosurf/planning.hpp>
 #include <octosurf/stairs.hpp>
 #include <octosurf/up.hpp>
@@ -303,52 +301,6 @@ const Stair* nearest_stair(const Snapshot& snapshot, const std::vector<Stair>& s
     best = &stair;
   }
   return best;
-}
-
-StairChanges stair_changes(const std::vector<Stair>& before, std::uint64_t since, const Snapshot& snapshot,
-                           const std::vector<Stair>& now) {
-  const MapChanges surfaces = changes_since(snapshot, since);
-  std::map<SurfaceId, std::vector<std::size_t>> stairs_on;  // a tread may lie between two
-  for (std::size_t i = 0; i < now.size(); ++i)
-    for (const SurfaceId tread : now[i].treads) stairs_on[tread].push_back(i);
-  std::multimap<SurfaceId, SurfaceId> successors;
-  for (const std::vector<MapChanges::Successor>& list : {surfaces.merged, surfaces.split})
-    for (const MapChanges::Successor& successor : list) successors.emplace(successor.before, successor.now);
-  StairChanges changes;
-  std::set<std::size_t> known;
-  for (const Stair& earlier : before) {
-    std::map<std::size_t, std::size_t> shared;  // by stair now, treads
-    const auto count = [&](SurfaceId id) {
-      if (const auto found = stairs_on.find(id); found != stairs_on.end())
-        for (const std::size_t i : found->second) ++shared[i];
-    };
-    for (const SurfaceId tread : earlier.treads) {
-      count(tread);
-      for (auto [one, end] = successors.equal_range(tread); one != end; ++one) count(one->second);
-    }
-    if (shared.empty()) {
-      changes.gone.push_back(earlier.id);
-      continue;
-    }
-    for (const auto& [i, treads] : shared) known.insert(i);
-    const Stair& later = now[std::max_element(shared.begin(), shared.end(), [](const auto& a, const auto& b) {
-                               return a.second < b.second;
-                             })->first];
-    if (later.id != earlier.id) changes.renamed.push_back({earlier.id, later.id});
-    if (later.id != earlier.id || later.steps != earlier.steps || later.treads != earlier.treads ||
-        later.landing_below != earlier.landing_below || later.landing_above != earlier.landing_above)
-      changes.changed.push_back(later.id);
-  }
-  for (std::size_t i = 0; i < now.size(); ++i)
-    if (!known.contains(i)) changes.appeared.push_back(now[i].id);
-  for (std::vector<SurfaceId>* ids : {&changes.appeared, &changes.changed, &changes.gone}) {
-    std::sort(ids->begin(), ids->end());
-    ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
-  }
-  std::sort(changes.renamed.begin(), changes.renamed.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.before, a.now) < std::tie(b.before, b.now);
-  });
-  return changes;
 }
 
 }  // namespace octosurf
