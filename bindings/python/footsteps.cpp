@@ -9,19 +9,6 @@
 namespace octosurf::python {
 namespace {
 
-/// A planner for several threads.
-struct SharedPlanner {
-  FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) {
-    return planner.use([&](FootstepPlanner& one) { return one.plan(from, to, budget); });
-  }
-
-  std::unique_ptr<SharedPlanner> next(const SnapshotPtr& snapshot,
-                                      const std::optional<OccupancyView>& octree);
-
-  std::uint64_t revision;
-  Locked<FootstepPlanner> planner;
-};
-
 /// The given octree, or the snapshot's own; unknown space counts as free, so none at all is refused.
 OccupancyView octree_of(const Snapshot& snapshot, const std::optional<OccupancyView>& given) {
   OccupancyView octree = given.value_or(snapshot.octree);
@@ -30,6 +17,24 @@ OccupancyView octree_of(const Snapshot& snapshot, const std::optional<OccupancyV
                 "give map.octree(), or call Mapper.share_octree() first");
   return octree;
 }
+
+/// A planner for several threads.
+struct SharedPlanner {
+  FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) {
+    return planner.use([&](FootstepPlanner& one) { return one.plan(from, to, budget); });
+  }
+
+  std::unique_ptr<SharedPlanner> next(const SnapshotPtr& snapshot,
+                                      const std::optional<OccupancyView>& octree) {
+    return planner.use([&](FootstepPlanner& one) {
+      return std::unique_ptr<SharedPlanner>(new SharedPlanner{
+          snapshot->revision, Locked<FootstepPlanner>(one.next(snapshot, octree_of(*snapshot, octree)))});
+    });
+  }
+
+  std::uint64_t revision;
+  Locked<FootstepPlanner> planner;
+};
 
 Robot robot_in(const SnapshotPtr& snapshot, const std::optional<Robot>& given) {
   if (given) return *given;
@@ -44,14 +49,6 @@ std::unique_ptr<SharedPlanner> planner_of(const SnapshotPtr& snapshot, const std
   return std::unique_ptr<SharedPlanner>(new SharedPlanner{
       snapshot->revision,
       Locked<FootstepPlanner>(snapshot, octree_of(*snapshot, octree), robot_in(snapshot, robot))});
-}
-
-std::unique_ptr<SharedPlanner> SharedPlanner::next(const SnapshotPtr& snapshot,
-                                                   const std::optional<OccupancyView>& octree) {
-  return planner.use([&](FootstepPlanner& one) {
-    return std::unique_ptr<SharedPlanner>(new SharedPlanner{
-        snapshot->revision, Locked<FootstepPlanner>(one.next(snapshot, octree_of(*snapshot, octree)))});
-  });
 }
 
 void bind_settings(Module& module) {

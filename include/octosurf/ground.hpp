@@ -19,6 +19,7 @@
 namespace octosurf::planning {
 class GroundReadings;
 class GroundTiles;
+class StoreyGround;
 struct ContactCells;
 }  // namespace octosurf::planning
 
@@ -94,6 +95,7 @@ class GroundView {
 
  private:
   friend class planning::GroundReadings;
+  friend class planning::StoreyGround;
   struct Solids;
   struct Outlines;
   struct Squares;

@@ -428,7 +428,11 @@ const std::vector<Gap>& GroundTiles::gaps(const OccupancyView& octree) const {
 std::optional<Ground> GroundTiles::ground_at(const Eigen::Vector2d& uv, const OccupancyView& octree) const {
   if (!outline_->box().contains(uv)) return {};
   const Tile& one = tile(key_at(uv), octree);
-  const std::uint8_t of = one.of.empty() ? beyond_bit : one.of[one.cells.cell_at(uv)];
+  return ground_of(one.of.empty() ? beyond_bit : one.of[one.cells.cell_at(uv)]);
+}
+
+/// Of a tile's cell; empty beyond the outline.
+std::optional<Ground> GroundTiles::ground_of(std::uint8_t of) {
   if ((of & beyond_bit) != 0) return {};
   return (of & bridged_bit) != 0 ? Ground::supported : static_cast<Ground>(of & ground_bits);
 }

@@ -40,6 +40,20 @@ class GroundTiles {
   const std::vector<Gap>& gaps(const OccupancyView& octree) const;
   /// Of a place within the outline or its holes; empty beyond.
   std::optional<Ground> ground_at(const Eigen::Vector2d& uv, const OccupancyView& octree) const;
+  /// Calls `visit(uv, Ground)` at places in a grid, at most so far apart, within the outline and its holes.
+  template <class Visit>
+  void for_each_place(const OccupancyView& octree, double apart, const Visit& visit) const {
+    const auto per_cell = static_cast<int>(std::ceil(d_ / apart));
+    for (const Key& key : keys_in(outline_->box())) {
+      const Tile& one = tile(key, octree);
+      for (std::size_t i = 0; i < one.of.size(); ++i)
+        if (const std::optional<Ground> kind = ground_of(one.of[i]))
+          for (int k = 0; k < per_cell * per_cell; ++k)
+            visit(one.cells.middle(i) +
+                      d_ * ((Eigen::Array2d(k % per_cell, k / per_cell) + 0.5) / per_cell - 0.5).matrix(),
+                  *kind);
+    }
+  }
   /// The ground's outline clipped to a box, whose sides count as edges. O(vertices of the surface), some ns
   /// each, and the tiles there.
   std::vector<Polygon> solid_within(const Eigen::AlignedBox2d& box, const OccupancyView& octree,
@@ -58,6 +72,7 @@ class GroundTiles {
   };
   class Finder;
 
+  static std::optional<Ground> ground_of(std::uint8_t of);
   bool whole() const;        // all in one tile
   int widest_cells() const;  // radius of the widest disc that is bridged
   GroundPlane plane_at(const Key& key) const;

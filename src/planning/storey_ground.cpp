@@ -1,6 +1,6 @@
 #include "planning/storey_ground.hpp"
 
-#include "planning/rings.hpp"
+#include "planning/ground_tiles.hpp"
 #include "planning/voxel_matter.hpp"
 
 #include <algorithm>
@@ -8,10 +8,10 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include <octosurf/error.hpp>
-#include <octosurf/height_grid.hpp>
 
 namespace octosurf::planning {
 namespace {
@@ -21,26 +21,23 @@ constexpr int samples = 3;  // along a cell's edge: of 5 cm, less than a voxel o
 constexpr int open_depth = 3;
 /// Voxels: a lower pending reading may be ground, as in ground_patch().
 constexpr float beside_ground = 1.5;
-constexpr double most_places = 1 << 24;  // as height_grid()
-/// Of a height grid, which has no height over a wall.
-constexpr double steepest_rad = 80 * std::numbers::pi / 180;
+constexpr double most_places = 1 << 24;                       // as height_grid()
+constexpr double steepest_rad = 80 * std::numbers::pi / 180;  // steeper ones have no height over a cell
 
-using Cells = std::vector<std::pair<int, int>>;  // x and y, ascending
-
-/// The first of each cell in a vector sorted by cells, and the end.
+/// Sorts by cell, then height. Returns the first of each cell, and the end.
 template <class Item>
-std::vector<std::uint32_t> firsts(const std::vector<Item>& items, std::size_t cells) {
+std::vector<std::uint32_t> sort_by_cell(std::vector<Item>& items, std::size_t cells) {
   std::vector<std::uint32_t> first(cells + 1, 0);
   for (const Item& item : items) ++first[item.cell + 1];
   for (std::size_t cell = 0; cell < cells; ++cell) first[cell + 1] += first[cell];
+  std::vector<Item> sorted(items.size());
+  std::vector<std::uint32_t> next = first;
+  for (const Item& item : items) sorted[next[item.cell]++] = item;
+  for (std::size_t cell = 0; cell < cells; ++cell)
+    std::sort(sorted.begin() + first[cell], sorted.begin() + first[cell + 1],
+              [](const Item& a, const Item& b) { return a.height < b.height; });
+  items = std::move(sorted);
   return first;
-}
-
-template <class Item>
-void sort_by_cell(std::vector<Item>& items) {
-  std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
-    return a.cell != b.cell ? a.cell < b.cell : a.height < b.height;
-  });
 }
 
 }  // namespace
@@ -56,46 +53,34 @@ StoreyGround::StoreyGround(const GroundView& view, const StoreyLimits& limits)
 }
 
 void StoreyGround::add_surfaces() {
+  const double least_up = std::cos(std::min(view_.rules().limits.max_slope_rad, steepest_rad));
   std::set<SurfaceId> treads;
   for (const Stair& stair : view_.stairs().stairs) treads.insert(stair.treads.begin(), stair.treads.end());
-  HeightGridOptions options;
-  options.cell = limits_.cell_m / samples;
-  options.turn = limits_.turn;
-  options.max_slope_rad = std::min(view_.rules().limits.max_slope_rad, steepest_rad);
-  const auto cells_of = [&](const SurfacePtr& surface) {  // with any sample in its polygons
-    Snapshot one;
-    one.resolution = d_;
-    one.surfaces = {surface};
-    const HeightGrid grid = height_grid(one, options);
-    Cells cells;
-    for (Eigen::Index column = 0; column < grid.elevation.cols(); ++column)
-      for (Eigen::Index row = 0; row < grid.elevation.rows(); ++row)
-        if (!std::isnan(grid.elevation(row, column))) {
-          const Eigen::Array2d cell = (grid.center_of(row, column) / limits_.cell_m).array().floor();
-          cells.emplace_back(static_cast<int>(cell.x()), static_cast<int>(cell.y()));
-        }
-    std::sort(cells.begin(), cells.end());
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-    return cells;
-  };
   std::vector<std::pair<Eigen::Vector2i, GroundSpot>> ground;
   Eigen::AlignedBox2i box;
   for (const SurfacePtr& mapped : view_.mapped().surfaces) {
-    if (treads.contains(mapped->id)) continue;
-    const Cells cells = cells_of(view_.solid(mapped->id));
-    if (cells.empty()) continue;
-    std::vector<Polygon> voids;
-    for (const Gap& gap : view_.gaps(mapped->id))
-      if (gap.kind == Ground::open) voids.push_back(gap.outline);
-    Cells open;
-    if (!voids.empty()) open = cells_of(with_outline(*mapped, std::move(voids)));
-    planes_.push_back({limits_.turn * mapped->plane.normal, mapped->plane.offset});
+    const Plane plane{limits_.turn * mapped->plane.normal, mapped->plane.offset};
+    if (treads.contains(mapped->id) || !(plane.normal.z() >= least_up)) continue;
+    std::vector<std::tuple<int, int, bool>> cells;  // x, y, open
+    view_.tiles_of(mapped->id)
+        ->for_each_place(
+            view_.octree(), limits_.cell_m / samples, [&](const Eigen::Vector2d& uv, Ground kind) {
+              if (kind != Ground::supported && kind != Ground::open) return;
+              const Eigen::Vector3d at = limits_.turn * mapped->to_map(uv);
+              const Eigen::Array2i cell = (at.head<2>() / limits_.cell_m).array().floor().cast<int>();
+              const std::tuple one(cell.x(), cell.y(), kind == Ground::open);
+              if (cells.empty() || cells.back() != one) cells.push_back(one);
+            });
+    std::sort(cells.begin(), cells.end());
+    planes_.push_back(plane);
     surfaces_.push_back(mapped->id);
     const auto surface = static_cast<std::uint32_t>(planes_.size() - 1);
-    for (const auto& [x, y] : cells) {
-      ground.push_back(
-          {{x, y}, {0, 0, surface, std::binary_search(open.begin(), open.end(), std::pair(x, y))}});
-      box.extend(ground.back().first);
+    for (const auto& [x, y, open] : cells) {
+      const Eigen::Vector2i cell(x, y);
+      if (ground.empty() || ground.back().second.surface != surface || ground.back().first != cell)
+        ground.push_back({cell, {0, 0, surface}});
+      ground.back().second.open = open;  // the last, if any is
+      box.extend(cell);
     }
   }
   if (box.isEmpty()) box.extend(Eigen::Vector2i(0, 0));
@@ -111,7 +96,7 @@ void StoreyGround::add_surfaces() {
     spot.height = static_cast<float>(height_at(spot.surface, middle));
     spots_.push_back(spot);
   }
-  sort_by_cell(spots_);
+  sort_by_cell(spots_, raster_->cells());
   // The highest within a step supports the robot.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < spots_.size(); ++i)
@@ -119,45 +104,42 @@ void StoreyGround::add_surfaces() {
         spots_[i + 1].height - spots_[i].height > step_)
       spots_[kept++] = spots_[i];
   spots_.resize(kept);
-  for (GroundSpot& spot : spots_)
-    spot.open = spot.open || is_open_in(raster_->middle(spot.cell), spot.height);
-  first_spot_ = firsts(spots_, raster_->cells());
+  first_spot_ = sort_by_cell(spots_, raster_->cells());
 }
 
 void StoreyGround::add_readings() {
   MatterOfVoxels matter_of(&view_.mapped(), d_);
+  const Eigen::Matrix3d to_grid = limits_.turn.toRotationMatrix();
   const Eigen::AlignedBox2d box = raster_->box();
   constexpr double far = std::numeric_limits<double>::max();
   view_.octree().for_each_occupied(
       {Eigen::Vector3d::Constant(-far), Eigen::Vector3d::Constant(far)},
       [&](const OccupancyView::Voxel& voxel) {
-        const Eigen::Vector3d at = limits_.turn * matter_of(voxel).middle;
+        const Eigen::Vector3d at = to_grid * matter_of(voxel).middle;
         if (box.contains(at.head<2>().eval()))
           seen_.push_back({static_cast<std::uint32_t>(raster_->cell_at(at.head<2>())),
                            static_cast<float>(at.z()), voxel.surface == 0});
         return true;
       });
-  sort_by_cell(seen_);
-  first_seen_ = firsts(seen_, raster_->cells());
+  first_seen_ = sort_by_cell(seen_, raster_->cells());
 }
 
-/// Free from a voxel above a place to `open_depth` voxels below, or to other things two voxels lower.
-bool StoreyGround::is_open(const Eigen::Vector2d& at, double height) const {
-  using State = OccupancyView::State;
-  if (state_at(at, height + d_) == State::occupied) return false;
-  for (int below = 0; below < open_depth; ++below) {
-    const State state = state_at(at, height - below * d_);
-    if (state != State::free) return below == open_depth - 1 && state == State::occupied;
-  }
-  return true;
-}
-
+/// Anywhere in a cell: free from a voxel above it to `open_depth` voxels below, or to other things two voxels
+/// lower.
 bool StoreyGround::is_open_in(const Eigen::Vector2d& middle, double height) const {
-  for (int x = 0; x < samples; ++x)
-    for (int y = 0; y < samples; ++y) {
-      const Eigen::Vector2d off = limits_.cell_m * ((Eigen::Array2d(x, y) + 0.5) / samples - 0.5);
-      if (is_open(middle + off, height)) return true;
+  using State = OccupancyView::State;
+  const auto is_open = [&](const Eigen::Vector2d& at) {
+    if (state_at(at, height + d_) == State::occupied) return false;
+    for (int below = 0; below < open_depth; ++below) {
+      const State state = state_at(at, height - below * d_);
+      if (state != State::free) return below == open_depth - 1 && state == State::occupied;
     }
+    return true;
+  };
+  for (int i = 0; i < samples * samples; ++i)
+    if (is_open(middle +
+                limits_.cell_m * ((Eigen::Array2d(i % samples, i / samples) + 0.5) / samples - 0.5).matrix()))
+      return true;
   return false;
 }
 

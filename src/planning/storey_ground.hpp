@@ -76,7 +76,6 @@ class StoreyGround {
   OccupancyView::State state_at(const Eigen::Vector2d& at, double height) const {
     return view_.octree().at(from_grid_ * Eigen::Vector3d(at.x(), at.y(), height)).state;
   }
-  bool is_open(const Eigen::Vector2d& at, double height) const;
   bool is_open_in(const Eigen::Vector2d& middle, double height) const;
   bool is_blocked(std::size_t cell, float ground, float from, bool pending_too) const;
 
