@@ -1,7 +1,7 @@
 #include "bench/bench.hpp"
 
 #include "planning/contact_shape.hpp"
-#include "planning/convex_sides.hpp"
+#include "planning/rings.hpp"
 #include "simulation/scenes.hpp"
 
 #include <chrono>
@@ -186,13 +186,12 @@ std::vector<Eigen::Vector2d> points_of(const ContactShape& shape, double margin)
   constexpr double step = 0.01;
   Ring2 ring = ring_of(shape);
   if (margin > 0) ring = planning::minkowski_sum(ring, planning::around_disc(margin));
-  const planning::ConvexSides sides(ring);
   std::vector<Eigen::Vector2d> points = ring;
   evaluation::for_each_on_ring(ring, step, [&points](const Eigen::Vector2d& p) { points.push_back(p); });
   const double reach = shape.reach() + margin;
   for (double x = -reach; x < reach; x += step)
     for (double y = -reach; y < reach; y += step)
-      if (sides.depth(Eigen::Vector2d(x, y)) > 0) points.emplace_back(x, y);
+      if (planning::depth_in(ring, {x, y}) > 0) points.emplace_back(x, y);
   return points;
 }
 

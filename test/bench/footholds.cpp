@@ -2,8 +2,9 @@
 // truth, for several margins, and beside them the convex hull's plain inset.
 
 #include "bench/bench.hpp"
+#include "geometry/rings.hpp"
 #include "planning/contact_shape.hpp"
-#include "planning/convex_sides.hpp"
+#include "planning/rings.hpp"
 
 namespace octosurf::bench {
 namespace {
@@ -108,14 +109,14 @@ class Ground {
 /// A surface that slopes little, and how planners without polygons have it: its convex hull.
 struct Walkable {
   const Surface* surface;
-  planning::ConvexSides hull;
+  Ring2 hull;
   double area;
   Eigen::AlignedBox2d box;
 
   bool in_hull(const Ring2& ring, const Eigen::Isometry3d& T_map_contact) const {
     const Eigen::Isometry3d T = surface->T_map_surface.inverse() * T_map_contact;
     return std::all_of(ring.begin(), ring.end(), [&](const Eigen::Vector2d& p) {
-      return hull.depth(Eigen::Vector2d((T * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>())) >= 0;
+      return planning::depth_in(hull, (T * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>()) >= 0;
     });
   }
 };
@@ -127,7 +128,7 @@ std::vector<Walkable> walkable(const Snapshot& snapshot) {
     for (const Polygon& polygon : surface->polygons)
       points.insert(points.end(), polygon.outer.begin(), polygon.outer.end());
     const Ring2 hull = planning::convex_hull(std::move(points));
-    all.push_back({surface.get(), planning::ConvexSides(hull), planning::area_of(hull), {}});
+    all.push_back({surface.get(), hull, geometry::signed_area(hull), {}});
     for (const Eigen::Vector2d& p : hull) all.back().box.extend(p);
   }
   return all;
@@ -162,7 +163,7 @@ struct Asked {
       const Eigen::AlignedBox2d& box = one.box;
       Eigen::Vector2d uv;
       do uv = box.min() + Eigen::Vector2d(uniform(rng), uniform(rng)).cwiseProduct(box.sizes());
-      while (one.hull.depth(uv) < 0);
+      while (planning::depth_in(one.hull, uv) < 0);
       Foothold found;
       const double yaw = 2 * std::numbers::pi * uniform(rng);
       us.push_back(1000 *
