@@ -29,10 +29,9 @@ class Stand {
     double deepest = cells_.empty() ? depth_in(room, middle_) : 0;
     for (const ContactCells* one : cells_)
       one->outside.for_each_touched(room, [&](const Eigen::Vector2d& cell, bool marked) {
-        const double depth = depth_in(room, cell);
-        all += depth > 0;
-        off += marked && depth > 0;
-        if (marked) deepest = std::max(deepest, depth + one->outside.edge() / 2);
+        ++all;
+        off += marked;
+        if (marked) deepest = std::max(deepest, depth_in(room, cell) + one->outside.edge() / 2);
       });
     return {all == 0 ? 0 : 1 - static_cast<double>(off) / static_cast<double>(all), deepest};
   }

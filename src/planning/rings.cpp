@@ -82,7 +82,7 @@ double depth_in(const Ring2& convex, const Eigen::Vector2d& point) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < convex.size(); ++i) {
     const Eigen::Vector2d from = convex[i], along = convex[(i + 1) % convex.size()] - from;
-    if (along.squaredNorm() > 0) least = std::min(least, cross(along.normalized(), point - from));
+    if (along.squaredNorm() > 0) least = std::min(least, cross(along, point - from) / along.norm());
   }
   return std::isfinite(least) ? least : -(point - convex[0]).norm();
 }
