@@ -107,8 +107,7 @@ Mask CellRaster::covered(const Mask& mask, double radius) const {
   }
   Mask found(mask.size(), 0);
   radius -= touching;
-  const auto reach = static_cast<std::size_t>(std::ceil(radius)) - 1;
-  for (std::size_t off = 0; off <= std::min(reach, height - 1); ++off) {
+  for (std::size_t off = 0; off < height && static_cast<double>(off) < radius; ++off) {
     const double half = std::sqrt(radius * radius - static_cast<double>(off * off));
     const auto beyond = static_cast<std::uint16_t>(std::ceil(half));
     const auto shift = [&](std::size_t from, std::size_t to) {

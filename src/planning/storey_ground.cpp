@@ -104,18 +104,19 @@ void StoreyGround::add_surfaces() {
         spots_[i + 1].height - spots_[i].height > step_)
       spots_[kept++] = spots_[i];
   spots_.resize(kept);
+  for (GroundSpot& spot : spots_)  // drops beside an outline, too
+    spot.open = spot.open || is_open_in(raster_->middle(spot.cell), spot.height);
   first_spot_ = sort_by_cell(spots_, raster_->cells());
 }
 
 void StoreyGround::add_readings() {
   MatterOfVoxels matter_of(&view_.mapped(), d_);
-  const Eigen::Matrix3d to_grid = limits_.turn.toRotationMatrix();
   const Eigen::AlignedBox2d box = raster_->box();
   constexpr double far = std::numeric_limits<double>::max();
   view_.octree().for_each_occupied(
       {Eigen::Vector3d::Constant(-far), Eigen::Vector3d::Constant(far)},
       [&](const OccupancyView::Voxel& voxel) {
-        const Eigen::Vector3d at = to_grid * matter_of(voxel).middle;
+        const Eigen::Vector3d at = limits_.turn * matter_of(voxel).middle;
         if (box.contains(at.head<2>().eval()))
           seen_.push_back({static_cast<std::uint32_t>(raster_->cell_at(at.head<2>())),
                            static_cast<float>(at.z()), voxel.surface == 0});
