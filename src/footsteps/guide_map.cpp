@@ -4,7 +4,6 @@
 #include "geometry/voxel_key.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -72,14 +71,12 @@ void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, Footho
 
 void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
   const double farthest = gait.reach_m + 2 * slack_m;
-  const int around = static_cast<int>(std::ceil(farthest / cell)) + 1;
+  const int around = static_cast<int>(farthest / cell) + 1;  // rows whose nearest points are near enough
   tsl::robin_map<std::uint64_t, bool, geometry::PackedKeyHash>
       known;  // by column, row, height: whether the trunk collides
   const auto is_blocked = [&](int x, int y, double ground) {
-    std::uint64_t key = 0;
-    for (const int part : {x, y, static_cast<int>(std::floor(ground / cell))})
-      key = key << 21 | (static_cast<std::uint64_t>(part) & 0x1fffff);
-    const auto [found, made] = known.try_emplace(key);
+    const auto [found, made] =
+        known.try_emplace(geometry::packed_cell({x, y, static_cast<int>(std::floor(ground / cell))}));
     if (made)
       found.value() = columns.blocked({Eigen::Vector2d((x + 0.5) * cell, (y + 0.5) * cell), 0, cell / 2,
                                        cell / 2, ground + gait.body.from_m, ground + gait.body.to_m});
@@ -95,18 +92,25 @@ void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
       if (is_blocked(between(from.x, dx, i), between(from.y, dy, i), std::max(from.low, to.low))) return true;
     return false;
   };
-  // By rows: how far to either side are cells whose nearest points are near enough.
-  std::vector<int> wide(static_cast<std::size_t>(around) + 1, -1);
-  for (int dy = 0; dy <= around; ++dy)
-    while (std::hypot(gap(wide[static_cast<std::size_t>(dy)] + 1, cell), gap(dy, cell)) <= farthest)
-      ++wide[static_cast<std::size_t>(dy)];
+  std::vector<std::size_t> near;  // grids within reach of that of the surface at hand, whose cells follow
+  std::size_t surface = grids_.size();
   for (const Cell& to : cells_) {
     geometry::end_if_interrupted();
+    if (std::exchange(surface, to.surface) != to.surface) {
+      near.clear();
+      const CellNumbers& here = grids_[surface];
+      for (std::size_t i = 0; i < grids_.size(); ++i)
+        if ((grids_[i].first <= here.first + here.size + around).all() &&
+            (grids_[i].first + grids_[i].size + around >= here.first).all())
+          near.push_back(i);
+    }
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
-    for (const CellNumbers& grid : grids_) {
+    for (const std::size_t k : near) {
+      const CellNumbers& grid = grids_[k];
       const Eigen::Array2i last = grid.first + grid.size - 1;
       for (int y = std::max(to.y - around, grid.first.y()); y <= std::min(to.y + around, last.y()); ++y) {
-        const int beside = wide[static_cast<std::size_t>(std::abs(y - to.y))];
+        const double left = farthest * farthest - std::pow(gap(y - to.y, cell), 2);
+        const int beside = static_cast<int>(std::sqrt(left) / cell) + 1;
         for (int x = std::max(to.x - beside, grid.first.x()); x <= std::min(to.x + beside, last.x()); ++x) {
           if (grid.at(x, y) < 0) continue;
           const auto i = static_cast<std::uint32_t>(grid.at(x, y));

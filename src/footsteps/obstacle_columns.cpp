@@ -1,5 +1,6 @@
 #include "footsteps/obstacle_columns.hpp"
 
+#include "geometry/voxel_key.hpp"
 #include "occupancy/cubes.hpp"
 
 #include <algorithm>
@@ -10,14 +11,6 @@
 #include <utility>
 
 namespace octosurf::footsteps {
-namespace {
-
-std::uint64_t key_of(int tile_x, int tile_y) {
-  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(tile_x)) << 32 |
-         static_cast<std::uint32_t>(tile_y);
-}
-
-}  // namespace
 
 ObstacleColumns::ObstacleColumns(OccupancyView octree, std::shared_ptr<const Snapshot> surfaces,
                                  const Eigen::Matrix3d& R_walk_map, double low, double high)
@@ -41,7 +34,7 @@ void ObstacleColumns::follow(const ObstacleColumns& before) {
     const Eigen::Array2i from = ((middle - reach).head<2>() / edge).array().floor().cast<int>(),
                          to = ((middle + reach).head<2>() / edge).array().floor().cast<int>();
     for (int y = from.y(); y <= to.y(); ++y)
-      for (int x = from.x(); x <= to.x(); ++x) stale.insert(key_of(x, y));
+      for (int x = from.x(); x <= to.x(); ++x) stale.insert(geometry::packed_cell({x, y, 0}));
   }
   const auto is_same = [&](const Voxel& one) {
     return before.surfaces_->find(one.surface) == surfaces_->find(one.surface);
@@ -137,7 +130,7 @@ bool ObstacleColumns::reaches(const planning::VoxelMatter& matter, const Sought&
 }
 
 const ObstacleColumns::Tile& ObstacleColumns::tile(int tile_x, int tile_y) {
-  const std::uint64_t key = key_of(tile_x, tile_y);
+  const std::uint64_t key = geometry::packed_cell({tile_x, tile_y, 0});
   Recent& recent = recent_[static_cast<std::size_t>((tile_y & 7) * 8 + (tile_x & 7))];
   if (recent.tile != nullptr && recent.key == key) return *recent.tile;
   const auto found = tiles_.find(key);

@@ -102,18 +102,17 @@ GroundView GroundView::by(const GroundRules& rules) const {
 GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree) const {
   GroundView other(std::move(snapshot), std::move(octree), rules_);
   if (other.octree_.resolution() != octree_.resolution()) return other;
-  const std::vector<Eigen::AlignedBox3d> changed = occupancy::changed_cubes(octree_, other.octree_);
+  std::vector<Eigen::AlignedBox3d> changed = occupancy::changed_cubes(octree_, other.octree_);
   solids_->for_each([&](SurfaceId id, const std::shared_ptr<const planning::GroundTiles>& before) {
     const SurfacePtr* now = surface_of(*other.snapshot_, id);
     if (now == nullptr) return;
     other.solids_->get(id, [&] { return std::make_shared<planning::GroundTiles>(*before, *now, changed); });
   });
   // Squares of unchanged ground near which neither voxels nor surfaces changed.
-  std::vector<Eigen::AlignedBox3d> near = changed;
   for (const SurfacePtr& now : other.snapshot_->surfaces) {
     const SurfacePtr* before = surface_of(*snapshot_, now->id);
     if (before == nullptr || *before == now) continue;
-    Eigen::AlignedBox3d& box = near.emplace_back();
+    Eigen::AlignedBox3d& box = changed.emplace_back();
     for (const Polygon& polygon : now->polygons)
       for (const Eigen::Vector2d& uv : polygon.outer) box.extend(now->to_map(uv));
   }
@@ -128,7 +127,7 @@ GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyV
     for (const int u : {x, x + 1})
       for (const int v : {y, y + 1}) about.extend((*now)->to_map(square_of(u, v).min()));
     about = {about.min().array() - reach, about.max().array() + reach};
-    return std::ranges::none_of(near, [&](const auto& box) { return box.intersects(about); });
+    return std::ranges::none_of(changed, [&](const auto& box) { return box.intersects(about); });
   });
   const std::lock_guard lock(climb_->mutex);
   other.climb_->before = climb_->now ? climb_->now : climb_->before;
