@@ -1,6 +1,7 @@
 // `octosurf-lab evaluate`: scores of a map's surfaces against a truth or a labelled cloud.
 #include "evaluation/evaluate.hpp"
 
+#include "bounds.hpp"
 #include "evaluation/labels.hpp"
 #include "evaluation/stairs.hpp"
 #include "evaluation/truth.hpp"
@@ -33,10 +34,10 @@ Examples:
 
 Scores against --truth (exact definitions in lab/evaluation/evaluate.hpp):
   faces found        true faces of which --min-area or more was seen (faces of one plane that lie nearer to each
-                     other than h are one, as a foot finds them). Found as one surface: one surface covers 80 %
-                     of what was seen of the face and lies on it with 80 % of its own. Split: several that lie
-                     on it cover 80 %. Joined: one surface covers 80 % of it and of others besides, which are
-                     named below the face. Missed: none of these
+                     other than h are one, as a foot finds them; pieces seen farther apart are several). Found as
+                     one surface: one surface covers 80 % of what was seen of the face and lies on it with 80 %
+                     of its own. Split: several that lie on it cover 80 %. Joined: one surface covers 80 % of it
+                     and of others besides, which are named below the face. Missed: none of these
   other surfaces     surfaces of that size that are none of these
   area covered       share of what was seen of these faces with a surface at most tol (1.5 voxels, at least
                      2 cm) and 15° off; layers: surfaces upon each other there, 1 is right
@@ -206,6 +207,7 @@ void add_evaluate(CLI::App& app) {
   against->require_option(1);
   verb->add_option("--min-area", arguments->min_area,
                    "m²: faces of which less was seen are not judged (with --truth)")
+      ->check(at_least(0))
       ->capture_default_str();
   verb->add_option("--json", arguments->json, "also write the scores to this file");
   verb->add_flag("--force", arguments->force, "overwrite the --json file");

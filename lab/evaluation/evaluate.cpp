@@ -321,36 +321,10 @@ void add_surfaces(const Scene& scene, const Counts& counts, Evaluation& result) 
   result.unsafe_share = result.area_m2 > 0 ? result.unsafe_m2 / result.area_m2 : 0;
 }
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (holds) return;
-  throw Error(Error::Kind::usage, field, "is " + std::to_string(value), std::string("must be ") + rule);
-}
-
 }  // namespace
 
 double EvaluationOptions::tolerance_at(double resolution) const {
   return tolerance.value_or(std::max(0.02, 1.5 * resolution));
-}
-
-void EvaluationOptions::validate() const {
-  const double right_angle = std::numbers::pi / 2;
-  require(min_area >= 0 && std::isfinite(min_area), "min-area", min_area, "a finite area, 0 m² or more");
-  if (tolerance) {
-    require(*tolerance > 0 && std::isfinite(*tolerance), "tolerance", *tolerance,
-            "a finite length above 0 m");
-  }
-  require(angle_rad > 0 && angle_rad < right_angle, "angle", angle_rad, "between 0 and 90° (in radians)");
-  require(support_rad >= angle_rad && support_rad < right_angle, "support angle", support_rad,
-          "at least the angle and under 90° (in radians)");
-  require(threshold > 0.5 && threshold <= 1, "threshold", threshold, "in (0.5, 1]");
-  require(grid >= 0.001 && grid <= 0.1, "grid", grid, "between 0.001 and 0.1 m");
-  require(joined_rad >= 0 && joined_rad < right_angle, "joined angle", joined_rad,
-          "at least 0 and under 90°");
-  require(joined_voxels >= 0 && std::isfinite(joined_voxels), "joined voxels", joined_voxels,
-          "finite, 0 or more");
-  if (joined_gap)
-    require(*joined_gap >= 0 && std::isfinite(*joined_gap), "joined gap", *joined_gap,
-            "a length, 0 m or more");
 }
 
 OnePlane EvaluationOptions::one_plane_at(double resolution) const {
@@ -373,7 +347,7 @@ Summary summarize(std::vector<double> values) {
 Evaluation evaluate(const Snapshot& snapshot, const Truth& truth, const EvaluationOptions& options) {
   Scene scene = prepare(snapshot, truth, options);  // checks the truth, too
   const Truth joined = join_faces(truth, options.one_plane_at(snapshot.resolution));
-  if (joined.faces.size() < truth.faces.size()) scene = prepare(snapshot, joined, options);
+  scene = prepare(snapshot, joined, options);
   const Counts counts = count(scene);
   Evaluation result;
   result.options = scene.options;

@@ -28,8 +28,6 @@ struct EvaluationOptions {
 
   double tolerance_at(double resolution) const;
   OnePlane one_plane_at(double resolution) const;
-  /// Throws Error(usage) naming field, value and rule.
-  void validate() const;
 };
 
 struct Summary {
@@ -91,6 +89,8 @@ struct HoleScore {
 /// lie
 ///    nearer to each other than `joined_gap` are one (join_faces()). Blocks set side by side are one face; a
 ///    map joins them across gaps up to h, as it should. Where parts of a joined face meet is no outline (8).
+///    What was seen of a face in pieces farther than that from each other, such as a wall beside a door of
+///    which nobody saw the lintel, is as many faces of its id.
 /// 1. A true face is *present* unless `gone`, and *judged* if it is present and its visible cells
 ///    amount to `min_area`; of a joined face those of its largest part, as slivers side by side are no larger
 ///    face. Its sample points are the centres of its visible cells.
@@ -156,7 +156,7 @@ struct Evaluation {
   double unsafe_at(std::size_t margin) const { return rim_m2.at(margin) + false_m2; }  ///< m²
 };
 
-/// Throws Error(usage) for options out of range or a `min_area` that no face reaches, Error(data)
+/// Throws Error(usage) for a `min_area` that no face reaches, Error(data)
 /// for a truth without visible faces, for planes and frames that disagree, and for coordinates
 /// that are not finite or enclose more than 10⁵ m². Deterministic, single-threaded; about a second
 /// for 100 m² at the defaults.

@@ -160,22 +160,9 @@ void require_input(const LabelledCloud& cloud, std::span<const Eigen::Vector3d> 
 
 }  // namespace
 
-void LabelOptions::validate() const {
-  if (min_points < 3) {
-    throw Error(Error::Kind::usage, "min-points", "is " + std::to_string(min_points), "must be 3 or more");
-  }
-  if (!(max_rms > 0 && std::isfinite(max_rms))) {
-    throw Error(Error::Kind::usage, "max-rms", "is " + std::to_string(max_rms), "must be a length above 0 m");
-  }
-  if (!(threshold > 0.5 && threshold <= 1)) {
-    throw Error(Error::Kind::usage, "threshold", "is " + std::to_string(threshold), "must be in (0.5, 1]");
-  }
-}
-
 LabelEvaluation evaluate_labels(const LabelledCloud& cloud, std::span<const Eigen::Vector3d> points,
                                 std::span<const SurfaceId> found, const Snapshot& snapshot,
                                 const LabelOptions& options) {
-  options.validate();
   require_input(cloud, points, found, snapshot);
   const SharedPoints counts = count(cloud, points, found);
   const HooverResult verdicts = judge(counts, cloud.kind, options);

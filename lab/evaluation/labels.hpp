@@ -41,8 +41,6 @@ struct LabelOptions {
   std::size_t min_points = 300;  ///< smaller labels are not judged, smaller surfaces no noise
   double max_rms = 0.02;         ///< m: labels that are less planar are not judged
   double threshold = 0.8;        ///< Hoover's T, in (0.5, 1]
-  /// Throws Error(usage) naming field, value and rule.
-  void validate() const;
 };
 
 struct LabelScore {

@@ -1,9 +1,12 @@
 #include "evaluation/one_plane.hpp"
 
 #include "evaluation/scene.hpp"
+#include "geometry/disjoint_sets.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -89,6 +92,40 @@ std::vector<CellRun> join_cells(const std::vector<const TrueFace*>& faces, doubl
   return joined;
 }
 
+double area_of(const std::vector<CellRun>& cells, double cell) {
+  double area = 0;
+  for (const CellRun& run : cells) area += run.count * cell * cell;
+  return area;
+}
+
+/// What was seen of a face in pieces that lie a cell farther from each other than the gap: a wall that a door
+/// cuts.
+std::vector<TrueFace> pieces_of(const TrueFace& face, double cell, double gap) {
+  std::vector<CellRun> runs = face.visible;
+  std::ranges::stable_sort(runs, {}, &CellRun::row);
+  geometry::DisjointSets sets(runs.size());
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    for (std::size_t k = i; k-- > 0;) {
+      const CellRun &a = runs[k], &b = runs[i];
+      const double up = cell * std::max(0, b.row - a.row - 1);
+      const double aside = cell * std::max({0, b.column - a.column - a.count, a.column - b.column - b.count});
+      if (up >= gap + cell) break;
+      if (std::hypot(up, aside) < gap + cell) sets.join(i, k);
+    }
+  }
+  std::map<std::size_t, std::vector<CellRun>> pieces;
+  for (std::size_t i = 0; i < runs.size(); ++i) pieces[sets.root(i)].push_back(runs[i]);
+  if (pieces.size() < 2) return {face};
+  std::vector<TrueFace> found;
+  for (auto& [root, cells] : pieces) {
+    TrueFace& piece = found.emplace_back(face);
+    piece.visible_area_m2 = area_of(cells, cell);
+    piece.largest_part_m2 = std::min(piece.largest_part_m2, piece.visible_area_m2);
+    piece.visible = std::move(cells);
+  }
+  return found;
+}
+
 TrueFace joined_face(const std::vector<const TrueFace*>& faces, double cell) {
   TrueFace all = *faces.front();
   for (const TrueFace* face : faces) {
@@ -104,10 +141,9 @@ TrueFace joined_face(const std::vector<const TrueFace*>& faces, double cell) {
     }
     all.joined.push_back(face->id);
   }
-  for (const CellRun& run : all.visible) all.largest_part_m2 += run.count * cell * cell;
+  all.largest_part_m2 = area_of(all.visible, cell);
   all.visible = join_cells(faces, cell);
-  all.visible_area_m2 = 0;
-  for (const CellRun& run : all.visible) all.visible_area_m2 += run.count * cell * cell;
+  all.visible_area_m2 = area_of(all.visible, cell);
   return all;
 }
 
@@ -155,7 +191,8 @@ Truth join_faces(const Truth& truth, const OnePlane& rule) {
   joined.faces.clear();
   for (std::size_t f = 0; f < truth.faces.size(); ++f) {
     if (taken[f]) continue;
-    joined.faces.push_back(groups[f].size() > 1 ? joined_face(groups[f], truth.cell) : truth.faces[f]);
+    const TrueFace whole = groups[f].size() > 1 ? joined_face(groups[f], truth.cell) : truth.faces[f];
+    std::ranges::move(pieces_of(whole, truth.cell, rule.gap_m), std::back_inserter(joined.faces));
   }
   return joined;
 }

@@ -22,7 +22,8 @@ Fold fold_between(const TrueFace& a, const TrueFace& b);
 /// The truth with present faces of one plane as one: from the face of which most was seen, all that lie in
 /// its plane and that a chain of gaps reaches; then so on from what is left. A joined face has the frame, id
 /// and name of the one it began with, `joined` the ids of the others, and the visible cells of all on its own
-/// grid. Faces that are joined to none keep their bytes. O(faces²) comparisons of boxes.
+/// grid. Last, pieces of a face that were seen farther from each other than the gap are faces of the same
+/// id. Faces that are joined to none and in one piece keep their bytes. O(faces²) comparisons of boxes.
 Truth join_faces(const Truth& truth, const OnePlane& rule);
 
 }  // namespace octosurf::evaluation

@@ -150,7 +150,6 @@ double Scene::visible_m2(std::size_t face) const {
 }
 
 Scene prepare(const Snapshot& snapshot, const Truth& truth, const EvaluationOptions& options) {
-  options.validate();
   Scene scene;
   scene.snapshot = &snapshot;
   scene.truth = &truth;

@@ -89,8 +89,6 @@ TEST(Labels, NonsenseIsRefused) {
   squares.points.back().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(squares.scores(), Error);
   EXPECT_THROW(Squares({0}).scores(), Error) << "no label";
-  for (const LabelOptions& options : {LabelOptions{2, 0.02, 0.8}, {300, -1, 0.8}, {300, 0.02, 0.5}})
-    EXPECT_THROW(options.validate(), Error);
 }
 
 class LabelledClouds : public simulation::FolderTest {
