@@ -187,7 +187,7 @@ void bind_scans(Module& module) {
   bind_scan(module);
   Class<Recording>(module, "ScanSource", "Posed scans, one after the other, decoded one at a time.")
       .def("__len__", under_lock(&ScanSource::size), "Number of scans listed, bad ones included.")
-      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__iter__", [](Recording& self) -> Recording& { return self; })
       .def("__next__", &next_scan, "Throws Error(data) with its name for a scan that cannot be read.")
       .def("__repr__",
            [](Recording& self) {

@@ -44,9 +44,9 @@ class Packages(unittest.TestCase):
         """The pipe of the Dockerfile, on the command of this build."""
         if not shutil.which("dpkg-query"):
             self.skipTest("not Debian")
-        (pipe,) = re.findall(r"^RUN (ldd .*?) > out/packages$", DOCKERFILE, re.DOTALL | re.MULTILINE)
+        (pipe,) = re.findall(r"^RUN (ldd .*?) > packages$", DOCKERFILE, re.DOTALL | re.MULTILINE)
         pipe = pipe.replace("\\\n", " ").replace("build/container/bin/octosurf", os.environ["OCTOSURF"])
-        pipe = pipe.replace("out/python/octosurf/*.so", f"{world.BUILD}/python/octosurf/*.so")
+        pipe = pipe.replace("build/container/python/octosurf/*.so", f"{world.BUILD}/python/octosurf/*.so")
         done = subprocess.run(["sh", "-c", pipe], check=True, capture_output=True, text=True)
         packages = done.stdout.split()
         for start in ("libstdc++6", "libassimp", "libembree", "libpcl-common", "liboctomap", "libprotobuf"):
