@@ -17,6 +17,8 @@
 
 namespace octosurf::python {
 
+// Nothing asks an array or dtype for its item size: pybind11 before 2.12 reads it where NumPy 1 has it.
+
 /// Numbers in C order; arrays that are otherwise are copied so.
 template <class Number>
 using Dense = pybind11::array_t<Number, pybind11::array::c_style | pybind11::array::forcecast>;
@@ -76,7 +78,7 @@ void rows_from(const pybind11::handle& given, std::vector<Element>& rows) {
   if (array.ndim() != 2 || array.shape(1) != columns)
     throw Error(Error::Kind::data, "rows", "have shape " + std::string(pybind11::str(array.attr("shape"))),
                 "give (N, " + std::to_string(columns) + "), a row for each");
-  std::memcpy(rows.front().data(), array.data(), static_cast<std::size_t>(array.nbytes()));
+  std::memcpy(rows.front().data(), array.data(), rows.size() * sizeof(Element));
 }
 
 inline void rows_from(const pybind11::handle& given, std::vector<Ring2>& rings) {
@@ -91,13 +93,18 @@ template <class Element>
 requires requires { Row<Element>::columns; }
 inline constexpr bool is_viewed<std::vector<Element>> = true;
 
+template <class Element>
+pybind11::array_t<Element> array_of(const Element* first, std::size_t size, pybind11::handle owner = {}) {
+  return {{size}, {sizeof(Element)}, first, owner};
+}
+
 /// An array of its own that takes the numbers over without copying them.
 template <class Element>
 pybind11::array_t<Element> moved_array(std::vector<Element> elements) {
   auto* const kept = new std::vector<Element>(std::move(elements));
   const pybind11::capsule owner(kept,
                                 [](void* vector) { delete static_cast<std::vector<Element>*>(vector); });
-  return pybind11::array_t<Element>(static_cast<pybind11::ssize_t>(kept->size()), kept->data(), owner);
+  return array_of(kept->data(), kept->size(), owner);
 }
 
 }  // namespace octosurf::python

@@ -64,8 +64,7 @@ template <class Number, class Part>
 auto of_patch(const std::vector<Part> GroundPatch::*part) {
   return [part](const py::object& patch) {
     const std::vector<Part>& values = patch.cast<const GroundPatch&>().*part;
-    return py::array_t<Number>(static_cast<py::ssize_t>(values.size()),
-                               reinterpret_cast<const Number*>(values.data()), patch);
+    return array_of(reinterpret_cast<const Number*>(values.data()), values.size(), patch);
   };
 }
 

@@ -176,7 +176,7 @@ Scan scan_of_depth(const py::array& depth, const py::object& intrinsics,
     refuse("depth", "has shape " + shape_of(depth), "give an image, (H, W)");
   const io::Intrinsics camera = camera_of(intrinsics);
   const bool metres = depth.dtype().kind() == 'f';
-  if (!metres && !(depth.dtype().kind() == 'u' && depth.itemsize() == 2))
+  if (!metres && !(depth.dtype().kind() == 'u' && depth.dtype().attr("itemsize").cast<int>() == 2))
     refuse("depth", "is of " + std::string(py::str(depth.dtype())),
            "give uint16 units, or float32 or float64 metres");
   return {metres ? points_of_metres(depth, camera) : points_of_units(depth, camera, depth_scale),

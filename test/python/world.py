@@ -16,7 +16,7 @@ FOLDER = pathlib.Path(_folder.name)
 
 
 def command(*arguments):
-    program = os.environ["OCTOSURF"] + ("-lab" if arguments[0] == "simulate" else "")
+    program = os.environ["OCTOSURF"] + ("-lab" if arguments[0] in ("simulate", "evaluate") else "")
     subprocess.run([program, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
 
 

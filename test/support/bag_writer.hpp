@@ -5,10 +5,10 @@
 
 namespace octosurf::test {
 
-/// False where Debian's Python lacks a module that write_bag.py needs; such tests are skipped.
+/// False where there is no environment of test/peers for write_bag.py; such tests are skipped.
 bool can_write_bags();
 inline constexpr const char* no_bag_writer =
-    "Debian's Python has no rosbag, message, lz4 or zstandard modules (./dev test installs them)";
+    "rosbags and mcap are not installed (ctest -R peers.environment.bags says why)";
 
 /// Makes a bag of a recording in a folder; options as write_bag.py has them. One Python process, which takes
 /// half a second to import ROS' messages, writes all bags of a test program.
