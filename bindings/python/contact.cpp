@@ -227,6 +227,13 @@ void bind_ground(Module& module) {
           "id"_a, "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(), Released(),
           "Of region() what lies within reach_m of a place.")
       .def(
+          "regions_about",
+          [](const G& ground, const Eigen::Vector3d& about, double reach_m, std::optional<double> yaw_rad) {
+            return ground.view.regions_about(about, reach_m, yaw_rad);
+          },
+          "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(), Released(),
+          "region_about() of each level surface near a place that has one.")
+      .def(
           "foothold",
           [](const G& ground, SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) {
             return ground.view.foothold(id, at, yaw_rad);

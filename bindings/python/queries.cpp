@@ -114,8 +114,7 @@ frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)
              double max_slope_rad,
              double within) { return self.snap(T_map_pose, self.limit(up, max_slope_rad), within); },
           "T_map_pose"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope,
-          "within"_a = anywhere)
-      .def("surface_of_voxel", &PythonIndex::surface_of_voxel, "point"_a);
+          "within"_a = anywhere);
 }
 
 }  // namespace

@@ -173,8 +173,8 @@ struct FootstepPlan {
   /// on that foot's ground; a quadruped's during the step. A biped's body moves straight in between.
   std::vector<Standing> body;
   double cost = 0;  ///< of all steps, by StepCosts
-  /// Lower bound on the cost of any plan with footholds on the planner's grid; a plan of this cost is
-  /// optimal.
+  /// Lower bound on the cost of any plan with footholds on the planner's grid, from what walking costs in
+  /// free level space; a plan of this cost is optimal.
   double lower_bound = 0;
   std::size_t expansions = 0;     ///< expanded stances
   double search_ms = 0;           ///< of the call

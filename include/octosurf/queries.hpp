@@ -80,10 +80,6 @@ class SurfaceIndex {
   std::optional<SnappedPose> snap(const Eigen::Isometry3d& T_map_pose, const SlopeLimit& limit = {},
                                   double within = std::numeric_limits<double>::infinity()) const;
 
-  /// The surface of the voxel that contains `point`, from the snapshot's octree; 0: none, or the snapshot has
-  /// no octree.
-  SurfaceId surface_of_voxel(const Eigen::Vector3d& point) const;
-
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -12,7 +12,6 @@ namespace {
 
 constexpr double biped_stance_height = 0.20;  // m off the given height, which may be approximate
 constexpr double between_soles = 0.02;        // m, level
-constexpr double sidling_step = 0.12;         // m, of a step sideways or backward
 
 Eigen::Vector2d left_of(const Eigen::Vector2d& forward) { return {-forward.y(), forward.x()}; }
 
@@ -44,7 +43,8 @@ class BipedGraph : public StepGraph {
   Moves moves(NodeId from, NodeId to, StepRefusal& why) override;
   NodePose pose(NodeId node) const override {
     const Place& at = foot(node);
-    return {beside(node, robot_.stance_width_m / 2), at.at.z(), at.heading, side_of(node), node / 2};
+    const SwingPose body = beside(node, robot_.stance_width_m / 2);
+    return {body, body.at, at.at.z(), at.heading, side_of(node), node / 2};
   }
   bool goal_is_cut_off(const std::vector<NodeId>& starts, std::size_t most) override;
 
@@ -209,7 +209,6 @@ StepGraph::Stance BipedGraph::stance(const Standing& at) {
 
 Gait gait_of(const Biped& robot) {
   const double half = robot.stance_width_m / 2;
-  const double step = FootholdField::step_yaw(), turn = step * std::floor(robot.max_turn_rad / step + 1e-9);
   const double longest = std::max(robot.max_forward_m, robot.max_backward_m);
   // Half the side of the square that contains the body over a foot in any heading: the body's middle is half
   // a stance beside it.
@@ -219,11 +218,19 @@ Gait gait_of(const Biped& robot) {
   gait.reach_m = std::hypot(longest, robot.max_width_m);
   gait.trunk_reach_m = std::max(0.0, inscribed / std::sqrt(2.0) - GuideMap::slack_m);
   gait.longest_m = robot.max_forward_m;
-  gait.sidling_m = sidling_step;
-  gait.body_step_m = std::hypot(
-      longest + half * std::sin(turn),
-      std::max(robot.max_width_m - robot.stance_width_m, robot.stance_width_m - robot.min_width_m) +
-          half * (1 - std::cos(turn)));
+  const double aside = (robot.max_width_m - robot.min_width_m) / 2;  // of two steps, on average
+  for (int turn = -gait.turns(); turn <= gait.turns(); ++turn) {
+    const double rad = turn * FootholdField::step_yaw();
+    WalkTable::Motion best{turn, 1 + gait.turn_cost(rad)}, usual = best;
+    for (const double ahead : {robot.max_forward_m, -robot.max_backward_m})
+      for (const double width : {robot.min_width_m, robot.max_width_m})
+        for (const int left : {-1, 1})  // the foot that steps
+          best.by.emplace_back(ahead + left * half * std::sin(rad),
+                               left * (width - half - half * std::cos(rad)));
+    usual.by = {{robot.max_forward_m, 0}, {-robot.max_backward_m, 0}, {0, aside}, {0, -aside}};
+    gait.best.push_back(best);
+    gait.usual.push_back(usual);
+  }
   return gait;
 }
 

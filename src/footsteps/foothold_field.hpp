@@ -53,7 +53,9 @@ class FootholdField {
   FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Gait& gait,
                 const FootholdField* before);
 
-  static constexpr int headings() { return 16; }  ///< 22.5° each: one a step, with the usual limit of 25°
+  static constexpr int headings() {
+    return WalkTable::headings;
+  }  ///< 22.5° each: one a step, with the usual limit of 25°
   static constexpr double step_yaw() { return 2 * std::numbers::pi / headings(); }
   /// Yaw of a heading, walking frame.
   double yaw(int heading) const { return first_yaw_ + heading * step_yaw(); }

@@ -1,8 +1,11 @@
 #pragma once
 
 #include "footsteps/swing.hpp"
+#include "footsteps/walk_table.hpp"
 
 #include <Eigen/Core>
+#include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -34,11 +37,15 @@ struct Gait {
   double reach_m = 0;        ///< level, between footholds one step apart, for the guide
   double trunk_reach_m = 0;  ///< from above a foothold, part of the body wherever it is; 0: none
   double longest_m = 0;      ///< move of the body
-  double sidling_m = 0;      ///< likewise sideways or backward, usually
-  double body_step_m = 0;    ///< the farthest that one step moves the body's middle
-  double off_guide_m = 0;    ///< by which the guide's path may be longer than the body's
-  int steps = 1;             ///< in a usual move
-  int least_steps = 1;       ///< in any move
+  double off_hip_m = 0;      ///< the farthest that a foot stands from below its hip
+  /// Of the middle between the feet, without `costs.length`: no move gets farther for less; usual ones.
+  std::vector<WalkTable::Motion> best{}, usual{};
+
+  /// Of a step or cycle, in headings.
+  int turns() const {
+    return static_cast<int>(max_turn_rad * WalkTable::headings / (2 * std::numbers::pi) + 1e-9);
+  }
+  double turn_cost(double rad) const { return rad == 0 ? 0 : costs.turn * std::abs(rad) / max_turn_rad; }
 
   template <class Kind>
   Gait(const Kind& robot, std::vector<Foot> all_feet)

@@ -127,31 +127,17 @@ void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
 }
 
 void GuideMap::aim(const std::vector<Target>& targets) {
-  steps_.assign(cells_.size(), nowhere);
   metres_.assign(cells_.size(), nowhere);
   next_.resize(cells_.size());
   std::iota(next_.begin(), next_.end(), 0U);
   using Entry = std::pair<float, std::uint32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  std::vector<std::uint32_t> front;
   for (const Target& target : targets) {
     const std::int32_t i = find(target.at, target.surface);
     if (i < 0 || metres_[static_cast<std::size_t>(i)] == 0) continue;
     const auto cell_index = static_cast<std::uint32_t>(i);
-    metres_[cell_index] = steps_[cell_index] = 0;
+    metres_[cell_index] = 0;
     queue.emplace(0.0F, cell_index);
-    front.push_back(cell_index);
-  }
-  for (float count = 1; !front.empty(); ++count) {
-    std::vector<std::uint32_t> next;
-    for (const std::uint32_t to : front) {
-      for (std::uint32_t k = first_link_[to]; k < first_link_[to + 1]; ++k) {
-        if (steps_[links_[k].from] != nowhere) continue;
-        steps_[links_[k].from] = count;
-        next.push_back(links_[k].from);
-      }
-    }
-    front = std::move(next);
   }
   while (!queue.empty()) {
     const auto [distance, to] = queue.top();
@@ -189,9 +175,9 @@ std::int32_t GuideMap::find(const Eigen::Vector3d& at, std::size_t surface) cons
   return -1;
 }
 
-double GuideMap::value(const std::vector<float>& values, const Place& place) const {
+double GuideMap::metres(const Place& place) const {
   const std::int32_t i = find(place.at, place.surface);
-  return i < 0 ? nowhere : values[static_cast<std::size_t>(i)];
+  return i < 0 ? nowhere : metres_[static_cast<std::size_t>(i)];
 }
 
 }  // namespace octosurf::footsteps

@@ -25,9 +25,8 @@ class GuideMap {
   };
   void aim(const std::vector<Target>& targets);
 
-  /// Fewest steps from a place to a target, and path length in m; infinite if there is no path.
-  double steps(const Place& place) const { return value(steps_, place); }
-  double metres(const Place& place) const { return value(metres_, place); }
+  /// Path length from a place to a target in m; infinite if there is no path.
+  double metres(const Place& place) const;
   /// The point half a metre or slightly more ahead on the path from a place to the nearest target.
   Eigen::Vector2d ahead(const Place& place) const;
 
@@ -51,13 +50,12 @@ class GuideMap {
   void add_cells(const RegionRaster& raster, std::size_t surface, FootholdField& field, const Gait& gait);
   void link(ObstacleColumns& columns, const Gait& gait);
   std::int32_t find(const Eigen::Vector3d& at, std::size_t surface) const;
-  double value(const std::vector<float>& values, const Place& place) const;
 
   std::vector<Cell> cells_;
   std::vector<CellNumbers> grids_;         ///< by surface: index into cells_, or -1
   std::vector<std::uint32_t> first_link_;  ///< cells + 1
   std::vector<Link> links_;
-  std::vector<float> steps_, metres_;
+  std::vector<float> metres_;
   std::vector<std::uint32_t> next_;  ///< next cell on the path, itself at a target
 };
 

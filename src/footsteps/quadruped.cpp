@@ -11,9 +11,14 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr double cell = 0.05;                                  // m
 constexpr double quadruped_stance_height = 0.25;               // m off the given height for placing feet
 constexpr std::array<std::size_t, 4> crawl_order{2, 0, 3, 1};  // hind before front, one side at a time
+
+/// Of the body, in one cycle of steps.
+std::vector<Eigen::Vector2d> cycles(const Quadruped& robot) {
+  const double f = robot.max_step_m, s = robot.max_sideward_m;
+  return {{f, 0}, {f / 2, 0}, {f / 2, s}, {f / 2, -s}, {0, s}, {0, -s}, {-f / 2, 0}, {0, 0}};
+}
 
 /// Front left, front right, hind left, hind right.
 using FourFeet = std::array<PlaceId, 4>;
@@ -42,11 +47,12 @@ class QuadrupedGraph : public StepGraph {
     Eigen::Vector2d rise;
   };
   Node node_about(const Eigen::Vector2d& at, int heading) const {
-    return {static_cast<int>(std::floor(at.x() / cell)), static_cast<int>(std::floor(at.y() / cell)),
-            heading};
+    return {static_cast<int>(std::floor(at.x() / FootholdField::cell)),
+            static_cast<int>(std::floor(at.y() / FootholdField::cell)), heading};
   }
   SwingPose body_of(const Node& node) const {
-    return {{(node.x + 0.5) * cell, (node.y + 0.5) * cell}, field_.yaw(node.heading)};
+    return {{(node.x + 0.5) * FootholdField::cell, (node.y + 0.5) * FootholdField::cell},
+            field_.yaw(node.heading)};
   }
   NodeId id_of(const Node& node);
   Eigen::Vector2d hip(const SwingPose& body, std::size_t leg) const {
@@ -72,7 +78,9 @@ NodeId QuadrupedGraph::id_of(const Node& node) {
   if (made) {
     const SwingPose body = body_of(node);
     nodes_.push_back(node);
-    poses_.push_back({body, slope_under(node.feet, body.at).height, node.heading, 0, node.feet[0]});
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    for (const PlaceId foot : node.feet) middle += place(foot).at.head<2>() / 4;
+    poses_.push_back({body, middle, slope_under(node.feet, body.at).height, node.heading, 0, node.feet[0]});
   }
   return found->second;
 }
@@ -132,18 +140,10 @@ StepGraph::Option QuadrupedGraph::moved(NodeId from, const Eigen::Vector2d& by, 
 }
 
 std::vector<StepGraph::Option> QuadrupedGraph::options(NodeId node, bool all) {
-  const double f = robot_.max_step_m, s = robot_.max_sideward_m;
   std::vector<Option> found;
-  for (const auto& [forward, left] : {std::pair{f, 0.0},
-                                      {f / 2, 0.0},
-                                      {f / 2, s},
-                                      {f / 2, -s},
-                                      {0.0, s},
-                                      {0.0, -s},
-                                      {-f / 2, 0.0},
-                                      {0.0, 0.0}})
+  for (const Eigen::Vector2d& by : cycles(robot_))
     for (int turn = -turns_; turn <= turns_; ++turn) {
-      const Option option = moved(node, {forward, left}, turn);
+      const Option option = moved(node, by, turn);
       if (all || !option.refusal) found.push_back(option);
     }
   return found;
@@ -248,11 +248,22 @@ Gait gait_of(const Quadruped& robot) {
   // What climbs cost is not in the guide's estimate: one plan in 40 would not be found within the budget.
   gait.costs.height = 0;
   gait.disc_radius_m = robot.foot.radius;
-  gait.reach_m = std::hypot(robot.max_step_m, robot.max_sideward_m) + turned + 2 * robot.snap_m + 2 * cell;
-  gait.longest_m = gait.sidling_m = gait.body_step_m = robot.max_step_m;
-  gait.off_guide_m = 2 * robot.snap_m;
-  gait.steps = 4;
-  gait.least_steps = 0;
+  gait.reach_m = std::hypot(robot.max_step_m, robot.max_sideward_m) + turned + 2 * robot.snap_m +
+                 2 * FootholdField::cell;
+  gait.longest_m = robot.max_step_m;
+  gait.off_hip_m = robot.snap_m;
+  for (int turn = -gait.turns(); turn <= gait.turns(); ++turn) {
+    const double rad = turn * FootholdField::step_yaw();
+    const double cost = gait.turn_cost(rad);
+    gait.usual.push_back({turn, 4 + cost, cycles(robot)});
+    if (turn != 0) gait.best.push_back({turn, cost});
+    // At best one foot steps at a time, from behind its hip to before it: the middle moves by a quarter.
+    WalkTable::Motion best{turn, 1 + cost, {}, (2 * robot.snap_m + FootholdField::cell / std::sqrt(2.0)) / 4};
+    for (const Eigen::Vector2d& by : cycles(robot))
+      for (const Gait::Foot& foot : gait.feet)
+        best.by.push_back((by + Eigen::Rotation2Dd(rad) * foot.at - foot.at) / 4);
+    gait.best.push_back(best);
+  }
   return gait;
 }
 

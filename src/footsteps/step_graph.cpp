@@ -11,8 +11,7 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr double greedy = 4;         // weight of a search for the nearest reachable place
-constexpr double usual_share = 0.9;  // of the longest move, to estimate a whole path
+constexpr double greedy = 4;  // weight of a search for the nearest reachable place
 
 }  // namespace
 
@@ -21,8 +20,10 @@ StepGraph::StepGraph(const Gait& gait, FootholdField& field, GuideMap& guide)
       field_(field),
       columns_(field.columns()),
       leg_(LegBox::of(gait_.sole)),
-      turns_(static_cast<int>(gait_.max_turn_rad / field_.step_yaw() + 1e-9)),
-      guide_(guide) {}
+      turns_(gait_.turns()),
+      guide_(guide),
+      best_(gait_.best),
+      usual_(gait_.usual) {}
 
 double StepGraph::step_cost(const Place& from, const Place& to) const {
   const double climbed = to.at.z() - from.at.z();
@@ -33,12 +34,6 @@ double StepGraph::step_cost(const Place& from, const Place& to) const {
 bool StepGraph::climbable(const Place& from, const Place& to) const {
   const double climbed = to.at.z() - from.at.z();
   return climbed <= gait_.max_up_m && climbed >= -gait_.max_down_m;
-}
-
-double StepGraph::turning(double from_rad, double to_rad, int steps) const {
-  if (turns_ == 0) return 0;
-  const double turn = std::abs(turn_between(from_rad, to_rad));
-  return steps * turn / (turns_ * field_.step_yaw()) + gait_.costs.turn * turn / gait_.max_turn_rad;
 }
 
 const std::vector<StepEdge>& StepGraph::steps(NodeId node) {
@@ -54,7 +49,7 @@ const std::vector<StepEdge>& StepGraph::steps(NodeId node) {
       const NodePose to = pose(option.to);
       const double cost = option.cost +
                           gait_.costs.length * (to.body.at - from.body.at).norm() / gait_.longest_m +
-                          turning(from.body.yaw_rad, to.body.yaw_rad, 0);
+                          gait_.turn_cost(turn_between(from.body.yaw_rad, to.body.yaw_rad));
       made.push_back({option.to, static_cast<float>(cost), StepEdge::Collision::unchecked});
     }
     steps_[node] = std::move(made);
@@ -80,7 +75,15 @@ void StepGraph::aim(const Stance& goal) {
     goal_body_ += goal_.back().body.at / static_cast<double>(goal.nodes.size());
   }
   around_goal_ = 0;
-  for (const NodePose& at : goal_) around_goal_ = std::max(around_goal_, to_goal(at) + goal_radius);
+  goal_low_ = HUGE_VAL;
+  goal_high_ = -HUGE_VAL;
+  for (const NodePose& at : goal_) {
+    around_goal_ = std::max(around_goal_, to_goal(at) + goal_radius);
+    goal_low_ = std::min(goal_low_, at.ground - goal_radius);
+    goal_high_ = std::max(goal_high_, at.ground + goal_radius);
+  }
+  best_.aim(goal_[0].heading);
+  usual_.aim(goal_[0].heading);
   std::vector<GuideMap::Target> targets;
   for_each_goal_place([&](std::size_t, PlaceId id) { targets.push_back({place(id).at, place(id).surface}); });
   guide_.aim(targets);
@@ -97,30 +100,33 @@ bool StepGraph::at_goal(const Stance& stance) const {
   return std::all_of(stance.nodes.begin(), stance.nodes.end(), [&](NodeId node) { return in_goal(node); });
 }
 
-double StepGraph::bound(const NodePose& at) const {
-  const double steps = guideless_ ? 0 : guide_.steps(place(at.place));
-  if (steps == std::numeric_limits<double>::infinity()) return steps;
-  const double way = std::max(0.0, to_goal(at) - around_goal_);
-  return std::max({gait_.least_steps * steps,
-                   gait_.least_steps * way / gait_.body_step_m + gait_.costs.length * way / gait_.longest_m,
-                   turning(at.body.yaw_rad, goal_[0].body.yaw_rad, gait_.least_steps)});
+double StepGraph::bound(const NodePose& at) {
+  if (!guideless_ && !std::isfinite(guide_.metres(place(at.place)))) return HUGE_VAL;
+  double steps = 0;
+  const Eigen::Vector2d way = goal_body_ - at.middle;
+  for (int direction = 0; direction < FootholdField::headings(); ++direction) {
+    const double yaw = field_.yaw(direction);
+    const double metres =
+        way.dot(Eigen::Vector2d(std::cos(yaw), std::sin(yaw))) - around_goal_ - gait_.off_hip_m;
+    if (metres > 0 || direction == at.heading)
+      steps = std::max(steps, best_.cost(at.heading, direction, metres));
+  }
+  if (guideless_ && !std::isfinite(steps)) steps = 0;  // it cannot turn
+  return steps + gait_.costs.length * std::max(0.0, to_goal(at) - around_goal_) / gait_.longest_m +
+         gait_.costs.height * std::max({0.0, (goal_low_ - at.ground) / gait_.max_up_m,
+                                        (at.ground - goal_high_) / gait_.max_down_m});
 }
 
-// Either it turns to the direction of the path, walks, and turns again, or it walks sideways or backward.
-double StepGraph::guide(NodeId node) const {
+double StepGraph::guide(NodeId node) {
   const NodePose at = pose(node);
   const double least = bound(at);
   if (guideless_) return greedy * least;
   const Place& foot = place(at.place);
-  const double yaw = at.body.yaw_rad, last = goal_[0].body.yaw_rad;
-  const double metres = std::max(to_goal(at) - around_goal_, guide_.metres(foot) - gait_.off_guide_m);
-  const double way = metres / gait_.longest_m;
+  const double metres = std::max(to_goal(at) - around_goal_, guide_.metres(foot) - 2 * gait_.off_hip_m);
   const Eigen::Vector2d ahead = guide_.ahead(foot);
-  const double face = ahead.norm() > 0 ? std::atan2(ahead.y(), ahead.x()) : last;
-  const double walking =
-      gait_.steps * way / usual_share + turning(yaw, face, gait_.steps) + turning(face, last, gait_.steps);
-  const double sidling = gait_.steps * metres / gait_.sidling_m + turning(yaw, last, gait_.steps);
-  return std::max(least, gait_.costs.length * way + std::min(walking, sidling));
+  const int direction = field_.nearest_heading(std::atan2(ahead.y(), ahead.x()));
+  return std::max(least,
+                  gait_.costs.length * metres / gait_.longest_m + usual_.cost(at.heading, direction, metres));
 }
 
 std::optional<StepRefusal> StepGraph::swing_refused(const SwingPose& from, const SwingPose& to,

@@ -34,7 +34,8 @@ class StepGraph {
   using Moves = std::optional<std::vector<FootMove>>;
   struct NodePose {
     SwingPose body;
-    double ground;  ///< as FootMove's
+    Eigen::Vector2d middle;  ///< of the feet, if they stand as usual
+    double ground;           ///< as FootMove's
     int heading;
     std::size_t foot;  ///< whose way is the guide's
     PlaceId place;     ///< of that foot
@@ -62,8 +63,8 @@ class StepGraph {
   // Interface of AnytimeSearch.
   const std::vector<StepEdge>& steps(NodeId node);
   bool passable(NodeId from, std::size_t step);
-  double bound(NodeId node) const { return bound(pose(node)); }
-  double guide(NodeId node) const;
+  double bound(NodeId node) { return bound(pose(node)); }
+  double guide(NodeId node);
   bool ends(NodeId from, NodeId to) const { return in_goal(to) && (goal_.size() == 1 || in_goal(from)); }
   std::size_t node_count() const { return steps_.size(); }
 
@@ -112,18 +113,17 @@ class StepGraph {
   const int turns_;  ///< heading steps of the widest turn
 
  private:
-  double bound(const NodePose& at) const;
+  double bound(const NodePose& at);
   double to_goal(const NodePose& at) const { return (at.body.at - goal_body_).norm(); }
-  /// Of so many steps for each turn by turns_.
-  double turning(double from_rad, double to_rad, int steps) const;
-
   GuideMap& guide_;
+  WalkTable best_, usual_;
   std::vector<std::vector<StepEdge>> steps_;
   std::vector<bool> made_;
   std::vector<PlaceId> goal_feet_;
   std::vector<NodePose> goal_;  ///< by foot of a node
   Eigen::Vector2d goal_body_ = Eigen::Vector2d::Zero();
-  double around_goal_ = 0;  ///< m, from goal_body_ to the farthest body in the goal
+  double around_goal_ = 0;               ///< m, from goal_body_ to the farthest body in the goal
+  double goal_low_ = 0, goal_high_ = 0;  ///< m, of the ground in the goal
   bool guideless_ = false;
 };
 

@@ -294,6 +294,19 @@ ContactRegion GroundView::region_about(SurfaceId id, const Eigen::Vector3d& abou
   return region;
 }
 
+std::vector<ContactRegion> GroundView::regions_about(const Eigen::Vector3d& about, double reach_m,
+                                                     std::optional<double> yaw_rad) const {
+  std::vector<ContactRegion> found;
+  for (const SurfacePtr& surface : snapshot_->surfaces) {
+    if (slope_rad(*surface, rules_.limits.up) > rules_.limits.max_slope_rad ||
+        std::abs(surface->plane.signed_distance(about)) > reach_m)
+      continue;
+    ContactRegion region = region_about(surface->id, about, reach_m, yaw_rad);
+    if (!region.polygons.empty()) found.push_back(std::move(region));
+  }
+  return found;
+}
+
 Eigen::AlignedBox2d GroundView::square_of(int x, int y) const {
   const double edge = 64 * octree_.resolution();
   const Eigen::Vector2d corner = edge * Eigen::Vector2d(x, y);

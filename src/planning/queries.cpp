@@ -280,8 +280,4 @@ std::optional<SnappedPose> SurfaceIndex::snap(const Eigen::Isometry3d& T_map_pos
   return snapped;
 }
 
-SurfaceId SurfaceIndex::surface_of_voxel(const Eigen::Vector3d& point) const {
-  return impl_->snapshot->octree.at(point).surface;
-}
-
 }  // namespace octosurf

@@ -297,7 +297,7 @@ Json plan_in(const World& world, const Options& options, std::uint64_t seed) {
   };
   Counts count{"found",     "ways",          "truth", "only_map", "only_truth", "steps",
                "soles_off", "soles_off_1cm", "touch", "refuted",  "refused",    "budget"};
-  std::vector<double> ms;
+  std::vector<double> ms, over_bound;
   for (std::size_t goal = 0; goal < options.count; ++goal) {
     const Standing from = standing();
     Standing to = standing();
@@ -317,6 +317,7 @@ Json plan_in(const World& world, const Options& options, std::uint64_t seed) {
       continue;
     }
     count["steps"] += plan.steps.size();
+    if (plan.lower_bound > 0) over_bound.push_back(plan.cost / plan.lower_bound);
     const double near = evaluation::EvaluationOptions{}.tolerance_at(world.mapped->resolution);
     for (const Footstep& foot : plan.steps) {
       count["soles_off"] += !supported(world, foot, sole, near);
@@ -327,6 +328,7 @@ Json plan_in(const World& world, const Options& options, std::uint64_t seed) {
   }
   Json result{{"robot", options.robot}, {"goals", options.count}};
   result.update(count.row);
+  if (!over_bound.empty()) result["over_bound_p50"] = percentile(over_bound, 0.5);
   if (ms.empty()) return result;
   result["first_ms"] = ms.front();  // with all preparation
   ms.erase(ms.begin());

@@ -77,6 +77,13 @@ TEST(Footsteps, WalkOverAFloorToTheGoal) {
   EXPECT_LE(plan.lower_bound, plan.cost);
 }
 
+TEST(Footsteps, TurningBoundsWhatAPlanCosts) {
+  const Course floor{walked_snapshot({slab(1, -1, -1, 0, 6, 2)}), {}};
+  const FootstepPlan plan = floor.plan({{0, 0, 0}, 90 * deg}, {{3, 0, 0}, -90 * deg});
+  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+  EXPECT_GE(1.5 * plan.lower_bound, plan.cost);
+}
+
 // A floor seen all over, but for a block of space across it at the height of shins.
 TEST(Footsteps, LegsDoNotSwingWhereNobodyLooked) {
   constexpr double d = 0.05;

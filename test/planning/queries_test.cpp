@@ -237,7 +237,6 @@ TEST(SurfaceIndex, NothingFromNothingAndNonsenseIsRefused) {
   EXPECT_FALSE(index.below({0, 0, 0}));
   EXPECT_FALSE(index.first_on_ray({0, 0, 0}, {0, 0, 1}));
   EXPECT_THAT(index.in_sphere({0, 0, 0}, 1), IsEmpty());
-  EXPECT_EQ(index.surface_of_voxel({0, 0, 0}), 0U);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(index.nearest({nan, 0, 0}), Error);
   EXPECT_THROW(index.nearest({0, 0, 0}, {}, nan), Error);
