@@ -1,4 +1,5 @@
-# Debian/Ubuntu packages only; each with what it is used for and where.
+# Debian/Ubuntu packages only; each with what it is used for and where. What makes the wheel: pyproject.toml and
+# test/peers/requirements-wheel.txt.
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
 find_package(Threads REQUIRED)                         # src/core/mapper, apps
 set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL asks for Boost by a module that CMake gives up
