@@ -14,8 +14,8 @@ the fields of its settings by their own names, too: Parameters(resolution=0.01, 
 Parameters(occupancy={"resolution": 0.01}, up=None). Fields can be set afterwards, too.)";
 
 constexpr const char* paper_doc =
-    R"(The paper's detector and values (section V), which follow d and the noise. The detector takes PCL: pip install . --config-settings
-cmake.define.OCTOSURF_BUILD_PCL=ON; without, set detection.detector to 'likelihood' to map with the values.)";
+    R"(The paper's detector and values (section V), which follow d and the noise. The detector takes PCL, see
+pyproject.toml; without, set detection.detector to 'likelihood' to map with the values.)";
 
 std::vector<std::string> parameter_names() {
   std::vector<std::string> names;

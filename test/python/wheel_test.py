@@ -33,4 +33,5 @@ class Wheel(unittest.TestCase):
         outside = [name for name, path in re.findall(r"(\S+)\.so\S* => (\S+)", linked) if str(world.FOLDER) not in path]
         self.assertLessEqual(set(outside), {"libc", "libm", "libstdc++", "libgcc_s", "libz"})  # manylinux has these
         # Another pybind11 than the build's has written these docstrings; stub_test has mypy check the build's.
-        self.assertEqual(*[(package / "octosurf/__init__.pyi").read_text() for package in (world.FOLDER, world.BUILD / "python")])
+        types = [folder / "octosurf/__init__.pyi" for folder in (world.FOLDER, world.BUILD / "python")]
+        self.assertEqual(*[file.read_text() for file in types])

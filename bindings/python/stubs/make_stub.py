@@ -24,13 +24,12 @@ import numpy.typing as npt
 
 __version__: str
 '''
-PATH = "Union[str, os.PathLike[str]]"
 # pybind11's types, as results are said, and what arguments may be instead.
-TYPES = [(r"octosurf\._octosurf\.", "", ""), (r"Annotated\[(.*?), FixedSize\(\d+\)\]", r"\1", r"\1"),
+TYPES = [(r"octosurf\._octosurf\.|\[\d+\]", "", ""), (r"Annotated\[(.*?), FixedSize\(\d+\)\]", r"\1", r"\1"),
          (r"numpy\.ndarray\[numpy\.(\w+)(\[[^]]*\])?\]", r"npt.NDArray[np.\1]", "npt.ArrayLike"),
-         (r"\[\d+\]", "", ""), (r"\bos\.PathLike\b", PATH, PATH), (r"\bobject\b", "Any", "Any"),
          (r"\b[Ll]ist\b", "list", "Sequence"), (r"\b[Dd]ict\[", "dict[", "Mapping["), (r"\bTuple\b", "tuple", "tuple"),
-         (r"\bdict\b(?!\[)", *["dict[str, Any]"] * 2), (r"\btuple\b(?!\[)", *["tuple[Any, ...]"] * 2)]
+         (r"\bdict\b(?!\[)", *["dict[str, Any]"] * 2), (r"\btuple\b(?!\[)", *["tuple[Any, ...]"] * 2),
+         (r"\bos\.PathLike\b", *["Union[str, os.PathLike[str]]"] * 2), (r"\bobject\b", "Any", "Any")]
 SPECIAL = "__bool__ __eq__ __init__ __iter__ __len__ __next__ __repr__".split()
 
 
@@ -96,7 +95,10 @@ def lines_of(name, member, owner=None):
         lines = ["@property", *definition(signature, member.__doc__, owner)]
         return lines + ([f"@{name}.setter", *definition(name + member.fset.__doc__, "", owner)] if member.fset else [])
     # Signature and docstring of each overload.
-    _, *found = re.split(rf"^(?:\d+\. )?({name}\(.*\) -> .*)$", getattr(owner or octosurf, name).__doc__, flags=re.MULTILINE)
+    doc = getattr(owner or octosurf, name).__doc__
+    _, *found = re.split(rf"^(?:\d+\. )?({name}\(.*\) -> .*)$", doc, flags=re.MULTILINE)
+    if not found:
+        raise SystemExit(f"make_stub.py: {name} has no signature")
     lines = []
     for signature, doc in zip(found[::2], found[1::2]):
         lines += ["@overload"] * (len(found) > 2) + ["@staticmethod"] * isinstance(member, staticmethod)
@@ -104,15 +106,9 @@ def lines_of(name, member, owner=None):
     return lines
 
 
-def main():
-    blocks = [with_docstring("class Error(Exception):", octosurf.Error.__doc__) +
-              [f"    {name}: str" for name in ("kind", "where", "hint")]]
-    members = {name: getattr(octosurf, name) for name in octosurf.__all__ if name != "Error"}
-    for name, member in sorted(members.items(), key=lambda one: (not inspect.isclass(one[1]), one[0])):
-        blocks.append(lines_of(name, member))
-    text = "\n\n".join("\n".join(block) for block in blocks)
-    (FOLDER / "octosurf/__init__.pyi").write_text(f"{HEADER}\n{text}\n")
-
-
-if __name__ == "__main__":
-    main()
+members = {name: getattr(octosurf, name) for name in octosurf.__all__ if name != "Error"}
+error = with_docstring("class Error(Exception):", octosurf.Error.__doc__)
+blocks = [[*error, *[f"    {name}: str" for name in ("kind", "where", "hint")]]]
+blocks += [lines_of(*one) for one in sorted(members.items(), key=lambda one: (not inspect.isclass(one[1]), one[0]))]
+text = "\n\n".join("\n".join(block) for block in blocks)
+(FOLDER / "octosurf/__init__.pyi").write_text(f"{HEADER}\n{text}\n")
