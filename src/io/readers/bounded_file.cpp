@@ -117,4 +117,10 @@ std::string decompressed(std::string_view block, std::string_view format, std::u
   return plain;
 }
 
+std::string decompressed(std::string_view zstd_frame) {
+  const std::uint64_t size = ZSTD_getFrameContentSize(zstd_frame.data(), zstd_frame.size());
+  if (size > largest_scan(zstd_frame.size())) fail_reading("zstd says no size, or far more than is packed");
+  return decompressed(zstd_frame, "zstd", size);
+}
+
 }  // namespace octosurf::io

@@ -104,5 +104,7 @@ constexpr std::uint64_t largest_index(std::uint64_t file_size) { return 8 * mebi
 /// The block decompressed to exactly `size` bytes; "" and "none": unchanged. Formats: zstd, lz4 (frames),
 /// bz2. Throws std::runtime_error with the reason.
 std::string decompressed(std::string_view block, std::string_view format, std::uint64_t size);
+/// The same of a zstd frame that says its size itself.
+std::string decompressed(std::string_view zstd_frame);
 
 }  // namespace octosurf::io

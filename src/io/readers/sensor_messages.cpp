@@ -81,11 +81,11 @@ MessageReader::MessageReader(std::string_view bytes, MessageEncoding encoding)
     : bytes_(bytes), encoding_(encoding) {
   if (encoding == MessageEncoding::ros1) return;
   if (encoding != MessageEncoding::cdr) fail_reading("is not serialised as ROS 1 or ROS 2 do");
+  if (bytes.starts_with("\x28\xb5\x2f\xfd"))
+    bytes = unpacked_ = decompressed(bytes);  // --compression-mode message
   // Little-endian or big-endian plain CDR; the other encapsulations are parameter lists.
   if (bytes.size() < 4 || bytes[0] != 0 || (bytes[1] != 0 && bytes[1] != 1))
-    fail_reading(bytes.starts_with("\x28\xb5\x2f\xfd")
-                     ? "compressed message by message (unpack the bag by ros2 bag convert)"
-                     : "not CDR as ROS 2 writes it");
+    fail_reading("not CDR as ROS 2 writes it");
   big_endian_ = bytes[1] == 0;
   bytes_ = RecordBytes(bytes.substr(4));
 }

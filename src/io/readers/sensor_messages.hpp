@@ -40,6 +40,7 @@ class MessageReader {
  private:
   std::uint64_t number(std::size_t width);
 
+  std::string unpacked_;
   RecordBytes bytes_;
   MessageEncoding encoding_;
   bool big_endian_ = false;
