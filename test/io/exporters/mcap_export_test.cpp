@@ -1,4 +1,4 @@
-// MCAP files as our own reader finds them, and the messages in them. test/web/mcap_test.mjs reads them with
+// MCAP files as our own reader finds them, and the messages in them. test/peers/mcap_test.py reads them with
 // MCAP's own library.
 #include "io/exporters/export_fixture.hpp"
 #include "io/exporters/foxglove_log.hpp"

@@ -1,0 +1,79 @@
+"""What `export --to x.mcap` writes, read by MCAP's own library and as Foxglove's own messages."""
+import importlib
+import json
+import unittest
+
+import numpy as np
+from google.protobuf.json_format import MessageToDict
+from mcap.reader import NonSeekingReader, SeekingReader
+from mcap_protobuf.decoder import DecoderFactory
+
+import world
+
+
+def as_foxglove_defines(schema, data):
+    name = schema.name.removeprefix("foxglove.")
+    return getattr(importlib.import_module(f"foxglove_schemas_protobuf.{name}_pb2"), name).FromString(data)
+
+
+class Mcap(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        at = world.FOLDER / "map"
+        world.command("simulate", "stairs", "--frames", 12, "-o", world.FOLDER / "scans")
+        world.command("map", world.FOLDER / "scans", "-o", at, "--resolution", 0.04, "--keep-scans", world.FOLDER / "kept",
+                      "--write-poses", at.with_suffix(".txt"))
+        world.command("export", at, "--as-mapped", "--to", at.with_suffix(".json"))
+        world.command("export", at, "--to", at.with_suffix(".mcap"))
+        cls.map, cls.poses = json.loads(at.with_suffix(".json").read_text()), np.loadtxt(at.with_suffix(".txt"))
+        cls.messages = {}
+        with open(at.with_suffix(".mcap"), "rb") as file:
+            for schema, channel, message in SeekingReader(file, validate_crcs=True).iter_messages():
+                found = as_foxglove_defines(schema, message.data)
+                stamp = found.timestamp if hasattr(found, "timestamp") else found.entities[0].timestamp
+                assert stamp.ToNanoseconds() == message.log_time
+                cls.messages.setdefault(channel.topic, []).append(found)
+
+    def test_follows_the_specification_and_its_own_descriptions_are_foxgloves(self):
+        counts = {}
+        with open(world.FOLDER / "map.mcap", "rb") as file:
+            statistics = SeekingReader(file).get_summary().statistics
+            file.seek(0)
+            reader = NonSeekingReader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+            for schema, channel, message, decoded in reader.iter_decoded_messages():
+                self.assertEqual(message.sequence, counts.get(channel.id, 0))
+                counts[channel.id] = message.sequence + 1
+                self.assertEqual(MessageToDict(decoded), MessageToDict(as_foxglove_defines(schema, message.data)))
+        self.assertEqual(statistics.channel_message_counts, counts)
+
+    def test_has_the_surfaces(self):
+        entities = {entity.id: entity for entity in self.messages["/surfaces"][0].entities}
+        self.assertEqual(set(entities), {f"surface_{s['id']}" for s in self.map["surfaces"]} |
+                         {f"cylinder_{c['id']}" for c in self.map["cylinders"]})
+        self.assertGreater(len(self.map["surfaces"]), 5)
+        for surface in self.map["surfaces"]:
+            entity = entities[f"surface_{surface['id']}"]
+            (triangles,) = entity.triangles
+            known = {pair.key: float(pair.value) for pair in entity.metadata}
+            self.assertAlmostEqual(known["area_m2"] / surface["area_m2"], 1, delta=1e-4)
+            self.assertEqual((entity.frame_id, known["inliers"], triangles.color.a), ("map", surface["inliers"], 1))
+            color = triangles.color
+            np.testing.assert_allclose([color.r, color.g, color.b], surface["color"], atol=1e-4)
+            points = np.array([[point.x, point.y, point.z] for point in triangles.points])
+            np.testing.assert_allclose(points @ surface["plane"]["normal"], surface["plane"]["offset"], atol=1e-6)
+            # The outlines are simplified by at most half a voxel.
+            length = sum(np.linalg.norm(np.subtract(ring, np.roll(ring, 1, axis=0)), axis=1).sum()
+                         for polygon in surface["polygons"] for ring in [polygon["outer"], *polygon["holes"]])
+            a, b, c = points[np.reshape(triangles.indices, (-1, 3))].transpose(1, 0, 2)
+            area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+            self.assertAlmostEqual(area, surface["area_m2"], delta=length * self.map["resolution"] / 2)
+
+    def test_has_the_poses(self):
+        self.assertEqual(len(self.poses), 12)
+        found = np.array([[one.timestamp.ToNanoseconds() * 1e-9, one.translation.x, one.translation.y, one.translation.z,
+                           one.rotation.x, one.rotation.y, one.rotation.z, one.rotation.w] for one in self.messages["/tf"]])
+        found[:, 4:] *= np.sign(found[:, 7] * self.poses[:, 7])[:, None]
+        np.testing.assert_allclose(found, self.poses, atol=1e-6)
+        self.assertEqual({(one.parent_frame_id, one.child_frame_id) for one in self.messages["/tf"]}, {("map", "sensor")})
+        line = [[pose.position.x, pose.position.y, pose.position.z] for pose in self.messages["/trajectory"][0].poses]
+        np.testing.assert_array_equal(line, found[:, 1:4])
