@@ -1,5 +1,4 @@
-// Bags as users map them: the same map as from the folder that they were made of; test/io compares their
-// scans.
+// Bags as users see them; test/io compares their scans with those of their folders, test/peers their maps.
 #include "apps/command.hpp"
 #include "support/bag_writer.hpp"
 #include "support/paths.hpp"
@@ -19,22 +18,6 @@ class Bags : public CommandTest {
     write_bag_of(folder / recording, folder / bag, options);
   }
 };
-
-TEST_F(Bags, OfDepthImagesGiveTheMapOfTheirFolder) {
-  simulate_for_bag("sim", "--frames 2");
-  run_well("map sim -o folder --resolution 0.05");
-  EXPECT_GT(info("folder").at("surfaces"), 3);
-  fs::create_directory(folder / "walk");
-  write("walk/metadata.yaml", "");
-  for (const auto& [bag, options] : {std::pair("lz4.bag", "packing=lz4 poses=pose depth=32FC1"),
-                                     {"walk.db3", "poses=odometry depth=mono16"},
-                                     {"walk/walk_0.mcap", "packing=lz4 depth=big poses=pose"}}) {
-    write_bag("sim", bag, options);
-    const std::string input = exists("walk/walk_0.mcap") ? "walk" : bag;
-    run_well("map " + input + " -o bag --force --resolution 0.05");
-    EXPECT_TRUE(same_maps("bag", "folder")) << bag;
-  }
-}
 
 TEST_F(Bags, InfoTellsTopicsCountsAndTimes) {
   simulate_for_bag("sim", "--sensor spinning --frames 3");

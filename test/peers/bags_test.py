@@ -1,4 +1,5 @@
 """Bags as rosbags writes and reads them; test/io and test/apps map those of write_bag.py, which rosbags and mcap write."""
+import functools
 import pathlib
 import subprocess
 import unittest
@@ -42,23 +43,25 @@ class Bags(unittest.TestCase):
         world.command("map", scans, *options, "-o", world.FOLDER / "map", "--force", "--resolution", 0.1)
         return (world.FOLDER / "map.surfaces").read_bytes()
 
-    def write(self, name, mode, plugin, all_messages):
+    def write(self, name, mode, plugin, all_messages, **options):
         writer = rosbag2.Writer(world.FOLDER / name, version=9, storage_plugin=plugin)
         writer.set_compression(mode, CompressionFormat.ZSTD)
-        write_bag.write_to(writer, ROS2, ROS2.serialize_cdr, all_messages)
+        write_bag.write_to(writer, ROS2, functools.partial(ROS2.serialize_cdr, **options), all_messages)
         return world.FOLDER / name
 
     def messages(self, store=ROS2, poses="tf"):
         recording = write_bag.Recording(world.FOLDER / "clouds", 3)
         return recording, list(write_bag.messages(store, recording, {"poses": poses, "cloud": "plain"}))
 
-    def test_folders_of_every_compression_give_the_map_of_the_plain_files(self):
+    def test_folders_of_every_compression_and_byte_order_give_the_map_of_the_plain_files(self):
         wanted = self.mapped(world.FOLDER / "clouds")
         for plugin, mode in [(StoragePlugin.SQLITE3, CompressionMode.NONE), (StoragePlugin.SQLITE3, CompressionMode.MESSAGE),
                              (StoragePlugin.MCAP, CompressionMode.MESSAGE), (StoragePlugin.MCAP, CompressionMode.STORAGE)]:
             with self.subTest(plugin=plugin, mode=mode):
                 bag = self.write(f"{plugin.name}_{mode.name}", mode, plugin, self.messages()[1])
                 self.assertEqual(self.mapped(bag), wanted)
+        big = self.write("big", CompressionMode.NONE, StoragePlugin.MCAP, self.messages()[1], little_endian=False)
+        self.assertEqual(self.mapped(big), wanted)
 
     def test_a_file_that_is_compressed_whole_is_refused_with_the_mend(self):
         bag = self.write("whole", CompressionMode.FILE, StoragePlugin.SQLITE3, self.messages()[1])

