@@ -48,7 +48,7 @@ struct FaceScore {
   std::uint32_t id = 0;
   std::string name;
   TruthVerdict verdict = TruthVerdict::missed;
-  double visible_m2 = 0;              ///< visible cells · cell²
+  double visible_m2 = 0;              ///< visible cells · cell², at most its own area
   double covered = 0;                 ///< share of the visible area that any surface covers
   double multiplicity = 0;            ///< mean number of surfaces over the covered part; 0 if none
   SurfaceId surface = 0;              ///< the correct one, else the one that covers most of it; 0: none

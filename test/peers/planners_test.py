@@ -23,7 +23,8 @@ def planned(file, **limits):
     """Steps in the office, from its floor up two steps."""
     robot = world.FOLDER / "robot.json"
     robot.write_text(json.dumps({"robot": "biped", **limits}))
-    world.command("plan", OFFICE, "--from", -3.45, 0.74, 0.57, -133, "--to", -5.83, -1.99, 1.15, -133, "--robot", robot, "-o", file, "--force")
+    world.command("plan", OFFICE, "--from", -3.45, 0.74, 0.57, -133, "--to", -5.83, -1.99, 1.15, -133, "--robot", robot,
+                  "-o", file, "--force")
     return json.loads(file.read_text())
 
 
@@ -79,8 +80,8 @@ class Planners(unittest.TestCase):
         passed = {octosurf.nearest(snapshot, place).id for place in path}
         self.assertGreaterEqual(len(passed & set(stair.treads)), len(stair.treads) - 1, "one may be passed by between two places")
 
-        edges = np.array([step.edge for step in stair.steps]).reshape(-1, 3)
-        world.command("clear", stem, "--box", *edges.min(axis=0)[:2], edges[0][2] + 0.1, *edges.max(axis=0)[:2], edges[-1][2] - 0.3, "--force")
+        low, high = (function([step.edge for step in stair.steps], axis=(0, 1)) for function in (np.min, np.max))
+        world.command("clear", stem, "--box", *low + [0, 0, 0.1], *high - [0, 0, 0.3], "--force")
         self.assertIn("no path", run("ompl_storeys.py", stem, *ways, "--seconds", 5).stderr)
 
     def test_talos_reaches_steps_of_a_quarter_metre(self):

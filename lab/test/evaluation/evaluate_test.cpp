@@ -234,12 +234,12 @@ TEST(Evaluate, SmallNarrowUnseenAndUncoveredHolesAreNotAskedFor) {
 }
 
 TEST(Evaluate, SmallFacesAreNotJudgedAndTheirSurfacesNoNoise) {
-  const std::vector<Polygon> small = rectangle(0, 0, 0.2, 0.2);
+  const std::vector<Polygon> small = rectangle(0, 0, 0.2, 0.2), cells_it_meets = rectangle(0, 0, 0.3, 0.3);
   World world = on_ground(square, square);
   world.add_face(raised(0.5), small);
   world.add_surface(raised(0.5), rectangle(-0.01, -0.02, 0.22, 0.22));  // 0.055 m²
-  world.add_face(raised(1), small);
-  expect_scores(world, "faces", 1, "noise", 0, "coverage", 1, "coverage_all", 1.04 / 1.08, "face_scores/2/id",
+  world.add_face(raised(1), small, &cells_it_meets);
+  expect_scores(world, "faces", 1, "noise", 0, "coverage", 1, "coverage_all", 1.04 / 1.13, "face_scores/2/id",
                 3);
 }
 
