@@ -6,6 +6,7 @@ the same poses, are mapped. Scores are by lab/evaluation's definitions 0 to 6, o
 with it, and stand beside its own.
 """
 
+import itertools
 import json
 import os
 import pathlib
@@ -22,8 +23,10 @@ try:
 except ImportError:
     if sys.prefix == str(VENV):
         raise
-    subprocess.run(["/usr/bin/python3", "-m", "venv", VENV], check=True)  # whose version the module is for
-    subprocess.run([VENV / "bin/pip", "install", "-q", "mujoco==4.0.0", "numpy==1.26.4", "scipy==1.17.1"], check=True)
+    peers = ROOT / "test/peers"
+    made = subprocess.run(["/usr/bin/python3", "-B", peers / "environment.py", VENV, peers / "requirements-outside.txt"], check=False)
+    if made.returncode != 0:
+        sys.exit("MuJoCo cannot be had")
     os.execv(VENV / "bin/python", [VENV / "bin/python", *sys.argv])
 sys.path.insert(0, str(BUILD / "python"))
 import octosurf  # noqa: E402
@@ -282,7 +285,7 @@ def record(world, recording, sensor, seed, T_scene_map, planes, of_side):
     return mapper, {"rays": len(off), "rays_off": int((off > 6).sum()), "noise": 1.4826 * np.median(off)}
 
 
-def measure(name, sensor, seed, frames):
+def measure(sensor, name, seed, frames):
     with tempfile.TemporaryDirectory(prefix="octosurf-outside-") as folder:
         scene = globals()[name]()
         world, recording, truth = World(scene), f"{folder}/recording", f"{folder}/recording/truth.json"
@@ -313,12 +316,7 @@ def measure(name, sensor, seed, frames):
             print(json.dumps(row, default=float), flush=True)
 
 
-def main(options):
-    for sensor in options["sensors"]:
-        for name in options["scenes"]:
-            for seed in options["seeds"]:
-                measure(name, sensor, seed, options["frames"])
-
-
 if __name__ == "__main__":
-    main(json.loads(sys.argv[1]))
+    asked = json.loads(sys.argv[1])
+    for case in itertools.product(asked["sensors"], asked["scenes"], asked["seeds"]):
+        measure(*case, asked["frames"])
