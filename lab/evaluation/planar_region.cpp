@@ -1,6 +1,7 @@
 #include "evaluation/planar_region.hpp"
 
 #include "geometry/even_odd.hpp"
+#include "geometry/rings.hpp"
 
 #include <algorithm>
 
@@ -118,14 +119,10 @@ double PlanarRegion::ring_distance(const Eigen::Vector2d& uv, double at_most) co
   return found ? std::sqrt(best) : infinity;
 }
 
-double enclosed_area(const Ring2& ring) {
-  double twice = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Eigen::Vector2d a = ring[i] - ring.front();
-    const Eigen::Vector2d b = ring[(i + 1) % ring.size()] - ring.front();
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return std::abs(twice) / 2;
+double enclosed_area(const Polygon& polygon) {
+  double area = std::abs(geometry::signed_area(polygon.outer));
+  for (const Ring2& hole : polygon.holes) area -= std::abs(geometry::signed_area(hole));
+  return area;
 }
 
 }  // namespace octosurf::evaluation

@@ -74,7 +74,7 @@ void for_each_on_ring(const Ring2& ring, double step, Visit&& visit) {
   }
 }
 
-/// Area (m²) enclosed by a ring, positive whichever way round it runs.
-double enclosed_area(const Ring2& ring);
+/// m², whichever way round its rings run.
+double enclosed_area(const Polygon& polygon);
 
 }  // namespace octosurf::evaluation

@@ -1,5 +1,7 @@
 #include "evaluation/scene.hpp"
 
+#include "geometry/rings.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -36,7 +38,7 @@ void add_ring(const Ring2& ring, const std::string& where, Extent& extent) {
     if (!ring[i].allFinite()) throw Error(Error::Kind::data, where, "a vertex is not finite");
     extent.perimeter += (ring[(i + 1) % ring.size()] - ring[i]).norm();
   }
-  extent.area += enclosed_area(ring);
+  extent.area += std::abs(geometry::signed_area(ring));
 }
 
 Patch make_patch(const Plane& plane, const Eigen::Isometry3d& T, const std::vector<Polygon>& polygons,
@@ -148,10 +150,7 @@ double Scene::reach() const { return std::max(2 * truth->cell, snapshot->resolut
 double Scene::visible_m2(std::size_t face) const {
   // Cells that the outline cuts count whole: a lidar's, of 5 cm, are more than all of a table's leg.
   double area = 0;
-  for (const Polygon& polygon : truth->faces[face].polygons) {
-    area += enclosed_area(polygon.outer);
-    for (const Ring2& hole : polygon.holes) area -= enclosed_area(hole);
-  }
+  for (const Polygon& polygon : truth->faces[face].polygons) area += enclosed_area(polygon);
   return std::min(area, static_cast<double>(visible[face].count()) * truth->cell * truth->cell);
 }
 

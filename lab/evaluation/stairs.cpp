@@ -41,10 +41,7 @@ double seen_behind(const Edge& edge, const Truth& truth, const Eigen::Vector3d& 
     const Eigen::Vector3d at = face.T_map_face.inverse() * place;
     if (std::fabs(at.z()) > 0.01 || !PlanarRegion(face.polygons).contains(at.head<2>())) continue;
     double area = 0;
-    for (const Polygon& polygon : face.polygons) {
-      area += enclosed_area(polygon.outer);
-      for (const Ring2& hole : polygon.holes) area -= std::fabs(enclosed_area(hole));
-    }
+    for (const Polygon& polygon : face.polygons) area += enclosed_area(polygon);
     return face.visible_area_m2 / area;
   }
   return 0;

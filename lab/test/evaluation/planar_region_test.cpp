@@ -91,7 +91,7 @@ TEST(PlanarRegion, PointsOnARingAreSpreadEvenly) {
   ASSERT_EQ(points.size(), 10u);
   EXPECT_NEAR((points[0] - Eigen::Vector2d(0.005, 0)).norm(), 0, 1e-12);
   EXPECT_NEAR((points[3] - Eigen::Vector2d(0.03, 0.005)).norm(), 0, 1e-12);
-  EXPECT_NEAR(enclosed_area(box(5, 5, 7, 8)), 6, 1e-12);
+  EXPECT_NEAR(enclosed_area(polygon(box(5, 5, 7, 8))), 6, 1e-12);
 }
 
 }  // namespace
