@@ -68,5 +68,6 @@ void bind_contact(Module& module);
 void bind_footsteps(Module& module);
 void bind_ground(Module& module);
 void bind_exports(Module& module);
+void bind_ros(Module& module);
 
 }  // namespace octosurf::python

@@ -193,6 +193,11 @@ void bind_ground(Module& module) {
           },
           "snapshot"_a, "octree"_a, Released(),
           "The ground of a later Snapshot of the same map: keeps what nothing changed near.")
+      .def_property_readonly(
+          "rules", [](const G& ground) { return ground.view.rules(); }, "Its GroundRules; a copy.")
+      .def(
+          "stairs", [](const G& ground) { return ground.view.stairs(); }, Released(),
+          "Stairs of solid(), kept as long as no level surface's ground changes.")
       .def(
           "solid", [](const G& ground) { return ground.of(ground.view.solid()); }, Released(),
           "Snapshot without voids and wide unseen gaps.")

@@ -66,15 +66,20 @@ void bind_height_grid(Module& module) {
   module.def(
       "height_grid",
       [](const SnapshotPtr& snapshot, double cell, const std::optional<Eigen::Vector3d>& up,
-         double max_slope_rad, std::optional<double> below) {
-        return height_grid(*snapshot, {cell, upright(up_in(snapshot, up)), max_slope_rad, below, {}});
+         double max_slope_rad, std::optional<double> below,
+         const std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>>& within) {
+        const Eigen::AlignedBox2d box =
+            within ? Eigen::AlignedBox2d(within->first, within->second) : Eigen::AlignedBox2d();
+        return height_grid(*snapshot, {cell, upright(up_in(snapshot, up)), max_slope_rad, below, box});
       },
       "snapshot"_a, py::kw_only(), "cell"_a = 0.0, "up"_a = py::none(),
-      "max_slope_rad"_a = std::numbers::pi / 6, "below"_a = py::none(), Released(),
+      "max_slope_rad"_a = std::numbers::pi / 6, "below"_a = py::none(), "within"_a = py::none(),
+      Released(),
       R"(HeightGrid: the highest surface at each cell's centre, in the map turned so that `up` is +z.
 
 up: (3,), map frame; None: snapshot.up().
-cell: m; 0: the map's resolution. Surfaces steeper than max_slope_rad and what is higher than `below` m are left out.)");
+cell: m; 0: the map's resolution. Surfaces steeper than max_slope_rad and what is higher than `below` m are left out.
+within: two corners, (2,) each, beyond which there are no cells; None: everything.)");
 }
 
 void bind_planner_formats(Module& module) {
@@ -93,17 +98,27 @@ void bind_planner_formats(Module& module) {
 
 up: (3,), map frame; None: as Surface.slope_rad() has it.)");
   module.def(
-      "planar_terrain_message",
-      [](const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid, const std::string& frame) {
-        return py::bytes(planar_terrain_message(surfaces, grid, frame));
+      "planner_surfaces",
+      [](const SnapshotPtr& snapshot, const ContactShape& shape, std::optional<double> yaw_rad,
+         const ContactLimits& limits, std::size_t pieces, const std::optional<OccupancyView>& octree) {
+        return planner_surfaces(*snapshot, {shape, yaw_rad, limits, pieces, upright(limits.up)},
+                                octree ? &*octree : nullptr);
       },
-      "surfaces"_a, "grid"_a, "frame"_a);
+      "snapshot"_a, "shape"_a, py::kw_only(), "yaw_rad"_a = py::none(), "limits"_a = ContactLimits{},
+      "pieces"_a = 0, "octree"_a = py::none(), Released());
+  module.def(
+      "planar_terrain_message",
+      [](const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid, const std::string& frame,
+         std::int64_t stamp_ns, bool or_empty) {
+        return py::bytes(planar_terrain_message(surfaces, grid, frame, stamp_ns, or_empty));
+      },
+      "surfaces"_a, "grid"_a, "frame"_a, "stamp_ns"_a = 0, "or_empty"_a = false);
   module.def(
       "grid_map_message",
-      [](const HeightGrid& grid, const std::string& frame) {
-        return py::bytes(grid_map_message(grid, frame));
+      [](const HeightGrid& grid, const std::string& frame, std::int64_t stamp_ns) {
+        return py::bytes(grid_map_message(grid, frame, stamp_ns));
       },
-      "grid"_a, "frame"_a);
+      "grid"_a, "frame"_a, "stamp_ns"_a = 0);
 }
 
 }  // namespace

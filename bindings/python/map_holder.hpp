@@ -88,7 +88,7 @@ class MapHolder {
     return noted(change(*mapper_, other.mapper_ ? other.mapper_->map() : *other.map_));
   }
 
-  /// Never waits for a scan. With Python's lock, without which take_over() is not called.
+  /// Never waits for a scan. With Python's lock, without which take_over() is not called, or after that.
   SnapshotPtr snapshot() const;
 
  private:

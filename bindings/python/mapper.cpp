@@ -238,7 +238,7 @@ rays. Throws Error(usage).)")
       .def("clear", changed(&Mapper::clear), "part"_a, "as_free"_a = false)
       .def("share_octree", changed(&Mapper::share_octree), "on"_a = true)
       .def(
-          "snapshot", [](const M& self) { return self.map->snapshot(); },
+          "snapshot", [](const M& self) { return self.map->snapshot(); }, Released(),
           "Snapshot of the last whole scan; shared, nothing is copied.")
       .def(
           "map", [](const M& self) { return self.map; },

@@ -122,6 +122,16 @@ Columns: "corner" (3 uint16, OctoMap's key of its lowest voxel; 32768 begins at 
             return leaves(self, box_of(low, high));
           },
           "low"_a, "high"_a, "Those that meet the box; where it cuts a pruned cube, what of that meets it.")
+      .def(
+          "octomap_data",
+          [](const View& self, const std::optional<Eigen::Vector3d>& low,
+             const std::optional<Eigen::Vector3d>& high) {
+            return py::bytes([&] {
+              const py::gil_scoped_release others_run;
+              return self.octomap_data(low && high ? box_of(*low, *high) : Eigen::AlignedBox3d());
+            }());
+          },
+          "low"_a = py::none(), "high"_a = py::none())
       .def("changes", &changes, "before"_a,
            R"(What has changed since `before`, an earlier view: a list of (corner, level, leaves).
 

@@ -1,8 +1,10 @@
 // octosurf/surface.hpp, cylinder.hpp and removals.hpp in Python.
+#include "io/exporters/export_formats.hpp"
 #include "io/text_file.hpp"
 #include "map_holder.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include <octosurf/pieces.hpp>
 #include <octosurf/removals.hpp>
@@ -69,6 +71,9 @@ void bind_surface(Module& module) {
 up: (3,), map frame; None: what the map's parameters give. Throws Error(usage) where they leave it open, and for a surface
 out of a pickle: give snapshot.up().)")
       .def("simplified", &simplified, Released(), doc_of("simplified"))
+      .def(
+          "mesh", [](const Surface& self) { return io::flat(self, simplified(self)); }, Released(),
+          "Mesh of simplified(), map frame.")
       .def("extrude", &extrude, "thickness"_a, Released(), doc_of("extrude"));
 }
 
@@ -117,6 +122,14 @@ The estimate is up_of(map)'s, made anew each time: O(n^2) in surfaces, a few ns 
             return shared(self->changed_since(revision), self);
           },
           "revision"_a)
+      .def(
+          "only",
+          [](const SnapshotPtr& self, const std::set<SurfaceId>& ids) {
+            auto part = std::make_shared<Snapshot>(*self);
+            std::erase_if(part->surfaces, [&](const SurfacePtr& one) { return !ids.contains(one->id); });
+            return of_map(std::shared_ptr<const Snapshot>(std::move(part)), map_up(self));
+          },
+          "ids"_a, "A Snapshot of these surfaces alone.")
       .def("removals", &removals, "since"_a = 0, "List of Removal after revision `since`, oldest first.")
       .def("__len__", [](const Snapshot& self) { return self.surfaces.size(); })
       .def("__repr__",

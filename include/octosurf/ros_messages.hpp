@@ -65,18 +65,19 @@ Eigen::Isometry3d pose_from_transform(const Eigen::Vector3d& translation, const 
 /// `grid_map_msgs/GridMap` with the layers `elevation`, `normal_x`, `normal_y`, `normal_z` and `surface_id`,
 /// NaN where there is nothing, as in ROS 2 (XCDR1, little-endian, with the encapsulation header). Throws
 /// Error(data) for a grid without cells.
-std::string grid_map_message(const HeightGrid& grid, const std::string& frame);
+std::string grid_map_message(const HeightGrid& grid, const std::string& frame, std::int64_t stamp_ns = 0);
 
 /// `convex_plane_decomposition_msgs/PlanarTerrain` likewise, as read by ocs2's and legged_control's
 /// perceptive planners.
 ///
 /// 1. A region for each polygon that has an inset and slopes by 80° at most (readers divide by n_z); its
 ///    insets lie in its boundary.
-/// 2. `frame` is the frame id of grid map and regions.
+/// 2. `frame` is the frame id of grid map and regions, `stamp_ns` their time since the epoch.
 /// 3. The grid map has the layers `elevation`, in which gaps have their boundary's lowest height (readers
 ///    compute a distance field, which cannot handle gaps), and `smooth_planar`, its mean over 0.2 m.
-/// Throws Error(data) for numbers that are not finite, or if there is no region.
+/// Throws Error(data) for numbers that are not finite, or, unless `or_empty`, if there is no region.
 std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                                   const std::string& frame);
+                                   const std::string& frame, std::int64_t stamp_ns = 0,
+                                   bool or_empty = false);
 
 }  // namespace octosurf

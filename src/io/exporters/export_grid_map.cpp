@@ -75,10 +75,10 @@ io::GridLayers io::layers_of(const HeightGrid& grid) {
           {"surface_id", &grid.surface}};
 }
 
-std::string grid_map_message(const HeightGrid& grid, const std::string& frame) {
+std::string grid_map_message(const HeightGrid& grid, const std::string& frame, std::int64_t stamp_ns) {
   io::require_cells(grid, "grid map");
   return io::cdr_of(
-      [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame); });
+      [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame, stamp_ns); });
 }
 
 }  // namespace octosurf

@@ -137,13 +137,14 @@ void io::write_planar_terrain(io::MessageWriter& out, const std::vector<io::Terr
 }
 
 std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                                   const std::string& frame) {
+                                   const std::string& frame, std::int64_t stamp_ns, bool or_empty) {
   io::require_cells(grid, "planar terrain");
   const std::vector<io::TerrainRegion> regions = io::terrain_regions(surfaces);
-  if (regions.empty())
+  if (regions.empty() && !or_empty)
     throw Error(Error::Kind::data, "planar terrain", "there is nothing to put into it",
                 "no surface has room for the contact; a smaller foot or a larger slope leaves more");
-  return io::cdr_of([&](io::MessageWriter& out) { io::write_planar_terrain(out, regions, grid, frame); });
+  return io::cdr_of(
+      [&](io::MessageWriter& out) { io::write_planar_terrain(out, regions, grid, frame, stamp_ns); });
 }
 
 }  // namespace octosurf

@@ -1,0 +1,327 @@
+"""The map and its thread: scans wait in a queue for their poses, and what is asked of the map is done between two of them."""
+
+import collections
+import concurrent.futures
+import dataclasses
+import os
+import sys
+import threading
+import time
+import typing
+
+import numpy as np
+import octosurf
+
+PAUSE_NS = 10**9  # without a scan, by time stamps, as `octosurf map`
+SCANS_OF_VERDICT = 100  # which takes 0.1 s, as much as a few of them
+REFUSED = (octosurf.Error, RuntimeError, ValueError, MemoryError)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Sensor:
+    """What scans come from: a topic of PointCloud2, or of depth images."""
+
+    topic: str
+    depth: bool
+    kind: str | None = None  # of clouds: camera or lidar
+    units: float | None = None  # of depth, per metre
+    no_return: typing.Sequence[float] = ()
+    own: typing.Sequence[tuple] = ()  # frame or "", and two corners of a box that holds parts of the robot
+
+    def read(self, message, camera):
+        if not self.depth:
+            return octosurf.scan_from_cloud(message, sensor=self.kind)
+        if camera is None:
+            raise RuntimeError("no CameraInfo has come yet")
+        return octosurf.scan_from_depth(message, camera, rectified=octosurf.is_rectified(self.topic), depth_scale=self.units)
+
+
+class Moment(typing.NamedTuple):
+    """The map after some scan."""
+
+    snapshot: octosurf.Snapshot
+    stamp_ns: int  # of the last scan mapped since the node was started
+    place: np.ndarray | None  # where it was taken from
+
+
+class Ground:
+    """A map's index and grounds, each made of the one before."""
+
+    def __init__(self, up):
+        self.up, self.lock, self.snapshot, self.indexed, self.views = up, threading.Lock(), None, None, {}
+
+    def index(self, snapshot):
+        with self.lock:
+            if self.snapshot is not snapshot:
+                self.indexed = octosurf.SurfaceIndex(snapshot, self.indexed)
+                self.snapshot = snapshot
+            return self.indexed
+
+    def view(self, snapshot, rules):
+        unseen = rules.widest_unseen_m
+        kind = rules.as_mapped, octosurf.widest_unseen_of(rules.foot) if unseen is None else unseen
+        with self.lock:
+            of, view = self.views.pop(kind, (None, None))
+            if view is None:
+                view = octosurf.GroundView(snapshot, snapshot.octree, rules)
+            elif of is not snapshot:
+                view = view.next(snapshot, snapshot.octree)
+            self.views[kind] = snapshot, view
+            for oldest in list(self.views)[:-8]:  # a client may ask for any foot
+                del self.views[oldest]
+        return view.by(rules)
+
+    def bare(self, snapshot):
+        """Outlines without voids; no unseen gaps are bridged."""
+        rules = octosurf.GroundRules.of(octosurf.Biped(), snapshot.resolution)
+        rules.limits.up, rules.widest_unseen_m = self.up, 0
+        return self.view(snapshot, rules)
+
+
+class Mapping:
+    def __init__(self, start, stem, options, log):
+        self.options, self.log, self.stem, self.lock = options, log, stem, octosurf.MapLock(stem)
+        self.counts = dict.fromkeys(("received", "mapped", "rejected", "refused", "dropped", "transforms", "messages_refused"), 0)
+        self.last_refusal, self.contradiction, self.scan_ms, self.told = "", "", 0.0, 0.0
+        self.tf, self.cameras = octosurf.Transforms(), {}
+        self.news = threading.Condition()  # of what follows
+        self.queue, self.bytes, self.tasks = collections.deque(), 0, collections.deque()
+        self.ended = self.hurried = self.changed = False
+        self.saved, self.last_stamp_ns, self.failure = time.monotonic(), None, None
+        self.moment = Moment(None, 0, None)
+        self.use(start)
+        self.judge, self.judged = octosurf.RecordingJudge(self.mapper.map().parameters()), 0
+        self.thread = threading.Thread(target=self.run, name="mapping")
+        self.thread.start()
+
+    def use(self, start):
+        self.mapper = octosurf.Mapper(start, self.options.threads)
+        self.mapper.share_octree()
+        self.mapper.remember_scans()
+        up = start.parameters().up
+        self.ground = Ground(np.array([0.0, 0.0, 1.0]) if up is None else up)  # z: REP 103
+        self.moment = self.moment._replace(snapshot=self.mapper.snapshot())
+
+    # What comes, from the executor's thread.
+
+    def add_scan(self, sensor, message, sent_ns):
+        with self.news:
+            self.counts["received"] += 1
+            self.queue.append((sensor, message, sent_ns, time.monotonic()))
+            self.bytes += len(message)
+            while self.bytes > self.options.queue << 20:  # so that mapping stays near the robot's place
+                if self.counts["dropped"] == 0:
+                    self.log.warning("scans come faster than they are mapped; the oldest make way, status counts them")
+                self.bytes -= len(self.queue.popleft()[1])
+                self.counts["dropped"] += 1
+            self.news.notify_all()
+
+    def add_transforms(self, message, fixed):
+        try:
+            warning = self.tf.add(message, fixed)
+        except REFUSED as error:
+            return self.refuse(f"tf: {error}", "messages_refused")
+        with self.news:
+            self.counts["transforms"] += 1
+            self.news.notify_all()
+        if warning:
+            self.last_refusal = warning
+            self.log.warning(warning)
+
+    def add_camera(self, sensor, message):
+        try:
+            octosurf.require_camera(message, rectified=octosurf.is_rectified(sensor.topic))
+        except REFUSED as error:
+            return self.refuse(f"CameraInfo: {error}", "messages_refused")
+        with self.news:
+            self.cameras[sensor] = message
+            self.news.notify_all()
+
+    def refuse(self, what, count):
+        self.counts[count] += 1
+        self.last_refusal = what
+        if time.monotonic() - self.told > 1:  # a faulty sensor must not flood the log
+            self.told = time.monotonic()
+            self.log.warning(f"refused: {what} ({self.counts[count]} so far)")
+
+    def base_pose(self):
+        """T_map_base at the newest time at which it is known, and that time."""
+        frame, base = self.options.frame, self.options.base
+        stamp_ns = self.tf.newest(frame, base)
+        if stamp_ns is None:
+            raise RuntimeError(f"tf does not connect {base} with {frame}")
+        return self.tf.lookup(frame, base, stamp_ns), stamp_ns
+
+    # The thread.
+
+    def run(self):
+        try:
+            while True:
+                with self.news:
+                    self.news.wait_for(lambda: self.tasks or self.queue or self.ended, 1)
+                    if self.hurried or self.ended and not self.queue and not self.tasks:
+                        return
+                    task = self.tasks.popleft() if self.tasks else None
+                    scan = self.queue.popleft() if self.queue and not task else None
+                    self.bytes -= len(scan[1]) if scan else 0
+                if task:
+                    task()
+                if scan:
+                    self.map_scan(*scan)
+                self.save_checkpoint()
+        except BaseException as error:  # the map is incomplete: finish() says why
+            self.failure = error
+            with self.news:
+                while self.tasks:
+                    self.tasks.popleft()(error)
+
+    def posed(self, sensor, message, sent_ns, came):
+        """By a transform at the scan's time or after it, for which it waits; else by what is there, as a bag's last scans."""
+        with self.news:
+            if sensor.depth:
+                self.news.wait_for(lambda: sensor in self.cameras or self.ended, max(0, came + self.options.wait - time.monotonic()))
+            camera = self.cameras.get(sensor)
+        received = sensor.read(message, camera)
+        stamp_ns, frame = received.stamp_ns or sent_ns, self.options.frame
+        frames = [frame, *(box[0] for box in sensor.own if box[0])]
+
+        def ready():
+            known = [self.tf.newest(one, received.frame) for one in frames]
+            return self.ended or all(newest is not None and newest >= stamp_ns for newest in known)
+
+        with self.news:
+            self.news.wait_for(ready, max(0, came + self.options.wait - time.monotonic()))
+        own = [(low, high, self.tf.lookup(box, received.frame, stamp_ns) if box else np.eye(4)) for box, low, high in sensor.own]
+        name = f"{sensor.topic} at {stamp_ns / 1e9:.3f} s"
+        return received.posed(self.tf.lookup(frame, received.frame, stamp_ns), name=name, no_return=sensor.no_return, own=own), stamp_ns
+
+    def map_scan(self, sensor, *message):
+        try:
+            scan, stamp_ns = self.posed(sensor, *message)
+            if self.last_stamp_ns is not None and abs(stamp_ns - self.last_stamp_ns) > PAUSE_NS:
+                self.mapper.drain()
+            report = self.mapper.insert(scan)
+        except REFUSED as error:
+            if getattr(error, "kind", "") == "incomplete":
+                raise
+            return self.refuse(f"{sensor.topic}: {error or 'no memory for a scan'}", "refused")
+        self.last_stamp_ns, self.changed, self.scan_ms = stamp_ns, True, report.total_ms
+        self.moment = Moment(self.mapper.snapshot(), stamp_ns, scan.T_map_sensor[:3, 3])
+        rejected = report.alignment.outcome == "rejected"
+        self.counts["rejected" if rejected else "mapped"] += 1
+        if rejected:
+            return
+        self.judge.add(scan, report.alignment.T_map_sensor)
+        self.judged += 1
+        if self.judged % SCANS_OF_VERDICT == 0:
+            verdict = self.judge.judge().describe()
+            if verdict and not self.contradiction:
+                self.log.warning(verdict)
+            self.contradiction = verdict
+
+    def save_checkpoint(self):
+        every = self.options.checkpoint
+        if every <= 0 or not self.changed or time.monotonic() - self.saved < every:
+            return
+        self.saved = time.monotonic()
+        try:
+            octosurf.save(self.mapper.map(), self.stem)
+            self.changed = False
+        except REFUSED as error:  # no space or no memory: there may be some the next time
+            self.log.warning(f"no checkpoint, {error}")
+
+    # What is asked of it, from any other thread; a line of summary each.
+
+    def between_scans(self, work):
+        done = concurrent.futures.Future()
+
+        def task(failure=None):
+            try:
+                if failure:
+                    raise failure
+                done.set_result(work())
+            except BaseException as error:
+                done.set_exception(error)
+
+        with self.news:
+            if self.failure:
+                raise self.failure
+            self.tasks.append(task)
+            self.news.notify_all()
+        return done.result()
+
+    def kept(self, stem, what):
+        snapshot = self.moment.snapshot
+        return f"{stem}: {len(snapshot)} surfaces of revision {snapshot.revision} {what}"
+
+    def save(self, stem=None):
+        def work():
+            to = stem or self.stem
+            octosurf.save(self.mapper.map(), to)
+            self.changed = self.changed and to != self.stem
+            return self.kept(to, "saved")
+
+        return self.between_scans(work)
+
+    def load(self, stem=None):
+        def work():
+            source, before = stem or self.stem, self.stem
+            lock = octosurf.MapLock(source)
+            self.use(octosurf.load(source))
+            self.lock, self.stem, self.changed = lock, source, False
+            return self.kept(source, "loaded") + (
+                f"; saved there from now on, and no longer as {before}" if source != before else "")
+
+        done = self.between_scans(work)
+        self.log.info(done)
+        return done
+
+    def clear(self, part, as_free):
+        def work():
+            report = self.mapper.clear(part, as_free)
+            self.changed = True
+            self.moment = self.moment._replace(snapshot=self.mapper.snapshot())
+            return f"{report.vanished} points taken back; {len(report.gone)} surfaces gone, {len(report.shrunk)} smaller"
+
+        return self.between_scans(work)
+
+    def finish(self, seconds):
+        """Maps what waits, if that takes no longer, and saves. Raises what ended mapping."""
+        with self.news:
+            self.ended = True
+            self.news.notify_all()
+        self.thread.join(seconds)
+        self.hurried = True
+        self.thread.join()
+        if self.failure:
+            raise self.failure
+        self.mapper.drain()
+        if self.changed:
+            octosurf.save(self.mapper.map(), self.stem)
+        counts = ", ".join(f"{self.counts[name]} {name}" for name in ("mapped", "rejected", "refused", "dropped"))
+        return f"{self.counts['received']} scans: {counts}, {len(self.queue)} not reached"
+
+
+def start_of(stem, given, resume, force, cameras):
+    """A new map, or the one that is there to be resumed; `given`: parameters by name, as texts."""
+    there = os.path.exists(stem + ".surfaces")
+    if there and not resume and not force:
+        sys.exit(f"{stem}.surfaces exists; `resume` goes on with it, `force` starts anew")
+    if there and not force:
+        loaded = octosurf.load(stem)
+        kept, asked = loaded.parameters(), loaded.parameters()
+        for name, text in given.items():
+            asked.set(name, text)
+            if asked != kept:
+                sys.exit(f"{name} is {text}, but the map that is resumed has {kept.get(name)}")
+        return loaded
+    parameters = octosurf.Parameters(resolution=0.02 if cameras else 0.05)  # a lidar's readings are noisier, and farther apart
+    parameters.set("detection_budget", "1000")  # as --realtime
+    for name, text in given.items():
+        parameters.set(name, text)
+    if parameters.detection.detector == "paper":
+        parameters = octosurf.Parameters.paper(parameters.occupancy.resolution, parameters.surfaces.sensor_noise)
+        for name, text in {"detection_budget": "1000", **given}.items():
+            parameters.set(name, text)
+    parameters.validate()
+    return octosurf.Map(parameters)

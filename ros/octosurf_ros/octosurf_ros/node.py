@@ -1,0 +1,185 @@
+"""The mapping node: scans and transforms in, the map, its patches and services out."""
+
+import signal
+import sys
+import threading
+import time
+import types
+
+import octosurf
+import rclpy
+from octosurf_msgs.msg import Status
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from tf2_msgs.msg import TFMessage
+
+from octosurf_ros.mapping import REFUSED, Mapping, Sensor, start_of
+from octosurf_ros.patches import Patches
+from octosurf_ros.publications import Publications
+from octosurf_ros.services import Services
+
+SENSOR = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+RELIABLE = QoSProfile(depth=10)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+# Name: default, whose type it has; meaning; smallest and largest.
+PARAMETERS = {
+    "depth": ("", "topic of depth as sensor_msgs/Image: 16UC1, mono16, 32FC1; or:"),
+    "cloud": ("", "topic of sensor_msgs/PointCloud2"),
+    "camera_info": ("", "topic; empty: camera_info beside depth"),
+    "depth_scale": (0.0, "depth's units per metre; 0: 1000 of integers, 1 of floats", 0, 1e6),
+    "no_return": ([0.0], "m: ranges (of cameras: depths) that stand for no return, besides 0"),
+    "self_box": ([""], "boxes of the robot itself: '[FRAME] X Y Z X Y Z', two corners each, m"),
+    "sensor": ("", "of clouds: camera or lidar; empty: lidar, camera in an _optical_frame"),
+    "reliable": (False, "lost scans are sent again; needs publishers that offer it"),
+    "frame": ("map", "the map's, in tf"),
+    "base": ("base_link", "the robot's frame in tf, about which patches are read"),
+    "tf": ("/tf", "topic of transforms; of fixed ones the same with _static"),
+    "wait": (1.0, "s: longest that a scan waits for tf and CameraInfo", 0, 60),
+    "queue": (256, "MB of waiting scans; beyond it the oldest are dropped", 1, 65536),
+    "output": ("", "the map: MAP.surfaces and MAP.bt"),
+    "resume": (False, "go on with the map, if it is there"),
+    "force": (False, "start a new map, and overwrite an existing one"),
+    "checkpoint": (60.0, "s between saves; 0: only at the end", 0, 1e6),
+    "publish": (1.0, "s between publications of the map", 0.01, 3600),
+    "radius": (8.0, "m around the robot in which the map is published; 0: everything", 0, 1e6),
+    "grid_cell": (0.05, "m, of grid map and planar terrain; at least the map's resolution", 0.001, 10),
+    "patch_rate": (50.0, "Hz, of patches about the robot; 0: none", 0, 1000),
+    "patch_length": (1.6, "m, of a patch along the robot's heading", 0.01, 6),
+    "patch_width": (1.0, "m, of a patch across it", 0.01, 6),
+    "patch_cell": (0.05, "m, between a patch's places", 0.01, 1),
+    "foot_radius": (0.06, "m, of the planar terrain's insets", 0.001, 1),
+    "max_slope": (30.0, "degrees, of planar terrain and grid map", 0, 80),
+    "clearance": (octosurf.Quadruped().body.to_m, "m over a foot of the planar terrain that must be free; 0: any", 0, 10),
+    "threads": (1, "the result does not depend on it", 1, 256),
+}
+
+
+def own_box(text):
+    """(frame or "", low, high) of '[FRAME] X Y Z X Y Z'."""
+    words = text.split()
+    frame = words.pop(0) if len(words) == 7 else ""
+    numbers = [float(word) for word in words]
+    if len(numbers) != 6:
+        raise ValueError(f"self_box: '{text}' is not [FRAME] X Y Z X Y Z, two corners in metres")
+    return frame, numbers[:3], numbers[3:]
+
+
+class MappingNode(Node):
+    def __init__(self):
+        super().__init__("octosurf")
+        options = self.options = types.SimpleNamespace(**{name: self.declared(name, *one) for name, one in PARAMETERS.items()})
+        if not options.output or bool(options.depth) == bool(options.cloud):
+            sys.exit("give the parameters output, and depth or cloud: ros2 run octosurf_ros octosurf_mapping --ros-args -p ...")
+        given = {name: str(self.declare_parameter(name, None, ParameterDescriptor(
+            dynamic_typing=True, read_only=True, description="see docs/parameters.md")).value)
+            for name in ("up", *octosurf.Parameters.names()) if not name.startswith("up_")}
+        given = {name: text for name, text in given.items() if text not in ("None", "")}
+        kind = {"": None, "camera": "depth_camera", "lidar": "lidar"}[options.sensor]
+        sensor = Sensor(options.depth or options.cloud, bool(options.depth), kind, options.depth_scale or None,
+                        [one for one in options.no_return if one > 0], [own_box(one) for one in options.self_box if one])
+        start = start_of(options.output, given, options.resume, options.force, sensor.depth or kind == "depth_camera")
+        self.mapping = Mapping(start, options.output, options, self.get_logger())
+        self.lost, self.began, self.told = 0, time.monotonic(), set()
+        self.heard = {}  # subscriptions of scans, cameras and transforms
+        # In this order: a scan is better mapped when what fixes its pose was read.
+        self.hear("transforms", options.tf + "_static", TFMessage, QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+                  lambda message: self.mapping.add_transforms(message, True))
+        self.hear("transforms", options.tf, TFMessage, QoSProfile(depth=1000), lambda message: self.mapping.add_transforms(message, False))
+        if sensor.depth:
+            self.hear("cameras", options.camera_info or octosurf.camera_info_topic(sensor.topic), CameraInfo,
+                      QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
+                      lambda message: self.mapping.add_camera(sensor, message))
+        self.hear("scans", sensor.topic, Image if sensor.depth else PointCloud2, RELIABLE if options.reliable else SENSOR,
+                  lambda message, info: self.mapping.add_scan(sensor, message, info["source_timestamp"]))
+        self.publications = Publications(self, self.mapping)
+        if options.patch_rate > 0:
+            Patches(self, self.mapping)
+        Services(self, self.mapping, self.publications)
+        self.status = self.advertise("status", Status, LATCHED)
+        self.every(options.publish, self.publish_status)
+        self.get_logger().info(f"mapping {sensor.topic}")
+
+    def declared(self, name, default, description, low=None, high=None):
+        descriptor = ParameterDescriptor(description=description, read_only=True)
+        if isinstance(default, int) and low is not None:
+            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=0)]
+        elif low is not None:
+            descriptor.floating_point_range = [FloatingPointRange(from_value=float(low), to_value=float(high), step=0.0)]
+        return self.declare_parameter(name, default, descriptor).value
+
+    def hear(self, what, topic, kind, qos, receive):
+        """Messages come as bytes, which C++ reads."""
+        def lost(event):
+            if what == "scans":
+                self.lost = event.total_count
+
+        try:
+            heard = self.create_subscription(kind, topic, receive, qos, raw=True, event_callbacks=SubscriptionEventCallbacks(message_lost=lost))
+        except UnsupportedEventTypeError:  # not every middleware counts what was lost
+            heard = self.create_subscription(kind, topic, receive, qos, raw=True)
+        self.heard.setdefault(what, []).append(heard)
+
+    def advertise(self, topic, kind, qos):
+        return self.create_publisher(kind, "~/" + topic, qos)
+
+    def every(self, period, work):
+        """Calls `work` in a thread of its own, so that what comes never waits for it."""
+        def run():
+            problem, due = None, time.monotonic()
+            while self.context.ok():
+                try:
+                    work()
+                    problem = None
+                except Exception as error:  # tf has no pose yet, for example: said once in a row
+                    if str(error) != problem and self.context.ok():
+                        self.get_logger().warning(f"{work.__name__}: {error}")
+                    problem = str(error)
+                due = max(due + period, time.monotonic())
+                time.sleep(max(0, due - time.monotonic()))
+
+        threading.Thread(target=run, daemon=True, name=work.__name__).start()
+
+    def publishers_of(self, what):
+        return sum(self.count_publishers(one.topic_name) for one in self.heard.get(what, ()))
+
+    def publish_status(self):
+        mapping, moment = self.mapping, self.mapping.moment
+        status = Status(revision=moment.snapshot.revision, surfaces=len(moment.snapshot), waiting=len(mapping.queue),
+                        lost=self.lost, last_refusal=mapping.last_refusal, scan_ms=mapping.scan_ms,
+                        contradiction=mapping.contradiction, published_bytes=self.publications.bytes,
+                        publish_ms=self.publications.ms, scan_publishers=self.publishers_of("scans"),
+                        camera_publishers=self.publishers_of("cameras"), transform_publishers=self.publishers_of("transforms"),
+                        **mapping.counts)
+        status.header.frame_id = self.options.frame
+        status.header.stamp.sec, status.header.stamp.nanosec = divmod(moment.stamp_ns, 10**9)
+        self.status.publish(status)
+        if time.monotonic() - self.began > 5:  # by then publishers are discovered
+            for what, heard in self.heard.items():
+                if self.publishers_of(what) == 0 and what not in self.told:
+                    self.told.add(what)
+                    topics = " or ".join(one.topic_name for one in heard)
+                    self.get_logger().warning(f"no publisher of {topics}: no {what}; is the topic called so?")
+
+
+def main():
+    sys.setswitchinterval(0.0005)  # s: what comes waits no longer for what publishes
+    rclpy.init()
+    try:
+        node = MappingNode()
+    except (*REFUSED, KeyError) as error:
+        sys.exit(f"octosurf_mapping: {error}")
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        while rclpy.ok() and node.mapping.failure is None:
+            executor.spin_once(timeout_sec=0.5)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a second Ctrl-C ends it at once
+        print(node.mapping.finish(3), file=sys.stderr)  # `ros2 launch` ends what has not ended 10 s after Ctrl-C

@@ -1,0 +1,162 @@
+"""The map about the robot, latched: published when it has changed and somebody listens."""
+
+import threading
+import time
+
+import numpy as np
+import octosurf
+from convex_plane_decomposition_msgs.msg import PlanarTerrain
+from grid_map_msgs.msg import GridMap
+from octomap_msgs.msg import Octomap
+from octosurf_msgs.msg import Stairs, Surfaces
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from visualization_msgs.msg import MarkerArray
+
+from octosurf_ros import messages
+
+BOX_FOLLOWS = 0.125  # share of the radius that the robot moves before the box around it does
+TOPICS = {"surfaces": Surfaces, "stairs": Stairs, "markers": MarkerArray, "octomap_binary": Octomap, "grid_map": GridMap,
+          "planar_terrain": PlanarTerrain}
+
+
+def rules_of(options, up, resolution):
+    """Of the ground that is published."""
+    rules = octosurf.GroundRules.of(octosurf.Quadruped(), resolution)
+    rules.foot = octosurf.ContactShape.disc(options.foot_radius)
+    rules.limits.up, rules.limits.max_slope_rad = up, np.radians(options.max_slope)
+    rules.limits.clearance_m = options.clearance
+    if options.clearance <= 0:
+        rules.limits.obstacle_margin_m = rules.limits.unknown_to_m = 0
+    return rules
+
+
+class Publications:
+    def __init__(self, node, mapping):
+        self.mapping, self.options, self.log = mapping, node.options, node.get_logger()
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.topics = {topic: node.advertise(topic, kind, latched) for topic, kind in TOPICS.items()}
+        self.bytes, self.ms, self.lock, self.all_within = 0, 0.0, threading.Lock(), None
+        # Of the thread that publishes: what was sent last on each topic, the box's middle, the octree looked at.
+        self.sent, self.middle, self.octree, self.version, self.problems = {}, None, None, 0, {}
+        node.every(node.options.publish, self.publish_map)
+
+    def publish_all(self, radius):
+        """The next publication is on all topics, and of what is within so many m; 0: everything."""
+        with self.lock:
+            self.all_within = radius
+
+    def publish_map(self):
+        began = time.monotonic()
+        with self.lock:
+            within, self.all_within = self.all_within, None
+        every, radius = within is not None, self.options.radius if within is None else within
+        if not every and not any(one.get_subscription_count() for one in self.topics.values()):
+            return
+        moment, ground = self.mapping.moment, self.mapping.ground
+        snapshot, frame, stamp_ns = moment.snapshot, self.options.frame, moment.stamp_ns
+        box = self.box_of(moment, radius)
+        surfaces, cylinders = snapshot.surfaces, snapshot.cylinders
+        if box is not None:
+            near = set(ground.index(snapshot).inside(octosurf.ConvexSpace.box(*box)))
+            surfaces = [one for one in surfaces if one.id in near]
+            cylinders = [one for one in cylinders if meets(box, *extent_of(one))]
+        self.see(snapshot.octree, box)
+        look = ([(one.id, one.revision) for one in surfaces], [(one.id, one.revision) for one in cylinders], self.version,
+                None if box is None else box.tolist())
+
+        def publish(topic, make):
+            if not every and (self.sent.get(topic) == look or self.topics[topic].get_subscription_count() == 0):
+                return
+            try:
+                message = make()
+                if message is not None:
+                    self.topics[topic].publish(message)
+                    self.bytes += len(message)
+                self.sent[topic] = look
+                self.problems.pop(topic, None)
+            except Exception as error:  # a grid of too many cells, for example: said once in a row
+                if self.problems.get(topic) != str(error):
+                    self.log.warning(f"not published: {topic}: {error}")
+                self.problems[topic] = str(error)
+
+        def near_steps(stair_steps):
+            return box is None or any(meets(box, np.min(one.edge, 0), np.max(one.edge, 0)) for one in stair_steps)
+
+        def stairs():
+            found = ground.bare(snapshot).stairs()
+            return messages.stairs_message(snapshot.revision, [one for one in found.stairs if near_steps(one.steps)],
+                                           [one for one in found.single_steps if near_steps([one])], frame, stamp_ns)
+
+        def octomap():
+            octree = snapshot.octree
+            if octree.resolution > 0:
+                return messages.cdr(Octomap, {
+                    "header": messages.header(frame, stamp_ns), "binary": True, "id": "OcTree", "resolution": octree.resolution,
+                    "data": np.frombuffer(octree.octomap_data(*([] if box is None else box)), "i1")})
+
+        publish("surfaces", lambda: messages.surfaces_message(snapshot, surfaces, cylinders, frame, stamp_ns))
+        publish("stairs", stairs)
+        publish("markers", lambda: messages.markers_message(surfaces, frame, stamp_ns))
+        publish("octomap_binary", octomap)
+        kept = Terrain(snapshot, ground, {one.id for one in surfaces}, box, self.options)
+        publish("grid_map", lambda: kept.grid_map(stamp_ns))
+        publish("planar_terrain", lambda: kept.planar_terrain(stamp_ns))
+        self.ms = (time.monotonic() - began) * 1e3
+
+    def box_of(self, moment, radius):
+        """Two corners; None: everything. It moves with the robot, but not with every scan."""
+        if radius <= 0 or moment.place is None:
+            return None
+        if self.middle is None or np.linalg.norm(self.middle - moment.place) > BOX_FOLLOWS * radius:
+            self.middle = moment.place
+        return np.array([self.middle - radius, self.middle + radius])
+
+    def see(self, octree, box):
+        """Counts the changes of the octree in the box."""
+        d = octree.resolution
+        if self.octree is None or self.octree.resolution != d:
+            changed = True
+        else:
+            cubes = [(np.array(corner) * d - 32768 * d, d * 2**level) for corner, level, _ in octree.changes(self.octree)]
+            changed = any(box is None or meets(box, low, low + edge) for low, edge in cubes)
+        self.version, self.octree = self.version + changed, octree
+
+
+class Terrain:
+    """Grid map and planar terrain, of one height grid."""
+
+    def __init__(self, snapshot, ground, near, box, options):
+        self.snapshot, self.ground, self.near, self.box, self.options = snapshot, ground, near, box, options
+        self.made = None
+
+    def grid(self):
+        if self.made is None:
+            up, resolution = self.ground.up, self.snapshot.resolution
+            view = self.ground.view(self.snapshot, rules_of(self.options, up, resolution))
+            solid = view.solid().only(self.near)
+            self.made = view, solid, octosurf.height_grid(
+                solid, cell=max(self.options.grid_cell, resolution), up=up, max_slope_rad=np.radians(self.options.max_slope),
+                within=None if self.box is None else self.box[:, :2])
+        return self.made
+
+    def grid_map(self, stamp_ns):
+        grid = self.grid()[2]
+        return octosurf.grid_map_message(grid, self.options.frame, stamp_ns) if grid.elevation.size else None
+
+    def planar_terrain(self, stamp_ns):
+        view, solid, grid = self.grid()
+        if not grid.elevation.size:  # nothing level yet
+            return None
+        surfaces = octosurf.planner_surfaces(solid, view.rules.foot, limits=view.rules.limits, octree=self.snapshot.octree)
+        return octosurf.planar_terrain_message(surfaces, grid, self.options.frame, stamp_ns, True)
+
+
+def meets(box, low, high):
+    return bool(np.all(low <= box[1]) and np.all(high >= box[0]))
+
+
+def extent_of(cylinder):
+    half = cylinder.axis * cylinder.length_m / 2
+    around = cylinder.radius_m * np.sqrt(np.maximum(0, 1 - cylinder.axis**2))
+    ends = np.array([cylinder.axis_point - half, cylinder.axis_point + half])
+    return ends.min(0) - around, ends.max(0) + around
