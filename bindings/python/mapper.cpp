@@ -190,6 +190,10 @@ void bind_mapper(Module& module) {
   bind_judgement(module);
   Value<SpacePart>(module, "SpacePart")
       .fields(OCTOSURF_FIELDS(SpacePart, T_map_part, half_size, round))
+      .def(py::init([](const Eigen::Isometry3d& T_map_part, const Eigen::Vector3d& half_size, bool round) {
+             return SpacePart{T_map_part, half_size, round};
+           }),
+           "T_map_part"_a, "half_size"_a, "round"_a = false)
       .def_static(
           "box",
           [](const Eigen::Vector3d& low, const Eigen::Vector3d& high) {

@@ -11,6 +11,7 @@ import rclpy
 from octosurf_msgs.msg import Status
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -171,7 +172,7 @@ def main():
     rclpy.init()
     try:
         node = MappingNode()
-    except (*REFUSED, KeyError) as error:
+    except (*REFUSED, KeyError, ParameterException) as error:
         sys.exit(f"octosurf_mapping: {error}")
     executor = SingleThreadedExecutor()
     executor.add_node(node)

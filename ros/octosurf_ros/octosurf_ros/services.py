@@ -69,9 +69,8 @@ class Services:
     def clear(self, request, answer):
         q = request.pose.orientation
         turn = np.array([q.x, q.y, q.z, q.w])
-        part = octosurf.SpacePart.box(-vector(request.size) / 2, vector(request.size) / 2)
-        part.T_map_part = octosurf.pose_from_transform(vector(request.pose.position), turn if turn.any() else [0, 0, 0, 1])
-        part.round = request.cylinder
+        at = octosurf.pose_from_transform(vector(request.pose.position), turn if turn.any() else [0, 0, 0, 1])
+        part = octosurf.SpacePart(at, vector(request.size) / 2, request.cylinder)
         answer["message"] = self.mapping.clear(part, request.as_free)
         answer["revision"] = self.mapping.moment.snapshot.revision
 
