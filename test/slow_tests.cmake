@@ -73,4 +73,3 @@ set(OCTOSURF_SLOW_soak *)
 set(OCTOSURF_SLOW_stairs Storeys.*)
 set(OCTOSURF_SLOW_surfaces SurfaceModel.PolygonsAreTheAlphaShapeOfAllInliers
     SurfaceModel.PolygonsThatAreNotStaleAreRight)
-set(OCTOSURF_SLOW_dds *)

@@ -92,7 +92,7 @@ void validate(const Parameters& parameters, const std::vector<Setting>& settings
 
 }  // namespace
 
-void add_parameter_options(CLI::App& verb, ParameterOptions& options, bool live) {
+void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
   verb.add_option("--config", options.config,
                   "file with lines 'name = value' and # comments; flags override it")
       ->type_name("FILE");
@@ -104,8 +104,7 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options, bool live)
           "against gravity: X Y Z, an axis such as -y, or auto: from the surfaces [z]")
       ->type_name("DIRECTION")
       ->group("Parameters [default]");
-  Parameters defaults;
-  if (live) defaults.detection.detection_budget = budget_in_real_time;
+  const Parameters defaults;
   std::string others = "\n ";
   for (const ParameterInfo& info : parameter_infos()) {
     if (info.name.starts_with("up_")) continue;  // --up gives all three

@@ -23,8 +23,8 @@ struct ParameterOptions {
   std::vector<Setting> flags;
 };
 
-/// Adds --config, and every parameter as a flag, spelled with _ and with -. `live`: as of ParameterChoice.
-void add_parameter_options(CLI::App& verb, ParameterOptions& options, bool live = false);
+/// Adds --config, and every parameter as a flag, spelled with _ and with -.
+void add_parameter_options(CLI::App& verb, ParameterOptions& options);
 
 /// The user's choice of parameters, not yet applied.
 class ParameterChoice {

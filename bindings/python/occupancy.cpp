@@ -1,5 +1,6 @@
 // octosurf/occupancy.hpp in Python: the octree of a map at one moment.
 #include "bind.hpp"
+#include "geometry/voxel_grid.hpp"
 
 #include <span>
 #include <tuple>
@@ -132,6 +133,23 @@ Columns: "corner" (3 uint16, OctoMap's key of its lowest voxel; 32768 begins at 
             }());
           },
           "low"_a = py::none(), "high"_a = py::none())
+      .def(
+          "changed_in",
+          [](const View& self, const View& before, const std::optional<Eigen::Vector3d>& low,
+             const std::optional<Eigen::Vector3d>& high) {
+            const double d = self.resolution();
+            const Eigen::AlignedBox3d box = low && high ? box_of(*low, *high) : Eigen::AlignedBox3d();
+            bool changed = d != before.resolution();
+            if (d > 0 && !changed)
+              self.for_each_changed_cube(before, [&](const std::array<std::uint16_t, 3>& corner, int level) {
+                const Eigen::Vector3d at = geometry::VoxelGrid(d).corner_of({corner[0], corner[1], corner[2]});
+                const double edge = d * static_cast<double>(1 << level);
+                changed |= box.isEmpty() || box.intersects({at, at + Eigen::Vector3d::Constant(edge)});
+              });
+            return changed;
+          },
+          "before"_a, "low"_a = py::none(), "high"_a = py::none(), Released(),
+          "Whether a cube was replaced since `before` that meets a box, anywhere without one.")
       .def("changes", &changes, "before"_a,
            R"(What has changed since `before`, an earlier view: a list of (corner, level, leaves).
 

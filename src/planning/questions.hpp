@@ -22,7 +22,7 @@
 #include <octosurf/pieces.hpp>
 #include <octosurf/queries.hpp>
 
-// A planner's questions about a map, and their answers: the command line, HTTP and DDS read the ones and
+// A planner's questions about a map, and their answers: the command line and HTTP read the ones and
 // print the others. Map frame, m and rad. All throw Error(usage) for a question that makes no sense,
 // Error(data) where the map has no answer.
 

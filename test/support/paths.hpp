@@ -10,7 +10,6 @@ std::string source();      ///< The checkout.
 std::string data();        ///< Recordings beside it; may not exist.
 std::string command();     ///< The program `octosurf`.
 std::string lab();         ///< The program `octosurf-lab`.
-std::string dds_node();    ///< The program `octosurf-dds`.
 std::string bag_python();  ///< Of the environment with what writes bags.
 
 }  // namespace octosurf::test::paths

@@ -10,8 +10,8 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import ComposableNodeContainer, Node
-from launch_ros.descriptions import ComposableNode
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
 ARGUMENTS = {
     "depth": ("", "topic of depth images; or:"),
@@ -25,13 +25,12 @@ ARGUMENTS = {
 
 
 def generate_launch_description():
-    parameters = {name: LaunchConfiguration(name) for name in ARGUMENTS}
-    mapping = ComposableNode(package="octosurf_ros", plugin="octosurf::ros::MappingNode", name="octosurf", parameters=[parameters])
+    kinds = {"resume": bool, "resolution": float}
+    parameters = {name: ParameterValue(LaunchConfiguration(name), value_type=kinds.get(name, str)) for name in ARGUMENTS}
     view = os.path.join(get_package_share_directory("octosurf_ros"), "rviz", "octosurf.rviz")
     return LaunchDescription([
         *(DeclareLaunchArgument(name, default_value=value, description=text) for name, (value, text) in ARGUMENTS.items()),
         DeclareLaunchArgument("rviz", default_value="false"),
-        ComposableNodeContainer(package="rclcpp_components", executable="component_container", name="octosurf_container",
-                                namespace="", composable_node_descriptions=[mapping], output="screen"),
+        Node(package="octosurf_ros", executable="octosurf_mapping", name="octosurf", parameters=[parameters], output="screen"),
         Node(package="rviz2", executable="rviz2", arguments=["-d", view], condition=IfCondition(LaunchConfiguration("rviz"))),
     ])

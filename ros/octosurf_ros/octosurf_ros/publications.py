@@ -60,7 +60,10 @@ class Publications:
             near = set(ground.index(snapshot).inside(octosurf.ConvexSpace.box(*box)))
             surfaces = [one for one in surfaces if one.id in near]
             cylinders = [one for one in cylinders if meets(box, *extent_of(one))]
-        self.see(snapshot.octree, box)
+        corners = () if box is None else tuple(box)
+        if self.octree is None or snapshot.octree.changed_in(self.octree, *corners):
+            self.version += 1
+        self.octree = snapshot.octree
         look = ([(one.id, one.revision) for one in surfaces], [(one.id, one.revision) for one in cylinders], self.version,
                 None if box is None else box.tolist())
 
@@ -92,7 +95,7 @@ class Publications:
             if octree.resolution > 0:
                 return messages.cdr(Octomap, {
                     "header": messages.header(frame, stamp_ns), "binary": True, "id": "OcTree", "resolution": octree.resolution,
-                    "data": np.frombuffer(octree.octomap_data(*([] if box is None else box)), "i1")})
+                    "data": np.frombuffer(octree.octomap_data(*corners), "i1")})
 
         publish("surfaces", lambda: messages.surfaces_message(snapshot, surfaces, cylinders, frame, stamp_ns))
         publish("stairs", stairs)
@@ -110,16 +113,6 @@ class Publications:
         if self.middle is None or np.linalg.norm(self.middle - moment.place) > BOX_FOLLOWS * radius:
             self.middle = moment.place
         return np.array([self.middle - radius, self.middle + radius])
-
-    def see(self, octree, box):
-        """Counts the changes of the octree in the box."""
-        d = octree.resolution
-        if self.octree is None or self.octree.resolution != d:
-            changed = True
-        else:
-            cubes = [(np.array(corner) * d - 32768 * d, d * 2**level) for corner, level, _ in octree.changes(self.octree)]
-            changed = any(box is None or meets(box, low, low + edge) for low, edge in cubes)
-        self.version, self.octree = self.version + changed, octree
 
 
 class Terrain:
