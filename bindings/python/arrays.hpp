@@ -17,7 +17,7 @@
 
 namespace octosurf::python {
 
-// Nothing asks an array or dtype for its item size: pybind11 before 2.12 reads it where NumPy 1 has it.
+// Item sizes are stated, never asked for: pybind11 before 2.12 reads them where NumPy 1 has them.
 
 /// Numbers in C order; arrays that are otherwise are copied so.
 template <class Number>
@@ -93,18 +93,13 @@ template <class Element>
 requires requires { Row<Element>::columns; }
 inline constexpr bool is_viewed<std::vector<Element>> = true;
 
-template <class Element>
-pybind11::array_t<Element> array_of(const Element* first, std::size_t size, pybind11::handle owner = {}) {
-  return {{size}, {sizeof(Element)}, first, owner};
-}
-
 /// An array of its own that takes the numbers over without copying them.
 template <class Element>
 pybind11::array_t<Element> moved_array(std::vector<Element> elements) {
   auto* const kept = new std::vector<Element>(std::move(elements));
   const pybind11::capsule owner(kept,
                                 [](void* vector) { delete static_cast<std::vector<Element>*>(vector); });
-  return array_of(kept->data(), kept->size(), owner);
+  return {{kept->size()}, {sizeof(Element)}, kept->data(), owner};
 }
 
 }  // namespace octosurf::python

@@ -64,7 +64,8 @@ template <class Number, class Part>
 auto of_patch(const std::vector<Part> GroundPatch::*part) {
   return [part](const py::object& patch) {
     const std::vector<Part>& values = patch.cast<const GroundPatch&>().*part;
-    return array_of(reinterpret_cast<const Number*>(values.data()), values.size(), patch);
+    return py::array_t<Number>({values.size()}, {sizeof(Number)},
+                               reinterpret_cast<const Number*>(values.data()), patch);
   };
 }
 

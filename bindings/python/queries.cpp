@@ -100,7 +100,8 @@ frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)
             }
             py::array_t<double> places({static_cast<py::ssize_t>(met.size()), py::ssize_t{3}});
             if (!met.empty()) std::memcpy(places.mutable_data(), met.data(), met.size() * sizeof(met[0]));
-            return py::make_tuple(array_of(ids.data(), ids.size()), places);
+            return py::make_tuple(py::array_t<SurfaceId>({ids.size()}, {sizeof(SurfaceId)}, ids.data()),
+                                  places);
           },
           "points"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope,
           "below() of each of (N, 3): the surfaces' ids (N,), 0 for none, and the places (N, 3), NaN for "

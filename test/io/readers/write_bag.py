@@ -9,7 +9,6 @@ packing    none, bz2 (bag), lz4, zstd (mcap)     [none]
 poses      tf, chain, odometry, pose, none       [tf: map → sensor; chain: map → base → sensor, sensor's axes turned]
 depth      16UC1, mono16, 32FC1, big, png, compressedDepth [16UC1]
 cloud      plain, doubles, padded, big, organised [plain]
-scans      so many at most                       [all]
 chunk      bytes of a chunk; 0: no chunks        [768 kB]
 """
 import pathlib
@@ -42,13 +41,13 @@ def read_pcd(file):
 
 
 class Recording:
-    def __init__(self, folder, most):
+    def __init__(self, folder):
         rows = np.loadtxt(folder / 'poses.txt', ndmin=2)
         stamps = rows[:, 0] if rows.shape[1] == 8 else np.arange(len(rows)) / 30
         self.stamps = [START_NS + round(stamp * 1e9) for stamp in stamps]
         self.poses = rows[:, -7:].tolist()
-        self.images = sorted(folder.glob('*.depth.png'))[:most]
-        self.clouds = sorted(folder.glob('*.pcd'))[:most]
+        self.images = sorted(folder.glob('*.depth.png'))
+        self.clouds = sorted(folder.glob('*.pcd'))
         self.size = len(self.images) + len(self.clouds)
         if self.images:
             self.K = np.loadtxt(folder / 'camera-intrinsics.txt').ravel()
@@ -213,13 +212,12 @@ def write_mcap(file, all_messages, options):
 
 
 def write_bag(folder, file, given):
-    options = {'packing': 'none', 'poses': 'tf', 'depth': '16UC1', 'cloud': 'plain', 'scans': '1000000',
-               'chunk': str(768 * 1024)}
+    options = {'packing': 'none', 'poses': 'tf', 'depth': '16UC1', 'cloud': 'plain', 'chunk': str(768 * 1024)}
     options.update(argument.split('=') for argument in given)
     file.unlink(missing_ok=True)
     write = {'.bag': write_ros1, '.db3': write_db3, '.mcap': write_mcap}[file.suffix]
     store = ROS1 if file.suffix == '.bag' else ROS2
-    write(file, messages(store, Recording(folder, int(options['scans'])), options), options)
+    write(file, messages(store, Recording(folder), options), options)
 
 
 if __name__ == '__main__':
