@@ -1,8 +1,6 @@
 // The module octosurf._octosurf; what the package octosurf hands on.
 #include "bind.hpp"
 
-#include <pybind11/numpy.h>
-
 PYBIND11_MODULE(_octosurf, extension) {
   namespace python = octosurf::python;
 #if PYBIND11_VERSION_HEX < 0x020C0000
