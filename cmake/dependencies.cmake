@@ -85,13 +85,4 @@ if(OCTOSURF_BUILD_TESTS)
 endif()
 if(OCTOSURF_BUILD_EXAMPLES)
   pkg_check_modules(cbc IMPORTED_TARGET cbc)           # examples: mixed-integer programmes
-  find_package(fcl QUIET)                              # examples: collision checks
-  # examples: sampling planners. Not as pkg-config's target, whose flags ask for C++14.
-  pkg_check_modules(ompl ompl)
-  if(ompl_FOUND)
-    find_library(OMPL_LIBRARY ompl HINTS ${ompl_LIBRARY_DIRS} REQUIRED)
-    add_library(octosurf_ompl INTERFACE)
-    target_include_directories(octosurf_ompl SYSTEM INTERFACE ${ompl_INCLUDE_DIRS})
-    target_link_libraries(octosurf_ompl INTERFACE ${OMPL_LIBRARY} Eigen3::Eigen Boost::headers)
-  endif()
 endif()

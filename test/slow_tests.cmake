@@ -24,7 +24,6 @@ set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras
     Boundary.AgreesWithWhatTheCamerasCouldSee Boundary.LabelsDependNeitherOnThreadsNorOnSaving
     Boundary.TheFloorUnderABoxEndsAtItsSides Explain.AmongClutter Explain.EveryPendingPointOfARoomHasItsReason)
 set(OCTOSURF_SLOW_evaluation PlanarRegion.AgreesWithBruteForceOnRandomPolygonsWithHolesAndIslands)
-set(OCTOSURF_SLOW_example_body_path *)
 set(OCTOSURF_SLOW_example_contact_sequence *)
 set(OCTOSURF_SLOW_footsteps Crawl.AQuadrupedClimbsAStairAndCrossesASmallGap
     Footsteps.AWallAcrossTheWayIsRefusedForItsClearance Footsteps.GoAroundWhatStandsInTheWayOrHangsOverIt)
