@@ -42,7 +42,7 @@ class Results(unittest.TestCase):
         results.STORE.mkdir()
 
     def store(self, name, commit, content):
-        record = {"commit": commit, "date": "2000-01-01", "machine": "a machine", "load": 0.0, "seconds": 60.0, "content": content}
+        record = {"commit": commit, "date": "2000-01-01", "machine": "a machine", "busy": 0.0, "seconds": 60.0, "content": content}
         (results.STORE / f"{name}.json").write_text(json.dumps(record), encoding="utf-8")
 
     def written(self):
@@ -61,7 +61,7 @@ class Results(unittest.TestCase):
         document, readme = self.written()
         for text in (document, readme):
             self.assertIn("91.2 % of 2000 faces correct, 90.0 % covered, 0.00 % unsafe (2 seeds)", text)
-        self.assertIn("- a machine, 2000-01-01: 1 others, load 0.0 to 0.0.", document)
+        self.assertIn("- a machine, 2000-01-01.", document)
         self.assertTrue(readme.startswith("above\n") and readme.endswith("below\n"))
 
     def test_a_task_is_stored_whole_or_not_at_all_and_reasons_are_said(self):

@@ -122,20 +122,41 @@ def is_present(record, commit):
     return record is not None and record["commit"] == commit
 
 
+def busy_cores():
+    """Processors that other work takes."""
+    def ticks():
+        spent = [int(one) for one in pathlib.Path("/proc/stat").read_text(encoding="utf-8").splitlines()[0].split()[1:9]]
+        return sum(spent), spent[3] + spent[4]
+    before = ticks()
+    time.sleep(2)
+    spent, idle = (after - earlier for after, earlier in zip(ticks(), before))
+    return os.cpu_count() * (1 - idle / spent)
+
+
+def wait_until_idle():
+    """For a minute at most; then a time is taken nevertheless, and the documents say beside what."""
+    for _ in range(15):
+        if (busy := busy_cores()) < 0.2:
+            break
+        time.sleep(2)
+    return busy
+
+
 def run_one(name, task, seeds, commit, again):
     """Measures a task if that is missing. Returns why it was not; only a whole record is ever stored."""
     if task.needs and not (DATA / task.needs).exists():
         return f"no ../shared/data/{task.needs}"
     if is_present(stored(name), commit) and not again:
         return None
-    print(f"{name}: {task.title}", flush=True)
+    busy = wait_until_idle() if task.timed else 0
+    print(f"{name}: {task.title}" + f", beside {busy:.1f} busy cores" * (busy >= 0.2), flush=True)
     started = time.monotonic()
     try:
         content = task.measure(list(range(1, seeds + 1)))
     except (OSError, ValueError, subprocess.SubprocessError) as error:
         print(f"  failed: {name}: {error}", flush=True)
         return str(error)
-    record = {"commit": commit, "date": datetime.date.today().isoformat(), "machine": machine(), "load": os.getloadavg()[0],
+    record = {"commit": commit, "date": datetime.date.today().isoformat(), "machine": machine(), "busy": busy,
               "seconds": time.monotonic() - started, "content": content}
     STORE.mkdir(parents=True, exist_ok=True)
     temporary = STORE / f"{name}.json.part"
@@ -365,15 +386,12 @@ def document(records, commit, reasons):
              "listed last. `--only GROUP` measures a part.", "",
              "## In short", "", markdown(["what", "result"], ten(records))]
     for title, group, section, text in SECTIONS:
-        parts += [f"## {title}", "", f"`--only {group}`. {text}", "", section(records) or f"{NONE.capitalize()}.\n"]
-    where = {}
-    for name, record in records.items():
-        where.setdefault(f'{record["machine"]}, {record["date"]}', []).append((TASKS[name].timed, record["load"]))
-    parts += ["## When and where", "", "Tasks measured, and the machine's load at their ends: above one it was busy with other work.", ""]
-    for place, tasks in where.items():
-        loads = [sorted(load for timed, load in tasks if timed == kind) for kind in (True, False)]
-        parts.append(f"- {place}: " + "; ".join(f"{len(its)} {kind}, load {its[0]:.1f} to {its[-1]:.1f}"
-                                                for its, kind in zip(loads, ("timed", "others")) if its) + ".")
+        busy = [record["busy"] for name, record in records.items() if TASKS[name].group == group and TASKS[name].timed]
+        beside = f" Times beside {max(busy):.1f} busy cores." if busy and max(busy) >= 0.2 else " Times on an idle machine." * bool(busy)
+        parts += [f"## {title}", "", f"`--only {group}`. {text}{beside}", "", section(records) or f"{NONE.capitalize()}.\n"]
+    parts += ["## When and where", ""]
+    for place in dict.fromkeys(f'{record["machine"]}, {record["date"]}' for record in records.values()):
+        parts.append(f"- {place}.")
     missing = "; ".join(f"`{name}`" + (f": {reason}" if reason != NONE else "") for name, reason in reasons.items())
     parts += [*([f"\nNot measured at this commit: {missing}."] if missing else []), ""]
     return "\n".join(parts)
