@@ -30,6 +30,7 @@
 #include <octosurf/parameters.hpp>
 #include <octosurf/pose_forms.hpp>
 #include <octosurf/stairs.hpp>
+#include <octosurf/storeys.hpp>
 #include <octosurf/up.hpp>
 
 // How octosurf's types are said in Python where they are no classes of their own: enumerations are strings,
@@ -67,6 +68,7 @@ OCTOSURF_NAMES(AlignmentOutcome, "outcome", alignment_outcome_names);
 OCTOSURF_NAMES(EdgeKind, "kind of edge", edge_kind_names);
 OCTOSURF_NAMES(ContactRefusal, "refusal", contact_refusal_names);
 OCTOSURF_NAMES(FootName, "foot", foot_names);
+OCTOSURF_NAMES(RoutePlace, "place", route_place_names);
 OCTOSURF_NAMES(StepRefusal, "refusal", step_refusal_names);
 OCTOSURF_NAMES(NoPlan::Why, "reason", no_plan_names);
 OCTOSURF_NAMES(ExportPart, "part", export_part_names);

@@ -8,6 +8,8 @@
 #include <octosurf/ground.hpp>
 #include <octosurf/ground_patch.hpp>
 #include <octosurf/pieces.hpp>
+#include <octosurf/storeys.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf::python {
 namespace {
@@ -59,13 +61,13 @@ void bind_gaps(Module& module) {
   module.def("widest_unseen_of", &widest_unseen_of, "shape"_a, "share"_a = 0.25);
 }
 
-/// A view of numbers of a patch, which lives as long as the array does.
-template <class Number, class Part>
-auto of_patch(const std::vector<Part> GroundPatch::*part) {
-  return [part](const py::object& patch) {
-    const std::vector<Part>& values = patch.cast<const GroundPatch&>().*part;
+/// A view of numbers of a patch or a storey, which lives as long as the array does.
+template <class Number, class T, class Part>
+auto part_view(const std::vector<Part> T::*part) {
+  return [part](const py::object& owner) {
+    const std::vector<Part>& values = owner.cast<const T&>().*part;
     return py::array_t<Number>({values.size()}, {sizeof(Number)},
-                               reinterpret_cast<const Number*>(values.data()), patch);
+                               reinterpret_cast<const Number*>(values.data()), owner);
   };
 }
 
@@ -99,11 +101,11 @@ void bind_patch(Module& module) {
   Class<P>(module, "GroundPatch")
       .def("__repr__",
            [](const P& patch) { return "<GroundPatch of " + std::to_string(patch.cell.size()) + " places>"; })
-      .def_property_readonly("height", of_patch<float>(&P::height), "(N,) float32, m; a view.")
-      .def_property_readonly("cell", of_patch<std::uint8_t>(&P::cell),
+      .def_property_readonly("height", part_view<float>(&P::height), "(N,) float32, m; a view.")
+      .def_property_readonly("cell", part_view<std::uint8_t>(&P::cell),
                              "(N,) uint8: 0 unseen, 1 supported, 2 occupied, 3 below; a view.")
-      .def_property_readonly("slope_rad", of_patch<float>(&P::slope_rad), "(N,) float32; a view.")
-      .def_property_readonly("edge_m", of_patch<float>(&P::edge_m), "(N,) float32, m; a view.");
+      .def_property_readonly("slope_rad", part_view<float>(&P::slope_rad), "(N,) float32; a view.")
+      .def_property_readonly("edge_m", part_view<float>(&P::edge_m), "(N,) float32, m; a view.");
 }
 
 /// With the up of the map that its snapshots are of.
@@ -113,6 +115,57 @@ struct MapGround {
 
   SnapshotPtr of(std::shared_ptr<const Snapshot> snapshot) const { return of_map(std::move(snapshot), up); }
 };
+
+/// The grids' frame is upright by the view's rules.
+StoreyLimits limits_for(const MapGround& ground, std::optional<StoreyLimits> given) {
+  StoreyLimits limits = given.value_or(StoreyLimits{});
+  limits.turn = upright(ground.view.rules().limits.up);
+  return limits;
+}
+
+void bind_storeys(Module& module) {
+  using L = StoreyLimits;
+  Settings<L>(module, "StoreyLimits")
+      .fields(OCTOSURF_FIELDS(L, radius_m, headroom_m, max_step_m, cell_m, min_area_m2))
+      .def_static("of", &L::of, "robot"_a);
+  Class<Storey>(module, "Storey")
+      .def("__repr__", [](const Storey& s) { return "<Storey at " + std::to_string(s.height_m) + " m>"; })
+      .def_property_readonly("cells", part_view<std::uint8_t>(&Storey::cells),
+                             "(rows * columns,) uint8: 0 unknown, 1 free, 2 occupied; a view.")
+      .def_property_readonly("elevation", part_view<float>(&Storey::elevation),
+                             "Likewise float32, m; a view.")
+      .def_readonly("cell_m", &Storey::cell_m)
+      .def_readonly("origin", &Storey::origin)
+      .def_readonly("columns", &Storey::columns)
+      .def_readonly("rows", &Storey::rows)
+      .def_readonly("height_m", &Storey::height_m)
+      .def_readonly("area_m2", &Storey::area_m2)
+      .def_readonly("surfaces", &Storey::surfaces)
+      .def_readonly("seams", &Storey::seams)
+      .def("center_of", &Storey::center_of, "cell"_a)
+      .def("cell_at", &Storey::cell_at, "point"_a);
+  Value<RouteNode>(module, "RouteNode").fields(OCTOSURF_FIELDS(RouteNode, place, storey, at));
+  using E = RouteEdge;
+  Value<E>(module, "RouteEdge")
+      .field<std::size_t>(
+          "from_", [](const E& edge) { return edge.from; },
+          [](E& edge, std::size_t node) { edge.from = node; }, "Index of a node.")
+      .fields(OCTOSURF_FIELDS(E, to, length_m, stair, up, heading_rad, over_stair));
+  Value<StoreyRoute>(module, "StoreyRoute")
+      .fields(OCTOSURF_FIELDS(StoreyRoute, nodes, edges, without_landing));
+  module.def(
+      "find_storeys",
+      [](const MapGround& ground, const std::optional<L>& limits) {
+        return find_storeys(ground.view, limits_for(ground, limits));
+      },
+      "view"_a, "limits"_a = py::none(), Released());
+  module.def(
+      "find_route",
+      [](const MapGround& ground, const std::vector<Storey>& storeys, const std::optional<L>& limits) {
+        return find_route(ground.view, storeys, limits_for(ground, limits));
+      },
+      "view"_a, "storeys"_a, "limits"_a = py::none(), Released());
+}
 
 }  // namespace
 
@@ -187,6 +240,9 @@ void bind_ground(Module& module) {
             return G{ground.view.by(rules), ground.up};
           },
           "rules"_a, "The same by other GroundRules.")
+      .def("rules", [](const G& ground) { return ground.view.rules(); })
+      .def(
+          "stairs", [](const G& ground) { return ground.view.stairs(); }, Released())
       .def(
           "next",
           [](const G& ground, const SnapshotPtr& snapshot, const OccupancyView& octree) {
@@ -252,6 +308,7 @@ void bind_ground(Module& module) {
           },
           "T_map_base"_a, "layout"_a = py::none(), Released(),
           "GroundPatch about a base, (4, 4): ground_patch() of octosurf/ground_patch.hpp.");
+  bind_storeys(module);
 }
 
 }  // namespace octosurf::python

@@ -1,0 +1,61 @@
+"""Python is the headers, name by name: every public type and function of include/octosurf has a Python name, or a reason."""
+
+import os
+import pathlib
+import re
+import unittest
+
+import octosurf
+
+HEADERS = pathlib.Path(os.environ["OCTOSURF_SOURCE"], "include/octosurf")
+# Types and functions that the module has under another name, or not, and why.
+OTHERWISE = {
+    **dict.fromkeys(["KeptScans", "LoadedMap", "load_map", "save_map", "octomap_note"], "load() and save()"),
+    **dict.fromkeys(["NamedMesh", "ExportOptions", "PictureOptions", "PageMap", "PageOptions", "make_page",
+                     "HeightGridOptions", "footprints", "PlannerContact", "planner_surfaces", "export_nav2", "turned"],
+                    "export()'s keywords"),
+    **dict.fromkeys(["ParameterInfo", "get_parameter", "set_parameter", "parameter_value", "set_parameter_value"],
+                    "attributes of Parameters"),
+    **dict.fromkeys(["BagOptions", "SelfBox", "ScanSourceOptions"], "open_scans()'s keywords"),
+    **dict.fromkeys(["SlopeLimit"], "up and max_slope_rad of each query"),
+    **dict.fromkeys(["sensor_of_frame", "require_rigid", "require_camera", "camera_info_topic", "is_rectified"], "the module checks itself"),
+    **dict.fromkeys(["up_from_surfaces", "estimate_up", "upright"], "Snapshot.up() and Mapper's up"),
+    "AlignmentReach": "Parameters",
+    "deskew": "Scan.deskewed()",
+    "StampedPose": "Scan.deskewed()'s stamps and poses",
+    "ground_patch": "GroundView.patch()",
+    "PreparedScan": "Mapper.insert() prepares; other threads run meanwhile",
+    "RemovalLog": "Snapshot.removals",
+    "is_occupancy_map": "open_scans() says so",
+}
+TYPE = re.compile(r"^(?:struct|class) (\w+)(?: final)?(?: :[^{;]*)?\s*\{", re.MULTILINE)
+FUNCTION = re.compile(r"^(?!using|return|template|#|namespace|struct|class|enum|inline constexpr|static_assert)"
+                      r"(?:inline |constexpr )*[\w:]+(?:<[^;(){}]*>)?[ &*]+(\w+)\(", re.MULTILINE)
+
+
+def public_names():
+    for header in sorted(HEADERS.glob("*.hpp")):
+        text = re.sub(r"//[^\n]*", "", header.read_text(encoding="utf-8"))
+        for name in TYPE.findall(text) + FUNCTION.findall(text):
+            if not name.startswith("operator") and not name.endswith("_name"):  # an enumeration's values are strings
+                yield header.name, name
+
+
+class Names(unittest.TestCase):
+    def test_every_public_name_has_one_in_python_or_a_reason(self):
+        names = dict((name, header) for header, name in public_names())
+        self.assertGreater(len(names), 120)
+        self.assertEqual({name: header for name, header in names.items()
+                          if not hasattr(octosurf, name) and name not in OTHERWISE and not on_a_class(name)}, {})
+
+    def test_no_reason_is_left_of_what_python_has(self):
+        names = {name for _, name in public_names()}
+        self.assertEqual([name for name in OTHERWISE if hasattr(octosurf, name) or name not in names], [])
+
+
+def on_a_class(name):
+    return any(hasattr(member, name) for member in vars(octosurf).values() if isinstance(member, type))
+
+
+if __name__ == "__main__":
+    unittest.main()
