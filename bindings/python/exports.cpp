@@ -73,8 +73,7 @@ void bind_height_grid(Module& module) {
         return height_grid(*snapshot, {cell, upright(up_in(snapshot, up)), max_slope_rad, below, box});
       },
       "snapshot"_a, py::kw_only(), "cell"_a = 0.0, "up"_a = py::none(),
-      "max_slope_rad"_a = std::numbers::pi / 6, "below"_a = py::none(), "within"_a = py::none(),
-      Released(),
+      "max_slope_rad"_a = std::numbers::pi / 6, "below"_a = py::none(), "within"_a = py::none(), Released(),
       R"(HeightGrid: the highest surface at each cell's centre, in the map turned so that `up` is +z.
 
 up: (3,), map frame; None: snapshot.up().

@@ -142,7 +142,8 @@ Columns: "corner" (3 uint16, OctoMap's key of its lowest voxel; 32768 begins at 
             bool changed = d != before.resolution();
             if (d > 0 && !changed)
               self.for_each_changed_cube(before, [&](const std::array<std::uint16_t, 3>& corner, int level) {
-                const Eigen::Vector3d at = geometry::VoxelGrid(d).corner_of({corner[0], corner[1], corner[2]});
+                const Eigen::Vector3d at =
+                    geometry::VoxelGrid(d).corner_of({corner[0], corner[1], corner[2]});
                 const double edge = d * static_cast<double>(1 << level);
                 changed |= box.isEmpty() || box.intersects({at, at + Eigen::Vector3d::Constant(edge)});
               });

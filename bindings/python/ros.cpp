@@ -28,14 +28,13 @@ class Transforms {
  public:
   std::string add(std::string_view message, bool fixed) {
     std::vector<io::TransformMessage> transforms;
-    io::for_each_transform(*io::message_reader(message, MessageEncoding::cdr),
-                           [&](const io::TransformMessage& one) {
-                             io::rigid(io::pose_from(one.translation, one.rotation),
-                                       "transform of " + one.child_frame);
-                             if (one.child_frame.empty() || one.child_frame == one.header.frame)
-                               throw std::runtime_error("a transform of frame '" + one.child_frame + "' in itself");
-                             transforms.push_back(one);
-                           });
+    io::for_each_transform(
+        *io::message_reader(message, MessageEncoding::cdr), [&](const io::TransformMessage& one) {
+          io::rigid(io::pose_from(one.translation, one.rotation), "transform of " + one.child_frame);
+          if (one.child_frame.empty() || one.child_frame == one.header.frame)
+            throw std::runtime_error("a transform of frame '" + one.child_frame + "' in itself");
+          transforms.push_back(one);
+        });
     std::string warning;
     for (const io::TransformMessage& one : transforms) {
       const std::int64_t stamp = one.header.stamp_ns;

@@ -1,10 +1,9 @@
-"""The map and its thread: scans wait in a queue for their poses, and what is asked of the map is done between two of them."""
+"""The map and its thread: scans wait in a queue for their poses, and what is asked is done between two of them."""
 
 import collections
 import concurrent.futures
 import dataclasses
 import os
-import sys
 import threading
 import time
 import typing
@@ -33,7 +32,8 @@ class Sensor:
             return octosurf.scan_from_cloud(message, sensor=self.kind)
         if camera is None:
             raise RuntimeError("no CameraInfo has come yet")
-        return octosurf.scan_from_depth(message, camera, rectified=octosurf.is_rectified(self.topic), depth_scale=self.units)
+        rectified = octosurf.is_rectified(self.topic)
+        return octosurf.scan_from_depth(message, camera, rectified=rectified, depth_scale=self.units)
 
 
 class Moment(typing.NamedTuple):
@@ -81,7 +81,8 @@ class Ground:
 class Mapping:
     def __init__(self, start, stem, options, log):
         self.options, self.log, self.stem, self.lock = options, log, stem, octosurf.MapLock(stem)
-        self.counts = dict.fromkeys(("received", "mapped", "rejected", "refused", "dropped", "transforms", "messages_refused"), 0)
+        names = "received", "mapped", "rejected", "refused", "dropped", "transforms", "messages_refused"
+        self.counts = dict.fromkeys(names, 0)
         self.last_refusal, self.contradiction, self.scan_ms, self.told = "", "", 0.0, 0.0
         self.tf, self.cameras = octosurf.Transforms(), {}
         self.news = threading.Condition()  # of what follows
@@ -176,24 +177,27 @@ class Mapping:
                     self.tasks.popleft()(error)
 
     def posed(self, sensor, message, sent_ns, came):
-        """By a transform at the scan's time or after it, for which it waits; else by what is there, as a bag's last scans."""
-        with self.news:
-            if sensor.depth:
-                self.news.wait_for(lambda: sensor in self.cameras or self.ended, max(0, came + self.options.wait - time.monotonic()))
-            camera = self.cameras.get(sensor)
+        """By a transform at the scan's time or after it, for which it waits; else by what is there, as a bag's last."""
+        def wait(ready):
+            with self.news:
+                self.news.wait_for(lambda: self.ended or ready(), max(0, came + self.options.wait - time.monotonic()))
+
+        wait(lambda: not sensor.depth or sensor in self.cameras)
+        camera = self.cameras.get(sensor)
         received = sensor.read(message, camera)
         stamp_ns, frame = received.stamp_ns or sent_ns, self.options.frame
         frames = [frame, *(box[0] for box in sensor.own if box[0])]
 
         def ready():
             known = [self.tf.newest(one, received.frame) for one in frames]
-            return self.ended or all(newest is not None and newest >= stamp_ns for newest in known)
+            return all(newest is not None and newest >= stamp_ns for newest in known)
 
-        with self.news:
-            self.news.wait_for(ready, max(0, came + self.options.wait - time.monotonic()))
-        own = [(low, high, self.tf.lookup(box, received.frame, stamp_ns) if box else np.eye(4)) for box, low, high in sensor.own]
+        wait(ready)
+        poses = [self.tf.lookup(one, received.frame, stamp_ns) for one in frames]
+        moving = iter(poses[1:])
+        own = [(low, high, next(moving) if box else np.eye(4)) for box, low, high in sensor.own]
         name = f"{sensor.topic} at {stamp_ns / 1e9:.3f} s"
-        return received.posed(self.tf.lookup(frame, received.frame, stamp_ns), name=name, no_return=sensor.no_return, own=own), stamp_ns
+        return received.posed(poses[0], name=name, no_return=sensor.no_return, own=own), stamp_ns
 
     def map_scan(self, sensor, *message):
         try:
@@ -281,7 +285,8 @@ class Mapping:
             report = self.mapper.clear(part, as_free)
             self.changed = True
             self.moment = self.moment._replace(snapshot=self.mapper.snapshot())
-            return f"{report.vanished} points taken back; {len(report.gone)} surfaces gone, {len(report.shrunk)} smaller"
+            gone, smaller = len(report.gone), len(report.shrunk)
+            return f"{report.vanished} points taken back; {gone} surfaces gone, {smaller} smaller"
 
         return self.between_scans(work)
 
@@ -306,16 +311,17 @@ def start_of(stem, given, resume, force, cameras):
     """A new map, or the one that is there to be resumed; `given`: parameters by name, as texts."""
     there = os.path.exists(stem + ".surfaces")
     if there and not resume and not force:
-        sys.exit(f"{stem}.surfaces exists; `resume` goes on with it, `force` starts anew")
+        raise ValueError(f"{stem}.surfaces exists; `resume` goes on with it, `force` starts anew")
     if there and not force:
         loaded = octosurf.load(stem)
         kept, asked = loaded.parameters(), loaded.parameters()
         for name, text in given.items():
             asked.set(name, text)
             if asked != kept:
-                sys.exit(f"{name} is {text}, but the map that is resumed has {kept.get(name)}")
+                raise ValueError(f"{name} is {text}, but the map that is resumed has {kept.get(name)}")
         return loaded
-    parameters = octosurf.Parameters(resolution=0.02 if cameras else 0.05)  # a lidar's readings are noisier, and farther apart
+    # A lidar's readings are noisier, and farther apart.
+    parameters = octosurf.Parameters(resolution=0.02 if cameras else 0.05)
     parameters.set("detection_budget", "1000")  # as --realtime
     for name, text in given.items():
         parameters.set(name, text)

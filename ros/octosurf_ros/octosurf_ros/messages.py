@@ -1,4 +1,4 @@
-"""ROS 2's messages out of the map, as the bytes that travel: a map has more points than Python should make objects of."""
+"""ROS 2's messages out of the map, as bytes: a map has more points than Python should make objects of."""
 
 import functools
 import importlib
@@ -10,12 +10,12 @@ from octosurf_msgs.msg import Stairs, Surfaces
 from rclpy.serialization import deserialize_message
 from visualization_msgs.msg import MarkerArray
 
-NUMBERS = {"boolean": "?", "octet": "B", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I", "int32": "i",
-           "uint64": "Q", "int64": "q", "float": "f", "double": "d"}
+NUMBERS = {"boolean": "?", "octet": "B", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
+           "int32": "i", "uint64": "Q", "int64": "q", "float": "f", "double": "d"}
 
 
 def cdr(kind, value):
-    """A message of the class `kind`, of dicts, lists and NumPy arrays (points by rows); what is left out is 0 or empty."""
+    """A message of the class `kind`, of dicts, lists and arrays (points by rows); what is left out is 0 or empty."""
     out = bytearray()
     _of_class(kind)(out, value)
     return b"\0\1\0\0" + out
@@ -120,9 +120,10 @@ def colour(rgb, alpha):
 def surfaces(snapshot, of, cylinders, frame, stamp_ns):
     """octosurf_msgs/Surfaces, a dict: of some surfaces and cylinders of a snapshot."""
     return {"header": header(frame, stamp_ns), "revision": snapshot.revision, "resolution": snapshot.resolution,
-            "surfaces": [{"id": one.id, "color": colour(one.color, 1), "normal": one.plane.normal, "offset": one.plane.offset,
-                          "pose": pose(one.T_map_surface), "polygons": polygons(one, one.polygons), "area": one.area_m2,
-                          "inliers": one.inliers, "rms": one.rms_m, "covariance": one.covariance.ravel(), "born": one.born,
+            "surfaces": [{"id": one.id, "color": colour(one.color, 1), "normal": one.plane.normal,
+                          "offset": one.plane.offset, "pose": pose(one.T_map_surface),
+                          "polygons": polygons(one, one.polygons), "area": one.area_m2, "inliers": one.inliers,
+                          "rms": one.rms_m, "covariance": one.covariance.ravel(), "born": one.born,
                           "revision": one.revision, "parents": one.parents} for one in of],
             "cylinders": [{"id": one.id, "axis_point": one.axis_point, "axis": one.axis, "radius": one.radius_m,
                            "length": one.length_m, "start": one.start, "span": one.span_rad, "inliers": one.inliers,
@@ -134,8 +135,8 @@ def surfaces_message(*arguments):
 
 
 def step(one):
-    return {"lower": one.lower, "upper": one.upper, "riser": one.riser_m, "width": one.width_m, "heading": one.heading_rad,
-            "left": one.edge[0], "right": one.edge[1]}
+    return {"lower": one.lower, "upper": one.upper, "riser": one.riser_m, "width": one.width_m,
+            "heading": one.heading_rad, "left": one.edge[0], "right": one.edge[1]}
 
 
 def stairs_message(revision, stairs, single_steps, frame, stamp_ns):

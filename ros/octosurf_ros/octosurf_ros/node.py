@@ -24,7 +24,6 @@ from octosurf_ros.publications import Publications
 from octosurf_ros.services import Services
 
 SENSOR = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-RELIABLE = QoSProfile(depth=10)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # Name: default, whose type it has; meaning; smallest and largest.
@@ -55,7 +54,7 @@ PARAMETERS = {
     "patch_cell": (0.05, "m, between a patch's places", 0.01, 1),
     "foot_radius": (0.06, "m, of the planar terrain's insets", 0.001, 1),
     "max_slope": (30.0, "degrees, of planar terrain and grid map", 0, 80),
-    "clearance": (octosurf.Quadruped().body.to_m, "m over a foot of the planar terrain that must be free; 0: any", 0, 10),
+    "clearance": (octosurf.Quadruped().body.to_m, "m over a foot of the planar terrain that is free; 0: any", 0, 10),
     "threads": (1, "the result does not depend on it", 1, 256),
 }
 
@@ -73,29 +72,34 @@ def own_box(text):
 class MappingNode(Node):
     def __init__(self):
         super().__init__("octosurf")
-        options = self.options = types.SimpleNamespace(**{name: self.declared(name, *one) for name, one in PARAMETERS.items()})
+        options = types.SimpleNamespace(**{name: self.declared(name, *one) for name, one in PARAMETERS.items()})
+        self.options = options
         if not options.output or bool(options.depth) == bool(options.cloud):
-            sys.exit("give the parameters output, and depth or cloud: ros2 run octosurf_ros octosurf_mapping --ros-args -p ...")
-        given = {name: str(self.declare_parameter(name, None, ParameterDescriptor(
-            dynamic_typing=True, read_only=True, description="see docs/parameters.md")).value)
-            for name in ("up", *octosurf.Parameters.names()) if not name.startswith("up_")}
-        given = {name: text for name, text in given.items() if text not in ("None", "")}
+            raise ValueError("give the parameters output, and depth or cloud: --ros-args -p NAME:=VALUE")
+        described = ParameterDescriptor(dynamic_typing=True, read_only=True, description="see docs/parameters.md")
+        names = ["up", *(name for name in octosurf.Parameters.names() if not name.startswith("up_"))]
+        given = {name: self.declare_parameter(name, None, described).value for name in names}
+        given = {name: str(value) for name, value in given.items() if value not in (None, "")}
         kind = {"": None, "camera": "depth_camera", "lidar": "lidar"}[options.sensor]
         sensor = Sensor(options.depth or options.cloud, bool(options.depth), kind, options.depth_scale or None,
-                        [one for one in options.no_return if one > 0], [own_box(one) for one in options.self_box if one])
+                        [one for one in options.no_return if one > 0],
+                        [own_box(one) for one in options.self_box if one])
         start = start_of(options.output, given, options.resume, options.force, sensor.depth or kind == "depth_camera")
         self.mapping = Mapping(start, options.output, options, self.get_logger())
         self.lost, self.began, self.told = 0, time.monotonic(), set()
         self.heard = {}  # subscriptions of scans, cameras and transforms
         # In this order: a scan is better mapped when what fixes its pose was read.
-        self.hear("transforms", options.tf + "_static", TFMessage, QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+        self.hear("transforms", options.tf + "_static", TFMessage,
+                  QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
                   lambda message: self.mapping.add_transforms(message, True))
-        self.hear("transforms", options.tf, TFMessage, QoSProfile(depth=1000), lambda message: self.mapping.add_transforms(message, False))
+        self.hear("transforms", options.tf, TFMessage, QoSProfile(depth=1000),
+                  lambda message: self.mapping.add_transforms(message, False))
         if sensor.depth:
             self.hear("cameras", options.camera_info or octosurf.camera_info_topic(sensor.topic), CameraInfo,
                       QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
                       lambda message: self.mapping.add_camera(sensor, message))
-        self.hear("scans", sensor.topic, Image if sensor.depth else PointCloud2, RELIABLE if options.reliable else SENSOR,
+        self.hear("scans", sensor.topic, Image if sensor.depth else PointCloud2,
+                  QoSProfile(depth=10) if options.reliable else SENSOR,
                   lambda message, info: self.mapping.add_scan(sensor, message, info["source_timestamp"]))
         self.publications = Publications(self, self.mapping)
         if options.patch_rate > 0:
@@ -110,7 +114,8 @@ class MappingNode(Node):
         if isinstance(default, int) and low is not None:
             descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=0)]
         elif low is not None:
-            descriptor.floating_point_range = [FloatingPointRange(from_value=float(low), to_value=float(high), step=0.0)]
+            wide = FloatingPointRange(from_value=float(low), to_value=float(high), step=0.0)
+            descriptor.floating_point_range = [wide]
         return self.declare_parameter(name, default, descriptor).value
 
     def hear(self, what, topic, kind, qos, receive):
@@ -120,7 +125,8 @@ class MappingNode(Node):
                 self.lost = event.total_count
 
         try:
-            heard = self.create_subscription(kind, topic, receive, qos, raw=True, event_callbacks=SubscriptionEventCallbacks(message_lost=lost))
+            events = SubscriptionEventCallbacks(message_lost=lost)
+            heard = self.create_subscription(kind, topic, receive, qos, raw=True, event_callbacks=events)
         except UnsupportedEventTypeError:  # not every middleware counts what was lost
             heard = self.create_subscription(kind, topic, receive, qos, raw=True)
         self.heard.setdefault(what, []).append(heard)
@@ -154,7 +160,8 @@ class MappingNode(Node):
                         lost=self.lost, last_refusal=mapping.last_refusal, scan_ms=mapping.scan_ms,
                         contradiction=mapping.contradiction, published_bytes=self.publications.bytes,
                         publish_ms=self.publications.ms, scan_publishers=self.publishers_of("scans"),
-                        camera_publishers=self.publishers_of("cameras"), transform_publishers=self.publishers_of("transforms"),
+                        camera_publishers=self.publishers_of("cameras"),
+                        transform_publishers=self.publishers_of("transforms"),
                         **mapping.counts)
         status.header.frame_id = self.options.frame
         status.header.stamp.sec, status.header.stamp.nanosec = divmod(moment.stamp_ns, 10**9)

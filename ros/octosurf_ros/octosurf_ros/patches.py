@@ -21,7 +21,8 @@ class Patches:
         self.heading = octosurf.PatchLayout.grid(length, width, self.cell)
         self.square = octosurf.PatchLayout.grid(max(length, width), max(length, width), self.cell)
         qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self.patch, self.heights = node.advertise("patch", GridMap, qos), node.advertise("heights", Float32MultiArray, qos)
+        self.patch = node.advertise("patch", GridMap, qos)
+        self.heights = node.advertise("heights", Float32MultiArray, qos)
         self.view, self.looked = None, 0.0
         node.every(1 / node.options.patch_rate, self.publish_patches)
 
@@ -31,7 +32,8 @@ class Patches:
             return
         if time.monotonic() - self.looked > MAP_AGE_S:
             snapshot = self.mapping.moment.snapshot
-            self.view = self.mapping.ground.view(snapshot, rules_of(self.options, self.mapping.ground.up, snapshot.resolution))
+            ground = self.mapping.ground
+            self.view = ground.view(snapshot, rules_of(self.options, ground.up, snapshot.resolution))
             self.looked = time.monotonic()
         T_map_base, stamp_ns = self.mapping.base_pose()
         if wanted[1]:
@@ -44,7 +46,9 @@ class Patches:
             level[:3, 3] = T_map_base[:3, 3]
             patch = self.view.patch(level, self.square)
             side = round(len(patch.height) ** 0.5)
-            values = {"elevation": patch.height + level[2, 3], "cell": patch.cell, "slope": patch.slope_rad, "edge": patch.edge_m}
+            values = {"elevation": patch.height + level[2, 3], "cell": patch.cell, "slope": patch.slope_rad,
+                      "edge": patch.edge_m}
             # From x and y ascending to descending.
             layers = {name: value.reshape(side, side)[::-1, ::-1].astype("f4") for name, value in values.items()}
-            self.patch.publish(messages.cdr(GridMap, messages.grid_map(layers, level[:2, 3], self.cell, self.options.frame, stamp_ns)))
+            grid = messages.grid_map(layers, level[:2, 3], self.cell, self.options.frame, stamp_ns)
+            self.patch.publish(messages.cdr(GridMap, grid))

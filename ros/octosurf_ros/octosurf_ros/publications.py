@@ -15,8 +15,8 @@ from visualization_msgs.msg import MarkerArray
 from octosurf_ros import messages
 
 BOX_FOLLOWS = 0.125  # share of the radius that the robot moves before the box around it does
-TOPICS = {"surfaces": Surfaces, "stairs": Stairs, "markers": MarkerArray, "octomap_binary": Octomap, "grid_map": GridMap,
-          "planar_terrain": PlanarTerrain}
+TOPICS = {"surfaces": Surfaces, "stairs": Stairs, "markers": MarkerArray, "octomap_binary": Octomap,
+          "grid_map": GridMap, "planar_terrain": PlanarTerrain}
 
 
 def rules_of(options, up, resolution):
@@ -64,7 +64,7 @@ class Publications:
         if self.octree is None or snapshot.octree.changed_in(self.octree, *corners):
             self.version += 1
         self.octree = snapshot.octree
-        look = ([(one.id, one.revision) for one in surfaces], [(one.id, one.revision) for one in cylinders], self.version,
+        look = (*([(one.id, one.revision) for one in some] for some in (surfaces, cylinders)), self.version,
                 None if box is None else box.tolist())
 
         def publish(topic, make):
@@ -94,8 +94,8 @@ class Publications:
             octree = snapshot.octree
             if octree.resolution > 0:
                 return messages.cdr(Octomap, {
-                    "header": messages.header(frame, stamp_ns), "binary": True, "id": "OcTree", "resolution": octree.resolution,
-                    "data": np.frombuffer(octree.octomap_data(*corners), "i1")})
+                    "header": messages.header(frame, stamp_ns), "binary": True, "id": "OcTree",
+                    "resolution": octree.resolution, "data": np.frombuffer(octree.octomap_data(*corners), "i1")})
 
         publish("surfaces", lambda: messages.surfaces_message(snapshot, surfaces, cylinders, frame, stamp_ns))
         publish("stairs", stairs)
@@ -128,7 +128,8 @@ class Terrain:
             view = self.ground.view(self.snapshot, rules_of(self.options, up, resolution))
             solid = view.solid().only(self.near)
             self.made = view, solid, octosurf.height_grid(
-                solid, cell=max(self.options.grid_cell, resolution), up=up, max_slope_rad=np.radians(self.options.max_slope),
+                solid, cell=max(self.options.grid_cell, resolution), up=up,
+                max_slope_rad=np.radians(self.options.max_slope),
                 within=None if self.box is None else self.box[:, :2])
         return self.made
 
@@ -140,7 +141,8 @@ class Terrain:
         view, solid, grid = self.grid()
         if not grid.elevation.size:  # nothing level yet
             return None
-        surfaces = octosurf.planner_surfaces(solid, view.rules.foot, limits=view.rules.limits, octree=self.snapshot.octree)
+        rules, octree = view.rules, self.snapshot.octree
+        surfaces = octosurf.planner_surfaces(solid, rules.foot, limits=rules.limits, octree=octree)
         return octosurf.planar_terrain_message(surfaces, grid, self.options.frame, stamp_ns, True)
 
 

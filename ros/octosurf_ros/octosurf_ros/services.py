@@ -28,8 +28,8 @@ class Services:
         threading.Thread(target=self.run, daemon=True, name="services").start()
 
     def serve(self, node, topic, kind, work):
-        # The executor sends at once what a callback returns, and a coroutine that waits keeps it busy. So it is handed the
-        # request, and the answer is sent by the thread that makes it.
+        # The executor sends at once what a callback returns, and a coroutine that waits keeps it busy. So it is handed
+        # the request, and the answer is sent by the thread that makes it.
         service = node.create_service(kind, "~/" + topic, lambda request, _: request)
         send = service.send_response
         service.send_response = lambda request, header: self.requests.put((kind.Response, work, request, send, header))
@@ -133,7 +133,8 @@ class Services:
         if sole == (request.radius != 0):
             raise ValueError("length, width, radius say no foot, or two; give length and width, or a radius")
         rules = octosurf.GroundRules.of(octosurf.Biped(), snapshot.resolution)
-        rules.foot = octosurf.ContactShape.rectangle(request.length, request.width) if sole else octosurf.ContactShape.disc(request.radius)
+        shape = octosurf.ContactShape
+        rules.foot = shape.rectangle(request.length, request.width) if sole else shape.disc(request.radius)
         rules.widest_unseen_m = octosurf.widest_unseen_of(rules.foot)
         rules.as_mapped = request.as_mapped
         usual = rules.limits
@@ -174,11 +175,12 @@ class Services:
                              octree=snapshot.octree)
 
         def steps(of):
-            return [{"foot": one.foot, "surface": one.surface, "pose": messages.pose(one.T_map_foot), "yaw": one.yaw_rad,
-                     "margin": one.margin_m} for one in of]
+            return [{"foot": one.foot, "surface": one.surface, "pose": messages.pose(one.T_map_foot),
+                     "yaw": one.yaw_rad, "margin": one.margin_m} for one in of]
 
-        answer.update(found=plan.found(), message=plan.refusal.sentence if plan.refusal else "", start=steps(plan.start),
-                      steps=steps(plan.steps), cost=plan.cost, lower_bound=plan.lower_bound, expansions=plan.expansions)
+        answer.update(found=plan.found(), message=plan.refusal.sentence if plan.refusal else "",
+                      start=steps(plan.start), steps=steps(plan.steps), cost=plan.cost, lower_bound=plan.lower_bound,
+                      expansions=plan.expansions)
 
     def changes(self, request, answer):
         moment = self.mapping.moment
@@ -190,6 +192,7 @@ class Services:
             within = set(self.mapping.ground.index(snapshot).inside(box))
             surfaces = [one for one in surfaces if one.id in within]
         cylinders = [one for one in snapshot.cylinders if one.revision > request.since]
-        answer.update(changed=messages.surfaces(snapshot, surfaces, cylinders, self.mapping.options.frame, moment.stamp_ns),
+        frame = self.mapping.options.frame
+        answer.update(changed=messages.surfaces(snapshot, surfaces, cylinders, frame, moment.stamp_ns),
                       gone=changes.gone, merged=changes.merged, cylinders_gone=changes.cylinders_gone,
                       cylinders_merged=changes.cylinders_merged)
