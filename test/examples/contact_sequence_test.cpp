@@ -56,7 +56,7 @@ class Stairs {
     for (const evaluation::TrueFace& face : recording.faces()) {
       if (face.plane.normal.dot(up.direction) < 0.99) continue;
       const Eigen::Vector3d middle = R * middle_of(face);
-      const double area = evaluation::enclosed_area(face.polygons.at(0).outer);
+      const double area = evaluation::enclosed_area(face.polygons.at(0));
       if (area > 0.2 && area < 0.5) treads.push_back(middle);
       floor = std::min(floor, middle.z());
     }
