@@ -73,10 +73,12 @@ void bind_transforms(Module& module) {
   using T = Locked<Transforms>;
   Class<T>(module, "Transforms", "The transforms of tf, as messages bring them, and poses at their times.")
       .def(py::init<>())
+      .def("__repr__", [](const T&) { return "<Transforms>"; })
       .def(
           "add",
-          [](T& self, std::string_view message, bool fixed) {
-            return self.use([&](Transforms& tf) { return tf.add(message, fixed); });
+          [](T& self, const py::bytes& message, bool fixed) {
+            const std::string_view bytes = message;
+            return self.use([&](Transforms& tf) { return tf.add(bytes, fixed); });
           },
           "message"_a, "fixed"_a = false,
           "A tf2_msgs/TFMessage, of /tf_static if `fixed`; a warning if time was set back by more than 3 s. "
@@ -138,23 +140,26 @@ void bind_received(Module& module) {
            "readings are the robot itself, (low, high, T_box_sensor) each.");
   module.def(
       "scan_from_cloud",
-      [](std::string_view cloud, const std::string& where, std::optional<SensorKind> sensor) {
-        return Received{scan_from_cloud(cloud, MessageEncoding::cdr, where, sensor), false};
+      [](const py::bytes& cloud, const std::string& where, std::optional<SensorKind> sensor) {
+        const std::string_view message = cloud;
+        const py::gil_scoped_release others_run;
+        return Received{scan_from_cloud(message, MessageEncoding::cdr, where, sensor), false};
       },
-      "cloud"_a, "where"_a = "", "sensor"_a = py::none(), Released());
+      "cloud"_a, "where"_a = "", "sensor"_a = py::none());
   module.def(
       "scan_from_depth",
-      [](std::string_view image, std::string_view camera_info, const std::string& where, bool rectified,
+      [](const py::bytes& image, const py::bytes& camera_info, const std::string& where, bool rectified,
          std::optional<double> depth_scale) {
-        return Received{
-            scan_from_depth(image, camera_info, MessageEncoding::cdr, where, rectified, depth_scale), true};
+        const std::string_view message = image, camera = camera_info;
+        const py::gil_scoped_release others_run;
+        return Received{scan_from_depth(message, camera, MessageEncoding::cdr, where, rectified, depth_scale),
+                        true};
       },
-      "image"_a, "camera_info"_a, "where"_a = "", "rectified"_a = false, "depth_scale"_a = py::none(),
-      Released());
+      "image"_a, "camera_info"_a, "where"_a = "", "rectified"_a = false, "depth_scale"_a = py::none());
   module.def(
       "require_camera",
-      [](std::string_view camera_info, const std::string& where, bool rectified) {
-        require_camera(camera_info, MessageEncoding::cdr, where, rectified);
+      [](const py::bytes& camera_info, const std::string& where, bool rectified) {
+        require_camera(std::string_view(camera_info), MessageEncoding::cdr, where, rectified);
       },
       "camera_info"_a, "where"_a = "", "rectified"_a = false);
   module.def(

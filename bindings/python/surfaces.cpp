@@ -124,7 +124,8 @@ The estimate is up_of(map)'s, made anew each time: O(n^2) in surfaces, a few ns 
           "revision"_a)
       .def(
           "only",
-          [](const SnapshotPtr& self, const std::set<SurfaceId>& ids) {
+          [](const SnapshotPtr& self, const std::vector<SurfaceId>& given) {
+            const std::set<SurfaceId> ids(given.begin(), given.end());
             auto part = std::make_shared<Snapshot>(*self);
             std::erase_if(part->surfaces, [&](const SurfacePtr& one) { return !ids.contains(one->id); });
             return of_map(std::shared_ptr<const Snapshot>(std::move(part)), map_up(self));

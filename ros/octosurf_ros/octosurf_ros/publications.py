@@ -101,7 +101,7 @@ class Publications:
         publish("stairs", stairs)
         publish("markers", lambda: messages.markers_message(surfaces, frame, stamp_ns))
         publish("octomap_binary", octomap)
-        kept = Terrain(snapshot, ground, {one.id for one in surfaces}, box, self.options)
+        kept = Terrain(snapshot, ground, [one.id for one in surfaces], box, self.options)
         publish("grid_map", lambda: kept.grid_map(stamp_ns))
         publish("planar_terrain", lambda: kept.planar_terrain(stamp_ns))
         self.ms = (time.monotonic() - began) * 1e3
