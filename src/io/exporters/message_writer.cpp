@@ -33,7 +33,6 @@ void MessageWriter::write(std::string_view value) {
 }
 
 void MessageWriter::write(std::span<const float> list) { put_list(bytes_, list); }
-void MessageWriter::write(std::span<const std::int8_t> list) { put_list(bytes_, list); }
 
 void MessageWriter::write(const Eigen::Vector3d& point) {
   message("x", point.x(), "y", point.y(), "z", point.z());

@@ -31,7 +31,6 @@ class MessageWriter {
   void write(Number value);
   void write(std::string_view value);
   void write(std::span<const float> list);
-  void write(std::span<const std::int8_t> list);
   void write(const char* value) { write(std::string_view(value)); }  // not its address, which would be a bool
   /// geometry_msgs/Point, Vector3.
   void write(const Eigen::Vector3d& point);
