@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -56,8 +55,7 @@ class CdrReader {
 
 /// Names and types of fields, as .msg files have types.
 using Fields = std::vector<std::pair<std::string, std::string>>;
-using Types = std::map<std::string, Fields>;
-inline const Types messages{
+inline const std::map<std::string, Fields> messages{
     {"Vector", {{"x", "float64"}, {"y", "float64"}, {"z", "float64"}}},
     {"Quaternion", {{"x", "float64"}, {"y", "float64"}, {"z", "float64"}, {"w", "float64"}}},
     {"Pose", {{"position", "Vector"}, {"orientation", "Quaternion"}}},
@@ -97,47 +95,26 @@ inline Json json_of(float value) {
   return Json::parse(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
-/// Calls back with a zero of a number's type; false for other types.
-template <class Visit>
-bool with_number(const std::string& type, const Visit& visit) {
-  if (type == "bool") return visit(bool{}), true;
-  if (type == "uint8") return visit(std::uint8_t{}), true;
-  if (type == "uint16") return visit(std::uint16_t{}), true;
-  if (type == "int32") return visit(std::int32_t{}), true;
-  if (type == "uint32") return visit(std::uint32_t{}), true;
-  if (type == "int64") return visit(std::int64_t{}), true;
-  if (type == "uint64") return visit(std::uint64_t{}), true;
-  if (type == "float32") return visit(float{}), true;
-  if (type == "float64") return visit(double{}), true;
-  return false;
-}
-
-/// A list of bytes as a string.
-inline Json decode(CdrReader& in, const std::string& type, const Types& types) {
-  Json value;
+inline Json decode(CdrReader& in, const std::string& type) {
   if (type == "string") return in.text();
-  if (with_number(type, [&]<class Number>(Number) {
-        if constexpr (std::is_same_v<Number, float>)
-          value = json_of(in.number<float>());
-        else
-          value = in.number<Number>();
-      }))
-    return value;
-  if (const std::size_t list = type.find('['); list != std::string::npos) {
-    const std::string of = type.substr(0, list);
-    const auto size = type.ends_with("[]") ? in.number<std::uint32_t>() : std::stoul(type.substr(list + 1));
-    if (of == "uint8") return in.bytes(size);
+  if (type == "uint16") return in.number<std::uint16_t>();
+  if (type == "int32") return in.number<std::int32_t>();
+  if (type == "uint32") return in.number<std::uint32_t>();
+  if (type == "float32") return json_of(in.number<float>());
+  if (type == "float64") return in.number<double>();
+  Json value;
+  if (type.ends_with("[]")) {
     value = Json::array();
-    for (std::size_t i = 0; i < size; ++i) value.push_back(decode(in, of, types));
+    for (auto left = in.number<std::uint32_t>(); left > 0; --left)
+      value.push_back(decode(in, type.substr(0, type.size() - 2)));
     return value;
   }
-  value = Json::object();
-  for (const auto& [name, of] : types.at(type)) value[name] = decode(in, of, types);
+  for (const auto& [name, of] : messages.at(type)) value[name] = decode(in, of);
   return value;
 }
 inline Json decode(const std::string& bytes, const std::string& type) {
   CdrReader in(bytes);
-  Json message = decode(in, type, messages);
+  Json message = decode(in, type);
   EXPECT_EQ(in.left(), 0U);
   return message;
 }

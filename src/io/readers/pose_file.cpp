@@ -59,21 +59,21 @@ std::vector<FilePose> read_blocks(const std::vector<TextLine>& lines, const std:
 }
 
 FilePose read_line(const TextLine& line, std::size_t columns, const std::filesystem::path& file) {
-  auto values = numbers(line, file);
+  auto v = numbers(line, file);
   const std::string where = at_line(file, line.number);
-  if (values.size() != columns)
-    refuse_poses(where, std::to_string(values.size()) + " numbers where " + std::to_string(columns) +
-                            " were expected");
+  if (v.size() != columns)
+    refuse_poses(where,
+                 std::to_string(v.size()) + " numbers where " + std::to_string(columns) + " were expected");
   std::optional<double> stamp;
-  if (columns == 8 || columns == 13 || columns == 17) {
-    stamp = values.front();
-    values.erase(values.begin());
+  if (columns == 9) v.pop_back();  // an id, of RTAB-Map
+  if (columns == 8 || columns == 9 || columns == 13 || columns == 17) {
+    stamp = v.front();
+    v.erase(v.begin());
   }
-  const auto& v = values;
   if (v.size() == 7) return of_quaternion({v[0], v[1], v[2]}, {v[6], v[3], v[4], v[5]}, stamp, where);
-  if (values.size() == 12) return {pose_from_rows(values), stamp, where};
-  if (values.size() == 16) {
-    FilePose pose = from_matrix(values, where);
+  if (v.size() == 12) return {pose_from_rows(v), stamp, where};
+  if (v.size() == 16) {
+    FilePose pose = from_matrix(v, where);
     if (stamp) pose.stamp_s = stamp;
     return pose;
   }

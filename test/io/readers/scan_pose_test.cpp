@@ -57,6 +57,20 @@ TEST_F(PoseFiles, MatricesMayCarryATimeStamp) {
   EXPECT_DOUBLE_EQ(first_stamp(), 17.5);
 }
 
+// Lines as these programs' sources write them; kiss-icp itself: test/peers.
+TEST_F(PoseFiles, OfOdometriesAreReadAsTheyAreWritten) {
+  const std::string at = "1.000000000 2.000000000 3.000000000 0.000000000 0.000000000 ";
+  const std::string half = "0.707106781 0.707106781", exponents = "7.071067812e-01 7.071067812e-01";
+  for (const std::string& text :
+       {"1.700000000500000000e+09 1.0e+00 2.0e+00 3.0e+00 0 0 " + exponents,  // KISS
+        "1700000000.500000 " + at + half,                                     // ORB-SLAM3, GLIM, RKO-LIO
+        "1700000000500000000.000000 " + at + half,                            // ORB-SLAM3's of EuRoC
+        "#timestamp x y z qx qy qz qw id\n1700000000.500000 " + at + half + " 12"}) {
+    expect_quarter_turns(text + "\n", 1, true);  // the last: RTAB-Map
+    EXPECT_DOUBLE_EQ(first_stamp(), 1700000000.5) << text;
+  }
+}
+
 TEST_F(PoseFiles, SmallDeviationsAreMadeOrthonormal) {
   const io::PoseFile file = io::read_poses(write("poses.txt", "0.0004 -1.0003 0 1 1 0 0 2 0 0 0.9998 3\n"));
   const Eigen::Matrix3d R = io::rigid(file.poses[0].T, "").linear();
