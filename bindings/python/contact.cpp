@@ -240,9 +240,6 @@ void bind_ground(Module& module) {
             return G{ground.view.by(rules), ground.up};
           },
           "rules"_a, "The same by other GroundRules.")
-      .def("rules", [](const G& ground) { return ground.view.rules(); })
-      .def(
-          "stairs", [](const G& ground) { return ground.view.stairs(); }, Released())
       .def(
           "next",
           [](const G& ground, const SnapshotPtr& snapshot, const OccupancyView& octree) {
@@ -253,8 +250,7 @@ void bind_ground(Module& module) {
       .def_property_readonly(
           "rules", [](const G& ground) { return ground.view.rules(); }, "Its GroundRules; a copy.")
       .def(
-          "stairs", [](const G& ground) { return ground.view.stairs(); }, Released(),
-          "Stairs of solid(), kept as long as no level surface's ground changes.")
+          "stairs", [](const G& ground) { return ground.view.stairs(); }, Released())
       .def(
           "solid", [](const G& ground) { return ground.of(ground.view.solid()); }, Released(),
           "Snapshot without voids and wide unseen gaps.")
