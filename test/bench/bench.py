@@ -168,7 +168,7 @@ BENCHES = {
                "all ground read, all made from nothing."),
     "kitchen": ((), None, {}, "A real recording without truth: double layers must not be in its map."),
     "labelled": (("cloud", "resolution", "method"), LABELLED, {"resolutions": [0.02, 0.01]},
-                 "CGAL has the best of several settings, octosurf its defaults."),
+                 "The others have the best of several settings, octosurf and the paper's detector their own."),
     "outside": (("sensor", "scene", "by"), OUTSIDE,
                 {"scenes": ["stairs", "stones", "office", "moving"], "sensors": ["depth", "spinning"], "seeds": [1], "frames": 60},
                 "Scores by MuJoCo's geometry, of maps of our simulator's recordings and of what MuJoCo sees from the same poses. Ground off: "
@@ -343,7 +343,7 @@ def lag(report):
 OPTIONS = {
     "scenes": ([str], "names; also of meshes of ../shared/data/terrain_meshes, or files of meshes; rows of table1"),
     "sensors": ([str], "depth, depth-real, tilting, spinning"), "seeds": ([int], ""), "resolutions": ([float], "d, m"),
-    "only": ([str], "methods by how they begin (ours/default, ours/paper, cgal); of labelled: growing, pcl, ransac, paper, none; "
+    "only": ([str], "methods by how they begin (ours/default, ours/paper, cgal); of labelled: growing, pcl, ransac, open3d, paper, none; "
                     "of table1: likelihood, paper; of speed: regular expressions"),
     "inputs": ([str], "recordings or labelled clouds in place of those of ../shared/data"),
     "set": ([str], "NAME=VALUE, parameters of ours"), "count": (int, "of footholds, goals, queries, movers"),

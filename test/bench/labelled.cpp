@@ -1,5 +1,6 @@
-// Planes of labelled clouds: octosurf beside CGAL's region growing and Efficient RANSAC and the paper's
-// detector from PCL's parts, on the same voxels in one run; and with --mosd a real table with its holes.
+// Planes of labelled clouds: octosurf beside CGAL's and PCL's region growing, CGAL's Efficient RANSAC,
+// Open3D's planar patches and the paper's detector from PCL's parts, on the same voxels in one run; and with
+// --mosd a real table with its holes.
 
 #include "bench/bench.hpp"
 #include "evaluation/labels.hpp"
@@ -82,14 +83,19 @@ Segmentation from_regions(const VoxelCloud& cloud, const CgalPlanes& planes) {
   return result;
 }
 
+/// Keeps the one with more correct labels, or as many and less noise.
+void keep_best(Segmentation& best, Segmentation result) {
+  const auto rank = [](const Segmentation& s) {
+    return std::pair(s.evaluation.correct, -static_cast<double>(s.evaluation.noise));
+  };
+  if (best.found.empty() || rank(result) > rank(best)) best = std::move(result);
+}
+
 /// The best of several settings of CGAL's manual and examples, chosen in the method's favour: tolerance 5 mm,
 /// 10 mm and octosurf's s; least size octosurf's n.
 Segmentation best_of(const VoxelCloud& cloud, const std::string& method, CgalMethod find_planes,
                      const std::vector<double>& angles_rad, const std::vector<double>& gaps) {
   const Parameters parameters = parameters_at(cloud.resolution);
-  const auto rank = [](const Segmentation& s) {
-    return std::pair(s.evaluation.correct, -static_cast<double>(s.evaluation.noise));
-  };
   Segmentation best;
   for (const double tolerance : {0.005, 0.010, parameters.surface_tolerance()})
     for (const double angle_rad : angles_rad)
@@ -101,9 +107,33 @@ Segmentation best_of(const VoxelCloud& cloud, const std::string& method, CgalMet
         result.settings = std::to_string(std::lround(angle_rad * deg)) + "°, " +
                           std::to_string(std::lround(tolerance * 1e3)) + " mm, gap " +
                           std::to_string(std::lround(gap * 1e3)) + " mm";
-        if (best.found.empty() || rank(result) > rank(best)) best = std::move(result);
+        keep_best(best, std::move(result));
       }
   return best;
+}
+
+/// Open3D's planar patches by open3d_planes.py, the best of its settings; none without Open3D.
+std::vector<Segmentation> open3d_patches(const VoxelCloud& cloud) {
+  const std::string points = scratch("voxels.xyz"), found = scratch("patches.json");
+  std::ofstream file(points);
+  for (const Eigen::Vector3f& p : cloud.centroids) file << p.transpose() << '\n';
+  file.close();
+  const std::string least = std::to_string(parameters_at(cloud.resolution).min_surface_points());
+  const std::string size = std::to_string(cloud.resolution);
+  if (std::system((OCTOSURF_OPEN3D + points + ' ' + size + ' ' + least + " > " + found).c_str()) != 0) {
+    std::fputs("skipped: Open3D, of which `./dev test` makes build/release/peers/open3d\n", stderr);
+    return {};
+  }
+  Segmentation best;
+  std::ifstream lines(found);
+  for (std::string line; std::getline(lines, line);) {
+    const Json one = Json::parse(line);
+    Segmentation result = from_regions(cloud, {one.at("regions"), one.at("ms")});
+    result.method = "Open3D planar patches";
+    result.settings = one.at("settings");
+    keep_best(best, std::move(result));
+  }
+  return {best};
 }
 
 Parameters in_a_room(Parameters parameters) {
@@ -146,6 +176,8 @@ std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& option
   if (wanted(options, "ransac"))
     results.push_back(best_of(cloud, "CGAL Efficient RANSAC", cgal_efficient_ransac,
                               {std::acos(0.87), std::acos(0.95)}, {2.5 * cloud.resolution, h}));
+  if (wanted(options, "open3d"))
+    for (Segmentation& one : open3d_patches(cloud)) results.push_back(std::move(one));
   for (const auto& [radius, name] : {std::pair{0.15, "0.15"}, {0.06, "0.06"}})
     if (wanted(options, "paper") && (radius < 0.1 || cloud.resolution >= finest_for_paper))
       results.push_back(segment_ours(cloud, paper_parameters(cloud.resolution, radius),
