@@ -128,20 +128,18 @@ void bind_storeys(Module& module) {
   Settings<L>(module, "StoreyLimits")
       .fields(OCTOSURF_FIELDS(L, radius_m, headroom_m, max_step_m, cell_m, min_area_m2))
       .def_static("of", &L::of, "robot"_a);
-  Class<Storey>(module, "Storey")
-      .def("__repr__", [](const Storey& s) { return "<Storey at " + std::to_string(s.height_m) + " m>"; })
-      .def_property_readonly("cells", part_view<std::uint8_t>(&Storey::cells),
-                             "(rows * columns,) uint8: 0 unknown, 1 free, 2 occupied; a view.")
-      .def_property_readonly("elevation", part_view<float>(&Storey::elevation),
-                             "Likewise float32, m; a view.")
-      .def_readonly("cell_m", &Storey::cell_m)
-      .def_readonly("origin", &Storey::origin)
-      .def_readonly("columns", &Storey::columns)
-      .def_readonly("rows", &Storey::rows)
-      .def_readonly("height_m", &Storey::height_m)
-      .def_readonly("area_m2", &Storey::area_m2)
-      .def_readonly("surfaces", &Storey::surfaces)
-      .def_readonly("seams", &Storey::seams)
+  Value<Storey>(module, "Storey")
+      .fields(OCTOSURF_FIELDS(Storey, cell_m, origin, columns, rows, height_m, area_m2, surfaces, seams))
+      .field<std::vector<std::uint8_t>>(
+          "cells", part_view<std::uint8_t>(&Storey::cells),
+          [](Storey& storey, const std::vector<std::uint8_t>& cells) {
+            for (const std::uint8_t cell : cells) storey.cells.push_back(StoreyCell{cell});
+          },
+          "(rows * columns,) uint8: 0 unknown, 1 free, 2 occupied; a view.")
+      .field<std::vector<float>>(
+          "elevation", part_view<float>(&Storey::elevation),
+          [](Storey& storey, const std::vector<float>& heights) { storey.elevation = heights; },
+          "Likewise float32, m; a view.")
       .def("center_of", &Storey::center_of, "cell"_a)
       .def("cell_at", &Storey::cell_at, "point"_a);
   Value<RouteNode>(module, "RouteNode").fields(OCTOSURF_FIELDS(RouteNode, place, storey, at));

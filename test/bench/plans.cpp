@@ -82,9 +82,7 @@ std::shared_ptr<const Snapshot> true_surfaces(const evaluation::Truth& truth) {
     surface->plane = face.plane;
     surface->T_map_surface = face.T_map_face;
     surface->polygons = seen_part(face, truth.cell);
-    for (const Polygon& polygon : surface->polygons) {
-      surface->area_m2 += evaluation::enclosed_area(polygon);
-    }
+    for (const Polygon& polygon : surface->polygons) surface->area_m2 += evaluation::enclosed_area(polygon);
     if (!surface->polygons.empty()) snapshot->surfaces.push_back(std::move(surface));
   }
   return snapshot;

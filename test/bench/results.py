@@ -135,10 +135,9 @@ def busy_cores():
 
 def wait_until_idle():
     """For a minute at most; then a time is taken nevertheless, and the documents say beside what."""
-    for _ in range(15):
+    for _ in range(30):
         if (busy := busy_cores()) < 0.2:
             break
-        time.sleep(2)
     return busy
 
 

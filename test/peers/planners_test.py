@@ -92,7 +92,3 @@ class Planners(unittest.TestCase):
         plan["steps"][8]["T_map_foot"][11] += 0.8  # as high as a leg is long
         steps.write_text(json.dumps(plan))
         self.assertIn("step 9: no posture", run("pinocchio_steps.py", steps).stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -58,7 +58,10 @@ def results():
     step = made(octosurf.Step, 1, 2, 0.17, 1.2, 0.1, [[0, 1, 0], [0, 0, 0]])
     length = made(octosurf.MeanLength, 0.17, 0.001)
     stair = made(octosurf.Stair, 2, "spiral", [step, step], [2, 3], 1, 0, length, length, 1.2, 0.1, 0.5)
+    node, edge = made(octosurf.RouteNode, "seam", 1, [0, 1, 2]), made(octosurf.RouteEdge, 0, 1, 2.5, 0, True, 0.1, [[0, 0, 1]])
     return [
+        made(octosurf.Storey, 0.05, [0, 0], 2, 1, 0.5, 1.0, [7], {1: [0, 0, 1]}, [1, 2], [0.5, 0.25]), node, edge,
+        made(octosurf.StoreyRoute, [node], [edge], [3]),
         octosurf.Localizer(whole).localize(scan), octosurf.align_maps(snapshot, other.map()), merged,
         octosurf.changes_since(snapshot, 0), foot, region, octosurf.foothold(surface, foot, [0, 0, 0], 0),
         *octosurf.label_edges(whole, surface), octosurf.explain(whole, [0, 0, 0]), octosurf.explain(whole, [0, 0, 0.3]),

@@ -57,7 +57,6 @@ TEST_F(PoseFiles, MatricesMayCarryATimeStamp) {
   EXPECT_DOUBLE_EQ(first_stamp(), 17.5);
 }
 
-// Lines as these programs' sources write them; kiss-icp itself: test/peers.
 TEST_F(PoseFiles, OfOdometriesAreReadAsTheyAreWritten) {
   const std::string at = "1.000000000 2.000000000 3.000000000 0.000000000 0.000000000 ";
   const std::string half = "0.707106781 0.707106781", exponents = "7.071067812e-01 7.071067812e-01";
