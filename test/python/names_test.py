@@ -8,7 +8,6 @@ import unittest
 import octosurf
 
 HEADERS = pathlib.Path(os.environ["OCTOSURF_SOURCE"], "include/octosurf")
-# Types and functions that the module has under another name, or not, and why.
 OTHERWISE = {
     **dict.fromkeys(["KeptScans", "LoadedMap", "load_map", "save_map", "octomap_note"], "load() and save()"),
     **dict.fromkeys(["NamedMesh", "ExportOptions", "PictureOptions", "PageMap", "PageOptions", "make_page",
