@@ -34,10 +34,7 @@ double disc_in(const ContactShape& shape) {
 class BipedGraph : public StepGraph {
  public:
   BipedGraph(const Biped& robot, const Gait& gait, FootholdField& field, GuideMap& guide)
-      : StepGraph(gait, field, guide), robot_(robot) {
-    for (int heading = 0; heading < field_.headings(); ++heading)
-      forward_.emplace_back(std::cos(field_.yaw(heading)), std::sin(field_.yaw(heading)));
-  }
+      : StepGraph(gait, field, guide), robot_(robot) {}
 
   Stance stance(const Standing& at) override;
   Moves moves(NodeId from, NodeId to, StepRefusal& why) override;
@@ -67,7 +64,6 @@ class BipedGraph : public StepGraph {
   bool soles_apart(NodeId a, NodeId b) const;
 
   const Biped robot_;
-  std::vector<Eigen::Vector2d> forward_;  ///< by heading; used for every candidate place
 };
 
 // Sideways and forward at once: the foot is placed within a box about the stance foot.

@@ -23,7 +23,10 @@ StepGraph::StepGraph(const Gait& gait, FootholdField& field, GuideMap& guide)
       turns_(gait_.turns()),
       guide_(guide),
       best_(gait_.best),
-      usual_(gait_.usual) {}
+      usual_(gait_.usual) {
+  for (int heading = 0; heading < field_.headings(); ++heading)
+    forward_.emplace_back(std::cos(field_.yaw(heading)), std::sin(field_.yaw(heading)));
+}
 
 double StepGraph::step_cost(const Place& from, const Place& to) const {
   const double climbed = to.at.z() - from.at.z();
@@ -105,9 +108,7 @@ double StepGraph::bound(const NodePose& at) {
   double steps = 0;
   const Eigen::Vector2d way = goal_body_ - at.middle;
   for (int direction = 0; direction < FootholdField::headings(); ++direction) {
-    const double yaw = field_.yaw(direction);
-    const double metres =
-        way.dot(Eigen::Vector2d(std::cos(yaw), std::sin(yaw))) - around_goal_ - gait_.off_hip_m;
+    const double metres = way.dot(forward_[direction]) - around_goal_ - gait_.off_hip_m;
     if (metres > 0 || direction == at.heading)
       steps = std::max(steps, best_.cost(at.heading, direction, metres));
   }

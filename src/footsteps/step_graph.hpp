@@ -110,7 +110,8 @@ class StepGraph {
   FootholdField& field_;
   ObstacleColumns& columns_;
   const LegBox leg_;
-  const int turns_;  ///< heading steps of the widest turn
+  const int turns_;                       ///< heading steps of the widest turn
+  std::vector<Eigen::Vector2d> forward_;  ///< by heading; used for every candidate place
 
  private:
   double bound(const NodePose& at);
