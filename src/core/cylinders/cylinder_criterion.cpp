@@ -11,7 +11,6 @@
 namespace octosurf::cylinders {
 namespace {
 
-constexpr double largest_radius = 0.5;  // m: wider ones are found as planes
 /// Voxels, radius: three across. The points of narrower ones are means over more than one side of a square
 /// bar, which round it.
 constexpr double fewest_voxels = 1.5;
@@ -37,10 +36,10 @@ CylinderCriterion::CylinderCriterion(const surfaces::MapView& map)
       model_(map.noise, map.grid.resolution()),
       min_points_(static_cast<std::size_t>(map.parameters.min_surface_points())) {}
 
-std::vector<geometry::CylinderSample> CylinderCriterion::samples(std::span<const PointId> points) const {
-  constexpr std::size_t fitted = 400;  // effort: more points do not change a fit
+std::vector<geometry::CylinderSample> CylinderCriterion::samples(std::span<const PointId> points,
+                                                                 std::size_t most) const {
   std::vector<geometry::CylinderSample> some;
-  for (std::size_t k = 0; k < points.size(); k += points.size() / fitted + 1) {
+  for (std::size_t k = 0; k < points.size(); k += points.size() / most + 1) {
     const occupancy::VoxelPoint& p = map_.window[points[k]];
     some.push_back(sample(p.position, p.range_class));
   }

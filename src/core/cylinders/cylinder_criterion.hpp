@@ -11,6 +11,8 @@
 
 namespace octosurf::cylinders {
 
+constexpr double largest_radius = 0.5;  // m: wider ones are found as planes
+
 /// Which points belong to a cylinder, and which shapes are reported as one; by the reading model, as for
 /// planes.
 class CylinderCriterion {
@@ -32,8 +34,8 @@ class CylinderCriterion {
   geometry::CylinderSample sample(const Eigen::Vector3f& position, unsigned range_class) const {
     return {position.cast<double>(), std::sqrt(model_.variance(range_class, 1))};
   }
-  /// Of some hundreds of the points, which determine a shape as well as all do.
-  std::vector<geometry::CylinderSample> samples(std::span<const PointId> points) const;
+  /// Of at most so many of the points.
+  std::vector<geometry::CylinderSample> samples(std::span<const PointId> points, std::size_t most) const;
   /// Of a cylinder's inliers, up to 2,000.
   std::vector<geometry::CylinderSample> samples(const surfaces::CylinderModel& cylinder) const;
 

@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t fewest_of_part = 12;  // points: twice a quadratic surface's parameters
 constexpr std::size_t parts_of_bar = 4;     // effort: a part of a patch has this share of n, or more
 constexpr int rounds = 3;                   // effort: a shape and its points, each from the other
+constexpr std::size_t sampled = 100;        // effort: points of a first fit; four times as many decide
 
 class CylinderUpdate {
  public:
@@ -89,7 +90,7 @@ class CylinderUpdate {
     const auto leave_free = [&] { std::erase_if(patch, [&](PointId i) { return !free(i); }); };
     leave_free();
     if (patch.size() < fewest) return;
-    begin_with(patch);
+    if (begin_with(patch) < fewest) return;  // its halves have no other shape
     leave_free();
     if (patch.size() < 2 * fewest) return;
     geometry::Moments moments;
@@ -104,27 +105,31 @@ class CylinderUpdate {
     begin_in({half, patch.end()});
   }
 
-  void begin_with(std::span<const PointId> patch) {
+  /// Returns how many points of the patch are not of its shape.
+  std::size_t begin_with(std::span<const PointId> patch) {
     std::optional<Shape> shape = criterion_.through(patch);
-    if (!shape || !geometry::refine(*shape, criterion_.samples(patch))) return;
+    if (!shape || !geometry::refine(*shape, criterion_.samples(patch, sampled))) return patch.size();
     std::size_t its = 0;
     for (const PointId i : patch) its += criterion_.belongs(*shape, map_.window[i]);
-    if (4 * its < 3 * patch.size()) return;  // of several bars: its halves are tried
+    const std::size_t others = patch.size() - its;
+    if (4 * others > patch.size()) return others;  // of several bars: its halves are tried
     std::vector<PointId> inliers;
     for (int round = 0; round < rounds; ++round) {
       inliers = connected(*shape, patch);
-      if (!geometry::refine(*shape, criterion_.samples(inliers))) return;
+      if (!geometry::refine(*shape, criterion_.samples(inliers, sampled)) || shape->radius > largest_radius)
+        return others;
     }
     inliers = connected(*shape, patch);
     if (inliers.size() < criterion_.min_points() ||
-        !criterion_.convincing(*shape, criterion_.samples(inliers), false))
-      return;
+        !criterion_.convincing(*shape, criterion_.samples(inliers, 4 * sampled), false))
+      return others;
     // Up, or along +x or +y, independent of the patch.
     const Eigen::Vector3d& a = shape->axis;
     const double level = 1e-3;
     const double sign = std::fabs(a.z()) > level ? a.z() : std::fabs(a.x()) > level ? a.x() : a.y();
     if (sign < 0) shape->axis = -a;
     take(cylinders_.create(*shape), inliers);
+    return others;
   }
 
   static Shape along(Shape shape, const Eigen::Vector3d& axis) {
