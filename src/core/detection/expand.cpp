@@ -13,44 +13,8 @@
 namespace octosurf::detection {
 namespace {
 
-/// Pending points by block, which are read from the octree when they are needed: the fresh ones, or the
-/// others, or all.
-class PendingNear {
- public:
-  enum class Which { fresh, others, all };
-  /// `reach`: voxels around a block.
-  PendingNear(const surfaces::MapView& map, const VoxelBlocks& blocks, int reach,
-              const occupancy::PointSet& fresh, Which which)
-      : map_(map), blocks_(blocks), reach_(reach), fresh_(fresh), which_(which) {}
-
-  const std::vector<PointId>& around(VoxelBlocks::Place place) {
-    const auto [around, unread] = around_.try_emplace(place);
-    if (unread)
-      for (const VoxelBlocks::Place near : blocks_.widened({place}, reach_)) {
-        const std::vector<PointId>& its = in(near);
-        around.value().insert(around->second.end(), its.begin(), its.end());
-      }
-    return around->second;
-  }
-
- private:
-  const std::vector<PointId>& in(VoxelBlocks::Place place) {
-    const auto [in, unread] = in_.try_emplace(place);
-    if (unread)
-      blocks_.for_each_point(map_.window, place, [&, its = in](PointId i) {
-        if (map_.is_pending(i) && (which_ == Which::all || fresh_.contains(i) == (which_ == Which::fresh)))
-          its.value().push_back(i);
-      });
-    return in->second;
-  }
-
-  const surfaces::MapView& map_;
-  const VoxelBlocks& blocks_;
-  int reach_;
-  const occupancy::PointSet& fresh_;
-  Which which_;
-  tsl::robin_map<VoxelBlocks::Place, std::vector<PointId>, geometry::PackedKeyHash> in_, around_;
-};
+/// Pending points: the fresh ones, or the others, or all.
+enum class Pending { fresh, others, all };
 
 /// Walks from the rims of surfaces through the octree.
 class RimWalk {
@@ -64,17 +28,15 @@ class RimWalk {
   }
 
   std::vector<Assignment> run() {
-    PendingNear fresh = pending(PendingNear::Which::fresh), others = pending(PendingNear::Which::others),
-                all = pending(PendingNear::Which::all);
-    std::vector<Assignment> cells = beside(rims_, fresh);
-    append(beside(new_rims_, others), cells);
-    complete(cells, all);
-    std::vector<PointId> within = within_gap(rims_, fresh);
-    append(within_gap(new_rims_, others), within);
+    std::vector<Assignment> cells = beside(rims_, Pending::fresh);
+    append(beside(new_rims_, Pending::others), cells);
+    complete(cells);
+    std::vector<PointId> within = within_gap(rims_, Pending::fresh);
+    append(within_gap(new_rims_, Pending::others), within);
     while (!cells.empty() || !within.empty()) {
-      append(within_gap(cells, all), within);
+      append(within_gap(cells, Pending::all), within);
       cells = across_gaps(std::move(within));
-      complete(cells, all);
+      complete(cells);
       within.clear();
     }
     return expansion_.accepted();
@@ -104,13 +66,13 @@ class RimWalk {
   }
 
   /// One round: what surfaces gain of the pending points that have one of these cells as neighbour.
-  std::vector<Assignment> beside(const std::vector<Assignment>& cells, PendingNear& pending) {
+  std::vector<Assignment> beside(const std::vector<Assignment>& cells, Pending which) {
     std::vector<PointId> points;
     for (const Assignment& cell : cells) points.push_back(cell.point);
     const occupancy::PointSet from(points);
     occupancy::PointSet looked_at;
     std::vector<Assignment> gained;
-    for_each_near(points, expansion_.reach(), pending, [&](PointId i) {
+    for_each_near(points, expansion_.reach(), which, [&](PointId i) {
       if (!looked_at.insert(i)) return;
       bool beside = false;
       map_.neighbours.for_each_within(i, expansion_.reach(), [&](PointId j) { beside |= from.contains(j); });
@@ -121,24 +83,25 @@ class RimWalk {
     return gained;
   }
   /// Adds what is beside these, round after round, until none is left.
-  void complete(std::vector<Assignment>& cells, PendingNear& all) {
-    for (std::vector<Assignment> gained = beside(cells, all); !gained.empty(); gained = beside(gained, all))
+  void complete(std::vector<Assignment>& cells) {
+    for (std::vector<Assignment> gained = beside(cells, Pending::all); !gained.empty();
+         gained = beside(gained, Pending::all))
       append(gained, cells);
   }
   template <class Item>
   static void append(const std::vector<Item>& some, std::vector<Item>& to) {
     to.insert(to.end(), some.begin(), some.end());
   }
-  PendingNear pending(PendingNear::Which which) const {
-    return {map_, blocks_, expansion_.gap() + 1, left_, which};
-  }
 
   /// visit(PointId) for the pending points in boxes around the points in each block, `reach` voxels wider.
   template <class Visit>
-  void for_each_near(std::span<const PointId> points, int reach, PendingNear& pending, Visit&& visit) {
+  void for_each_near(std::span<const PointId> points, int reach, Pending which, Visit&& visit) {
     for (const auto& [place, box] : blocks_.boxes(map_.window, points, reach))
-      for (const PointId i : pending.around(place))
-        if (expansion_.owner(i) == 0 && box.holds(occupancy::ints(map_.window[i].key))) visit(i);
+      map_.window.for_each_in(occupancy::key_of(box.low), occupancy::key_of(box.high), [&](PointId i) {
+        if (expansion_.owner(i) == 0 &&
+            (which == Pending::all || left_.contains(i) == (which == Pending::fresh)))
+          visit(i);
+      });
   }
 
   /// Pieces of what is pending around these points.
@@ -157,7 +120,7 @@ class RimWalk {
   }
 
   /// The pending points that fit the surface of a cell which is at most h away along its plane.
-  std::vector<PointId> within_gap(const std::vector<Assignment>& cells, PendingNear& pending) {
+  std::vector<PointId> within_gap(const std::vector<Assignment>& cells, Pending which) {
     std::vector<std::tuple<SurfaceId, VoxelBlocks::Place, PointId>> in_order;
     for (const auto& [cell, id] : cells) in_order.emplace_back(id, blocks_.of(map_.window[cell].key), cell);
     std::sort(in_order.begin(), in_order.end());
@@ -171,7 +134,7 @@ class RimWalk {
         points.push_back(std::get<2>(*at));
         of_block.push_back({id, model(id).cell_of(map_.window[points.back()].position)});
       }
-      for_each_near(points, expansion_.gap() + 1, pending, [&](PointId i) {
+      for_each_near(points, expansion_.gap() + 1, which, [&](PointId i) {
         if (expansion_.fits(of_block.front().surface, i) && comes_near(i, of_block)) within.push_back(i);
       });
     }
