@@ -84,14 +84,14 @@ def transform(parent, child, stamp_ns, at, turn=(0, 0, 0, 1)):
     return one
 
 
-def recording(lidar=False, count=6):
+def recording(lidar=False, count=6, later_ns=0):
     """(topic, ns, message) of a walk toward the step; the sensor hangs on the base by a chain of transforms."""
     frame, turn = ("lidar", (0, 0, 0, 1)) if lidar else ("camera_optical_frame", (-0.5, 0.5, -0.5, 0.5))
     yield "/tf_static", START_S * 10**9, TFMessage(transforms=[
         transform("base_link", "neck", START_S * 10**9, (0.2, 0, 0), (0, np.sin(0.4), 0, np.cos(0.4))),
         transform("neck", frame, START_S * 10**9, (0, 0, 0), turn)])
     for i in range(count):
-        stamp, base = START_S * 10**9 + (i + 1) * 33_333_333, np.array([0.1 * i, 0.05 * i, 1.2])
+        stamp, base = START_S * 10**9 + (i + 1) * 33_333_333 + later_ns, np.array([0.1 * i, 0.05 * i, 1.2])
         yield "/tf", stamp, TFMessage(transforms=[transform("map", "base_link", stamp, base)])
         if lidar:
             yaw, pitch = np.meshgrid(np.linspace(-1.2, 1.2, 160), np.linspace(-0.6, 0.8, 100))
@@ -130,9 +130,9 @@ class Room(unittest.TestCase):
         cls.stop(signal.SIGKILL)
 
     @classmethod
-    def start(cls, **parameters):
+    def start(cls, *arguments, **parameters):
         usual = {"output": cls.folder / "live", "resolution": 0.05, "detection_budget": 0, "publish": 0.05}
-        words = [sys.executable, "-c", "from octosurf_ros.node import main; main()", "--ros-args"]
+        words = [sys.executable, "-c", "from octosurf_ros.node import main; main()", "--ros-args", *arguments]
         for name, value in {**usual, **parameters}.items():
             words += ["-p", f"{name}:={value}"]
         path = f"{os.environ['PYTHONPATH']}:{os.environ['OCTOSURF_SOURCE']}/ros/octosurf_ros"
@@ -266,6 +266,18 @@ class Mapping(Room):
         self.stop()
         self.assert_live_is("boxed")
 
+    def test_maps_the_sensors_of_the_example(self):
+        both = sorted([*recording(), *recording(lidar=True, later_ns=10**7)], key=lambda one: one[1])
+        self.offline("both", both, "--topic", IMAGES, "--topic", CLOUDS)
+        config = pathlib.Path(os.environ["OCTOSURF_SOURCE"], "ros/octosurf_ros/config/robot.yaml")
+        self.start("--params-file", config, frame="map", reliable=True)
+        self.meet(both)
+        ends = [i + 1 for i, one in enumerate(both) if one[0] in (IMAGES, CLOUDS)]
+        for mapped, (begin, end) in enumerate(zip([0, *ends], ends), 1):
+            self.play(both[begin:end], mapped)
+        self.stop()
+        self.assert_live_is("both")
+
     def test_goes_on_when_publishers_restart_and_the_clock_goes_back(self):
         self.start(depth=IMAGES, reliable=True)
         self.meet(recording())
@@ -320,7 +332,7 @@ class Mapping(Room):
 
     def test_says_what_is_wrong_with_its_use(self):
         (self.folder / "there.surfaces").touch()
-        for wrong in ({"cloud": "''"}, {"depth": "/d"}, {"hit": -1}, {"max_slope": 100.0}, {"self_box": '["1 2 3"]'},
+        for wrong in ({"cloud": "''"}, {"sensors": "[top]"}, {"hit": -1}, {"max_slope": 100.0}, {"self_box": '["1 2 3"]'},
                       {"output": self.folder / "there"}):
             self.start(**{"cloud": "/c", **wrong})
             self.assertEqual(self.node.wait(60), 1, wrong)

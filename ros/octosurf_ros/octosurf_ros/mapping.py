@@ -2,7 +2,6 @@
 
 import collections
 import concurrent.futures
-import dataclasses
 import os
 import threading
 import time
@@ -16,16 +15,26 @@ SCANS_OF_VERDICT = 100  # which takes 0.1 s, as much as a few of them
 REFUSED = (octosurf.Error, RuntimeError, ValueError, MemoryError)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Sensor:
-    """What scans come from: a topic of PointCloud2, or of depth images."""
+def own_box(text):
+    """(frame or "", low, high) of '[FRAME] X Y Z X Y Z'."""
+    words = text.split()
+    frame = words.pop(0) if len(words) == 7 else ""
+    numbers = [float(word) for word in words]
+    if len(numbers) != 6:
+        raise ValueError(f"self_box: '{text}' is not [FRAME] X Y Z X Y Z, two corners in metres")
+    return frame, numbers[:3], numbers[3:]
 
-    topic: str
-    depth: bool
-    kind: str | None = None  # of clouds: camera or lidar
-    units: float | None = None  # of depth, per metre
-    no_return: typing.Sequence[float] = ()
-    own: typing.Sequence[tuple] = ()  # frame or "", and two corners of a box that holds parts of the robot
+
+class Sensor:
+    """What scans come from: a topic, with the parameters of its own."""
+
+    def __init__(self, topic, type, own):
+        self.topic, self.type, self.depth, self.reliable = topic, type, type == "depth", own["reliable"]
+        self.info = own["camera_info"] or octosurf.camera_info_topic(topic)
+        self.kind = {"": None, "camera": "depth_camera", "lidar": "lidar"}[own["sensor"]]  # of clouds
+        self.units = own["depth_scale"] or None
+        self.no_return = [one for one in own["no_return"] if one > 0]
+        self.own = [own_box(one) for one in own["self_box"] if one]
 
     def read(self, message, camera):
         if not self.depth:

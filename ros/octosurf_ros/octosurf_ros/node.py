@@ -28,8 +28,9 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # Name: default, whose type it has; meaning; smallest and largest.
 PARAMETERS = {
-    "depth": ("", "topic of depth as sensor_msgs/Image: 16UC1, mono16, 32FC1; or:"),
+    "depth": ("", "topic of depth as sensor_msgs/Image: 16UC1, mono16, 32FC1"),
     "cloud": ("", "topic of sensor_msgs/PointCloud2"),
+    "sensors": ([""], "names of more: each has NAME.topic, NAME.type (depth or cloud), and NAME.no_return and the like"),
     "camera_info": ("", "topic; empty: camera_info beside depth"),
     "depth_scale": (0.0, "depth's units per metre; 0: 1000 of integers, 1 of floats", 0, 1e6),
     "no_return": ([0.0], "m: ranges (of cameras: depths) that stand for no return, besides 0"),
@@ -57,16 +58,8 @@ PARAMETERS = {
     "clearance": (octosurf.Quadruped().body.to_m, "m over a foot of the planar terrain that is free; 0: any", 0, 10),
     "threads": (1, "the result does not depend on it", 1, 256),
 }
-
-
-def own_box(text):
-    """(frame or "", low, high) of '[FRAME] X Y Z X Y Z'."""
-    words = text.split()
-    frame = words.pop(0) if len(words) == 7 else ""
-    numbers = [float(word) for word in words]
-    if len(numbers) != 6:
-        raise ValueError(f"self_box: '{text}' is not [FRAME] X Y Z X Y Z, two corners in metres")
-    return frame, numbers[:3], numbers[3:]
+TYPES = {"depth": Image, "cloud": PointCloud2}
+OWN = "camera_info", "depth_scale", "no_return", "self_box", "sensor", "reliable"  # a sensor's, if it says so
 
 
 class MappingNode(Node):
@@ -74,40 +67,53 @@ class MappingNode(Node):
         super().__init__("octosurf")
         options = types.SimpleNamespace(**{name: self.declared(name, *one) for name, one in PARAMETERS.items()})
         self.options = options
-        if not options.output or bool(options.depth) == bool(options.cloud):
-            raise ValueError("give the parameters output, and depth or cloud: --ros-args -p NAME:=VALUE")
+        sensors = self.sensors()
+        if not options.output or not sensors:
+            raise ValueError("give the parameters output, and depth, cloud or sensors: --ros-args -p NAME:=VALUE")
         described = ParameterDescriptor(dynamic_typing=True, read_only=True, description="see docs/parameters.md")
         names = ["up", *(name for name in octosurf.Parameters.names() if not name.startswith("up_"))]
         given = {name: self.declare_parameter(name, None, described).value for name in names}
         given = {name: str(value) for name, value in given.items() if value not in (None, "")}
-        kind = {"": None, "camera": "depth_camera", "lidar": "lidar"}[options.sensor]
-        sensor = Sensor(options.depth or options.cloud, bool(options.depth), kind, options.depth_scale or None,
-                        [one for one in options.no_return if one > 0],
-                        [own_box(one) for one in options.self_box if one])
-        start = start_of(options.output, given, options.resume, options.force, sensor.depth or kind == "depth_camera")
+        cameras = any(one.depth or one.kind == "depth_camera" for one in sensors)
+        start = start_of(options.output, given, options.resume, options.force, cameras)
         self.mapping = Mapping(start, options.output, options, self.get_logger())
         self.lost, self.began, self.told = 0, time.monotonic(), set()
-        self.heard = {}  # subscriptions of scans, cameras and transforms
+        self.heard = {}  # subscriptions of scans, cameras and transforms, with the topic
         # In this order: a scan is better mapped when what fixes its pose was read.
         self.hear("transforms", options.tf + "_static", TFMessage,
                   QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
                   lambda message: self.mapping.add_transforms(message, True))
         self.hear("transforms", options.tf, TFMessage, QoSProfile(depth=1000),
                   lambda message: self.mapping.add_transforms(message, False))
-        if sensor.depth:
-            self.hear("cameras", options.camera_info or octosurf.camera_info_topic(sensor.topic), CameraInfo,
-                      QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
-                      lambda message: self.mapping.add_camera(sensor, message))
-        self.hear("scans", sensor.topic, Image if sensor.depth else PointCloud2,
-                  QoSProfile(depth=10) if options.reliable else SENSOR,
-                  lambda message, info: self.mapping.add_scan(sensor, message, info["source_timestamp"]))
+        for sensor in sensors:
+            self.hear_sensor(sensor)
         self.publications = Publications(self, self.mapping)
         if options.patch_rate > 0:
             Patches(self, self.mapping)
         Services(self, self.mapping, self.publications)
         self.status = self.advertise("status", Status, LATCHED)
         self.every(options.publish, self.publish_status)
-        self.get_logger().info(f"mapping {sensor.topic}")
+        self.get_logger().info("mapping " + ", ".join(one.topic for one in sensors))
+
+    def sensors(self):
+        """Of the parameters `depth` and `cloud`, and those of the list."""
+        every = vars(self.options)
+        sensors = [Sensor(every[kind], kind, every) for kind in TYPES if every[kind]]
+        for name in filter(None, self.options.sensors):
+            own = {one: self.declared(f"{name}.{one}", every[one], *PARAMETERS[one][1:]) for one in OWN}
+            topic, kind = (self.declared(f"{name}.{one}", "", "as sensors says") for one in ("topic", "type"))
+            if not topic or kind not in TYPES:
+                raise ValueError(f"{name}.topic is '{topic}' and {name}.type '{kind}'; give both, the type one of "
+                                 + ", ".join(TYPES))
+            sensors.append(Sensor(topic, kind, own))
+        return sensors
+
+    def hear_sensor(self, sensor):
+        if sensor.depth:
+            self.hear("cameras", sensor.info, CameraInfo, QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
+                      lambda message: self.mapping.add_camera(sensor, message))
+        self.hear("scans", sensor.topic, TYPES[sensor.type], QoSProfile(depth=10) if sensor.reliable else SENSOR,
+                  lambda message, info: self.mapping.add_scan(sensor, message, info["source_timestamp"]))
 
     def declared(self, name, default, description, low=None, high=None):
         descriptor = ParameterDescriptor(description=description, read_only=True)
@@ -122,14 +128,14 @@ class MappingNode(Node):
         """Messages come as bytes, which C++ reads."""
         def lost(event):
             if what == "scans":
-                self.lost = event.total_count
+                self.lost += event.total_count_change
 
         try:
             events = SubscriptionEventCallbacks(message_lost=lost)
             heard = self.create_subscription(kind, topic, receive, qos, raw=True, event_callbacks=events)
         except UnsupportedEventTypeError:  # not every middleware counts what was lost
             heard = self.create_subscription(kind, topic, receive, qos, raw=True)
-        self.heard.setdefault(what, []).append(heard)
+        self.heard.setdefault((what, topic.removesuffix("_static")), []).append(heard)
 
     def advertise(self, topic, kind, qos):
         return self.create_publisher(kind, "~/" + topic, qos)
@@ -152,7 +158,8 @@ class MappingNode(Node):
         threading.Thread(target=run, daemon=True, name=work.__name__).start()
 
     def publishers_of(self, what):
-        return sum(self.count_publishers(one.topic_name) for one in self.heard.get(what, ()))
+        return sum(self.count_publishers(one.topic_name)
+                   for (of, _), heard in self.heard.items() if of == what for one in heard)
 
     def publish_status(self):
         mapping, moment = self.mapping, self.mapping.moment
@@ -168,10 +175,11 @@ class MappingNode(Node):
         self.status.publish(status)
         if time.monotonic() - self.began > 5:  # by then publishers are discovered
             for what, heard in self.heard.items():
-                if self.publishers_of(what) == 0 and what not in self.told:
+                topics = [one.topic_name for one in heard]
+                if what not in self.told and not any(map(self.count_publishers, topics)):
                     self.told.add(what)
-                    topics = " or ".join(one.topic_name for one in heard)
-                    self.get_logger().warning(f"no publisher of {topics}: no {what}; is the topic called so?")
+                    self.get_logger().warning(
+                        f"no publisher of {' or '.join(topics)}: no {what[0]}; is the topic called so?")
 
 
 def main():
