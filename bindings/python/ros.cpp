@@ -140,22 +140,25 @@ void bind_received(Module& module) {
            "readings are the robot itself, (low, high, T_box_sensor) each.");
   module.def(
       "scan_from_cloud",
-      [](const py::bytes& cloud, const std::string& where, std::optional<SensorKind> sensor) {
+      [](const py::bytes& cloud, const std::string& where, std::optional<SensorKind> sensor,
+         const std::string& type) {
         const std::string_view message = cloud;
         const py::gil_scoped_release others_run;
-        return Received{scan_from_cloud(message, MessageEncoding::cdr, where, sensor), false};
+        return Received{scan_from_cloud(message, MessageEncoding::cdr, where, sensor, type), false};
       },
-      "cloud"_a, "where"_a = "", "sensor"_a = py::none());
+      "cloud"_a, "where"_a = "", "sensor"_a = py::none(), "type"_a = "sensor_msgs/PointCloud2");
   module.def(
       "scan_from_depth",
       [](const py::bytes& image, const py::bytes& camera_info, const std::string& where, bool rectified,
-         std::optional<double> depth_scale) {
+         std::optional<double> depth_scale, const std::string& type) {
         const std::string_view message = image, camera = camera_info;
         const py::gil_scoped_release others_run;
-        return Received{scan_from_depth(message, camera, MessageEncoding::cdr, where, rectified, depth_scale),
-                        true};
+        return Received{
+            scan_from_depth(message, camera, MessageEncoding::cdr, where, rectified, depth_scale, type),
+            true};
       },
-      "image"_a, "camera_info"_a, "where"_a = "", "rectified"_a = false, "depth_scale"_a = py::none());
+      "image"_a, "camera_info"_a, "where"_a = "", "rectified"_a = false, "depth_scale"_a = py::none(),
+      "type"_a = "sensor_msgs/Image");
   module.def(
       "require_camera",
       [](const py::bytes& camera_info, const std::string& where, bool rectified) {

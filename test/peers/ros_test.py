@@ -1,13 +1,16 @@
 """The node of ros/octosurf_ros beside rclpy over Fast DDS: a robot's topics in, the map's topics and services out."""
+import itertools
 import os
 import pathlib
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import zlib
 
 import numpy as np
 import ros_workspace
@@ -21,6 +24,7 @@ import rclpy  # noqa: E402
 from convex_plane_decomposition_msgs.msg import PlanarTerrain  # noqa: E402
 from geometry_msgs.msg import Point, TransformStamped, Vector3  # noqa: E402
 from grid_map_msgs.msg import GridMap  # noqa: E402
+from livox_ros_driver2.msg import CustomMsg, CustomPoint  # noqa: E402
 from octomap_msgs.msg import Octomap  # noqa: E402
 from octosurf_msgs import srv  # noqa: E402
 from octosurf_msgs.msg import Stairs, Status, Surfaces  # noqa: E402
@@ -29,7 +33,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E
 from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
 from rosbags.rosbag2 import Writer  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField  # noqa: E402
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField  # noqa: E402
 from std_msgs.msg import Float32MultiArray  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
@@ -110,6 +114,50 @@ def recording(lidar=False, count=6, later_ns=0):
             120.0, 0.0, 79.5, 0.0, 120.0, 59.5, 0.0, 0.0, 1.0]), frame, stamp)
         yield IMAGES, stamp, stamped(Image(width=160, height=120, encoding="16UC1", step=320,
                                            data=depth.astype("<u2").tobytes()), frame, stamp)
+
+
+def rvl(pixels):
+    """Wilson's: runs of zeros and of others, whose differences are zigzag; in nibbles of three bits and one more."""
+    nibbles, at, last = [], 0, 0
+
+    def put(value):
+        nibbles.append(value & 7 | 8 * (value > 7))
+        if value > 7:
+            put(value >> 3)
+
+    while at < len(pixels):
+        for read in (False, True):
+            run = list(itertools.takewhile(lambda pixel: (pixel > 0) == read, pixels[at:]))
+            put(len(run))
+            at += len(run)
+            for pixel in run if read else ():
+                put(2 * (pixel - last) if pixel >= last else 2 * (last - pixel) - 1)
+                last = pixel
+    text = bytes(nibbles + [0] * (-len(nibbles) % 8)).hex()[1::2]
+    return np.array([int(text[i:i + 8], 16) for i in range(0, len(text), 8)], "<u4").tobytes()
+
+
+def png(depth):
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", *depth.shape[::-1], 16, 0, 0, 0, 0))
+    rows = np.pad(depth.astype(">u2").view("u1"), ((0, 0), (1, 0))).tobytes()
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+
+def packed(topic, stamp, message):
+    """As compressed_depth_image_transport sends images, by turns as PNG and RVL, and Livox' driver clouds."""
+    if topic == IMAGES:
+        depth = np.frombuffer(message.data, "<u2").reshape(120, 160)
+        how = ("png", "rvl")[stamp // 33_333_333 % 2]
+        data = png(depth) if how == "png" else struct.pack("<II", 160, 120) + rvl(depth.ravel().tolist())
+        return IMAGES + "/compressedDepth", stamp, CompressedImage(
+            header=message.header, format=f"16UC1; compressedDepth {how}", data=bytes(12) + data)
+    if topic == CLOUDS:
+        points = [CustomPoint(x=x, y=y, z=z) for x, y, z in np.frombuffer(message.data, "<f4").reshape(-1, 3).tolist()]
+        return "/livox", stamp, CustomMsg(header=message.header, point_num=len(points), points=points)
+    return topic, stamp, message
 
 
 class Room(unittest.TestCase):
@@ -266,17 +314,25 @@ class Mapping(Room):
         self.stop()
         self.assert_live_is("boxed")
 
-    def test_maps_the_sensors_of_the_example(self):
+    def assert_maps_both(self, pack, *arguments, **parameters):
+        """A camera and a lidar at once, whose messages come packed."""
         both = sorted([*recording(), *recording(lidar=True, later_ns=10**7)], key=lambda one: one[1])
         self.offline("both", both, "--topic", IMAGES, "--topic", CLOUDS)
-        config = pathlib.Path(os.environ["OCTOSURF_SOURCE"], "ros/octosurf_ros/config/robot.yaml")
-        self.start("--params-file", config, frame="map", reliable=True)
-        self.meet(both)
+        self.start(*arguments, reliable=True, frame="map", **parameters)
         ends = [i + 1 for i, one in enumerate(both) if one[0] in (IMAGES, CLOUDS)]
+        both = [pack(*one) for one in both]
+        self.meet(both)
         for mapped, (begin, end) in enumerate(zip([0, *ends], ends), 1):
             self.play(both[begin:end], mapped)
         self.stop()
         self.assert_live_is("both")
+
+    def test_maps_the_sensors_of_the_example(self):
+        config = pathlib.Path(os.environ["OCTOSURF_SOURCE"], "ros/octosurf_ros/config/robot.yaml")
+        self.assert_maps_both(lambda *one: one, "--params-file", config)
+
+    def test_maps_compressed_depth_and_livox(self):
+        self.assert_maps_both(packed, depth=IMAGES + "/compressedDepth", livox="/livox")
 
     def test_goes_on_when_publishers_restart_and_the_clock_goes_back(self):
         self.start(depth=IMAGES, reliable=True)

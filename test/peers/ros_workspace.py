@@ -10,6 +10,9 @@ HEADER = "std_msgs/Header header\n"
 PACKAGES = {  # as their authors define them
     "tf2_msgs": {"TFMessage": "geometry_msgs/TransformStamped[] transforms"},
     "octomap_msgs": {"Octomap": HEADER + "bool binary\nstring id\nfloat64 resolution\nint8[] data"},
+    "livox_ros_driver2": {
+        "CustomPoint": "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 reflectivity\nuint8 tag\nuint8 line",
+        "CustomMsg": HEADER + "uint64 timebase\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\nCustomPoint[] points"},
     "grid_map_msgs": {
         "GridMapInfo": "float64 resolution\nfloat64 length_x\nfloat64 length_y\ngeometry_msgs/Pose pose",
         "GridMap": HEADER + "GridMapInfo info\nstring[] layers\nstring[] basic_layers\n"

@@ -29,8 +29,11 @@ class Sensor:
     """What scans come from: a topic, with the parameters of its own."""
 
     def __init__(self, topic, type, own):
-        self.topic, self.type, self.depth, self.reliable = topic, type, type == "depth", own["reliable"]
-        self.info = own["camera_info"] or octosurf.camera_info_topic(topic)
+        self.topic, self.type, self.depth, self.reliable = topic, type, type.endswith("Image"), own["reliable"]
+        compressed = self.depth and topic.endswith("/compressedDepth")  # as image_transport names it
+        if compressed:
+            self.type = "sensor_msgs/CompressedImage"
+        self.info = own["camera_info"] or octosurf.camera_info_topic(topic, compressed)
         self.kind = {"": None, "camera": "depth_camera", "lidar": "lidar"}[own["sensor"]]  # of clouds
         self.units = own["depth_scale"] or None
         self.no_return = [one for one in own["no_return"] if one > 0]
@@ -38,11 +41,11 @@ class Sensor:
 
     def read(self, message, camera):
         if not self.depth:
-            return octosurf.scan_from_cloud(message, sensor=self.kind)
+            return octosurf.scan_from_cloud(message, sensor=self.kind, type=self.type)
         if camera is None:
             raise RuntimeError("no CameraInfo has come yet")
-        rectified = octosurf.is_rectified(self.topic)
-        return octosurf.scan_from_depth(message, camera, rectified=rectified, depth_scale=self.units)
+        return octosurf.scan_from_depth(message, camera, rectified=octosurf.is_rectified(self.topic),
+                                        depth_scale=self.units, type=self.type)
 
 
 class Moment(typing.NamedTuple):

@@ -25,6 +25,11 @@ def message(kind, value):
     return deserialize_message(cdr(kind, value), kind)
 
 
+def class_of(word):
+    package, name = word.split("/")
+    return getattr(importlib.import_module(package + ".msg"), name)
+
+
 def _align(out, size):
     out.extend(bytes(-len(out) % size))
 
@@ -66,8 +71,7 @@ def _writer(word):
         return _write_text
     listed = re.fullmatch(r"sequence<(.+)>|(.+)\[(\d+)\]", word)
     if not listed:
-        package, name = word.split("/")
-        return _of_class(getattr(importlib.import_module(package + ".msg"), name))
+        return _of_class(class_of(word))
     element, length = listed[1] or listed[2], listed[3]
     points = element in ("geometry_msgs/Point", "geometry_msgs/Vector3")
     dtype = np.dtype("<f8" if points else "<" + NUMBERS[element]) if points or element in NUMBERS else None

@@ -15,10 +15,11 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo
 from tf2_msgs.msg import TFMessage
 
 from octosurf_ros.mapping import REFUSED, Mapping, Sensor, start_of
+from octosurf_ros.messages import class_of
 from octosurf_ros.patches import Patches
 from octosurf_ros.publications import Publications
 from octosurf_ros.services import Services
@@ -28,9 +29,10 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 # Name: default, whose type it has; meaning; smallest and largest.
 PARAMETERS = {
-    "depth": ("", "topic of depth as sensor_msgs/Image: 16UC1, mono16, 32FC1"),
+    "depth": ("", "topic of depth as sensor_msgs/Image: 16UC1, mono16, 32FC1; CompressedImage at .../compressedDepth"),
     "cloud": ("", "topic of sensor_msgs/PointCloud2"),
-    "sensors": ([""], "names of more: each has NAME.topic, NAME.type (depth or cloud), and NAME.no_return and the like"),
+    "livox": ("", "topic of livox_ros_driver2/CustomMsg"),
+    "sensors": ([""], "names of more: NAME.topic, NAME.type (depth, cloud or livox), and NAME.no_return and the like"),
     "camera_info": ("", "topic; empty: camera_info beside depth"),
     "depth_scale": (0.0, "depth's units per metre; 0: 1000 of integers, 1 of floats", 0, 1e6),
     "no_return": ([0.0], "m: ranges (of cameras: depths) that stand for no return, besides 0"),
@@ -58,7 +60,7 @@ PARAMETERS = {
     "clearance": (octosurf.Quadruped().body.to_m, "m over a foot of the planar terrain that is free; 0: any", 0, 10),
     "threads": (1, "the result does not depend on it", 1, 256),
 }
-TYPES = {"depth": Image, "cloud": PointCloud2}
+TYPES = {"depth": "sensor_msgs/Image", "cloud": "sensor_msgs/PointCloud2", "livox": "livox_ros_driver2/CustomMsg"}
 OWN = "camera_info", "depth_scale", "no_return", "self_box", "sensor", "reliable"  # a sensor's, if it says so
 
 
@@ -69,7 +71,7 @@ class MappingNode(Node):
         self.options = options
         sensors = self.sensors()
         if not options.output or not sensors:
-            raise ValueError("give the parameters output, and depth, cloud or sensors: --ros-args -p NAME:=VALUE")
+            raise ValueError("give output, and depth, cloud, livox or sensors: --ros-args -p NAME:=VALUE")
         described = ParameterDescriptor(dynamic_typing=True, read_only=True, description="see docs/parameters.md")
         names = ["up", *(name for name in octosurf.Parameters.names() if not name.startswith("up_"))]
         given = {name: self.declare_parameter(name, None, described).value for name in names}
@@ -96,23 +98,24 @@ class MappingNode(Node):
         self.get_logger().info("mapping " + ", ".join(one.topic for one in sensors))
 
     def sensors(self):
-        """Of the parameters `depth` and `cloud`, and those of the list."""
+        """Those of the parameters `depth`, `cloud` and `livox`, and of the list."""
         every = vars(self.options)
-        sensors = [Sensor(every[kind], kind, every) for kind in TYPES if every[kind]]
+        sensors = [Sensor(every[kind], TYPES[kind], every) for kind in TYPES if every[kind]]
         for name in filter(None, self.options.sensors):
             own = {one: self.declared(f"{name}.{one}", every[one], *PARAMETERS[one][1:]) for one in OWN}
             topic, kind = (self.declared(f"{name}.{one}", "", "as sensors says") for one in ("topic", "type"))
             if not topic or kind not in TYPES:
                 raise ValueError(f"{name}.topic is '{topic}' and {name}.type '{kind}'; give both, the type one of "
                                  + ", ".join(TYPES))
-            sensors.append(Sensor(topic, kind, own))
+            sensors.append(Sensor(topic, TYPES[kind], own))
         return sensors
 
     def hear_sensor(self, sensor):
         if sensor.depth:
-            self.hear("cameras", sensor.info, CameraInfo, QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
+            self.hear("cameras", sensor.info, CameraInfo,
+                      QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
                       lambda message: self.mapping.add_camera(sensor, message))
-        self.hear("scans", sensor.topic, TYPES[sensor.type], QoSProfile(depth=10) if sensor.reliable else SENSOR,
+        self.hear("scans", sensor.topic, class_of(sensor.type), QoSProfile(depth=10) if sensor.reliable else SENSOR,
                   lambda message, info: self.mapping.add_scan(sensor, message, info["source_timestamp"]))
 
     def declared(self, name, default, description, low=None, high=None):

@@ -75,21 +75,9 @@ void BagRecording::read_image(std::string_view bytes, const ListedMessage& liste
   const auto reader = message_reader(bytes, topic.topic.encoding);
   std::optional<double> scale = depth_scale_;
   if (const auto unit = units_.find(listed.topic); !scale && unit != units_.end()) scale = unit->second;
-  const auto project = [&](int width, int height, const auto& points_by) {
-    const auto [camera, lens] = camera_of(listed, width, height, scan.name);
-    scan.points = points_by(camera);
-    if (lens != nullptr) undistort(scan.points, camera, *lens, width, height);
-  };
-  if (topic.topic.type == "sensor_msgs/CompressedImage") {
-    const DepthImage image =
-        depth_of(read_compressed_image_message(*reader), scan.name, largest_scan(bytes_));
-    return project(image.width, image.height, [&](const Intrinsics& camera) {
-      return back_project(image, camera, scale.value_or(image.default_scale()));
-    });
-  }
-  const ImageMessage image = read_image_message(*reader);
-  project(image.width, image.height,
-          [&](const Intrinsics& camera) { return points_of(image, camera, scale, largest_scan(bytes_)); });
+  scan.points =
+      read_depth_message(*reader, topic.topic.type, scale, scan.name, largest_scan(bytes_),
+                         [&](int width, int height) { return camera_of(listed, width, height, scan.name); });
 }
 
 Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const {
@@ -113,8 +101,7 @@ RawScan BagRecording::read(std::size_t index) {
     const std::string_view bytes = bag_->read(listed.place);
     if (is_cloud) {
       const auto reader = message_reader(bytes, topic.topic.encoding);
-      Cloud cloud = is_livox_type(topic.topic.type) ? read_livox_message(*reader, largest_scan(bytes_))
-                                                    : read_cloud_message(*reader, largest_scan(bytes_));
+      Cloud cloud = read_cloud_message(*reader, largest_scan(bytes_), topic.topic.type);
       scan.points = std::move(cloud.points);
       raw.shift = cloud.shift;
       raw.times = std::move(cloud.times);

@@ -27,11 +27,11 @@ ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, cons
 }  // namespace
 
 ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where,
-                             std::optional<SensorKind> sensor) {
+                             std::optional<SensorKind> sensor, std::string_view type) {
   return naming(where, [&] {
     ReceivedScan received = begin_scan(cloud, encoding, where);
     io::Cloud read =
-        io::read_cloud_message(*io::message_reader(cloud, encoding), io::largest_scan(cloud.size()));
+        io::read_cloud_message(*io::message_reader(cloud, encoding), io::largest_scan(cloud.size()), type);
     if (!read.shift.isZero(0)) io::fail_reading("points over 8 km away, which no sensor's frame has");
     received.scan.points = std::move(read.points);
     received.scan.sensor = sensor.value_or(sensor_of_frame(received.frame));
@@ -40,17 +40,17 @@ ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, c
 }
 
 ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_info, MessageEncoding encoding,
-                             const std::string& where, bool rectified, std::optional<double> depth_scale) {
+                             const std::string& where, bool rectified, std::optional<double> depth_scale,
+                             std::string_view type) {
   return naming(where, [&] {
     ReceivedScan received = begin_scan(image, encoding, where);
     const io::CameraInfoMessage info = io::read_camera_info(*io::message_reader(camera_info, encoding));
-    const auto reader = io::message_reader(image, encoding);
-    const io::ImageMessage read = io::read_image_message(*reader);
-    const io::Intrinsics camera = io::intrinsics_for(info, rectified, read.width, read.height);
     received.scan.sensor = SensorKind::depth_camera;
-    received.scan.points = io::points_of(read, camera, depth_scale, io::largest_scan(image.size()));
-    if (const io::Lens* lens = io::lens_of(info, rectified); lens != nullptr)
-      io::undistort(received.scan.points, camera, *lens, read.width, read.height);
+    received.scan.points = io::read_depth_message(
+        *io::message_reader(image, encoding), type, depth_scale, where, io::largest_scan(image.size()),
+        [&](int width, int height) {
+          return std::pair(io::intrinsics_for(info, rectified, width, height), io::lens_of(info, rectified));
+        });
     return received;
   });
 }

@@ -60,6 +60,34 @@ std::uint32_t livox_points(MessageReader& message) {
   return message.u32();
 }
 
+bool is_livox_type(std::string_view type) {
+  return type.starts_with("livox") && type.ends_with("/CustomMsg");
+}
+
+Cloud read_livox_message(MessageReader& message, std::uint64_t largest_size) {
+  const std::uint64_t first_ns = message.u64();
+  const std::uint64_t count = livox_points(message);
+  if (count > largest_size / bytes_of_timed_point)
+    fail_reading("a cloud of " + std::to_string(count) + " points, far more than its bag's size");
+  Cloud cloud;
+  cloud.times.field = "offset_time";
+  for (std::uint64_t i = 0; i < count; ++i) {
+    cloud.times.values.push_back(static_cast<double>(first_ns + message.u32()));
+    Eigen::Vector3f point;
+    for (float& value : point) value = message.f32();
+    message.u8();  // reflectivity
+    const std::uint8_t tag = message.u8();
+    message.u8();  // laser
+    // Bits 0 and 1 tell noise by its place, 2 and 3 by its intensity: 0 is none, 1 and 2 are sure and likely
+    // noise of the first driver's lidars, doubtful and bad points of the second's; 3 is unlikely or unused.
+    const auto is_noise = [&](int shift) { return ((tag >> shift & 3) + 1) / 2 == 1; };
+    if (point.isZero(0) || is_noise(0) || is_noise(2))
+      point.setConstant(std::numeric_limits<float>::quiet_NaN());
+    cloud.points.push_back(point);
+  }
+  return cloud;
+}
+
 void check_positive_side(std::uint32_t width, std::uint32_t height) {
   if (width == 0 || height == 0 || width > largest_side || height > largest_side)
     fail_reading("an image of " + size_text(width, height) + " pixels");
@@ -121,8 +149,9 @@ MessageHeader read_header(MessageReader& message) {
   return {std::int64_t{1000000000} * seconds + nanoseconds, without_slash(message.text())};
 }
 
-Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size) {
+Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size, std::string_view type) {
   read_header(message);
+  if (is_livox_type(type)) return read_livox_message(message, largest_size);
   const std::uint64_t height = message.u32(), width = message.u32();
   Cloud cloud;
   if (width == 0 || height == 0) return cloud;  // a scan without returns; its fields may be none
@@ -145,35 +174,6 @@ Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size) {
     fail_reading("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
   cloud = binary_points(data, xyz, big_endian, width, height, row);
   cloud.times = binary_times(data, time, big_endian, width, height, row);
-  return cloud;
-}
-
-bool is_livox_type(std::string_view type) {
-  return type.starts_with("livox") && type.ends_with("/CustomMsg");
-}
-
-Cloud read_livox_message(MessageReader& message, std::uint64_t largest_size) {
-  read_header(message);
-  const std::uint64_t first_ns = message.u64();
-  const std::uint64_t count = livox_points(message);
-  if (count > largest_size / bytes_of_timed_point)
-    fail_reading("a cloud of " + std::to_string(count) + " points, far more than its bag's size");
-  Cloud cloud;
-  cloud.times.field = "offset_time";
-  for (std::uint64_t i = 0; i < count; ++i) {
-    cloud.times.values.push_back(static_cast<double>(first_ns + message.u32()));
-    Eigen::Vector3f point;
-    for (float& value : point) value = message.f32();
-    message.u8();  // reflectivity
-    const std::uint8_t tag = message.u8();
-    message.u8();  // laser
-    // Bits 0 and 1 tell noise by its place, 2 and 3 by its intensity: 0 is none, 1 and 2 are sure and likely
-    // noise of the first driver's lidars, doubtful and bad points of the second's; 3 is unlikely or unused.
-    const auto is_noise = [&](int shift) { return ((tag >> shift & 3) + 1) / 2 == 1; };
-    if (point.isZero(0) || is_noise(0) || is_noise(2))
-      point.setConstant(std::numeric_limits<float>::quiet_NaN());
-    cloud.points.push_back(point);
-  }
   return cloud;
 }
 
@@ -324,6 +324,28 @@ Intrinsics intrinsics_for(const CameraInfoMessage& camera, bool rectified, int w
 const Lens* lens_of(const CameraInfoMessage& camera, bool rectified) {
   const bool of_p = &intrinsics_for(camera, rectified) == &camera.rectified;
   return !of_p && camera.lens.bends() ? &camera.lens : nullptr;
+}
+
+std::vector<Eigen::Vector3f> read_depth_message(
+    MessageReader& message, std::string_view type, std::optional<double> units_per_metre,
+    const std::string& where, std::uint64_t largest_size,
+    const std::function<std::pair<Intrinsics, const Lens*>(int, int)>& camera_of) {
+  const auto project = [&](int width, int height, const auto& points_by) {
+    const auto [camera, lens] = camera_of(width, height);
+    std::vector<Eigen::Vector3f> points = points_by(camera);
+    if (lens != nullptr) undistort(points, camera, *lens, width, height);
+    return points;
+  };
+  if (type == "sensor_msgs/CompressedImage") {
+    const DepthImage image = depth_of(read_compressed_image_message(message), where, largest_size);
+    return project(image.width, image.height, [&](const Intrinsics& camera) {
+      return back_project(image, camera, units_per_metre.value_or(image.default_scale()));
+    });
+  }
+  const ImageMessage image = read_image_message(message);
+  return project(image.width, image.height, [&](const Intrinsics& camera) {
+    return points_of(image, camera, units_per_metre, largest_size);
+  });
 }
 
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {

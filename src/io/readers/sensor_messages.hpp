@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace octosurf::io {
@@ -64,18 +65,13 @@ Eigen::Vector3d read_vector(MessageReader& message);
 /// geometry_msgs/Quaternion.
 Eigen::Quaterniond read_quaternion(MessageReader& message);
 
-/// Points of a sensor_msgs/PointCloud2 in its frame: x, y, z as float32 or float64 at any offset, of either
-/// byte order, with padding between points and rows. Points exactly at the origin become not finite.
-/// `largest_size`: memory limit of the points in bytes.
-Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size);
-
-/// CustomMsg of Livox' drivers (livox_ros_driver, livox_ros_driver2, livox_interfaces).
-bool is_livox_type(std::string_view type);
-/// Points at the origin, and those that its tag calls noise, become not finite.
-Cloud read_livox_message(MessageReader& message, std::uint64_t largest_size);
-
-/// PointCloud2 and Livox' CustomMsg.
+/// PointCloud2, and CustomMsg of Livox' drivers (livox_ros_driver, livox_ros_driver2, livox_interfaces).
 bool is_cloud_type(std::string_view type);
+/// Its points in its frame: x, y, z as float32 or float64 at any offset, of either byte order, with padding
+/// between points and rows. Points exactly at the origin, and those that Livox' tag calls noise, become not
+/// finite. `largest_size`: memory limit of the points in bytes.
+Cloud read_cloud_message(MessageReader& message, std::uint64_t largest_size,
+                         std::string_view type = "sensor_msgs/PointCloud2");
 /// The number of points that a message of such a type says it has.
 std::uint64_t points_in(MessageReader& message, std::string_view type);
 
@@ -135,6 +131,12 @@ Intrinsics intrinsics_for(const CameraInfoMessage& camera, bool rectified, int w
 
 /// The lens whose distortion its images have; null: none, as of rectified ones.
 const Lens* lens_of(const CameraInfoMessage& camera, bool rectified);
+
+/// Points of an Image, or of a CompressedImage, by its type; `camera_of(width, height)`: of such images.
+std::vector<Eigen::Vector3f> read_depth_message(
+    MessageReader& message, std::string_view type, std::optional<double> units_per_metre,
+    const std::string& where, std::uint64_t largest_size,
+    const std::function<std::pair<Intrinsics, const Lens*>(int, int)>& camera_of);
 
 struct TransformMessage {
   MessageHeader header;
