@@ -88,15 +88,18 @@ def transform(parent, child, stamp_ns, at, turn=(0, 0, 0, 1)):
     return one
 
 
-def recording(lidar=False, count=6, later_ns=0):
-    """(topic, ns, message) of a walk toward the step; the sensor hangs on the base by a chain of transforms."""
+def recording(lidar=False, count=6, later_ns=0, drift_m=0):
+    """(topic, ns, message) of a walk toward the step; the sensor hangs on the base by a chain of transforms. With drift
+    there and back, by odometry that is so much too high on the way back."""
     frame, turn = ("lidar", (0, 0, 0, 1)) if lidar else ("camera_optical_frame", (-0.5, 0.5, -0.5, 0.5))
     yield "/tf_static", START_S * 10**9, TFMessage(transforms=[
         transform("base_link", "neck", START_S * 10**9, (0.2, 0, 0), (0, np.sin(0.4), 0, np.cos(0.4))),
         transform("neck", frame, START_S * 10**9, (0, 0, 0), turn)])
     for i in range(count):
-        stamp, base = START_S * 10**9 + (i + 1) * 33_333_333 + later_ns, np.array([0.1 * i, 0.05 * i, 1.2])
-        yield "/tf", stamp, TFMessage(transforms=[transform("map", "base_link", stamp, base)])
+        place = 2 * min(i, count - 1 - i) if drift_m else i
+        stamp, base = START_S * 10**9 + (i + 1) * 33_333_333 + later_ns, np.array([0.1 * place, 0.05 * place, 1.2])
+        told = "odom" if drift_m else "map", "base_link", stamp, base + [0, 0, drift_m * (i >= count // 2)]
+        yield "/tf", stamp, TFMessage(transforms=[transform(*told)])
         if lidar:
             yaw, pitch = np.meshgrid(np.linspace(-1.2, 1.2, 160), np.linspace(-0.6, 0.8, 100))
             rays = np.stack([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), -np.sin(pitch)], -1)
@@ -333,6 +336,18 @@ class Mapping(Room):
 
     def test_maps_compressed_depth_and_livox(self):
         self.assert_maps_both(packed, depth=IMAGES + "/compressedDepth", livox="/livox")
+
+    def test_tells_how_far_odometry_is_off(self):
+        walk, heard = list(recording(lidar=True, count=20, drift_m=0.08)), []
+        tf = self.robot.create_subscription(TFMessage, "/tf", lambda one: heard.extend(one.transforms), RELIABLE)
+        self.addCleanup(self.robot.destroy_subscription, tf)
+        self.start(cloud=CLOUDS, reliable=True, publish_tf=True)
+        self.meet(walk)
+        self.play(walk, 20)
+        off = [one.transform.translation.z for one in heard
+               if (one.header.frame_id, one.child_frame_id) == ("map", "odom")]
+        self.assertEqual((len(off), off[0]), (20, 0))
+        self.assertAlmostEqual(off[-1], -0.08, delta=0.01)
 
     def test_goes_on_when_publishers_restart_and_the_clock_goes_back(self):
         self.start(depth=IMAGES, reliable=True)

@@ -96,6 +96,7 @@ class Mapping:
         names = "received", "mapped", "rejected", "refused", "dropped", "transforms", "messages_refused"
         self.counts = dict.fromkeys(names, 0)
         self.last_refusal, self.contradiction, self.scan_ms, self.told = "", "", 0.0, 0.0
+        self.corrected = None  # or is told T_map_odom and the time of each scan
         self.tf, self.cameras = octosurf.Transforms(), {}
         self.news = threading.Condition()  # of what follows
         self.queue, self.bytes, self.tasks = collections.deque(), 0, collections.deque()
@@ -197,8 +198,8 @@ class Mapping:
         wait(lambda: not sensor.depth or sensor in self.cameras)
         camera = self.cameras.get(sensor)
         received = sensor.read(message, camera)
-        stamp_ns, frame = received.stamp_ns or sent_ns, self.options.frame
-        frames = [frame, *(box[0] for box in sensor.own if box[0])]
+        stamp_ns = received.stamp_ns or sent_ns
+        frames = [self.options.given, *(box[0] for box in sensor.own if box[0])]
 
         def ready():
             known = [self.tf.newest(one, received.frame) for one in frames]
@@ -222,12 +223,15 @@ class Mapping:
                 raise
             return self.refuse(f"{sensor.topic}: {error or 'no memory for a scan'}", "refused")
         self.last_stamp_ns, self.changed, self.scan_ms = stamp_ns, True, report.total_ms
-        self.moment = Moment(self.mapper.snapshot(), stamp_ns, scan.T_map_sensor[:3, 3])
+        T_map_sensor = report.alignment.T_map_sensor
+        self.moment = Moment(self.mapper.snapshot(), stamp_ns, T_map_sensor[:3, 3])
         rejected = report.alignment.outcome == "rejected"
         self.counts["rejected" if rejected else "mapped"] += 1
         if rejected:
             return
-        self.judge.add(scan, report.alignment.T_map_sensor)
+        if self.corrected:
+            self.corrected(T_map_sensor @ np.linalg.inv(scan.T_map_sensor), stamp_ns)
+        self.judge.add(scan, T_map_sensor)
         self.judged += 1
         if self.judged % SCANS_OF_VERDICT == 0:
             verdict = self.judge.judge().describe()

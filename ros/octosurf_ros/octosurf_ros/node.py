@@ -19,7 +19,7 @@ from sensor_msgs.msg import CameraInfo
 from tf2_msgs.msg import TFMessage
 
 from octosurf_ros.mapping import REFUSED, Mapping, Sensor, start_of
-from octosurf_ros.messages import class_of
+from octosurf_ros.messages import cdr, class_of, header, pose
 from octosurf_ros.patches import Patches
 from octosurf_ros.publications import Publications
 from octosurf_ros.services import Services
@@ -40,6 +40,8 @@ PARAMETERS = {
     "sensor": ("", "of clouds: camera or lidar; empty: lidar, camera in an _optical_frame"),
     "reliable": (False, "lost scans are sent again; needs publishers that offer it"),
     "frame": ("map", "the map's, in tf"),
+    "publish_tf": (False, "poses are looked up in `odom`, and frame -> odom is published as alignment corrects them"),
+    "odom": ("odom", "the odometry's frame, for publish_tf"),
     "base": ("base_link", "the robot's frame in tf, about which patches are read"),
     "tf": ("/tf", "topic of transforms; of fixed ones the same with _static"),
     "wait": (1.0, "s: longest that a scan waits for tf and CameraInfo", 0, 60),
@@ -60,6 +62,7 @@ PARAMETERS = {
     "clearance": (octosurf.Quadruped().body.to_m, "m over a foot of the planar terrain that is free; 0: any", 0, 10),
     "threads": (1, "the result does not depend on it", 1, 256),
 }
+CORRECTION_LASTS_NS = 500_000_000  # so that tf2 need not wait for the next scan's; AMCL dates its own alike
 TYPES = {"depth": "sensor_msgs/Image", "cloud": "sensor_msgs/PointCloud2", "livox": "livox_ros_driver2/CustomMsg"}
 OWN = "camera_info", "depth_scale", "no_return", "self_box", "sensor", "reliable"  # a sensor's, if it says so
 
@@ -68,7 +71,7 @@ class MappingNode(Node):
     def __init__(self):
         super().__init__("octosurf")
         options = types.SimpleNamespace(**{name: self.declared(name, *one) for name, one in PARAMETERS.items()})
-        self.options = options
+        self.options, options.given = options, options.odom if options.publish_tf else options.frame
         sensors = self.sensors()
         if not options.output or not sensors:
             raise ValueError("give output, and depth, cloud, livox or sensors: --ros-args -p NAME:=VALUE")
@@ -87,6 +90,9 @@ class MappingNode(Node):
                   lambda message: self.mapping.add_transforms(message, True))
         self.hear("transforms", options.tf, TFMessage, QoSProfile(depth=1000),
                   lambda message: self.mapping.add_transforms(message, False))
+        if options.publish_tf:
+            self.corrections = self.create_publisher(TFMessage, options.tf, 100)
+            self.mapping.corrected = self.publish_correction
         for sensor in sensors:
             self.hear_sensor(sensor)
         self.publications = Publications(self, self.mapping)
@@ -159,6 +165,12 @@ class MappingNode(Node):
                 time.sleep(max(0, due - time.monotonic()))
 
         threading.Thread(target=run, daemon=True, name=work.__name__).start()
+
+    def publish_correction(self, T_map_odom, stamp_ns):
+        at = pose(T_map_odom)
+        self.corrections.publish(cdr(TFMessage, {"transforms": [{
+            "header": header(self.options.frame, stamp_ns + CORRECTION_LASTS_NS), "child_frame_id": self.options.odom,
+            "transform": {"translation": at["position"], "rotation": at["orientation"]}}]}))
 
     def publishers_of(self, what):
         return sum(self.count_publishers(one.topic_name)
