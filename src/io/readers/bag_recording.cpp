@@ -70,16 +70,6 @@ std::pair<Intrinsics, const Lens*> BagRecording::camera_of(const ListedMessage& 
   return {*found, lens_of(*of, camera.rectified)};
 }
 
-void BagRecording::read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const {
-  const TopicContents& topic = index_.topics[listed.topic];
-  const auto reader = message_reader(bytes, topic.topic.encoding);
-  std::optional<double> scale = depth_scale_;
-  if (const auto unit = units_.find(listed.topic); !scale && unit != units_.end()) scale = unit->second;
-  scan.points =
-      read_depth_message(*reader, topic.topic.type, scale, scan.name, largest_scan(bytes_),
-                         [&](int width, int height) { return camera_of(listed, width, height, scan.name); });
-}
-
 Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const {
   return pose(index_.frames[scans_[scan].frame], std::llround(stamp_s * 1e9));
 }
@@ -96,25 +86,25 @@ RawScan BagRecording::read(std::size_t index) {
   RawScan raw;
   Scan& scan = raw.scan;
   scan.name = name_of(listed);
-  const bool is_cloud = is_cloud_type(topic.topic.type);
   try {
-    const std::string_view bytes = bag_->read(listed.place);
-    if (is_cloud) {
-      const auto reader = message_reader(bytes, topic.topic.encoding);
+    const auto reader = message_reader(bag_->read(listed.place), topic.topic.encoding);
+    if (is_cloud_type(topic.topic.type)) {
       Cloud cloud = read_cloud_message(*reader, largest_scan(bytes_), topic.topic.type);
       scan.points = std::move(cloud.points);
       raw.shift = cloud.shift;
       raw.times = std::move(cloud.times);
       raw.times.later_s = static_cast<double>(listed.stamp_ns - listed.header_ns) / 1e9;
     } else {
-      read_image(bytes, listed, scan);
+      const auto unit = units_.find(listed.topic);
+      scan.points = read_depth_message(
+          *reader, topic.topic.type, depth_scale_ || unit == units_.end() ? depth_scale_ : unit->second,
+          scan.name, largest_scan(bytes_),
+          [&](int width, int height) { return camera_of(listed, width, height, scan.name); });
     }
     if (posed_) scan.T_map_sensor = pose(index_.frames[listed.frame], listed.stamp_ns);
     if (!robot_.empty()) {
       const Eigen::Isometry3d T_cloud_robot =
-          pose_topic_
-              ? scan.T_map_sensor
-              : tree_.lookup(index_.frames[listed.frame], robot_, listed.stamp_ns, largest_gap_in_bags_ns);
+          pose_topic_ ? scan.T_map_sensor : sensor_in(index_.frames[listed.frame], index);
       const Eigen::Isometry3d T_robot_cloud = T_cloud_robot.inverse();
       for (Eigen::Vector3f& point : scan.points)
         point = (T_robot_cloud * (point.cast<double>() + raw.shift)).cast<float>();

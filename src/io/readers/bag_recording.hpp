@@ -76,7 +76,6 @@ class BagRecording {
                              bool (*fits)(const TopicContents&)) const;
   Eigen::Isometry3d pose(const std::string& frame, std::int64_t stamp_ns) const;
   Eigen::Isometry3d pose_on_topic(std::int64_t stamp_ns) const;
-  void read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const;
   std::string name_of(const ListedMessage& scan) const;
 
   struct Camera {

@@ -330,22 +330,20 @@ std::vector<Eigen::Vector3f> read_depth_message(
     MessageReader& message, std::string_view type, std::optional<double> units_per_metre,
     const std::string& where, std::uint64_t largest_size,
     const std::function<std::pair<Intrinsics, const Lens*>(int, int)>& camera_of) {
-  const auto project = [&](int width, int height, const auto& points_by) {
-    const auto [camera, lens] = camera_of(width, height);
-    std::vector<Eigen::Vector3f> points = points_by(camera);
-    if (lens != nullptr) undistort(points, camera, *lens, width, height);
-    return points;
-  };
+  std::optional<DepthImage> unpacked;
+  ImageMessage image;
   if (type == "sensor_msgs/CompressedImage") {
-    const DepthImage image = depth_of(read_compressed_image_message(message), where, largest_size);
-    return project(image.width, image.height, [&](const Intrinsics& camera) {
-      return back_project(image, camera, units_per_metre.value_or(image.default_scale()));
-    });
+    unpacked = depth_of(read_compressed_image_message(message), where, largest_size);
+    image.width = unpacked->width, image.height = unpacked->height;
+  } else {
+    image = read_image_message(message);
   }
-  const ImageMessage image = read_image_message(message);
-  return project(image.width, image.height, [&](const Intrinsics& camera) {
-    return points_of(image, camera, units_per_metre, largest_size);
-  });
+  const auto [camera, lens] = camera_of(image.width, image.height);
+  std::vector<Eigen::Vector3f> points =
+      unpacked ? back_project(*unpacked, camera, units_per_metre.value_or(unpacked->default_scale()))
+               : points_of(image, camera, units_per_metre, largest_size);
+  if (lens != nullptr) undistort(points, camera, *lens, image.width, image.height);
+  return points;
 }
 
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {
