@@ -126,13 +126,13 @@ Columns: "corner" (3 uint16, OctoMap's key of its lowest voxel; 32768 begins at 
       .def(
           "octomap_data",
           [](const View& self, const std::optional<Eigen::Vector3d>& low,
-             const std::optional<Eigen::Vector3d>& high) {
+             const std::optional<Eigen::Vector3d>& high, bool full) {
             return py::bytes([&] {
               const py::gil_scoped_release others_run;
-              return self.octomap_data(low && high ? box_of(*low, *high) : Eigen::AlignedBox3d());
+              return self.octomap_data(low && high ? box_of(*low, *high) : Eigen::AlignedBox3d(), full);
             }());
           },
-          "low"_a = py::none(), "high"_a = py::none())
+          "low"_a = py::none(), "high"_a = py::none(), "full"_a = false)
       .def(
           "changed_in",
           [](const View& self, const View& before, const std::optional<Eigen::Vector3d>& low,

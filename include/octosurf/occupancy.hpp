@@ -98,9 +98,10 @@ class OccupancyView {
   /// it.
   void for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLeaves& visit) const;
 
-  /// The body of the map's .bt, as octomap_msgs sends it: maximum likelihood, pruned, two bits for a child.
-  /// Only of cubes that meet `box`, unless that is empty. O(nodes that it meets), some ns each.
-  std::string octomap_data(const Eigen::AlignedBox3d& box = {}) const;
+  /// The body of the map's .bt, as octomap_msgs sends it: maximum likelihood, pruned, two bits for a child;
+  /// or `full`, of its .ot: log-odds. Only of cubes that meet `box`, unless that is empty. O(nodes that it
+  /// meets), some ns each.
+  std::string octomap_data(const Eigen::AlignedBox3d& box = {}, bool full = false) const;
 
   /// Receives a cube, as a Leaf's, and the leaves that replace all its previous contents, in Morton order and
   /// valid during the call; none if the cube became unknown.

@@ -89,7 +89,10 @@ TEST_F(OccupancyFiles, BtIsOctomapsOwn) {
   for (const double resolution : {0.02, 0.05, 0.25}) {
     Both both = mapped(seed, resolution, 4, 5000);
     const std::string mine = test::bt_of(both.ours);
-    std::ostringstream theirs;
+    std::ostringstream theirs, full;
+    both.theirs.prune();
+    both.theirs.writeData(full);
+    EXPECT_TRUE(both.ours.share().octomap_data({}, true) == full.str());
     both.theirs.writeBinary(theirs);  // leaves `theirs` at maximum likelihood, pruned
     EXPECT_EQ(size_in(mine), size_in(theirs.str()));
     EXPECT_TRUE(data_of(mine) == data_of(theirs.str()));

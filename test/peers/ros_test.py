@@ -25,6 +25,7 @@ from convex_plane_decomposition_msgs.msg import PlanarTerrain  # noqa: E402
 from geometry_msgs.msg import Point, TransformStamped, Vector3  # noqa: E402
 from grid_map_msgs.msg import GridMap  # noqa: E402
 from livox_ros_driver2.msg import CustomMsg, CustomPoint  # noqa: E402
+from nav_msgs.msg import OccupancyGrid  # noqa: E402
 from octomap_msgs.msg import Octomap  # noqa: E402
 from octosurf_msgs import srv  # noqa: E402
 from octosurf_msgs.msg import Stairs, Status, Surfaces  # noqa: E402
@@ -35,6 +36,7 @@ from rosbags.rosbag2 import Writer  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField  # noqa: E402
 from std_msgs.msg import Float32MultiArray  # noqa: E402
+from std_srvs.srv import Empty  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
@@ -44,7 +46,8 @@ RELIABLE = QoSProfile(depth=1000)
 IMAGES, INFO, CLOUDS = "/camera/depth/image", "/camera/depth/camera_info", "/lidar/points"
 START_S = 1_700_000_000
 OUT = {"surfaces": Surfaces, "stairs": Stairs, "markers": MarkerArray, "planar_terrain": PlanarTerrain,
-       "octomap_binary": Octomap, "grid_map": GridMap, "patch": GridMap, "status": Status, "heights": Float32MultiArray}
+       "octomap_binary": Octomap, "octomap_full": Octomap, "storey": OccupancyGrid, "grid_map": GridMap,
+       "patch": GridMap, "status": Status, "heights": Float32MultiArray}
 SERVICES = "save", "load", "query", "contact_regions", "plan", "changes", "publish", "clear"
 STEP_M = 0.2
 R_BASE_SENSOR = np.array([[np.cos(0.8), 0, np.sin(0.8)], [0, 1, 0], [-np.sin(0.8), 0, np.cos(0.8)]])  # looks down
@@ -120,22 +123,20 @@ def recording(lidar=False, count=6, later_ns=0, drift_m=0):
 
 
 def rvl(pixels):
-    """Wilson's: runs of zeros and of others, whose differences are zigzag; in nibbles of three bits and one more."""
-    nibbles, at, last = [], 0, 0
+    """Wilson's: counts of zeros and of others by turns, with those their zigzag differences; three bits a nibble."""
+    nibbles, last = [], 0
 
     def put(value):
         nibbles.append(value & 7 | 8 * (value > 7))
         if value > 7:
             put(value >> 3)
 
-    while at < len(pixels):
-        for read in (False, True):
-            run = list(itertools.takewhile(lambda pixel: (pixel > 0) == read, pixels[at:]))
-            put(len(run))
-            at += len(run)
-            for pixel in run if read else ():
-                put(2 * (pixel - last) if pixel >= last else 2 * (last - pixel) - 1)
-                last = pixel
+    for empty, run in itertools.groupby([0, *pixels], lambda pixel: pixel == 0):
+        run = list(run)
+        put(len(run) - (not nibbles))  # without that zero before
+        for pixel in () if empty else run:
+            put(2 * (pixel - last) if pixel >= last else 2 * (last - pixel) - 1)
+            last = pixel
     text = bytes(nibbles + [0] * (-len(nibbles) % 8)).hex()[1::2]
     return np.array([int(text[i:i + 8], 16) for i in range(0, len(text), 8)], "<u4").tobytes()
 
@@ -244,19 +245,22 @@ class Room(unittest.TestCase):
         self.assertTrue(until(heard), self.said())
         self.assertTrue(until(lambda: not self.now().waiting))
 
-    def play(self, messages, mapped, shift_s=0):
-        """As drivers do; waits until so many scans are mapped in all."""
+    def play(self, messages, shift_s=0):
+        """As drivers do, but each scan is mapped before the next one is sent."""
         for topic, _, message in messages:
             for one in message.transforms if isinstance(message, TFMessage) else [message]:
                 one.header.stamp.sec += shift_s
+            mapped = self.now().mapped
             self.publishers[topic].publish(message)
-        done = until(lambda: self.now().mapped >= mapped and not self.now().waiting)
-        self.assertTrue(done, f"{self.now()} {self.said()}")
+            if topic not in ("/tf", "/tf_static", INFO):
+                done = until(lambda: self.now().mapped > mapped and not self.now().waiting)
+                self.assertTrue(done, f"{self.now()} {self.said()}")
 
     def call(self, service, **request):
-        client = self.robot.create_client(class_of(service), "/octosurf/" + service)
+        kind = Empty if service == "reset" else class_of(service)
+        client = self.robot.create_client(kind, "/octosurf/" + service)
         self.assertTrue(client.wait_for_service(30), service)
-        answer = client.call_async(class_of(service).Request(**request))
+        answer = client.call_async(kind.Request(**request))
         self.assertTrue(until(answer.done), service + self.said())
         self.robot.destroy_client(client)
         return answer.result()
@@ -299,12 +303,12 @@ class Mapping(Room):
         self.offline("offline", walk)
         self.start(depth=IMAGES, reliable=True, checkpoint=0.0)
         self.meet(walk)
-        self.play(walk[:half], 4)
+        self.play(walk[:half])
         self.assertTrue(self.call("save").success)
         self.stop(signal.SIGKILL)
         self.start(depth=IMAGES, resume=True)
         self.meet(walk)
-        self.play(walk[half:], 2)
+        self.play(walk[half:])
         self.stop()
         self.assert_live_is("offline")
 
@@ -313,29 +317,23 @@ class Mapping(Room):
         self.offline("boxed", walk, "--self-box", *box.split())
         self.start(cloud=CLOUDS, reliable=True, self_box=f'["{box}"]')
         self.meet(walk)
-        self.play(walk, 4)
+        self.play(walk)
         self.stop()
         self.assert_live_is("boxed")
 
-    def assert_maps_both(self, pack, *arguments, **parameters):
-        """A camera and a lidar at once, whose messages come packed."""
+    def test_maps_sensors_at_once(self):
+        """Those of the example, and as drivers pack their messages."""
         both = sorted([*recording(), *recording(lidar=True, later_ns=10**7)], key=lambda one: one[1])
         self.offline("both", both, "--topic", IMAGES, "--topic", CLOUDS)
-        self.start(*arguments, reliable=True, frame="map", **parameters)
-        ends = [i + 1 for i, one in enumerate(both) if one[0] in (IMAGES, CLOUDS)]
-        both = [pack(*one) for one in both]
-        self.meet(both)
-        for mapped, (begin, end) in enumerate(zip([0, *ends], ends), 1):
-            self.play(both[begin:end], mapped)
-        self.stop()
-        self.assert_live_is("both")
-
-    def test_maps_the_sensors_of_the_example(self):
-        config = pathlib.Path(os.environ["OCTOSURF_SOURCE"], "ros/octosurf_ros/config/robot.yaml")
-        self.assert_maps_both(lambda *one: one, "--params-file", config)
-
-    def test_maps_compressed_depth_and_livox(self):
-        self.assert_maps_both(packed, depth=IMAGES + "/compressedDepth", livox="/livox")
+        example = "--params-file", os.environ["OCTOSURF_SOURCE"] + "/ros/octosurf_ros/config/robot.yaml"
+        for messages, arguments, topics in ((both, example, {}), ([packed(*one) for one in both], (), {
+                "depth": IMAGES + "/compressedDepth", "livox": "/livox"})):
+            self.start(*arguments, reliable=True, frame="map", **topics)
+            self.meet(messages)
+            self.play(messages)
+            self.stop()
+            self.assert_live_is("both")
+            self.tearDown()
 
     def test_tells_how_far_odometry_is_off(self):
         walk, heard = list(recording(lidar=True, count=20, drift_m=0.08)), []
@@ -343,7 +341,7 @@ class Mapping(Room):
         self.addCleanup(self.robot.destroy_subscription, tf)
         self.start(cloud=CLOUDS, reliable=True, publish_tf=True)
         self.meet(walk)
-        self.play(walk, 20)
+        self.play(walk)
         off = [one.transform.translation.z for one in heard
                if (one.header.frame_id, one.child_frame_id) == ("map", "odom")]
         self.assertEqual((len(off), off[0]), (20, 0))
@@ -352,11 +350,11 @@ class Mapping(Room):
     def test_goes_on_when_publishers_restart_and_the_clock_goes_back(self):
         self.start(depth=IMAGES, reliable=True)
         self.meet(recording())
-        self.play(recording(), 6)
+        self.play(recording())
         self.forget_publishers()
         self.assertTrue(until(lambda: self.now().scan_publishers == 0))
         self.meet(recording())
-        self.play(recording(), 12, shift_s=-100)
+        self.play(recording(), shift_s=-100)
         self.assertIn("time was set back by 1", self.said())
 
     def test_refuses_what_is_broken_and_nothing_is_lost(self):
@@ -364,7 +362,7 @@ class Mapping(Room):
         self.offline("whole", walk)
         self.start(depth=IMAGES, reliable=True, wait=0.2)
         self.meet(walk)
-        self.play(walk[:4], 1)
+        self.play(walk[:4])
         image = serialize_message(walk[3][2])
         bad = {"too early": image[:-1000]}
         for words, change in {"rgb8": {"encoding": "rgb8"}, "camera has": {"height": 121}}.items():
@@ -380,7 +378,7 @@ class Mapping(Room):
         nan = transform("map", "base_link", START_S * 10**9, (np.nan, 0, 0))
         self.publishers["/tf"].publish(TFMessage(transforms=[nan]))
         self.assertTrue(until(lambda: self.now().messages_refused == 1))
-        self.play(walk[4:], 6)
+        self.play(walk[4:])
         self.stop()
         self.assert_live_is("whole")
 
@@ -403,8 +401,8 @@ class Mapping(Room):
 
     def test_says_what_is_wrong_with_its_use(self):
         (self.folder / "there.surfaces").touch()
-        for wrong in ({"cloud": "''"}, {"sensors": "[top]"}, {"hit": -1}, {"max_slope": 100.0}, {"self_box": '["1 2 3"]'},
-                      {"output": self.folder / "there"}):
+        for wrong in ({"cloud": "''"}, {"sensors": "[top]"}, {"hit": -1}, {"max_slope": 100.0},
+                      {"self_box": '["1 2 3"]'}, {"output": self.folder / "there"}):
             self.start(**{"cloud": "/c", **wrong})
             self.assertEqual(self.node.wait(60), 1, wrong)
             self.assertIn("octosurf_mapping: ", self.said())
@@ -419,7 +417,7 @@ class Map(Room):
         cls.start(depth=IMAGES, reliable=True, foot_radius=0.05, max_slope=20.0, clearance=0.3, patch_cell=0.1)
         room, walk = cls(), list(recording())
         room.meet(walk)
-        room.play(walk, 6)
+        room.play(walk)
         room.offline("offline", walk)
         cls.map = octosurf.load(cls.folder / "offline")
         cls.snapshot, cls.stamp = cls.map.snapshot(), walk[-1][2].header.stamp
@@ -466,7 +464,12 @@ class Map(Room):
         self.assertTrue(all(one.points and len(one.points) % 3 == 0 for one in markers[1:]))
         octomap = self.latched("octomap_binary")
         self.assertEqual((octomap.binary, octomap.id, octomap.resolution), (True, "OcTree", 0.05))
-        self.assertTrue((self.folder / "offline.bt").read_bytes().endswith(b"data\n" + octomap.data.tobytes()))
+        octree, full = self.folder / "offline.ot", self.latched("octomap_full")
+        subprocess.run([os.environ["OCTOSURF"], "export", self.folder / "offline", "--to", octree], check=True,
+                       capture_output=True)
+        self.assertEqual((full.binary, full.id, full.resolution), (False, "OcTree", 0.05))
+        for file, message in ((octree, full), (octree.with_suffix(".bt"), octomap)):
+            self.assertTrue(file.read_bytes().endswith(b"data\n" + message.data.tobytes()), file)
 
     def test_grid_map_terrain_and_patches_have_the_step(self):
         grid, terrain = self.latched("grid_map"), self.latched("planar_terrain")
@@ -484,6 +487,16 @@ class Map(Room):
         self.assertAlmostEqual(float(np.nanmax(around[:8])), STEP_M, delta=0.02)
         self.assertGreater(np.isfinite(around[:8]).sum(), np.isfinite(around[8:]).sum())
         self.assertAlmostEqual(float(np.nanmin(flat.data)), -1.2, delta=0.03)  # from the base
+
+    def test_the_storeys_grid_ends_at_the_step(self):
+        """The floor before it is too small for a storey."""
+        grid = self.latched("storey")
+        origin, edge_m = grid.info.origin.position, grid.info.resolution
+        self.assertEqual((grid.header.frame_id, grid.header.stamp, edge_m), ("map", self.stamp, np.float32(0.05)))
+        self.assertAlmostEqual(origin.z, STEP_M, delta=0.01)
+        row = np.array(grid.data).reshape(grid.info.height, grid.info.width)[int((0.1 - origin.y) / edge_m)]
+        x = origin.x + edge_m * (np.arange(len(row)) + 0.5)
+        self.assertEqual((set(row[(x > 0.8) & (x < 0.95)]), set(row[(x > 1.1) & (x < 2)])), ({100}, {0}))
 
     def test_answers_about_places_are_those_of_the_module(self):
         asked, place = srv.Query.Request, (0.6, 0.1, 2.0)
@@ -541,3 +554,11 @@ class Map(Room):
         self.assertFalse(self.call("load", file="none").success)
         self.assertIn("no longer as", self.call("load", file="other").message)
         self.assertTrue(until(lambda: self.now().revision == revision))
+        for ending in (".bt", ".surfaces"):
+            shutil.copy(pathlib.Path(os.environ["OCTOSURF_SOURCE"], "maps/office" + ending), self.folder)
+        self.assertTrue(self.call("load", file="office").success)
+        storeys = self.hear("storey")[0]  # the one at 0.55 m, and not that at 1.52, above the camera
+        self.assertTrue(until(lambda: storeys and abs(storeys[-1].info.origin.position.z - 0.55) < 0.01), storeys[-1:])
+        self.call("reset")
+        self.assertTrue(until(lambda: self.now().revision == 0 and self.now().surfaces == 0))
+        self.assertTrue(until(lambda: not surfaces[-1].surfaces))

@@ -10,6 +10,8 @@ import typing
 import numpy as np
 import octosurf
 
+from octosurf_ros.messages import class_of
+
 PAUSE_NS = 10**9  # without a scan, by time stamps, as `octosurf map`
 SCANS_OF_VERDICT = 100  # which takes 0.1 s, as much as a few of them
 REFUSED = (octosurf.Error, RuntimeError, ValueError, MemoryError)
@@ -33,6 +35,7 @@ class Sensor:
         compressed = self.depth and topic.endswith("/compressedDepth")  # as image_transport names it
         if compressed:
             self.type = "sensor_msgs/CompressedImage"
+        self.message = class_of(self.type)
         self.info = own["camera_info"] or octosurf.camera_info_topic(topic, compressed)
         self.kind = {"": None, "camera": "depth_camera", "lidar": "lidar"}[own["sensor"]]  # of clouds
         self.units = own["depth_scale"] or None
@@ -95,7 +98,7 @@ class Mapping:
         self.options, self.log, self.stem, self.lock = options, log, stem, octosurf.MapLock(stem)
         names = "received", "mapped", "rejected", "refused", "dropped", "transforms", "messages_refused"
         self.counts = dict.fromkeys(names, 0)
-        self.last_refusal, self.contradiction, self.scan_ms, self.told = "", "", 0.0, 0.0
+        self.last_refusal, self.scan_ms, self.told = "", 0.0, 0.0
         self.corrected = None  # or is told T_map_odom and the time of each scan
         self.tf, self.cameras = octosurf.Transforms(), {}
         self.news = threading.Condition()  # of what follows
@@ -104,7 +107,6 @@ class Mapping:
         self.saved, self.last_stamp_ns, self.failure = time.monotonic(), None, None
         self.moment = Moment(None, 0, None)
         self.use(start)
-        self.judge, self.judged = octosurf.RecordingJudge(self.mapper.map().parameters()), 0
         self.thread = threading.Thread(target=self.run, name="mapping")
         self.thread.start()
 
@@ -115,6 +117,7 @@ class Mapping:
         up = start.parameters().up
         self.ground = Ground(np.array([0.0, 0.0, 1.0]) if up is None else up)  # z: REP 103
         self.moment = self.moment._replace(snapshot=self.mapper.snapshot())
+        self.judge, self.judged, self.contradiction = octosurf.RecordingJudge(start.parameters()), 0, ""
 
     # What comes, from the executor's thread.
 
@@ -296,6 +299,11 @@ class Mapping:
         self.log.info(done)
         return done
 
+    def reset(self):
+        self.between_scans(lambda: self.use(octosurf.Map(self.mapper.map().parameters())))
+        self.changed = True
+        self.log.info("reset: the map begins anew")
+
     def clear(self, part, as_free):
         def work():
             report = self.mapper.clear(part, as_free)
@@ -338,12 +346,12 @@ def start_of(stem, given, resume, force, cameras):
         return loaded
     # A lidar's readings are noisier, and farther apart.
     parameters = octosurf.Parameters(resolution=0.02 if cameras else 0.05)
-    parameters.set("detection_budget", "1000")  # as --realtime
+    given = {"detection_budget": "1000", **given}  # as --realtime
     for name, text in given.items():
         parameters.set(name, text)
     if parameters.detection.detector == "paper":
         parameters = octosurf.Parameters.paper(parameters.occupancy.resolution, parameters.surfaces.sensor_noise)
-        for name, text in {"detection_budget": "1000", **given}.items():
+        for name, text in given.items():
             parameters.set(name, text)
     parameters.validate()
     return octosurf.Map(parameters)

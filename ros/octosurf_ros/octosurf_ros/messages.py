@@ -6,8 +6,7 @@ import re
 import struct
 
 import numpy as np
-from octosurf_msgs.msg import Stairs, Surfaces
-from rclpy.serialization import deserialize_message
+from octosurf_msgs.msg import Stairs
 from visualization_msgs.msg import MarkerArray
 
 NUMBERS = {"boolean": "?", "octet": "B", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
@@ -19,10 +18,6 @@ def cdr(kind, value):
     out = bytearray()
     _of_class(kind)(out, value)
     return b"\0\1\0\0" + out
-
-
-def message(kind, value):
-    return deserialize_message(cdr(kind, value), kind)
 
 
 def class_of(word):
@@ -44,6 +39,7 @@ def _write_text(out, value):
 def _of_class(kind):
     """Writes a message: a function of the bytes so far and the value."""
     fields = [(name, _writer(word)) for name, word in kind.get_fields_and_field_types().items()]
+    fields = fields or [("", _writer("uint8"))]  # an empty structure is a byte
 
     def write(out, value):
         if value is None:
@@ -132,10 +128,6 @@ def surfaces(snapshot, of, cylinders, frame, stamp_ns):
             "cylinders": [{"id": one.id, "axis_point": one.axis_point, "axis": one.axis, "radius": one.radius_m,
                            "length": one.length_m, "start": one.start, "span": one.span_rad, "inliers": one.inliers,
                            "rms": one.rms_m, "born": one.born, "revision": one.revision} for one in cylinders]}
-
-
-def surfaces_message(*arguments):
-    return cdr(Surfaces, surfaces(*arguments))
 
 
 def step(one):

@@ -19,7 +19,7 @@ from sensor_msgs.msg import CameraInfo
 from tf2_msgs.msg import TFMessage
 
 from octosurf_ros.mapping import REFUSED, Mapping, Sensor, start_of
-from octosurf_ros.messages import cdr, class_of, header, pose
+from octosurf_ros.messages import cdr, header, pose
 from octosurf_ros.patches import Patches
 from octosurf_ros.publications import Publications
 from octosurf_ros.services import Services
@@ -60,6 +60,8 @@ PARAMETERS = {
     "foot_radius": (0.06, "m, of the planar terrain's insets", 0.001, 1),
     "max_slope": (30.0, "degrees, of planar terrain and grid map", 0, 80),
     "clearance": (octosurf.Quadruped().body.to_m, "m over a foot of the planar terrain that is free; 0: any", 0, 10),
+    "robot_radius": (0.3, "m, of the storey's grid, as of `octosurf export --to nav2/`", 0.01, 10),
+    "headroom": (1.6, "m, likewise", 0.01, 10),
     "threads": (1, "the result does not depend on it", 1, 256),
 }
 CORRECTION_LASTS_NS = 500_000_000  # so that tf2 need not wait for the next scan's; AMCL dates its own alike
@@ -99,7 +101,7 @@ class MappingNode(Node):
         if options.patch_rate > 0:
             Patches(self, self.mapping)
         Services(self, self.mapping, self.publications)
-        self.status = self.advertise("status", Status, LATCHED)
+        self.status = self.advertise("status", Status)
         self.every(options.publish, self.publish_status)
         self.get_logger().info("mapping " + ", ".join(one.topic for one in sensors))
 
@@ -111,26 +113,22 @@ class MappingNode(Node):
             own = {one: self.declared(f"{name}.{one}", every[one], *PARAMETERS[one][1:]) for one in OWN}
             topic, kind = (self.declared(f"{name}.{one}", "", "as sensors says") for one in ("topic", "type"))
             if not topic or kind not in TYPES:
-                raise ValueError(f"{name}.topic is '{topic}' and {name}.type '{kind}'; give both, the type one of "
-                                 + ", ".join(TYPES))
+                raise ValueError(f"give {name}.topic, and {name}.type, one of {', '.join(TYPES)}")
             sensors.append(Sensor(topic, TYPES[kind], own))
         return sensors
 
     def hear_sensor(self, sensor):
         if sensor.depth:
-            self.hear("cameras", sensor.info, CameraInfo,
-                      QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
-                      lambda message: self.mapping.add_camera(sensor, message))
-        self.hear("scans", sensor.topic, class_of(sensor.type), QoSProfile(depth=10) if sensor.reliable else SENSOR,
+            self.hear("cameras", sensor.info, CameraInfo, SENSOR, lambda one: self.mapping.add_camera(sensor, one))
+        self.hear("scans", sensor.topic, sensor.message, QoSProfile(depth=10) if sensor.reliable else SENSOR,
                   lambda message, info: self.mapping.add_scan(sensor, message, info["source_timestamp"]))
 
     def declared(self, name, default, description, low=None, high=None):
         descriptor = ParameterDescriptor(description=description, read_only=True)
         if isinstance(default, int) and low is not None:
-            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=0)]
+            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
         elif low is not None:
-            wide = FloatingPointRange(from_value=float(low), to_value=float(high), step=0.0)
-            descriptor.floating_point_range = [wide]
+            descriptor.floating_point_range = [FloatingPointRange(from_value=float(low), to_value=float(high))]
         return self.declare_parameter(name, default, descriptor).value
 
     def hear(self, what, topic, kind, qos, receive):
@@ -146,7 +144,7 @@ class MappingNode(Node):
             heard = self.create_subscription(kind, topic, receive, qos, raw=True)
         self.heard.setdefault((what, topic.removesuffix("_static")), []).append(heard)
 
-    def advertise(self, topic, kind, qos):
+    def advertise(self, topic, kind, qos=LATCHED):
         return self.create_publisher(kind, "~/" + topic, qos)
 
     def every(self, period, work):
@@ -202,7 +200,7 @@ def main():
     rclpy.init()
     try:
         node = MappingNode()
-    except (*REFUSED, KeyError, ParameterException) as error:
+    except (*REFUSED, KeyError, ImportError, ParameterException) as error:
         sys.exit(f"octosurf_mapping: {error}")
     executor = SingleThreadedExecutor()
     executor.add_node(node)

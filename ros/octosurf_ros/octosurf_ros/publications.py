@@ -7,16 +7,16 @@ import numpy as np
 import octosurf
 from convex_plane_decomposition_msgs.msg import PlanarTerrain
 from grid_map_msgs.msg import GridMap
+from nav_msgs.msg import OccupancyGrid
 from octomap_msgs.msg import Octomap
 from octosurf_msgs.msg import Stairs, Surfaces
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from visualization_msgs.msg import MarkerArray
 
 from octosurf_ros import messages
 
 BOX_FOLLOWS = 0.125  # share of the radius that the robot moves before the box around it does
 TOPICS = {"surfaces": Surfaces, "stairs": Stairs, "markers": MarkerArray, "octomap_binary": Octomap,
-          "grid_map": GridMap, "planar_terrain": PlanarTerrain}
+          "octomap_full": Octomap, "grid_map": GridMap, "planar_terrain": PlanarTerrain, "storey": OccupancyGrid}
 
 
 def rules_of(options, up, resolution):
@@ -33,8 +33,7 @@ def rules_of(options, up, resolution):
 class Publications:
     def __init__(self, node, mapping):
         self.mapping, self.options, self.log = mapping, node.options, node.get_logger()
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.topics = {topic: node.advertise(topic, kind, latched) for topic, kind in TOPICS.items()}
+        self.topics = {topic: node.advertise(topic, kind) for topic, kind in TOPICS.items()}
         self.bytes, self.ms, self.lock, self.all_within = 0, 0.0, threading.Lock(), None
         # Of the thread that publishes: what was sent last on each topic, the box's middle, the octree looked at.
         self.sent, self.middle, self.octree, self.version, self.problems = {}, None, None, 0, {}
@@ -71,8 +70,7 @@ class Publications:
             if not every and (self.sent.get(topic) == look or self.topics[topic].get_subscription_count() == 0):
                 return
             try:
-                message = make()
-                if message is not None:
+                if message := make():
                     self.topics[topic].publish(message)
                     self.bytes += len(message)
                 self.sent[topic] = look
@@ -90,20 +88,23 @@ class Publications:
             return messages.stairs_message(snapshot.revision, [one for one in found.stairs if near_steps(one.steps)],
                                            [one for one in found.single_steps if near_steps([one])], frame, stamp_ns)
 
-        def octomap():
-            octree = snapshot.octree
-            if octree.resolution > 0:
-                return messages.cdr(Octomap, {
-                    "header": messages.header(frame, stamp_ns), "binary": True, "id": "OcTree",
-                    "resolution": octree.resolution, "data": np.frombuffer(octree.octomap_data(*corners), "i1")})
+        def octomap(full):
+            if snapshot.octree.resolution > 0:
+                data = np.frombuffer(snapshot.octree.octomap_data(*corners, full=full), "i1")
+                return messages.cdr(Octomap, {"header": messages.header(frame, stamp_ns), "binary": not full,
+                                              "id": "OcTree", "resolution": snapshot.resolution, "data": data})
 
-        publish("surfaces", lambda: messages.surfaces_message(snapshot, surfaces, cylinders, frame, stamp_ns))
+        publish("surfaces", lambda: messages.cdr(
+            Surfaces, messages.surfaces(snapshot, surfaces, cylinders, frame, stamp_ns)))
         publish("stairs", stairs)
         publish("markers", lambda: messages.markers_message(surfaces, frame, stamp_ns))
-        publish("octomap_binary", octomap)
+        publish("octomap_binary", lambda: octomap(full=False))
+        publish("octomap_full", lambda: octomap(full=True))
         kept = Terrain(snapshot, ground, [one.id for one in surfaces], box, self.options)
         publish("grid_map", lambda: kept.grid_map(stamp_ns))
         publish("planar_terrain", lambda: kept.planar_terrain(stamp_ns))
+        if moment.place is not None:
+            publish("storey", lambda: kept.storey(moment))
         self.ms = (time.monotonic() - began) * 1e3
 
     def box_of(self, moment, radius):
@@ -120,16 +121,17 @@ class Terrain:
 
     def __init__(self, snapshot, ground, near, box, options):
         self.snapshot, self.ground, self.near, self.box, self.options = snapshot, ground, near, box, options
-        self.made = None
+        self.cell, self.made = max(options.grid_cell, snapshot.resolution), None
+
+    def view(self):
+        return self.ground.view(self.snapshot, rules_of(self.options, self.ground.up, self.snapshot.resolution))
 
     def grid(self):
         if self.made is None:
-            up, resolution = self.ground.up, self.snapshot.resolution
-            view = self.ground.view(self.snapshot, rules_of(self.options, up, resolution))
+            view = self.view()
             solid = view.solid().only(self.near)
             self.made = view, solid, octosurf.height_grid(
-                solid, cell=max(self.options.grid_cell, resolution), up=up,
-                max_slope_rad=np.radians(self.options.max_slope),
+                solid, cell=self.cell, up=self.ground.up, max_slope_rad=np.radians(self.options.max_slope),
                 within=None if self.box is None else self.box[:, :2])
         return self.made
 
@@ -141,9 +143,27 @@ class Terrain:
         view, solid, grid = self.grid()
         if not grid.elevation.size:  # nothing level yet
             return None
-        rules, octree = view.rules, self.snapshot.octree
-        surfaces = octosurf.planner_surfaces(solid, rules.foot, limits=rules.limits, octree=octree)
+        surfaces = octosurf.planner_surfaces(solid, view.rules.foot, limits=view.rules.limits,
+                                             octree=self.snapshot.octree)
         return octosurf.planar_terrain_message(surfaces, grid, self.options.frame, stamp_ns, True)
+
+    def storey(self, moment):
+        """The one that the robot is on, whole: with ground nearest beneath the place of the last scan."""
+        def distance(one):
+            rows, columns = np.divmod(np.flatnonzero(one.elevation < moment.place[2]), one.columns)
+            at = one.origin + one.cell_m * (np.stack([columns, rows], axis=1) + 0.5)
+            return np.linalg.norm(at - moment.place[:2], axis=1).min(initial=np.inf), -one.height_m
+
+        limits = octosurf.StoreyLimits(radius_m=self.options.robot_radius, headroom_m=self.options.headroom,
+                                       cell_m=self.cell)
+        one = min(octosurf.find_storeys(self.view(), limits), key=distance, default=None)
+        if one is None:
+            return None
+        corner = {"position": (*one.origin, one.height_m), "orientation": (0, 0, 0, 1)}
+        return messages.cdr(OccupancyGrid, {
+            "header": messages.header(self.options.frame, moment.stamp_ns),
+            "info": {"resolution": one.cell_m, "width": one.columns, "height": one.rows, "origin": corner},
+            "data": np.array([-1, 0, 100], "i1")[one.cells]})
 
 
 def meets(box, low, high):

@@ -8,6 +8,8 @@ import threading
 import numpy as np
 import octosurf
 from octosurf_msgs import srv
+from rclpy.serialization import deserialize_message
+from std_srvs.srv import Empty
 
 from octosurf_ros import messages
 
@@ -25,6 +27,7 @@ class Services:
         for name in ("Save", "Load", "Query", "ContactRegions", "Plan", "Changes", "Publish", "Clear"):
             topic = re.sub("(?<=[a-z])(?=[A-Z])", "_", name).lower()
             self.serve(node, topic, getattr(srv, name), getattr(self, topic))
+        self.serve(node, "reset", Empty, lambda *_: mapping.reset())
         threading.Thread(target=self.run, daemon=True, name="services").start()
 
     def serve(self, node, topic, kind, work):
@@ -43,7 +46,7 @@ class Services:
             except Exception as error:  # to the client, whatever it asked
                 answer.update(success=False, message=str(error) or type(error).__name__)
             try:
-                send(messages.message(kind, answer), header)
+                send(deserialize_message(messages.cdr(kind, answer), kind), header)
             except Exception as error:  # the node is ended
                 self.log.warning(f"no answer: {error}")
 

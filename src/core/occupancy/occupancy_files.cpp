@@ -68,6 +68,31 @@ class BtWriter {
   std::size_t nodes_ = 0;
 };
 
+/// Appends OctoMap's .ot, of cubes that meet `box`: log-odds and a byte of child bits, in preorder; an inner
+/// node has its greatest child's value; undivided where eight leaves are equal. Returns the node's value.
+std::optional<float> write_ot(const occupancy::VoxelTree::Node& node, const occupancy::KeyBox& box,
+                              const occupancy::Key3& corner, int level, std::string& out) {
+  if (!box.meets(occupancy::KeyBox::cube(corner, level))) return {};
+  const std::size_t size = sizeof(float) + 1, start = out.size(), first = start + size;
+  out.resize(first);
+  std::optional<float> value;
+  unsigned mask = 0;
+  if (!node.has_children()) value = node.log_odds();
+  for (unsigned c = 0; c < 8 && node.has_children(); ++c)
+    if (const occupancy::VoxelTree::Node child = node.child(c); child.exists())
+      if (const auto of =
+              write_ot(child, box, occupancy::child_corner(corner, c, level - 1), level - 1, out)) {
+        value = std::max(value, of);
+        mask |= 1U << c;
+      }
+  if (out.size() == first + 8 * size && out.compare(first, 7 * size, out, first + size, 7 * size) == 0)
+    out.resize(first), mask = 0;
+  out[first - 1] = static_cast<char>(mask);
+  if (value) std::memcpy(out.data() + start, &*value, sizeof(float));
+  if (!value) out.resize(start);
+  return value;
+}
+
 class NodeWriter {
  public:
   explicit NodeWriter(const std::function<void(const std::string&)>& sink) : sink_(sink) {}
@@ -338,10 +363,13 @@ void occupancy::OccupancyMap::write_bt(std::ostream& out) const {
   out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
 }
 
-std::string OccupancyView::octomap_data(const Eigen::AlignedBox3d& box) const {
+std::string OccupancyView::octomap_data(const Eigen::AlignedBox3d& box, bool full) const {
   if (!tree_) return {};
-  return BtWriter(*tree_, box.isEmpty() ? occupancy::KeyBox() : occupancy::keys_that_meet(box, resolution_))
-      .bytes();
+  const auto keys = box.isEmpty() ? occupancy::KeyBox() : occupancy::keys_that_meet(box, resolution_);
+  if (!full) return BtWriter(*tree_, keys).bytes();
+  std::string nodes;
+  if (!tree_->empty()) write_ot(tree_->root(), keys, {0, 0, 0}, occupancy::VoxelTree::top_level, nodes);
+  return nodes;
 }
 
 void occupancy::OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
