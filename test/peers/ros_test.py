@@ -384,10 +384,16 @@ class Mapping(Room):
 
     def test_names_what_it_does_not_hear(self):
         images = self.robot.create_publisher(Image, IMAGES, SENSOR)
-        self.addCleanup(self.robot.destroy_publisher, images)
-        self.start(depth=IMAGES, reliable=True, tf="/robot/tf")
-        for words in ("RELIABILITY", "no publisher of /robot/tf_static or /robot/tf"):
-            self.assertTrue(until(lambda: words in self.said()), self.said())
+        clouds = self.robot.create_publisher(PointCloud2, CLOUDS, RELIABLE)
+        for one in (images, clouds):
+            self.addCleanup(self.robot.destroy_publisher, one)
+        self.start(depth=IMAGES, cloud=CLOUDS, reliable=True, tf="/robot/tf", wait=0.1)
+        for words in ("RELIABILITY", "no publisher of /robot/tf_static or /robot/tf", "between map and lidar"):
+            def said():
+                clouds.publish(stamped(PointCloud2(), "lidar", START_S * 10**9))
+                return words in self.said()
+
+            self.assertTrue(until(said), self.said())
 
     def test_beyond_the_queue_the_oldest_make_way(self):
         walk = list(recording())

@@ -13,6 +13,7 @@ import octosurf
 from octosurf_ros.messages import class_of
 
 PAUSE_NS = 10**9  # without a scan, by time stamps, as `octosurf map`
+PATIENCE_S = 5  # then it is said what does not come
 SCANS_OF_VERDICT = 100  # which takes 0.1 s, as much as a few of them
 REFUSED = (octosurf.Error, RuntimeError, ValueError, MemoryError)
 
@@ -100,7 +101,7 @@ class Mapping:
         self.counts = dict.fromkeys(names, 0)
         self.last_refusal, self.scan_ms, self.told = "", 0.0, 0.0
         self.corrected = None  # or is told T_map_odom and the time of each scan
-        self.tf, self.cameras = octosurf.Transforms(), {}
+        self.tf, self.cameras, self.unposed = octosurf.Transforms(), {}, {}  # of sensors without a pose, since when
         self.news = threading.Condition()  # of what follows
         self.queue, self.bytes, self.tasks = collections.deque(), 0, collections.deque()
         self.ended = self.hurried = self.changed = False
@@ -209,6 +210,12 @@ class Mapping:
             return all(newest is not None and newest >= stamp_ns for newest in known)
 
         wait(ready)
+        if self.tf.newest(frames[0], received.frame) is None:
+            since = self.unposed.setdefault(sensor, time.monotonic())
+            if time.monotonic() - since > PATIENCE_S:
+                self.unposed[sensor] = np.inf  # said
+                self.log.warning(f"no transform between {frames[0]} and {received.frame}, the frame of {sensor.topic}: "
+                                 f"is {self.options.tf} complete, and `frame` right?")
         poses = [self.tf.lookup(one, received.frame, stamp_ns) for one in frames]
         moving = iter(poses[1:])
         own = [(low, high, next(moving) if box else np.eye(4)) for box, low, high in sensor.own]

@@ -18,7 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo
 from tf2_msgs.msg import TFMessage
 
-from octosurf_ros.mapping import REFUSED, Mapping, Sensor, start_of
+from octosurf_ros.mapping import PATIENCE_S, REFUSED, Mapping, Sensor, start_of
 from octosurf_ros.messages import cdr, header, pose
 from octosurf_ros.patches import Patches
 from octosurf_ros.publications import Publications
@@ -186,7 +186,7 @@ class MappingNode(Node):
         status.header.frame_id = self.options.frame
         status.header.stamp.sec, status.header.stamp.nanosec = divmod(moment.stamp_ns, 10**9)
         self.status.publish(status)
-        if time.monotonic() - self.began > 5:  # by then publishers are discovered
+        if time.monotonic() - self.began > PATIENCE_S:  # by then publishers are discovered
             for what, heard in self.heard.items():
                 topics = [one.topic_name for one in heard]
                 if what not in self.told and not any(map(self.count_publishers, topics)):
