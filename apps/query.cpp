@@ -27,8 +27,8 @@ Examples:
   octosurf query maps/office --foothold 1.2 0.4 0.0 90 --foot 0.22x0.11 --clearance 0.15 --edge-margin 0.02
   octosurf query maps/office --stair 1.2 0.4 0.0 --json             the stair nearest to that place
   octosurf query maps/office --patch 1.2 0.4 0.6 90                 heights around a robot's base, as its controller reads
-  octosurf query maps/office --regions 7 --foot 0.03 --pieces 12 --json   where a ball foot may be on surface 7
-  octosurf query maps/office --regions 7 --foot 0.03 --about 1.2 0.4 0.0 --reach 1   likewise, within a metre of a place
+  octosurf query maps/office --regions 1 --foot 0.03 --pieces 12 --json   where a ball foot may be on surface 1
+  octosurf query maps/office --regions 1 --foot 0.03 --about 1.2 0.4 0.0 --reach 1   likewise, within a metre of a place
 )";
 
 struct QueryArguments {

