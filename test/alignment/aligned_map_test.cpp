@@ -8,13 +8,8 @@
 #include "simulation/recording.hpp"
 #include "support/degree.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
-
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
-#include <sstream>
 
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>

@@ -2,12 +2,7 @@
 #include "alignment/pose_fit.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/degree.hpp"
-#include "support/seed.hpp"
-
-#include <array>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>

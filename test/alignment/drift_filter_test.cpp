@@ -1,11 +1,7 @@
 #include "alignment/drift_filter.hpp"
 
 #include "alignment/surfaces_by_hand.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {

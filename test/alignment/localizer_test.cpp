@@ -1,13 +1,9 @@
 #include "alignment/pose_fit.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/degree.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/alignment.hpp>
-#include <octosurf/error.hpp>
 
 namespace octosurf::test {
 namespace {

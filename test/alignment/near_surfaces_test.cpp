@@ -1,10 +1,8 @@
 #include "alignment/near_surfaces.hpp"
 
 #include "alignment/surfaces_by_hand.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
-
-#include <gtest/gtest.h>
 
 #include <octosurf/mapper.hpp>
 

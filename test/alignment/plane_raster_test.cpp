@@ -2,12 +2,8 @@
 
 #include "geometry/voxel_grid.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/surface_model.hpp"
-
-#include <gtest/gtest.h>
-#include <limits>
-#include <random>
 
 namespace octosurf::test {
 namespace {

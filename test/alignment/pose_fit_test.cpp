@@ -3,12 +3,7 @@
 #include "alignment/pose_search.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/degree.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <map>
-#include <numbers>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {

@@ -4,11 +4,7 @@
 #include "alignment/pose_search.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/degree.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {

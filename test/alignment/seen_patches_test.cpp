@@ -1,12 +1,7 @@
 // What is remembered of a surface's patches, and how long ago that was.
 #include "alignment/seen_patches.hpp"
 
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {

@@ -1,9 +1,7 @@
 #pragma once
 
 #include "support/scene.hpp"
-
-#include <memory>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/alignment.hpp>
 #include <octosurf/surface.hpp>

@@ -6,15 +6,7 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gmock/gmock.h>
-#include <limits>
-#include <numeric>
-#include <random>
-#include <set>
-#include <span>
+#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {

@@ -5,11 +5,8 @@
 #include "simulation/recording.hpp"
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
-
-#include <map>
-#include <numeric>
 
 namespace octosurf::test {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "support/testing.hpp"
+
 #include <ostream>
-#include <string>
-#include <vector>
 
 #include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/mapper.hpp>

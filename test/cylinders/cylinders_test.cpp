@@ -1,14 +1,8 @@
 #include "cylinders/cylinders.hpp"
 
 #include "support/map_state.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <iostream>
-#include <numbers>
-#include <random>
 
 namespace octosurf::cylinders {
 namespace {

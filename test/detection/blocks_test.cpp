@@ -3,13 +3,7 @@
 #include "detection/voxel_blocks.hpp"
 #include "support/pending_points.hpp"
 #include "support/round_scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <cstdlib>
-#include <gtest/gtest.h>
-#include <random>
-#include <set>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

@@ -1,8 +1,7 @@
 #include "detection/detector.hpp"
 
-#include <gmock/gmock.h>
+#include "support/testing.hpp"
 
-#include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf {

@@ -4,17 +4,7 @@
 #include "detection/expansion.hpp"
 #include "detection/sure_plane.hpp"
 #include "support/pending_points.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <map>
-#include <numbers>
-#include <random>
-#include <set>
-#include <tuple>
-#include <utility>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

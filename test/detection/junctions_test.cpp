@@ -5,13 +5,7 @@
 #include "detection/constants.hpp"
 #include "support/pending_points.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

@@ -7,12 +7,7 @@
 #include "support/invariants.hpp"
 #include "support/map_state.hpp"
 #include "support/room_tour.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gmock/gmock.h>
-#include <map>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 

@@ -6,15 +6,7 @@
 #include "sensing/reading_code.hpp"
 #include "support/pending_points.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <iterator>
-#include <random>
-#include <set>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

@@ -2,11 +2,7 @@
 #include "detection/parts.hpp"
 
 #include "support/pending_points.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <random>
-#include <set>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

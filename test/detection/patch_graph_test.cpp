@@ -1,11 +1,6 @@
 #include "detection/patch_graph.hpp"
 
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <numeric>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

@@ -2,10 +2,7 @@
 
 #include "geometry/plane_frame.hpp"
 #include "sensing/reading_model.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

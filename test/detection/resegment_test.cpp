@@ -2,13 +2,7 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <gmock/gmock.h>
-#include <map>
-#include <random>
-#include <set>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 

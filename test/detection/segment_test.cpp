@@ -4,14 +4,7 @@
 #include "detection/seed_patches.hpp"
 #include "support/pending_points.hpp"
 #include "support/round_scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <numbers>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

@@ -4,14 +4,7 @@
 #include "detection/expand.hpp"
 #include "detection/likelihood_detector.hpp"
 #include "support/pending_points.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <optional>
-#include <random>
-#include <set>
-#include <stdexcept>
+#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

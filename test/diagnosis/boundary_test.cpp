@@ -1,12 +1,8 @@
 // What lies beyond a surface's edges, on scenes and cameras for which that can be worked out.
 #include "support/checked_mapper.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <filesystem>
-#include <functional>
-#include <gtest/gtest.h>
-#include <numbers>
 #include <unistd.h>
 
 #include <octosurf/boundary.hpp>

@@ -3,16 +3,8 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/map_state.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <map>
-#include <random>
-#include <set>
-
-#include <octosurf/error.hpp>
 #include <octosurf/explain.hpp>
 
 namespace octosurf::diagnosis {

@@ -1,10 +1,7 @@
 // The search over random graphs: begun, looked at and gone on with it is the search in one go.
 #include "footsteps/anytime_search.hpp"
 
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::footsteps {
 namespace {

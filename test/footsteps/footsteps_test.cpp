@@ -1,12 +1,7 @@
 #include "planning/shapes.hpp"
 #include "support/painted_octree.hpp"
+#include "support/testing.hpp"
 
-#include <gmock/gmock.h>
-#include <memory>
-#include <numbers>
-#include <optional>
-
-#include <octosurf/error.hpp>
 #include <octosurf/footsteps.hpp>
 #include <octosurf/mapper.hpp>
 

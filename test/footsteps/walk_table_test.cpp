@@ -1,12 +1,6 @@
 #include "footsteps/walk_table.hpp"
 
-#include "support/seed.hpp"
-
-#include <Eigen/Geometry>
-#include <cstdlib>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::footsteps {
 namespace {

@@ -2,12 +2,7 @@
 #include "geometry/rings.hpp"
 #include "support/alpha_shape_twin.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <map>
-#include <numeric>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::geometry {
 namespace {

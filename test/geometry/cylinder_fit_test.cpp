@@ -1,13 +1,7 @@
 #include "geometry/cylinder_fit.hpp"
 
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <iostream>
-#include <numbers>
-#include <random>
 
 namespace octosurf::geometry {
 namespace {

@@ -2,14 +2,7 @@
 #include "geometry/local_width.hpp"
 
 #include "geometry/plane_frame.hpp"
-#include "support/seed.hpp"
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::geometry {
 namespace {

@@ -1,18 +1,7 @@
 #include "geometry/triangulate.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <limits>
-#include <map>
-#include <numbers>
-#include <random>
-#include <set>
-#include <utility>
-
-#include <octosurf/error.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf::geometry {

@@ -3,15 +3,8 @@
 
 #include "support/alpha_shape_twin.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
-#include <set>
 
 namespace octosurf::geometry {
 namespace {

@@ -1,17 +1,9 @@
 // How sure a surface says its plane is, against how much planes through many noisy draws really scatter.
 #include "geometry/plane_covariance.hpp"
 
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 #include "surfaces/surface_model.hpp"
-
-#include <Eigen/Dense>
-#include <cmath>
-#include <functional>
-#include <gtest/gtest.h>
-#include <iostream>
-#include <random>
-#include <vector>
 
 namespace octosurf::geometry {
 namespace {

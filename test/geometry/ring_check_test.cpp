@@ -2,12 +2,7 @@
 
 #include "geometry/outline.hpp"
 #include "io/files.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::geometry {
 namespace {

@@ -3,12 +3,8 @@
 #include "geometry/rings.hpp"
 #include "support/alpha_shape_twin.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
-
-#include <gtest/gtest.h>
-#include <random>
-#include <set>
 
 namespace octosurf::geometry {
 namespace {

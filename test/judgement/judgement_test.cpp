@@ -2,12 +2,7 @@
 #include "alignment/surfaces_by_hand.hpp"
 #include "judgement/walks.hpp"
 #include "support/degree.hpp"
-#include "support/seed.hpp"
-
-#include <gmock/gmock.h>
-#include <numbers>
-#include <random>
-#include <span>
+#include "support/testing.hpp"
 
 #include <octosurf/judgement.hpp>
 

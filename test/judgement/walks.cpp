@@ -1,11 +1,7 @@
 #include "judgement/walks.hpp"
 
 #include "alignment/surfaces_by_hand.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <string>
+#include "support/testing.hpp"
 
 namespace octosurf::test {
 

@@ -1,10 +1,7 @@
 // Recordings of walks through the furnished room, and changes of them.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <functional>
-#include <random>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/scan.hpp>
 

@@ -2,13 +2,8 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <gtest/gtest.h>
-#include <limits>
-#include <random>
-
-#include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/space_part.hpp>
 

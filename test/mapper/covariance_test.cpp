@@ -1,11 +1,6 @@
 // How sure published planes say they are, against the truth, after whole scans.
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <Eigen/Dense>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 

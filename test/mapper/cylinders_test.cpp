@@ -4,13 +4,8 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/round_scene.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
-
-#include <algorithm>
-#include <gmock/gmock.h>
-#include <numbers>
-#include <random>
 
 namespace octosurf::mapper {
 namespace {

@@ -1,11 +1,8 @@
 // What a scan's budget leaves waits, and is found in the end.
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
-
-#include <gtest/gtest.h>
-#include <vector>
 
 #include <octosurf/mapper.hpp>
 

@@ -4,12 +4,7 @@
 #include "support/guarantees.hpp"
 #include "support/polygons.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
-#include <set>
+#include "support/testing.hpp"
 
 namespace octosurf::mapper {
 namespace {

@@ -3,14 +3,7 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <span>
-#include <vector>
-
-#include <octosurf/error.hpp>
+#include "support/testing.hpp"
 
 namespace octosurf::mapper {
 namespace {

@@ -3,15 +3,8 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
-
-#include <gmock/gmock.h>
-#include <numbers>
-#include <random>
-#include <type_traits>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::mapper {
 namespace {

@@ -3,17 +3,10 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "support/unshared_area.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <vector>
-
-#include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::test {

@@ -7,24 +7,13 @@
 #include "support/random_scans.hpp"
 #include "support/round_scene.hpp"
 #include "support/sanitized.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
-#include <functional>
-#include <gtest/gtest.h>
-#include <random>
-#include <span>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <thread>
 #include <unistd.h>
-#include <vector>
 
-#include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 

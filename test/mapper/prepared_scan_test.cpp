@@ -1,14 +1,10 @@
 // Scans prepared before their insertion: in less time the same map, to the last byte.
 #include "support/guarantees.hpp"
 #include "support/room_tour.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
 #include <future>
-#include <gtest/gtest.h>
-#include <optional>
-#include <vector>
 
-#include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::mapper {

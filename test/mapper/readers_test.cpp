@@ -1,16 +1,7 @@
 // Snapshots while the map goes on: what mapper.hpp promises to readers in other threads.
 #include "support/polygons.hpp"
 #include "support/room_tour.hpp"
-#include "support/seed.hpp"
-
-#include <atomic>
-#include <gtest/gtest.h>
-#include <limits>
-#include <map>
-#include <set>
-#include <string>
-#include <thread>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 

@@ -2,16 +2,10 @@
 // furniture moves is what it is today.
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
 
-#include <cmath>
-#include <cstdlib>
-#include <gtest/gtest.h>
 #include <malloc.h>
-#include <numbers>
-#include <utility>
-#include <vector>
 
 #include <octosurf/mapper.hpp>
 

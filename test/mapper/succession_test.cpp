@@ -3,10 +3,7 @@
 
 #include "support/invariants.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <gmock/gmock.h>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 

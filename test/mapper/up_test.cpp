@@ -3,11 +3,7 @@
 #include "support/degree.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 #include <octosurf/up.hpp>

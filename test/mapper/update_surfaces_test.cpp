@@ -1,9 +1,7 @@
 // Which points a change leaves to the next one.
 #include "mapper/map_change.hpp"
 #include "support/pending_points.hpp"
-
-#include <gmock/gmock.h>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::mapper {
 namespace {

@@ -2,16 +2,7 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <functional>
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
-#include <set>
-
-#include <octosurf/error.hpp>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

@@ -5,13 +5,7 @@
 #include "occupancy/octree_bytes.hpp"
 #include "occupancy/payload.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <iterator>
-#include <map>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

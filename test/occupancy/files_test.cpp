@@ -4,14 +4,7 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
-
-#include <cstring>
-#include <gmock/gmock.h>
-#include <limits>
-#include <random>
-
-#include <octosurf/error.hpp>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

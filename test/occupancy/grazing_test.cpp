@@ -4,11 +4,7 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

@@ -4,13 +4,7 @@
 #include "occupancy/octree_bytes.hpp"
 #include "support/paths.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <filesystem>
-#include <gtest/gtest.h>
-#include <limits>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/scan_source.hpp>
 

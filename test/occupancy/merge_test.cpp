@@ -2,17 +2,7 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
-#include <span>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/occupancy.hpp>
 

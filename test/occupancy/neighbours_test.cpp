@@ -2,12 +2,7 @@
 #include "occupancy/neighbours.hpp"
 
 #include "support/pending_points.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <random>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

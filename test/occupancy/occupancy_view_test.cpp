@@ -6,22 +6,8 @@
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <gtest/gtest.h>
-#include <iterator>
-#include <limits>
-#include <map>
-#include <memory>
-#include <random>
-#include <set>
-#include <tuple>
-#include <vector>
-
-#include <octosurf/error.hpp>
 #include <octosurf/occupancy.hpp>
 
 namespace octosurf::occupancy {

@@ -2,14 +2,9 @@
 
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
+#include "support/testing.hpp"
 
-#include <array>
-#include <cstdint>
-#include <gtest/gtest.h>
-#include <map>
 #include <octomap/octomap.h>
-#include <set>
-#include <sstream>
 
 #include <octosurf/scan.hpp>
 

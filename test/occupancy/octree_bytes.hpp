@@ -2,20 +2,9 @@
 
 #include "geometry/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <gtest/gtest.h>
-#include <map>
-#include <memory>
-#include <span>
-#include <sstream>
-#include <string>
 #include <unistd.h>
-#include <utility>
-#include <vector>
 
 #include <octosurf/occupancy.hpp>
 

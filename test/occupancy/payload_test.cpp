@@ -1,11 +1,7 @@
 // What a voxel with a point carries.
 #include "occupancy/payload.hpp"
 
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

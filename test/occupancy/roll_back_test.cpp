@@ -3,14 +3,7 @@
 #include "occupancy/octree_bytes.hpp"
 #include "occupancy/pool.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <iterator>
-#include <map>
-#include <random>
-#include <string>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

@@ -7,16 +7,9 @@
 #include "occupancy/octree_bytes.hpp"
 #include "support/random_scans.hpp"
 #include "support/sanitized.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <gtest/gtest.h>
 #include <malloc.h>
-#include <map>
-#include <memory>
-#include <random>
-#include <set>
-#include <string>
-#include <utility>
 
 namespace octosurf::occupancy {
 namespace {

@@ -3,12 +3,7 @@
 
 #include "geometry/voxel_grid.hpp"
 #include "occupancy/block_bits.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <random>
-#include <span>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

@@ -4,12 +4,7 @@
 #include "occupancy/payload.hpp"
 #include "occupancy/point_window.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

@@ -3,17 +3,12 @@
 
 #include "support/random_scans.hpp"
 #include "support/same_octree.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <cstring>
-#include <filesystem>
-#include <gtest/gtest.h>
 #include <octomap/OcTreeStamped.h>
-#include <sstream>
 
 #include <octosurf/adapters/octomap_files.hpp>
 #include <octosurf/adapters/octree.hpp>
-#include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 

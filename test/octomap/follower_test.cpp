@@ -1,16 +1,10 @@
 // OctomapFollower against a slow twin: to_octree() of the same view, from scratch.
 #include "support/random_scans.hpp"
 #include "support/same_octree.hpp"
-#include "support/seed.hpp"
-
-#include <atomic>
-#include <gtest/gtest.h>
-#include <set>
-#include <thread>
+#include "support/testing.hpp"
 
 #include <octosurf/adapters/octomap_follower.hpp>
 #include <octosurf/adapters/octree.hpp>
-#include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf {

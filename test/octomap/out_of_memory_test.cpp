@@ -2,10 +2,7 @@
 #include "mapper/failing_memory.hpp"
 #include "support/random_scans.hpp"
 #include "support/same_octree.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <new>
+#include "support/testing.hpp"
 
 #include <octosurf/adapters/octomap_follower.hpp>
 #include <octosurf/adapters/octree.hpp>

@@ -7,15 +7,7 @@
 #include "support/invariants.hpp"
 #include "support/map_state.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <map>
-#include <set>
-#include <utility>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/explain.hpp>

@@ -1,14 +1,7 @@
 // What PCL's parts give, against what the paper says of them, by brute force.
 #include "pcl/steps.hpp"
 
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <numbers>
-#include <random>
-#include <set>
+#include "support/testing.hpp"
 
 namespace octosurf::pcl {
 namespace {

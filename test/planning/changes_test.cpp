@@ -1,14 +1,8 @@
 // What happened since: by hand, and against the snapshots of a map that is made and unmade.
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gmock/gmock.h>
-#include <map>
-#include <set>
+#include "support/testing.hpp"
 
 #include <octosurf/changes.hpp>
-#include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::planning {

@@ -6,15 +6,9 @@
 #include "planning/exact_region.hpp"
 #include "shapes.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <gmock/gmock.h>
-#include <limits>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/contact.hpp>
-#include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf::planning {

@@ -3,15 +3,9 @@
 #include "shapes.hpp"
 #include "support/paths.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
-
-#include <gmock/gmock.h>
-#include <limits>
-#include <numbers>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/contact.hpp>
-#include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/pieces.hpp>
 

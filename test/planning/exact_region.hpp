@@ -1,7 +1,6 @@
 #pragma once
 
-#include <memory>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/surface.hpp>
 

@@ -1,14 +1,9 @@
 // Single footholds: against regions, and against points sampled all over the contact.
 #include "occupancy/occupancy_map.hpp"
 #include "shapes.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/contact.hpp>
-#include <octosurf/error.hpp>
 
 namespace octosurf::planning {
 namespace {

@@ -6,18 +6,7 @@
 #include "planning/ground_tiles.hpp"
 #include "planning/rings.hpp"
 #include "support/painted_octree.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <gmock/gmock.h>
-#include <memory>
-#include <numbers>
-#include <optional>
-#include <random>
-#include <utility>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/footsteps.hpp>
 #include <octosurf/ground.hpp>

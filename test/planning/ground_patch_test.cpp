@@ -1,14 +1,7 @@
 // The ground around a robot, beside the truth of hand-made scenes.
 #include "support/scene.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <cmath>
-#include <functional>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
-
-#include <octosurf/error.hpp>
 #include <octosurf/ground_patch.hpp>
 #include <octosurf/mapper.hpp>
 

@@ -1,17 +1,8 @@
 // Ground as planners get it, on hand-made scenes: nothing that a foot must not trust, whatever else is lost.
 #include "planning/rings.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <map>
-#include <numbers>
-#include <optional>
-#include <random>
-
-#include <octosurf/error.hpp>
 #include <octosurf/ground.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/planning.hpp>

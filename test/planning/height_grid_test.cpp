@@ -2,12 +2,8 @@
 #include "io/exporters/room_snapshot.hpp"
 #include "shapes.hpp"
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <gtest/gtest.h>
-#include <random>
-
-#include <octosurf/error.hpp>
 #include <octosurf/height_grid.hpp>
 #include <octosurf/up.hpp>
 

@@ -1,12 +1,6 @@
 #include "shapes.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <gtest/gtest.h>
-#include <limits>
-#include <numbers>
-#include <random>
-
-#include <octosurf/error.hpp>
 #include <octosurf/planning.hpp>
 #include <octosurf/up.hpp>
 

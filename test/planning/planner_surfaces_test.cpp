@@ -1,10 +1,7 @@
 // What planners' formats are made of, against contact regions and pieces asked one by one.
 #include "planning/shapes.hpp"
+#include "support/testing.hpp"
 
-#include <gtest/gtest.h>
-#include <numbers>
-
-#include <octosurf/error.hpp>
 #include <octosurf/planner_formats.hpp>
 #include <octosurf/up.hpp>
 

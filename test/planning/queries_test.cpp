@@ -1,18 +1,12 @@
 // The index against looking at every surface and every edge.
 #include "planning/questions.hpp"
 #include "shapes.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
 #include <boost/geometry.hpp>
 #include <boost/geometry/geometries/point_xy.hpp>
 #include <boost/geometry/geometries/polygon.hpp>
-#include <gmock/gmock.h>
-#include <limits>
-#include <numbers>
-#include <random>
 
-#include <octosurf/error.hpp>
 #include <octosurf/queries.hpp>
 #include <octosurf/up.hpp>
 

@@ -1,11 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <random>
-#include <utility>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/surface.hpp>
 

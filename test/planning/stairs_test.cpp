@@ -1,14 +1,6 @@
 // Stairs from outlines made by hand, in a map that is turned and shifted.
-#include <algorithm>
-#include <cmath>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <memory>
-#include <numbers>
-#include <utility>
-#include <vector>
+#include "support/testing.hpp"
 
-#include <octosurf/error.hpp>
 #include <octosurf/stairs.hpp>
 #include <octosurf/up.hpp>
 

@@ -1,14 +1,7 @@
 // Storeys and the ways between them, beside the truth of hand-made scenes.
 #include "support/scene.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <cmath>
-#include <functional>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
-
-#include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/storeys.hpp>
 

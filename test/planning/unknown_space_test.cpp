@@ -2,12 +2,7 @@
 #include "planning/unknown_space.hpp"
 
 #include "support/painted_octree.hpp"
-#include "support/seed.hpp"
-
-#include <array>
-#include <gtest/gtest.h>
-#include <random>
-#include <set>
+#include "support/testing.hpp"
 
 #include <octosurf/contact.hpp>
 

@@ -4,13 +4,7 @@
 #include "occupancy/occupancy_map.hpp"
 #include "planning/contact_cells.hpp"
 #include "shapes.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <memory>
-#include <numbers>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/contact.hpp>
 

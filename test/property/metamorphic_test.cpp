@@ -3,12 +3,7 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <random>
-#include <string>
+#include "support/testing.hpp"
 
 #include <octosurf/adapters/paper_detector.hpp>
 

@@ -1,14 +1,7 @@
 #pragma once
 
 #include "support/polygons.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <numeric>
-#include <string>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/surface.hpp>
 

@@ -1,13 +1,7 @@
 // Readings of a sensor that moves, against the same places seen at once.
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <gmock/gmock.h>
-#include <limits>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/deskew.hpp>
-#include <octosurf/error.hpp>
 
 namespace octosurf::test {
 namespace {

@@ -2,16 +2,9 @@
 #include "sensing/downsample.hpp"
 
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <gtest/gtest.h>
-#include <limits>
-#include <map>
 #include <octomap/octomap.h>
-#include <random>
-#include <vector>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::sensing {
 namespace {

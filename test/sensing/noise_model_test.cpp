@@ -3,13 +3,7 @@
 #include "sensing/reading_code.hpp"
 #include "support/random_scans.hpp"
 #include "support/scene.hpp"
-#include "support/seed.hpp"
-
-#include <algorithm>
-#include <array>
-#include <gtest/gtest.h>
-#include <random>
-#include <utility>
+#include "support/testing.hpp"
 
 namespace octosurf::sensing {
 namespace {

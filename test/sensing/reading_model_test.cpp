@@ -1,12 +1,7 @@
 #include "sensing/reading_model.hpp"
 
 #include "sensing/reading_code.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <optional>
+#include "support/testing.hpp"
 
 namespace octosurf::sensing {
 namespace {

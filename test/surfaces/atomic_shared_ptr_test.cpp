@@ -1,7 +1,6 @@
 #include "surfaces/atomic_shared_ptr.hpp"
 
-#include <gtest/gtest.h>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::surfaces {
 namespace {

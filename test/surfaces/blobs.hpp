@@ -2,12 +2,8 @@
 
 #include "geometry/voxel_grid.hpp"
 #include "support/slow_polygons.hpp"
+#include "support/testing.hpp"
 #include "surfaces/surface_model.hpp"
-
-#include <Eigen/Dense>
-#include <map>
-#include <random>
-#include <vector>
 
 namespace octosurf::test {
 

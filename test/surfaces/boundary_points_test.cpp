@@ -1,12 +1,8 @@
 // Where polygons end: at the readings' end, not at the centroids of the outermost voxels.
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 #include "surfaces/surface_model.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
 
 namespace octosurf::surfaces {
 namespace {

@@ -2,11 +2,7 @@
 #include "surfaces/cells.hpp"
 
 #include "support/pending_points.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
+#include "support/testing.hpp"
 
 namespace octosurf::surfaces {
 namespace {

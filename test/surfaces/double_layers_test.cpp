@@ -1,10 +1,8 @@
 // Double layers of sheets whose overlap and distance follow from the drawing.
 #include "support/double_layers.hpp"
 
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
-
-#include <gmock/gmock.h>
-#include <numbers>
 
 namespace octosurf::surfaces {
 namespace {

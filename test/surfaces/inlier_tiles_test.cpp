@@ -1,13 +1,7 @@
 // Inliers by cell, beside a plain map of lists.
 #include "surfaces/inlier_tiles.hpp"
 
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
-#include <tuple>
-#include <utility>
+#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {

@@ -1,14 +1,8 @@
 // Where surfaces end on each other: at the line of their planes, not where the voxels of one begin.
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 #include "surfaces/surface_store.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
-#include <set>
 
 namespace octosurf::surfaces {
 namespace {

@@ -1,16 +1,8 @@
 #include "support/paths.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <fstream>
-#include <gmock/gmock.h>
-#include <limits>
-#include <map>
 #include <octomap/octomap.h>
-#include <sstream>
 
-#include <octosurf/error.hpp>
 #include <octosurf/parameters.hpp>
 
 namespace octosurf::surfaces {

@@ -2,13 +2,8 @@
 #include "surfaces/published.hpp"
 
 #include "support/polygons.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
-
-#include <atomic>
-#include <gtest/gtest.h>
-#include <random>
-#include <thread>
 
 namespace octosurf::surfaces {
 namespace {

@@ -1,16 +1,9 @@
-#include <algorithm>
 // The working form of a surface against what its inliers say when asked one by one.
-#include "support/polygons.hpp"
-#include "support/seed.hpp"
-#include "surfaces/blobs.hpp"
 #include "surfaces/surface_model.hpp"
 
-#include <array>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
-#include <set>
+#include "support/polygons.hpp"
+#include "support/testing.hpp"
+#include "surfaces/blobs.hpp"
 
 namespace octosurf::surfaces {
 namespace {

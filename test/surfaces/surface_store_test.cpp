@@ -1,12 +1,8 @@
 // Look-ups by place and by plane against a walk over all surfaces.
 #include "surfaces/surface_store.hpp"
 
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
-
-#include <algorithm>
-#include <gtest/gtest.h>
-#include <random>
 
 namespace octosurf::surfaces {
 namespace {

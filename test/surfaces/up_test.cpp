@@ -1,12 +1,6 @@
 #include "geometry/directions.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <gtest/gtest.h>
-#include <limits>
-#include <numbers>
-#include <random>
-
-#include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf::surfaces {

@@ -1,11 +1,8 @@
 // What scans saw again in a surface's voxels, against sums over each reading.
 #include "support/map_state.hpp"
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 #include "update/retract.hpp"
-
-#include <gtest/gtest.h>
-#include <random>
 
 namespace octosurf::update {
 namespace {
