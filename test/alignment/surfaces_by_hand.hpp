@@ -1,7 +1,6 @@
 #pragma once
 
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/alignment.hpp>
 #include <octosurf/surface.hpp>

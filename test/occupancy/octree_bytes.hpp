@@ -18,9 +18,9 @@ inline OccupancyParameters with_resolution(double resolution, double occupied = 
 }
 
 /// By one thread, without surfaces.
-inline void insert(occupancy::OccupancyMap& map, const Scan& scan) {
+inline void insert(occupancy::OccupancyMap& map, const Scan& scan, double max_range = 30) {
   sensing::Downsampler downsample(map.grid());
-  map.insert(downsample(scan, 0, 30), downsample, nullptr);
+  map.insert(downsample(scan, 0, max_range), downsample, nullptr);
 }
 
 /// All nodes, as a map file has them.

@@ -95,6 +95,12 @@ inline Surface surface(SurfaceId id, std::vector<Polygon> polygons,
   return result;
 }
 
+inline std::shared_ptr<Snapshot> snapshot_of(std::vector<Surface> surfaces) {
+  auto snapshot = std::make_shared<Snapshot>();
+  for (Surface& one : surfaces) snapshot->surfaces.push_back(std::make_shared<const Surface>(std::move(one)));
+  return snapshot;
+}
+
 inline Eigen::Isometry3d pose(const Eigen::Vector3d& axis, double angle_rad, const Eigen::Vector3d& origin) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.rotate(Eigen::AngleAxisd(angle_rad, axis.normalized()));

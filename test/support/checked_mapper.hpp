@@ -1,6 +1,6 @@
 #pragma once
 
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 

@@ -1,10 +1,9 @@
 #pragma once
 
 #include "sensing/downsample.hpp"
+#include "support/testing.hpp"
 #include "surfaces/ledger.hpp"
 #include "surfaces/map_state.hpp"
-
-#include <vector>
 
 namespace octosurf::test {
 

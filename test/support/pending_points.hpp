@@ -1,9 +1,7 @@
 #pragma once
 
 #include "support/map_state.hpp"
-
-#include <algorithm>
-#include <vector>
+#include "support/testing.hpp"
 
 namespace octosurf::test {
 

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <cmath>
-#include <random>
+#include "support/testing.hpp"
 
 #include <octosurf/scan.hpp>
 

@@ -71,6 +71,29 @@ Scan laser_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::
   return scan;
 }
 
+Scan spinning_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
+                   const std::vector<double>& elevations, int steps, double noise) {
+  std::normal_distribution<double> gauss(0, noise);
+  Scan scan;
+  scan.sensor = SensorKind::lidar;
+  scan.T_map_sensor = T_map_sensor;
+  for (const double up : elevations)
+    for (int step = 0; step < steps; ++step) {
+      const double a = 2 * std::numbers::pi * step / steps;
+      const Eigen::Vector3d ray(std::cos(up) * std::cos(a), std::cos(up) * std::sin(a), std::sin(up));
+      if (const auto range = scene.cast(T_map_sensor.translation(), T_map_sensor.linear() * ray))
+        scan.points.push_back((ray * (*range + gauss(rng))).cast<float>());
+    }
+  return scan;
+}
+
+/// From `first` on, `count` of them.
+std::vector<double> rings(double first, double step, int count) {
+  std::vector<double> elevations;
+  for (int ring = 0; ring < count; ++ring) elevations.push_back(first + step * ring);
+  return elevations;
+}
+
 Scan moved(Scan scan, const Eigen::Isometry3d& T) {
   scan.T_map_sensor = T * scan.T_map_sensor;
   return scan;

@@ -1,11 +1,6 @@
 #pragma once
 
-#include <Eigen/Dense>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <random>
-#include <vector>
+#include "support/testing.hpp"
 
 #include <octosurf/scan.hpp>
 
@@ -69,6 +64,12 @@ std::vector<Scan> orbit(const Scene& scene, const Eigen::Vector3d& target, doubl
 /// One sweep of a planar laser that turns about its own z, x forward.
 Scan laser_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
                 double half_angle = 1.0, double step = 0.004, double noise = 0.002);
+
+/// Of a lidar that spins about its z: rings at these elevations, `steps` readings a turn.
+Scan spinning_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
+                   const std::vector<double>& elevations, int steps, double noise);
+
+std::vector<double> rings(double first, double step, int count);  ///< elevations, rad
 
 /// The same scan, everything moved by T.
 Scan moved(Scan scan, const Eigen::Isometry3d& T);

@@ -39,3 +39,16 @@
 #include <vector>
 
 #include <octosurf/error.hpp>
+#include <octosurf/parameters.hpp>
+
+namespace octosurf::test {
+
+/// As by default, of voxels of so many metres.
+inline Parameters of_voxels(double resolution, bool align = true) {
+  Parameters parameters;
+  parameters.occupancy.resolution = resolution;
+  parameters.align = align;
+  return parameters;
+}
+
+}  // namespace octosurf::test
