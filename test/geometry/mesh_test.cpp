@@ -1,62 +1,16 @@
 #include "geometry/triangulate.hpp"
+#include "planning/shapes.hpp"
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
-
-#include <octosurf/surface.hpp>
 
 namespace octosurf::geometry {
 namespace {
 
+using namespace shapes;
+
+Eigen::Isometry3d tilted_frame() { return pose({1, -2, 0.5}, 0.7, {3, -5, 1.5}); }
+
 double triangle_area(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   return ((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x()) / 2;
-}
-
-Ring2 box(double u, double v, double width, double height) {
-  return {{u, v}, {u + width, v}, {u + width, v + height}, {u, v + height}};
-}
-
-Ring2 reversed(Ring2 ring) {
-  std::reverse(ring.begin(), ring.end());
-  return ring;
-}
-
-// Star-shaped about its centre, so simple for any radii.
-Ring2 star(std::mt19937_64& random, const Eigen::Vector2d& center, double inner, double outer, int corners) {
-  std::uniform_real_distribution<double> radius(inner, outer);
-  Ring2 ring;
-  for (int i = 0; i < corners; ++i) {
-    const double angle = 2 * std::numbers::pi * i / corners;
-    ring.push_back(center + radius(random) * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-  }
-  return ring;
-}
-
-// A star with up to four holes, one in each quadrant of its kernel.
-Polygon random_polygon(std::mt19937_64& random) {
-  Polygon polygon{star(random, {0, 0}, 1.0, 2.0, std::uniform_int_distribution<int>(12, 60)(random)), {}};
-  for (const auto& [x, y] : {std::pair{.35, .35}, {-.35, .35}, {-.35, -.35}, {.35, -.35}}) {
-    if (random() % 4 == 0) continue;
-    polygon.holes.push_back(reversed(star(random, {x, y}, 0.05, 0.3, 3 + static_cast<int>(random() % 20))));
-  }
-  return polygon;
-}
-
-Surface surface_of(std::vector<Polygon> polygons, const Eigen::Isometry3d& pose) {
-  Surface surface;
-  surface.id = 1;
-  surface.T_map_surface = pose;
-  surface.plane.normal = pose.linear().col(2);
-  surface.plane.offset = surface.plane.normal.dot(pose.translation());
-  surface.area_m2 = test::area(polygons);
-  surface.polygons = std::move(polygons);
-  return surface;
-}
-
-Eigen::Isometry3d tilted() {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized()));
-  pose.pretranslate(Eigen::Vector3d(3, -5, 1.5));
-  return pose;
 }
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
@@ -138,14 +92,14 @@ TEST(Mesh, TrianglesCoverTheirPolygonsAndSolidsAreClosed) {
   for (int i = 0; i < 200; ++i) all.push_back({random_polygon(random)});
   for (const std::vector<Polygon>& polygons : all) {
     std::for_each(polygons.begin(), polygons.end(), expect_valid);
-    const Surface surface = surface_of(polygons, tilted());
-    expect_solid(extrude(surface, 0.05), 0.05 * surface.area_m2);
+    const Surface on = surface(1, polygons, tilted_frame());
+    expect_solid(extrude(on, 0.05), 0.05 * on.area_m2);
     if (HasFailure()) break;
   }
 }
 
 TEST(Mesh, ASolidLiesBehindItsSurface) {
-  const Mesh mesh = extrude(surface_of({{box(0, 0, 2, 1), {}}}, Eigen::Isometry3d::Identity()), 0.1);
+  const Mesh mesh = extrude(surface(1, {{box(0, 0, 2, 1), {}}}), 0.1);
   EXPECT_EQ(mesh.vertices.size(), 8u);
   EXPECT_EQ(mesh.triangles.size(), 12u);
   for (const Eigen::Vector3d& v : mesh.vertices) EXPECT_TRUE(v.z() == 0 || v.z() == -0.1);
@@ -164,7 +118,7 @@ TEST(Mesh, WhatIsNoPolygonHasNoTriangles) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(triangulate({{{0, 0}, {1, 0}, {nan, 1}}, {}}, vertices), Error);
   for (const double thickness : {0.0, -0.02, nan})
-    EXPECT_THROW(extrude(surface_of({{box(0, 0, 1, 1), {}}}, tilted()), thickness), Error);
+    EXPECT_THROW(extrude(surface(1, {{box(0, 0, 1, 1), {}}}, tilted_frame()), thickness), Error);
 }
 
 }  // namespace

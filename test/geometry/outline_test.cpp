@@ -3,7 +3,6 @@
 
 #include "support/alpha_shape_twin.hpp"
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 
 namespace octosurf::geometry {
@@ -110,67 +109,6 @@ TEST(Outline, IslandsInHolesArePolygonsOfTheirOwn) {
     }
   EXPECT_NEAR(test::area(polygons), area, 1e-9);
   EXPECT_TRUE(test::identical(polygons, alpha_shape(all_of(sites), 1.9)));
-}
-
-TEST(CellBits, FollowWhatComesAndGoes) {
-  std::mt19937_64 rng = test::rng();
-  std::map<Cell, int> content;             // inliers of each cell
-  std::set<Cell> deep, boundary, touched;  // as of the last take_changes(); cells whose content changed since
-  CellBits bits;
-  std::uniform_int_distribution<int> somewhere(-13, 13);
-  const auto holds = [&](int u, int v) { return content.contains({u, v}); };
-  for (int round = 0; round < 150 && !HasFailure(); ++round) {
-    const std::uint64_t grow = rng() % 8;
-    for (int i = static_cast<int>(rng() % 300); i > 0; --i) {
-      const Cell cell(somewhere(rng), somewhere(rng));
-      const bool more = rng() % 8 < grow;
-      if (!more && !content.contains(cell)) continue;
-      if (more)
-        ++content[cell];
-      else if (--content[cell] == 0)
-        content.erase(cell);
-      touched.insert(cell);
-      bits.change({cell.first, cell.second}, content.contains(cell));
-    }
-    std::set<Cell> told;
-    for (const CellBits::Cells& cells : bits.take_changes(true))
-      cells.for_each([&](PlaneCell cell) { EXPECT_TRUE(told.emplace(cell.u, cell.v).second); });
-    std::set<Cell> now_deep, now_boundary, near_flips;
-    for (int v = -16; v <= 16; ++v)
-      for (int u = -16; u <= 16; ++u) {
-        if ((deep.contains({u, v}) || boundary.contains({u, v})) == holds(u, v)) continue;
-        for (int y = -2; y <= 2; ++y)
-          for (int x = -2; x <= 2; ++x) near_flips.emplace(u + x, v + y);
-      }
-    for (const auto& [cell, n] : content) {
-      bool inside = true;
-      for (int y = -2; y <= 2; ++y)
-        for (int x = -2; x <= 2; ++x) inside = inside && holds(cell.first + x, cell.second + y);
-      (inside ? now_deep : now_boundary).insert(cell);
-    }
-    for (int v = -16; v <= 16; ++v)
-      for (int u = -16; u <= 16; ++u) {
-        const Cell cell(u, v);
-        EXPECT_EQ(bits.occupied({u, v}), holds(u, v));
-        EXPECT_EQ(bits.deep_inside({u, v}), now_deep.contains(cell));
-        const bool was_boundary = boundary.contains(cell), is_boundary = now_boundary.contains(cell);
-        std::uint32_t around = 0;
-        for (int y = -2; y <= 2; ++y)
-          for (int x = -2; x <= 2; ++x)
-            around |= static_cast<std::uint32_t>(holds(u + x, v + y)) << (5 * (y + 2) + x + 2);
-        EXPECT_EQ(bits.around({u, v}), around);
-        if (was_boundary != is_boundary || deep.contains(cell) != now_deep.contains(cell) ||
-            (is_boundary && (touched.contains(cell) || near_flips.contains(cell)))) {
-          EXPECT_TRUE(told.contains(cell)) << u << ", " << v << " changed, and nobody says so";
-        }
-      }
-    for (const Cell& cell : told)
-      EXPECT_TRUE(touched.contains(cell) || deep.contains(cell) != now_deep.contains(cell) ||
-                  near_flips.contains(cell));
-    deep = now_deep;
-    boundary = now_boundary;
-    touched.clear();
-  }
 }
 
 }  // namespace

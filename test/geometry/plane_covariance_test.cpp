@@ -1,7 +1,6 @@
 // How sure a surface says its plane is, against how much planes through many noisy draws really scatter.
 #include "geometry/plane_covariance.hpp"
 
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 #include "surfaces/surface_model.hpp"
 
@@ -74,9 +73,6 @@ void expect_scatter_as_said(const std::vector<Reading>& readings, const sensing:
   }
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> ratio(scatter, said);
   const Eigen::Vector3d of_std = ratio.eigenvalues().cwiseSqrt();
-  std::cout << "scatter over what is said, three directions: " << of_std.transpose() << "; tilts "
-            << said.diagonal().head<2>().cwiseSqrt().transpose() << " rad, offset "
-            << 1e3 * std::sqrt(said(2, 2)) << " mm\n";
   EXPECT_GT(of_std.minCoeff(), 1 - slack);
   EXPECT_LT(of_std.maxCoeff(), 1 + slack);
 }

@@ -3,7 +3,6 @@
 #include "geometry/rings.hpp"
 #include "support/alpha_shape_twin.hpp"
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 
 namespace octosurf::geometry {
@@ -64,10 +63,9 @@ TEST(Simplify, StaysWithinToleranceAndKeepsTopology) {
 
 TEST(Simplify, DropsWhatIsCollinear) {
   Ring2 square;
-  for (int i = 0; i < 10; ++i) square.emplace_back(0.1 * i, 0);
-  for (int i = 0; i < 10; ++i) square.emplace_back(1, 0.1 * i);
-  for (int i = 0; i < 10; ++i) square.emplace_back(1 - 0.1 * i, 1);
-  for (int i = 0; i < 10; ++i) square.emplace_back(0, 1 - 0.1 * i);
+  const Ring2 corners{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (std::size_t k = 0; k < 4; ++k)
+    for (int i = 0; i < 10; ++i) square.push_back(corners[k] + 0.1 * i * (corners[(k + 1) % 4] - corners[k]));
   const auto simple = simplify({Polygon{square, {}}}, 0.001);
   ASSERT_EQ(simple.size(), 1U);
   // A ring's first vertex may stay wherever it is.
