@@ -2,7 +2,6 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "support/random_scans.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

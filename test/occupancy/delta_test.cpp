@@ -5,7 +5,6 @@
 #include "occupancy/octree_bytes.hpp"
 #include "occupancy/payload.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

@@ -4,7 +4,6 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "support/random_scans.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {
@@ -18,11 +17,10 @@ struct Both {
 Both mapped(std::uint64_t seed, double resolution, int scans, std::size_t rays) {
   std::mt19937_64 rng(seed);
   Both both{OccupancyMap(test::with_resolution(resolution)), octomap::OcTree(resolution)};
-  sensing::Downsampler downsample(both.ours.grid());
   for (int i = 0; i < scans; ++i) {
     const Scan scan = test::room_scan(rng, rays, {1.5, 1.2, 0.9}, {0.3, -2, 1});
     test::insert_scan(both.theirs, scan, -1);
-    both.ours.insert(downsample(scan, 0, 1e9), downsample, nullptr);
+    test::insert(both.ours, scan, 1e9);
   }
   both.ours.for_each_point([&](const VoxelPoint& p) { both.ours.assign(p, p.key.x % 3); });
   return both;

@@ -4,7 +4,6 @@
 #include "occupancy/octree_bytes.hpp"
 #include "support/paths.hpp"
 #include "support/random_scans.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/scan_source.hpp>
 
@@ -136,10 +135,8 @@ TEST(OccupancyInsert, ScansWithAllStartsAtTheSensorAreAsWithout) {
   std::mt19937_64 rng = test::rng();
   Scan scan = test::room_scan(rng, 4000, {2.1, 1.7, 1.3});
   const auto octree_of = [](const Scan& inserted) {
-    OccupancyParameters parameters;
-    OccupancyMap map(parameters);
-    sensing::Downsampler downsample(map.grid());
-    map.insert(downsample(inserted, 0, 1.5), downsample, nullptr);
+    OccupancyMap map{OccupancyParameters{}};
+    test::insert(map, inserted, 1.5);
     return test::bytes_of(map);
   };
   const std::string without = octree_of(scan);

@@ -2,9 +2,6 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
 #include "support/random_scans.hpp"
-#include "support/testing.hpp"
-
-#include <octosurf/occupancy.hpp>
 
 namespace octosurf::occupancy {
 namespace {
@@ -165,15 +162,6 @@ TEST(ReplacedOctrees, AreTheOtherVoxelByVoxel) {
       test::expect_same_point(p, points_before.at(p.key), points_before.at(p.key).surface);
     for (const VoxelPoint& p : delta.appeared) EXPECT_EQ(points.at(p.key).surface, 0U);
   }
-}
-
-TEST(ReplacedOctrees, StayAsTheyAreByTheirOwnBt) {
-  std::mt19937_64 rng = test::rng();
-  OccupancyMap map = random_map(rng, coarse());
-  const Values before = test::voxels_of(map.share());
-  const OccupancyDelta delta = map.replace(test::octree_of_file(test::bt_of(map), coarse()));
-  EXPECT_TRUE(delta.vanished.empty() && delta.appeared.empty());
-  EXPECT_EQ(test::voxels_of(map.share()), before);
 }
 
 /// The rule, voxel by voxel.

@@ -2,7 +2,6 @@
 #include "occupancy/neighbours.hpp"
 
 #include "support/pending_points.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {

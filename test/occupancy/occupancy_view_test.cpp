@@ -1,14 +1,9 @@
 // Views of the octree: what they answer against a list of all voxels, and that nothing that is inserted later
 // is seen in them.
-#include "occupancy/cubes.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
-#include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
 #include "support/random_scans.hpp"
-#include "support/testing.hpp"
-
-#include <octosurf/occupancy.hpp>
 
 namespace octosurf::occupancy {
 namespace {
@@ -288,74 +283,6 @@ TEST(SharedView, TellsWhatHasChangedSinceAnyOther) {
   const std::vector<OccupancyView> views = different_views();
   for (const OccupancyView& before : views)
     for (const OccupancyView& now : views) EXPECT_EQ(followed(before, now), test::voxels_of(now));
-}
-
-using Brick = std::array<int, 3>;
-using Reading = std::tuple<bool, SurfaceId, std::array<double, 3>>;
-
-/// State, surface and point of all known voxels, by cube of 4³.
-std::map<Brick, std::map<geometry::VoxelKey, Reading>> readings_of(const OccupancyView& view) {
-  std::map<Brick, std::map<geometry::VoxelKey, Reading>> all;
-  for (const auto& [key, log_odds] : test::voxels_of(view)) {
-    const OccupancyView::Voxel voxel =
-        view.at(geometry::VoxelGrid(view.resolution()).centre_of(key).cast<double>());
-    all[{key.x >> 2, key.y >> 2, key.z >> 2}][key] = {
-        voxel.state == State::occupied, voxel.surface, {voxel.point.x(), voxel.point.y(), voxel.point.z()}};
-  }
-  return all;
-}
-
-TEST(SharedView, NamesCubesWhoseReadingsOrSurfacesChanged) {
-  const std::vector<OccupancyView> views = different_views();
-  std::vector<decltype(readings_of({}))> readings;
-  for (const OccupancyView& view : views) readings.push_back(readings_of(view));
-  for (std::size_t a = 0; a < views.size(); ++a)
-    for (std::size_t b = 0; b < views.size(); ++b) {
-      std::set<Brick> changed, named;
-      for (const std::size_t one : {a, b})
-        for (const auto& [brick, voxels] : readings[one]) {
-          const auto other_one = readings[a + b - one].find(brick);
-          if (other_one == readings[a + b - one].end() || other_one->second != voxels) changed.insert(brick);
-        }
-      views[b].for_each_changed_cube(views[a], [&](const std::array<std::uint16_t, 3>& corner, int level) {
-        ASSERT_GE(level, 2);
-        for (int x = 0; x < 1 << (level - 2); ++x)
-          for (int y = 0; y < 1 << (level - 2); ++y)
-            for (int z = 0; z < 1 << (level - 2); ++z)
-              EXPECT_TRUE(
-                  named.insert({(corner[0] >> 2) + x, (corner[1] >> 2) + y, (corner[2] >> 2) + z}).second);
-      });
-      EXPECT_EQ(named, changed) << a << " to " << b;
-    }
-}
-
-TEST(OccupancyView, ReadsCubesAsVoxelByVoxel) {
-  std::mt19937_64 rng(test::seed());
-  OccupancyMap map(parameters());
-  for (int scan = 0; scan < 6; ++scan) insert(map, test::room_scan(rng, 1200, {0.8, 0.7, 0.6}));
-  for (const VoxelPoint& p : test::points_of(map)) map.assign(p.key, static_cast<SurfaceId>(rng() % 5));
-  const OccupancyView view = map.share();
-  std::map<geometry::VoxelKey, std::pair<bool, SurfaceId>> read, expected;
-  const Eigen::AlignedBox3d everything(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
-  for_each_cube(view, everything, [&](const Cube& cube) {
-    test::for_each_voxel_of(cube.corner, cube.level, [&](geometry::VoxelKey k) {
-      const auto i = geometry::morton_of(k.x & 3U, k.y & 3U, k.z & 3U);
-      const bool occupied = (cube.occupied >> i & 1) != 0;
-      if ((cube.points >> i & 1) != 0) {
-        const VoxelPayload& payload =
-            cube.payloads[std::popcount(cube.points & ((std::uint64_t{1} << i) - 1))];
-        const geometry::VoxelGrid grid(view.resolution());
-        const Eigen::Vector3d point = load_point(payload, grid, k);
-        EXPECT_TRUE(point.isApprox(view.at(grid.centre_of(k).cast<double>()).point, 1e-6));
-      }
-      if ((cube.known >> i & 1) != 0)
-        read[k] = {occupied, occupied ? cube.surface(static_cast<unsigned>(i)) : 0};
-    });
-    return true;
-  });
-  for (const auto& [brick, voxels] : readings_of(view))
-    for (const auto& [key, reading] : voxels) expected[key] = {std::get<0>(reading), std::get<1>(reading)};
-  EXPECT_EQ(read, expected);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octree_bytes.hpp"
-#include "support/testing.hpp"
 
 #include <octomap/octomap.h>
 

@@ -7,7 +7,6 @@
 #include "occupancy/octree_bytes.hpp"
 #include "support/random_scans.hpp"
 #include "support/sanitized.hpp"
-#include "support/testing.hpp"
 
 #include <malloc.h>
 
@@ -210,9 +209,7 @@ TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
       return tree;
     });
     OccupancyMap map(parameters);
-    sensing::Downsampler downsample(map.grid());
-    for (const Scan& scan : scans)
-      map.insert(downsample(scan, 0, std::numeric_limits<double>::infinity()), downsample, nullptr);
+    for (const Scan& scan : scans) test::insert(map, scan, std::numeric_limits<double>::infinity());
     const std::string nodes = test::bytes_of(map);
     // Read back, it holds no scratch of scans.
     const double ours = heap_of([&] {

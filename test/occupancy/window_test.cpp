@@ -4,7 +4,6 @@
 #include "occupancy/payload.hpp"
 #include "occupancy/point_window.hpp"
 #include "support/random_scans.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::occupancy {
 namespace {
@@ -88,8 +87,7 @@ TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
   scan.T_map_sensor.translation().setConstant(-border + 0.3);
   for (int i = 0; i < 20; ++i)
     scan.points.push_back(Eigen::Vector3f::Constant(-0.29F + 0.002F * static_cast<float>(i)));
-  sensing::Downsampler downsample(map.grid());
-  map.insert(downsample(scan, 0, 10), downsample, nullptr);
+  test::insert(map, scan, 10);
   PointWindow window(map);
   std::size_t visited = 0;
   window.for_each_near({0, 0, 0}, 40, [&](PointId) { ++visited; });
@@ -98,20 +96,6 @@ TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
   visited = 0;
   window.for_each_near({65535, 65535, 65535}, 40, [&](PointId) { ++visited; });
   EXPECT_EQ(visited, 0U);
-}
-
-TEST_F(Window, BlocksAreWholeAndInMortonOrder) {
-  for (std::size_t i = 0; i < points.size(); i += 37) {
-    std::vector<VoxelPoint> block;
-    map.read_block(points[i].key, block);
-    std::vector<std::uint64_t> keys, expected;
-    for (const VoxelPoint& p : block) keys.push_back(p.key.packed());
-    const auto same = [](std::uint16_t a, std::uint16_t b) { return a / 8 == b / 8; };
-    for (const VoxelPoint& p : points)  // for_each_point's order is the Morton order
-      if (same(p.key.x, points[i].key.x) && same(p.key.y, points[i].key.y) && same(p.key.z, points[i].key.z))
-        expected.push_back(p.key.packed());
-    EXPECT_EQ(keys, expected);
-  }
 }
 
 }  // namespace
