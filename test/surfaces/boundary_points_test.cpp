@@ -1,6 +1,5 @@
 // Where polygons end: at the readings' end, not at the centroids of the outermost voxels.
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 #include "surfaces/surface_model.hpp"
 

@@ -2,7 +2,6 @@
 #include "surfaces/cells.hpp"
 
 #include "support/pending_points.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::surfaces {
 namespace {

@@ -1,6 +1,5 @@
 // Where surfaces end on each other: at the line of their planes, not where the voxels of one begin.
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 #include "surfaces/surface_store.hpp"
 

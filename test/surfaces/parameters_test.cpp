@@ -3,8 +3,6 @@
 
 #include <octomap/octomap.h>
 
-#include <octosurf/parameters.hpp>
-
 namespace octosurf::surfaces {
 namespace {
 

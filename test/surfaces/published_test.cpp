@@ -2,7 +2,6 @@
 #include "surfaces/published.hpp"
 
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 
 namespace octosurf::surfaces {
@@ -107,36 +106,6 @@ TEST(Published, ABrokenOutlineIsMadeAnew) {
     grown.twin->derive(h);
     EXPECT_TRUE(test::identical(published.read()->surfaces[0]->polygons, grown.twin->polygons()));
   }
-}
-
-TEST(Published, ReadersInOtherThreadsSeeEachRevisionWhole) {
-  std::mt19937_64 rng = test::rng();
-  Grown grown(rng);
-  Published published(empty_snapshot());
-  std::atomic<bool> done = false;
-  const auto read = [&] {
-    std::uint64_t last = 0;
-    while (!done) {
-      const std::shared_ptr<const Snapshot> seen = published.read();
-      EXPECT_GE(seen->revision, last);
-      last = seen->revision;
-      for (const SurfacePtr& surface : seen->surfaces) {
-        EXPECT_EQ(surface->revision, seen->revision);
-        EXPECT_FALSE(surface->polygons.empty());
-        EXPECT_TRUE(test::invalid(surface->polygons).empty());
-      }
-    }
-  };
-  {
-    std::jthread one(read), other(read);
-    for (std::uint64_t revision = 1; revision <= 200; ++revision) {
-      grown.change();
-      published.store(grown.next(published, revision));
-    }
-    done = true;
-  }
-  grown.twin->derive(h);
-  EXPECT_TRUE(test::identical(published.read()->surfaces[0]->polygons, grown.twin->polygons()));
 }
 
 }  // namespace

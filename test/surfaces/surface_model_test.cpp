@@ -2,7 +2,6 @@
 #include "surfaces/surface_model.hpp"
 
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 
 namespace octosurf::surfaces {
@@ -148,12 +147,6 @@ TEST(SurfaceModel, PolygonsThatAreNotStaleAreRight) {
   EXPECT_GT(fresh, 50U);
 }
 
-struct Sums {
-  double count = 0;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
-};
-
 TEST(SurfaceModel, MomentsSurviveChurn) {
   std::mt19937_64 rng = test::rng();
   Eigen::Isometry3d pose = test::random_pose(rng);
@@ -170,7 +163,7 @@ TEST(SurfaceModel, MomentsSurviveChurn) {
       in.insert(i);
     }
   }
-  Sums plain, weighted;
+  geometry::Moments plain, weighted;
   Parameters noisy;
   noisy.surfaces.range_noise = 0.002;
   const sensing::NoiseModel noise(noisy);
@@ -178,11 +171,8 @@ TEST(SurfaceModel, MomentsSurviveChurn) {
   for (const std::size_t i : in) {
     const Eigen::Vector3d p = all[i].position.cast<double>() - model.reference();
     const double w = std::pow(noise.sigma(1) / noise.sigma(all[i].range_class), 2);
-    for (auto [sums, weight] : {std::pair{&plain, 1.0}, {&weighted, w}}) {
-      sums->count += weight;
-      sums->sum += weight * p;
-      sums->outer += weight * p * p.transpose();
-    }
+    plain.add(p);
+    weighted.add(p, w);
     squares += std::pow(model.distance(all[i].position), 2);
   }
   EXPECT_EQ(model.size(), in.size());

@@ -1,7 +1,6 @@
 // Look-ups by place and by plane against a walk over all surfaces.
 #include "surfaces/surface_store.hpp"
 
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 
 namespace octosurf::surfaces {
