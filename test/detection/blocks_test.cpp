@@ -3,7 +3,6 @@
 #include "detection/voxel_blocks.hpp"
 #include "support/pending_points.hpp"
 #include "support/round_scene.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

@@ -5,7 +5,6 @@
 #include "detection/constants.hpp"
 #include "support/pending_points.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {
@@ -81,37 +80,6 @@ class WallAndBoard {
   std::vector<Patch> patches_;
   std::vector<Label> labels_;
 };
-
-TEST(Junctions, ABoardPartsWhatIsSeenToItsTwoSides) {
-  std::mt19937_64 rng = test::rng();
-  std::size_t across = 0, parted = 0, beside = 0;
-  for (int world = 0; world < 30; ++world) {
-    const WallAndBoard scene(rng);
-    const Junctions junctions = scene.junctions();
-    for (Index i = 0; i < scene.readings().size(); ++i) {
-      if (scene.labels()[i] != WallAndBoard::wall || junctions.ambiguous(i)) continue;
-      for (const Index j : scene.readings().near(i)) {
-        if (scene.labels()[j] != WallAndBoard::wall || junctions.ambiguous(j)) continue;
-        const Eigen::Vector3d p = scene.at(i), q = scene.at(j);
-        const double lower = std::min(p.z(), q.z()), higher = std::max(p.z(), q.z());
-        constexpr double off = 0.1;  // of the board's ends: farther than a neighbour
-        const bool to_two_sides = p.y() * q.y() < 0;
-        if (to_two_sides && higher < WallAndBoard::board_top - off && lower > off) {
-          parted += junctions.separated_by_plane(i, j);
-          ++across;
-        } else if (lower > WallAndBoard::board_top + off ||
-                   (!to_two_sides &&
-                    std::min(std::fabs(p.y()), std::fabs(q.y())) > WallAndBoard::half_thickness)) {
-          EXPECT_FALSE(junctions.separated_by_plane(i, j)) << p.transpose() << "; " << q.transpose();
-          ++beside;
-        }
-      }
-    }
-  }
-  EXPECT_GT(across, 0U);
-  EXPECT_LE(across - parted, 2 + across / 20);  // a few have no reading of the board beside them
-  EXPECT_GT(beside, 100000U);
-}
 
 TEST(Junctions, AreWhatTheyAreDefinedAs) {
   std::mt19937_64 rng = test::rng();

@@ -4,38 +4,14 @@
 
 #include "detection/owners.hpp"
 #include "support/guarantees.hpp"
-#include "support/invariants.hpp"
 #include "support/map_state.hpp"
 #include "support/room_tour.hpp"
-#include "support/testing.hpp"
-
-#include <octosurf/mapper.hpp>
 
 namespace octosurf {
 namespace {
 
-using ::testing::IsEmpty;
-
 void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
   for (const Scan& scan : scans) mapper.insert(scan);
-}
-
-TEST(LikelihoodDetector, KeepsAllInvariantsAfterEveryScan) {
-  Mapper mapper;
-  for (const Scan& scan : test::room_tour(test::rng(), 12)) {
-    const auto before = mapper.snapshot();
-    const ScanReport report = mapper.insert(scan);
-    ASSERT_THAT(test::check_invariants(mapper.map()), IsEmpty());
-    const auto after = mapper.snapshot();
-    EXPECT_EQ(
-        before->surfaces.size() + report.born.size(),
-        after->surfaces.size() + std::count_if(report.born.begin(), report.born.end(), [&](SurfaceId id) {
-          return after->find(id) == nullptr;
-        }) + std::count_if(before->surfaces.begin(), before->surfaces.end(), [&](const SurfacePtr& surface) {
-          return after->find(surface->id) == nullptr;
-        }));
-  }
-  test::expect_guarantees(mapper.map());
 }
 
 /// The same points are one surface, but for the share of outliers that the model expects.
@@ -84,23 +60,6 @@ TEST(LikelihoodDetector, WhoKeepsItsPointsKeepsItsId) {
   EXPECT_GT(kept, 12U);
 }
 
-TEST(LikelihoodDetector, WhoGoesIsAmongTheRemovals) {
-  Mapper mapper;
-  for (const Scan& scan : test::room_tour(test::rng(), 12)) {
-    const auto before = mapper.snapshot();
-    mapper.insert(scan);
-    const auto after = mapper.snapshot();
-    for (const SurfacePtr& surface : before->surfaces) {
-      if (after->find(surface->id) != nullptr) continue;
-      bool listed = false;
-      after->removals.for_each_since(before->revision, [&](const Removal& removal) {
-        listed = listed || (removal.of == Removal::Of::surface && removal.id == surface->id);
-      });
-      EXPECT_TRUE(listed) << surface->id;
-    }
-  }
-}
-
 // What is pending farther off than a gap's width, and will not be looked at again by itself, is of the plane
 // that has come beside it.
 TEST(LikelihoodDetector, WhatIsPendingBeyondWhatIsLookedAtJoinsThePlaneBesideIt) {
@@ -133,6 +92,17 @@ TEST(LikelihoodDetector, APlaneThatLackedPointsIsLookedAtOnceAFifthMoreHasCome) 
   ASSERT_EQ(mapper.map().size().surfaces, 1U);
   EXPECT_EQ(mapper.snapshot()->surfaces[0]->inliers, 10U * 6);
   test::expect_guarantees(mapper.map());
+}
+
+// This program does not link octosurf::pcl.
+TEST(Detector, ThePapersIsRefusedWhereItIsNotLinkedAndTheMapStays) {
+  Map map(Parameters::paper());
+  EXPECT_THAT([&] { Mapper(std::move(map)); },
+              ::testing::Throws<Error>(::testing::AllOf(
+                  ::testing::Property(&Error::kind, Error::Kind::usage),
+                  ::testing::Property(&Error::what, ::testing::HasSubstr("octosurf::pcl")))));
+  EXPECT_EQ(map.size().scans, 0U);
+  EXPECT_EQ(map.parameters().detection.detector, DetectorKind::paper);
 }
 
 }  // namespace

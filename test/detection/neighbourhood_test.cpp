@@ -6,7 +6,6 @@
 #include "sensing/reading_code.hpp"
 #include "support/pending_points.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

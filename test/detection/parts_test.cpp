@@ -2,7 +2,6 @@
 #include "detection/parts.hpp"
 
 #include "support/pending_points.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {

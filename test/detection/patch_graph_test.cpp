@@ -34,17 +34,13 @@ TEST(PatchGraph, JoinsAChainOfOnePlane) {
   EXPECT_EQ(merged.patches[merged.into[1]].readings, 3 * 121);
 }
 
-TEST(PatchGraph, LeavesStepsAndBacksApart) {
-  PatchGraph graph({Patch(), level(0, 0), level(0.22, 0.05), level(0, -0.002, -1)});
-  graph.meet(1, 2, {0.11, 0, 0.02}, 11);
-  graph.meet(1, 3, {0, 0, 0}, 100);
-  EXPECT_EQ(std::move(graph).merge().patches.size(), 4U);
-}
-
-TEST(PatchGraph, ALongRimIsNoReasonToJoinAStep) {
-  PatchGraph graph({Patch(), level(0, 0), level(0.22, 0.05)});
-  graph.meet(1, 2, {0.11, 0, 0.02}, 10000);
-  EXPECT_EQ(std::move(graph).merge().patches.size(), 3U);
+TEST(PatchGraph, LeavesStepsAndBacksApartHoweverLongTheirRimAndWhatDoesNotMeet) {
+  for (const double rim : {11.0, 10000.0}) {
+    PatchGraph graph({Patch(), level(0, 0), level(0.22, 0.05), level(0, -0.002, -1), level(0.22, 0)});
+    graph.meet(1, 2, {0.11, 0, 0.02}, rim);
+    graph.meet(1, 3, {0, 0, 0}, 100);
+    EXPECT_EQ(std::move(graph).merge().patches.size(), 5U);
+  }
 }
 
 /// A chain of level squares and of squares a step higher, met in any order of labels.
@@ -77,11 +73,6 @@ TEST(PatchGraph, OrderOfPatchesDoesNotMatter) {
     std::shuffle(order.begin(), order.end(), rng);
     EXPECT_EQ(sizes_of_merged(order), expected);
   }
-}
-
-TEST(PatchGraph, WhatDoesNotMeetIsNotJoined) {
-  PatchGraph graph({Patch(), level(0, 0), level(0.22, 0)});
-  EXPECT_EQ(std::move(graph).merge().patches.size(), 3U);
 }
 
 }  // namespace

@@ -2,9 +2,6 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
-
-#include <octosurf/mapper.hpp>
 
 namespace octosurf {
 namespace {
@@ -20,20 +17,24 @@ test::Scene table_in_a_corner() {
   return scene;
 }
 
-void insert_scans(Mapper& mapper, std::mt19937_64& rng, int scans = 3) {
-  for (int k = 0; k < scans; ++k)
-    mapper.insert(test::camera_scan(table_in_a_corner(),
-                                    test::look_at({1.9, 1.2 + 0.2 * k, 1.6}, {0.5, 0.5, 0.2}), rng));
-}
+class Resegment : public ::testing::Test {
+ protected:
+  Resegment() { insert_scans(3); }
+  ~Resegment() override { EXPECT_THAT(test::check_invariants(mapper.map()), IsEmpty()); }
+  void insert_scans(int count) {
+    for (int k = 0; k < count; ++k)
+      mapper.insert(test::camera_scan(table_in_a_corner(),
+                                      test::look_at({1.9, 1.2 + 0.2 * k, 1.6}, {0.5, 0.5, 0.2}), rng));
+  }
 
-TEST(Resegment, KeepsAllInvariants) {
   std::mt19937_64 rng = test::rng();
   Mapper mapper;
-  insert_scans(mapper, rng);
+};
+
+TEST_F(Resegment, KeepsAllInvariants) {
   const std::size_t points = mapper.map().size().points;
   const std::size_t surfaces = mapper.snapshot()->surfaces.size();
   const ScanReport report = mapper.resegment();
-  EXPECT_THAT(test::check_invariants(mapper.map()), IsEmpty());
   test::expect_guarantees(mapper.map());
   EXPECT_EQ(mapper.map().size().points, points);
   EXPECT_EQ(surfaces + report.born.size() - report.merged.size() - report.gone.size(),
@@ -41,10 +42,9 @@ TEST(Resegment, KeepsAllInvariants) {
   EXPECT_GE(mapper.snapshot()->surfaces.size(), 5U);  // floor, two walls, the table's top and a side
 }
 
-TEST(Resegment, TellsWhoTookInWhom) {
-  std::mt19937_64 rng = test::rng();
-  Mapper mapper;
-  insert_scans(mapper, rng);
+TEST(ResegmentNothing, StaysEmpty) { EXPECT_THAT(Mapper().resegment().born, IsEmpty()); }
+
+TEST_F(Resegment, TellsWhoTookInWhom) {
   const auto before = mapper.snapshot();
   mapper.resegment();
   const auto after = mapper.snapshot();
@@ -61,10 +61,7 @@ TEST(Resegment, TellsWhoTookInWhom) {
     EXPECT_NE(told.contains(surface->id), after->find(surface->id) != nullptr) << surface->id;
 }
 
-TEST(Resegment, KeepsIdsWhereMostOfASurfaceIsKept) {
-  std::mt19937_64 rng = test::rng();
-  Mapper mapper;
-  insert_scans(mapper, rng);
+TEST_F(Resegment, KeepsIdsWhereMostOfASurfaceIsKept) {
   const auto before = mapper.snapshot();
   const std::vector<SurfaceId> had = test::owners(mapper.map());
   mapper.resegment();
@@ -83,10 +80,7 @@ TEST(Resegment, KeepsIdsWhereMostOfASurfaceIsKept) {
   EXPECT_GE(kept, 4U);
 }
 
-TEST(Resegment, GivesTheSameAgain) {
-  std::mt19937_64 rng = test::rng();
-  Mapper mapper;
-  insert_scans(mapper, rng);
+TEST_F(Resegment, GivesTheSameAgainAndScansGoOnAfterIt) {
   mapper.resegment();
   const auto once = mapper.snapshot();
   mapper.resegment();
@@ -94,21 +88,7 @@ TEST(Resegment, GivesTheSameAgain) {
   ASSERT_EQ(once->surfaces.size(), twice->surfaces.size());
   for (std::size_t i = 0; i < once->surfaces.size(); ++i)
     EXPECT_EQ(once->surfaces[i]->inliers, twice->surfaces[i]->inliers);
-}
-
-TEST(Resegment, ScansGoOnAfterIt) {
-  std::mt19937_64 rng = test::rng();
-  Mapper mapper;
-  insert_scans(mapper, rng);
-  mapper.resegment();
-  insert_scans(mapper, rng, 2);
-  EXPECT_THAT(test::check_invariants(mapper.map()), IsEmpty());
-}
-
-TEST(Resegment, AnEmptyMapStaysEmpty) {
-  Mapper mapper;
-  EXPECT_THAT(mapper.resegment().born, IsEmpty());
-  EXPECT_THAT(test::check_invariants(mapper.map()), IsEmpty());
+  insert_scans(2);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include "detection/expand.hpp"
 #include "detection/likelihood_detector.hpp"
 #include "support/pending_points.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::detection {
 namespace {
