@@ -8,7 +8,6 @@
 #include "simulation/recording.hpp"
 #include "support/degree.hpp"
 #include "support/random_scans.hpp"
-#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <octosurf/map.hpp>
@@ -36,27 +35,10 @@ std::vector<Scan> walk(int scans, std::mt19937_64 rng, int laps = 1) {
   return all;
 }
 
-Parameters coarse(bool aligned, double resolution = 0.04) {
-  Parameters parameters;
-  parameters.occupancy.resolution = resolution;
-  parameters.align = aligned;
-  return parameters;
-}
-
 std::string bytes_of(const surfaces::MapState& state) {
   std::ostringstream out;
   io::write_map(state, {}, out);
   return out.str();
-}
-
-TEST(AlignedMap, OffTakesPosesAsTheyAre) {
-  Mapper mapper(coarse(false));
-  for (const Scan& scan : walk(6, test::rng())) {
-    const ScanReport report = mapper.insert(scan);
-    EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::off);
-    EXPECT_EQ(report.alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
-  }
-  EXPECT_TRUE(alignment::record_of(surfaces::state_of(mapper.map())).state.hypotheses.empty());
 }
 
 /// A scan whose depths come in waves, as a camera's disparities do: `amplitude` times the distance.
@@ -70,7 +52,7 @@ Scan in_waves(Scan scan, double amplitude) {
 
 /// m, by how much readings 2 m away are known to err beyond their noise, after a walk with such waves.
 double known_error(bool aligned, double amplitude) {
-  Mapper mapper(coarse(aligned));
+  Mapper mapper(of_voxels(0.04, aligned));
   for (const Scan& scan : walk(24, test::rng())) mapper.insert(in_waves(scan, amplitude));
   const sensing::NoiseModel& noise = surfaces::state_of(mapper.map()).noise;
   const unsigned c = sensing::range_class_of(2);
@@ -87,12 +69,15 @@ TEST(AlignedMap, WhatReadingsErrInCommonIsKnownWhetherOrNotPosesAreAligned) {
 }
 
 TEST(AlignedMap, ExactPosesGiveTheSameMapAsWithoutAlignment) {
-  Mapper with(coarse(true)), without(coarse(false));
+  Mapper with(of_voxels(0.04, true)), without(of_voxels(0.04, false));
   for (const Scan& scan : walk(24, test::rng())) {
     const ScanReport report = with.insert(scan);
-    without.insert(scan);
+    const Alignment off = without.insert(scan).alignment;
+    EXPECT_EQ(off.outcome, AlignmentOutcome::off);
+    EXPECT_EQ(off.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
     ASSERT_EQ(report.alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
   }
+  EXPECT_TRUE(alignment::record_of(surfaces::state_of(without.map())).state.hypotheses.empty());
   // All but the parameter and what is known of the poses.
   const auto bare = [](const Mapper& mapper) {
     std::ostringstream out;
@@ -114,7 +99,7 @@ TEST(AlignedMap, FewPatchesSeenForLongKeepTheirScatterAndCanBeReadAgain) {
   for (int x = 0; x < 50; ++x)
     for (int y = 0; y < 50; ++y)
       scan.points.push_back(Eigen::Vector3d(0.02 * x - 0.5, 0.02 * y - 0.5, 1.2).cast<float>());
-  Mapper mapper(coarse(true));
+  Mapper mapper(of_voxels(0.04, true));
   const surfaces::MapState& state = surfaces::state_of(mapper.map());
   for (int i = 0; i < 200; ++i) {
     scan.T_map_sensor.translation().x() = i % 2 == 0 ? 0.15 : -0.15;
@@ -131,7 +116,7 @@ TEST(AlignedMap, FewPatchesSeenForLongKeepTheirScatterAndCanBeReadAgain) {
 TEST(AlignedMap, DriftIsCorrectedToWhereThingsWereSeenFirst) {
   auto rng = test::rng();
   constexpr int lap = 40;
-  Mapper with(coarse(true, 0.02)), without(coarse(false, 0.02));
+  Mapper with(of_voxels(0.02, true)), without(of_voxels(0.02, false));
   const std::vector<Scan> all = walk(lap, rng, 2);
   std::vector<Eigen::Isometry3d> errors;
   double off = 0, given_off = 0;
@@ -156,7 +141,7 @@ TEST(AlignedMap, DriftIsCorrectedToWhereThingsWereSeenFirst) {
 
 TEST(AlignedMap, ASensorsTiltAndScaleAreFoundAndAreNoDrift) {
   auto rng = test::rng();
-  Mapper mapper(coarse(true, 0.02));
+  Mapper mapper(of_voxels(0.02, true));
   const Eigen::AngleAxisf tilt(static_cast<float>(0.5 * degree), Eigen::Vector3f::UnitX());
   std::size_t moved = 0;
   for (Scan& scan : walk(48, rng, 2)) {
@@ -176,7 +161,7 @@ TEST(AlignedMap, ASensorsTiltAndScaleAreFoundAndAreNoDrift) {
 TEST(AlignedMap, AScanThatFitsNowhereAndContradictsTheOctreeIsLeftOut) {
   for (const bool aligned : {true, false}) {
     auto rng = test::rng();
-    Mapper mapper(coarse(aligned, 0.05));
+    Mapper mapper(of_voxels(0.05, aligned));
     std::vector<Scan> scans;
     for (int i = 0; i < 12; ++i) mapper.insert(scans.emplace_back(room_scan(rng, 20000, {2, 2.5, 1.2})));
     const std::size_t before = mapper.map().size().leaves;
@@ -194,7 +179,7 @@ TEST(AlignedMap, AScanThatFitsNowhereAndContradictsTheOctreeIsLeftOut) {
 
 TEST(AlignedMap, ASingleScanFarOffIsLeftOut) {
   auto rng = test::rng();
-  Mapper mapper(coarse(true));
+  Mapper mapper(of_voxels(0.04, true));
   int left_out = 0, far_off = 0;
   const std::vector<Scan> all = walk(40, rng, 2);
   for (std::size_t i = 0; i < 60; ++i) {
@@ -213,7 +198,7 @@ TEST(AlignedMap, ASingleScanFarOffIsLeftOut) {
 
 TEST(AlignedMap, PosesThatHaveJumpedForGoodAreFoundAgainWithTheSecondScan) {
   auto rng = test::rng();
-  Mapper mapper(coarse(true));
+  Mapper mapper(of_voxels(0.04, true));
   const std::vector<Scan> all = walk(40, rng, 2);
   const Eigen::Isometry3d jump =
       Eigen::Translation3d(0.15, -0.1, 0.05) * Eigen::AngleAxisd(2 * degree, Eigen::Vector3d::UnitZ());
@@ -232,7 +217,7 @@ TEST(AlignedMap, PosesThatHaveJumpedForGoodAreFoundAgainWithTheSecondScan) {
 
 TEST(AlignedMap, OfARunOfScansThatFitNowhereFewAreSearchedFor) {
   auto rng = test::rng();
-  Mapper mapper(coarse(true));
+  Mapper mapper(of_voxels(0.04, true));
   const std::vector<Scan> all = walk(40, rng, 2);
   std::vector<double> searched_at;  // on the way
   int in_vain = 0;
@@ -272,7 +257,7 @@ TEST(AlignedMap, AScanSetAsideChangesNothingOfTheMap) {
   auto rng = test::rng();
   Scene floor;
   floor.rectangle({-3, -3, 0}, {6, 0, 0}, {0, 6, 0});
-  Mapper mapper(coarse(true));
+  Mapper mapper(of_voxels(0.04, true));
   for (int i = 0; i < 12; ++i)
     mapper.insert(camera_scan(floor, look_at({0.02 * i, 0, 1.2}, {0.8 + 0.02 * i, 0.1, 0}), rng, camera));
   const auto before = mapper.snapshot();

@@ -2,7 +2,6 @@
 #include "alignment/pose_fit.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/degree.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
@@ -36,37 +35,20 @@ struct Room {
   }
 };
 
-Scan lidar_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng) {
-  std::normal_distribution<double> noise(0, 0.01);
-  Scan scan;
-  scan.sensor = SensorKind::lidar;
-  scan.T_map_sensor = T_map_sensor;
-  for (int ring = 0; ring < 32; ++ring)
-    for (int step = 0; step < 360; ++step) {
-      const double up = -0.5 + 0.03 * ring, around = step * degree;
-      const Eigen::Vector3d ray(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
-                                std::sin(up));
-      const auto range = scene.cast(T_map_sensor.translation(), T_map_sensor.linear() * ray);
-      if (range) scan.points.push_back((ray * (*range + noise(rng))).cast<float>());
-    }
-  return scan;
-}
-
 Scan scan_at(const Room& room, Sensor sensor, double t, std::mt19937_64& rng) {
   const Eigen::Vector3d eye(0.55 * room.half.x() * std::sin(t), 0.55 * room.half.y() * std::sin(2 * t + 0.5),
                             1.4);  // above the blocks
   if (sensor == Sensor::lidar)
-    return lidar_scan(room.scene, Eigen::Translation3d(eye) * Eigen::AngleAxisd(t, Eigen::Vector3d::UnitZ()),
-                      rng);
+    return spinning_scan(room.scene,
+                         Eigen::Translation3d(eye) * Eigen::AngleAxisd(t, Eigen::Vector3d::UnitZ()), rng,
+                         rings(-0.5, 0.03, 32), 360, 0.01);
   const Eigen::Vector3d ahead(std::cos(2.5 * t), std::sin(2.5 * t), -0.35);
   return camera_scan(room.scene, look_at(eye, eye + ahead), rng,
                      {.width = 160, .height = 120, .focal = 110, .noise = 0.004});
 }
 
 Mapper mapped(const Room& room, Sensor sensor, std::mt19937_64& rng) {
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.05;
-  Mapper mapper(parameters);
+  Mapper mapper(of_voxels(0.05));
   const int scans = sensor == Sensor::lidar ? 20 : 50;
   for (int i = 0; i < scans; ++i) mapper.insert(scan_at(room, sensor, 2 * std::numbers::pi * i / scans, rng));
   return mapper;

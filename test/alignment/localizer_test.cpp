@@ -1,9 +1,6 @@
 #include "alignment/pose_fit.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/degree.hpp"
-#include "support/testing.hpp"
-
-#include <octosurf/alignment.hpp>
 
 namespace octosurf::test {
 namespace {

@@ -1,7 +1,6 @@
 #include "alignment/near_surfaces.hpp"
 
 #include "alignment/surfaces_by_hand.hpp"
-#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <octosurf/mapper.hpp>

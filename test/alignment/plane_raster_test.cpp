@@ -1,8 +1,8 @@
 #include "alignment/plane_raster.hpp"
 
 #include "geometry/voxel_grid.hpp"
+#include "planning/shapes.hpp"
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 #include "surfaces/surface_model.hpp"
 
 namespace octosurf::test {
@@ -27,16 +27,10 @@ bool inside(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
   return in;
 }
 
-/// A star of `corners` about a centre: simple, with deep bays.
-Ring2 star(std::mt19937_64& rng, const Eigen::Vector2d& centre, double least, double most, int corners,
-           bool clockwise) {
-  std::uniform_real_distribution<double> radius(least, most);
-  Ring2 ring;
-  for (int i = 0; i < corners; ++i) {
-    const double angle = (clockwise ? -1 : 1) * 2 * 3.14159265 * i / corners;
-    ring.emplace_back(centre + radius(rng) * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-  }
-  return ring;
+/// With deep bays.
+Polygon star_with_hole(std::mt19937_64& rng, const Eigen::Vector2d& centre) {
+  return {shapes::star(rng, centre, 1.2, 3.1, 23),
+          {shapes::reversed(shapes::star(rng, centre, 0.2, 0.9, 11))}};
 }
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -49,9 +43,8 @@ TEST(PlaneRaster, CoversCellsWhoseNeighboursAreInside) {
   std::uniform_real_distribution<double> shift(-3, 3);
   for (int world = 0; world < 20; ++world) {
     const Eigen::Vector2d centre(shift(rng), shift(rng));
-    const std::vector<Polygon> polygons{
-        {star(rng, centre, 1.2, 3.1, 23, false), {star(rng, centre, 0.2, 0.9, 11, true)}},
-        {star(rng, centre + Eigen::Vector2d(5, 5), 0.1, 1, 7, false), {}}};
+    const std::vector<Polygon> polygons{star_with_hole(rng, centre),
+                                        {shapes::star(rng, centre + Eigen::Vector2d(5, 5), 0.1, 1, 7), {}}};
     const alignment::PlaneRaster raster(polygons, edge, everywhere);
     Eigen::Vector2d low = centre.array() + 1e9, high = centre.array() - 1e9;
     for (const Polygon& polygon : polygons)
@@ -76,8 +69,7 @@ TEST(PlaneRaster, OfAWindowCoversTheSameThere) {
   std::uniform_real_distribution<double> place(-4, 4), size(0.1, 3), within(0, 1);
   std::size_t covered = 0;
   for (int world = 0; world < 50; ++world) {
-    const std::vector<Polygon> polygons{
-        {star(rng, {0.3, 0.2}, 1.2, 3.1, 23, false), {star(rng, {0.3, 0.2}, 0.2, 0.9, 11, true)}}};
+    const std::vector<Polygon> polygons{star_with_hole(rng, {0.3, 0.2})};
     const Eigen::Vector2d low(place(rng), place(rng));
     const Eigen::AlignedBox2d window(low, low + Eigen::Vector2d(size(rng), size(rng)));
     const alignment::PlaneRaster whole(polygons, edge, everywhere), part(polygons, edge, window);
@@ -111,8 +103,7 @@ TEST(PlaneRaster, OfCellsIsThatOfThePolygonsButAtTheBoundary) {
   std::uniform_real_distribution<double> turn(-3, 3), within(-3.2, 3.2), missing(0, 1);
   std::size_t covered = 0, differ = 0, looked_at = 0;
   for (int world = 0; world < 10; ++world) {
-    const std::vector<Polygon> region{
-        {star(rng, {0, 0}, 1.2, 3.1, 23, false), {star(rng, {0, 0}, 0.2, 0.9, 11, true)}}};
+    const std::vector<Polygon> region{star_with_hole(rng, {0, 0})};
     surfaces::SurfaceModel model(1, {}, Eigen::Vector3d::Zero(), d);
     const geometry::VoxelGrid grid(d);
     for (double x = -3.2 + d / 2; x < 3.2; x += d)

@@ -3,12 +3,24 @@
 #include "alignment/pose_search.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/degree.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {
 
 using test::degree;
+
+/// The room, its map, and a place in it.
+class PoseFitInARoom : public ::testing::Test {
+ protected:
+  Scan scan_of(const Scene& scene, double noise) {
+    return camera_scan(scene, truth, rng, {.width = 240, .height = 180, .focal = 150, .noise = noise});
+  }
+  std::mt19937_64 rng = test::rng();
+  const Scene room = furnished_room();
+  const std::shared_ptr<const Snapshot> map = map_of_rectangles(room, middle_of_room);
+  const Eigen::Isometry3d truth = look_at({1.2, 1.0, 1.4}, {2.2, 4.5, 0.6});
+};
+using PoseSearchInARoom = PoseFitInARoom;
 
 struct Aligned {
   alignment::PoseFit fit;
@@ -28,18 +40,15 @@ Aligned fine(const std::shared_ptr<const Snapshot>& map, const Scan& scan, const
   return aligned;
 }
 
-TEST(PoseFit, FindsASmallDisplacement) {
-  auto rng = test::rng();
-  const Scene room = furnished_room();
-  const auto map = map_of_rectangles(room, middle_of_room);
+TEST_F(PoseFitInARoom, FindsASmallDisplacement) {
   for (int i = 0; i < 10; ++i) {
-    const Eigen::Isometry3d truth = look_at({1.2, 1.0 + 0.1 * i, 1.4}, {2.2, 4.5, 0.6});
+    const Eigen::Isometry3d place = look_at({1.2, 1.0 + 0.1 * i, 1.4}, {2.2, 4.5, 0.6});
     const Scan scan =
-        camera_scan(room, truth, rng, {.width = 240, .height = 180, .focal = 200, .noise = 0.003});
-    const Eigen::Isometry3d start = octosurf::alignment::moved(truth, any_twist(rng, 0.02, 0.5 * degree));
+        camera_scan(room, place, rng, {.width = 240, .height = 180, .focal = 200, .noise = 0.003});
+    const Eigen::Isometry3d start = octosurf::alignment::moved(place, any_twist(rng, 0.02, 0.5 * degree));
     const Aligned aligned = fine(map, scan, start);
     ASSERT_EQ(aligned.determined.count, 6);
-    const Twist error = alignment::twist_between(truth, aligned.fit.T_map_sensor);
+    const Twist error = alignment::twist_between(place, aligned.fit.T_map_sensor);
     // 3 mm a reading, 3,000 samples of up to 8: 0.02 mm if nothing were in common; six directions that three
     // walls fix unevenly, and what readings of a surface have in common (FitErrors) leave a millimetre.
     EXPECT_LT(error.tail<3>().norm(), 1.5e-3) << i;
@@ -87,19 +96,15 @@ double mean_squared_error(int width, int height, double focal, double noise) {
 
 // The map is exact here, and readings have nothing in common, although alignment allows for both: so errors
 // are smaller than said, but not by far, since the noise is the larger part. Six dimensions; the mean over
-// 40 scans of a chi square of 6 is 6 ± 0.55.
+// 40 scans of a chi square of 6 is 6 ± 0.55. The second are as sparse as a laser's line, which has fewer
+// readings than the samples could take up: they overlap, and tell no more for it; too far apart to tell their
+// noise, they are taken to err by 5 mm, as they do.
 TEST(PoseFit, ErrorsAreAsItsCovarianceSays) {
-  const double squared = mean_squared_error(240, 180, 150, 0.01);
-  EXPECT_LT(squared, 6 + 4 * 0.55);
-  EXPECT_GT(squared, 0.5);
-}
-
-// A laser's line has fewer readings than the samples could take up: they overlap, and tell no more for it.
-// Too far apart to tell their noise, they are taken to err by 5 mm, as they do.
-TEST(PoseFit, ErrorsOfSparseScansAreAsTheirCovarianceSays) {
-  const double squared = mean_squared_error(48, 36, 30, 0.005);
-  EXPECT_LT(squared, 6 + 4 * 0.55);
-  EXPECT_GT(squared, 0.5);
+  for (const double squared :
+       {mean_squared_error(240, 180, 150, 0.01), mean_squared_error(48, 36, 30, 0.005)}) {
+    EXPECT_LT(squared, 6 + 4 * 0.55);
+    EXPECT_GT(squared, 0.5);
+  }
 }
 
 TEST(PoseFit, AnUnevenWallMakesTheOthersNoWorse) {
@@ -121,10 +126,7 @@ TEST(PoseFit, AnUnevenWallMakesTheOthersNoWorse) {
   EXPECT_LT(uneven.information(4, 4), 0.88 * even.information(4, 4));
 }
 
-TEST(PoseFit, WhereSurfacesDisagreeThePoseIsLessSure) {
-  auto rng = test::rng();
-  const Scene room = furnished_room();
-  const auto map = map_of_rectangles(room, middle_of_room);
+TEST_F(PoseFitInARoom, WhereSurfacesDisagreeThePoseIsLessSure) {
   // The same map with its back wall 8 mm nearer, twenty times what a surface is taken to be off: no pose fits
   // it and the cupboard's front at once, and no reading is so far off that it is left out.
   auto bent = std::make_shared<Snapshot>(*map);
@@ -136,20 +138,15 @@ TEST(PoseFit, WhereSurfacesDisagreeThePoseIsLessSure) {
     for (Eigen::Vector3d& vertex : nearer->boundary) vertex.y() -= 0.008;
     surface = nearer;
   }
-  const Eigen::Isometry3d truth = look_at({1.2, 1.0, 1.4}, {2.2, 4.5, 0.6});
-  const Scan scan = camera_scan(room, truth, rng, {.width = 240, .height = 180, .focal = 150, .noise = 0.01});
+  const Scan scan = scan_of(room, 0.01);
   const TwistCovariance right = fine(map, scan, truth).fit.information;
   const TwistCovariance wrong = fine(bent, scan, truth).fit.information;
   // As sure, within some per cent, if the disagreement did not count.
   EXPECT_LT(wrong.trace(), right.trace() / 1.25);
 }
 
-TEST(PoseSearch, SamplesSpeakForThePoseThatExplainsMoreOfThem) {
-  auto rng = test::rng();
-  const Scene room = furnished_room();
-  const auto map = map_of_rectangles(room, middle_of_room);
-  const Eigen::Isometry3d truth = look_at({1.2, 1.0, 1.4}, {2.2, 4.5, 0.6});
-  const Scan scan = camera_scan(room, truth, rng, {.width = 240, .height = 180, .focal = 150, .noise = 0.01});
+TEST_F(PoseSearchInARoom, SamplesSpeakForThePoseThatExplainsMoreOfThem) {
+  const Scan scan = scan_of(room, 0.01);
   alignment::NearSurfaces near;
   sensing::NoiseModel noise{Parameters()};
   noise.observe(scan);
@@ -234,13 +231,9 @@ TEST(PoseFit, AFewSamplesFixNoDirection) {
   EXPECT_GT(determined(1), 3) << "of a metre there are enough";
 }
 
-TEST(PoseFit, SomebodyWhoWalksByDoesNotDragIt) {
-  auto rng = test::rng();
-  const Scene room = furnished_room();
+TEST_F(PoseFitInARoom, SomebodyWhoWalksByDoesNotDragIt) {
   Scene with_person = room;
   with_person.box({1.6, 2.4, 0}, {2.1, 2.7, 1.8});
-  const auto map = map_of_rectangles(room, middle_of_room);
-  const Eigen::Isometry3d truth = look_at({1.2, 1.0, 1.4}, {2.2, 4.5, 0.6});
   const Scan scan = camera_scan(with_person, truth, rng);
   const Aligned aligned =
       fine(map, scan, octosurf::alignment::moved(truth, any_twist(rng, 0.01, 0.2 * degree)));

@@ -4,7 +4,6 @@
 #include "alignment/pose_search.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/degree.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {

@@ -53,37 +53,5 @@ TEST(SeenPatches, LooksCountByTheirWeight) {
   EXPECT_FLOAT_EQ(observation.by_error[3], 2);
 }
 
-TEST(SeenPatches, AreWhatTheyWereWhenAChangeIsTakenBack) {
-  auto rng = test::rng();
-  std::uniform_int_distribution<SeenPatches::Key> key(0, 50);
-  SeenPatches patches;
-  std::map<SeenPatches::Key, double> twin;
-  for (int round = 0; round < 40; ++round) {
-    std::map<SeenPatches::Key, double> changed = twin;
-    patches.begin_changes();
-    for (int i = 0; i < 10; ++i) {
-      SeenPatch patch;
-      patch.offset = 10 * round + i;
-      const SeenPatches::Key at = key(rng);
-      patches.set(at, patch);
-      changed[at] = patch.offset;
-    }
-    if (round % 2 == 0) {
-      patches.commit();
-      twin = changed;
-    } else {
-      patches.roll_back();
-    }
-    const std::vector<SeenPatches::Change> all = patches.all();
-    ASSERT_EQ(all.size(), twin.size());
-    auto at = twin.begin();
-    for (const auto& [k, patch] : all) {
-      EXPECT_EQ(k, at->first);
-      EXPECT_EQ(patch.offset, at->second);
-      ++at;
-    }
-  }
-}
-
 }  // namespace
 }  // namespace octosurf::test
