@@ -1,6 +1,5 @@
 // What scans saw again in a surface's voxels, against sums over each reading.
 #include "support/map_state.hpp"
-#include "support/testing.hpp"
 #include "surfaces/blobs.hpp"
 #include "update/retract.hpp"
 

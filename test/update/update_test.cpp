@@ -1,6 +1,5 @@
 #include "support/map_state.hpp"
 #include "surfaces/blobs.hpp"
-#include "update/derive.hpp"
 #include "update/retract.hpp"
 
 #include <gtest/gtest.h>
@@ -21,9 +20,6 @@ struct Floor {
   occupancy::OccupancyDelta delta =
       test::occupy(state, test::rectangle_scan({0.5, 0.5, 1.5}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}));
 };
-
-bool left(const Eigen::Vector3d& p) { return p.x() < 0.5; }
-bool right(const Eigen::Vector3d& p) { return p.x() >= 0.5; }
 
 /// Octree and surfaces say the same.
 void expect_in_step(const surfaces::MapState& state) {
@@ -53,21 +49,6 @@ occupancy::OccupancyDelta vanish(surfaces::MapState& state,
     all.vanished.insert(all.vanished.end(), delta.vanished.begin(), delta.vanished.end());
   }
   return all;
-}
-
-TEST(Retract, TakesVanishedVoxelsOut) {
-  Floor floor;
-  floor.give_to_surface();
-  std::vector<occupancy::VoxelPoint> part(floor.delta.appeared.begin(), floor.delta.appeared.begin() + 300);
-  const occupancy::OccupancyDelta delta = vanish(floor.state, part);
-  ASSERT_GT(delta.vanished.size(), 200U);
-  surfaces::Ledger ledger(floor.state);
-  const std::size_t before = floor.state.surfaces.find(1)->size();
-  retract(ledger, delta);
-  EXPECT_EQ(floor.state.surfaces.find(1)->size(), before - delta.vanished.size());
-  EXPECT_TRUE(ledger.changes.shrunk.contains(1));
-  EXPECT_FALSE(ledger.changes.gone.contains(1));
-  expect_in_step(floor.state);
 }
 
 TEST(Retract, DissolvesBelowTheFewestPoints) {
@@ -101,31 +82,6 @@ TEST(Retract, CarriesRefinedPointsOver) {
   const surfaces::SurfaceModel& surface = *floor.state.surfaces.find(1);
   for (const surfaces::Inlier& inlier : surface.sorted_inliers())
     EXPECT_EQ(floor.state.occupancy.at(inlier.key).point->position, inlier.position);
-}
-
-TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
-  Floor floor;
-  {
-    surfaces::Ledger ledger(floor.state);
-    test::make_surface(ledger, floor.delta.appeared, ground, left);
-    test::make_surface(ledger, floor.delta.appeared, ground, right);
-    floor.state.snapshot.store(derive(floor.state, ledger.changes, false, 1));
-  }
-  const auto first = floor.state.snapshot.read();
-  ASSERT_EQ(first->surfaces.size(), 2U);
-  EXPECT_EQ(first->revision, 1U);
-  EXPECT_NEAR(first->surfaces[0]->area_m2, 0.5, 0.03);
-  surfaces::Ledger ledger(floor.state);
-  ledger.requeue(ledger.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
-  floor.state.snapshot.store(derive(floor.state, ledger.changes, false, 1));
-  const auto second = floor.state.snapshot.read();
-  EXPECT_EQ(second->revision, 2U);
-  EXPECT_EQ(second->surfaces[0], first->surfaces[0]) << "not copied";
-  EXPECT_NE(second->surfaces[1], first->surfaces[1]);
-  EXPECT_EQ(second->changed_since(1).size(), 1U);
-  EXPECT_EQ(second->find(2)->revision, 2U);
-  EXPECT_EQ(first->find(2)->inliers, second->find(2)->inliers + 1) << "what was published never changes";
-  EXPECT_EQ(second->find(3), nullptr);
 }
 
 }  // namespace
