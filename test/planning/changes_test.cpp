@@ -1,6 +1,5 @@
 // What happened since: by hand, and against the snapshots of a map that is made and unmade.
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/changes.hpp>
 #include <octosurf/mapper.hpp>
@@ -102,9 +101,7 @@ TEST(Changes, ALogKeepsItsOrderOverItsChunks) {
 std::vector<std::shared_ptr<const Snapshot>> map_moving_table() {
   std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> place(-0.8, 0.8);
-  Parameters coarse;
-  coarse.occupancy.resolution = 0.04;
-  Mapper mapper(coarse);
+  Mapper mapper(test::of_voxels(0.04));
   std::vector<std::shared_ptr<const Snapshot>> snapshots{mapper.snapshot()};
   Eigen::Vector2d table(place(rng), place(rng));
   for (int i = 0; i < 40; ++i) {

@@ -1,7 +1,6 @@
 // Single footholds: against regions, and against points sampled all over the contact.
-#include "occupancy/occupancy_map.hpp"
 #include "shapes.hpp"
-#include "support/testing.hpp"
+#include "support/painted_octree.hpp"
 
 #include <octosurf/contact.hpp>
 
@@ -72,17 +71,11 @@ TEST(Foothold, AgreesWithTheRegion) {
 TEST(Foothold, AgreesWithTheRegionBesideObstacles) {
   std::mt19937_64 random(test::seed());
   std::uniform_real_distribution<double> uniform(-2, 2);
-  OccupancyParameters parameters;
-  parameters.resolution = 0.05;
-  occupancy::OccupancyMap map(parameters);
-  Scan scan;
-  scan.T_map_sensor = Eigen::Isometry3d(Eigen::Translation3d(0, 0, 4));
-  // A few things that stand there; the other rays go through to what lies below.
-  for (int i = 0; i < 600; ++i)
-    scan.points.emplace_back(uniform(random), uniform(random), i < 40 ? -3.5 + 0.1 * uniform(random) : -5);
-  sensing::Downsampler downsample(map.grid());
-  map.insert(downsample(scan, scan.T_map_sensor, 0, 30, 1), downsample, nullptr);
-  const OccupancyView octree = map.share();
+  test::PaintedOctree things(0.05);
+  for (int i = 0; i < 40; ++i)
+    things.occupy(static_cast<int>(20 * uniform(random)), static_cast<int>(20 * uniform(random)),
+                  static_cast<int>(10 + 2 * uniform(random)), 1, 0);
+  const OccupancyView octree = things.view();
   for (int i = 0; i < 10 && !HasFailure(); ++i) {
     Asked asked{surface(5, {random_polygon(random)}, pose({1, 0, 0}, 0.1, {0, 0, 0})),
                 ContactShape::rectangle(0.2, 0.1),

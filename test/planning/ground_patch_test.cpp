@@ -1,6 +1,5 @@
 // The ground around a robot, beside the truth of hand-made scenes.
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/ground_patch.hpp>
 #include <octosurf/mapper.hpp>
@@ -16,10 +15,7 @@ const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
 GroundView ground_of(const Scene& scene, const std::vector<Eigen::Vector3d>& eyes,
                      const std::vector<Eigen::Vector3d>& targets) {
   std::mt19937_64 rng = test::rng();
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.02;
-  parameters.align = false;
-  Mapper mapper(parameters);
+  Mapper mapper(test::of_voxels(0.02, false));
   for (std::size_t i = 0; i < eyes.size(); ++i)
     mapper.insert(
         test::camera_scan(scene, test::look_at(eyes[i], targets[i % targets.size()]), rng, {400, 300, 300}));
@@ -112,66 +108,13 @@ TEST(GroundPatch, IsOfTheStoreyThatTheRobotStandsOn) {
   EXPECT_GT(there, 0.9 * static_cast<double>(low.points.size()));
 }
 
-// A slot of 6 cm that runs in any direction, and a drop.
-TEST(GroundPatch, VoidsAreNoGround) {
-  std::mt19937_64 rng = test::rng();
-  const auto uniform = [&rng](double from, double to) {
-    return std::uniform_real_distribution(from, to)(rng);
-  };
-  for (int round = 0; round < 6; ++round) {
-    SCOPED_TRACE(round);
-    Eigen::Isometry3d T_map_slot(Eigen::AngleAxisd(uniform(0, std::numbers::pi), z));
-    T_map_slot.translation() = Eigen::Vector3d(uniform(0, 0.02), uniform(0, 0.02), uniform(0, 0.02));
-    constexpr double half = 0.03, depth = 0.5;
-    Scene scene;
-    const auto add = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
-      scene.rectangle(T_map_slot * corner, T_map_slot.linear() * u, T_map_slot.linear() * v);
-    };
-    add({-half, -1.2, -depth}, 2 * half * x, 2.4 * y);
-    add({-half, -1.2, 0}, -1.2 * x, 2.4 * y);
-    add({half, -1.2, 0}, 0.5 * x, 2.4 * y);
-    add({half + 0.5, -1.2, -depth}, 0.6 * x, 2.4 * y);  // beyond the drop
-    for (const double at : {-half, half, half + 0.5}) add({at, -1.2, -depth}, 2.4 * y, depth * z);
-    std::vector<Eigen::Vector3d> eyes;
-    for (const Eigen::Vector3d& eye : circle({0, 0, 1.1}, 1, 16)) eyes.push_back(eye);
-    const GroundView view = ground_of(scene, eyes, {T_map_slot.translation()});
-    const Eigen::Isometry3d base = base_at(T_map_slot * Eigen::Vector3d(-0.3, 0, 0.45), uniform(-3, 3));
-    const PatchLayout layout = PatchLayout::grid(1.2, 1.2, 0.02);
-    const GroundPatch patch = ground_patch(view, base, layout);
-    std::size_t voids = 0, ground = 0, supported = 0;
-    for_each_place(patch, layout, base, [&](const Eigen::Vector3d& p, std::size_t i) {
-      const Eigen::Vector3d in_slot = T_map_slot.inverse() * p;
-      const bool open = std::fabs(in_slot.x()) < half || in_slot.x() > half + 0.5;
-      const double off =
-          std::min(std::fabs(std::fabs(in_slot.x()) - half), std::fabs(in_slot.x() - half - 0.5));
-      if (open && off > 0.005) {  // a quarter of a voxel
-        ++voids;
-        EXPECT_NE(patch.cell[i], PatchCell::supported) << in_slot.transpose();
-      } else if (!open && off > 0.03) {
-        ++ground;
-        supported += patch.cell[i] == PatchCell::supported;
-        if (patch.cell[i] == PatchCell::supported) {
-          EXPECT_NEAR(in_slot.z(), 0, 0.01);
-        }
-      }
-    });
-    EXPECT_GT(voids, 100U);
-    EXPECT_GT(static_cast<double>(supported), 0.97 * static_cast<double>(ground));
-  }
-}
-
 /// Of a spinning lidar, its pose off by 5 mm.
 Scan lidar_scan(const Scene& scene, const Eigen::Vector3d& eye, std::mt19937_64& rng) {
-  std::normal_distribution<double> gauss(0, 1);
-  Scan scan;
-  scan.T_map_sensor.translation() = eye + 0.005 * Eigen::Vector3d(gauss(rng), gauss(rng), gauss(rng));
-  for (double tilt = -0.5; tilt < 0.5; tilt += 0.035)
-    for (double turn = 0; turn < 2 * std::numbers::pi; turn += 0.007) {
-      const Eigen::Vector3d ray(std::cos(tilt) * std::cos(turn), std::cos(tilt) * std::sin(turn),
-                                std::sin(tilt));
-      if (const std::optional<double> range = scene.cast(eye, ray))
-        scan.points.push_back((ray * (*range + 0.015 * gauss(rng))).cast<float>());
-    }
+  std::normal_distribution<double> gauss(0, 0.005);
+  Scan scan = test::spinning_scan(scene, Eigen::Isometry3d(Eigen::Translation3d(eye)), rng,
+                                  test::rings(-0.5, 0.035, 29), 898, 0.015);
+  scan.sensor = SensorKind::depth_camera;  // as far as that sees
+  scan.T_map_sensor.translation() += Eigen::Vector3d(gauss(rng), gauss(rng), gauss(rng));
   return scan;
 }
 
@@ -187,10 +130,7 @@ TEST(GroundPatch, VoidsAreNoGroundToALidarAndItsFloorIsWhole) {
     std::size_t floor = 0, open = 0, voids = 0, stood_on = 0;
     for (const double height : {0.5, 1.0, 1.5, 2.0}) {
       std::mt19937_64 rng = test::rng();
-      Parameters parameters;
-      parameters.occupancy.resolution = d;
-      parameters.align = false;
-      Mapper mapper(parameters);
+      Mapper mapper(test::of_voxels(d, false));
       for (double at = -2; at < 2; at += 0.25) mapper.insert(lidar_scan(hall, {0.2, at, height}, rng));
       mapper.drain();
       const GroundView view(mapper.snapshot(), mapper.map().octree());

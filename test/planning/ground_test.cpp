@@ -1,7 +1,6 @@
 // Ground as planners get it, on hand-made scenes: nothing that a foot must not trust, whatever else is lost.
 #include "planning/rings.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/ground.hpp>
 #include <octosurf/mapper.hpp>
@@ -12,13 +11,6 @@ namespace {
 
 constexpr double edge = 0.02;  // m, of a voxel
 const SlopeLimit walkable{Eigen::Vector3d::UnitZ(), 0.5};
-
-Mapper new_mapper() {
-  Parameters parameters;
-  parameters.occupancy.resolution = edge;
-  parameters.align = false;
-  return Mapper(parameters);
-}
 
 // Two floors with a slot between them, too narrow for a hole of the outline, that runs in any direction: most
 // of it lies in voxels that the floors or its own walls occupy.
@@ -43,7 +35,7 @@ TEST(GroundView, SlotsAreNoGroundWhicheverWayTheyRun) {
       add({side * half, -length / 2, 0}, {side * 0.5, 0, 0}, {0, length, 0});
       add({side * half, -length / 2, -depth}, {0, length, 0}, {0, 0, depth});
     }
-    Mapper mapper = new_mapper();
+    Mapper mapper(test::of_voxels(edge, false));
     for (int k = 0; k < 8; ++k) {
       const double turn = k * std::numbers::pi / 4 + uniform(-0.3, 0.3);
       const Eigen::Vector3d eye(std::cos(turn), std::sin(turn), uniform(0.8, 1.4));
@@ -76,7 +68,7 @@ class Place : public testing::Test {
     scene.box({-0.02, -0.02, 0}, {0.02, 0.02, 1});
     scene.box({0.4, -0.3, 0.25}, {0.7, 0.3, 0.3});
     std::mt19937_64 rng(test::seed());
-    Mapper mapper = new_mapper();
+    Mapper mapper(test::of_voxels(edge, false));
     for (int k = 0; k < 8; ++k) {
       const double turn = k * std::numbers::pi / 4;
       mapper.insert(test::camera_scan(
@@ -235,7 +227,7 @@ TEST(GroundView, KeptUpEqualsOneMadeFromNothing) {
     empty.rectangle({0.8, -1.5, 0}, {1, 0, 0.3}, {0, 1, 0});
     test::Scene crate = empty;
     crate.box({-0.9, -0.8, 0}, {-0.5, -0.4, 0.3});
-    Mapper mapper = new_mapper();
+    Mapper mapper(test::of_voxels(edge, false));
     mapper.share_octree();
     GroundRules rules;
     rules.widest_unseen_m = widest_unseen;

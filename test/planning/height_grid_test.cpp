@@ -2,7 +2,6 @@
 #include "io/exporters/room_snapshot.hpp"
 #include "shapes.hpp"
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/height_grid.hpp>
 #include <octosurf/up.hpp>
@@ -15,18 +14,12 @@ Snapshot random_surfaces(std::mt19937_64& random) {
   Snapshot snapshot;
   snapshot.resolution = 0.05;
   for (SurfaceId id = 1; id <= 12; ++id) {
-    Surface surface;
-    surface.id = id;
-    surface.T_map_surface.linear() =
-        (Eigen::AngleAxisd(angle(random), Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(angle(random) / 6, Eigen::Vector3d::UnitX()) *
-         Eigen::AngleAxisd(id % 4 == 0 ? std::numbers::pi : 0.0, Eigen::Vector3d::UnitX()))
-            .toRotationMatrix();
-    surface.T_map_surface.translation() = Eigen::Vector3d(place(random), place(random), place(random));
-    surface.plane.normal = surface.T_map_surface.linear().col(2);
-    surface.plane.offset = surface.plane.normal.dot(surface.T_map_surface.translation());
-    surface.polygons = {shapes::random_polygon(random)};
-    snapshot.surfaces.push_back(std::make_shared<const Surface>(surface));
+    Eigen::Isometry3d T(Eigen::AngleAxisd(angle(random), Eigen::Vector3d::UnitZ()) *
+                        Eigen::AngleAxisd(angle(random) / 6, Eigen::Vector3d::UnitX()) *
+                        Eigen::AngleAxisd(id % 4 == 0 ? shapes::pi : 0.0, Eigen::Vector3d::UnitX()));
+    T.translation() = Eigen::Vector3d(place(random), place(random), place(random));
+    snapshot.surfaces.push_back(
+        std::make_shared<const Surface>(shapes::surface(id, {shapes::random_polygon(random)}, T)));
   }
   return snapshot;
 }

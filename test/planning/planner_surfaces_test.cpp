@@ -1,6 +1,6 @@
 // What planners' formats are made of, against contact regions and pieces asked one by one.
 #include "planning/shapes.hpp"
-#include "support/testing.hpp"
+#include "support/polygons.hpp"
 
 #include <octosurf/planner_formats.hpp>
 #include <octosurf/up.hpp>
@@ -14,14 +14,8 @@ constexpr double degree = std::numbers::pi / 180;
 
 /// A square of `side`, tilted about the map's y axis.
 SurfacePtr square(SurfaceId id, double side, double tilt_rad) {
-  Surface surface;
-  surface.id = id;
-  surface.T_map_surface.linear() = Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  surface.T_map_surface.translation() = Eigen::Vector3d(id, -2, 0.3);
-  surface.plane.normal = surface.T_map_surface.linear().col(2);
-  surface.plane.offset = surface.plane.normal.dot(surface.T_map_surface.translation());
-  surface.polygons = {{box(0, 0, side, side), {}}};
-  return std::make_shared<const Surface>(surface);
+  return std::make_shared<const Surface>(shapes::surface(
+      id, {{box(0, 0, side, side), {}}}, shapes::pose({0, 1, 0}, tilt_rad, {1.0 * id, -2, 0.3})));
 }
 
 /// A floor, a ledge too small to stand on, a slope and a wall that faces +x.
@@ -31,12 +25,6 @@ Snapshot four_squares() {
   snapshot.surfaces = {square(1, 1, 0), square(2, 0.1, 0), square(3, 1, 45 * degree),
                        square(4, 1, 90 * degree)};
   return snapshot;
-}
-
-double area_of(const std::vector<Polygon>& polygons) {
-  double sum = 0;
-  for (const Polygon& polygon : polygons) sum += shapes::area(polygon);
-  return sum;
 }
 
 /// m²: of regions of squares, to three cells of 5 mm.
@@ -54,10 +42,10 @@ TEST(PlannerSurfaces, HaveInsetsWhereTheContactHasRoom) {
     EXPECT_EQ(surfaces[i].polygons.at(0).outer, snapshot.surfaces[i]->polygons.at(0).outer);
     EXPECT_TRUE(surfaces[i].pieces.empty()) << "none were asked for";
   }
-  EXPECT_NEAR(area_of(surfaces[0].insets), 0.8 * 0.8, cells);
+  EXPECT_NEAR(test::area(surfaces[0].insets), 0.8 * 0.8, cells);
   for (const std::size_t none : {1, 2, 3}) EXPECT_TRUE(surfaces[none].insets.empty()) << none;
   contact.limits.max_slope_rad = 50 * degree;
-  EXPECT_NEAR(area_of(planner_surfaces(snapshot, contact)[2].insets), 0.8 * 0.8, cells);
+  EXPECT_NEAR(test::area(planner_surfaces(snapshot, contact)[2].insets), 0.8 * 0.8, cells);
 }
 
 TEST(PlannerSurfaces, AreThoseOfRegionsAndPiecesAskedOneByOne) {
@@ -92,7 +80,7 @@ TEST(PlannerSurfaces, AreTurnedWithTheirPieces) {
   const std::vector<PlannerSurface> surfaces = planner_surfaces(four_squares(), contact);
   EXPECT_TRUE(surfaces[0].insets.empty());
   const PlannerSurface& floor = surfaces[3];
-  EXPECT_NEAR(area_of(floor.insets), 0.8 * 0.8, cells);
+  EXPECT_NEAR(test::area(floor.insets), 0.8 * 0.8, cells);
   EXPECT_NEAR(floor.T_world_surface(2, 2), 1, 1e-9);
   ASSERT_FALSE(floor.pieces.empty());
   for (const Eigen::Vector3d& vertex : floor.pieces[0].vertices) {

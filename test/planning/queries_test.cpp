@@ -1,11 +1,7 @@
 // The index against looking at every surface and every edge.
 #include "planning/questions.hpp"
 #include "shapes.hpp"
-#include "support/testing.hpp"
-
-#include <boost/geometry.hpp>
-#include <boost/geometry/geometries/point_xy.hpp>
-#include <boost/geometry/geometries/polygon.hpp>
+#include "support/polygons.hpp"
 
 #include <octosurf/queries.hpp>
 #include <octosurf/up.hpp>
@@ -19,18 +15,19 @@ using testing::IsEmpty;
 
 /// Stars with holes, and some level squares, whose planes are those of a house.
 std::shared_ptr<Snapshot> random_map(std::mt19937_64& random, int count) {
-  auto snapshot = std::make_shared<Snapshot>();
+  std::vector<Surface> surfaces;
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector3d at = random_vector(random, 8);
-    Surface next = i % 3 == 0 ? surface(static_cast<SurfaceId>(2 * i + 1),
-                                        {{box(0, 0, 2, 1), {}}, {box(3, 0, 1, 1), {}}},
-                                        pose({1, 0, 0}, i % 2 == 0 ? 0 : std::numbers::pi, at))
-                              : surface(static_cast<SurfaceId>(2 * i + 1), {random_polygon(random)},
-                                        pose(random_vector(random, 1) + Eigen::Vector3d(0, 0, 1.1),
-                                             random_vector(random, std::numbers::pi).x(), at));
-    snapshot->surfaces.push_back(std::make_shared<const Surface>(std::move(next)));
+    const auto id = static_cast<SurfaceId>(2 * i + 1);
+    if (i % 3 == 0)
+      surfaces.push_back(surface(id, {{box(0, 0, 2, 1), {}}, {box(3, 0, 1, 1), {}}},
+                                 pose({1, 0, 0}, i % 2 == 0 ? 0 : pi, at)));
+    else
+      surfaces.push_back(surface(
+          id, {random_polygon(random)},
+          pose(random_vector(random, 1) + Eigen::Vector3d(0, 0, 1.1), random_vector(random, pi).x(), at)));
   }
-  return snapshot;
+  return snapshot_of(std::move(surfaces));
 }
 
 TEST(SurfaceIndex, NearestAndBelowAreWhatLookingAtEverySurfaceGives) {
@@ -98,13 +95,11 @@ TEST(SurfaceIndex, ARayMeetsTheFirstSurfaceFromEitherSide) {
 
 /// By cutting a large square in the surface's plane, and Boost's polygons: another way than the index goes.
 bool slow_meets(const Surface& s, const ConvexSpace& space) {
-  using Point = boost::geometry::model::d2::point_xy<double>;
-  using Shape = boost::geometry::model::polygon<Point, false, false>;
-  std::vector<Eigen::Vector2d> part{{-40, -40}, {40, -40}, {40, 40}, {-40, 40}};
+  Ring2 part = box(-40, -40, 80, 80);
   for (const Plane& plane : space.planes) {
     const Eigen::Vector2d normal = (s.T_map_surface.linear().transpose() * plane.normal).head<2>();
     const double offset = plane.offset - plane.normal.dot(s.T_map_surface.translation());
-    std::vector<Eigen::Vector2d> kept;
+    Ring2 kept;
     for (std::size_t i = 0; i < part.size(); ++i) {
       const Eigen::Vector2d &a = part[i], &b = part[(i + 1) % part.size()];
       const double at_a = normal.dot(a) - offset, at_b = normal.dot(b) - offset;
@@ -113,20 +108,7 @@ bool slow_meets(const Surface& s, const ConvexSpace& space) {
     }
     part = kept;
   }
-  if (part.size() < 3) return false;
-  Shape cut;
-  for (const Eigen::Vector2d& p : part) boost::geometry::append(cut.outer(), Point(p.x(), p.y()));
-  for (const Polygon& polygon : s.polygons) {
-    Shape shape;
-    for (const Eigen::Vector2d& p : polygon.outer)
-      boost::geometry::append(shape.outer(), Point(p.x(), p.y()));
-    for (const Ring2& hole : polygon.holes) {
-      shape.inners().emplace_back();
-      for (const Eigen::Vector2d& p : hole) shape.inners().back().push_back(Point(p.x(), p.y()));
-    }
-    if (boost::geometry::intersects(shape, cut)) return true;
-  }
-  return false;
+  return part.size() >= 3 && test::intersection({{part, {}}}, s.polygons).area > 0;
 }
 
 TEST(SurfaceIndex, ListsWhatMeetsABoxAFrustumASphere) {
@@ -162,9 +144,8 @@ TEST(SurfaceIndex, ListsWhatMeetsABoxAFrustumASphere) {
 }
 
 TEST(SurfaceIndex, ASpaceInsideASurfaceOrAHole) {
-  auto snapshot = std::make_shared<Snapshot>();
-  snapshot->surfaces.push_back(std::make_shared<const Surface>(
-      surface(1, {{box(0, 0, 4, 4), {reversed(box(1, 1, 2, 2))}}, {box(1.5, 1.5, 1, 1), {}}})));
+  const auto snapshot =
+      snapshot_of({surface(1, {{box(0, 0, 4, 4), {reversed(box(1, 1, 2, 2))}}, {box(1.5, 1.5, 1, 1), {}}})});
   const SurfaceIndex index(snapshot);
   const auto around = [&](double x, double y) {
     const Eigen::Vector3d middle(x, y, 0), half(0.1, 0.1, 0.1);

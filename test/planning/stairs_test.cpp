@@ -1,5 +1,5 @@
 // Stairs from outlines made by hand, in a map that is turned and shifted.
-#include "support/testing.hpp"
+#include "planning/shapes.hpp"
 
 #include <octosurf/stairs.hpp>
 #include <octosurf/up.hpp>
@@ -24,18 +24,10 @@ class Place {
     return add(Ring2{{x, y}, {x + width, y}, {x + width, y + depth}, {x, y + depth}}, z, yaw);
   }
   SurfaceId add(Ring2 ring, double z, double yaw = 0) {
-    Surface surface;
-    surface.id = next_++;
-    surface.T_map_surface =
+    const Eigen::Isometry3d T =
         T_map_upright_ * Eigen::Translation3d(0, 0, z) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
-    surface.plane.normal = surface.T_map_surface.linear().col(2);
-    surface.plane.offset = surface.plane.normal.dot(surface.T_map_surface.translation());
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
-      surface.area_m2 += (a.x() * b.y() - a.y() * b.x()) / 2;
-    }
-    surface.polygons = {{std::move(ring), {}}};
-    snapshot.surfaces.push_back(std::make_shared<const Surface>(std::move(surface)));
+    snapshot.surfaces.push_back(
+        std::make_shared<const Surface>(shapes::surface(next_++, {{std::move(ring), {}}}, T)));
     return next_ - 1;
   }
   /// Floor, `treads` and a landing, 1.2 m wide, rising along y from y = 0.
@@ -218,13 +210,12 @@ TEST(Stairs, TwoRisersCountWhereABuilderMadeThem) {
   tilted.add(-3, -3, 6, 6, 0);
   tilted.add(0, 0, 0.5, 0.5, 0.14);
   tilted.add(0, 0.5, 0.5, 0.5, 0.28);
-  Surface stone = *tilted.snapshot.surfaces.back();
-  stone.T_map_surface = stone.T_map_surface * Eigen::Translation3d(0, 0.5, 0) *
-                        Eigen::AngleAxisd(4 * degree, Eigen::Vector3d::UnitX()) *
-                        Eigen::Translation3d(0, -0.5, 0);
-  stone.plane.normal = stone.T_map_surface.linear().col(2);
-  stone.plane.offset = stone.plane.normal.dot(stone.T_map_surface.translation());
-  tilted.snapshot.surfaces.back() = std::make_shared<const Surface>(stone);
+  const Surface& stone = *tilted.snapshot.surfaces.back();
+  const Eigen::Isometry3d T = stone.T_map_surface * Eigen::Translation3d(0, 0.5, 0) *
+                              Eigen::AngleAxisd(4 * degree, Eigen::Vector3d::UnitX()) *
+                              Eigen::Translation3d(0, -0.5, 0);
+  tilted.snapshot.surfaces.back() =
+      std::make_shared<const Surface>(shapes::surface(stone.id, stone.polygons, T));
   EXPECT_THAT(tilted.find().stairs, IsEmpty());
 }
 
@@ -249,12 +240,11 @@ TEST(Stairs, AreNamedByTheirOldestTread) {
   ASSERT_EQ(before.size(), 1U);
   EXPECT_EQ(before[0].id, 3U);
   // An older surface joins at the upper end.
-  Surface joining = *place.snapshot.surfaces.back();
-  joining.id = 1;
-  joining.T_map_surface =
-      joining.T_map_surface * Eigen::Translation3d(0, 0.29, 0.17);  // its frame is the upright one
-  joining.plane.offset = joining.plane.normal.dot(joining.T_map_surface.translation());
-  place.snapshot.surfaces.insert(place.snapshot.surfaces.begin(), std::make_shared<const Surface>(joining));
+  const Surface& last = *place.snapshot.surfaces.back();  // its frame is the upright one
+  place.snapshot.surfaces.insert(
+      place.snapshot.surfaces.begin(),
+      std::make_shared<const Surface>(
+          shapes::surface(1, last.polygons, last.T_map_surface * Eigen::Translation3d(0, 0.29, 0.17))));
   const std::vector<Stair> now = place.find().stairs;
   ASSERT_EQ(now.size(), 1U);
   EXPECT_EQ(now[0].id, 1U);

@@ -1,6 +1,5 @@
 // Storeys and the ways between them, beside the truth of hand-made scenes.
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 #include <octosurf/storeys.hpp>
@@ -22,10 +21,7 @@ struct Survey {
 
 GroundView ground_of(const Scene& scene, const std::vector<Survey>& surveys) {
   std::mt19937_64 rng = test::rng();
-  Parameters parameters;
-  parameters.occupancy.resolution = d;
-  parameters.align = false;
-  Mapper mapper(parameters);
+  Mapper mapper(test::of_voxels(d, false));
   for (const Survey& survey : surveys) {
     const Eigen::Array2d size = survey.area.sizes(), count = (size / 2.2).ceil();
     for (double i = 0; i < count.x(); ++i)

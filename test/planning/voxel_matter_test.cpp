@@ -1,10 +1,9 @@
 // What occupied voxels hold, and what is kept clear of it: footholds, regions, and the boxes of planned
 // steps.
 #include "footsteps/obstacle_columns.hpp"
-#include "occupancy/occupancy_map.hpp"
 #include "planning/contact_cells.hpp"
 #include "shapes.hpp"
-#include "support/testing.hpp"
+#include "support/painted_octree.hpp"
 
 #include <octosurf/contact.hpp>
 
@@ -19,31 +18,14 @@ Eigen::Isometry3d random_pose(std::mt19937_64& random, double half) {
   return pose(random_vector(random, 1), random_vector(random, 3).x(), random_vector(random, half));
 }
 
-std::shared_ptr<Snapshot> snapshot_of(std::vector<Surface> surfaces) {
-  auto snapshot = std::make_shared<Snapshot>();
-  for (Surface& one : surfaces) snapshot->surfaces.push_back(std::make_shared<Surface>(std::move(one)));
-  return snapshot;
-}
-
 /// Occupied where there are points, the voxels being whose the points are.
 OccupancyView octree_of(const std::vector<std::pair<Eigen::Vector3d, SurfaceId>>& points) {
-  OccupancyParameters parameters;
-  parameters.resolution = d;
-  occupancy::OccupancyMap map(parameters);
-  Scan scan;
-  scan.T_map_sensor = Eigen::Isometry3d(Eigen::Translation3d(0.5, 0.5, 3));
-  std::vector<Eigen::Vector3f> centres;  // so that no rounding moves one into the next voxel
-  for (const auto& [p, id] : points)
-    centres.push_back((d * ((p / d).array().floor() + 0.5)).matrix().cast<float>());
-  for (const Eigen::Vector3f& p : centres)
-    scan.points.push_back(scan.T_map_sensor.inverse().cast<float>() * p);
-  sensing::Downsampler downsample(map.grid());
-  map.insert(downsample(scan, scan.T_map_sensor, 0, 30, 1), downsample, nullptr);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    geometry::VoxelKey key;
-    if (map.grid().key_of(centres[i], key)) map.assign(key, points[i].second);
+  test::PaintedOctree octree(d);
+  for (const auto& [p, id] : points) {
+    const Eigen::Array3i at = (p / d).array().floor().cast<int>();
+    octree.occupy(at.x(), at.y(), at.z(), 1, id);
   }
-  return map.share();
+  return octree.view();
 }
 
 /// All that bounds it, one by one: a cube's corners, or what they are moved to on either side of the plane.
