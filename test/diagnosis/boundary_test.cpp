@@ -1,12 +1,10 @@
 // What lies beyond a surface's edges, on scenes and cameras for which that can be worked out.
 #include "support/checked_mapper.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <unistd.h>
 
 #include <octosurf/boundary.hpp>
-#include <octosurf/mapper.hpp>
 
 namespace octosurf::diagnosis {
 namespace {
@@ -81,24 +79,6 @@ double inside_image(const Eigen::Isometry3d& T_map_camera, const Camera& camera,
   if (p.z() <= 0) return -1e9;
   const double u = std::fabs(p.x() / p.z() * camera.focal), v = std::fabs(p.y() / p.z() * camera.focal);
   return std::min(camera.width / 2.0 - u, camera.height / 2.0 - v);
-}
-
-TEST(Boundary, TheFloorUnderABoxEndsAtItsSides) {
-  Scene scene;
-  scene.rectangle({-1.5, -1.5, 0.01}, {3, 0, 0}, {0, 3, 0}).box({-0.2, -0.25, 0.01}, {0.2, 0.25, 0.31});
-  std::mt19937_64 rng = test::rng();
-  const Mapper mapper = mapped(test::orbit(scene, {0, 0, 0.1}, 1.2, 1, 8, rng, fine));
-  const auto snapshot = mapper.snapshot();
-  const auto of_box = [](const Edge& edge) -> std::optional<EdgeKind> {
-    if (!edge.of_hole) return {};
-    return EdgeKind::real;
-  };
-  const std::vector<Edge> floor = edges_of(mapper.map(), surface_at(*snapshot, {0, 0, 1}, {0, 0, 0.01}));
-  EXPECT_GE(agreement(floor, of_box, 50), 1);
-  const std::vector<Edge> top = edges_of(mapper.map(), surface_at(*snapshot, {0, 0, 1}, {0, 0, 0.31}));
-  EXPECT_GE(agreement(
-                top, [](const Edge&) { return EdgeKind::real; }, 30),
-            1);
 }
 
 TEST(Boundary, AShadowIsOccludedAndTheImageEndsInAFrontier) {

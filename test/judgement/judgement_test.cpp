@@ -2,7 +2,6 @@
 #include "alignment/surfaces_by_hand.hpp"
 #include "judgement/walks.hpp"
 #include "support/degree.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/judgement.hpp>
 

@@ -1,7 +1,6 @@
 #include "judgement/walks.hpp"
 
 #include "alignment/surfaces_by_hand.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::test {
 

@@ -3,7 +3,6 @@
 
 #include "support/random_scans.hpp"
 #include "support/same_octree.hpp"
-#include "support/testing.hpp"
 
 #include <octomap/OcTreeStamped.h>
 
@@ -21,10 +20,7 @@ using test::expect_same;
 class OctomapFilesTest : public test::FolderTest {
  protected:
   std::unique_ptr<octomap::OcTree> scanned(double resolution) {
-    Parameters parameters;
-    parameters.occupancy.resolution = resolution;
-    parameters.align = false;
-    Mapper mapper(parameters);
+    Mapper mapper(test::of_voxels(resolution, false));
     for (int i = 0; i < 3; ++i) mapper.insert(test::room_scan(random, 800, {1, 1, 1}, {0.3 * i, 0, 0}));
     return to_octree(mapper.map().octree());
   }

@@ -2,7 +2,6 @@
 #include "mapper/failing_memory.hpp"
 #include "support/random_scans.hpp"
 #include "support/same_octree.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/adapters/octomap_follower.hpp>
 #include <octosurf/adapters/octree.hpp>
@@ -12,10 +11,7 @@ namespace octosurf {
 namespace {
 
 TEST(FollowerWithoutMemory, KeepsTheLastTreeAndCatchesUp) {
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.2;
-  parameters.align = false;
-  Mapper mapper(parameters);
+  Mapper mapper(test::of_voxels(0.2, false));
   std::mt19937_64 random = test::rng();
   std::vector<OccupancyView> views;
   for (int i = 0; i < 4; ++i) {

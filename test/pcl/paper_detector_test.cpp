@@ -7,11 +7,9 @@
 #include "support/invariants.hpp"
 #include "support/map_state.hpp"
 #include "support/polygons.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/explain.hpp>
-#include <octosurf/mapper.hpp>
 
 namespace octosurf {
 namespace {
@@ -227,19 +225,6 @@ TEST(PaperDetector, IsThePapersAlgorithmWhereNothingIsTakenBack) {
     EXPECT_GE(twin.surfaces.size(), 5U);
     expect_same(*mapper.snapshot(), twin.surfaces, 2, triangle);
   }
-}
-
-TEST(PaperDetector, TakesBackWhatTheWorldTakesAway) {
-  const Eigen::Vector3d eye(0.5, 0.5, 1.5);
-  Mapper mapper(papers(), 1, paper_detector());
-  mapper.insert(test::rectangle_scan(eye, {0, 0, 0.5}, {0.6, 0, 0}, {0, 0.6, 0}));
-  ASSERT_EQ(mapper.snapshot()->surfaces.size(), 1U);
-  const SurfaceId table = mapper.snapshot()->surfaces[0]->id;
-  for (int i = 0; i < 12; ++i)
-    mapper.insert(test::rectangle_scan(eye, {-0.5, -0.5, 0}, {2, 0, 0}, {0, 2, 0}));
-  EXPECT_EQ(mapper.snapshot()->find(table), nullptr);
-  EXPECT_EQ(mapper.snapshot()->surfaces.size(), 1U);
-  test::expect_guarantees(mapper.map());
 }
 
 /// A floor at z = 0 from x to x + width, 1 m deep.
