@@ -6,7 +6,6 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::test {
 namespace {
@@ -257,7 +256,8 @@ TEST(MapperContract, ReportsItsTime) {
 }
 
 TEST(MapperContract, AnEmptyMapIsAMap) {
-  const Mapper mapper;
+  const Mapper mapper({}, 2);  // braces are the usual parameters
+  EXPECT_EQ(mapper.map().parameters().occupancy.resolution, Parameters().occupancy.resolution);
   EXPECT_EQ(mapper.map().size().nodes, 0U);
   EXPECT_EQ(mapper.snapshot()->surfaces.size(), 0U);
   EXPECT_EQ(mapper.snapshot()->find(1), nullptr);

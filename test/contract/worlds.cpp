@@ -5,17 +5,10 @@
 #include "simulation/recording.hpp"
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
 
 namespace octosurf::test {
 namespace {
-
-Parameters with_resolution(double resolution) {
-  Parameters parameters;
-  parameters.occupancy.resolution = resolution;
-  return parameters;
-}
 
 /// One reading in eight of a simulated sensor.
 std::vector<Scan> simulated(const std::string& scene, std::size_t frames,
@@ -103,10 +96,10 @@ const std::vector<World>& worlds() {
        coarse(),
        [] { return pillar(30, 20); },
        {&S::cylinders, &S::cylinders_gone, &S::vanished}},
-      {"Office", with_resolution(0.04), [] { return simulated("office", 12); }, {&S::holes, &S::seen_again}},
-      {"ThingsThatMove", with_resolution(0.04), [] { return simulated("change", 12); }, {&S::vanished}},
-      {"ALidar", with_resolution(0.1), [] { return simulated("room", 4, "spinning"); }, {&S::surfaces}},
-      {"PosesThatJump", with_resolution(0.04), &walk_that_jumps, {&S::corrected}},
+      {"Office", of_voxels(0.04), [] { return simulated("office", 12); }, {&S::holes, &S::seen_again}},
+      {"ThingsThatMove", of_voxels(0.04), [] { return simulated("change", 12); }, {&S::vanished}},
+      {"ALidar", of_voxels(0.1), [] { return simulated("room", 4, "spinning"); }, {&S::surfaces}},
+      {"PosesThatJump", of_voxels(0.04), &walk_that_jumps, {&S::corrected}},
   };
   return all;
 }

@@ -2,7 +2,6 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/map.hpp>
 #include <octosurf/space_part.hpp>
@@ -30,11 +29,6 @@ void look(CheckedMapper& mapper, const Scene& scene, int count, std::mt19937_64&
   for (const Scan& scan : test::orbit(scene, {0, 0, 0.1}, 1.1, 1.3, count, rng, {320, 240, 260}))
     mapper.insert(scan);
 }
-Parameters of_2_cm() {
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.02;
-  return parameters;
-}
 std::size_t tops(const CheckedMapper& mapper) {
   return mapper.on_plane({0, 0, 1}, {0, 0, chest.max().z()}).size();
 }
@@ -43,7 +37,7 @@ TEST(Clear, WhatIsInsideGoesAndComesBackOnlyIfItIsThere) {
   for (const bool stays : {false, true}) {
     SCOPED_TRACE(stays ? "it stays" : "it is carried out");
     std::mt19937_64 rng = test::rng();
-    CheckedMapper mapper(of_2_cm());
+    CheckedMapper mapper(test::of_voxels(0.02));
     look(mapper, with_chest(), 10, rng);
     ASSERT_EQ(tops(mapper), 1U);
     const auto before = mapper.mapper.snapshot();
@@ -67,7 +61,7 @@ TEST(Clear, IsByTheMiddlesOfVoxels) {
   for (const bool as_free : {false, true})
     for (const bool round : {false, true}) {
       SCOPED_TRACE(testing::Message() << (as_free ? "free" : "unknown") << (round ? ", round" : ""));
-      CheckedMapper mapper(of_2_cm());
+      CheckedMapper mapper(test::of_voxels(0.02));
       look(mapper, with_chest(), 4, rng);
       SpacePart part;
       part.T_map_part.linear() =
@@ -100,22 +94,8 @@ TEST(Clear, IsByTheMiddlesOfVoxels) {
     }
 }
 
-TEST(Clear, OfEverythingLeavesNothing) {
-  std::mt19937_64 rng = test::rng();
-  CheckedMapper mapper(of_2_cm());
-  look(mapper, with_chest(), 4, rng);
-  mapper.mapper.clear(SpacePart::box({Eigen::Vector3d::Constant(-50), Eigen::Vector3d::Constant(50)}));
-  test::expect_guarantees(mapper.mapper.map());
-  EXPECT_TRUE(mapper.surfaces().empty());
-  std::size_t leaves = 0;
-  mapper.mapper.map().octree().for_each_leaf([&](auto some) { leaves += some.size(); });
-  EXPECT_EQ(leaves, 0U);
-  look(mapper, with_chest(), 6, rng);
-  EXPECT_EQ(tops(mapper), 1U);
-}
-
 TEST(Clear, RefusesPartsThatAreNone) {
-  CheckedMapper mapper(of_2_cm());
+  CheckedMapper mapper(test::of_voxels(0.02));
   EXPECT_THROW(mapper.mapper.clear(SpacePart()), Error);
   SpacePart endless = SpacePart::cylinder({0, 0, 0}, 1, 1);
   endless.half_size.z() = std::numeric_limits<double>::infinity();

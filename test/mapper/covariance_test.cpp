@@ -1,6 +1,5 @@
 // How sure published planes say they are, against the truth, after whole scans.
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/mapper.hpp>
 

@@ -4,7 +4,6 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/round_scene.hpp"
-#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
 
 namespace octosurf::mapper {
@@ -80,9 +79,7 @@ TEST(Cylinders, ARailSeenFromOneSide) {
     std::mt19937_64 rng = test::rng();
     RoundScene scene;
     scene.bars.push_back({-0.6 * along.normalized(), 0.6 * along.normalized(), 0.02});
-    Parameters parameters;
-    parameters.occupancy.resolution = 0.01;
-    CheckedMapper under_test(parameters);
+    CheckedMapper under_test(test::of_voxels(0.01));
     insert(under_test, arc(scene, {0, 0, 0}, 0.8, 0.9, 6, rng));
     ASSERT_THAT(cylinders(under_test), SizeIs(1));
     const Cylinder& rail = *cylinders(under_test)[0];
@@ -113,8 +110,7 @@ TEST(Cylinders, ALaddersRungsAndRailsAreOneEach) {
   RoundScene scene;
   for (const double y : {-0.25, 0.25}) scene.bars.push_back({{0, y, -0.5}, {0, y, 0.5}, 0.025});
   for (const double z : {-0.3, 0.0, 0.3}) scene.bars.push_back({{0, -0.24, z}, {0, 0.24, z}, 0.02});
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.01;
+  Parameters parameters = test::of_voxels(0.01);
   parameters.detection.min_surface_points = 120;  // a rung of half a metre, half of it seen
   constexpr int ladders = 5;
   std::size_t bars = 0, surfaces = 0;
@@ -170,20 +166,6 @@ TEST(Cylinders, TwoHalvesMerge) {
   EXPECT_THAT(test::check_invariants(under_test.mapper.map()), IsEmpty());
 }
 
-TEST(Cylinders, APillarThatIsTakenAwayGoes) {
-  std::mt19937_64 rng(test::seed());
-  RoundScene scene = hall();
-  scene.bars.push_back({{0.2, 0, 0}, {0.2, 0, 2}, 0.2});
-  CheckedMapper under_test;
-  insert(under_test, arc(scene, {0.2, 0, 0.9}, 1.6, 1, 5, rng));
-  ASSERT_THAT(cylinders(under_test), SizeIs(1));
-  const auto before = under_test.mapper.snapshot();
-  insert(under_test, arc(hall(), {0.2, 0, 0.9}, 1.6, 1, 15, rng));
-  EXPECT_THAT(cylinders(under_test), IsEmpty());
-  EXPECT_THAT(before->cylinders, SizeIs(1)) << "snapshots never change";
-  EXPECT_THAT(test::check_invariants(under_test.mapper.map()), IsEmpty());
-}
-
 TEST(Cylinders, FlatThingsAreNone) {
   for (const double d : {0.02, 0.01}) {
     std::mt19937_64 rng = test::rng();
@@ -193,9 +175,7 @@ TEST(Cylinders, FlatThingsAreNone) {
     scene.flat.box({0.2, -0.1, 0.7}, {0.6, 0.3, 0.74});  // a board
     for (int i = 0; i < 4; ++i)
       scene.flat.box({-1.4 + 0.25 * i, -1.8, 0}, {-1.15 + 0.25 * i, -1, 0.17 * (4 - i)});  // a stair
-    Parameters parameters;
-    parameters.occupancy.resolution = d;
-    CheckedMapper under_test(parameters);
+    CheckedMapper under_test(test::of_voxels(d));
     insert(under_test, arc(scene, {0, 0, 0.5}, 1.5, 5.5, d < 0.015 ? 8 : 12, rng));
     EXPECT_THAT(cylinders(under_test), IsEmpty()) << d;
   }

@@ -1,7 +1,6 @@
 // What a scan's budget leaves waits, and is found in the end.
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <octosurf/mapper.hpp>

@@ -4,7 +4,6 @@
 #include "support/guarantees.hpp"
 #include "support/polygons.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::mapper {
 namespace {
@@ -22,7 +21,7 @@ bool over(const Surface& surface, const Eigen::Vector3d& p) {
 struct Seen {
   Seen(const Scene& scene, double resolution, const std::vector<Eigen::Vector3d>& eyes,
        const std::vector<Eigen::Vector3d>& targets, std::uint64_t seed = test::seed())
-      : mapper(with(resolution)) {
+      : mapper(test::of_voxels(resolution)) {
     std::mt19937_64 rng(seed);
     const test::Camera camera{320, 240, 272, 0.002};
     for (std::size_t i = 0; i < eyes.size(); ++i)
@@ -30,12 +29,6 @@ struct Seen {
           test::camera_scan(scene, test::look_at(eyes[i], targets[i % targets.size()]), rng, camera));
     test::expect_guarantees(mapper.mapper.map());
   }
-  static Parameters with(double resolution) {
-    Parameters parameters;
-    parameters.occupancy.resolution = resolution;
-    return parameters;
-  }
-
   /// Surfaces of this face: over `point`, at most 8 mm and 3° off.
   std::vector<SurfacePtr> at(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const {
     std::vector<SurfacePtr> found;
@@ -89,21 +82,6 @@ TEST_P(Faces, LowThingsStayOutOfTheFloor) {
        std::vector<Eigen::Vector3d>{{0, 0, 0.011}, {0.4, 0, 0.011}, {-0.4, 0, 0.011}, {0, 0.55, 0.011}})
     EXPECT_FALSE(over(*floor, p)) << "the floor under " << p.transpose();
   EXPECT_EQ(seen.face({-0.6, 0.6, 0.011}, z), floor) << "the floor is one";
-}
-
-TEST_P(Faces, AThinWallHasTwoSides) {
-  Scene scene;
-  scene.box({-0.05, -0.8, 0}, {0.05, 0.8, 1.2});
-  std::vector<Eigen::Vector3d> eyes;
-  for (const double side : {-1.2, 1.2})
-    for (const double along : {-0.3, 0.0, 0.3}) eyes.emplace_back(side, along, 0.6);
-  const Seen seen(scene, GetParam(), eyes, {{0, -0.2, 0.6}, {0, 0.2, 0.6}});
-  const auto front = seen.face({0.05, 0, 0.6}, x), back = seen.face({-0.05, 0, 0.6}, -x);
-  ASSERT_TRUE(front && back);
-  EXPECT_NE(front->id, back->id);
-  EXPECT_LT(front->plane.normal.dot(back->plane.normal), -0.9998) << "1 degree";
-  EXPECT_NEAR(front->plane.signed_distance({-0.05, 0, 0.6}), -0.1, 0.003);
-  EXPECT_EQ(seen.mapper.surfaces().size(), 2U);
 }
 
 /// A tread of an open stair, 4 cm thick, wherever its sides lie between layers of voxels: of 2 cm, there are
@@ -271,7 +249,7 @@ TEST(RoundedFaces, TreadsBesideRoundedFeetKeepTheirSlope) {
           const auto corner = static_cast<std::size_t>((u + du) * across + v + dv);
           scan.points.push_back((corners[corner] - scan.T_map_sensor.translation()).cast<float>());
         }
-    CheckedMapper mapper(Seen::with(0.02));
+    CheckedMapper mapper(test::of_voxels(0.02));
     mapper.insert(scan);
     for (int tread = 0; tread < 5; ++tread) {
       const Eigen::Vector3d middle(0.3 * tread + 0.15, 0.5, 0.16 * tread);

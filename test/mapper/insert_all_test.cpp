@@ -3,7 +3,6 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::mapper {
 namespace {

@@ -3,7 +3,6 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
 
 namespace octosurf::mapper {
@@ -29,11 +28,6 @@ Scene floor_with_box() {
 
 static_assert(std::is_constructible_v<Mapper, Map> && !std::is_constructible_v<Mapper, Map&> &&
               !std::is_constructible_v<Mapper, const Map&>);
-
-TEST(Mapper, BracesAreTheUsualParameters) {
-  const Mapper under_test({}, 2);
-  EXPECT_EQ(under_test.map().parameters().occupancy.resolution, Parameters().occupancy.resolution);
-}
 
 TEST(Mapper, FloorWallAndBox) {
   std::mt19937_64 rng = test::rng();
@@ -140,31 +134,6 @@ TEST(Mapper, GapsBelowHAreBridgedWiderOnesAreNot) {
   }
 }
 
-TEST(Mapper, ARemovedBoxGoesAndTheFloorUnderItComes) {
-  std::mt19937_64 rng = test::rng();
-  CheckedMapper under_test;
-  for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) under_test.insert(scan);
-  const auto tops = under_test.on_plane(up, {0, 0, 0.41});
-  ASSERT_EQ(tops.size(), 1U);
-  const double floor_before = under_test.on_plane(up, {1, 1, 0.01}).at(0)->area_m2;
-  Scene empty;
-  empty.rectangle({-1.2, -1.2, 0.01}, {2.4, 0, 0}, {0, 2.4, 0});
-  std::vector<SurfaceId> gone;
-  for (int round = 0; round < 2; ++round)
-    for (const Scan& scan : orbit(empty, {0, 0, 0.2}, 1.0, 0.9, 8, rng)) {
-      const ScanReport report = under_test.insert(scan);
-      gone.insert(gone.end(), report.gone.begin(), report.gone.end());
-    }
-  EXPECT_THAT(gone, ::testing::Contains(tops[0]->id));
-  EXPECT_TRUE(under_test.on_plane(up, {0, 0, 0.41}).empty());
-  ASSERT_EQ(under_test.surfaces().size(), 1U) << "the floor alone is left";
-  EXPECT_GT(under_test.surfaces()[0]->area_m2, floor_before + 0.1);
-  EXPECT_TRUE(under_test.surfaces()[0]->polygons.at(0).holes.empty());
-  // Nor is anything left of it in the octree.
-  under_test.mapper.map().for_each_point([](const OccupancyView::Voxel& v) { EXPECT_LT(v.point.z(), 0.1); });
-  test::expect_guarantees(under_test.mapper.map());
-}
-
 TEST(Mapper, StripsOfATiltingLaserMakeSurfaces) {
   std::mt19937_64 rng = test::rng();
   Scene scene;
@@ -206,9 +175,7 @@ TEST(Mapper, RingsThatAStandingLidarRepeatsMakeNoTiltedSurfaces) {
       rays.emplace_back(std::cos(rise) * std::cos(turn), std::cos(rise) * std::sin(turn), std::sin(rise));
       seen.emplace_back(*room.cast(eye, rays.back()) * rays.back());
     }
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.05;
-  CheckedMapper under_test(parameters);
+  CheckedMapper under_test(test::of_voxels(0.05));
   for (int i = 0; i < 150; ++i) {
     Scan scan;
     scan.T_map_sensor.translation() = eye;
@@ -283,9 +250,7 @@ TEST(Mapper, SurfacesStayAndGrowOnAnotherOctree) {
   const std::shared_ptr<const Snapshot> once = mapper.snapshot();
   EXPECT_EQ(mapper.replace_occupancy(octree).appeared, 0U);
   EXPECT_EQ(mapper.snapshot()->surfaces.size(), once->surfaces.size());
-  Parameters coarse;
-  coarse.occupancy.resolution = 0.03;
-  EXPECT_THROW(mapper.replace_occupancy(Mapper(coarse).map()), Error);
+  EXPECT_THROW(mapper.replace_occupancy(Mapper(test::of_voxels(0.03)).map()), Error);
 }
 
 }  // namespace

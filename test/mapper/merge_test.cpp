@@ -3,11 +3,8 @@
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 #include "support/unshared_area.hpp"
 #include "surfaces/map_state.hpp"
-
-#include <octosurf/mapper.hpp>
 
 namespace octosurf::test {
 namespace {

@@ -1,11 +1,9 @@
 // What is left of a map when memory runs out in the middle of a scan: what it was before, to the last bit.
 #include "geometry/parallel.hpp"
-#include "io/files.hpp"
+#include "io/map_file/map_files.hpp"
 #include "mapper/failing_memory.hpp"
 #include "support/guarantees.hpp"
 #include "support/invariants.hpp"
-#include "support/random_scans.hpp"
-#include "support/round_scene.hpp"
 #include "support/sanitized.hpp"
 #include "support/testing.hpp"
 
@@ -14,30 +12,20 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <octosurf/map.hpp>
-#include <octosurf/mapper.hpp>
-
 namespace octosurf::mapper {
 namespace {
 
 namespace fs = std::filesystem;
 
-Parameters coarse() {
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.05;
-  return parameters;
-}
-
-/// Scans inside a room whose walls stand elsewhere from the fifth on: points vanish, surfaces are born, grow,
-/// shrink and go.
+/// Points vanish, surfaces are born, grow, shrink and go.
 std::vector<Scan> changing_room(std::size_t count) {
-  std::mt19937_64 rng(20);  // fixed: the same allocations are there to fail in each run
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < count; ++i)
-    scans.push_back(test::room_scan(rng, 2500, {i < 5 ? 0.9 : 1.3, 1.1, 0.7}, {0.3, -0.2, 0.1}));
+  // fixed: the same allocations are there to fail in each run
+  std::vector<Scan> scans = test::changing_room(count + 2, std::mt19937_64(20));  // fixed: see above
+  scans.resize(count);
   return scans;
 }
 
+using test::coarse;
 using test::read_file;
 
 /// What a child process found out, in memory that it shares with its parent.
@@ -213,24 +201,8 @@ TEST_F(FailedAllocations, InTheFirstScanAndWithTwoThreads) {
   expect_taken_back(parallel, 12, false);
 }
 
-/// Seen from one side after the other.
-std::vector<Scan> pillar(std::size_t count) {
-  test::RoundScene scene;
-  scene.flat.rectangle({-2, -2, 0.003}, {4, 0, 0}, {0, 4, 0}).rectangle({-1.5, -2, 0}, {0, 4, 0}, {0, 0, 2});
-  scene.bars.push_back({{0, 0, 0}, {0, 0, 1.6}, 0.2});
-  const Eigen::Vector3d target(0, 0, 0.7);
-  std::mt19937_64 rng(20);  // fixed: the same allocations are there to fail in each run
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double turn = 0.4 * static_cast<double>(i) - 0.6;
-    scans.push_back(test::camera_scan(
-        scene, test::look_at({1.8 * std::cos(turn), 1.8 * std::sin(turn), 1.1}, target), rng, {}));
-  }
-  return scans;
-}
-
 TEST_F(FailedAllocations, WithACylinder) {
-  Story story(pillar(6), 4, 1);
+  Story story(test::pillar(6, 0, std::mt19937_64(20)), 4, 1);  // fixed: as above
   ASSERT_EQ(story.mapper.snapshot()->cylinders.size(), 1U);
   expect_taken_back(story, 12, false);
 }
@@ -248,7 +220,11 @@ struct Twins {
 
 class ChangesTogether : public OutOfMemory {
  protected:
-  void expect_all_or_nothing(Twins& twins, const std::function<void(Mapper&)>& change, std::size_t count) {
+  const std::vector<Scan> scans = changing_room(8);
+  Twins twins{std::span(scans).first(4)};
+  const Map other = test::map_of({scans.begin() + 4, scans.end()});
+
+  void expect_all_or_nothing(const std::function<void(Mapper&)>& change, std::size_t count) {
     Mapper& mapper = twins.struck;
     const std::string stood = test::digest(mapper.map());
     change(twins.whole);
@@ -275,58 +251,38 @@ class ChangesTogether : public OutOfMemory {
 };
 
 TEST_F(ChangesTogether, AMergerIsAllOrNothing) {
-  const std::vector<Scan> scans = changing_room(8);
-  Twins twins(std::span<const Scan>(scans).first(4));
-  Mapper other(coarse());
-  for (const Scan& scan : std::span(scans).subspan(4)) other.insert(scan);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation().x() = 0.31;
-  expect_all_or_nothing(
-      twins, [&](Mapper& mapper) { mapper.merge(other.map(), T); }, 12);
+  expect_all_or_nothing([&](Mapper& mapper) { mapper.merge(other, T); }, 12);
 }
 
 TEST_F(ChangesTogether, ScansThatAreMappedTogetherAreAllOrNothing) {
-  const std::vector<Scan> scans = changing_room(8);
-  Twins twins(std::span<const Scan>(scans).first(4));
-  expect_all_or_nothing(
-      twins, [&](Mapper& mapper) { mapper.insert_all(std::span(scans).subspan(4)); }, 12);
+  expect_all_or_nothing([&](Mapper& mapper) { mapper.insert_all(std::span(scans).subspan(4)); }, 12);
 }
 
 TEST_F(ChangesTogether, DrainingIsAllOrNothing) {
   Parameters bounded = coarse();
   bounded.detection.detection_budget = 20;
-  Twins twins({});
   for (Mapper* mapper : {&twins.struck, &twins.whole}) {
     *mapper = Mapper(bounded);
     std::size_t waiting = 0;
     for (const Scan& scan : changing_room(2)) waiting = mapper->insert(scan).waiting;
     ASSERT_GT(waiting, 0U);
   }
-  expect_all_or_nothing(
-      twins, [](Mapper& mapper) { mapper.drain(); }, 12);
+  expect_all_or_nothing([](Mapper& mapper) { mapper.drain(); }, 12);
 }
 
 TEST_F(ChangesTogether, SurfacesOfAnOctreeAreAllOrNothing) {
-  const std::vector<Scan> scans = changing_room(4);
-  Twins twins({});
-  Mapper seen(coarse());
-  for (const Scan& scan : scans) seen.insert(scan);
-  save_map(seen.map(), folder / "octree");
+  save_map(other, folder / "octree");
   twins.struck = Mapper(map_from_octomap(folder / "octree.bt", coarse()));
   twins.whole = Mapper(map_from_octomap(folder / "octree.bt", coarse()));
-  expect_all_or_nothing(
-      twins, [](Mapper& mapper) { mapper.detect_in_occupancy(); }, 16);
+  expect_all_or_nothing([](Mapper& mapper) { mapper.detect_in_occupancy(); }, 16);
 }
 
 TEST_F(ChangesTogether, AnOctreeIsTakenOverAllOrNothing) {
-  const std::vector<Scan> scans = changing_room(8);
-  Twins twins(std::span<const Scan>(scans).first(4));
-  Mapper other(coarse());
-  for (const Scan& scan : std::span(scans).subspan(4)) other.insert(scan);
-  save_map(other.map(), folder / "other");
+  save_map(other, folder / "other");
   const Map octree = map_from_octomap(folder / "other.bt", coarse());
-  expect_all_or_nothing(
-      twins, [&](Mapper& mapper) { mapper.replace_occupancy(octree); }, 12);
+  expect_all_or_nothing([&](Mapper& mapper) { mapper.replace_occupancy(octree); }, 12);
 }
 
 TEST_F(OutOfMemory, ThreadsThatAreNotGrantedAreDoneWithout) {

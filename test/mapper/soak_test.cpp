@@ -2,7 +2,6 @@
 // furniture moves is what it is today.
 #include "support/invariants.hpp"
 #include "support/room_tour.hpp"
-#include "support/testing.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <malloc.h>
@@ -12,12 +11,7 @@
 namespace octosurf::mapper {
 namespace {
 
-/// Coarse, so that thousands of scans take seconds.
-Parameters coarse() {
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.05;
-  return parameters;
-}
+const Parameters coarse = test::of_voxels(0.05);  // so that thousands of scans take seconds
 constexpr test::Camera small{40, 30, 34};
 
 std::size_t heap_bytes() { return ::mallinfo2().uordblks; }
@@ -44,7 +38,7 @@ TEST(Soak, APlaceThatStaysCostsNoMoreAndKeepsItsSurfaces) {
   std::mt19937_64 rng = test::rng();
   constexpr int of_a_round = 100;
   const std::vector<Scan> seen = scans_of(test::room_with_a_box(), of_a_round, rng);
-  Mapper mapper(coarse());
+  Mapper mapper(coarse);
   const int rounds = 20 * times_as_long();
   struct Round {
     std::size_t heap = 0, octree = 0, appeared = 0, changed = 0;
@@ -106,13 +100,13 @@ TEST(Soak, FurnitureThatMovesEveryDayIsWhereItIsToday) {
   };
   std::vector<double> alone;
   for (int place = 0; place < places; ++place) {
-    Mapper mapper(coarse());
+    Mapper mapper(coarse);
     live(mapper, place);
     alone.push_back(area_of(mapper, true));
     ASSERT_GT(alone.back(), 0.25) << "of 0.36 m²";
   }
   std::vector<double> settled(places);  // all area, once the table has stood at each place
-  Mapper mapper(coarse());
+  Mapper mapper(coarse);
   for (int day = 0; day < days; ++day) {
     live(mapper, day);
     EXPECT_NEAR(area_of(mapper, true), alone[day % places], 0.1 * alone[day % places]) << "day " << day;

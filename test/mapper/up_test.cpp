@@ -3,9 +3,7 @@
 #include "support/degree.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
-#include <octosurf/mapper.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf::mapper {

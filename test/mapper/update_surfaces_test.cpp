@@ -1,7 +1,6 @@
 // Which points a change leaves to the next one.
 #include "mapper/map_change.hpp"
 #include "support/pending_points.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::mapper {
 namespace {

@@ -3,7 +3,6 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/adapters/paper_detector.hpp>
 

@@ -3,8 +3,6 @@
 #include "support/polygons.hpp"
 #include "support/testing.hpp"
 
-#include <octosurf/surface.hpp>
-
 // Whether two maps show the same surfaces. What is compared is what lies where, not how it is cut into
 // surfaces: two halves of a wall that touch in a corner of a few voxels are merged or not by one point more
 // or less.
