@@ -1,6 +1,5 @@
 #include "planning/shapes.hpp"
 #include "support/painted_octree.hpp"
-#include "support/testing.hpp"
 
 #include <octosurf/footsteps.hpp>
 #include <octosurf/mapper.hpp>
@@ -25,12 +24,6 @@ Surface slab(SurfaceId id, double x, double y, double z, double length, double w
   return surface(id, {{box(0, 0, length, width), {}}}, at(x, y, z));
 }
 
-std::shared_ptr<const Snapshot> walked_snapshot(const std::vector<Surface>& surfaces) {
-  auto snapshot = std::make_shared<Snapshot>();
-  for (const Surface& one : surfaces) snapshot->surfaces.push_back(std::make_shared<Surface>(one));
-  return snapshot;
-}
-
 struct Course {
   std::shared_ptr<const Snapshot> snapshot;
   Biped robot;
@@ -49,34 +42,42 @@ Course stair(int count, double riser) {
   for (int i = 0; i < count; ++i)
     surfaces.push_back(slab(static_cast<SurfaceId>(i + 2), 0.29 * i, -0.6, riser * (i + 1), 0.29, 1.2));
   surfaces.push_back(slab(50, 0.29 * count, -0.6, riser * (count + 1), 1.5, 1.2));
-  return {walked_snapshot(surfaces), {}};
+  return {snapshot_of(surfaces), {}};
 }
 
 Course two_floors(double gap) {
-  return {walked_snapshot({slab(1, -2, -0.6, 0, 2, 1.2), slab(2, gap, -0.6, 0, 2, 1.2)}), {}};
+  return {snapshot_of({slab(1, -2, -0.6, 0, 2, 1.2), slab(2, gap, -0.6, 0, 2, 1.2)}), {}};
 }
 
 std::size_t refused(const FootstepPlan& plan, StepRefusal why) {
   return plan.refusal->refused[static_cast<std::size_t>(why)];
 }
 
-TEST(Footsteps, WalkOverAFloorToTheGoal) {
-  const Course floor{walked_snapshot({slab(1, -1, -1, 0, 6, 2)}), {}};
-  const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{3, 0, 0}, 0});
-  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
-  // 3 m in steps of 0.35 m at most, and one that brings the feet beside each other.
-  EXPECT_GE(plan.steps.size(), 9);
-  EXPECT_LE(plan.steps.size(), 12);
-  EXPECT_LE((plan.body.back().at - Eigen::Vector3d(3, 0, 0)).norm(), 0.2);
-  EXPECT_GT(plan.cost, static_cast<double>(plan.steps.size()));
-  EXPECT_LE(plan.lower_bound, plan.cost);
-}
-
-TEST(Footsteps, TurningBoundsWhatAPlanCosts) {
-  const Course floor{walked_snapshot({slab(1, -1, -1, 0, 6, 2)}), {}};
-  const FootstepPlan plan = floor.plan({{0, 0, 0}, 90 * deg}, {{3, 0, 0}, -90 * deg});
-  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
-  EXPECT_GE(1.5 * plan.lower_bound, plan.cost);
+TEST(Footsteps, WalkAndTurnOnAFloor) {
+  const Course floor{snapshot_of({slab(1, -1, -1, 0, 6, 2)}), {}};
+  struct Case {
+    const char* what;
+    Standing from, to;
+    std::size_t least, most;
+  };
+  for (const Case& c : {Case{"none to where it stands", {{0, 0, 0}, 0}, {{0, 0, 0}, 0}, 0, 0},
+                        // 3 m in steps of 0.35 m at most, and one that brings the feet beside each other.
+                        Case{"straight on", {{0, 0, 0}, 0}, {{3, 0, 0}, 0}, 9, 12},
+                        Case{"on the spot, 22.5° a step", {{0, 0, 0}, 0}, {{0, 0, 0}, 180 * deg}, 8, 30},
+                        Case{"turned twice", {{0, 0, 0}, 90 * deg}, {{3, 0, 0}, -90 * deg}, 9, 40}}) {
+    SCOPED_TRACE(c.what);
+    const FootstepPlan plan = floor.plan(c.from, c.to);
+    ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+    EXPECT_GE(plan.steps.size(), c.least);
+    EXPECT_LE(plan.steps.size(), c.most);
+    if (plan.steps.empty()) continue;
+    EXPECT_LE((plan.body.back().at - c.to.at).norm(), 0.2);
+    EXPECT_GT(plan.cost, static_cast<double>(plan.steps.size()));
+    EXPECT_LE(plan.lower_bound, plan.cost);
+    if (c.least == 9) {
+      EXPECT_GE(1.5 * plan.lower_bound, plan.cost) << "turning bounds it, too";
+    }
+  }
 }
 
 // A floor seen all over, but for a block of space across it at the height of shins.
@@ -87,7 +88,7 @@ TEST(Footsteps, LegsDoNotSwingWhereNobodyLooked) {
     for (int y = -20; y < 20; ++y)
       for (int z = 0; z < 40; ++z)
         if (!(x >= 26 && x < 32 && z >= 4 && z < 8)) octree.free(x, y, z);
-  const auto floor = walked_snapshot({slab(1, -1, -1, 0, 5, 2)});
+  const auto floor = snapshot_of({slab(1, -1, -1, 0, 5, 2)});
   const Standing from{{0, 0, 0}, 0}, to{{2.5, 0, 0}, 0};
   Biped robot;
   const FootstepPlan stopped = FootstepPlanner(floor, octree.view(), robot).plan(from, to);
@@ -102,59 +103,41 @@ TEST(Footsteps, LegsDoNotSwingWhereNobodyLooked) {
   EXPECT_THAT(verify_plan(through, *floor, octree.view(), robot), Contains(HasSubstr("unknown space")));
 }
 
-TEST(Footsteps, NoneToWhereItStands) {
-  const Course floor{walked_snapshot({slab(1, -1, -1, 0, 6, 2)}), {}};
-  const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{0, 0, 0}, 0});
-  EXPECT_TRUE(plan.found());
-  EXPECT_THAT(plan.steps, IsEmpty());
-}
-
-TEST(Footsteps, TurnOnTheSpot) {
-  const Course floor{walked_snapshot({slab(1, -1, -1, 0, 2, 2)}), {}};
-  const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{0, 0, 0}, 180 * deg});
-  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
-  EXPECT_GE(plan.steps.size(), 8);  // of 22.5° at most
-}
-
-TEST(Footsteps, ClimbAStairAndComeDown) {
+TEST(Footsteps, ClimbAStairInTheMiddleOfTreadsAndComeDown) {
   const Course course = stair(5, 0.17);
   const Standing below{{-1, 0, 0}, 0}, above{{0.29 * 5 + 0.6, 0, 0.17 * 6}, 0};
   const FootstepPlan up = course.plan(below, above);
   ASSERT_TRUE(up.found()) << up.refusal->sentence;
   EXPECT_EQ(up.steps.back().surface, 50);
-  const FootstepPlan down = course.plan({above.at, 180 * deg}, {below.at, 180 * deg});
-  ASSERT_TRUE(down.found()) << down.refusal->sentence;
-  EXPECT_EQ(down.steps.back().surface, 1);
-}
-
-TEST(Footsteps, StandInTheMiddleOfTreads) {
-  // A sole of 0.22 m has 3.5 cm before and behind it at most, less than StepCosts::good_margin_m.
-  const Course course = stair(5, 0.17);
-  const FootstepPlan plan = course.plan({{-1, 0, 0}, 0}, {{0.29 * 5 + 0.6, 0, 0.17 * 6}, 0});
-  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+  // In the middle of treads: a sole of 0.22 m has 3.5 cm before and behind it at most, less than
+  // StepCosts::good_margin_m.
   std::size_t on_treads = 0;
-  for (const Footstep& step : plan.steps) {
+  for (const Footstep& step : up.steps) {
     if (step.surface == 1 || step.surface == 50) continue;
     ++on_treads;
     EXPECT_NEAR(step.T_map_foot.translation().x(), 0.29 * (step.surface - 1.5), 0.02);
   }
   EXPECT_GE(on_treads, 5U);
+  const FootstepPlan down = course.plan({above.at, 180 * deg}, {below.at, 180 * deg});
+  ASSERT_TRUE(down.found()) << down.refusal->sentence;
+  EXPECT_EQ(down.steps.back().surface, 1);
 }
 
-TEST(Footsteps, StandSquareOnTreadsHoweverTheStairIsTurned) {
-  // fixed: 11.25° is as far off the headings of an unturned world as a stair can be.
-  const Course straight = stair(4, 0.17);
-  auto turned = std::make_shared<Snapshot>();
-  const Eigen::Isometry3d T(Eigen::AngleAxisd(11.25 * deg, Eigen::Vector3d::UnitZ()));
-  for (const SurfacePtr& surface : straight.snapshot->surfaces) {
-    auto copy = std::make_shared<Surface>(*surface);
-    copy->T_map_surface = T * copy->T_map_surface;
-    turned->surfaces.push_back(copy);
+// fixed: 11.25° is as far off the headings of an unturned world as a stair can be; and a world lying on its
+// side.
+TEST(Footsteps, StandSquareOnTreadsHoweverTheStairIsTurnedAndUpMayBeAnyDirection) {
+  for (const auto& [T, yaw] : {std::pair{pose({0, 0, 1}, 11.25 * deg, {0, 0, 0}), 11.25 * deg},
+                               std::pair{pose({1, 0, 0}, 90 * deg, {3, -1, 2}), 0.0}}) {
+    std::vector<Surface> turned;
+    const Course straight = stair(4, 0.17);
+    for (const SurfacePtr& tread : straight.snapshot->surfaces)
+      turned.push_back(surface(tread->id, tread->polygons, T * tread->T_map_surface));
+    Course course{snapshot_of(turned), {}};
+    course.robot.contact.up = T.linear().col(2);
+    const FootstepPlan plan = course.plan({T * Eigen::Vector3d(-1, 0, 0), yaw},
+                                          {T * Eigen::Vector3d(0.29 * 4 + 0.6, 0, 0.17 * 5), yaw});
+    EXPECT_TRUE(plan.found()) << plan.refusal->sentence;
   }
-  const Course course{turned, {}};
-  const FootstepPlan plan = course.plan({T * Eigen::Vector3d(-1, 0, 0), 11.25 * deg},
-                                        {T * Eigen::Vector3d(0.29 * 4 + 0.6, 0, 0.17 * 5), 11.25 * deg});
-  EXPECT_TRUE(plan.found()) << plan.refusal->sentence;
 }
 
 TEST(Footsteps, CrossStones) {
@@ -162,7 +145,7 @@ TEST(Footsteps, CrossStones) {
   for (int i = 0; i < 5; ++i)
     surfaces.push_back(
         slab(static_cast<SurfaceId>(i + 3), 0.06 + 0.31 * i, i % 2 == 0 ? -0.01 : -0.26, 0.05, 0.27, 0.27));
-  const Course course{walked_snapshot(surfaces), {}};
+  const Course course{snapshot_of(surfaces), {}};
   const FootstepPlan plan = course.plan({{-0.8, 0, 0}, 0}, {{2.4, 0, 0}, 0});
   ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
   std::size_t on_stones = 0;
@@ -248,25 +231,6 @@ TEST(Footsteps, MoreExpansionsNeverMakeAPlanDearer) {
   }
 }
 
-TEST(Footsteps, UpMayBeAnyDirection) {
-  // fixed: a world lying on its side.
-  const Course straight = stair(4, 0.17);
-  const Eigen::Isometry3d T = pose({1, 0, 0}, 90 * deg, {3, -1, 2});
-  auto turned = std::make_shared<Snapshot>();
-  for (const SurfacePtr& surface : straight.snapshot->surfaces) {
-    auto copy = std::make_shared<Surface>(*surface);
-    copy->T_map_surface = T * copy->T_map_surface;
-    copy->plane.normal = copy->T_map_surface.linear().col(2);
-    copy->plane.offset = copy->plane.normal.dot(copy->T_map_surface.translation());
-    turned->surfaces.push_back(copy);
-  }
-  Course course{turned, {}};
-  course.robot.contact.up = T.linear().col(2);
-  const FootstepPlan plan =
-      course.plan({T * Eigen::Vector3d(-1, 0, 0), 0}, {T * Eigen::Vector3d(0.29 * 4 + 0.6, 0, 0.17 * 5), 0});
-  EXPECT_TRUE(plan.found()) << plan.refusal->sentence;
-}
-
 /// A mapped octree with a box of occupied voxels in it, out of a scan of the box's points.
 OccupancyView octree_with(const std::vector<Eigen::AlignedBox3d>& boxes) {
   Parameters parameters;
@@ -291,7 +255,7 @@ Biped of_obstacles_alone() {
 
 TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
   const Biped robot = of_obstacles_alone();
-  const auto floor = walked_snapshot({slab(1, -1, -1.5, 0, 4, 3)});
+  const auto floor = snapshot_of({slab(1, -1, -1.5, 0, 4, 3)});
   const Standing from{{-0.5, 0, 0}, 0}, to{{2.2, 0, 0}, 0};
   const FootstepPlan straight = FootstepPlanner(floor, {}, Biped{}).plan(from, to);
   ASSERT_TRUE(straight.found());
@@ -318,7 +282,7 @@ TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
   // fixed: a step is longer than the wall is thick, so the guide led through it, and 20,000 expansions before
   // it found nothing.
   const Biped robot = of_obstacles_alone();
-  const auto floor = walked_snapshot({slab(1, 0, -5, 0, 12, 10)});
+  const auto floor = snapshot_of({slab(1, 0, -5, 0, 12, 10)});
   const OccupancyView octree = octree_with({{Eigen::Vector3d(6, -5, 0.6), Eigen::Vector3d(6.1, 3.5, 0.8)}});
   FootstepPlanner planner(floor, octree, robot);
   const FootstepPlan plan = planner.plan({{4, -2, 0}, 0}, {{8, -2, 0}, 0});
@@ -327,7 +291,7 @@ TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
 }
 
 TEST(Footsteps, AWallAcrossTheWayIsRefusedForItsClearance) {
-  const auto floor = walked_snapshot({slab(1, -0.4, -0.4, 0, 3.4, 0.8)});
+  const auto floor = snapshot_of({slab(1, -0.4, -0.4, 0, 3.4, 0.8)});
   const OccupancyView octree =
       octree_with({{Eigen::Vector3d(0.9, -0.6, 0.02), Eigen::Vector3d(0.94, 0.6, 1.0)}});
   FootstepPlanner planner(floor, octree, of_obstacles_alone());
@@ -347,14 +311,14 @@ TEST(VerifyPlan, SeesWhatIsWrong) {
     return verify_plan(plan, *course.snapshot, {}, course.robot);
   };
   EXPECT_THAT(wrong([](FootstepPlan&) {}), IsEmpty());
-  EXPECT_THAT(wrong([](FootstepPlan& plan) { plan.steps[1].foot = plan.steps[0].foot; }), Not(IsEmpty()));
-  EXPECT_THAT(wrong([](FootstepPlan& plan) { plan.steps[2].T_map_foot.translation().z() += 0.01; }),
-              Not(IsEmpty()));
-  EXPECT_THAT(wrong([](FootstepPlan& plan) { plan.steps[2].surface = 999; }), Not(IsEmpty()));
-  EXPECT_THAT(
-      wrong([](FootstepPlan& plan) { plan.steps.erase(plan.steps.begin() + 1, plan.steps.begin() + 3); }),
-      Not(IsEmpty()));
-  EXPECT_THAT(wrong([](FootstepPlan& plan) { plan.steps[3].yaw_rad += 60 * deg; }), Not(IsEmpty()));
+  using Spoil = void (*)(FootstepPlan&);
+  for (const Spoil spoil :
+       {Spoil([](FootstepPlan& plan) { plan.steps[1].foot = plan.steps[0].foot; }),
+        Spoil([](FootstepPlan& plan) { plan.steps[2].T_map_foot.translation().z() += 0.01; }),
+        Spoil([](FootstepPlan& plan) { plan.steps[2].surface = 999; }),
+        Spoil([](FootstepPlan& plan) { plan.steps.erase(plan.steps.begin() + 1, plan.steps.begin() + 3); }),
+        Spoil([](FootstepPlan& plan) { plan.steps[3].yaw_rad += 60 * deg; })})
+    EXPECT_THAT(wrong(spoil), Not(IsEmpty()));
 }
 
 FootstepPlan crawled(const Course& course, const Standing& from, const Standing& to) {
@@ -375,7 +339,7 @@ TEST(Crawl, AQuadrupedClimbsAStairAndCrossesASmallGap) {
 }
 
 TEST(Crawl, WhereItCannotStandTheNearestPlaceIsNamed) {
-  const auto floors = walked_snapshot({slab(1, -3, -1, 0, 3, 2)});
+  const auto floors = snapshot_of({slab(1, -3, -1, 0, 3, 2)});
   FootstepPlanner planner(floors, {}, Quadruped{});
   // Its fore feet would be 0.1 m beyond the edge.
   const FootstepPlan plan = planner.plan({{-0.2, 0, 0}, 0}, {{-2, 0, 0}, 0});
