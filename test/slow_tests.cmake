@@ -12,7 +12,7 @@ set(OCTOSURF_SLOW_alignment AlignedMap.ASensorsTiltAndScaleAreFoundAndAreNoDrift
     AlignedMap.WhatReadingsErrInCommonIsKnownWhetherOrNotPosesAreAligned Localizer.FindsScansFromGuessesFarOff
     NearSurfaces.PosesThatSlidDoNotMakeAPlaneUncertain PoseFit.ErrorsAreAsItsCovarianceSays
     Revisits.TellABendThatNoMotionExplains Revisits.TellHowFarThePoseIsOff)
-set(OCTOSURF_SLOW_apps Bags.* Diff.* EarlyEnd.ASignalLeavesNoLockNorPartOfAnyVerbThatWritesAMap EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
+set(OCTOSURF_SLOW_apps Diff.* EarlyEnd.ASignalLeavesNoLockNorPartOfAnyVerbThatWritesAMap EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
     FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.NoMemoryKeepsWhatWasMapped CommandTest.ExportedSurfacesAreThoseOfTheMap
     Killed.* MapRun.InRealTimeScansArriveAtTheirStamps
     MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
@@ -30,11 +30,10 @@ set(OCTOSURF_SLOW_footsteps Crawl.AQuadrupedClimbsAStairAndCrossesASmallGap
 set(OCTOSURF_SLOW_fuzz Corpus/EveryByte.*
     Fuzz.BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles
     Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
-set(OCTOSURF_SLOW_io BagFiles.* Bags/ScansInBag.* DamagedMapFiles.*
+set(OCTOSURF_SLOW_io DamagedMapFiles.*
     Removals.ComeBackWithWhoTookThemIn Removals.ManyComeBackInOrder ExportTest.FilesAreReadByPython
-    Kinds/DamagedBags.*
-    MapFiles.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
-    PictureTest.IsoShowsFloorAndDefaultSize RealScans.RedKitchen RecordStream.DamageBehindTheFrameIsSeen
+    MapFileTest.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
+    PictureTest.IsoShowsFloorAndDefaultSize RecordStream.DamageBehindTheFrameIsSeen
     SaveFails.AtEveryByteOfItsFilesAndKeepsWhatWasThere)
 set(OCTOSURF_SLOW_detection Resegment.*
     Segment.ABoardOfThreeCentimetresPartsAWall LikelihoodDetector.*)

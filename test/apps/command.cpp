@@ -1,17 +1,15 @@
 #include "apps/command.hpp"
 
-#include "support/invariants.hpp"
-#include "support/paths.hpp"
-
-#include <algorithm>
-#include <cmath>
+#include <chrono>
 #include <cstdlib>
+#include <fcntl.h>
 #include <fstream>
 #include <iomanip>
 #include <limits>
 #include <map>
-#include <sstream>
 #include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
 
 namespace octosurf::test {
 
@@ -140,18 +138,6 @@ void CommandTest::simulate_room() const {
   made_once("room", [this] { run_well("simulate room -o room --frames 16"); });
 }
 
-void CommandTest::simulate_for_bag(const std::string& name, const std::string& options) const {
-  run_well("simulate room -o " + name + " " + options);
-  if (exists(name + "/poses.txt")) return;
-  std::vector<Eigen::Isometry3d> poses;
-  change_poses(name, [&](const Eigen::Matrix4d& T, int) {
-    poses.emplace_back(T);
-    return T;
-  });
-  write_poses(name + "/poses.txt", poses);
-  for (std::size_t i = 0; i < poses.size(); ++i) fs::remove(folder / pose_file(name, static_cast<int>(i)));
-}
-
 void CommandTest::change_poses(const std::string& recording, const Change& change) const {
   int i = 0;
   for (; exists(pose_file(recording, i)); ++i) {
@@ -198,5 +184,51 @@ std::vector<Eigen::Isometry3d> CommandTest::floor_poses(int images, double slid)
                     Eigen::Quaterniond(0, 1, 0, 0));
   return poses;
 }
+
+Running::Running(const fs::path& folder, const std::vector<std::string>& arguments,
+                 const std::string& program)
+    : errors_(folder / ".running") {
+  std::vector<const char*> words{program.c_str()};
+  for (const std::string& argument : arguments) words.push_back(argument.c_str());
+  words.push_back(nullptr);
+  child_ = fork();
+  if (child_ < 0) throw std::runtime_error("cannot start a process");
+  if (child_ > 0) return;
+  const int err = ::open(errors_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  const int none = ::open("/dev/null", O_RDWR);
+  if (err < 0 || none < 0 || ::dup2(none, 0) < 0 || ::dup2(none, 1) < 0 || ::dup2(err, 2) < 0 ||
+      ::chdir(folder.c_str()) != 0)
+    _exit(126);
+  ::execv(words[0], const_cast<char* const*>(words.data()));
+  _exit(127);
+}
+
+Running::~Running() {
+  if (!runs()) return;
+  send(SIGKILL);
+  wait();
+}
+
+bool Running::runs() {
+  if (!ended_) ended_ = ::waitpid(child_, &status_, WNOHANG) == child_;
+  return !ended_;
+}
+
+bool Running::wait_until(const std::function<bool()>& holds) {
+  for (;;) {
+    const bool still = runs();  // asked first: what it did last counts
+    if (holds()) return true;
+    if (!still) return false;
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+}
+
+int Running::wait() {
+  if (!ended_) ::waitpid(child_, &status_, 0);
+  ended_ = true;
+  return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
+}
+
+std::string Running::errors() const { return content_of(errors_); }
 
 }  // namespace octosurf::test

@@ -1,26 +1,39 @@
 #pragma once
 
+#include "support/invariants.hpp"
+#include "support/paths.hpp"
+#include "support/seed.hpp"
+
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <random>
+#include <sstream>
 #include <string>
 #include <string_view>
+#include <sys/types.h>
 #include <vector>
+
+#include <octosurf/map.hpp>
+#include <octosurf/mapper.hpp>
+#include <octosurf/scan_source.hpp>
 
 namespace octosurf::test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
+using ::testing::AllOf, ::testing::AnyOf, ::testing::HasSubstr, ::testing::IsEmpty, ::testing::Not;
 
 /// A text with all of these in it.
 template <class... Text>
 auto says(const Text&... texts) {
-  return ::testing::AllOf(HasSubstr(texts)...);
+  return AllOf(HasSubstr(texts)...);
 }
 
 /// What a run of the program left behind.
@@ -70,8 +83,6 @@ class CommandTest : public ::testing::Test {
                     const std::function<double(int, int)>& depth_mm) const;
   /// "room": a simulated recording of sixteen depth images.
   void simulate_room() const;
-  /// Another one, its poses as quaternions in poses.txt, which is how bags have them.
-  void simulate_for_bag(const std::string& name, const std::string& options) const;
   /// Of a recording with a file of 4×4 for each scan: what `change` makes of each and its number.
   using Change = std::function<Eigen::Matrix4d(const Eigen::Matrix4d&, int)>;
   void change_poses(const std::string& recording, const Change& change) const;
@@ -105,6 +116,32 @@ class FloorTest : public CommandTest {
   json ask(const std::string& what, const std::string& verb = "query") const {
     return json_of(verb + " m --json " + what);
   }
+};
+
+/// The built `octosurf`, or another program, at work beside the test, in `folder`; killed if it is still
+/// there in the end.
+class Running {
+ public:
+  Running(const fs::path& folder, const std::vector<std::string>& arguments,
+          const std::string& program = paths::command());
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+  ~Running();
+
+  void send(int signal) const { ::kill(child_, signal); }
+  /// False if it has ended.
+  bool runs();
+  /// Until `holds` or it has ended; asks every tenth of a millisecond. Returns whether it holds.
+  bool wait_until(const std::function<bool()>& holds);
+  /// Its exit code, or 128 + the signal that ended it.
+  int wait();
+  std::string errors() const;  ///< its stderr so far
+
+ private:
+  fs::path errors_;
+  pid_t child_ = 0;
+  int status_ = 0;
+  bool ended_ = false;
 };
 
 }  // namespace octosurf::test

@@ -8,7 +8,6 @@
 
 #include <octosurf/adapters/octree.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/map.hpp>
 
 namespace octosurf::test {
 namespace {

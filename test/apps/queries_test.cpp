@@ -2,9 +2,6 @@
 // `export`. The plans themselves are test/planning's, what is in the files test/io checks.
 #include "apps/command.hpp"
 
-#include <cmath>
-#include <sstream>
-
 namespace octosurf::test {
 namespace {
 

@@ -1,6 +1,5 @@
 // operator new that counts, for test_fuzz. What C libraries allocate (zstd's window, at most 8 MiB; libspng's
 // inflate, 64 kB) goes by uncounted.
-#include "fuzz/peak_memory.hpp"
 #include "fuzz/targets.hpp"
 
 #include <algorithm>

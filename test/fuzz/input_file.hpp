@@ -1,6 +1,5 @@
 #pragma once
 
-#include "fuzz/peak_memory.hpp"
 #include "fuzz/targets.hpp"
 
 #include <cstdio>

@@ -1,9 +1,7 @@
 // One target as a libFuzzer program: FUZZ_TARGET is its function. The mutator of map files is linked to that
 // of `surfaces` only.
-#include "fuzz/peak_memory.hpp"
 #include "fuzz/targets.hpp"
 #ifdef FUZZ_MAP_RECORDS
-#include "fuzz/map_records.hpp"
 
 #include <algorithm>
 #include <string>

@@ -1,5 +1,5 @@
-#include "fuzz/map_records.hpp"
 
+#include "fuzz/targets.hpp"
 #include "map_file.pb.h"
 #include "support/packed_map.hpp"
 

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <string>
 #include <string_view>
 
 // What is fuzzed: each function reads `bytes` as a file of its kind and then does with what was accepted what
@@ -38,5 +40,27 @@ inline constexpr Target targets[] = {
 /// Peak of the memory that reading took, of the input read last; 0 where nothing counts (libFuzzer has its
 /// own limit).
 extern std::size_t reading_peak;
+
+/// A reader may take this much memory: so much whatever the file, and so many times the file.
+inline constexpr std::size_t free_bytes = std::size_t{64} << 20, bytes_per_file_byte = 8;
+
+/// Raises `peak` to the most memory that operator new gave out while one lived, beyond what it had at the
+/// beginning; not at all in programs that do not link counted_new.cpp.
+class PeakMemory {
+ public:
+  explicit PeakMemory(std::size_t& peak);
+  PeakMemory(const PeakMemory&) = delete;
+  PeakMemory& operator=(const PeakMemory&) = delete;
+  ~PeakMemory();
+
+ private:
+  std::size_t& peak_;
+  std::size_t before_ = 0;
+};
+
+/// Another map file of the kind of `file`, with a right checksum: what is behind the checksum is what
+/// `mutate` comes to. `mutate(bytes)` changes a string in some way; `seed` decides everything else.
+std::string mutated_map(std::string_view file, unsigned seed,
+                        const std::function<void(std::string&)>& mutate);
 
 }  // namespace octosurf::fuzz

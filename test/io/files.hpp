@@ -32,30 +32,40 @@
 
 namespace octosurf::test {
 
+namespace fs = std::filesystem;
+using ::testing::AllOf, ::testing::AnyOf, ::testing::Contains, ::testing::DoubleNear, ::testing::ElementsAre,
+    ::testing::HasSubstr, ::testing::IsEmpty, ::testing::Not, ::testing::SizeIs;
+
+/// Matches what holds all the texts.
+template <class... Text>
+auto says(const Text&... texts) {
+  return AllOf(HasSubstr(texts)...);
+}
+
 /// A fresh folder for every test, removed afterwards.
 class FolderTest : public ::testing::Test {
  protected:
   FolderTest() {
-    std::string name = (std::filesystem::temp_directory_path() / "octosurf_test_XXXXXX").string();
+    std::string name = (fs::temp_directory_path() / "octosurf_test_XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
     folder = name;
   }
-  ~FolderTest() override { std::filesystem::remove_all(folder); }
+  ~FolderTest() override { fs::remove_all(folder); }
 
-  std::filesystem::path path(const std::string& name) const { return folder / name; }
+  fs::path path(const std::string& name) const { return folder / name; }
   std::size_t count_files() const {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
   }
 
-  std::filesystem::path folder;
+  fs::path folder;
 };
 
-inline std::string read_file(const std::filesystem::path& file) {
+inline std::string read_file(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-inline void write_file(const std::filesystem::path& file, std::string_view content) {
+inline void write_file(const fs::path& file, std::string_view content) {
   std::ofstream(file, std::ios::binary) << content;
 }
 

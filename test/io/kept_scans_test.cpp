@@ -10,9 +10,6 @@
 namespace octosurf::test {
 namespace {
 
-namespace fs = std::filesystem;
-using ::testing::HasSubstr;
-
 /// Of a room by a depth camera.
 std::vector<Scan> room(std::size_t scans) {
   Scene scene;

@@ -6,6 +6,5 @@ std::string source() { return OCTOSURF_SOURCE_DIR; }
 std::string data() { return OCTOSURF_SOURCE_DIR "/../shared/data"; }
 std::string command() { return OCTOSURF_COMMAND; }
 std::string lab() { return OCTOSURF_COMMAND "-lab"; }
-std::string bag_python() { return OCTOSURF_BAG_PYTHON; }
 
 }  // namespace octosurf::test::paths

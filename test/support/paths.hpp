@@ -6,10 +6,9 @@
 /// the tests themselves are the same in every checkout (ccache).
 namespace octosurf::test::paths {
 
-std::string source();      ///< The checkout.
-std::string data();        ///< Recordings beside it; may not exist.
-std::string command();     ///< The program `octosurf`.
-std::string lab();         ///< The program `octosurf-lab`.
-std::string bag_python();  ///< Of the environment with what writes bags.
+std::string source();   ///< The checkout.
+std::string data();     ///< Recordings beside it; may not exist.
+std::string command();  ///< The program `octosurf`.
+std::string lab();      ///< The program `octosurf-lab`.
 
 }  // namespace octosurf::test::paths

@@ -231,12 +231,6 @@ class Page {
       });
     })()`);
   }
-
-  /** PNG */
-  async screenshot() {
-    const { data } = await this.session.send('Page.captureScreenshot', { format: 'png' });
-    return Buffer.from(data, 'base64');
-  }
 }
 
 /** Calls the tests one after the other with a browser and a folder. */

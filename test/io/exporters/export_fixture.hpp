@@ -23,7 +23,7 @@ class ExportTest : public FolderTest {
     for (const Eigen::Vector2d& uv : table.polygons[0].outer) piece.vertices.push_back(table.to_map(uv));
     extras_.convex[table.id] = {piece};
   }
-  std::filesystem::path write(const std::string& name, std::vector<ExportPart> parts) const {
+  fs::path write(const std::string& name, std::vector<ExportPart> parts) const {
     const std::size_t before = count_files();
     ExportOptions options = extras_;
     options.parts = std::move(parts);

@@ -9,7 +9,6 @@
 namespace octosurf::test {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::Pair;
 
 struct Message {

@@ -4,19 +4,24 @@
 #include "map_files.hpp"
 #include "support/invariants.hpp"
 #include "support/packed_map.hpp"
+#include "support/seed.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <boost/crc.hpp>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <gtest/gtest.h>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
 #include <zstd.h>
+
+#include <octosurf/changes.hpp>
+#include <octosurf/error.hpp>
 
 namespace octosurf::test {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-
-namespace fs = std::filesystem;
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
@@ -26,45 +31,37 @@ class DamagedMapFiles : public MapFiles {
     // Made once for all tests: what varies from world to world is the damage.
     Parameters few_voxels;
     few_voxels.occupancy.resolution = 0.1;
-    good = new std::string(
-        bytes_of(map_of(changing_room(9, std::mt19937_64(20)), few_voxels)));    // fixed: see above
-    auto records = unpack(bytes_of(map_of(pillar(5, 0, std::mt19937_64(21)))));  // fixed: see above
-    std::erase_if(records, [](const map_file::Record& record) {
-      return record.has_removals() || record.has_seen_patches();
-    });
-    with_cylinder = new std::string(pack(records));
+    good = bytes_of(map_of(changing_room(9, std::mt19937_64(20)), few_voxels));        // fixed: see above
+    with_cylinder = pack(without_history(map_of(pillar(5, 0, std::mt19937_64(21)))));  // fixed: see above
   }
-  static void TearDownTestSuite() {
-    delete good;
-    delete with_cylinder;
+  /// What may follow the surfaces and cylinders is left out.
+  static std::vector<map_file::Record> without_history(const Map& map) {
+    std::vector<map_file::Record> records = unpack(bytes_of(map));
+    std::erase_if(records, [](const auto& one) { return one.has_removals() || one.has_seen_patches(); });
+    return records;
   }
-  static std::string *good, *with_cylinder;
+  static inline std::string good, with_cylinder;
 };
-std::string* DamagedMapFiles::good = nullptr;
-std::string* DamagedMapFiles::with_cylinder = nullptr;
 
 TEST_F(DamagedMapFiles, ForeignFiles) {
   const auto foreign = HasSubstr("is not an octosurf map");
-  EXPECT_THAT(loading(""), foreign);
-  EXPECT_THAT(loading("a text\n"), foreign);
-  EXPECT_THAT(loading("\x89PNG\r\n\x1a\n and more of the picture"), foreign);
-  EXPECT_THAT(loading("# Octomap OcTree binary file\nid OcTree\nsize 1\nres 0.1\ndata\n"), foreign);
-  EXPECT_THAT(loading(good->substr(12)), foreign) << "zstd, but not a map";
-  loading("");
-  fs::resize_file(folder / "map.surfaces", std::uintmax_t{8} << 30);  // zeros, with holes
+  for (const std::string& content : {std::string(), std::string("a text\n"), good.substr(12),
+                                     std::string("\x89PNG\r\n\x1a\n and more of the picture"),
+                                     std::string("# Octomap OcTree binary file\nid OcTree\nsize 1\n")})
+    EXPECT_THAT(loading(content), foreign);
+  fs::resize_file(folder / "map.surfaces", std::uintmax_t{8} << 30);  // with holes
   EXPECT_THAT(failure(Error::Kind::data, [&] { load_map(folder / "map"); }), foreign);
 }
 
 TEST_F(DamagedMapFiles, OtherVersions) {
-  std::string bytes = *good;
+  std::string bytes = good;
   constexpr std::uint32_t ours = io::map_file_version;
-  const std::string reads = "this octosurf reads version " + std::to_string(ours);
-  bytes[8] = static_cast<char>(ours + 1);
-  EXPECT_THAT(loading(bytes), AllOf(HasSubstr("has version " + std::to_string(ours + 1)), HasSubstr(reads),
-                                    HasSubstr("newer octosurf")));
-  bytes[8] = static_cast<char>(ours - 1);
-  EXPECT_THAT(loading(bytes), AllOf(HasSubstr("has version " + std::to_string(ours - 1)), HasSubstr(reads),
-                                    HasSubstr("make the map anew")));
+  for (const auto& [version, words] :
+       {std::pair(ours + 1, "newer octosurf"), {ours - 1, "make the map anew"}}) {
+    bytes[8] = static_cast<char>(version);
+    EXPECT_THAT(loading(bytes), says("has version " + std::to_string(version), words,
+                                     "this octosurf reads version " + std::to_string(ours)));
+  }
   bytes[8] = 0;
   EXPECT_THAT(loading(bytes), HasSubstr("has no version"));
 }
@@ -88,57 +85,44 @@ std::string repeated(const std::string& unit, std::size_t times, int window_log)
   return file;
 }
 
-TEST_F(DamagedMapFiles, Bombs) {
-  const std::string megabyte(1 << 20, '\xff');
-  EXPECT_THAT(loading(repeated(megabyte, 2000, 21)), HasSubstr("is damaged"));
-  EXPECT_THAT(loading(repeated(std::string(1 << 20, '\0'), 2000, 21)), HasSubstr("is damaged"));
-  EXPECT_THAT(loading(repeated(*good, 1, 27)), HasSubstr("zstd says")) << "its window is 128 MiB";
+/// What reading these records is refused with, after so many of them.
+std::string refused(const std::string& unit, std::size_t times, std::uint64_t most, std::uint64_t after) {
+  std::istringstream in(repeated(unit, times, 21).substr(12));
+  io::RecordReader reader(in, most, "records");
+  const std::string message = failure(Error::Kind::data, [&] {
+    for (std::string record; reader.next(record);) EXPECT_LE(record.capacity(), io::record_limit + most);
+  });
+  EXPECT_EQ(reader.records(), after);
+  return message;
+}
 
+TEST_F(DamagedMapFiles, Bombs) {
+  for (const char byte : {'\xff', '\0'})
+    EXPECT_THAT(loading(repeated(std::string(1 << 20, byte), 2000, 21)), HasSubstr("is damaged"));
+  EXPECT_THAT(loading(repeated(good, 1, 27)), HasSubstr("zstd says")) << "its window is 128 MiB";
   // One octree record after the other, as large as they may be, and then many more.
-  std::string chunk = "\xff\xff\xff\x1f";  // a length just below the limit: 2²⁶ − 1
-  chunk.append((std::size_t{1} << 26) - 1, '\0');
-  const std::string bomb = repeated(chunk, 40, 21);
-  std::istringstream in(bomb.substr(12));
-  io::RecordReader reader(in, 100 << 20, "bomb");
-  EXPECT_THAT(failure(Error::Kind::data,
-                      [&] {
-                        for (std::string record; reader.next(record);)
-                          EXPECT_LE(record.size(), io::record_limit);
-                      }),
+  const std::string length = "\xff\xff\xff\x1f";  // just below the limit: 2²⁶ − 1
+  EXPECT_THAT(refused(length + std::string((std::size_t{1} << 26) - 1, '\0'), 40, 100 << 20, 1),
               HasSubstr("decompresses to far more"));
-  EXPECT_EQ(reader.records(), 1U);
 }
 
 TEST_F(DamagedMapFiles, LengthsAreNotTrusted) {
-  const auto stream = [](const std::string& plain) {
-    const std::string file = repeated(plain, 1, 17);
-    std::istringstream in(file.substr(12));
-    io::RecordReader reader(in, 1 << 20, "lengths");
-    return failure(Error::Kind::data, [&] {
-      for (std::string record; reader.next(record);) EXPECT_LE(record.capacity(), std::size_t{2} << 20);
-    });
-  };
-  EXPECT_THAT(stream("\xff\xff\xff\x1f...."), HasSubstr("ends within a record"));
-  EXPECT_THAT(stream("\x81\x80\x80\x20...."), HasSubstr("over the limit"));
-  EXPECT_THAT(stream("\xff\xff\xff\xff\xff\xff"), HasSubstr("a length has no end"));
-  EXPECT_THAT(stream("\x80"), HasSubstr("ends within a length"));
+  for (const auto& [plain, words] : {std::pair("\xff\xff\xff\x1f....", "ends within a record"),
+                                     {"\x81\x80\x80\x20....", "over the limit"},
+                                     {"\xff\xff\xff\xff\xff\xff", "a length has no end"},
+                                     {"\x80", "ends within a length"}})
+    EXPECT_THAT(refused(plain, 1, 1 << 20, 0), HasSubstr(words));
 }
 
 using Records = std::vector<map_file::Record>;
+using Kind = map_file::Record::ContentCase;
 
 /// Records of the good file by kind, to be spoiled and packed again with a checksum that is right.
 struct Spoiler {
   explicit Spoiler(const std::string& file) : records(unpack(file)) {}
-  std::size_t first(map_file::Record::ContentCase kind) const {
-    const auto found =
-        std::ranges::find_if(records, [&](const auto& record) { return record.content_case() == kind; });
+  Records::iterator first(Kind kind) {
+    const auto found = std::ranges::find(records, kind, &map_file::Record::content_case);
     if (found == records.end()) throw std::runtime_error("no such record");
-    return static_cast<std::size_t>(found - records.begin());
-  }
-  std::size_t last(map_file::Record::ContentCase kind) const {
-    std::size_t found = first(kind);
-    for (std::size_t i = found; i < records.size(); ++i)
-      if (records[i].content_case() == kind) found = i;
     return found;
   }
   map_file::Header& header() { return *records.front().mutable_header(); }
@@ -149,17 +133,18 @@ struct Spoiler {
       if (record.has_surface() && record.surface().evidence_size() > 0) return *record.mutable_surface();
     throw std::runtime_error("no surface with evidence");
   }
-  map_file::Cylinder& cylinder() { return *records[first(map_file::Record::kCylinder)].mutable_cylinder(); }
-  map_file::Accumulated& accumulated() {
-    return *records[first(map_file::Record::kAccumulated)].mutable_accumulated();
+  map_file::Polygons& polygons() { return *surface().mutable_polygons(); }
+  /// Of its vertices' coordinates, from the first on, these of before.
+  void pick(const std::vector<int>& from) {
+    const map_file::Polygons before = polygons();
+    for (int i = 0; i < static_cast<int>(from.size()); ++i) polygons().set_uv(i, before.uv(from[i]));
   }
-  map_file::SeenPatches& patches() {
-    return *records[first(map_file::Record::kSeenPatches)].mutable_seen_patches();
-  }
-  void erase(std::size_t i) { records.erase(records.begin() + static_cast<std::ptrdiff_t>(i)); }
-  void repeat(std::size_t i) {
-    const map_file::Record copy = records[i];
-    records.insert(records.begin() + static_cast<std::ptrdiff_t>(i), copy);
+  map_file::Cylinder& cylinder() { return *first(Kind::kCylinder)->mutable_cylinder(); }
+  map_file::Accumulated& accumulated() { return *first(Kind::kAccumulated)->mutable_accumulated(); }
+  map_file::SeenPatches& patches() { return *first(Kind::kSeenPatches)->mutable_seen_patches(); }
+  void repeat(Kind kind) {
+    const map_file::Record copy = *first(kind);
+    records.insert(first(kind), copy);
   }
   Records records;
 };
@@ -177,11 +162,10 @@ struct Spoiled {
 
 /// Whole files with right checksums that say something impossible.
 const std::vector<Spoiled>& spoiled_files() {
-  using Record = map_file::Record;
   static const std::vector<Spoiled> table{
       // Header
-      {"begin with a header", [](S& s) { s.erase(0); }},
-      {"another number of points", [](S& s) { s.repeat(0); }},
+      {"begin with a header", [](S& s) { s.records.erase(s.records.begin()); }},
+      {"another number of points", [](S& s) { s.repeat(Kind::kHeader); }},
       {"a parameter 'gravity' that this octosurf does not know",
        [](S& s) { s.header().add_parameters()->set_name("gravity"); }},
       {"a parameter 'a?b?' that", [](S& s) { s.header().add_parameters()->set_name("a\nb\xff"); }},
@@ -215,22 +199,23 @@ const std::vector<Spoiled>& spoiled_files() {
       {"follow waiting blocks",
        [](S& s) {
          s.accumulated().add_blocks(0);
-         s.repeat(s.first(Record::kAccumulated));
+         s.repeat(Kind::kAccumulated);
        }},
       // Surfaces
-      {"voxels belong to a surface that is not there", [](S& s) { s.erase(s.first(Record::kSurface)); }},
-      {"id is out of order", [](S& s) { s.repeat(s.first(Record::kSurface)); }},
-      {"not given out yet",
-       [](S& s) { s.records[s.last(Record::kSurface)].mutable_surface()->set_id(s.header().next_id()); }},
+      {"voxels belong to a surface that is not there",
+       [](S& s) { s.records.erase(s.first(Kind::kSurface)); }},
+      {"id is out of order", [](S& s) { s.repeat(Kind::kSurface); }},
+      {"not given out yet", [](S& s) { last_surface(s.records).set_id(s.header().next_id()); }},
       {"id is out of order", [](S& s) { s.surface().clear_id(); }},
       {"other inliers than the octree", [](S& s) { s.surface().set_inliers(3); }},
       {"other inliers than the octree",
        [](S& s) {
+         const auto last = std::ranges::find(s.records | std::views::reverse, Kind::kSurface,
+                                             &map_file::Record::content_case);
+         s.records.insert(last.base(), map_file::Record(*last));
          s.header().set_next_id(s.header().next_id() + 1);
-         const std::size_t last = s.last(Record::kSurface);
-         s.repeat(last);
-         s.records[last + 1].mutable_surface()->set_id(s.header().next_id() - 1);
-         s.records[last + 1].mutable_surface()->set_inliers(0);
+         last_surface(s.records).set_id(s.header().next_id() - 1);
+         last_surface(s.records).set_inliers(0);
        }},
       {"not of length 1", [](S& s) { scale(s.surface().mutable_plane(), 1.001, 3); }},
       {"not finite", [](S& s) { s.surface().set_plane(3, not_a_number); }},
@@ -269,41 +254,39 @@ const std::vector<Spoiled>& spoiled_files() {
       {"covariance that no fit gives", [](S& s) { s.surface().set_covariance(1, 1); }},
       {"covariance that no fit gives", [](S& s) { s.surface().set_covariance(0, 1e300); }},
       {"covariance that no fit gives", [](S& s) { scale(s.surface().mutable_covariance(), 0); }},
-      {"do not add up", [](S& s) { s.surface().mutable_polygons()->set_vertices(0, 1 << 30); }},
-      {"do not add up", [](S& s) { s.surface().mutable_polygons()->add_rings(0xffffffff); }},
-      {"do not add up", [](S& s) { s.surface().mutable_polygons()->add_uv(0); }},
-      {"without rings", [](S& s) { s.surface().mutable_polygons()->add_rings(0); }},
+      {"do not add up", [](S& s) { s.polygons().set_vertices(0, 1 << 30); }},
+      {"do not add up", [](S& s) { s.polygons().add_rings(0xffffffff); }},
+      {"do not add up", [](S& s) { s.polygons().add_uv(0); }},
+      {"without rings", [](S& s) { s.polygons().add_rings(0); }},
       {"fewer than three",
        [](S& s) {
-         auto& p = *s.surface().mutable_polygons();
-         p.add_rings(1);
-         p.add_vertices(2);
-         for (int i = 0; i < 4; ++i) p.add_uv(i);
+         s.polygons().add_rings(1);
+         s.polygons().add_vertices(2);
+         for (int i = 0; i < 4; ++i) s.polygons().add_uv(i);
        }},
       // Rings that are none: with a right checksum these crashed triangulations, or went round in them for
       // ever.
       {"a vertex twice",
        [](S& s) {
-         auto& p = *s.surface().mutable_polygons();
-         for (int i = 0; i < 6; ++i) p.set_uv(i, p.uv(i % 2));
+         s.pick({0, 1, 0, 1, 0, 1});
        }},
-      {"a vertex twice",  // a spike: there and back
+      {"a vertex twice",
        [](S& s) {
-         auto& p = *s.surface().mutable_polygons();
-         for (int i = 0; i < 2; ++i) p.set_uv(i + 4, p.uv(i));
-       }},
+         s.pick({0, 1, 2, 3, 0, 1});
+       }},  // a spike: there and back
       {"a ring",
        [](S& s) {  // the other way round
-         auto& p = *s.surface().mutable_polygons();
-         for (int a = 0, b = static_cast<int>(p.vertices(0)) - 1; a < b; ++a, --b)
-           for (int i = 0; i < 2; ++i) std::swap((*p.mutable_uv())[2 * a + i], (*p.mutable_uv())[2 * b + i]);
+         std::vector<int> back;
+         for (int i = static_cast<int>(s.polygons().vertices(0)); --i >= 0;)
+           back.insert(back.end(), {2 * i, 2 * i + 1});
+         s.pick(back);
        }},
-      {"more than h apart", [](S& s) { scale(s.surface().mutable_polygons()->mutable_uv(), 5); }},
+      {"more than h apart", [](S& s) { scale(s.polygons().mutable_uv(), 5); }},
       {"counts make no sense", [](S& s) { s.header().set_revision(~0ULL); }},
       {"counts make no sense", [](S& s) { s.header().set_scans(1ULL << 48); }},
       {"evidence that no scan gives", [](S& s) { s.surface().set_evidence(0, 1e30); }},
-      {"a polygon outside", [](S& s) { s.surface().mutable_polygons()->set_uv(1, not_a_number); }},
-      {"a polygon outside", [](S& s) { s.surface().mutable_polygons()->set_uv(0, 1e12); }},
+      {"a polygon outside", [](S& s) { s.polygons().set_uv(1, not_a_number); }},
+      {"a polygon outside", [](S& s) { s.polygons().set_uv(0, 1e12); }},
       {"parent that never was", [](S& s) { s.surface().add_parents(s.header().next_id()); }},
       {"parent that never was", [](S& s) { s.surface().add_parents(0); }},
       {"one that is to come", [](S& s) { s.surface().set_revision(s.header().revision() + 1); }},
@@ -317,9 +300,7 @@ const std::vector<Spoiled>& spoiled_files() {
       {"makes no sense", [](S& s) { s.patches().set_looks(3, -1); }},  // a weight
       // Order
       {"voxels belong to a surface that is not there",
-       [](S& s) {
-         std::swap(s.records[s.first(Record::kAccumulated)], s.records[s.first(Record::kSurface)]);
-       }},
+       [](S& s) { std::swap(*s.first(Kind::kAccumulated), *s.first(Kind::kSurface)); }},
       {"records are missing", [](S& s) { s.records.emplace_back().mutable_footer(); }},
       {"not one field", [](S& s) { s.records.emplace_back(); }},
       {"out of order",
@@ -329,7 +310,6 @@ const std::vector<Spoiled>& spoiled_files() {
 }
 
 const std::vector<Spoiled>& spoiled_cylinders() {
-  using Record = map_file::Record;
   static const std::vector<Spoiled> table{
       {"no such next cylinder id", [](S& s) { s.header().set_next_cylinder_id(0); }},
       {"not given out yet",
@@ -339,7 +319,7 @@ const std::vector<Spoiled>& spoiled_cylinders() {
        }},
       {"not given out yet", [](S& s) { s.cylinder().set_id(s.header().next_cylinder_id()); }},
       {"id is out of order", [](S& s) { s.cylinder().clear_id(); }},
-      {"id is out of order", [](S& s) { s.repeat(s.first(Record::kCylinder)); }},
+      {"id is out of order", [](S& s) { s.repeat(Kind::kCylinder); }},
       {"is not to have any",
        [](S& s) {
          for (auto& p : *s.header().mutable_parameters())
@@ -373,7 +353,7 @@ const std::vector<Spoiled>& spoiled_cylinders() {
       {"not pending, or another's",
        [](S& s) {
          s.header().set_next_cylinder_id(s.header().next_cylinder_id() + 1);
-         s.repeat(s.first(Record::kCylinder));
+         s.repeat(Kind::kCylinder);
          s.records.back().mutable_cylinder()->set_id(s.header().next_cylinder_id() - 1);
        }},
       {"one that is to come", [](S& s) { s.cylinder().set_revision(s.header().revision() + 1); }},
@@ -385,15 +365,14 @@ const std::vector<Spoiled>& spoiled_cylinders() {
 }
 
 TEST_F(DamagedMapFiles, WholeFilesThatSayTheImpossible) {
-  ASSERT_EQ(unpack(*with_cylinder).back().content_case(), map_file::Record::kCylinder);
-  for (const auto& [file, table] :
-       {std::pair(good, &spoiled_files()), {with_cylinder, &spoiled_cylinders()}}) {
-    ASSERT_EQ(loading(*file), "loaded");
-    ASSERT_EQ(pack(unpack(*file)), *file);
-    for (std::size_t i = 0; i < table->size(); ++i) {
-      Spoiler spoiler(*file);
-      ASSERT_NO_THROW((*table)[i].spoil(spoiler)) << "entry " << i;
-      EXPECT_THAT(loading(pack(spoiler.records)), HasSubstr((*table)[i].message)) << "entry " << i;
+  ASSERT_EQ(unpack(with_cylinder).back().content_case(), map_file::Record::kCylinder);
+  for (const auto& [file, table] : {std::pair(good, spoiled_files()), {with_cylinder, spoiled_cylinders()}}) {
+    ASSERT_EQ(loading(file), "loaded");
+    ASSERT_EQ(pack(unpack(file)), file);
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      Spoiler spoiler(file);
+      ASSERT_NO_THROW(table[i].spoil(spoiler)) << "entry " << i;
+      EXPECT_THAT(loading(pack(spoiler.records)), HasSubstr(table[i].message)) << "entry " << i;
     }
   }
 }
@@ -414,12 +393,10 @@ std::uint32_t crc_of(const std::vector<std::string>& records) {
 }
 
 TEST_F(DamagedMapFiles, AFooterThatDoesNotFit) {
-  const Records records = unpack(*good);
-  std::vector<std::string> bytes;
-  for (const map_file::Record& record : records) bytes.push_back(record.SerializeAsString());
+  std::vector<std::string> bytes = records_of(good);
   EXPECT_THAT(loading(map_file_of(bytes, false)), HasSubstr("records are missing"));
   map_file::Record footer;
-  footer.mutable_footer()->set_records(records.size());
+  footer.mutable_footer()->set_records(bytes.size());
   footer.mutable_footer()->set_crc32(0);
   bytes.push_back(footer.SerializeAsString());
   EXPECT_THAT(loading(map_file_of(bytes, false)), HasSubstr("checksum differs"));
@@ -432,17 +409,14 @@ TEST_F(DamagedMapFiles, AFooterThatDoesNotFit) {
 
 /// Changes bytes inside a record, with a checksum that is right: whatever still loads must do no harm.
 TEST_F(DamagedMapFiles, MutatedRecordsDoNoHarm) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
+  std::mt19937_64 rng(seed());
   const std::array<Scan, 2> scans{changing_room(10)[7], pillar(10)[7]};
   int loaded = 0;
   for (int round = 0; round < 400; ++round) {
-    SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round));
+    SCOPED_TRACE(round);
     const bool cylinder = round % 4 == 0;
     const Scan& scan = scans[cylinder ? 1 : 0];
-    std::vector<std::string> mutated;
-    for (const map_file::Record& record : unpack(cylinder ? *with_cylinder : *good))
-      mutated.push_back(record.SerializeAsString());
+    std::vector<std::string> mutated = records_of(cylinder ? with_cylinder : good);
     // Only its content: a wrong tag or length is refused at once.
     std::string& record = cylinder ? mutated.back() : mutated[rng() % mutated.size()];
     for (auto n = rng() % 3 + 1; n > 0; --n)
@@ -460,6 +434,126 @@ TEST_F(DamagedMapFiles, MutatedRecordsDoNoHarm) {
   }
   EXPECT_GT(loaded, 20) << "nothing of what this test is about happened";
   EXPECT_LT(loaded, 380);
+}
+
+using Removals = MapFiles;
+
+TEST_F(Removals, ComeBackWithWhoTookThemIn) {
+  const Map map = map_of(pillar(30, 20));  // it is taken away
+  save_map(map, folder / "a");
+  const Map loaded = load_map(folder / "a").map;
+  EXPECT_EQ(difference(map, loaded), "");
+  std::size_t told = 0;
+  for (std::uint64_t since = 0; since <= map.snapshot()->revision; ++since) {
+    const auto told_of = [&](const MapChanges& c) {
+      return std::tuple(c.gone, c.merged, c.split, c.appeared, c.cylinders_gone);
+    };
+    const MapChanges saved = changes_since(*map.snapshot(), since);
+    EXPECT_EQ(told_of(changes_since(*loaded.snapshot(), since)), told_of(saved));
+    told += saved.gone.size() + saved.merged.size() + saved.cylinders_gone.size();
+  }
+  EXPECT_GT(told, 0U);
+}
+
+TEST_F(Removals, ManyComeBackInOrder) {
+  Map map = map_of(changing_room(5));
+  std::vector<Removal> many;
+  const SurfaceId first = surfaces::state_of(map).surfaces.next_id();
+  for (SurfaceId i = 0; i < 20000; ++i)
+    many.push_back({Removal::Of::surface, first + i, i % 3 == 0 ? 1U : 0U, i / 9000, 1 + i / 8000, {1, 2}});
+  surfaces::state_of(map).surfaces.set_next_id(first + 20000);
+  surfaces::state_of(map).removals = RemovalLog().with(many);
+  save_map(map, folder / "a");
+  const LoadedMap loaded = load_map(folder / "a");
+  std::vector<Removal> read;
+  loaded.map.snapshot()->removals.for_each_since(0, [&](const Removal& d) { read.push_back(d); });
+  EXPECT_EQ(read, many);
+}
+
+TEST_F(DamagedMapFiles, RemovalsThatCannotBe) {
+  const Records good = without_history(map_of(changing_room(6)));
+  const std::uint32_t next = good.front().header().next_id();
+  const std::uint64_t revision = good.front().header().revision();
+  using D = map_file::Removal;
+  const std::vector<std::pair<const char*, std::function<void(D&, D&)>>> table{
+      {"loaded", [](D&, D&) {}},
+      {"never there", [](D& a, D&) { a.clear_id(); }},
+      {"never there", [&](D&, D& b) { b.set_id(next + 2); }},
+      {"never there", [](D& a, D&) { a.set_cylinder(true); }},
+      {"has not gone", [&](D& a, D&) { a.set_id(Spoiler(pack(good)).surface().id()); }},
+      {"gone twice", [&](D&, D& b) { b.set_id(next); }},
+      {"into what never was", [&](D& a, D&) { a.set_into(next); }},
+      {"into what never was", [&](D& a, D&) { a.set_into(next + 2); }},
+      {"out of order", [&](D&, D& b) { b.set_revision(revision + 1); }},
+      {"out of order", [](D&, D& b) { b.set_revision(1); }},
+      {"out of order", [](D& a, D&) { a.set_born(5); }},
+      {"parent that never was", [](D& a, D&) { a.add_parents(0); }},
+      {"parent that never was", [&](D& a, D&) { a.add_parents(next + 2); }}};
+  for (const auto& [message, spoil] : table) {
+    Records records = good;
+    records.front().mutable_header()->set_next_id(next + 2);
+    map_file::Removals& removals = *records.emplace_back().mutable_removals();
+    for (std::uint32_t i = 0; i < 2; ++i) {
+      D& removal = *removals.add_removals();
+      removal.set_id(next + i);
+      removal.set_born(1);
+      removal.set_revision(2 + i);
+      removal.add_parents(1);
+    }
+    spoil(*removals.mutable_removals(0), *removals.mutable_removals(1));
+    EXPECT_THAT(loading(pack(records)), HasSubstr(message));
+  }
+}
+
+constexpr io::Expansion limits{.free = std::uint64_t{1} << 20, .ratio = 12};
+constexpr std::size_t megabyte = std::size_t{1} << 20;
+
+std::string written(const std::vector<std::string>& records) {
+  std::ostringstream out;
+  io::RecordWriter writer(out);
+  for (const std::string& record : records) writer.put(record);
+  writer.finish(limits.least_file(writer.bytes()));
+  return out.str();
+}
+
+std::vector<std::string> read(const std::string& file) {
+  std::istringstream in(file);
+  io::RecordReader reader(in, limits.most(file.size()), "file");
+  std::vector<std::string> records;
+  for (std::string record; reader.next(record);) records.push_back(record);
+  return records;
+}
+
+TEST(RecordStream, WhatShrinksFarComesBack) {
+  for (const std::size_t count : {1, 2, 20}) {
+    const std::vector<std::string> records(count, std::string(megabyte, '\0'));
+    EXPECT_EQ(read(written(records)), records);
+    EXPECT_LT(written(records).size(), count * megabyte / 8) << "no longer than needed";
+  }
+}
+
+TEST(RecordStream, WhatShrinksAsUsualIsNotMadeLonger) {
+  std::mt19937_64 rng(seed());
+  std::string noise(2 * megabyte, '\0');
+  for (char& byte : noise) byte = static_cast<char>(rng() & 0xff);
+  EXPECT_EQ(read(written({noise})), std::vector{noise});
+  EXPECT_LT(written({noise}).size(), noise.size() + 1024);
+}
+
+TEST(RecordStream, DamageBehindTheFrameIsSeen) {
+  std::mt19937_64 rng(seed());
+  const std::string file = written({std::string(20 * megabyte, '\0')});
+  const std::size_t zeros_from = file.find(std::string(4096, '\0'));
+  ASSERT_NE(zeros_from, std::string::npos);
+  ASSERT_NO_THROW(read(file));
+  EXPECT_THROW(read(file + '\0'), Error);
+  for (int round = 0; round < 20; ++round) {
+    std::string damaged = file;
+    char& byte = damaged[zeros_from - 8 + rng() % (file.size() - zeros_from + 8)];
+    byte = static_cast<char>(byte ^ (1 << rng() % 8));
+    EXPECT_THROW(read(damaged), Error);
+    EXPECT_THROW(read(file.substr(0, zeros_from + rng() % (file.size() - zeros_from))), Error);
+  }
 }
 
 }  // namespace

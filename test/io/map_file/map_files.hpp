@@ -40,12 +40,4 @@ std::string pack(const std::vector<map_file::Record>& records);
 /// The surface with the largest id. Whether it is the last record differs from world to world.
 map_file::Surface& last_surface(std::vector<map_file::Record>& records);
 
-/// Damages the file `good` everywhere: truncated, longer, single bits flipped. `reading` takes a file's
-/// content and gives the message of its Error(data), "read" if there is none; `read_back` writes again what
-/// was read last. Fails the test unless each is refused, as damaged or as not `kind` ("is not a map's
-/// history"), or is what it was.
-void expect_refused_when_damaged(const std::string& good, const std::string& kind,
-                                 const std::function<std::string(const std::string&)>& reading,
-                                 const std::function<std::string()>& read_back);
-
 }  // namespace octosurf::test

@@ -1,27 +1,43 @@
 #pragma once
 
-#include "io/cdr_bytes.hpp"
 #include "io/readers/bag.hpp"
 #include "io/readers/scan_files.hpp"
 
 namespace octosurf::test {
 
-/// Recordings in folders, and bags of them as others write them (write_bag.py).
-class BagFiles : public ScanFiles {
- protected:
-  void SetUp() override;
+/// Writes CDR for tests: little-endian, each value aligned.
+class CdrBytes {
+ public:
+  template <class Number>
+  CdrBytes& number(Number value) {
+    bytes_.resize((bytes_.size() + sizeof value - 1) / sizeof value * sizeof value);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
+  CdrBytes& u8(std::uint8_t value) { return number(value); }
+  CdrBytes& u32(std::uint32_t value) { return number(value); }
+  CdrBytes& u64(std::uint64_t value) { return number(value); }
+  CdrBytes& f32(float value) { return number(value); }
+  CdrBytes& f64(double value) { return number(value); }
+  CdrBytes& bytes(std::string_view value) {
+    u32(static_cast<std::uint32_t>(value.size()));
+    bytes_ += value;
+    return *this;
+  }
+  CdrBytes& text(const std::string& value) { return bytes(value + '\0'); }
+  CdrBytes& header(double stamp_s, const std::string& frame) {
+    const auto seconds = static_cast<std::int32_t>(stamp_s);
+    return number(seconds).u32(static_cast<std::uint32_t>((stamp_s - seconds) * 1e9 + 0.5)).text(frame);
+  }
+  /// x 0 0 and a quaternion 0 0 0 qw.
+  CdrBytes& pose(double x, double qw = 1) { return f64(x).f64(0).f64(0).f64(0).f64(0).f64(0).f64(qw); }
+  std::string all() const { return std::string("\0\1\0\0", 4) + bytes_; }
 
-  /// Three images of 6×4 pixels with readings and none; poses that turn and move. Poses are stamped from 0 at
-  /// 30 Hz.
-  std::filesystem::path write_images(const std::string& name = "images") const;
-  /// Three clouds of 40 points, one of them at the origin.
-  std::filesystem::path write_clouds(const std::string& name = "clouds") const;
-  /// The options are those of write_bag.py. Skips the test if a Python module is missing.
-  std::filesystem::path write_bag(const std::filesystem::path& recording, const std::string& name,
-                                  const std::string& options = {}) const;
+ private:
+  std::string bytes_;
 };
 
-/// For what write_bag.py does not write.
+/// For what bags that others write (bag_reading_test.py) do not have.
 struct McapMessage {
   std::string topic, type;  ///< sensor_msgs/msg/Image
   double logged_s = 0;

@@ -5,8 +5,6 @@
 namespace octosurf::test {
 namespace {
 
-namespace fs = std::filesystem;
-
 std::string encode_png(int width, int height, int bits, int colour, const void* pixels, std::size_t bytes) {
   spng_ctx* context = spng_ctx_new(SPNG_CTX_ENCODER);
   spng_set_option(context, SPNG_ENCODE_TO_BUFFER, 1);

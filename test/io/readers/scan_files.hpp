@@ -9,22 +9,20 @@ namespace octosurf::test {
 /// Writes scans into the test's folder.
 class ScanFiles : public FolderTest {
  protected:
-  std::filesystem::path write(const std::string& name, std::string_view content) const;
+  fs::path write(const std::string& name, std::string_view content) const;
   /// 16-bit gray PNG.
-  std::filesystem::path write_png(const std::string& name, int width, int height,
-                                  const std::vector<std::uint16_t>& pixels) const;
+  fs::path write_png(const std::string& name, int width, int height,
+                     const std::vector<std::uint16_t>& pixels) const;
   /// 8-bit PNG, one channel or three.
-  std::filesystem::path write_picture(const std::string& name, bool colour) const;
+  fs::path write_picture(const std::string& name, bool colour) const;
   /// Two depth images of 2 × 1 pixels, called 1.png and 2.png.
   void write_two_images() const;
   /// Three points (1, 2, 3), (4, 5, 6), (nan, nan, nan).
-  std::filesystem::path write_pcd(const std::string& name,
-                                  const std::string& viewpoint = "0 0 0 1 0 0 0") const;
+  fs::path write_pcd(const std::string& name, const std::string& viewpoint = "0 0 0 1 0 0 0") const;
 };
 
 std::vector<Scan> read_all(ScanSource& source);
-std::vector<Scan> read_all(const std::vector<std::filesystem::path>& inputs,
-                           const ScanSourceOptions& options = {});
+std::vector<Scan> read_all(const std::vector<fs::path>& inputs, const ScanSourceOptions& options = {});
 
 std::vector<double> stamps(const std::vector<Scan>& scans);
 std::vector<double> places(const std::vector<Scan>& scans);  ///< x of where they were taken
@@ -34,13 +32,7 @@ void expect_same_scans(const std::vector<Scan>& scans, const std::vector<Scan>& 
                        double pose_error = 0);
 
 /// The message of the Error(data) that opening or reading throws; fails the test if there is none.
-std::string failure(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options = {});
-
-/// Matches what holds all the texts.
-template <class... Text>
-auto says(const Text&... texts) {
-  return ::testing::AllOf(::testing::HasSubstr(texts)...);
-}
+std::string failure(const std::vector<fs::path>& inputs, const ScanSourceOptions& options = {});
 
 /// The bytes of values in memory order.
 template <typename... T>
@@ -50,7 +42,7 @@ std::string bytes_of(const T&... values) {
   return bytes;
 }
 
-inline ScanSourceOptions with_poses(const std::filesystem::path& poses) {
+inline ScanSourceOptions with_poses(const fs::path& poses) {
   ScanSourceOptions options;
   options.poses = poses;
   return options;

@@ -1,3 +1,4 @@
+// Poses and time stamps of scans, and what the Python module does not show of folders (scans_test.py).
 #include "io/readers/pose_file.hpp"
 #include "io/readers/scan_files.hpp"
 #include "io/readers/scan_list.hpp"
@@ -162,7 +163,7 @@ class TimedScans : public ScanFiles {
 
 TEST_F(TimedScans, AreGivenThePosesOfTheirTimeWhateverTheUnits) {
   for (const std::int64_t divisor : {1, 1000}) {
-    std::filesystem::remove_all(folder / "scans");
+    fs::remove_all(folder / "scans");
     write_scans(divisor);
     for (const double per_s : {1.0, 1e3, 1e6, 1e9}) {
       const auto source =
@@ -170,7 +171,7 @@ TEST_F(TimedScans, AreGivenThePosesOfTheirTimeWhateverTheUnits) {
       EXPECT_THAT(source->notes().back(), says("5 of 5 scans matched by time"));
       // 25 ms are half a step; whole milliseconds are 1 % of a step each.
       EXPECT_THAT(places(read_all(*source)),
-                  testing::Pointwise(testing::DoubleNear(4e-3), {0.05, 0.25, 0.45, 0.65, 0.85}));
+                  testing::Pointwise(DoubleNear(4e-3), {0.05, 0.25, 0.45, 0.65, 0.85}));
     }
   }
 }
@@ -200,16 +201,82 @@ TEST_F(TimedScans, LeaveOutBadPosesAndTellOfGaps) {
   }
   const auto source =
       open_scans({folder / "scans"}, with_poses(write("trajectory.txt", text + "nan 0 0 0 0 0 0 1\n")));
-  EXPECT_THAT(source->notes(), testing::Contains(says("4 poses left out, no rigid motion")));
+  EXPECT_THAT(source->notes(), Contains(says("4 poses left out, no rigid motion")));
   EXPECT_NEAR(places(read_all(*source)).at(4), 0.85, 1e-6);
 
   const auto sparse = write("sparse.txt", poses(5, 125, 1));  // one at the second scan's time
   EXPECT_THAT(open_scans({folder / "scans"}, with_poses(sparse))->skipped(),
-              AllOf(testing::SizeIs(4), testing::Each(says("0.125 s apart"))));
+              AllOf(SizeIs(4), testing::Each(says("0.125 s apart"))));
   EXPECT_THAT(failure({folder / "scans"}, with_poses(write("sparser.txt", poses(2, 500, 1)))),
               says("no scan has a pose at its time", "0.500 s apart", "at most 0.1 s apart"));
   EXPECT_THAT(failure({folder / "scans"}, with_poses(write("bad.txt", "1403636579 0 0 0 0 0 0 2\n"))),
               says("nor is any"));
+}
+
+using ScanFolders = ScanFiles;
+
+std::vector<std::string> names(const std::vector<Scan>& scans) {
+  std::vector<std::string> result;
+  for (const auto& scan : scans) result.push_back(fs::path(scan.name).filename().string());
+  return result;
+}
+
+TEST_F(ScanFolders, SkippedScansAreNotDecodedAndLeaveTheOthersTimesAsTheyAre) {
+  for (const char* recording : {"a", "b"})
+    for (int i = 0; i < 4; ++i)
+      write_pcd(recording + std::string("/") + std::to_string(i) + ".pcd", "1 0 0 1 0 0 0");
+  const std::vector<fs::path> inputs{folder / "a", folder / "b"};
+  const std::vector<Scan> all = read_all(inputs);
+  ASSERT_EQ(all.size(), 8u);
+  write("a/2.pcd", "no cloud");
+  for (const std::size_t skipped : {3u, 4u, 6u}) {
+    const auto source = open_scans(inputs);
+    ASSERT_TRUE(source->skip(skipped));
+    const std::vector<Scan> rest = read_all(*source);
+    ASSERT_EQ(rest.size(), all.size() - skipped);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      EXPECT_EQ(rest[i].name, all[skipped + i].name);
+      EXPECT_DOUBLE_EQ(rest[i].stamp_s, all[skipped + i].stamp_s) << rest[i].name;
+    }
+  }
+  EXPECT_FALSE(open_scans(inputs)->skip(9));
+  const auto source = open_scans(inputs, {.skip_bad = true});
+  ASSERT_TRUE(source->skip(2));
+  EXPECT_EQ(source->next().value().name, all[3].name) << "only good ones count";
+}
+
+TEST_F(ScanFolders, ScansComeInNaturalOrder) {
+  EXPECT_TRUE(io::natural_less("full2.pcd", "full10.pcd"));
+  EXPECT_FALSE(io::natural_less("full10.pcd", "full2.pcd"));
+  EXPECT_TRUE(io::natural_less("a007", "a8"));
+  EXPECT_TRUE(io::natural_less("a", "a1"));
+  EXPECT_TRUE(io::natural_less("a01", "a1") != io::natural_less("a1", "a01"));
+  EXPECT_FALSE(io::natural_less("x", "x"));
+  for (const auto* name : {"full10.pcd", "full2.pcd", "full1.pcd"}) write_pcd(name);
+  EXPECT_THAT(names(read_all({folder})), ElementsAre("full1.pcd", "full2.pcd", "full10.pcd"));
+}
+
+TEST_F(ScanFolders, KindIsToldByContent) {
+  const auto pcd = write_pcd("cloud.dat");
+  EXPECT_FALSE(is_occupancy_map(pcd));
+  EXPECT_THAT(read_all({pcd}), SizeIs(1));
+  for (const char* head :
+       {"# Octomap OcTree binary file\nid OcTree\n", "# Octomap OcTree file\nid OcTree\n"}) {
+    EXPECT_TRUE(is_occupancy_map(write("map.dat", head)));
+    EXPECT_THROW(open_scans({folder / "map.dat"}), Error);
+  }
+  EXPECT_FALSE(is_occupancy_map(folder));
+  EXPECT_EQ(sensor_of_frame("camera_depth_optical_frame"), SensorKind::depth_camera);
+  EXPECT_EQ(sensor_of_frame("optical_frame_of_lidar"), SensorKind::lidar);
+}
+
+TEST_F(ScanFolders, PosesMayBeOfTheScansThatAreReadAlone) {
+  for (const char* const name : {"1.pcd", "2.pcd"}) write_pcd(name);
+  const auto one = write("elsewhere/one", "7 0 0 0 0 0 1\n");
+  EXPECT_EQ(open_scans({folder}, {.poses = one, .first = 1})->next()->T_map_sensor.translation().x(), 7);
+  const auto second = open_scans({folder}, {.poses = one, .skip = 1});
+  ASSERT_TRUE(second->skip(1));
+  EXPECT_EQ(second->next()->T_map_sensor.translation().x(), 7);
 }
 
 }  // namespace

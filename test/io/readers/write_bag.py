@@ -3,7 +3,7 @@
 (tx ty tz qx qy qz qw, with or without a time stamp) and camera-intrinsics.txt.
 
 Messages and bags of ROS 1 and SQLite's are of rosbags, MCAPs of mcap, all of it independent of octosurf's reader
-(test/peers installs them). support/bag_writer.cpp speaks to it; options:
+(test/peers installs them). Options:
 
 packing    none, bz2 (bag), lz4, zstd (mcap)     [none]
 poses      tf, chain, odometry, pose, none       [tf: map → sensor; chain: map → base → sensor, sensor's axes turned]
@@ -218,15 +218,3 @@ def write_bag(folder, file, given):
     write = {'.bag': write_ros1, '.db3': write_db3, '.mcap': write_mcap}[file.suffix]
     store = ROS1 if file.suffix == '.bag' else ROS2
     write(file, messages(store, Recording(folder), options), options)
-
-
-if __name__ == '__main__':
-    # A bag for each line of standard input, FOLDER, BAG and options between tabs; answers in lines.
-    print('ready', flush=True)
-    for line in sys.stdin:
-        folder, file, given = line.rstrip('\n').split('\t')
-        try:
-            write_bag(pathlib.Path(folder), pathlib.Path(file), given.split())
-            print('written', flush=True)
-        except Exception as error:  # the test that asked for it fails, not the others
-            print(repr(error), flush=True)
