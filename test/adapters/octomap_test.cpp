@@ -68,9 +68,11 @@ TEST(InsertPointCloud, EqualsOctomapsForAllArguments) {
       }
 }
 
-TEST(InsertPointCloud, EqualsOctomapsFarFromTheOrigin) {
+TEST(InsertPointCloud, EqualsOctomapsFarFromTheOriginAndOnDerivedTrees) {
   octomap::OcTree ours(0.05), theirs(0.05);
   insert_both_ways(ours, theirs, {-1, false, true}, 3000, 301.7);
+  octomap::ColorOcTree our_colors(0.04), their_colors(0.04);
+  insert_both_ways(our_colors, their_colors, {-1, false, true}, 800);
 }
 
 TEST(InsertPointCloud, EqualsOctomapsWhenVoxelsSaturate) {
@@ -83,11 +85,6 @@ TEST(InsertPointCloud, EqualsOctomapsWhenVoxelsSaturate) {
     insert_both_ways(ours, theirs, {-1, lazy, true}, 4000);
     insert_both_ways(ours, theirs, {-1, lazy, true}, 4000);
   }
-}
-
-TEST(InsertPointCloud, WorksOnDerivedTrees) {
-  octomap::ColorOcTree our_colors(0.04), their_colors(0.04);
-  insert_both_ways(our_colors, their_colors, {-1, false, true}, 800);
 }
 
 /// Every leaf of `some` has its value and a stamp in `others` too, divided or not.

@@ -556,14 +556,11 @@ TEST_F(PoseCheck, PosesInAnotherFormAreToldAndTakenOnDemand) {
 TEST_F(PoseCheck, ACamerasPosesForALidarsScansAreTold) {
   run_well("simulate room -o room --sensor spinning --frames 8");
   const Eigen::Isometry3d T_lidar_camera(camera_in_body());
-  std::istringstream in(read("room/poses.txt"));
+  const auto source = open_scans({folder / "room"});
   std::ostringstream out;
   out.precision(17);
-  double stamp = 0;
-  Eigen::Vector3d t;
-  Eigen::Quaterniond q;
-  while (in >> stamp >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w()) {
-    const Eigen::Isometry3d T = Eigen::Translation3d(t) * q.normalized() * T_lidar_camera;
+  while (const std::optional<Scan> scan = source->next()) {
+    const Eigen::Isometry3d T = scan->T_map_sensor * T_lidar_camera;
     for (int i = 0; i < 12; ++i) out << T(i / 4, i % 4) << (i < 11 ? ' ' : '\n');
   }
   write("camera.txt", out.str());

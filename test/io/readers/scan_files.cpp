@@ -45,11 +45,6 @@ fs::path ScanFiles::write_picture(const std::string& name, bool colour) const {
                                 pixels.data(), pixels.size()));
 }
 
-void ScanFiles::write_two_images() const {
-  write_png("1.png", 2, 1, {1000, 2000});
-  write_png("2.png", 2, 1, {3000, 4000});
-}
-
 fs::path ScanFiles::write_pcd(const std::string& name, const std::string& viewpoint) const {
   return write(name,
                "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\n"
@@ -77,22 +72,6 @@ std::vector<double> places(const std::vector<Scan>& scans) {
   std::vector<double> all;
   for (const Scan& scan : scans) all.push_back(scan.T_map_sensor.translation().x());
   return all;
-}
-
-std::size_t readings(const Scan& scan) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(scan.points, [](const auto& p) { return p.allFinite(); }));
-}
-
-void expect_same_scans(const std::vector<Scan>& scans, const std::vector<Scan>& expected, double pose_error) {
-  ASSERT_EQ(scans.size(), expected.size());
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    const auto &points = scans[i].points, &those = expected[i].points;
-    ASSERT_EQ(points.size(), those.size()) << i;
-    EXPECT_EQ(std::memcmp(points.data(), those.data(), sizeof points[0] * points.size()), 0) << i;
-    const Eigen::Matrix4d off = scans[i].T_map_sensor.matrix() - expected[i].T_map_sensor.matrix();
-    EXPECT_LE(off.cwiseAbs().maxCoeff(), pose_error) << i;
-  }
 }
 
 std::string failure(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {

@@ -15,8 +15,6 @@ class ScanFiles : public FolderTest {
                      const std::vector<std::uint16_t>& pixels) const;
   /// 8-bit PNG, one channel or three.
   fs::path write_picture(const std::string& name, bool colour) const;
-  /// Two depth images of 2 × 1 pixels, called 1.png and 2.png.
-  void write_two_images() const;
   /// Three points (1, 2, 3), (4, 5, 6), (nan, nan, nan).
   fs::path write_pcd(const std::string& name, const std::string& viewpoint = "0 0 0 1 0 0 0") const;
 };
@@ -26,11 +24,6 @@ std::vector<Scan> read_all(const std::vector<fs::path>& inputs, const ScanSource
 
 std::vector<double> stamps(const std::vector<Scan>& scans);
 std::vector<double> places(const std::vector<Scan>& scans);  ///< x of where they were taken
-std::size_t readings(const Scan& scan);
-/// The same points to the bit, "not a number" included, and the same poses but for `pose_error`.
-void expect_same_scans(const std::vector<Scan>& scans, const std::vector<Scan>& expected,
-                       double pose_error = 0);
-
 /// The message of the Error(data) that opening or reading throws; fails the test if there is none.
 std::string failure(const std::vector<fs::path>& inputs, const ScanSourceOptions& options = {});
 
@@ -49,6 +42,5 @@ inline ScanSourceOptions with_poses(const fs::path& poses) {
 }
 
 inline const char* const identity_pose = "0 0 0 0 0 0 1\n";
-inline const char* const unit_camera = "1 1 0 0\n";
 
 }  // namespace octosurf::test

@@ -43,19 +43,20 @@ TEST_F(PoseFiles, FormatsAreToldApartByTheirColumns) {
 }
 
 TEST_F(PoseFiles, CommasTrailingCommasCommentsBlankLinesAndForeignLineEndsAreRead) {
-  expect_quarter_turns("\xEF\xBB\xBF# tx ty tz q\r\n\r\n  1,2,3, 0,0,0.70710678,0.70710678,  # first\r\n", 1,
-                       false);
-  expect_quarter_turns("0,-1,0,1,\n1,0,0,2,\n0,0,1,3,\n0,0,0,1,", 1, false);
-  expect_quarter_turns("+1\t2e0\t3.0\t0\t0\t.70710678\t0.70710678", 1, false);
+  for (const char* const text :
+       {"\xEF\xBB\xBF# tx ty tz q\r\n\r\n  1,2,3, 0,0,0.70710678,0.70710678,  # first\r\n",
+        "0,-1,0,1,\n1,0,0,2,\n0,0,1,3,\n0,0,0,1,", "+1\t2e0\t3.0\t0\t0\t.70710678\t0.70710678"})
+    expect_quarter_turns(text, 1, false);
 }
 
 TEST_F(PoseFiles, MatricesMayCarryATimeStamp) {
-  expect_quarter_turns("0,-1,0,1,\n1,0,0,2,\n0,0,1,3,\n0,0,0,1630577769.5,\n", 1, true);
-  EXPECT_DOUBLE_EQ(first_stamp(), 1630577769.5);
-  expect_quarter_turns("17.5 0 -1 0 1 1 0 0 2 0 0 1 3\n", 1, true);
-  EXPECT_DOUBLE_EQ(first_stamp(), 17.5);
-  expect_quarter_turns("17.5 0 -1 0 1 1 0 0 2 0 0 1 3 0 0 0 1\n", 1, true);
-  EXPECT_DOUBLE_EQ(first_stamp(), 17.5);
+  for (const auto& [text, stamp_s] :
+       {std::pair("0,-1,0,1,\n1,0,0,2,\n0,0,1,3,\n0,0,0,1630577769.5,\n", 1630577769.5),
+        {"17.5 0 -1 0 1 1 0 0 2 0 0 1 3\n", 17.5},
+        {"17.5 0 -1 0 1 1 0 0 2 0 0 1 3 0 0 0 1\n", 17.5}}) {
+    expect_quarter_turns(text, 1, true);
+    EXPECT_DOUBLE_EQ(first_stamp(), stamp_s);
+  }
 }
 
 TEST_F(PoseFiles, OfOdometriesAreReadAsTheyAreWritten) {
@@ -268,15 +269,6 @@ TEST_F(ScanFolders, KindIsToldByContent) {
   EXPECT_FALSE(is_occupancy_map(folder));
   EXPECT_EQ(sensor_of_frame("camera_depth_optical_frame"), SensorKind::depth_camera);
   EXPECT_EQ(sensor_of_frame("optical_frame_of_lidar"), SensorKind::lidar);
-}
-
-TEST_F(ScanFolders, PosesMayBeOfTheScansThatAreReadAlone) {
-  for (const char* const name : {"1.pcd", "2.pcd"}) write_pcd(name);
-  const auto one = write("elsewhere/one", "7 0 0 0 0 0 1\n");
-  EXPECT_EQ(open_scans({folder}, {.poses = one, .first = 1})->next()->T_map_sensor.translation().x(), 7);
-  const auto second = open_scans({folder}, {.poses = one, .skip = 1});
-  ASSERT_TRUE(second->skip(1));
-  EXPECT_EQ(second->next()->T_map_sensor.translation().x(), 7);
 }
 
 }  // namespace
