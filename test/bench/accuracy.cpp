@@ -149,15 +149,11 @@ void score(std::vector<Method> methods, const Options& options) {
         const bool is_seen_well = seen_well(*its, voxels, method.parameters);
         well += is_seen_well;
         well_correct += is_seen_well && correct;
-        if (correct) continue;
-        Json wrong = row["face_scores"][k];
-        wrong["seen_well"] = is_seen_well;
-        row["wrong"].push_back(wrong);
+        if (!correct) row["wrong"].push_back(row["face_scores"][k]);
       }
       row["seen_well"] = well;
       row["seen_well_correct"] = well_correct;
-      if (!options.verbose)
-        for (const char* list : {"face_scores", "surface_scores", "hole_scores"}) row.erase(list);
+      for (const char* list : {"face_scores", "surface_scores", "hole_scores"}) row.erase(list);
       write(recording, row);
     }
   });
@@ -168,24 +164,21 @@ void score(std::vector<Method> methods, const Options& options) {
 void accuracy(const Options& options) { score(methods_of(options), options); }
 void departures(const Options& options) { score(departures_of(options), options); }
 
-void stairs(const Options& options) {
-  for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
-    const Mapper mapper = mapped(recorded, options);
-    const Eigen::Vector3d up = up_of(mapper.map()).direction;
-    const evaluation::StairScores scores =
-        evaluation::evaluate_stairs(find_stairs(*mapper.snapshot(), up).stairs, recorded.truth, up);
-    for (const evaluation::StairScore& stair : scores.stairs) {
-      const bool right = stair.wholly_seen() && stair.right_count();
-      Json row = named("seen steps found pieces right_count", stair.wholly_seen(), stair.steps, stair.found,
-                       stair.pieces, right);
-      if (right)
-        row.update(named("right_course riser_mm tread_mm width_mm heading_deg", stair.right_kind,
-                         1e3 * std::fabs(stair.riser_m), 1e3 * std::fabs(stair.tread_m),
-                         1e3 * std::fabs(stair.width_m), deg * std::fabs(stair.heading_rad)));
-      write(recording, row);
-    }
-    write(recording, {{"invented", scores.invented}});
-  });
+void stairs(Mapper& mapper, const Recorded& recorded, const Options& /*options*/, const Json& recording) {
+  const Eigen::Vector3d up = up_of(mapper.map()).direction;
+  const evaluation::StairScores scores =
+      evaluation::evaluate_stairs(find_stairs(*mapper.snapshot(), up).stairs, recorded.truth, up);
+  for (const evaluation::StairScore& stair : scores.stairs) {
+    const bool right = stair.wholly_seen() && stair.right_count();
+    Json row = named("seen steps found pieces right_count", stair.wholly_seen(), stair.steps, stair.found,
+                     stair.pieces, right);
+    if (right)
+      row.update(named("right_course riser_mm tread_mm width_mm heading_deg", stair.right_kind,
+                       1e3 * std::fabs(stair.riser_m), 1e3 * std::fabs(stair.tread_m),
+                       1e3 * std::fabs(stair.width_m), deg * std::fabs(stair.heading_rad)));
+    write(recording, row);
+  }
+  write(recording, {{"invented", scores.invented}});
 }
 
 }  // namespace octosurf::bench

@@ -249,8 +249,7 @@ std::string scratch(const std::string& name) {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Options, scenes, sensors, seeds, resolutions, only, set,
                                                 inputs, count, frames, every, octomap_every, way, noise_scale,
-                                                drift_m, drift_deg, laps, threads, length, robot, mosd, brief,
-                                                verbose)
+                                                drift_m, drift_deg, laps, threads, length, robot, mosd, brief)
 
 }  // namespace octosurf::bench
 
@@ -260,9 +259,9 @@ int main(int argc, char** argv) {
   // clang-format off
   const std::map<std::string, Benchmark*> benchmarks{
       {"accuracy", accuracy}, {"departures", departures}, {"dynamics", dynamics}, {"floor", octosurf::bench::floor},
-      {"footholds", footholds}, {"gaps", gaps}, {"ground", ground}, {"kitchen", kitchen}, {"labelled", labelled},
-      {"patches", patches}, {"plans", plans}, {"queries", queries}, {"repeatability", repeatability},
-      {"speed", speed}, {"stairs", stairs}, {"steadiness", steadiness}, {"table1", table1}};
+      {"footholds", on_maps<footholds>}, {"gaps", on_maps<gaps>}, {"ground", ground}, {"kitchen", kitchen}, {"labelled", labelled},
+      {"plans", plans}, {"queries", queries}, {"repeatability", repeatability},
+      {"speed", speed}, {"stairs", on_maps<stairs>}, {"steadiness", steadiness}, {"table1", table1}};
   // clang-format on
   try {
     benchmarks.at(argc == 3 ? argv[1] : "")(nlohmann::json::parse(argv[2]).get<Options>());

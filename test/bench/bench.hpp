@@ -59,12 +59,12 @@ struct Options {
   int laps = 1, threads = 1;
   double length = 500;  ///< m, of floor
   std::string robot{"biped"};
-  bool mosd = false, brief = false, verbose = false;
+  bool mosd = false, brief = false;
 };
 
 using Benchmark = void(const Options& options);
-Benchmark accuracy, departures, dynamics, floor, footholds, gaps, ground, kitchen, labelled, patches, plans,
-    queries, repeatability, speed, stairs, steadiness, table1;
+Benchmark accuracy, departures, dynamics, floor, ground, kitchen, labelled, plans, queries, repeatability,
+    speed, steadiness, table1;
 
 /// Writes a line, at once: both objects as one.
 void write(Json row, const Json& more = Json::object());
@@ -109,6 +109,17 @@ Parameters paper_parameters(double resolution, double search_radius);
 
 /// The map of a recording, at the first of --resolutions.
 Mapper mapped(const Recorded& recorded, const Options& options);
+
+/// A benchmark of the maps of simulated recordings, each beside its truth.
+using Metric = void(Mapper& mapper, const Recorded& recorded, const Options& options, const Json& row);
+template <Metric metric>
+void on_maps(const Options& options) {
+  for_each_recording(options, [&](const Recorded& recorded, const Json& row) {
+    Mapper mapper = mapped(recorded, options);
+    metric(mapper, recorded, options, row);
+  });
+}
+Metric footholds, gaps, stairs;
 
 /// Whether --only lets a name pass: its beginning, as a regular expression.
 bool wanted(const Options& options, const std::string& name);

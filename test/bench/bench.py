@@ -119,10 +119,6 @@ GAPS = {"near m²": total("near_m2", digits=1), "in sight": share("seen_m2", "ne
         "bridged m²": total("bridged_m2", digits=4), "over void": total("over_void_m2", digits=4),
         "> √2 d off": total("beyond_m2", digits=4)}
 
-PATCHES = {"cells": total("cells"), "with a height": share("known", "cells"), "within 1 cm": share("right", "known", 2), "a voxel aside": share("beside", "known", 2),
-           "ground": total("supported"), "false": total("wrong"), "p50 ms": most("p50_ms", 2), "p99 ms": most("p99_ms", 2),
-           "p50 beside mapping": most("mapping_p50_ms", 2), "p99": most("mapping_p99_ms", 2)}
-
 FOOTHOLDS = {"accepted": total("accepted"), "off > 1 cm": total("off_1cm"), "of it": share("off_1cm", "accepted", 2),
              "off > 2 cm": total("off_2cm"), "false": total("false"), "room unseen": total("room_unseen"), "good ones": total("good"),
              "of them accepted": share("good_accepted", "good"), "p50 µs": most("p50_us", 1), "p99 µs": most("p99_us", 1)}
@@ -165,7 +161,7 @@ BENCHES = {
              "True level ground within 8 m of a scan, of it what a scan had in sight, and what is supported of that and of all."),
     "ground": ((), None, {"scenes": ["office", "corridor"], "every": 3, "frames": 120},
                "Medians over scans: ground kept up (next), a foothold in a new snapshot and once more, a region within 2 m of the sensor, "
-               "all ground read, all made from nothing."),
+               "all ground read."),
     "kitchen": ((), None, {}, "A real recording without truth: double layers must not be in its map."),
     "labelled": (("cloud", "resolution", "method"), LABELLED, {"resolutions": [0.02, 0.01]},
                  "The others have the best of several settings, octosurf and the paper's detector their own."),
@@ -173,9 +169,6 @@ BENCHES = {
                 {"scenes": ["stairs", "stones", "office", "moving"], "sensors": ["depth", "spinning"], "seeds": [1], "frames": 60},
                 "Scores by MuJoCo's geometry, of maps of our simulator's recordings and of what MuJoCo sees from the same poses. Ground off: "
                 "by more than 1 cm; rays off: of both by more than 6 sigma; ours: correct and unsafe by lab/evaluation."),
-    "patches": (("sensor", "scene"), PATCHES, {"scenes": ["office", "room", "stairs", "stones", "darpa", "rubbles_stairs_1"], "every": 5},
-                "Patches of 640 cells at the poses of a finished map: with a height, of these within 1 cm of the truth below the headroom; "
-                "ground that is more than 5 cm off."),
     "plans": ((), None, {"scenes": ["stairs", "stones", "office", "bauzil_stairs", "darpa", "rubbles_stairs_1"], "count": 50},
               "Ways: found with --way expansions; truth: on the true surfaces. Soles off: a part lies more than 1 cm beside all true "
               "ground, or 1 cm off its plane; touch: body or leg meets a true point; refuted: by verify_plan(). ms of CPU."),
@@ -354,7 +347,7 @@ OPTIONS = {
     "way": (int, "expansions after which plans says that there is no way"), "robot": (("biped", "quadruped"), ""), "threads": (int, ""),
     "terrain": (bool, "the meshes of ../shared/data/terrain_meshes as scenes"), "generated": (bool, "those of terrains.py, seeds 1 and 2"),
     "brief": (bool, "few scans each"),
-    "mosd": (bool, "labelled: the supporting table of mOSD's frames"), "verbose": (bool, "faces and surfaces in --json"),
+    "mosd": (bool, "labelled: the supporting table of mOSD's frames"),
     "json": (pathlib.Path, "write the rows there")}
 
 

@@ -95,60 +95,56 @@ class TrueWorld {
 /// Places on true level ground within reach of a scan, which of them one had in sight, and of both what is
 /// supported as mapped and with gaps bridged; m² that were bridged, that of it over a void, and farther off
 /// what is there than a cell that meets it reaches, √2 d.
-void gaps(const Options& options) {
-  const double resolution = options.resolutions.front();
-  for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
-    const Mapper mapper = mapped(recorded, options);
-    const Eigen::Vector3d up = up_of(mapper.map()).direction;
-    const std::shared_ptr<const Snapshot> as_mapped = mapper.snapshot();
-    GroundRules rules;
-    rules.widest_unseen_m = widest_gap_m;
-    const GroundView ground(as_mapped, mapper.map().octree(), rules);
-    const TrueWorld world(recorded.truth, up);
-    const View view(recorded.simulated->rays());
-    const std::vector<Face> before = faces_of(*as_mapped), after = faces_of(*ground.solid());
-    const auto supported = [&](const std::vector<Face>& faces, const Eigen::Vector3d& p) {
-      return std::ranges::any_of(faces, [&](const Face& face) {
-        return is_level(face, up) && std::fabs(face.height(p)) < on_plane_m && face.holds(p);
-      });
-    };
-    Counts asked{"near", "near_mapped", "near_bridged", "seen", "seen_mapped", "seen_bridged"};
-    world.for_each_on_ground([&](const Eigen::Vector3d& p) {
-      bool is_near = false, in_sight = false;
-      for (std::size_t i = 0; i < recorded.simulated->size() && !in_sight; ++i) {
-        const Eigen::Isometry3d pose = recorded.simulated->true_pose(i);
-        if ((pose.translation() - p).norm() > near_m) continue;
-        is_near = true;
-        in_sight = view.holds(pose.inverse() * p) && world.sees(pose.translation(), p);
-      }
-      if (!is_near) return;
-      const bool mapped_there = supported(before, p), bridged_there = supported(after, p);
-      ++asked["near"];
-      asked["near_mapped"] += mapped_there;
-      asked["near_bridged"] += bridged_there;
-      asked["seen"] += in_sight;
-      asked["seen_mapped"] += in_sight && mapped_there;
-      asked["seen_bridged"] += in_sight && bridged_there;
+void gaps(Mapper& mapper, const Recorded& recorded, const Options& options, const Json& recording) {
+  const Eigen::Vector3d up = up_of(mapper.map()).direction;
+  const std::shared_ptr<const Snapshot> as_mapped = mapper.snapshot();
+  GroundRules rules;
+  rules.widest_unseen_m = widest_gap_m;
+  const GroundView ground(as_mapped, mapper.map().octree(), rules);
+  const TrueWorld world(recorded.truth, up);
+  const View view(recorded.simulated->rays());
+  const std::vector<Face> before = faces_of(*as_mapped), after = faces_of(*ground.solid());
+  const auto supported = [&](const std::vector<Face>& faces, const Eigen::Vector3d& p) {
+    return std::ranges::any_of(faces, [&](const Face& face) {
+      return is_level(face, up) && std::fabs(face.height(p)) < on_plane_m && face.holds(p);
     });
-    Counts sampled{"bridged", "over_void", "beyond"};
-    for (const Face& face : after) {
-      if (!is_level(face, up)) continue;
-      for (const Gap& gap : ground.gaps(face.surface->id)) {
-        if (!gap.bridged) continue;
-        evaluation::PlanarRegion({gap.outline}).for_each_cell(sampled_every, [&](const Eigen::Vector2d& uv) {
-          const Eigen::Vector3d p = face.surface->to_map(uv);
-          ++sampled["bridged"];
-          sampled["over_void"] += world.is_void(p, 0);
-          sampled["beyond"] += world.is_void(p, std::numbers::sqrt2 * resolution);
-        });
-      }
+  };
+  Counts asked{"near", "near_mapped", "near_bridged", "seen", "seen_mapped", "seen_bridged"};
+  world.for_each_on_ground([&](const Eigen::Vector3d& p) {
+    bool is_near = false, in_sight = false;
+    for (std::size_t i = 0; i < recorded.simulated->size() && !in_sight; ++i) {
+      const Eigen::Isometry3d pose = recorded.simulated->true_pose(i);
+      if ((pose.translation() - p).norm() > near_m) continue;
+      is_near = true;
+      in_sight = view.holds(pose.inverse() * p) && world.sees(pose.translation(), p);
     }
-    Json areas;
-    for (const auto& [counts, edge] : {std::pair(&asked, asked_every), {&sampled, sampled_every}})
-      for (const auto& [name, samples] : counts->row.items())
-        areas[name + "_m2"] = samples.get<double>() * edge * edge;
-    write(recording, areas);
+    if (!is_near) return;
+    const bool mapped_there = supported(before, p), bridged_there = supported(after, p);
+    ++asked["near"];
+    asked["near_mapped"] += mapped_there;
+    asked["near_bridged"] += bridged_there;
+    asked["seen"] += in_sight;
+    asked["seen_mapped"] += in_sight && mapped_there;
+    asked["seen_bridged"] += in_sight && bridged_there;
   });
+  Counts sampled{"bridged", "over_void", "beyond"};
+  for (const Face& face : after) {
+    if (!is_level(face, up)) continue;
+    for (const Gap& gap : ground.gaps(face.surface->id)) {
+      if (!gap.bridged) continue;
+      evaluation::PlanarRegion({gap.outline}).for_each_cell(sampled_every, [&](const Eigen::Vector2d& uv) {
+        const Eigen::Vector3d p = face.surface->to_map(uv);
+        ++sampled["bridged"];
+        sampled["over_void"] += world.is_void(p, 0);
+        sampled["beyond"] += world.is_void(p, std::numbers::sqrt2 * options.resolutions.front());
+      });
+    }
+  }
+  Json areas;
+  for (const auto& [counts, edge] : {std::pair(&asked, asked_every), {&sampled, sampled_every}})
+    for (const auto& [name, samples] : counts->row.items())
+      areas[name + "_m2"] = samples.get<double>() * edge * edge;
+  write(recording, areas);
 }
 
 }  // namespace octosurf::bench

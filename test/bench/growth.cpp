@@ -11,7 +11,7 @@ namespace {
 /// What the ground of a map costs at each scan, kept up from the one before.
 class GroundTimes {
  public:
-  /// Reads what a planner needs near `from`, and, with `all`, everything, also from nothing.
+  /// Reads what a planner needs near `from`, and, with `all`, everything.
   void measure(const std::shared_ptr<const Snapshot>& snapshot, const Eigen::Vector3d& from, bool all) {
     std::optional<GroundView> now;
     const auto keep_up = [&] {
@@ -37,8 +37,6 @@ class GroundTimes {
     }
     if (!all) return;
     times_["all_ms"].push_back(time_ms([&] { now->solid(); }));
-    if (times_["all_ms"].size() % 10 == 0)
-      times_["anew_ms"].push_back(time_ms([&] { GroundView(snapshot, snapshot->octree).solid(); }));
   }
   Json medians() const {
     Json row;

@@ -1,9 +1,8 @@
-"""Writes terrains for `octosurf-lab simulate --mesh`, of the kinds that leggedrobotics' terrain-generator makes: all code is our own.
+"""Writes terrains for `octosurf-lab simulate --mesh` (`--generated`), of the kinds that leggedrobotics' terrain-generator makes: all code is our own.
 
 A terrain is axis-aligned boxes (whole cm, z up), its mesh the closed outer surface of their union. Levels are at least 4 cm apart.
 """
 
-import argparse
 import itertools
 import pathlib
 import random
@@ -101,10 +100,3 @@ def write(folder, seeds):
         triangles = [struct.pack("<12fH", *triangle, 0) for triangle in surface(boxes_of(*name))]
         path.write_bytes(struct.pack("<80xI", len(triangles)) + b"".join(triangles))
     return list(names)
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
-    parser.add_argument("folder")
-    parser.add_argument("--seeds", type=lambda text: range(1, int(text) + 1), default="1", metavar="N", help="1 to N (default: 1)")
-    print(*write(**vars(parser.parse_args())), sep="\n")

@@ -14,6 +14,11 @@
 #include <CGAL/version.h>
 #include <boost/property_map/function_property_map.hpp>
 #include <numeric>
+#include <pcl/features/normal_3d.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+#include <pcl/segmentation/region_growing.h>
 #include <tsl/robin_set.h>
 #include <tuple>
 // CGAL 6 (Debian 13) has moved it and made it speak of items instead of places in a range.
@@ -34,8 +39,7 @@ using PointMap = CGAL::Nth_of_tuple_property_map<0, PointNormal>;
 using NormalMap = CGAL::Nth_of_tuple_property_map<1, PointNormal>;
 using Regions = std::vector<std::vector<std::size_t>>;
 
-constexpr unsigned normal_neighbours = 24;
-constexpr unsigned growing_neighbours = 12;
+constexpr unsigned normal_neighbours = 24, growing_neighbours = 12;
 constexpr std::size_t fewest_points = 30;
 
 #if CGAL_VERSION_NR >= 1060000000
@@ -128,6 +132,35 @@ CgalPlanes cgal_region_growing(const std::vector<Eigen::Vector3f>& points, const
 
 CgalPlanes cgal_efficient_ransac(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings) {
   return find(points, [&](PointNormals& cloud) { return draw_planes(cloud, settings); });
+}
+
+CgalPlanes pcl_region_growing(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings) {
+  constexpr float curvature = 0.05F;  // the paper's
+  CgalPlanes result;
+  result.ms = time_ms([&] {
+    const auto cloud = std::make_shared<::pcl::PointCloud<::pcl::PointXYZ>>();
+    for (const Eigen::Vector3f& p : points) cloud->emplace_back(p.x(), p.y(), p.z());
+    const auto tree = std::make_shared<::pcl::search::KdTree<::pcl::PointXYZ>>();
+    const auto normals = std::make_shared<::pcl::PointCloud<::pcl::Normal>>();
+    ::pcl::NormalEstimation<::pcl::PointXYZ, ::pcl::Normal> estimation;
+    estimation.setInputCloud(cloud);
+    estimation.setSearchMethod(tree);
+    estimation.setKSearch(normal_neighbours);
+    estimation.compute(*normals);
+    ::pcl::RegionGrowing<::pcl::PointXYZ, ::pcl::Normal> growing;
+    growing.setInputCloud(cloud);
+    growing.setInputNormals(normals);
+    growing.setSearchMethod(tree);
+    growing.setNumberOfNeighbours(growing_neighbours);
+    growing.setMinClusterSize(static_cast<int>(settings.min_points));
+    growing.setSmoothnessThreshold(static_cast<float>(settings.angle_rad));
+    growing.setCurvatureThreshold(curvature);
+    std::vector<::pcl::PointIndices> clusters;
+    growing.extract(clusters);
+    for (const ::pcl::PointIndices& cluster : clusters)
+      result.regions.emplace_back(cluster.indices.begin(), cluster.indices.end());
+  });
+  return result;
 }
 
 std::shared_ptr<Surface> surface_of(SurfaceId id, const std::vector<Eigen::Vector3f>& points,
