@@ -7,8 +7,11 @@
 - What a header of a room declares stands in the room's namespace, octosurf::room, or in that of a folder of the room;
   elsewhere it only names beforehand what is declared there.
 - Public headers (but for adapters/) include one another, Eigen and the standard library.
+- With --types, that alone: no two types of one namespace share a name. Rooms are linked together, so that two are one to the
+  linker; types in unnamed namespaces and in classes are their own.
 """
 
+import collections
 import pathlib
 import re
 import sys
@@ -119,6 +122,32 @@ def heavy_public_headers(root):
                 yield f"{file.relative_to(root)} includes {include}"
 
 
+OPENED = re.compile(r"namespace (\w[\w:]*)? ?\{")
+TYPE = re.compile(r"(?:template <.*> )?(?:struct|class|union|enum|enum class) (?:alignas\(\w+\) )?(\w+)(?: final)?(?: :[^:].*)? \{")
+
+
+def types_in(file):
+    """Of what stands at the beginning of a line, as clang-format puts what a namespace holds."""
+    open_namespaces = []
+    for line in file.read_text().splitlines():
+        if opened := OPENED.match(line):
+            open_namespaces.append(opened[1])
+        elif line.startswith("}  // namespace"):
+            open_namespaces.pop()
+        elif (found := TYPE.match(line)) and None not in open_namespaces:
+            yield "::".join([*open_namespaces, found[1]])
+
+
+def types_of_one_name(root):
+    places = collections.defaultdict(list)
+    for folder in ("include", "src", "apps", "lab", "test"):
+        for file in sorted((root / folder).rglob("*.[ch]pp")):
+            for name in types_in(file):
+                places[name].append(str(file))
+    assert len(places) > 100, "hardly any types found: is the layout another one?"
+    yield from (f"{name} is defined in {' and in '.join(files)}" for name, files in places.items() if len(files) > 1)
+
+
 def problems(root):
     arrows = arrows_of((root / "docs" / "design.md").read_text())
     yield from wrong_arrows(root, arrows)
@@ -129,7 +158,6 @@ def problems(root):
 
 
 if __name__ == "__main__":
-    found = list(problems(pathlib.Path(sys.argv[1])))
-    for problem in found:
-        print(problem)
+    found = list((types_of_one_name if "--types" in sys.argv else problems)(pathlib.Path(sys.argv[1])))
+    print(*found, sep="\n")
     sys.exit(1 if found else 0)
