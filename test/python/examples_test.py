@@ -1,4 +1,4 @@
-"""The examples run as a reader runs them, and the code in docs/usage.md does."""
+"""The examples run as a reader runs them."""
 
 import collections
 import json
@@ -190,11 +190,3 @@ class Examples(unittest.TestCase):
         (surface,) = octosurf.load(f"{world.FOLDER}/ros1").snapshot().surfaces
         corners = surface.boundary
         np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], [[1.02, 0, 0.5], [3, 1.98, 0.5]], atol=0.03)
-
-    def test_what_the_docs_show_runs(self):
-        text = (world.SOURCE / "docs/usage.md").read_text().split("## Python", 1)[1].split("\n## ", 1)[0]
-        code = "\n".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL))
-        names = {"recording": str(world.recording()), "octosurf": octosurf}
-        (world.FOLDER / "maps").mkdir(exist_ok=True)
-        exec(code.replace('"kitchen"', "recording").replace('"maps/', f'"{world.FOLDER}/maps/'), names)
-        self.assertGreater(len(names["snapshot"]), 3)
