@@ -204,8 +204,7 @@ class Errors(unittest.TestCase):
         self.refused("data", mapper.insert_depth, depth, (1, 1, 1, 1), np.eye(4), depth_scale=0)
         self.refused("usage", octosurf.Mapper, mapper.map())
         self.assertEqual(mapper.snapshot().revision, revision)
-        with self.assertRaises(TypeError):
-            octosurf.ContactLimits(max_slope=1)
+        self.assertRaises(TypeError, octosurf.ContactLimits, max_slope=1)
 
     def test_a_name_of_any_bytes(self):
         name = world.FOLDER / "\udcff"
@@ -343,8 +342,7 @@ class Questions(unittest.TestCase):
         report = whole.merge(other.map(), at(1.1, 0, 0))
         self.assertEqual(report.points_raw, other.map().size().points)
         reload(whole.map())
-        with self.assertRaises(octosurf.Error):
-            whole.merge(whole.map())
+        self.assertRaises(octosurf.Error, whole.merge, whole.map())
         found = octosurf.align_maps(self.snapshot, other.map(), at(0, 0, 0.05))
         self.assertEqual(found.scan.outcome, "corrected")
         self.assertAlmostEqual(found.T_map_other[2, 3], 0, delta=0.003)
@@ -402,8 +400,7 @@ class Questions(unittest.TestCase):
         self.assertGreater(stair.steps[0].edge[1][0], stair.steps[0].edge[0][0])
         self.assertEqual(octosurf.nearest_stair(snapshot, found, [0, 0, 1]).id, stair.id)
         self.assertIsNone(octosurf.nearest_stair(self.snapshot, none, [0, 0, 1]))
-        with self.assertRaises(octosurf.Error):
-            octosurf.find_stairs(snapshot, up=[0, 0, 0])
+        self.assertRaises(octosurf.Error, octosurf.find_stairs, snapshot, up=[0, 0, 0])
         ground, limits = octosurf.GroundView(snapshot, mapper.map().octree()), octosurf.StoreyLimits(radius_m=0.1)
         below, above = octosurf.find_storeys(ground, limits)
         self.assertAlmostEqual(above.height_m - below.height_m, 4 * 0.17, delta=0.01)

@@ -134,10 +134,8 @@ class Keywords(unittest.TestCase):
 
     def test_unknown_ones_name_the_likeliest(self):
         for call in (octosurf.Mapper, octosurf.Map, octosurf.Parameters):
-            with self.assertRaisesRegex(TypeError, "'resolutoin'; did you mean 'resolution'"):
-                call(resolutoin=0.05)
-        with self.assertRaisesRegex(octosurf.Error, "did you mean 'max_turn_rad'"):
-            octosurf.Biped.from_dict({"max_turn": 1})
+            self.assertRaisesRegex(TypeError, "'resolutoin'; did you mean 'resolution'", call, resolutoin=0.05)
+        self.assertRaisesRegex(octosurf.Error, "did you mean 'max_turn_rad'", octosurf.Biped.from_dict, {"max_turn": 1})
 
 
 class Rows(unittest.TestCase):
@@ -149,15 +147,12 @@ class Rows(unittest.TestCase):
         in_map = (surface.T_map_surface @ np.c_[uv, np.zeros(len(uv)), np.ones(len(uv))].T).T[:, :3]
         np.testing.assert_allclose(points, in_map, atol=1e-12)
         np.testing.assert_allclose(surface.to_map([0.1, 0.2]), surface.to_map([[0.1, 0.2]])[0])
-        with self.assertRaises(octosurf.Error):
-            surface.to_map(np.zeros((2, 3)))
+        self.assertRaises(octosurf.Error, surface.to_map, np.zeros((2, 3)))
 
     def test_columns_are_named(self):
-        with self.assertRaisesRegex(octosurf.Error, "points.T"):
-            octosurf.Scan(floor().T, np.eye(4))
+        self.assertRaisesRegex(octosurf.Error, "points.T", octosurf.Scan, floor().T, np.eye(4))
         self.assertEqual(octosurf.Scan([[0, 0, 1], [0, 1, 1]], np.eye(4)).points.shape, (2, 3))
-        with self.assertRaisesRegex(octosurf.Error, r"give \(N, 2\)"):
-            octosurf.ContactShape.polygon([[0, 1, 0], [0, 0, 1]])
+        self.assertRaisesRegex(octosurf.Error, r"give \(N, 2\)", octosurf.ContactShape.polygon, [[0, 1, 0], [0, 0, 1]])
         self.assertEqual(octosurf.ContactShape.polygon([[0, 0], [1, 0], [0, 1]]).outline.shape, (3, 2))
 
 
@@ -207,12 +202,10 @@ class WhichWayIsUp(unittest.TestCase):
         np.testing.assert_array_equal(snapshot.up(), octosurf.up_of(mapper.map()).direction)
         self.assertIsNotNone(octosurf.below(snapshot, [0, 0.5, 0]))
         (surface,) = snapshot.surfaces
-        with self.assertRaisesRegex(octosurf.Error, r"snapshot\.up\(\)"):
-            surface.slope_rad()
+        self.assertRaisesRegex(octosurf.Error, r"snapshot\.up\(\)", surface.slope_rad)
         self.assertAlmostEqual(surface.slope_rad(snapshot.up()), 0, delta=0.01)
 
     def test_is_z_as_ever_and_not_known_of_a_pickled_surface(self):
         (surface,) = mapped_floor().snapshot().surfaces
         self.assertEqual(surface.slope_rad(), surface.slope_rad([0, 0, 1]))
-        with self.assertRaises(octosurf.Error):
-            pickle.loads(pickle.dumps(surface)).slope_rad()
+        self.assertRaises(octosurf.Error, pickle.loads(pickle.dumps(surface)).slope_rad)
