@@ -15,7 +15,7 @@ World random_world(std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   World world;
   for (int i = 0; i < 6; ++i) {
-    const Eigen::Isometry3d T = random_motion(random, 0.8);
+    const Eigen::Isometry3d T = random_pose(random, 0.8);
     world.add_face(T, {polygon(box(0, 0, 0.3 + unit(random), 0.3 + unit(random)))}).gone = i == 5;
     for (int k = 0; k < 2; ++k) {
       const double u = 0.4 * unit(random), v = 0.4 * unit(random);
@@ -36,7 +36,7 @@ double distance_in_plane(const Eigen::Vector3d& p, const Plane& plane, const Eig
                          const std::vector<Polygon>& polygons) {
   if (std::abs(plane.signed_distance(p)) > 0.03) return std::numeric_limits<double>::infinity();
   const Eigen::Vector2d uv = (T.inverse() * p).head<2>();
-  return is_inside(polygons, uv) ? 0 : test::distance_to_rings(uv, polygons);
+  return test::Region(polygons).covers(uv) ? 0 : test::distance_to_rings(uv, polygons);
 }
 
 /// Calls visit(p) for the middle of each cell of 1 cm, in the map's frame.
@@ -106,7 +106,7 @@ TEST(EvaluateProperties, NeitherARigidMotionNorTheOrderChangesAnything) {
     const auto expect_same = [&before](const Json& after, const char* path, double tolerance) {
       EXPECT_NEAR(at(after, path).get<double>(), at(before, path).get<double>(), tolerance) << path;
     };
-    const Json moved = json_of(world.moved(random_motion(random, 50)));
+    const Json moved = json_of(world.moved(random_pose(random, 50)));
     for (const char* count : {"correct", "over_segmented", "under_segmented", "missed", "noise"})
       expect_same(moved, count, 0);
     // A sample that lies on a limit may fall to its other side by rounding.

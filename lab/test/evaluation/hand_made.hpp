@@ -3,21 +3,11 @@
 #include "evaluation/evaluate.hpp"
 #include "evaluation/truth.hpp"
 #include "support/polygons.hpp"
+#include "surfaces/blobs.hpp"
 
-#include <cmath>
-#include <cstdint>
 #include <gtest/gtest.h>
-#include <limits>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <random>
-#include <string>
-#include <type_traits>
-#include <utility>
-#include <vector>
-
-#include <octosurf/surface.hpp>
 
 namespace octosurf::hand_made {
 
@@ -42,59 +32,24 @@ inline Eigen::Isometry3d frame(const Eigen::Vector3d& origin, double angle_rad =
   return T;
 }
 
-inline Plane plane_of(const Eigen::Isometry3d& T) {
-  const Eigen::Vector3d normal = T.linear().col(2);
-  return {normal, normal.dot(T.translation())};
-}
-
-inline Eigen::Isometry3d random_motion(std::mt19937_64& random, double reach) {
-  std::uniform_real_distribution<double> unit(-1, 1);
-  const Eigen::Vector3d axis = Eigen::Vector3d(unit(random), unit(random), unit(random) + 2).normalized();
-  const double angle = pi * unit(random);
-  return frame(reach * Eigen::Vector3d(unit(random), unit(random), unit(random)), angle, axis);
-}
-
-// The slow, obvious twins of PlanarRegion; test::distance_to_rings() is another.
-
-inline std::vector<Ring2> rings_of(const std::vector<Polygon>& polygons) {
-  std::vector<Ring2> rings;
-  for (const Polygon& p : polygons) {
-    rings.push_back(p.outer);
-    rings.insert(rings.end(), p.holes.begin(), p.holes.end());
-  }
-  return rings;
-}
-
-/// By the sum of angles under which each ring is seen: ±2π if it encloses the point, else 0.
-inline bool is_inside(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
-  int enclosing = 0;
-  for (const Ring2& ring : rings_of(polygons)) {
-    double angle = 0;
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Eigen::Vector2d a = ring[i] - p, b = ring[(i + 1) % ring.size()] - p;
-      angle += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
-    }
-    enclosing += std::abs(angle) > pi;
-  }
-  return enclosing % 2 == 1;
-}
+using test::plane_of;
+using test::random_pose;
 
 /// All cells whose centre lies inside `seen`.
 inline std::vector<evaluation::CellRun> cells_inside(const std::vector<Polygon>& seen, double cell) {
+  const test::Region region(seen);
   Eigen::AlignedBox2d bounds;
-  for (const Ring2& ring : rings_of(seen)) {
-    for (const Eigen::Vector2d& p : ring) bounds.extend(p);
-  }
+  for (const Polygon& polygon : seen)
+    for (const Eigen::Vector2d& p : polygon.outer) bounds.extend(p);
   std::vector<evaluation::CellRun> runs;
   for (int row = static_cast<int>(std::floor(bounds.min().y() / cell)); row * cell < bounds.max().y();
        ++row) {
     for (int c = static_cast<int>(std::floor(bounds.min().x() / cell)); c * cell < bounds.max().x(); ++c) {
-      if (!is_inside(seen, {(c + 0.5) * cell, (row + 0.5) * cell})) continue;
-      if (!runs.empty() && runs.back().row == row && runs.back().column + runs.back().count == c) {
+      if (!region.covers({(c + 0.5) * cell, (row + 0.5) * cell})) continue;
+      if (!runs.empty() && runs.back().row == row && runs.back().column + runs.back().count == c)
         ++runs.back().count;
-      } else {
+      else
         runs.push_back({row, c, 1});
-      }
     }
   }
   return runs;

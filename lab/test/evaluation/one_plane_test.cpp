@@ -56,7 +56,7 @@ TEST(OnePlane, AJoinedFaceHasAllCellsHoweverItsPartsAreTurned) {
     Ring2 ring = box(0.41, 0, 0.81, 0.3);
     for (Eigen::Vector2d& uv : ring) uv = (T.inverse() * Eigen::Vector3d(uv.x(), uv.y(), 0)).head<2>();
     world.add_face(T, {polygon(ring)});
-    const World moved = world.moved(random_motion(random, 5));
+    const World moved = world.moved(random_pose(random, 5));
     const Truth joined = join_faces(moved.truth, rule);
     ASSERT_EQ(joined.faces.size(), 1U);
     const TrueFace& face = joined.faces.front();

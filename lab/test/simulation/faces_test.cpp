@@ -32,25 +32,6 @@ Scene floor_scene() {
   return scene;
 }
 
-TEST(Faces, WhatStandsOnTheFloorIsCutOut) {
-  Scene scene = floor_scene();
-  add_box(scene, add_object(scene, "box"), {1, 1, 0}, {1.5, 1.4, 0.3});
-  const Faces faces(scene, {});
-  EXPECT_EQ(expect_faces(faces, "floor/top", {12 - 0.5 * 0.4}).at(0).polygons[0].holes.size(), 1u);
-  expect_faces(faces, "box/bottom", {});  // lies on the floor, is open nowhere
-  const Plane top = expect_faces(faces, "box/top", {0.2}).at(0).plane;
-  EXPECT_TRUE(top.normal.isApprox(Eigen::Vector3d::UnitZ()));
-  EXPECT_NEAR(top.offset, 0.3, 1e-12);
-}
-
-TEST(Faces, WallWithDoorIsOneFaceWithANotch) {
-  Scene scene = floor_scene();
-  add_wall(scene, add_object(scene, "wall"), {0, 2.85, 0}, {4, 3, 2.5}, {{1, 1.9, 2.05}});
-  const Faces faces(scene, {});
-  EXPECT_TRUE(expect_faces(faces, "wall/front", {4 * 2.5 - 0.9 * 2.05}).at(0).polygons[0].holes.empty());
-  expect_faces(faces, "floor/top", {12 - (4 - 0.9) * 0.15});  // goes on through the door
-}
-
 TEST(Faces, SideOfAStairIsOneFaceAndEachStepOneOfItsOwn) {
   Scene scene = floor_scene();
   const auto stair = add_object(scene, "stair");

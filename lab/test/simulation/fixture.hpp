@@ -1,17 +1,11 @@
 #pragma once
 
+#include "io/files.hpp"
 #include "simulation/simulate.hpp"
-#include "support/seed.hpp"
-
-#include <filesystem>
-#include <fstream>
-#include <gtest/gtest.h>
-#include <sstream>
-#include <string>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::simulation {
+
+using octosurf::test::read_file;
 
 inline SimulationOptions options_of(const std::string& scene, const std::string& sensor, std::size_t frames,
                                     std::uint64_t seed = octosurf::test::seed()) {
@@ -22,13 +16,6 @@ inline SimulationOptions options_of(const std::string& scene, const std::string&
   options.seed = seed;
   options.length = 8;
   return options;
-}
-
-inline std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::stringstream bytes;
-  bytes << in.rdbuf();
-  return bytes.str();
 }
 
 /// What `call` is refused with; of this kind, and in one line.
@@ -45,23 +32,13 @@ Error refusal(Error::Kind kind, const Call& call) {
   return {kind, "", ""};
 }
 
-/// A folder of its own for the running test.
-class FolderTest : public testing::Test {
+class FolderTest : public octosurf::test::FolderTest {
  protected:
-  FolderTest() {
-    std::filesystem::remove_all(dir_);
-    std::filesystem::create_directories(dir_);
-  }
-  ~FolderTest() override { std::filesystem::remove_all(dir_); }
-
   std::filesystem::path write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(dir_ / name, std::ios::binary) << bytes;
-    return dir_ / name;
+    octosurf::test::write_file(path(name), bytes);
+    return path(name);
   }
-
-  const testing::TestInfo& info_ = *testing::UnitTest::GetInstance()->current_test_info();
-  const std::filesystem::path dir_ =
-      std::filesystem::path(testing::TempDir()) / "octosurf_lab" / info_.test_suite_name() / info_.name();
+  const std::filesystem::path& dir_ = folder;
 };
 
 }  // namespace octosurf::simulation

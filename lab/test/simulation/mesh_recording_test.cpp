@@ -1,4 +1,5 @@
 // Meshes as scenes: the way over them, what is recorded on it, and a map of it scored against its truth.
+#include "accuracy/simulated_map.hpp"
 #include "evaluation/evaluate.hpp"
 #include "simulation/mesh_walk.hpp"
 #include "simulation/recording.hpp"
@@ -94,18 +95,6 @@ TEST_F(MeshRecording, KeepsTheSizeOfTheFileAndStepsAFewCentimetres) {
     EXPECT_LT((recording.true_pose(i).translation() - recording.true_pose(i - 1).translation()).norm(), 0.15);
 }
 
-TEST_F(MeshRecording, EqualOptionsGiveEqualScansAndSeedsDiffer) {
-  SimulationOptions some = options();
-  some.frames = 20;
-  const Recording a(some), b(some);
-  ++some.seed;
-  const Recording c(some);
-  EXPECT_GT(a.scan(1).points.size(), 100'000u);
-  EXPECT_EQ(a.scan(1).points, b.scan(1).points);
-  EXPECT_NE(a.scan(1).points, c.scan(1).points);
-  EXPECT_EQ(a.faces().size(), c.faces().size());
-}
-
 TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
   SimulationOptions some = options();
   for (const std::string sensor : {"depth", "spinning"}) {
@@ -126,15 +115,8 @@ TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
 TEST_F(MeshRecording, AStairIsMappedStepByStep) {
   SimulationOptions some = options();
   some.frames = 120;
-  const Recording recording(some);
-  Recording::Visibility visible = recording.visibility();
-  Mapper mapper(Parameters{}, 1);
-  for (std::size_t i = 0; i < recording.size(); ++i) {  // all scans together would take gigabytes
-    const Readings ideal = recording.ideal(i);
-    visible.add(i, ideal);
-    mapper.insert(recording.labelled_scan(i, ideal).scan);
-  }
-  const evaluation::Evaluation scores = evaluation::evaluate(*mapper.snapshot(), visible.truth());
+  const octosurf::test::SimulatedMap map(some);
+  const evaluation::Evaluation scores = evaluation::evaluate(*map.mapper.snapshot(), map.truth);
   // Four treads, four risers, two sides, the drop behind and the ground; each of them many voxels either way.
   EXPECT_EQ(scores.faces, 12u);
   EXPECT_EQ(scores.correct, scores.faces);

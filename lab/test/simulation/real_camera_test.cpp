@@ -161,10 +161,6 @@ TEST_F(RealCameraTest, OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach) {
   }
 }
 
-TEST_F(RealCameraTest, WithinAFaceNoPixelFlies) {
-  EXPECT_EQ(measured(wall(1.5), 3).labels, wall(1.5).labels);
-}
-
 TEST_F(RealCameraTest, DropsAsOftenAsItSays) {
   struct Case {
     double z, incidence_deg, albedo;
@@ -214,23 +210,6 @@ TEST_F(RealCameraTest, BiasIsSlowItsOwnAndAsLargeAsStated) {
   EXPECT_NEAR(std::sqrt(squares / pixels), 0.03, 1e-5) << "3 mm at 2 m";
   EXPECT_LT(steepest, 0.001) << "px of disparity a pixel";
   EXPECT_GT(apart, 0.01);
-}
-
-TEST_F(RealCameraTest, WhatRemainsOfManyScansIsTheBias) {
-  constexpr unsigned scans = 15;
-  constexpr std::size_t block = 32;
-  const Readings ideal = wall(2);
-  std::vector<double> beyond(pixels / (block * block));  // errors less the bias, by block
-  for (unsigned scan = 0; scan < scans; ++scan) {
-    const Readings readings = measured(ideal, 400 + scan);
-    for (std::size_t k = 0; k < pixels; ++k)
-      beyond[k / depth_width / block * (depth_width / block) + k % depth_width / block] +=
-          disparity(readings.t[k]) - disparity(ideal.t[k]) - bias(k);
-  }
-  // σ of one disparity at 2 m: 6 mm are 0.06 px.
-  const double samples = scans * block * block;
-  for (std::size_t b = 0; b < beyond.size(); ++b)
-    EXPECT_NEAR(beyond[b] / samples, 0, sigmas * 0.065 * std::sqrt(pixels_a_mean / samples)) << "block " << b;
 }
 
 TEST_F(RealCameraTest, WithoutNoiseStepsRemain) {

@@ -79,21 +79,23 @@ inline std::string binary_stl(const Triangles& triangles) {
   return bytes;
 }
 
-inline std::string obj(const Triangles& triangles) {
-  std::string text = corners(triangles, "v ");
-  for (std::size_t i = 1; i <= 3 * triangles.size(); i += 3)
-    text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
+/// A line for each triangle: what comes before, and the numbers of its corners from `first` on.
+inline std::string numbers(const Triangles& triangles, const std::string& before, std::size_t first) {
+  std::string text;
+  for (std::size_t i = first; i < first + 3 * triangles.size(); i += 3)
+    text += before + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
   return text;
 }
 
+inline std::string obj(const Triangles& triangles) {
+  return corners(triangles, "v ") + numbers(triangles, "f ", 1);
+}
+
 inline std::string ply(const Triangles& triangles) {
-  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(3 * triangles.size()) +
-                     "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
-                     std::to_string(triangles.size()) +
-                     "\nproperty list uchar int vertex_indices\nend_header\n" + corners(triangles);
-  for (std::size_t i = 0; i < 3 * triangles.size(); i += 3)
-    text += "3 " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
-  return text;
+  return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(3 * triangles.size()) +
+         "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+         std::to_string(triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n" +
+         corners(triangles) + numbers(triangles, "3 ", 0);
 }
 
 /// `up` as COLLADA writes it (Y_UP, Z_UP), `unit` in metres.
@@ -111,9 +113,8 @@ inline std::string dae(const Triangles& triangles, const std::string& up, double
 <param name="Z" type="float"/></accessor></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
 <triangles count=")"
-      << triangles.size() << R"("><input semantic="VERTEX" source="#v" offset="0"/><p>)";
-  for (std::size_t i = 0; i < 3 * triangles.size(); ++i) out << i << ' ';
-  out << R"(</p></triangles></mesh></geometry></library_geometries>
+      << triangles.size() << R"("><input semantic="VERTEX" source="#v" offset="0"/><p>)"
+      << numbers(triangles, "", 0) << R"(</p></triangles></mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node></visual_scene>
 </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>
 )";
