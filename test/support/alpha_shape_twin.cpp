@@ -1,11 +1,13 @@
 #include "support/alpha_shape_twin.hpp"
 
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/rings.hpp"
 
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
 #include <array>
+#include <map>
 #include <unordered_map>
 
 namespace octosurf {
@@ -15,7 +17,7 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 struct FaceMark {
   bool kept = false;
-  int component = -1;            // of kept triangles joined by edges
+  std::size_t number = 0;        // among those kept
   std::array<bool, 3> walked{};  // boundary edge opposite vertex i is on a ring already
 };
 using VertexBase = CGAL::Triangulation_vertex_base_2<Kernel>;
@@ -25,37 +27,12 @@ using Delaunay =
 using Face = Delaunay::Face_handle;
 using Vertex = Delaunay::Vertex_handle;
 
-void mark_kept(const Delaunay& triangulation, double alpha) {
-  const double limit = alpha * alpha;
-  for (const Face face : triangulation.finite_face_handles()) {
-    face->info().kept = true;
-    for (int i = 0; i < 3; ++i) {
-      const auto& a = face->vertex(i)->point();
-      const auto& b = face->vertex(Delaunay::ccw(i))->point();
-      if (CGAL::squared_distance(a, b) > limit) face->info().kept = false;
-    }
-  }
-}
-
-int label_components(const Delaunay& triangulation) {
-  int components = 0;
-  std::vector<Face> stack;
-  for (const Face seed : triangulation.finite_face_handles()) {
-    if (!seed->info().kept || seed->info().component >= 0) continue;
-    seed->info().component = components;
-    for (stack.assign(1, seed); !stack.empty();) {
-      const Face face = stack.back();
-      stack.pop_back();
-      for (int i = 0; i < 3; ++i) {
-        const Face next = face->neighbor(i);
-        if (!next->info().kept || next->info().component >= 0) continue;
-        next->info().component = components;
-        stack.push_back(next);
-      }
-    }
-    ++components;
-  }
-  return components;
+bool has_long_side(const Face& face, double alpha) {
+  const auto is_long = [&](int i) {
+    return CGAL::squared_distance(face->vertex(i)->point(), face->vertex(Delaunay::ccw(i))->point()) >
+           alpha * alpha;
+  };
+  return is_long(0) || is_long(1) || is_long(2);
 }
 
 /// Boundary edge of a kept triangle: opposite its vertex `index`, interior on the left.
@@ -112,11 +89,20 @@ std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double
   for (const Eigen::Vector2d& p : points) sites.emplace_back(p.x(), p.y());
   const Delaunay triangulation(sites.begin(), sites.end());
   if (triangulation.dimension() < 2) return {};
-  mark_kept(triangulation, alpha);
-
-  std::vector<Polygon> polygons(static_cast<std::size_t>(label_components(triangulation)));
+  std::vector<Face> kept;
   for (const Face face : triangulation.finite_face_handles()) {
-    if (!face->info().kept) continue;
+    if (has_long_side(face, alpha)) continue;
+    face->info() = {true, kept.size(), {}};
+    kept.push_back(face);
+  }
+  geometry::DisjointSets pieces(kept.size());  // joined by edges
+  for (const Face face : kept)
+    for (int i = 0; i < 3; ++i)
+      if (const FaceMark& next = face->neighbor(i)->info(); next.kept)
+        pieces.join(next.number, face->info().number);
+
+  std::map<std::size_t, Polygon> outlines;
+  for (const Face face : kept)
     for (int i = 0; i < 3; ++i) {
       if (face->neighbor(i)->info().kept || face->info().walked[static_cast<std::size_t>(i)]) continue;
       std::vector<Vertex> walk;
@@ -128,7 +114,7 @@ std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double
       } while (edge.face != face || edge.index != i);
       std::vector<Ring2> loops;
       split_loops(walk, loops);
-      Polygon& polygon = polygons[static_cast<std::size_t>(face->info().component)];
+      Polygon& polygon = outlines[pieces.root(face->info().number)];
       for (Ring2& loop : loops) {
         if (geometry::signed_area(loop) > 0)
           polygon.outer = std::move(loop);
@@ -136,9 +122,9 @@ std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double
           polygon.holes.push_back(std::move(loop));
       }
     }
-  }
-  // A sliver's area can round to nothing; what has no outer ring covers nothing.
-  std::erase_if(polygons, [](const Polygon& polygon) { return polygon.outer.empty(); });
+  std::vector<Polygon> polygons;
+  for (auto& [piece, polygon] : outlines)  // a sliver's area can round to nothing; it has no outer ring then
+    if (!polygon.outer.empty()) polygons.push_back(std::move(polygon));
   geometry::order_rings(polygons);
   return polygons;
 }

@@ -1,5 +1,6 @@
 #include "support/guarantees.hpp"
 
+#include "io/map_file/map_file.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "support/invariants.hpp"
 #include "support/slow_polygons.hpp"
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <span>
+#include <sstream>
 
 namespace octosurf::test {
 
@@ -88,66 +90,9 @@ Leaves leaves_of(const Map& map) {
 }
 
 std::string digest(const Map& map) {
-  const surfaces::MapState& state = surfaces::state_of(map);
-  std::string bytes;
-  const auto put = [&](const auto& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-  };
-  const auto put_rings = [&](const std::vector<Polygon>& polygons) {
-    for (const Polygon& polygon : polygons) {
-      std::vector<Ring2> rings = polygon.holes;
-      rings.push_back(polygon.outer);
-      for (const Ring2& ring : rings)
-        for (const Eigen::Vector2d& p : ring) put(p.x()), put(p.y());
-    }
-  };
-  state.occupancy.write_nodes([&](const std::string& chunk) { bytes += chunk; });
-  const std::shared_ptr<const Snapshot> published = map.snapshot();
-  for (const auto& [id, surface] : state.surfaces) {
-    const surfaces::SurfaceModel::State s = surface.state(published.get());
-    put(s.id);
-    for (int a = 0; a < 3; ++a) put(s.plane.normal[a]);
-    put(s.plane.offset);
-    for (const Eigen::Isometry3d* pose : {&s.pose, &s.hash_frame})
-      for (int i = 0; i < 16; ++i) put(pose->matrix().data()[i]);
-    const auto put_moments = [&](const geometry::Moments& m) {
-      put(m.count);
-      for (int a = 0; a < 3; ++a) put(m.sum[a]);
-      for (int i = 0; i < 9; ++i) put(m.outer.data()[i]);
-    };
-    for (const geometry::Moments& m : s.moments) put_moments(m);
-    put_moments(s.evidence.moments);
-    put(s.evidence.readings);
-    for (const surfaces::Inlier& i : s.inliers) {
-      put(i.key.packed());
-      put(i.range_class);
-      for (int a = 0; a < 3; ++a) put(i.position[a]);
-    }
-    for (int i = 0; i < 9; ++i) put(s.covariance.data()[i]);
-    put_rings(s.polygons);
-    for (const SurfaceId parent : s.parents) put(parent);
-    put(s.polygons_stale);
-    put(s.revision);
-  }
-  put(state.surfaces.next_id());
-  for (const auto& [id, cylinder] : state.cylinders) {
-    put(id);
-    for (int a = 0; a < 3; ++a) put(cylinder.shape.point[a]), put(cylinder.shape.axis[a]);
-    put(cylinder.shape.radius);
-    for (const auto& [key, inlier] : cylinder.inliers) put(key.packed());
-    put(cylinder.unchecked);
-    put(cylinder.revision);
-  }
-  put(state.cylinders.next_id());
-  for (const auto& row : state.noise.histogram())
-    for (const std::uint32_t n : row) put(n);
-  put(state.noise.range_noise());
-  for (const geometry::VoxelKey k : state.queue.fresh) put(k.packed());
-  for (const geometry::VoxelKey k : state.queue.blocks) put(k.packed());
-  put(state.points);
-  put(state.scans);
-  put(state.revision);
-  return bytes;
+  std::ostringstream out;
+  io::write_map(surfaces::state_of(map), {}, out);
+  return out.str();
 }
 
 }  // namespace octosurf::test

@@ -76,12 +76,6 @@ bool Region::covers(const Eigen::Vector2d& p) const {
   return bg::covered_by(BgPoint(p.x(), p.y()), polygons_->shape);
 }
 
-std::size_t count_rings(const std::vector<Polygon>& polygons) {
-  std::size_t rings = 0;
-  for (const Polygon& polygon : polygons) rings += 1 + polygon.holes.size();
-  return rings;
-}
-
 std::size_t count_vertices(const std::vector<Polygon>& polygons) {
   std::size_t vertices = 0;
   for (const Polygon& polygon : polygons) {

@@ -41,8 +41,6 @@ class Region {
   std::shared_ptr<const Polygons> polygons_;
 };
 
-std::size_t count_rings(const std::vector<Polygon>& polygons);
-
 /// Outer and inner ones together.
 std::size_t count_vertices(const std::vector<Polygon>& polygons);
 
