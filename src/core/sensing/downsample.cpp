@@ -145,6 +145,7 @@ void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_
     const std::span points(scan.points.data() + from, std::min(LocatedPoints::most, end - from));
     locate(points, T_map_sensor, grid_, located);
     Run run;
+    Eigen::Vector3f centre = Eigen::Vector3f::Zero();
     for (std::size_t i = 0; i < points.size(); ++i) {
       const bool near = (moved ? Eigen::Vector3f(points[i] - scan.origins[from + i]) : points[i])
                             .cast<double>()
@@ -158,10 +159,11 @@ void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_
                                    static_cast<std::uint16_t>(located.key_z[i])};
       if (run.count == 0 || !(key == run.key)) {
         if (run.count > 0) part.runs.push_back(run);
-        run = {key, 0, from + i, grid_.centre_of(key), Eigen::Vector3f::Zero()};
+        run = {key, 0, static_cast<std::uint32_t>(from + i), Eigen::Vector3f::Zero()};
+        centre = grid_.centre_of(key);
       }
       ++run.count;
-      run.sum += Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - run.centre;
+      run.sum += Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - centre;
     }
     if (run.count > 0) part.runs.push_back(run);
   }

@@ -79,11 +79,9 @@ class Downsampler {
   /// Consecutive points in one voxel.
   struct Run {
     geometry::VoxelKey key;
-    std::uint32_t count = 0;  // of readings
-    std::size_t first = 0;    // of the scan's points
-    Eigen::Vector3f centre = Eigen::Vector3f::Zero();
-    Eigen::Vector3f sum =
-        Eigen::Vector3f::Zero();  // relative to the centre, for float precision far from the origin
+    std::uint32_t count = 0;                        // of readings
+    std::uint32_t first = 0;                        // of the scan's points
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();  // relative to the voxel's centre, for float precision
   };
   /// One thread's part of a scan.
   struct ThreadPart {
