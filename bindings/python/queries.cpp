@@ -1,11 +1,10 @@
-// octosurf/planning.hpp and queries.hpp in Python.
+// octosurf/queries.hpp in Python.
 #include "map_holder.hpp"
 
 #include <cstring>
 #include <limits>
 #include <numbers>
 
-#include <octosurf/planning.hpp>
 #include <octosurf/queries.hpp>
 
 namespace octosurf::python {
@@ -14,11 +13,6 @@ namespace {
 constexpr double anywhere = std::numeric_limits<double>::infinity();
 constexpr double any_slope = std::numbers::pi;
 using GivenUp = std::optional<Eigen::Vector3d>;
-
-/// Which way is up where surfaces of any slope will do: not worth an estimate.
-Eigen::Vector3d up_for(const SnapshotPtr& snapshot, const GivenUp& up, double max_slope_rad) {
-  return !up && max_slope_rad >= any_slope ? Eigen::Vector3d(0, 0, 1) : up_in(snapshot, up);
-}
 
 /// With its map's up, found once.
 struct PythonIndex : SurfaceIndex {
@@ -123,18 +117,6 @@ frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)
 void bind_queries(Module& module) {
   bind_results(module);
   bind_index(module);
-  module.def(
-      "nearest",
-      [](const SnapshotPtr& snapshot, const Eigen::Vector3d& point, const GivenUp& up, double max_slope_rad) {
-        return nearest(*snapshot, point, {up_for(snapshot, up, max_slope_rad), max_slope_rad});
-      },
-      "snapshot"_a, "point"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope);
-  module.def(
-      "below",
-      [](const SnapshotPtr& snapshot, const Eigen::Vector3d& point, const GivenUp& up, double max_slope_rad) {
-        return below(*snapshot, point, {up_in(snapshot, up), max_slope_rad});
-      },
-      "snapshot"_a, "point"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope);
 }
 
 }  // namespace octosurf::python

@@ -4,13 +4,26 @@
 #include <Eigen/Geometry>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <vector>
 
-#include <octosurf/planning.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
+
+/// The place on a surface nearest to a point.
+struct Nearest {
+  SurfaceId id = 0;                                 ///< of the surface
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< map frame, on the surface's `polygons`
+  double distance = 0;                              ///< m
+};
+
+/// Restricts a query to surfaces whose slope_rad() to `up` is at most `max_slope_rad`.
+struct SlopeLimit {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, any length; see up_of(map)
+  double max_slope_rad = std::numbers::pi;        ///< π/2 excludes overhanging surfaces such as ceilings
+};
 
 /// A convex part of space: all points with normal·x ≤ offset for each of its planes. Map frame.
 struct ConvexSpace {
@@ -45,9 +58,8 @@ struct SnappedPose {
 /// An index for the next snapshot reuses unchanged parts of this one: 20 µs for some hundred surfaces plus
 /// 0.3 µs for each vertex of changed ones; after each scan of a kitchen 0.2 ms, a four-hundredth of the
 /// insertion (`./dev bench queries`). It is separate from the snapshot so that only readers with queries pay
-/// for it, in their own threads. Readers may share one. Answers equal those of planning.hpp's nearest() and
-/// below(), which scan every surface. On equal distance the lower id wins. Everything in the map frame.
-/// Points that are not finite throw Error(usage).
+/// for it, in their own threads. Readers may share one. On equal distance the lower id wins. Everything in
+/// the map frame. Points that are not finite, or an invalid limit, throw Error(usage).
 class SurfaceIndex {
  public:
   /// `previous`: an index of an earlier snapshot to reuse; it is not modified.
@@ -64,10 +76,11 @@ class SurfaceIndex {
   /// Likewise within `radius` m of `center`.
   std::vector<SurfaceId> in_sphere(const Eigen::Vector3d& center, double radius) const;
 
-  /// As in planning.hpp, but at most `within` m away. Some µs.
+  /// The nearest place on a surface that the limit allows, at most `within` m away. Some µs.
   std::optional<Nearest> nearest(const Eigen::Vector3d& point, const SlopeLimit& limit = {},
                                  double within = std::numeric_limits<double>::infinity()) const;
-  /// As planning.hpp's below(). Some µs.
+  /// The first surface straight below a point (against `limit.up`) or at it: the one that a lowered foot
+  /// touches. Surfaces parallel to `up` are never met. Some µs.
   std::optional<Nearest> below(const Eigen::Vector3d& point, const SlopeLimit& limit = {}) const;
 
   /// The first surface along a ray, from either side, at most `within` m away. Surfaces parallel to the ray

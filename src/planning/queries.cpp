@@ -2,11 +2,11 @@
 #include "geometry/symmetric.hpp"
 #include "planning/box_tree.hpp"
 #include "planning/polygon_index.hpp"
-#include "planning/slope_limit.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -15,9 +15,6 @@
 
 namespace octosurf {
 namespace {
-
-using planning::require_limit;
-using planning::within;
 
 /// One surface with precomputed data.
 struct Entry {
@@ -41,6 +38,17 @@ using EntryPtr = std::shared_ptr<const Entry>;
 void require_point(const Eigen::Vector3d& point, const char* where) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
 }
+/// Throws Error for an invalid direction or angle.
+void require_limit(const SlopeLimit& limit) {
+  geometry::require_direction(limit.up, "up");
+  if (!(limit.max_slope_rad >= 0))
+    throw Error(Error::Kind::usage, "max_slope", "is not an angle", "must be at least 0");
+}
+
+bool within(const SlopeLimit& limit, const Surface& surface) {
+  return limit.max_slope_rad >= std::numbers::pi || slope_rad(surface, limit.up) <= limit.max_slope_rad;
+}
+
 void require_distance(double distance, const char* where) {
   if (!(distance >= 0)) throw Error(Error::Kind::usage, where, "is not a distance", "must be at least 0");
 }

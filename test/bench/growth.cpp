@@ -2,7 +2,6 @@
 
 #include "bench/bench.hpp"
 
-#include <octosurf/planning.hpp>
 #include <octosurf/queries.hpp>
 
 namespace octosurf::bench {
@@ -19,7 +18,7 @@ class GroundTimes {
     };
     times_["next_ms"].push_back(time_ms(keep_up));
     kept_ = now;
-    const auto floor = below(*snapshot, from, {Eigen::Vector3d::UnitZ(), max_slope});
+    const auto floor = SurfaceIndex(snapshot).below(from, {Eigen::Vector3d::UnitZ(), max_slope});
     if (floor) {
       constexpr int feet = 50;
       double area = 0;
@@ -211,8 +210,6 @@ void queries(const Options& options) {
                                    Eigen::AngleAxisd(other.x(), Eigen::Vector3d::UnitY()));
     return index.in(ConvexSpace::frustum(camera, 0.6, 0.45, 0.1, 4)).size();
   });
-  ask("nearest, every surface looked at", n / 20, [&] { return nearest(*snapshot, point).has_value(); });
-  ask("below, every surface looked at", n / 20, [&] { return below(*snapshot, point).has_value(); });
 
   // What a mapper would pay to publish an index with every snapshot: one after each scan, out of the one
   // before.

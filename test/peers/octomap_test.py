@@ -39,7 +39,7 @@ class PyOctoMap(unittest.TestCase):
                 self.assertEqual({surface.id for surface in before.snapshot().surfaces}, {s.id for s in after.surfaces})
                 (found,) = [surface for surface in after.surfaces if surface.id == floor.id]
                 self.assertAlmostEqual(floor.area_m2 - found.area_m2, (2 * hole) ** 2, delta=0.08)
-                self.assertFalse(octosurf.below(after, middle + [0, 0, 0.1]), middle)
+                self.assertFalse(octosurf.SurfaceIndex(after).below(middle + [0, 0, 0.1]), middle)
 
     def exported(self):
         world.command("export", OFFICE, "--to", world.FOLDER / "office.ot", "--force")

@@ -77,7 +77,8 @@ class Planners(unittest.TestCase):
         steps = np.diff(path, axis=0)
         self.assertLess(np.linalg.norm(steps[:, :2], axis=1).max(), 0.06)
         self.assertLess(np.abs(steps[:, 2]).max(), 1.5 * stair.riser.mean_m)
-        passed = {octosurf.nearest(snapshot, place).id for place in path}
+        index = octosurf.SurfaceIndex(snapshot)
+        passed = {index.nearest(place).id for place in path}
         self.assertGreaterEqual(len(passed & set(stair.treads)), len(stair.treads) - 1, "one may be passed by between two places")
 
         low, high = (function([step.edge for step in stair.steps], axis=(0, 1)) for function in (np.min, np.max))

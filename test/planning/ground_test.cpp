@@ -4,7 +4,7 @@
 
 #include <octosurf/ground.hpp>
 #include <octosurf/mapper.hpp>
-#include <octosurf/planning.hpp>
+#include <octosurf/queries.hpp>
 
 namespace octosurf {
 namespace {
@@ -44,7 +44,7 @@ TEST(GroundView, SlotsAreNoGroundWhicheverWayTheyRun) {
     mapper.drain();
     const auto ground = GroundView(mapper.snapshot(), mapper.map().octree()).supported();
     const auto stands_at = [&](double x, double y) {
-      const std::optional<Nearest> met = below(*ground, T_map_slot * Eigen::Vector3d(x, y, 0.1), walkable);
+      const std::optional<Nearest> met = shapes::below(*ground, T_map_slot * Eigen::Vector3d(x, y, 0.1), walkable);
       return met && std::abs((T_map_slot.inverse() * met->point).z()) < 0.03;
     };
     int beside = 0, stood = 0;
@@ -80,10 +80,10 @@ class Place : public testing::Test {
     octree = mapper.map().octree();
   }
   bool accepted(const GroundView& ground, const Eigen::Vector3d& at) const {
-    return ground.foothold(nearest(*snapshot, at)->id, at, 0.3).accepted;
+    return ground.foothold(SurfaceIndex(snapshot).nearest(at)->id, at, 0.3).accepted;
   }
   bool stands(const Snapshot& on, double x, double y) const {
-    const auto met = below(on, {x, y, 0.1}, walkable);
+    const auto met = shapes::below(on, {x, y, 0.1}, walkable);
     return met && std::abs(met->point.z()) < 0.02;
   }
   std::shared_ptr<const Snapshot> snapshot;
@@ -122,7 +122,7 @@ TEST_F(Place, AboutAPlaceAsOfAll) {
     return std::uniform_real_distribution(from, to)(rng);
   };
   const GroundView ground(snapshot, octree);
-  const Surface* floor = snapshot->find(nearest(*snapshot, {-0.5, -0.4, 0})->id);
+  const Surface* floor = snapshot->find(SurfaceIndex(snapshot).nearest({-0.5, -0.4, 0})->id);
   const SurfacePtr solid = ground.solid(floor->id);
   int accepted = 0;
   for (int k = 0; k < 300; ++k) {
@@ -176,7 +176,7 @@ TEST_F(Place, AboutAPlaceAsOfAll) {
 // A view by other rules answers as one made anew, and shares what does not depend on them.
 TEST_F(Place, ByOtherRules) {
   const GroundView ground(snapshot, octree);
-  const SurfaceId id = nearest(*snapshot, {-0.5, -0.4, 0})->id;
+  const SurfaceId id = SurfaceIndex(snapshot).nearest({-0.5, -0.4, 0})->id;
   GroundRules wide;
   wide.limits.edge_margin_m = 0.1;
   const GroundView other = ground.by(wide), anew(snapshot, octree, wide);

@@ -277,11 +277,11 @@ class Questions(unittest.TestCase):
 
     def test_places(self):
         index = octosurf.SurfaceIndex(self.snapshot)
-        for asked in (index.nearest([0, 0, 0.3]), octosurf.nearest(self.snapshot, [0, 0, 0.3]), index.below([0, 0, 0.3])):
+        for asked in (index.nearest([0, 0, 0.3]), index.below([0, 0, 0.3])):
             self.assertEqual(asked.id, self.surface.id)
             self.assertAlmostEqual(asked.distance, 0.3, delta=0.01)
         self.assertIsNone(index.nearest([0, 0, 0.3], within=0.1))
-        self.assertIsNone(octosurf.below(self.snapshot, [5, 5, 1]))
+        self.assertIsNone(index.below([5, 5, 1]))
         ids, places = index.below_all([[0, 0, 0.3], [5, 5, 1]])
         self.assertEqual(ids.tolist(), [index.below([0, 0, 0.3]).id, 0])
         np.testing.assert_array_equal(places[0], index.below([0, 0, 0.3]).point)
@@ -357,7 +357,7 @@ class Questions(unittest.TestCase):
         for height in (2.0, 2.5, 3.0):
             mapper.insert_points(points - [0.2, 0, height], at(0.2, 0, height))
         snapshot, octree = mapper.snapshot(), mapper.map().octree()
-        surface = snapshot.find(octosurf.nearest(snapshot, [-0.3, 0, 0]).id)
+        surface = snapshot.find(octosurf.SurfaceIndex(snapshot).nearest([-0.3, 0, 0]).id)
         ground = octosurf.GroundView(snapshot, octree, octosurf.GroundRules(widest_unseen_m=1))
         found, gaps = ground.solid().find(surface.id), ground.gaps(surface.id)
         # No ray passes near the slot's ends: those that meet its bottom lean inwards.

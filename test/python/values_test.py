@@ -70,7 +70,7 @@ def results():
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[9, 0, 0])).refusal,
         mapper.drain(), judged().judge(), whole.at([0, 0, 0]), whole.at([0, 0, 9]), whole.size(), octosurf.up_of(whole),
         octree.at([0, 0, 0]), octree.count([-1, -1, -1], [1, 1, 1]), grid, planned,
-        octosurf.nearest(snapshot, [0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),
+        octosurf.SurfaceIndex(snapshot).nearest([0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),
         octosurf.SurfaceIndex(snapshot).snap(at(0, 0, 0.1)), octosurf.ConvexSpace.box([0, 0, 0], [1, 1, 1]), scan, surface,
         octosurf.SpacePart.cylinder([0, 0, 0], 1, 2),
         surface.plane, *surface.polygons, surface.extrude(0.1), *pieces,
@@ -187,9 +187,7 @@ class WhichWayIsUp(unittest.TestCase):
         self.assertAlmostEqual(surface.slope_rad(), 0, delta=0.01)
         self.assertAlmostEqual(surface.slope_rad([0, 0, 1]), np.pi / 2, delta=0.01)
         index = octosurf.SurfaceIndex(snapshot)
-        for below in (index.below([0, 0.5, 0]), octosurf.below(snapshot, [0, 0.5, 0]),
-                      index.nearest([0, 0.5, 0], max_slope_rad=0.1),
-                      octosurf.nearest(snapshot, [0, 0.5, 0], max_slope_rad=0.1)):
+        for below in (index.below([0, 0.5, 0]), index.nearest([0, 0.5, 0], max_slope_rad=0.1)):
             self.assertAlmostEqual(below.distance, 0.5, delta=0.01)
         self.assertIsNone(index.below([0, 0.5, 0], up=[0, 0, 1]))
         self.assertAlmostEqual(float(np.nanmean(octosurf.height_grid(snapshot).elevation)), 0, delta=0.01)
@@ -200,7 +198,7 @@ class WhichWayIsUp(unittest.TestCase):
         snapshot = mapper.snapshot()
         np.testing.assert_allclose(snapshot.up(), [0, 1, 0], atol=0.01)
         np.testing.assert_array_equal(snapshot.up(), octosurf.up_of(mapper.map()).direction)
-        self.assertIsNotNone(octosurf.below(snapshot, [0, 0.5, 0]))
+        self.assertIsNotNone(octosurf.SurfaceIndex(snapshot).below([0, 0.5, 0]))
         (surface,) = snapshot.surfaces
         self.assertRaisesRegex(octosurf.Error, r"snapshot\.up\(\)", surface.slope_rad)
         self.assertAlmostEqual(surface.slope_rad(snapshot.up()), 0, delta=0.01)

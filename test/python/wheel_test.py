@@ -15,7 +15,7 @@ x, y = np.meshgrid(np.arange(0, 1, 0.01), np.arange(0, 1, 0.01))
 mapper = octosurf.Mapper()
 mapper.insert_points(np.stack([x, y, np.full_like(x, 1)], axis=-1), np.diag([1.0, -1, -1, 1]))
 (surface,) = mapper.snapshot().surfaces
-assert octosurf.nearest(mapper.snapshot(), [0.5, -0.5, 0]).id == surface.id
+assert octosurf.SurfaceIndex(mapper.snapshot()).nearest([0.5, -0.5, 0]).id == surface.id
 print(octosurf._octosurf.__file__)
 """
 

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <set>
 #include <utility>
 
-#include <octosurf/planning.hpp>
+#include <octosurf/queries.hpp>
 #include <octosurf/stairs.hpp>
 #include <octosurf/up.hpp>
 
@@ -288,19 +289,16 @@ Stairs find_stairs(const Snapshot& snapshot, const Eigen::Vector3d& up) {
 
 const Stair* nearest_stair(const Snapshot& snapshot, const std::vector<Stair>& stairs,
                            const Eigen::Vector3d& point) {
-  const Stair* best = nullptr;
-  double distance = std::numeric_limits<double>::infinity();
-  for (const Stair& stair : stairs) {
-    Snapshot treads;
-    for (const SurfacePtr& surface : snapshot.surfaces)
-      if (std::find(stair.treads.begin(), stair.treads.end(), surface->id) != stair.treads.end())
-        treads.surfaces.push_back(surface);
-    const std::optional<Nearest> found = nearest(treads, point);
-    if (!found || found->distance >= distance) continue;
-    distance = found->distance;
-    best = &stair;
-  }
-  return best;
+  const auto stair_of = [&](SurfaceId id) {
+    return std::find_if(stairs.begin(), stairs.end(), [id](const Stair& stair) {
+      return std::find(stair.treads.begin(), stair.treads.end(), id) != stair.treads.end();
+    });
+  };
+  auto treads = std::make_shared<Snapshot>();
+  for (const SurfacePtr& surface : snapshot.surfaces)
+    if (stair_of(surface->id) != stairs.end()) treads->surfaces.push_back(surface);
+  const std::optional<Nearest> found = SurfaceIndex(treads).nearest(point);
+  return found ? &*stair_of(found->id) : nullptr;
 }
 
 }  // namespace octosurf
