@@ -29,10 +29,7 @@ struct Sole {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();    ///< from the reference point
   Eigen::Vector2d heading = Eigen::Vector2d::UnitX();  ///< unit, in the surface's frame
 
-  /// From the surface's frame to the rotated plane, and back; directions, or points about the same origin.
-  Eigen::Vector2d to_turned(const Eigen::Vector2d& uv) const {
-    return Eigen::Vector2d(heading.dot(uv), heading.x() * uv.y() - heading.y() * uv.x());
-  }
+  /// From the rotated plane to the surface's frame; directions, or points about the same origin.
   Eigen::Vector2d to_surface(const Eigen::Vector2d& turned) const {
     return turned.x() * heading + turned.y() * Eigen::Vector2d(-heading.y(), heading.x());
   }

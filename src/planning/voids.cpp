@@ -179,11 +179,7 @@ class Voids {
   CellGrid binned(const std::vector<Place>& places) const {
     Eigen::AlignedBox2d box(Eigen::Vector2d::Zero());
     for (const Place& place : places) box.extend(place.at);
-    CellGrid grid(box, d_);
-    for (std::size_t i = 0; i < places.size(); ++i)
-      grid.add(static_cast<std::uint32_t>(i), Eigen::AlignedBox2d(places[i].at));
-    grid.finish();
-    return grid;
+    return {box, d_, places.size(), [&](std::size_t i) -> const Eigen::Vector2d& { return places[i].at; }};
   }
   static Eigen::AlignedBox2d box_about(const Eigen::Vector2d& at, double reach) {
     return box_about(Eigen::AlignedBox2d(at), reach);
