@@ -1,7 +1,5 @@
 #include "alignment/drift_filter.hpp"
 
-#include "alignment/linear.hpp"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -105,7 +103,7 @@ void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Re
   {
     const SensorErrorCovariance own = P.bottomRightCorner<sensor_error_size, sensor_error_size>();
     const SensorErrorCovariance widened = SensorErrorCovariance::Identity() + own * information;
-    const SensorErrorCovariance share = information * inverse(widened);
+    const SensorErrorCovariance share = information * widened.inverse();
     const Eigen::Matrix<double, State::RowsAtCompileTime, sensor_error_size> of_errors =
         P.rightCols<sensor_error_size>();
     P = symmetric((P - of_errors * share * of_errors.transpose()).eval());

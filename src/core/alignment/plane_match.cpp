@@ -1,6 +1,5 @@
 #include "alignment/plane_match.hpp"
 
-#include "alignment/linear.hpp"
 #include "alignment/pose_fit.hpp"
 #include "geometry/moments.hpp"
 #include "geometry/voxel_key.hpp"
@@ -164,7 +163,7 @@ class Matcher {
       normal_matrix += rows.transpose() * rows;
       right += rows.transpose() * values;
     }
-    const Twist twist = alignment::solve(normal_matrix, right);
+    const Twist twist = normal_matrix.ldlt().solve(right);
     constexpr double slack = 1.5;  // tolerance for planes of a few patches
     pose = moved(start_, twist);
     return twist.head<3>().norm() < slack * reach_.rotation_rad &&

@@ -1,6 +1,5 @@
 #include "alignment/pose_fit.hpp"
 
-#include "alignment/linear.hpp"
 #include "sensing/reading_code.hpp"
 #include "sensing/reading_model.hpp"
 
@@ -377,7 +376,7 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
   PoseFit fit;
   fit.T_map_sensor = start;
   const std::vector<Pairing> pairings = pair(start, 2 * errors_.gate_m);
-  const TwistCovariance prior_information = inverse(prior);
+  const TwistCovariance prior_information = prior.inverse();
   TwistCovariance uncertainty = prior;
   for (int round = 0;; ++round) {
     const double gate = round < coarse_rounds ? errors_.gate_m : errors_.fine_gate_m();
@@ -388,14 +387,14 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
     if (sums.weight > 0) fit.lever_m = std::sqrt(sums.squared_range / sums.weight);
     if (round == most_rounds) return fit;
     const Twist off = twist_between(start, fit.T_map_sensor);
-    const TwistCovariance information = sums.information + prior_information;
-    const Twist step = -solve(information, sums.gradient + prior_information * off);
+    const Eigen::LDLT<TwistCovariance> information(sums.information + prior_information);
+    const Twist step = -information.solve((sums.gradient + prior_information * off).eval());
     const bool settled =
         round >= coarse_rounds + 1 && step.tail<3>().norm() + fit.lever_m * step.head<3>().norm() < 2e-5;
     if (settled) return fit;
     fit.T_map_sensor = moved(fit.T_map_sensor, step);
     // The pose's uncertainty widens the weights' reach until the fit has converged.
-    uncertainty = inverse_of_definite(information);
+    uncertainty = information.solve(TwistCovariance::Identity());
   }
 }
 

@@ -1,7 +1,6 @@
 #include "alignment/pose_search.hpp"
 
 #include "alignment/contradiction.hpp"
-#include "alignment/linear.hpp"
 #include "alignment/plane_match.hpp"
 
 #include <Eigen/Dense>
@@ -83,9 +82,9 @@ Determined determined_by(const PoseFit& fit, double resolution) {
   determined.scale << Eigen::Vector3d::Constant(1 / fit.lever_m), Eigen::Vector3d::Ones();
   const TwistCovariance in_metres =
       determined.scale.asDiagonal() * fit.information * determined.scale.asDiagonal();
-  const PrincipalAxes axes = principal_axes(in_metres);
-  determined.directions = axes.vectors;
-  const Twist information = axes.values.cwiseMax(1e-12);
+  const Eigen::SelfAdjointEigenSolver<TwistCovariance> axes(in_metres);  // ascending
+  determined.directions = axes.eigenvectors().rowwise().reverse();
+  const Twist information = axes.eigenvalues().reverse().cwiseMax(1e-12);
   determined.variances = information.cwiseInverse();
   const double tolerance = resolution / 2;  // larger errors would be visible in the octree
   determined.count = static_cast<int>((determined.variances.array() < tolerance * tolerance).count());

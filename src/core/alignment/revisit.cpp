@@ -1,6 +1,5 @@
 #include "alignment/revisit.hpp"
 
-#include "alignment/linear.hpp"
 #include "geometry/median.hpp"
 
 #include <Eigen/Dense>
@@ -143,7 +142,7 @@ Revisit measure(std::span<const PatchObservation> observations, double travelled
     }
     // A weak prior: the pose is right within a voxel.
     const TwistCovariance information = sums.pose + TwistCovariance::Identity() / (resolution * resolution);
-    motion = solve(information, sums.across * errors - sums.pose_right);
+    motion = information.ldlt().solve((sums.across * errors - sums.pose_right).eval());
     if (round > 0) {
       double noise = 0;
       for (const PatchRow& row : rows) noise += row.noise / static_cast<double>(rows.size());
@@ -153,22 +152,22 @@ Revisit measure(std::span<const PatchObservation> observations, double travelled
   }
   revisit.scatter_m = scatter;
 
-  const PrincipalAxes axes = principal_axes(sums.pose);
+  const Eigen::SelfAdjointEigenSolver<TwistCovariance> axes(sums.pose);  // ascending
   // Larger errors only: smaller ones do not affect the octree. A direction that one patch alone determines is
   // as wrong as that patch, in every view of it.
   const double enough = 4 / (resolution * resolution);
   const auto is_determined = [&](int axis) {
     double most = 0;
     for (const PatchRow& row : rows) {
-      const double along = axes.vectors.col(axis).dot(row.by_pose);
+      const double along = axes.eigenvectors().col(axis).dot(row.by_pose);
       most = std::max(most, row.weight * along * along);
     }
-    return axes.values[axis] - most > enough;
+    return axes.eigenvalues()[axis] - most > enough;
   };
-  std::array<int, 6> order{0, 1, 2, 3, 4, 5};
+  std::array<int, 6> order{5, 4, 3, 2, 1, 0};
   const auto count = std::stable_partition(order.begin(), order.end(), is_determined) - order.begin();
-  revisit.all_directions = axes.vectors(Eigen::all, order);
-  const Twist information = axes.values(order);
+  revisit.all_directions = axes.eigenvectors()(Eigen::all, order);
+  const Twist information = axes.eigenvalues()(order);
   Twist per_metre;
   per_metre << Eigen::Vector3d::Constant(revisit.lever_m), Eigen::Vector3d::Ones();
   const auto along = revisit.all_directions.leftCols(count);
@@ -178,7 +177,7 @@ Revisit measure(std::span<const PatchObservation> observations, double travelled
   revisit.by_error = -(revisit.variances.asDiagonal() * along.transpose() * sums.across);
   // The part that no motion of the sensor explains.
   const TwistCovariance damped = sums.pose + enough * 1e-3 * TwistCovariance::Identity();
-  const TwistCovariance pose_covariance = inverse(damped);
+  const TwistCovariance pose_covariance = damped.inverse();
   revisit.error_information = sums.error - sums.across.transpose() * pose_covariance * sums.across;
   revisit.error_vector = sums.error_right - sums.across.transpose() * pose_covariance * sums.pose_right;
   return revisit;

@@ -2,10 +2,15 @@
 
 #include <Eigen/Geometry>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf::geometry {
 
 /// Throws Error(usage) naming `where` unless `direction` is finite and longer than 1e-9.
-void require_direction(const Eigen::Vector3d& direction, const char* where);
+inline void require_direction(const Eigen::Vector3d& direction, const char* where) {
+  if (direction.allFinite() && direction.norm() > 1e-9) return;
+  throw Error(Error::Kind::usage, where, "is no direction", "give a vector that is finite and not zero");
+}
 
 /// On a straight line and by slerp: `t` from 0 (a) to 1 (b), or beyond, where the motion goes on.
 inline Eigen::Isometry3d pose_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double t) {

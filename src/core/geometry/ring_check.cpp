@@ -1,8 +1,8 @@
 #include "geometry/ring_check.hpp"
 
-#include "geometry/orientation.hpp"
 #include "geometry/rings.hpp"
 
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <algorithm>
 #include <set>
 #include <vector>
@@ -21,6 +21,12 @@ struct Edge {
   Index ring;
   std::int32_t below, above;  ///< polygon below and above the edge, or outside
 };
+
+/// Side of c as seen along a → b: left 1, on the line 0, right -1. Exact.
+int orientation(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+  const auto point = [](const Eigen::Vector2d& p) { return CGAL::Epick::Point_2(p.x(), p.y()); };
+  return static_cast<int>(CGAL::orientation(point(a), point(b), point(c)));
+}
 
 /// The edge that starts further right decides by its left end; if both start in one point, the right ends.
 bool runs_below(const Edge& a, const Edge& b) {
