@@ -41,7 +41,7 @@ struct HeightGridOptions {
 
 /// The highest surface at each cell's centre, the lower id on a tie. Cells begin at multiples of their size,
 /// so that grids of one map align. The grid has no cells if no surface is level enough. Throws Error(usage)
-/// for invalid options and for more than 2²⁴ cells. Cost: O(vertices · rows) of each surface and O(cells).
+/// for invalid options and for more than 2²⁴ cells. Cost: O(vertices and cells) of each surface.
 HeightGrid height_grid(const Snapshot& snapshot, const HeightGridOptions& options = {});
 
 }  // namespace octosurf

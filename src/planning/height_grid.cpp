@@ -1,4 +1,4 @@
-#include "planning/rings.hpp"
+#include "planning/cell_runs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,13 +14,6 @@ namespace {
 
 constexpr double most_cells = 1 << 24;  // five layers of them take 336 MB
 
-/// A surface projected from above: rings of (y, x), so that a line of constant x is crossings()' constant v.
-struct SeenFromAbove {
-  SurfaceId id;
-  Plane plane;
-  std::vector<Polygon> polygons;
-};
-
 [[noreturn]] void refuse(const std::string& option, const std::string& rule) {
   throw Error(Error::Kind::usage, option, rule);
 }
@@ -34,26 +27,12 @@ void check(const Snapshot& snapshot, const HeightGridOptions& options, double ce
   if (options.below && !std::isfinite(*options.below)) refuse("below", "must be a height in metres");
 }
 
-SeenFromAbove seen_from_above(const Surface& surface, const Eigen::Quaterniond& turn) {
-  SeenFromAbove seen{surface.id, {turn * surface.plane.normal, surface.plane.offset}, {}};
-  const auto project = [&](const Ring2& ring) {
-    Ring2 projected;
-    projected.reserve(ring.size());
-    for (const Eigen::Vector2d& uv : ring) {
-      const Eigen::Vector3d p = turn * surface.to_map(uv);
-      if (!p.allFinite())
-        throw Error(Error::Kind::data, "surface " + std::to_string(surface.id),
-                    "holds a number that is not finite", "build the map anew from its scans");
-      projected.emplace_back(p.y(), p.x());
-    }
-    return projected;
-  };
-  for (const Polygon& polygon : surface.polygons) {
-    Polygon& projected = seen.polygons.emplace_back();
-    projected.outer = project(polygon.outer);
-    for (const Ring2& hole : polygon.holes) projected.holes.push_back(project(hole));
-  }
-  return seen;
+Eigen::Vector3d turned(const Surface& surface, const Eigen::Vector2d& uv, const Eigen::Quaterniond& turn) {
+  const Eigen::Vector3d p = turn * surface.to_map(uv);
+  if (!p.allFinite())
+    throw Error(Error::Kind::data, "surface " + std::to_string(surface.id),
+                "holds a number that is not finite", "build the map anew from its scans");
+  return p;
 }
 
 HeightGrid empty_grid(const Eigen::AlignedBox2d& box, double cell) {
@@ -74,71 +53,47 @@ HeightGrid empty_grid(const Eigen::AlignedBox2d& box, double cell) {
   return grid;
 }
 
-class Painter {
- public:
-  Painter(HeightGrid& grid, std::optional<double> below) : grid_(grid), below_(below) {}
-
-  void paint(const SeenFromAbove& surface) const {
-    for (const Polygon& polygon : surface.polygons) {
-      const auto [low, high] =
-          std::minmax_element(polygon.outer.begin(), polygon.outer.end(),
-                              [](const auto& a, const auto& b) { return a.y() < b.y(); });
-      if (low == polygon.outer.end()) continue;
-      // Rows run against x: the first has the largest.
-      const Eigen::Index last = grid_.elevation.rows() - 1;
-      const Eigen::Index from = std::clamp<Eigen::Index>(row_of(high->y()), 0, last);
-      const Eigen::Index to = std::clamp<Eigen::Index>(row_of(low->y()), 0, last);
-      for (Eigen::Index row = from; row <= to; ++row) paint_row(surface, polygon, row);
-    }
+/// Paints a surface over the cells that it covers seen from above, where nothing is higher.
+void paint(const Surface& surface, const HeightGridOptions& options, HeightGrid& grid) {
+  const Eigen::Index rows = grid.elevation.rows(), columns = grid.elevation.cols();
+  const Eigen::Vector2d low = grid.center - grid.cell * Eigen::Vector2d(rows, columns) / 2;
+  std::vector<Polygon> outline = surface.polygons;
+  const auto project = [&](Ring2& ring) {
+    for (Eigen::Vector2d& p : ring) p = turned(surface, p, options.turn).head<2>() - low;
+  };
+  for (Polygon& polygon : outline) {
+    project(polygon.outer);
+    std::for_each(polygon.holes.begin(), polygon.holes.end(), project);
   }
-
- private:
-  Eigen::Index row_of(double x) const {
-    return static_cast<Eigen::Index>(
-        std::floor((grid_.center.x() - x) / grid_.cell + static_cast<double>(grid_.elevation.rows()) / 2));
-  }
-  /// The first column whose centre is not beyond y; columns run against y.
-  Eigen::Index column_not_beyond(double y) const {
-    const double of_center =
-        (grid_.center.y() - y) / grid_.cell + static_cast<double>(grid_.elevation.cols()) / 2 - 0.5;
-    return std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil(of_center)), 0,
-                                    grid_.elevation.cols());
-  }
-  void paint_row(const SeenFromAbove& surface, const Polygon& polygon, Eigen::Index row) const {
-    const double x = grid_.center_of(row, 0).x();
-    const std::vector<double> ys = planning::crossings(polygon, x);
-    for (std::size_t i = 0; i + 1 < ys.size(); i += 2)
-      for (Eigen::Index column = column_not_beyond(ys[i + 1]); column < column_not_beyond(ys[i]); ++column)
-        paint_cell(surface, row, column);
-  }
-  void paint_cell(const SeenFromAbove& surface, Eigen::Index row, Eigen::Index column) const {
-    const Eigen::Vector2d at = grid_.center_of(row, column);
-    const Eigen::Vector3d& n = surface.plane.normal;
-    const double z = (surface.plane.offset - n.head<2>().dot(at)) / n.z();
-    float& elevation = grid_.elevation(row, column);
-    if ((below_ && z > *below_) || static_cast<float>(z) <= elevation) return;
-    elevation = static_cast<float>(z);
-    for (Eigen::Index axis = 0; axis < 3; ++axis)
-      grid_.normal[static_cast<std::size_t>(axis)](row, column) = static_cast<float>(n[axis]);
-    grid_.surface(row, column) = static_cast<float>(surface.id);
-  }
-
-  HeightGrid& grid_;
-  std::optional<double> below_;
-};
+  const Eigen::Vector3d n = options.turn * surface.plane.normal;
+  planning::CellRuns(outline, grid.cell)
+      .for_each_run([&](Eigen::Index y, Eigen::Index from, Eigen::Index to) {
+        if (y < 0 || y >= columns) return;
+        for (Eigen::Index x = std::max<Eigen::Index>(from, 0); x < std::min(to, rows); ++x) {
+          const Eigen::Index row = rows - 1 - x, column = columns - 1 - y;  // they run against x and y
+          const double z = (surface.plane.offset - n.head<2>().dot(grid.center_of(row, column))) / n.z();
+          float& elevation = grid.elevation(row, column);
+          if ((options.below && z > *options.below) || static_cast<float>(z) <= elevation) continue;
+          elevation = static_cast<float>(z);
+          for (Eigen::Index axis = 0; axis < 3; ++axis)
+            grid.normal[static_cast<std::size_t>(axis)](row, column) = static_cast<float>(n[axis]);
+          grid.surface(row, column) = static_cast<float>(surface.id);
+        }
+      });
+}
 
 }  // namespace
 
 HeightGrid height_grid(const Snapshot& snapshot, const HeightGridOptions& options) {
   const double cell = options.cell > 0 ? options.cell : snapshot.resolution;
   check(snapshot, options, cell);
-  std::vector<SeenFromAbove> level;
+  std::vector<SurfacePtr> level;
   Eigen::AlignedBox2d box;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     if ((options.turn * surface->plane.normal).z() < std::cos(options.max_slope_rad)) continue;
-    level.push_back(seen_from_above(*surface, options.turn));
-    for (const Polygon& polygon : level.back().polygons)
-      for (const Eigen::Vector2d& yx : polygon.outer) box.extend(yx.reverse().eval());
+    level.push_back(surface);
+    for (const Polygon& polygon : surface->polygons)
+      for (const Eigen::Vector2d& p : polygon.outer) box.extend(turned(*surface, p, options.turn).head<2>());
   }
   if (!options.within.isEmpty()) box = box.intersection(options.within);
   if (box.isEmpty()) {
@@ -147,8 +102,7 @@ HeightGrid height_grid(const Snapshot& snapshot, const HeightGridOptions& option
     return nothing;
   }
   HeightGrid grid = empty_grid(box, cell);
-  const Painter painter(grid, options.below);
-  for (const SeenFromAbove& surface : level) painter.paint(surface);
+  for (const SurfacePtr& surface : level) paint(*surface, options, grid);
   return grid;
 }
 

@@ -24,15 +24,6 @@ void divide(Ring2& ring, double longest_edge) {
 
 }  // namespace
 
-std::vector<double> crossings(const Polygon& polygon, double v) {
-  std::vector<double> result;
-  for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    if (geometry::crosses(a, b, v)) result.push_back(geometry::crossing(a, b, v));
-  });
-  std::sort(result.begin(), result.end());
-  return result;
-}
-
 bool contains(const Polygon& polygon, const Eigen::Vector2d& point) {
   bool odd = geometry::inside(polygon.outer, point);
   for (const Ring2& hole : polygon.holes) odd ^= geometry::inside(hole, point);

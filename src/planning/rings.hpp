@@ -22,10 +22,6 @@ void for_each_edge(const Polygon& polygon, const Visit& visit) {
   for (const Ring2& hole : polygon.holes) ring(hole);
 }
 
-/// The u where rings cross the line of constant `v`, ascending: a point of that line is inside if an odd
-/// number of them is below its u. O(n log n).
-std::vector<double> crossings(const Polygon& polygon, double v);
-
 /// Even-odd rule; undefined on an edge. O(n).
 bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
 

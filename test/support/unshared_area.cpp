@@ -1,33 +1,14 @@
 #include "support/unshared_area.hpp"
 
-#include "planning/rings.hpp"
+#include "planning/cell_runs.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <numbers>
 
 #include <octosurf/queries.hpp>
 
 namespace octosurf::test {
-namespace {
-
-/// Calls `visit(uv)` for the points of a square grid that lie in the polygon.
-template <class Visit>
-void for_each_sample(const Polygon& polygon, double spacing, const Visit& visit) {
-  Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& corner : polygon.outer) box.extend(corner);
-  const auto first = [&](double low) { return std::ceil(low / spacing - 0.5); };
-  for (double row = first(box.min().y()); (row + 0.5) * spacing < box.max().y(); ++row) {
-    const double v = (row + 0.5) * spacing;
-    const std::vector<double> at = planning::crossings(polygon, v);
-    for (std::size_t i = 0; i + 1 < at.size(); i += 2)
-      for (double column = first(at[i]); (column + 0.5) * spacing < at[i + 1]; ++column)
-        visit(Eigen::Vector2d((column + 0.5) * spacing, v));
-  }
-}
-
-}  // namespace
 
 double unshared_area(const Snapshot& one, const Snapshot& other) {
   const double spacing = std::max(one.resolution, other.resolution), tolerance = 2 * spacing;
@@ -38,12 +19,15 @@ double unshared_area(const Snapshot& one, const Snapshot& other) {
   for (const SurfacePtr& surface : one.surfaces) {
     const SlopeLimit alike{surface->plane.normal, same_normal_rad};
     double samples = 0, alone = 0;
-    for (const Polygon& polygon : surface->polygons)
-      for_each_sample(polygon, spacing, [&](const Eigen::Vector2d& uv) {
+    planning::CellRuns(surface->polygons, spacing).for_each_run([&](auto row, int from, int to) {
+      const double v = (static_cast<double>(row) + 0.5) * spacing;
+      for (double column = from; column < to; ++column) {
+        const Eigen::Vector2d uv((column + 0.5) * spacing, v);
         const auto met = others.below(surface->to_map(uv) + tolerance * surface->plane.normal, alike);
         ++samples;
         alone += !met || met->distance > 2 * tolerance;
-      });
+      }
+    });
     area += samples > 0 ? surface->area_m2 * alone / samples : surface->area_m2;
   }
   return area;
