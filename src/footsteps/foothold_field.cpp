@@ -6,7 +6,6 @@
 #include <array>
 #include <boost/container/static_vector.hpp>
 #include <cmath>
-#include <numbers>
 #include <tuple>
 
 #include <octosurf/up.hpp>

@@ -4,7 +4,6 @@
 #include "footsteps/obstacle_columns.hpp"
 #include "footsteps/region_raster.hpp"
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>

@@ -1,8 +1,6 @@
 #include "planning/cell_raster.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include <octosurf/error.hpp>

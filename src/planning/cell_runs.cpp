@@ -2,7 +2,6 @@
 
 #include "geometry/even_odd.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include <octosurf/error.hpp>

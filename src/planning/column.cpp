@@ -2,10 +2,8 @@
 
 #include "geometry/voxel_grid.hpp"
 
-#include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 
 namespace octosurf::planning {
 namespace {

@@ -5,8 +5,6 @@
 #include "planning/unknown_space.hpp"
 #include "planning/voxel_matter.hpp"
 
-#include <algorithm>
-#include <optional>
 #include <utility>
 
 namespace octosurf::planning {

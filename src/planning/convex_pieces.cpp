@@ -6,7 +6,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <utility>
 

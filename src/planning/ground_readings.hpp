@@ -2,7 +2,6 @@
 
 #include "occupancy/cubes.hpp"
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>

@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <string>
 #include <variant>
 
 #include <octosurf/error.hpp>

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>

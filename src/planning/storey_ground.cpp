@@ -4,7 +4,6 @@
 #include "planning/voxel_matter.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numbers>
 #include <set>

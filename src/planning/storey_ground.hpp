@@ -2,7 +2,6 @@
 
 #include "planning/cell_raster.hpp"
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstddef>

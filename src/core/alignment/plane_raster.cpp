@@ -2,7 +2,6 @@
 
 #include "surfaces/surface_model.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <functional>
 

@@ -6,11 +6,9 @@
 #include "detection/neighbourhood.hpp"
 #include "detection/parts.hpp"
 #include "detection/seed_patches.hpp"
-#include "detection/segment.hpp"
 #include "detection/waiting.hpp"
 #include "geometry/parallel.hpp"
 
-#include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <utility>

@@ -6,9 +6,7 @@
 #include "occupancy/key_box.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <tsl/robin_map.h>
 
 namespace octosurf::detection {

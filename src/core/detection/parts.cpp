@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <optional>
 #include <tsl/robin_map.h>
 #include <utility>
 

@@ -4,7 +4,6 @@
 #include "geometry/plane_covariance.hpp"
 #include "geometry/plane_frame.hpp"
 
-#include <cmath>
 #include <numbers>
 
 namespace octosurf::detection {

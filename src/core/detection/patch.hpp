@@ -3,7 +3,6 @@
 #include "geometry/moments.hpp"
 #include "sensing/reading_model.hpp"
 
-#include <Eigen/Core>
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

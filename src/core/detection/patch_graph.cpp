@@ -2,7 +2,6 @@
 
 #include "detection/constants.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <numeric>
 #include <tuple>

@@ -1,7 +1,6 @@
 #include "geometry/cell_bits.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace octosurf::geometry {
 

@@ -13,7 +13,6 @@
 #include <numeric>
 #include <tsl/robin_map.h>
 #include <unordered_map>
-#include <vector>
 
 namespace octosurf::geometry {
 namespace {

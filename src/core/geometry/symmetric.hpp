@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 
 /// Of Eigen, what takes seconds to compile wherever it is instantiated.

@@ -1,6 +1,5 @@
 #include <array>
 #include <cstdio>
-#include <utility>
 
 #include <octosurf/judgement.hpp>
 

@@ -7,8 +7,6 @@
 #include "sensing/downsample.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 

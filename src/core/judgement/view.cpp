@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 namespace octosurf::judgement {
 namespace {

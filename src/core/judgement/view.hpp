@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>

@@ -1,6 +1,5 @@
 #include "occupancy/neighbours.hpp"
 
-#include <algorithm>
 #include <cstdlib>
 
 namespace octosurf::occupancy {

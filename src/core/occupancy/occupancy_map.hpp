@@ -4,7 +4,6 @@
 #include "occupancy/voxel_payload.hpp"
 #include "sensing/downsample.hpp"
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>

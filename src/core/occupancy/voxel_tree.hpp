@@ -6,12 +6,10 @@
 #include "occupancy/payload_store.hpp"
 #include "occupancy/pool.hpp"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 

@@ -4,7 +4,6 @@
 #include "sensing/reading_code.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 
