@@ -26,6 +26,14 @@ class Package(unittest.TestCase):
         release = re.search(r"VERSION_CODENAME=(\w+)", pathlib.Path("/etc/os-release").read_text())[1]
         self.assertEqual(run(world.SOURCE / "dev", "package").returncode, 0)
         package = max((world.SOURCE / "out").glob("octosurf_*.deb"), key=os.path.getmtime)
+        unpacked, consumer = root.parent / "unpacked", root.parent / "consumer"
+        for command in (("dpkg-deb", "-x", package, unpacked),
+                        ("cmake", "-S", world.SOURCE / "test/consumer/project", "-B", consumer, "-G", "Ninja",
+                         f"-DCMAKE_PREFIX_PATH={unpacked}/usr"),
+                        ("cmake", "--build", consumer, "--target", "floor"), (consumer / "floor",)):
+            done = run(*command)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("1 polygons", done.stdout)
         proxies = [f"--aptopt={file}" for file in pathlib.Path("/etc/apt/apt.conf.d").glob("99*")]  # and what else a host needs
         install = f'chroot "$1" apt-get install -y -qq --no-install-recommends /tmp/{package.name} python3-numpy'
         made = run("mmdebstrap", "--variant=apt", "--mode=root", *proxies, f"--customize-hook=copy-in {package} /tmp",
