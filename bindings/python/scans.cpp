@@ -24,46 +24,18 @@ std::string shape_of(const py::array& array) { return py::str(array.attr("shape"
 
 io::Intrinsics camera_of(const py::object& given) {
   const auto numbers = dense<double>(given);
-  const double* k = numbers.data();
-  io::Intrinsics camera;
-  if (numbers.ndim() == 1 && numbers.size() == 4)
-    camera = {k[0], k[1], k[2], k[3]};
-  else if (numbers.ndim() == 2 && numbers.shape(0) == 3 && numbers.shape(1) == 3) {
-    const bool pinhole = k[1] == 0 && k[3] == 0 && k[6] == 0 && k[7] == 0 && k[8] == 1;
-    if (!pinhole) refuse("intrinsics", "are no K without skew", "give [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]");
-    camera = {k[0], k[4], k[2], k[5]};
-  } else {
+  if (numbers.ndim() != (numbers.size() == 4 ? 1 : 2))
     refuse("intrinsics", "have shape " + shape_of(numbers), "give (fx, fy, cx, cy) or K, (3, 3)");
-  }
-  const bool usable = std::isfinite(camera.cx) && std::isfinite(camera.cy) && std::isfinite(camera.fx) &&
-                      std::isfinite(camera.fy) && camera.fx != 0 && camera.fy != 0;
-  if (!usable) refuse("intrinsics", "are not finite, or a focal length is 0", "give them in pixels");
-  return camera;
+  return io::intrinsics_of({numbers.data(), numbers.data() + numbers.size()}, "intrinsics");
 }
 
-std::vector<Eigen::Vector3f> points_of_units(const Dense<std::uint16_t>& depth, const io::Intrinsics& camera,
-                                             double scale) {
-  if (!(scale > 0) || !std::isfinite(scale)) refuse("depth_scale", "is not positive", "give units per metre");
-  io::DepthImage image{static_cast<int>(depth.shape(1)),
-                       static_cast<int>(depth.shape(0)),
-                       {depth.data(), depth.data() + depth.size()}};
+template <class Number>
+std::vector<Eigen::Vector3f> points_of(const Dense<Number>& depth, const io::Intrinsics& camera,
+                                       double scale) {
+  const auto width = static_cast<std::size_t>(depth.shape(1));
+  const auto pixel = [&](std::size_t u, std::size_t v) { return depth.data()[v * width + u]; };
   const py::gil_scoped_release others_run;
-  return io::back_project(image, camera, scale);
-}
-
-std::vector<Eigen::Vector3f> points_of_metres(const Points& depth, const io::Intrinsics& camera) {
-  std::vector<Eigen::Vector3f> points;
-  points.reserve(static_cast<std::size_t>(depth.size()));
-  const float* z = depth.data();
-  for (py::ssize_t v = 0; v < depth.shape(0); ++v) {
-    const auto slope_y = static_cast<float>((static_cast<double>(v) - camera.cy) / camera.fy);
-    for (py::ssize_t u = 0; u < depth.shape(1); ++u, ++z) {
-      if (!(*z > 0) || !std::isfinite(*z)) continue;
-      const auto slope_x = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
-      points.emplace_back(slope_x * *z, slope_y * *z, *z);
-    }
-  }
-  return points;
+  return io::back_project(width, static_cast<std::size_t>(depth.shape(0)), camera, scale, pixel);
 }
 
 using Recording = Locked<std::unique_ptr<ScanSource>>;
@@ -179,7 +151,9 @@ Scan scan_of_depth(const py::array& depth, const py::object& intrinsics,
   if (!metres && !(depth.dtype().kind() == 'u' && depth.dtype().attr("itemsize").cast<int>() == 2))
     refuse("depth", "is of " + std::string(py::str(depth.dtype())),
            "give uint16 units, or float32 or float64 metres");
-  return {metres ? points_of_metres(depth, camera) : points_of_units(depth, camera, depth_scale),
+  if (!metres && (!(depth_scale > 0) || !std::isfinite(depth_scale)))
+    refuse("depth_scale", "is not positive", "give units per metre");
+  return {metres ? points_of<float>(depth, camera, 1) : points_of<std::uint16_t>(depth, camera, depth_scale),
           T_map_camera, stamp_s, SensorKind::depth_camera, std::move(name)};
 }
 
@@ -189,10 +163,6 @@ void bind_scans(Module& module) {
       .def("__len__", under_lock(&ScanSource::size), "Number of scans listed, bad ones included.")
       .def("__iter__", [](Recording& self) -> Recording& { return self; })
       .def("__next__", &next_scan, "Throws Error(data) with its name for a scan that cannot be read.")
-      .def("__repr__",
-           [](Recording& self) {
-             return "<ScanSource of " + std::to_string(under_lock(&ScanSource::size)(self)) + " scans>";
-           })
       .def("notes", under_lock(&ScanSource::notes),
            "What was chosen among what the recording has, a line each.")
       .def("skipped", under_lock(&ScanSource::skipped),
@@ -209,13 +179,8 @@ void bind_scans(Module& module) {
          std::optional<std::string> fixed_frame, bool skip_bad, std::optional<SensorKind> sensor,
          std::vector<double> no_return,
          const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& self_boxes) {
-        ScanSourceOptions options;
-        options.poses = std::move(poses);
-        options.intrinsics = std::move(intrinsics);
-        options.depth_scale = depth_scale;
-        options.pose_form = pose_form;
-        options.viewpoint = viewpoint;
-        options.origin = origin;
+        ScanSourceOptions options{
+            std::move(poses), std::move(intrinsics), depth_scale, pose_form, viewpoint, origin};
         options.bag = {std::move(topics), std::move(pose_topic), std::move(pose_frame),
                        std::move(fixed_frame)};
         options.skip_bad = skip_bad;

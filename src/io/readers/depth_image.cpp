@@ -98,22 +98,25 @@ std::string size_text(std::uint64_t width, std::uint64_t height) {
 }
 
 Intrinsics read_intrinsics(const std::filesystem::path& file) {
-  constexpr const char* hint = "give a 3x3 K or 'fx fy cx cy' in pixels";
   std::vector<double> v;
   for (const auto& line : read_text(file)) {
     const auto values = numbers(line, file);
     v.insert(v.end(), values.begin(), values.end());
   }
+  return intrinsics_of(std::move(v), file.string());
+}
+
+Intrinsics intrinsics_of(std::vector<double> v, const std::string& where) {
+  constexpr const char* hint = "give a 3x3 K or 'fx fy cx cy' in pixels";
   if (v.size() != 4 && v.size() != 9)
-    refuse_image(file, std::to_string(v.size()) + " numbers are no camera intrinsics", hint);
+    refuse_image(where, std::to_string(v.size()) + " numbers are no camera intrinsics", hint);
   if (v.size() == 9) {
     if (v[1] != 0 || v[3] != 0 || v[6] != 0 || v[7] != 0 || v[8] != 1)
-      refuse_image(file, "not a matrix fx 0 cx / 0 fy cy / 0 0 1", hint);
+      refuse_image(where, "not a matrix fx 0 cx / 0 fy cy / 0 0 1", hint);
     v = {v[0], v[4], v[2], v[5]};
   }
-  if (!std::all_of(v.begin(), v.end(), [](double value) { return std::isfinite(value); }) || v[0] == 0 ||
-      v[1] == 0)
-    refuse_image(file, "a focal length is zero or not finite", hint);
+  if (!std::ranges::all_of(v, [](double value) { return std::isfinite(value); }) || v[0] == 0 || v[1] == 0)
+    refuse_image(where, "a focal length is zero or not finite", hint);
   return {v[0], v[1], v[2], v[3]};
 }
 

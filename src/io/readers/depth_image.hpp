@@ -20,6 +20,7 @@ struct Intrinsics {
 /// 3×3 K in three lines or one, or `fx fy cx cy`. Throws Error(data) for anything else, including
 /// skew and distortion.
 Intrinsics read_intrinsics(const std::filesystem::path& file);
+Intrinsics intrinsics_of(std::vector<double> numbers, const std::string& where);
 
 /// "640x480", for messages.
 std::string size_text(std::uint64_t width, std::uint64_t height);
@@ -83,16 +84,11 @@ std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrins
 /// Pixels from a reading on a ramp to the surfaces beside it: an edge blurs over two pixels on each side.
 inline constexpr std::ptrdiff_t ramp_width = 4;
 
-/// Sets readings between two surfaces, on neither, to 0. A pixel at an object's edge may see both sides, and
-/// filters of cameras mix neighbours, so that a ramp a few pixels wide hangs between front and back.
-///
-/// Along its row or its column, such a reading is behind the surface on one side and before that on the
-/// other, both continued to here, by more than the readings' noise. The two surfaces are those four to eight
-/// pixels away; their depth changes less than across the edge, as a plane's does not, however slanted (its
-/// inverse depth is linear in the image). Things of less than four pixels between a nearer and a farther one
-/// are lost, too.
-///
-/// `depth`: m along the optical axis, row by row; 0: no reading. About 1 ns a pixel.
+/// Sets readings between two surfaces, on neither, to 0: at an edge a ramp a few pixels wide hangs between
+/// front and back. Along its row or its column, such a reading is behind the surface on one side and before
+/// that on the other, both continued to here from four to eight pixels away, by more than the noise; their
+/// inverse depth changes less than across the edge, as a plane's does not. Things of less than four pixels
+/// between a nearer and a farther one are lost, too. `depth`: m, row by row; 0: no reading.
 void erase_flying_pixels(std::vector<float>& depth, std::size_t width);
 
 }  // namespace octosurf::io
