@@ -1,8 +1,6 @@
 // octosurf/contact.hpp and gaps.hpp in Python: contact regions, footholds, convex pieces, gaps.
 #include "map_holder.hpp"
 
-#include <limits>
-
 #include <octosurf/contact.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/ground.hpp>
@@ -87,10 +85,6 @@ void bind_patch(Module& module) {
             return L::grid(length_m, width_m, cell_m, center.value_or(Eigen::Vector2d(0, 0)));
           },
           "length_m"_a = 1.6, "width_m"_a = 1.0, "cell_m"_a = 0.05, "center"_a = py::none())
-      .def("__repr__",
-           [](const L& layout) {
-             return "<PatchLayout of " + std::to_string(layout.points.size()) + " points>";
-           })
       .def_property_readonly(
           "points", [](const py::object& self) { return view_of(self.cast<const L&>().points, self); },
           "(N, 2), m; a view.")
@@ -99,8 +93,6 @@ void bind_patch(Module& module) {
       .def_readwrite("fill", &L::fill, doc_of("PatchLayout.fill"));
   using P = GroundPatch;
   Class<P>(module, "GroundPatch")
-      .def("__repr__",
-           [](const P& patch) { return "<GroundPatch of " + std::to_string(patch.cell.size()) + " places>"; })
       .def_property_readonly("height", part_view<float>(&P::height), "(N,) float32, m; a view.")
       .def_property_readonly("cell", part_view<std::uint8_t>(&P::cell),
                              "(N,) uint8: 0 unseen, 1 supported, 2 occupied, 3 below; a view.")
@@ -109,8 +101,10 @@ void bind_patch(Module& module) {
 }
 
 /// With the up of the map that its snapshots are of.
-struct MapGround {
-  GroundView view;
+struct MapGround : GroundView {
+  MapGround(GroundView view, std::shared_ptr<const MapUp> map)
+      : GroundView(std::move(view)), up(std::move(map)) {}
+
   std::shared_ptr<const MapUp> up;
 
   SnapshotPtr of(std::shared_ptr<const Snapshot> snapshot) const { return of_map(std::move(snapshot), up); }
@@ -119,7 +113,7 @@ struct MapGround {
 /// The grids' frame is upright by the view's rules.
 StoreyLimits limits_for(const MapGround& ground, std::optional<StoreyLimits> given) {
   StoreyLimits limits = given.value_or(StoreyLimits{});
-  limits.turn = upright(ground.view.rules().limits.up);
+  limits.turn = upright(ground.rules().limits.up);
   return limits;
 }
 
@@ -154,13 +148,13 @@ void bind_storeys(Module& module) {
   module.def(
       "find_storeys",
       [](const MapGround& ground, const std::optional<L>& limits) {
-        return find_storeys(ground.view, limits_for(ground, limits));
+        return find_storeys(ground, limits_for(ground, limits));
       },
       "view"_a, "limits"_a = py::none(), Released());
   module.def(
       "find_route",
       [](const MapGround& ground, const std::vector<Storey>& storeys, const std::optional<L>& limits) {
-        return find_route(ground.view, storeys, limits_for(ground, limits));
+        return find_route(ground, storeys, limits_for(ground, limits));
       },
       "view"_a, "storeys"_a, "limits"_a = py::none(), Released());
 }
@@ -224,81 +218,52 @@ void bind_ground(Module& module) {
                rules = R::of(Biped{}, octree.resolution());
                rules->limits.up = up_in(snapshot, {});
              }
-             return G{GroundView(snapshot, octree, *rules), map_up(snapshot)};
+             return G(GroundView(snapshot, octree, *rules), map_up(snapshot));
            }),
            "snapshot"_a, "octree"_a, "rules"_a = py::none(),
            "rules: None: a biped's, with up as the map has it.")
-      .def("__repr__",
-           [](const G& ground) {
-             return "<GroundView of " + std::to_string(ground.view.mapped().surfaces.size()) + " surfaces>";
-           })
       .def(
-          "by",
-          [](const G& ground, const R& rules) {
-            return G{ground.view.by(rules), ground.up};
-          },
-          "rules"_a, "The same by other GroundRules.")
+          "by", [](const G& ground, const R& rules) { return G(ground.by(rules), ground.up); }, "rules"_a,
+          "The same by other GroundRules.")
       .def(
           "next",
           [](const G& ground, const SnapshotPtr& snapshot, const OccupancyView& octree) {
-            return G{ground.view.next(snapshot, octree), map_up(snapshot)};
+            return G(ground.next(snapshot, octree), map_up(snapshot));
           },
           "snapshot"_a, "octree"_a, Released(),
           "The ground of a later Snapshot of the same map: keeps what nothing changed near.")
       .def_property_readonly(
-          "rules", [](const G& ground) { return ground.view.rules(); }, "Its GroundRules; a copy.")
+          "rules", [](const G& ground) { return ground.rules(); }, "Its GroundRules; a copy.")
       .def(
-          "stairs", [](const G& ground) { return ground.view.stairs(); }, Released())
+          "stairs", [](const G& ground) { return ground.stairs(); }, Released())
       .def(
-          "solid", [](const G& ground) { return ground.of(ground.view.solid()); }, Released(),
+          "solid", [](const G& ground) { return ground.of(ground.solid()); }, Released(),
           "Snapshot without voids and wide unseen gaps.")
       .def(
-          "supported", [](const G& ground) { return ground.of(ground.view.supported()); }, Released(),
+          "supported", [](const G& ground) { return ground.of(ground.supported()); }, Released(),
           "Snapshot of where a point contact may be.")
       .def(
-          "gaps", [](const G& ground, SurfaceId id) { return ground.view.gaps(id); }, "id"_a, Released(),
+          "gaps", [](const G& ground, SurfaceId id) { return ground.gaps(id); }, "id"_a, Released(),
           "List of Gap of a surface.")
-      .def(
-          "ground_at",
-          [](const G& ground, SurfaceId id, const Eigen::Vector3d& at) {
-            return ground.view.ground_at(id, at);
-          },
-          "id"_a, "at"_a, Released(), "Ground of a place on a surface's plane.")
+      .def("ground_at", &G::ground_at, "id"_a, "at"_a, Released(), "Ground of a place on a surface's plane.")
       .def(
           "ground_under",
           [](const G& ground, SurfaceId id, const Eigen::Isometry3d& T_map_contact) {
-            return by_name(ground.view.ground_under(id, T_map_contact), ground_names);
+            return by_name(ground.ground_under(id, T_map_contact), ground_names);
           },
           "id"_a, "T_map_contact"_a, "Shares of the rules' foot over each Ground.")
-      .def(
-          "region",
-          [](const G& ground, SurfaceId id, std::optional<double> yaw_rad) {
-            return ground.view.region(id, yaw_rad);
-          },
-          "id"_a, "yaw_rad"_a = py::none(), Released(), "ContactRegion of the rules' foot on a surface.")
-      .def(
-          "region_about",
-          [](const G& ground, SurfaceId id, const Eigen::Vector3d& about, double reach_m,
-             std::optional<double> yaw_rad) { return ground.view.region_about(id, about, reach_m, yaw_rad); },
-          "id"_a, "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(), Released(),
-          "Of region() what lies within reach_m of a place.")
-      .def(
-          "regions_about",
-          [](const G& ground, const Eigen::Vector3d& about, double reach_m, std::optional<double> yaw_rad) {
-            return ground.view.regions_about(about, reach_m, yaw_rad);
-          },
-          "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(), Released(),
-          "region_about() of each level surface near a place that has one.")
-      .def(
-          "foothold",
-          [](const G& ground, SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) {
-            return ground.view.foothold(id, at, yaw_rad);
-          },
-          "id"_a, "at"_a, "yaw_rad"_a, Released(), "Foothold of the rules' foot on a surface.")
+      .def("region", &G::region, "id"_a, "yaw_rad"_a = py::none(), Released(),
+           "ContactRegion of the rules' foot on a surface.")
+      .def("region_about", &G::region_about, "id"_a, "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(),
+           Released(), "Of region() what lies within reach_m of a place.")
+      .def("regions_about", &G::regions_about, "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(), Released(),
+           "region_about() of each level surface near a place that has one.")
+      .def("foothold", &G::foothold, "id"_a, "at"_a, "yaw_rad"_a, Released(),
+           "Foothold of the rules' foot on a surface.")
       .def(
           "patch",
           [](const G& ground, const Eigen::Isometry3d& T_map_base, const std::optional<PatchLayout>& layout) {
-            return ground_patch(ground.view, T_map_base, layout.value_or(PatchLayout::grid()));
+            return ground_patch(ground, T_map_base, layout.value_or(PatchLayout::grid()));
           },
           "T_map_base"_a, "layout"_a = py::none(), Released(),
           "GroundPatch about a base, (4, 4): ground_patch() of octosurf/ground_patch.hpp.");

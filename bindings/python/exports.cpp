@@ -105,25 +105,9 @@ up: (3,), map frame; None: as Surface.slope_rad() has it.)");
       },
       "snapshot"_a, "shape"_a, py::kw_only(), "yaw_rad"_a = py::none(), "limits"_a = ContactLimits{},
       "pieces"_a = 0, "octree"_a = py::none(), Released());
-  module.def(
-      "planar_terrain_message",
-      [](const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid, const std::string& frame,
-         std::int64_t stamp_ns, bool or_empty) {
-        return py::bytes([&] {
-          const py::gil_scoped_release others_run;
-          return planar_terrain_message(surfaces, grid, frame, stamp_ns, or_empty);
-        }());
-      },
-      "surfaces"_a, "grid"_a, "frame"_a, "stamp_ns"_a = 0, "or_empty"_a = false);
-  module.def(
-      "grid_map_message",
-      [](const HeightGrid& grid, const std::string& frame, std::int64_t stamp_ns) {
-        return py::bytes([&] {
-          const py::gil_scoped_release others_run;
-          return grid_map_message(grid, frame, stamp_ns);
-        }());
-      },
-      "grid"_a, "frame"_a, "stamp_ns"_a = 0);
+  module.def("planar_terrain_message", as_bytes(&planar_terrain_message), "surfaces"_a, "grid"_a, "frame"_a,
+             "stamp_ns"_a = 0, "or_empty"_a = false);
+  module.def("grid_map_message", as_bytes(&grid_map_message), "grid"_a, "frame"_a, "stamp_ns"_a = 0);
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 // octosurf/footsteps.hpp and plan_files.hpp in Python.
 #include "map_holder.hpp"
 
-#include <map>
-
 #include <octosurf/footsteps.hpp>
 #include <octosurf/plan_files.hpp>
 
@@ -18,23 +16,12 @@ OccupancyView octree_of(const Snapshot& snapshot, const std::optional<OccupancyV
   return octree;
 }
 
-/// A planner for several threads.
-struct SharedPlanner {
-  FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) {
-    return planner.use([&](FootstepPlanner& one) { return one.plan(from, to, budget); });
-  }
+using SharedPlanner = Locked<FootstepPlanner>;
 
-  std::unique_ptr<SharedPlanner> next(const SnapshotPtr& snapshot,
-                                      const std::optional<OccupancyView>& octree) {
-    return planner.use([&](FootstepPlanner& one) {
-      return std::unique_ptr<SharedPlanner>(new SharedPlanner{
-          snapshot->revision, Locked<FootstepPlanner>(one.next(snapshot, octree_of(*snapshot, octree)))});
-    });
-  }
-
-  std::uint64_t revision;
-  Locked<FootstepPlanner> planner;
-};
+FootstepPlan plan_by(SharedPlanner& planner, const Standing& from, const Standing& to,
+                     const PlanBudget& budget) {
+  return planner.use([&](FootstepPlanner& one) { return one.plan(from, to, budget); });
+}
 
 Robot robot_in(const SnapshotPtr& snapshot, const std::optional<Robot>& given) {
   if (given) return *given;
@@ -46,9 +33,7 @@ Robot robot_in(const SnapshotPtr& snapshot, const std::optional<Robot>& given) {
 std::unique_ptr<SharedPlanner> planner_of(const SnapshotPtr& snapshot, const std::optional<Robot>& robot,
                                           const std::optional<OccupancyView>& octree) {
   const py::gil_scoped_release others_run;
-  return std::unique_ptr<SharedPlanner>(new SharedPlanner{
-      snapshot->revision,
-      Locked<FootstepPlanner>(snapshot, octree_of(*snapshot, octree), robot_in(snapshot, robot))});
+  return std::make_unique<SharedPlanner>(snapshot, octree_of(*snapshot, octree), robot_in(snapshot, robot));
 }
 
 void bind_settings(Module& module) {
@@ -105,19 +90,22 @@ only. Deterministic without a time limit. What it finds out about the map it kee
           py::init(&planner_of), "snapshot"_a, "robot"_a = py::none(), py::kw_only(), "octree"_a = py::none(),
           R"(robot: Biped or Quadruped; None: Biped() with the map's up. octree: OccupancyView; None: the snapshot's own.
 Throws Error(usage).)")
-      .def("__repr__",
-           [](const SharedPlanner& self) {
-             return "<FootstepPlanner over the surfaces of revision " + std::to_string(self.revision) + ">";
-           })
-      .def("next", &SharedPlanner::next, "snapshot"_a, "octree"_a = py::none(),
-           "A planner for a later Snapshot of the same map, which keeps what is as it was.")
-      .def("plan", &SharedPlanner::plan, "from_"_a, "to"_a, "budget"_a = PlanBudget{});
+      .def(
+          "next",
+          [](SharedPlanner& self, const SnapshotPtr& snapshot, const std::optional<OccupancyView>& octree) {
+            return self.use([&](FootstepPlanner& one) {
+              return std::make_unique<SharedPlanner>(one.next(snapshot, octree_of(*snapshot, octree)));
+            });
+          },
+          "snapshot"_a, "octree"_a = py::none(),
+          "A planner for a later Snapshot of the same map, which keeps what is as it was.")
+      .def("plan", &plan_by, "from_"_a, "to"_a, "budget"_a = PlanBudget{});
   module.def(
       "plan",
       [](const SnapshotPtr& snapshot, const Standing& from, const Standing& to,
          const std::optional<Robot>& robot, const PlanBudget& budget,
          const std::optional<OccupancyView>& octree) {
-        return planner_of(snapshot, robot, octree)->plan(from, to, budget);
+        return plan_by(*planner_of(snapshot, robot, octree), from, to, budget);
       },
       "snapshot"_a, "from_"_a, "to"_a, "robot"_a = py::none(), "budget"_a = PlanBudget{}, py::kw_only(),
       "octree"_a = py::none(),

@@ -10,15 +10,6 @@
 namespace octosurf::python {
 namespace {
 
-/// A Localizer for several threads.
-struct SharedLocalizer {
-  SharedLocalizer(const Map& map, const AlignmentReach& reach)
-      : surfaces(map.snapshot()->surfaces.size()), localizer(Localizer(map, reach)) {}
-
-  std::size_t surfaces;
-  Locked<Localizer> localizer;
-};
-
 /// Python's Mapper: the map it keeps up to date, and room for the points of the scan at hand.
 struct PythonMapper {
   PythonMapper(MapPtr given, int threads) : map(std::move(given)) { map->take_over(threads); }
@@ -80,6 +71,7 @@ Twists are (6,): three rotations (rad), then three translations (m), map axes, a
                               known, explained, contradicted))
       .def("explained_share", &A::explained_share);
   const AlignmentReach reach;
+  using SharedLocalizer = Locked<Localizer>;
   Class<SharedLocalizer>(module, "Localizer")
       .def(
           py::init([](const MapHolder& map, double translation_m, double rotation_rad) {
@@ -91,14 +83,10 @@ Twists are (6,): three rotations (rad), then three translations (m), map axes, a
           "rotation_rad"_a = reach.rotation_rad,
           "map: as it is now. Looks so far about a scan's pose: m, rad; turns beyond 0.5 about the vertical "
           "only.")
-      .def("__repr__",
-           [](const SharedLocalizer& self) {
-             return "<Localizer in " + std::to_string(self.surfaces) + " surfaces>";
-           })
       .def(
           "localize",
           [](SharedLocalizer& self, const Scan& scan) {
-            return self.localizer.use([&scan](Localizer& localizer) { return localizer(scan); });
+            return self.use([&scan](Localizer& localizer) { return localizer(scan); });
           },
           "scan"_a,
           R"(Alignment of a Scan, whose T_map_sensor is a first guess.
@@ -120,16 +108,11 @@ void bind_judgement(Module& module) {
       .fields(OCTOSURF_FIELDS(J, views, alone, pairs, contradicting, outvoted, judged, worst, worst_places,
                               worst_apart, common_error, common_error_m, oddities, step_m, range_m,
                               resolution_m))
-      .def("many_pairs", &J::many_pairs)
-      .def("many_outvoted", &J::many_outvoted)
-      .def("has_common_error", &J::has_common_error)
-      .def("too_far_apart", &J::too_far_apart)
       .def("contradicts", &J::contradicts)
       .def("describe", &J::describe);
   using Judge = Locked<RecordingJudge>;
   Class<Judge>(module, "RecordingJudge")
       .def(py::init<const Parameters&>(), "parameters"_a = Parameters())
-      .def("__repr__", [](const Judge&) { return "<RecordingJudge>"; })
       .def(
           "add",
           [](Judge& self, const Scan& scan, const Eigen::Isometry3d& T_map_sensor) {
@@ -219,7 +202,7 @@ void bind_mapper(Module& module) {
 
 What is given by name, as Parameters() takes it, wins over `parameters`. `threads` in [1, 256] share a scan's points and
 rays. Throws Error(usage).)")
-      .def("__repr__", &M::text)
+      .text(&M::text)
       .def("remember_scans", changed(&Mapper::remember_scans))
       .def("insert", &M::insert, "scan"_a)
       .def(

@@ -70,7 +70,7 @@ inserts, but for snapshot(), which never waits.)")
            "An empty map, Map(resolution=0.02); what is given by name wins over `parameters`. Throws "
            "Error(usage) for what is out of range.")
       .def("holds", under_lock(&Map::holds), "scan"_a)
-      .def("__repr__", &text_of_map)
+      .text(&text_of_map)
       .def("parameters", under_lock(&Map::parameters), "A copy of its Parameters.")
       .def("snapshot", &MapHolder::snapshot, "Snapshot of the last whole scan; shared, nothing is copied.")
       .def("at", under_lock(&Map::at), "point"_a)

@@ -41,14 +41,12 @@ py::array_t<OccupiedRow> occupied(const View& view, const Eigen::Vector3d& low, 
   return moved_array(std::move(rows));
 }
 
-/// All of them, or those that meet a box.
-template <class... Box>
-py::array_t<Leaf> leaves(const View& view, const Box&... box) {
+py::array_t<Leaf> leaves(const View& view) {
   std::vector<Leaf> all;
   {
     const py::gil_scoped_release others_run;
     view.for_each_leaf(
-        box..., [&all](std::span<const Leaf> some) { all.insert(all.end(), some.begin(), some.end()); });
+        [&all](std::span<const Leaf> some) { all.insert(all.end(), some.begin(), some.end()); });
   }
   return moved_array(std::move(all));
 }
@@ -73,12 +71,6 @@ py::array_t<std::uint8_t> states(const View& view, const Dense<double>& points) 
   return moved_array(std::move(all));
 }
 
-std::string text_of(const View& view) {
-  return view.resolution() == 0
-             ? std::string("<OccupancyView: nothing is known>")
-             : "<OccupancyView of " + std::string(py::str(py::float_(view.resolution()))) + " m voxels>";
-}
-
 }  // namespace
 
 void bind_occupancy(Module& module) {
@@ -95,8 +87,7 @@ frame, metres. Boxes are closed and given by their corners `low` and `high`, (3,
       .fields(OCTOSURF_FIELDS(Voxel, state, log_odds, surface, center, point, view, range_m));
   Value<View::Count>(view, "Count", nullptr, "OccupancyView.Count")
       .fields(OCTOSURF_FIELDS(View::Count, unknown, free, occupied));
-  view.def("__repr__", &text_of)
-      .def("at", &View::at, "point"_a)
+  view.def("at", &View::at, "point"_a)
       .def("states", &states, "points"_a,
            "(N,) uint8, one for each row of `points`, (N, 3): 0 unknown, 1 free, 2 occupied.")
       .def("first_on_way", &View::first_on_way, "from_"_a, "to"_a, "unknown_stops"_a = false)
@@ -112,17 +103,11 @@ Columns: "center" (3 float64, m), "log_odds" (float32), "surface" (uint32; 0: pe
           "low"_a, "high"_a)
       .def("nearest_occupied", &View::nearest_occupied, "point"_a, "limit"_a)
       .def(
-          "leaves", &leaves<>,
+          "leaves", &leaves,
           R"(All leaves as OctoMap's octree would have them, pruned, in Morton order; a structured array of its own.
 
 Columns: "corner" (3 uint16, OctoMap's key of its lowest voxel; 32768 begins at 0 m), "level" (uint8: its edge is
 2**level voxels), "log_odds" (float32).)")
-      .def(
-          "leaves_in",
-          [](const View& self, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-            return leaves(self, box_of(low, high));
-          },
-          "low"_a, "high"_a, "Those that meet the box; where it cuts a pruned cube, what of that meets it.")
       .def(
           "octomap_data",
           [](const View& self, const std::optional<Eigen::Vector3d>& low,

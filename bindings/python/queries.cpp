@@ -1,7 +1,6 @@
 // octosurf/queries.hpp in Python.
 #include "map_holder.hpp"
 
-#include <cstring>
 #include <limits>
 #include <numbers>
 
@@ -17,14 +16,13 @@ using GivenUp = std::optional<Eigen::Vector3d>;
 /// With its map's up, found once.
 struct PythonIndex : SurfaceIndex {
   PythonIndex(const SnapshotPtr& snapshot, const PythonIndex* previous)
-      : SurfaceIndex(snapshot, previous), own_up(up_in(snapshot)), surfaces(snapshot->surfaces.size()) {}
+      : SurfaceIndex(snapshot, previous), own_up(up_in(snapshot)) {}
 
   SlopeLimit limit(const GivenUp& up, double max_slope_rad) const {
     return {up.value_or(own_up), max_slope_rad};
   }
 
   Eigen::Vector3d own_up;
-  std::size_t surfaces;
 };
 
 void bind_results(Module& module) {
@@ -51,10 +49,6 @@ void bind_index(Module& module) {
 
 Immutable: any thread may query it. All in the map frame, m; of surfaces that are as near the lower id wins. up: (3,), map
 frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)")
-      .def("__repr__",
-           [](const PythonIndex& self) {
-             return "<SurfaceIndex of " + std::to_string(self.surfaces) + " surfaces>";
-           })
       .def(py::init([](const SnapshotPtr& snapshot, const PythonIndex* previous) {
              const py::gil_scoped_release others_run;
              return std::make_unique<PythonIndex>(snapshot, previous);
@@ -76,31 +70,6 @@ frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)
             return self.below(point, self.limit(up, max_slope_rad));
           },
           "point"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope)
-      .def(
-          "below_all",
-          [](const PythonIndex& self, const py::object& points, const GivenUp& up, double max_slope_rad) {
-            std::vector<Eigen::Vector3d> from;
-            rows_from(points, from);
-            const SlopeLimit limit = self.limit(up, max_slope_rad);
-            std::vector<Eigen::Vector3d> met(from.size(), Eigen::Vector3d::Constant(NAN));
-            std::vector<SurfaceId> ids(from.size(), 0);
-            {
-              const py::gil_scoped_release released;
-              for (std::size_t i = 0; i < from.size(); ++i)
-                if (const std::optional<Nearest> found = self.below(from[i], limit)) {
-                  met[i] = found->point;
-                  ids[i] = found->id;
-                }
-            }
-            py::array_t<double> places({static_cast<py::ssize_t>(met.size()), py::ssize_t{3}});
-            if (!met.empty()) std::memcpy(places.mutable_data(), met.data(), met.size() * sizeof(met[0]));
-            return py::make_tuple(py::array_t<SurfaceId>({ids.size()}, {sizeof(SurfaceId)}, ids.data()),
-                                  places);
-          },
-          "points"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope,
-          "below() of each of (N, 3): the surfaces' ids (N,), 0 for none, and the places (N, 3), NaN for "
-          "none; other "
-          "threads run meanwhile.")
       .def("first_on_ray", &PythonIndex::first_on_ray, "from_"_a, "direction"_a, py::kw_only(),
            "within"_a = anywhere)
       .def(

@@ -73,7 +73,6 @@ void bind_transforms(Module& module) {
   using T = Locked<Transforms>;
   Class<T>(module, "Transforms", "The transforms of tf, as messages bring them, and poses at their times.")
       .def(py::init<>())
-      .def("__repr__", [](const T&) { return "<Transforms>"; })
       .def(
           "add",
           [](T& self, const py::bytes& message, bool fixed) {
@@ -126,10 +125,6 @@ struct Received {
 
 void bind_received(Module& module) {
   Class<Received>(module, "ReceivedScan")
-      .def("__repr__",
-           [](const Received& self) {
-             return "<ReceivedScan of " + std::to_string(self.of.scan.points.size()) + " points>";
-           })
       .def_property_readonly(
           "frame", [](const Received& self) { return self.of.frame; }, doc_of("ReceivedScan.frame"))
       .def_property_readonly(
@@ -181,8 +176,7 @@ void bind_ros(Module& module) {
   bind_transforms(module);
   bind_received(module);
   Class<io::MapLock>(module, "MapLock", "Keeps other processes from writing a map while it lives.")
-      .def(py::init<const std::filesystem::path&>(), "stem"_a)
-      .def("__repr__", [](const io::MapLock&) { return "<MapLock>"; });
+      .def(py::init<const std::filesystem::path&>(), "stem"_a);
 }
 
 }  // namespace octosurf::python

@@ -77,15 +77,6 @@ out of a pickle: give snapshot.up().)")
       .def("extrude", &extrude, "thickness"_a, Released(), doc_of("extrude"));
 }
 
-/// The one of this id among all, ascending by id; null if there is none.
-template <class T>
-std::shared_ptr<T> found(const std::vector<std::shared_ptr<const T>>& all, std::uint32_t id,
-                         const SnapshotPtr& snapshot) {
-  const auto at = std::lower_bound(all.begin(), all.end(), id,
-                                   [](const auto& one, std::uint32_t wanted) { return one->id < wanted; });
-  return at != all.end() && (*at)->id == id ? of_map(*at, map_up(snapshot)) : nullptr;
-}
-
 template <class T>
 std::vector<std::shared_ptr<T>> shared(const std::vector<std::shared_ptr<const T>>& all,
                                        const SnapshotPtr& snapshot) {
@@ -110,18 +101,13 @@ void bind_snapshot(Module& module) {
 
 The estimate is up_of(map)'s, made anew each time: O(n^2) in surfaces, a few ns each.)")
       .def(
-          "find", [](const SnapshotPtr& self, SurfaceId id) { return found(self->surfaces, id, self); },
-          "id"_a, "The Surface of this id, or None.")
-      .def(
-          "find_cylinder",
-          [](const SnapshotPtr& self, CylinderId id) { return found(self->cylinders, id, self); }, "id"_a,
-          "The Cylinder of this id, or None.")
-      .def(
-          "changed_since",
-          [](const SnapshotPtr& self, std::uint64_t revision) {
-            return shared(self->changed_since(revision), self);
+          "find",
+          [](const SnapshotPtr& self, SurfaceId id) {
+            const auto& all = self->surfaces;
+            const auto at = std::ranges::lower_bound(all, id, {}, &Surface::id);
+            return at != all.end() && (*at)->id == id ? of_map(*at, map_up(self)) : nullptr;
           },
-          "revision"_a)
+          "id"_a, "The Surface of this id, or None.")
       .def(
           "only",
           [](const SnapshotPtr& self, const std::vector<SurfaceId>& given) {
@@ -133,11 +119,10 @@ The estimate is up_of(map)'s, made anew each time: O(n^2) in surfaces, a few ns 
           "ids"_a, "A Snapshot of these surfaces alone.")
       .def("removals", &removals, "since"_a = 0, "List of Removal after revision `since`, oldest first.")
       .def("__len__", [](const Snapshot& self) { return self.surfaces.size(); })
-      .def("__repr__",
-           [](const Snapshot& self) {
-             return "<Snapshot at revision " + std::to_string(self.revision) + ": " +
-                    std::to_string(self.surfaces.size()) + " surfaces>";
-           })
+      .text([](const Snapshot& self) {
+        return "<Snapshot at revision " + std::to_string(self.revision) + ": " +
+               std::to_string(self.surfaces.size()) + " surfaces>";
+      })
       .def_readonly("revision", &Snapshot::revision, doc_of("Snapshot.revision"))
       .def_readonly("resolution", &Snapshot::resolution, doc_of("Snapshot.resolution"))
       .def_readonly(

@@ -72,7 +72,7 @@ std::string suggestion(const std::string& word, const FieldNames& known) {
 }
 
 bool has(const FieldNames& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+  return std::ranges::find(names, name) != names.end();
 }
 
 void set(const py::object& settings, const std::string& name, const py::handle& value) {
@@ -118,8 +118,8 @@ void set_fields(const SettingsWords& words, const py::object& settings, const py
   for (const auto& [key, value] : given) {
     const auto name = key.cast<std::string>();
     if (has(words.fields, name)) continue;
-    const auto at = std::find_if(words.inner.begin(), words.inner.end(),
-                                 [&](const SettingsWords::Inner& one) { return one.word == name; });
+    const auto at =
+        std::ranges::find_if(words.inner, [&](const SettingsWords::Inner& one) { return one.word == name; });
     if (at == words.inner.end()) {
       FieldNames known = words.fields;
       for (const SettingsWords::Inner& one : words.inner) known.push_back(one.word);

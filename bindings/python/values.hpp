@@ -74,7 +74,16 @@ class Class : public py::class_<T, Options...> {
 
   Class(py::handle scope, const char* name, const char* doc = nullptr, const char* header = nullptr)
       : Base(scope, name, doc != nullptr ? doc : doc_of(header != nullptr ? header : name)),
-        header_(header != nullptr ? header : name) {}
+        header_(header != nullptr ? header : name) {
+    text([type = "<" + std::string(name) + ">"](const T&) { return type; });
+  }
+
+  /// What repr() says.
+  template <class Make>
+  Class& text(Make make) {
+    this->attr("__repr__") = py::cpp_function(make, py::name("__repr__"), py::is_method(*this));
+    return *this;
+  }
 
   template <class Method, class... Extra>
   Class& def(const char* name, Method&& method, const Extra&... extra) {
@@ -117,7 +126,7 @@ class Value : public Class<T, Options...> {
     this->def(
         "to_dict", [names = names_](const py::object& self) { return dict_of(*names, self); },
         "The fields by name, as JSON can hold them.");
-    this->def("__repr__", [names = names_](const py::object& self) { return described(*names, self); });
+    this->text([names = names_](const py::object& self) { return described(*names, self); });
     this->def(py::pickle(
         [names = names_](const py::object& self) {
           py::tuple state(names->size());
@@ -156,13 +165,6 @@ class Value : public Class<T, Options...> {
           for (std::size_t i = 0; i < Size; ++i) (self.*member)[i] = dict.at(std::string(names[i]));
         },
         this->template doc_of_field<Dict>(name).c_str());
-  }
-
-  /// Another text than that of the fields.
-  template <class Make>
-  Value& text(Make make) {
-    this->attr("__repr__") = py::cpp_function(make, py::name("__repr__"), py::is_method(*this));
-    return *this;
   }
 
  private:
@@ -239,7 +241,7 @@ class Settings : public Class<T> {
     this->def("__eq__", [dict](const py::object& settings, const py::object& other) {
       return py::isinstance<T>(other) && dict(settings).equal(dict(other));
     });
-    this->def("__repr__", [dict](const py::object& settings) {
+    this->text([dict](const py::object& settings) {
       return py::str("{}.from_dict({!r})").format(py::type::of(settings).attr("__name__"), dict(settings));
     });
     this->def(py::pickle(dict, read));
