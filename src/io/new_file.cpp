@@ -1,10 +1,9 @@
 #include "io/new_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
+#include <ext/stdio_filebuf.h>
 #include <fcntl.h>
-#include <streambuf>
 #include <string>
 #include <sys/stat.h>
 #include <system_error>
@@ -27,38 +26,6 @@ int sync_failure(int descriptor) {
 constexpr const char* not_written = "cannot be written";
 constexpr const char* not_synced = "may not have reached the disk";
 constexpr const char* part_ending = ".part";
-
-/// Writes to a file and keeps the error code, which std::filebuf does not.
-class DescriptorBuffer : public std::streambuf {
- public:
-  explicit DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
-    setp(bytes_.data(), bytes_.data() + bytes_.size());
-  }
-  int failure() const { return failure_; }
-
- protected:
-  int_type overflow(int_type c) override {
-    if (sync() != 0) return traits_type::eof();
-    return traits_type::eq_int_type(c, traits_type::eof()) ? traits_type::not_eof(c)
-                                                           : sputc(traits_type::to_char_type(c));
-  }
-  int sync() override {
-    for (const char* next = pbase(); next < pptr() && failure_ == 0;) {
-      const ssize_t written = ::write(descriptor_, next, static_cast<std::size_t>(pptr() - next));
-      if (written >= 0)
-        next += written;
-      else if (errno != EINTR)
-        failure_ = errno;
-    }
-    setp(bytes_.data(), bytes_.data() + bytes_.size());
-    return failure_ == 0 ? 0 : -1;
-  }
-
- private:
-  int descriptor_;
-  int failure_ = 0;
-  std::array<char, 65536> bytes_;
-};
 
 }  // namespace
 
@@ -129,11 +96,17 @@ void NewFile::make() {
 
 void NewFile::write(const std::function<void(std::ostream&)>& fill) {
   make();
-  DescriptorBuffer buffer(descriptor_);
+  const int descriptor = ::dup(descriptor_);
+  if (descriptor < 0) fail_to_write(file_, not_written, errno);
+  __gnu_cxx::stdio_filebuf<char> buffer(descriptor, std::ios::out | std::ios::binary, 65536);
   std::ostream stream(&buffer);
-  fill(stream);
-  stream.flush();
-  if (!stream) fail_to_write(file_, not_written, buffer.failure());
+  stream.exceptions(std::ios::badbit);  // at once, while errno says why
+  try {
+    fill(stream);
+    stream.flush();
+  } catch (const std::ios::failure&) {
+    fail_to_write(file_, not_written, errno);
+  }
 }
 
 void NewFile::sync() const {

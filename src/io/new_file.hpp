@@ -7,12 +7,9 @@
 
 namespace octosurf::io {
 
-/// Writes a file atomically: to a temporary name in the same folder, renamed by commit(). If destroyed
-/// earlier, the existing file is unchanged.
-///
-/// The temporary file, `NAME.part`, is always created new: what is there already is of a killed process and
-/// removed, never opened. Of two writers of one file at a time the first one fails. The new file keeps the
-/// permissions of the one that it replaces; a symbolic link in its place is replaced, not followed.
+/// Writes a file atomically: to `NAME.part`, created new, which commit() renames. If destroyed earlier, the
+/// existing file is unchanged. Of two writers of one file at a time the first one fails. The new file keeps
+/// the permissions of the one that it replaces; a symbolic link in its place is replaced, not followed.
 class NewFile {
  public:
   /// Throws Error(usage) if `file` exists and not `force`, Error(output) if it is a folder or a device.
