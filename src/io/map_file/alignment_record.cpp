@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
 
 namespace octosurf::io {

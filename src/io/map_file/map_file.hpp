@@ -17,7 +17,7 @@ namespace octosurf::io {
 //   8 bytes   magic: 89 'O' 'C' 'T' 'S' 'F' 0D 0A (as PNG's: text-mode transfer breaks it)
 //   4 bytes   version of the format, uint32
 //   the rest  one zstd frame (window at most 8 MiB): records, each behind its length as a varint;
-//             behind it, where the map shrinks to less than map_limits.hpp wants, a skippable frame of zeros
+//             behind it, where the map shrinks to less than records.hpp wants, a skippable frame of zeros
 //
 // A record is a protobuf message `Record` of map_file.proto with exactly one field. In order: one
 // Header; the octree in chunks; Accumulated; ScanPoses; Surfaces, then Cylinders, by ascending id;
@@ -34,11 +34,9 @@ namespace octosurf::io {
 // resolution. An inner node's log-odds is the largest of its children's. A map without any voxel has
 // no chunk. A surface's inliers are the points that carry its id; that is the only place they are in.
 //
-// Why this format. Maps outlive versions: protobuf's numbered fields allow additions, and parameters
-// are stored by name. Maps may be untrusted: records bound the memory before they are checked,
-// lengths and counts are checked before allocation, the stream may not decompress to more than its
-// size allows, the checksum covers everything, and every number is checked for the library's
-// assumptions. The octree is raw bytes, because a message per node would take ten times its size.
+// Maps outlive versions: protobuf's numbered fields allow additions, and parameters are stored by name. Maps
+// may be untrusted: lengths, counts and what the stream decompresses to are checked before allocation, and
+// every number is. The octree is raw bytes, because a message per node would take ten times its size.
 
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
 inline constexpr std::uint32_t map_file_version = 7;
@@ -53,8 +51,8 @@ struct FileSum {
 /// Nothing if the file cannot be read.
 std::optional<FileSum> sum_of(const std::filesystem::path& file);
 
-/// Writes a map file. Same state, same bytes. `bt` is of the accompanying .bt; the folder of `scans` is
-/// written unchanged. One pass over the octree and the surfaces. Write errors set the stream's state.
+/// Writes a map file. Same state, same bytes. `bt` is of the accompanying .bt. Write errors set the stream's
+/// state.
 void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream& out,
                const KeptScans& scans = {});
 

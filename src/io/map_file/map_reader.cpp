@@ -1,5 +1,4 @@
 #include "io/map_file/map_file.hpp"
-#include "io/map_file/map_limits.hpp"
 #include "io/map_file/record_numbers.hpp"
 #include "io/map_file/records.hpp"
 #include "io/text_file.hpp"
@@ -13,6 +12,7 @@
 #include <fstream>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -117,8 +117,11 @@ class MapReader : Damage {
       require(header.next_cylinder_id() >= 1, "there is no such next cylinder id");
       state.cylinders.set_next_id(header.next_cylinder_id());
     }
-    state.sensors_up = read_sensors_up(header);
-    state.origin = read_origin(header);
+    state.sensors_up = vector_of(header.sensors_up(), static_cast<double>(header.scans()) * (1 + 1e-3),
+                                 "the sensors' up direction makes no sense");
+    if (header.origin_size() > 0)
+      state.origin =
+          vector_of(header.origin(), std::numeric_limits<double>::max(), "the origin makes no sense");
     if (header.has_alignment())
       alignment::record_of(state).state = read_alignment(*header.mutable_alignment(), where);
     read_noise(header);
@@ -135,8 +138,8 @@ class MapReader : Damage {
     const auto& infos = parameter_infos();
     for (const map_file::Parameter& p : header.parameters()) {
       if (std::ranges::find(retired_parameters, p.name()) != retired_parameters.end()) continue;
-      const bool known = std::any_of(infos.begin(), infos.end(),
-                                     [&](const ParameterInfo& info) { return info.name == p.name(); });
+      const bool known =
+          std::ranges::any_of(infos, [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)
         throw Error(
             Error::Kind::data, where,
@@ -160,20 +163,12 @@ class MapReader : Damage {
     }
   }
 
-  Eigen::Vector3d read_sensors_up(const map_file::Header& header) const {
-    require(header.sensors_up_size() == 3, "the sensors' up direction has no three coordinates");
-    const Eigen::Vector3d sum(header.sensors_up(0), header.sensors_up(1), header.sensors_up(2));
-    require(sum.norm() <= static_cast<double>(header.scans()) * (1 + 1e-3),
-            "the sensors' up direction makes no sense");
-    return sum;
-  }
-
-  Eigen::Vector3d read_origin(const map_file::Header& header) const {
-    if (header.origin_size() == 0) return Eigen::Vector3d::Zero();
-    require(header.origin_size() == 3, "the origin has no three coordinates");
-    const Eigen::Vector3d origin(header.origin(0), header.origin(1), header.origin(2));
-    require(origin.allFinite(), "the origin makes no sense");
-    return origin;
+  Eigen::Vector3d vector_of(const google::protobuf::RepeatedField<double>& numbers, double longest,
+                            const char* what) const {
+    require(numbers.size() == 3, what);
+    const Eigen::Vector3d vector(numbers[0], numbers[1], numbers[2]);
+    require(vector.norm() <= longest, what);  // NaN fails
+    return vector;
   }
 
   void read_noise(const map_file::Header& header) {
@@ -355,8 +350,8 @@ class MapReader : Damage {
     auto entry = inliers_.extract(id);
     if (entry.empty()) return {};
     std::vector<surfaces::Inlier> inliers = std::move(entry.mapped());
-    std::sort(inliers.begin(), inliers.end(),
-              [](const surfaces::Inlier& a, const surfaces::Inlier& b) { return a.key < b.key; });
+    std::ranges::sort(inliers,
+                      [](const surfaces::Inlier& a, const surfaces::Inlier& b) { return a.key < b.key; });
     return inliers;
   }
 

@@ -1,5 +1,4 @@
 #include "io/map_file/map_file.hpp"
-#include "io/map_file/map_limits.hpp"
 #include "io/map_file/record_numbers.hpp"
 #include "io/map_file/records.hpp"
 #include "map_file.pb.h"

@@ -41,8 +41,7 @@ struct Expansion {
   }
 };
 
-/// Writes records, each after its length as a base-128 varint (protobuf's "delimited" convention), in a
-/// single zstd frame. Same records, same bytes.
+/// Writes records, each after its length as a varint, in a single zstd frame. Same records, same bytes.
 class RecordWriter {
  public:
   explicit RecordWriter(std::ostream& out);
@@ -50,8 +49,7 @@ class RecordWriter {
   /// Throws Error(output) if the record is larger than the limit. Check the stream's state for write errors.
   void put(std::string_view record);
 
-  /// Ends the frame. Pads to `least_bytes` with zeros in a skippable zstd frame, so that a highly
-  /// compressible map does not look like a decompression bomb.
+  /// Ends the frame. Pads to `least_bytes` with zeros in a skippable frame, so as not to look like a bomb.
   void finish(std::uint64_t least_bytes = 0);
 
   std::uint64_t records() const { return records_; }
@@ -70,8 +68,7 @@ class RecordWriter {
   std::uint64_t records_ = 0, taken_ = 0, written_ = 0;
 };
 
-/// Reads records from untrusted input: memory grows with the bytes actually read; records over the limit and
-/// streams that decompress to over `budget` bytes are rejected.
+/// Reads records from untrusted input; those over the limit, and streams over `budget` bytes, are rejected.
 class RecordReader : Damage {
  public:
   /// `name`: the file's, in messages.
