@@ -9,11 +9,10 @@
 namespace octosurf::io {
 
 // The scans that a map was built from, as `octosurf map --keep-scans` keeps them: a folder of PCDs like any
-// other, `NNNNNN_STAMP.pcd`: the scan's number as the map counts scans, from 0, and its time stamp, s.
-// VIEWPOINT is the pose with which it was mapped; points are the scan's, in its order, so that its noise can
-// be estimated again. A depth camera's points form one column, a lidar's one row, by which readers tell
-// them apart (scan_source.hpp). A map of n scans owns the first n. Later files come from
-// a run that was killed before it saved: they are ignored, and replaced when the map is resumed.
+// other, `NNNNNN_STAMP.pcd`, by number from 0 and time stamp, s. VIEWPOINT is the pose with which it was
+// mapped. A depth camera's points form one column, a lidar's one row, by which readers tell them apart. A map
+// of n scans owns the first n; later files, of a run that was killed before it saved, are ignored or
+// replaced.
 
 /// The files of the first `scans` scans. Throws Error(data) if there are fewer.
 std::vector<std::filesystem::path> kept_scans(const std::filesystem::path& folder, std::uint64_t scans);

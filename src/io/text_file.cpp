@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <sstream>
 #include <zlib.h>
 
 #include <octosurf/error.hpp>
@@ -80,10 +79,7 @@ std::vector<TextLine> read_text(const std::filesystem::path& file) {
 }
 
 std::string text_of(const Eigen::Vector3d& place) {
-  std::ostringstream text;
-  text.precision(10);  // of a survey's coordinates to the millimetre
-  text << place.x() << ' ' << place.y() << ' ' << place.z();
-  return text.str();
+  return formatted("%.10g %.10g %.10g", place.x(), place.y(), place.z());  // of a survey to the millimetre
 }
 
 std::string count_of(std::size_t count, const char* what) {

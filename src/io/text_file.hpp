@@ -37,8 +37,7 @@ struct TextLine {
   std::vector<std::string> words;
 };
 
-/// The file as words: separated by blanks, commas or semicolons; `#` starts a comment; any line
-/// ending. Throws Error(data) if it cannot be read, is larger than 256 MB, or is UTF-16.
+/// Words between blanks, commas or semicolons; `#` starts a comment. Throws Error(data), also for UTF-16.
 std::vector<TextLine> read_text(const std::filesystem::path& file);
 
 /// "file:line", for messages.

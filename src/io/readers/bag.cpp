@@ -83,9 +83,7 @@ std::vector<fs::path> files_of_bag(const fs::path& input) {
       throw Error(Error::Kind::data, entry.path().string(), "a bag that is compressed as a file",
                   "unpack it first: zstd -d --rm " + entry.path().filename().string());
   }
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string());
-  });
+  std::ranges::sort(files, natural_less, [](const fs::path& file) { return file.filename().string(); });
   return files;
 }
 

@@ -35,10 +35,9 @@ struct BagMessage {
   MessagePlace place;
 };
 
-/// A recording of messages: ROS 1 (format 2.0) or ROS 2 (SQLite, MCAP), read sequentially. Indexes are not
-/// needed, so a bag whose recorder was killed can be read up to its end.
-///
-/// A reader's memory is bounded by the size of the file, whatever its headers claim.
+/// A recording of messages: ROS 1 (format 2.0) or ROS 2 (SQLite, MCAP), read sequentially without indexes, so
+/// up to where its recorder was killed. Memory is bounded by the size of the file, whatever its headers
+/// claim.
 class Bag {
  public:
   using Visit = std::function<void(const BagMessage&)>;

@@ -132,9 +132,9 @@ void BagRecording::choose_cameras(const ScanSourceOptions& options) {
 void BagRecording::choose_camera(const TopicContents& images) {
   const std::string name =
       camera_info_topic(images.topic.name, images.topic.type == "sensor_msgs/CompressedImage");
-  const auto found = std::find_if(
-      index_.topics.begin(), index_.topics.end(),
-      [&](const TopicContents& topic) { return topic.topic.name == name && holds_camera(topic); });
+  const auto found = std::ranges::find_if(index_.topics, [&](const TopicContents& topic) {
+    return topic.topic.name == name && holds_camera(topic);
+  });
   if (found == index_.topics.end())
     refuse("no camera for " + images.topic.name + ": no CameraInfo on " + name +
                "; there are: " + list_of(index_.topics, holds_camera),
@@ -244,7 +244,7 @@ void BagRecording::choose_poses(const BagOptions& options) {
 void BagRecording::choose_fixed_frame(const BagOptions& options, const std::string& why) {
   const std::string& frame = index_.frames[scans_.front().frame];
   const auto names = tree_.ancestors(frame);
-  const bool below_map = std::find(names.begin(), names.end(), "map") != names.end();
+  const bool below_map = std::ranges::find(names, "map") != names.end();
   fixed_frame_ = options.fixed_frame ? *options.fixed_frame : below_map ? "map" : names.back();
   notes_.push_back("poses: tf of " + frame + " in " + fixed_frame_ + (why.empty() ? "" : " (" + why + ")"));
   if (!is_cloud_type(index_.topics[scans_.front().topic].topic.type)) return;
@@ -262,9 +262,8 @@ void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOption
   tree_.hold_steady();
   pose_child_ = options.pose_frame.value_or(topic.pose_child);
   const std::string& sensor = index_.frames[scans_.front().frame];
-  const bool one_frame = std::all_of(scans_.begin(), scans_.end(), [&](const ListedMessage& scan) {
-    return scan.frame == scans_.front().frame;
-  });
+  const bool one_frame = std::ranges::all_of(
+      scans_, [&](const ListedMessage& scan) { return scan.frame == scans_.front().frame; });
   if (pose_child_.empty() && !one_frame)
     refuse("the poses of " + topic.topic.name + " name no frame, and the scans are of several",
            "name it by --pose-frame");

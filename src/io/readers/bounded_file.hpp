@@ -64,7 +64,7 @@ template <class Value>
 Value number_at(const char* place, bool swap_bytes) {
   std::array<char, sizeof(Value)> bytes;
   std::memcpy(bytes.data(), place, sizeof(Value));
-  if (swap_bytes) std::reverse(bytes.begin(), bytes.end());
+  if (swap_bytes) std::ranges::reverse(bytes);
   return std::bit_cast<Value>(bytes);
 }
 
@@ -91,9 +91,7 @@ class RecordBytes {
 };
 
 // Reading a bag may take 64 MiB plus eight times its size, whatever its compression. These are shares of it:
-// a decompressed block, a scan's points (each 14 bytes with its pixel), and, doubled for vectors that grow
-// and are sorted, transforms and scan locations. Recorders write blocks of one MiB or one message, and points
-// of 1280×720 pixels take 13 MiB.
+// a decompressed block, a scan's points, and, doubled for vectors that grow, transforms and scan locations.
 constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
 constexpr std::uint64_t largest_block(std::uint64_t file_size) {
   return 12 * mebibyte + file_size + file_size / 2;

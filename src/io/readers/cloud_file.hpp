@@ -30,12 +30,10 @@ struct Cloud {
 };
 
 // Each throws Error(data) for files that are truncated, damaged or without points. Headers are checked
-// against the size of the file before any allocation. PCL is not used because its PCDReader allocates as the
-// header claims, accepts short lines and words for numbers, and reports to stderr; its PLYReader does not
-// check the indices in range grids and obj_info.
+// against the size of the file before any allocation, as PCL's readers do not.
 
-/// PCD of version 0.7: DATA ascii, binary or binary_compressed; x, y, z float or double; VIEWPOINT is the
-/// pose.
+/// PCD of version 0.7: DATA ascii, binary or binary_compressed; x, y, z float or double; its pose is
+/// VIEWPOINT.
 Cloud read_pcd(const std::filesystem::path& file);
 /// Several points in one column, as a camera's scans are kept (kept_scans.hpp).
 bool is_column(const std::filesystem::path& pcd);

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <iomanip>
 #include <limits>
-#include <sstream>
 #include <string>
 
 #include <octosurf/error.hpp>
@@ -82,13 +80,10 @@ Cloud binary_points(std::string_view bytes, const Coordinates& xyz, bool swap_by
   constexpr int float_digits = std::numeric_limits<float>::digits;
   constexpr double usual_noise_m = 0.01;  // of a reading
   const double step = std::ldexp(1.0, std::ilogb(far) + 1 - float_digits);
-  if (step > usual_noise_m) {
-    std::ostringstream what;
-    what << "its coordinates, " << std::fixed << std::setprecision(0) << far << " m from 0, are multiples of "
-         << std::defaultfloat << std::setprecision(2) << step
-         << " m, as they are float32: write them as double";
-    fail_reading(what.str());
-  }
+  if (step > usual_noise_m)
+    fail_reading(formatted(
+        "its coordinates, %.0f m from 0, are multiples of %.2g m, as they are float32: write them as double",
+        far, step));
   return read;
 }
 

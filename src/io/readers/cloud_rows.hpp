@@ -6,11 +6,13 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <boost/mp11/algorithm.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 namespace octosurf::io {
@@ -28,45 +30,15 @@ inline std::vector<std::string_view> words_of(std::string_view line) {
 std::uint32_t count_in_header(std::string_view word, const std::filesystem::path& file);
 
 /// Type of a value, whatever a format calls it.
-enum class Scalar : std::uint8_t {
-  none,
-  int8,
-  uint8,
-  int16,
-  uint16,
-  int32,
-  uint32,
-  int64,
-  uint64,
-  float32,
-  float64
-};
+enum class Scalar { none, int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 
 /// Calls `use` with a value of that type; of `none`, with a byte.
 template <class Use>
 decltype(auto) with_type_of(Scalar type, const Use& use) {
-  switch (type) {
-    case Scalar::int8:
-      return use(std::int8_t{});
-    case Scalar::int16:
-      return use(std::int16_t{});
-    case Scalar::uint16:
-      return use(std::uint16_t{});
-    case Scalar::int32:
-      return use(std::int32_t{});
-    case Scalar::uint32:
-      return use(std::uint32_t{});
-    case Scalar::int64:
-      return use(std::int64_t{});
-    case Scalar::uint64:
-      return use(std::uint64_t{});
-    case Scalar::float32:
-      return use(float{});
-    case Scalar::float64:
-      return use(double{});
-    default:
-      return use(std::uint8_t{});
-  }
+  using Types = std::tuple<std::uint8_t, std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t,
+                           std::uint32_t, std::int64_t, std::uint64_t, float, double>;  // in that order
+  return boost::mp11::mp_with_index<std::tuple_size_v<Types>>(
+      static_cast<std::size_t>(type), [&](auto i) { return use(std::tuple_element_t<i, Types>{}); });
 }
 
 inline std::size_t size_of(Scalar type) {

@@ -1,4 +1,4 @@
-#include "io/readers/cloud_viewpoint.hpp"
+#include "io/readers/reading_rules.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -79,7 +79,7 @@ class PcdReader {
       if (!lines_.next(line)) refuse("truncated or damaged PCD header");
       const Words words = words_of(line);
       if (words.empty() || words[0].starts_with('#')) continue;
-      const bool known = std::find(keywords.begin(), keywords.end(), words[0]) != keywords.end();
+      const bool known = std::ranges::find(keywords, words[0]) != keywords.end();
       if (!known || !header_.emplace(words[0], words).second)
         refuse(std::string("PCD header line '").append(words[0].substr(0, 20)) + "' is not expected here");
     }

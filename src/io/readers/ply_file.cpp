@@ -37,8 +37,8 @@ class PlyReader {
 
   Cloud read() {
     read_header();
-    const auto vertex = std::find_if(elements_.begin(), elements_.end(),
-                                     [](const Element& element) { return element.name == "vertex"; });
+    const auto vertex =
+        std::ranges::find_if(elements_, [](const Element& element) { return element.name == "vertex"; });
     if (vertex == elements_.end() || found_ != std::array{1, 1, 1})
       refuse("a PLY without one each of x, y and z as real numbers per vertex, which are in metres");
     if (vertex->count == 0) refuse("a cloud without points");

@@ -36,7 +36,7 @@ FilePose from_matrix(const std::vector<double>& v, const std::string& where) {
 
 /// A last row of 0 0 0 1 in every pose is no time stamp.
 void keep_only_real_stamps(std::vector<FilePose>& poses) {
-  if (std::any_of(poses.begin(), poses.end(), [](const FilePose& p) { return p.stamp_s != 1.0; })) return;
+  if (std::ranges::any_of(poses, [](const FilePose& p) { return p.stamp_s != 1.0; })) return;
   for (auto& pose : poses) pose.stamp_s.reset();
 }
 
@@ -152,7 +152,7 @@ std::string to_seconds(std::vector<double>& stamps) {
   std::vector<double> sorted;
   for (const double stamp : stamps)
     if (std::isfinite(stamp)) sorted.push_back(stamp);
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   if (sorted.empty()) return {};
   const double middle = sorted[sorted.size() / 2];
   const Unit* unit = nullptr;

@@ -4,7 +4,6 @@
 #include "io/readers/scan_list.hpp"
 #include "io/readers/scan_motion.hpp"
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <map>
 #include <optional>

@@ -1,7 +1,6 @@
 // ROS 1's bags, format 2.0 (wiki.ros.org/Bags/Format/2.0): records of a header of named fields and of data;
-// messages in chunks. rosbag's own library is not used: it aborts the program for some flipped bytes (an
-// assert of its Buffer, for one of 1500 flips of a small bag), allocates as a record claims, rejects bags
-// whose recorder was killed, and loads plugins and Python.
+// messages in chunks. rosbag's own library aborts for some flipped bytes, allocates as a record claims, and
+// rejects bags whose recorder was killed.
 #include "io/readers/chunked_bag.hpp"
 
 #include <map>
@@ -14,14 +13,7 @@ namespace {
 
 constexpr std::string_view magic = "#ROSBAG V2.0\n";
 
-enum class BagOp : std::uint8_t {
-  message = 2,
-  header = 3,
-  index = 4,
-  chunk = 5,
-  chunk_info = 6,
-  connection = 7
-};
+enum class BagOp { message = 2, header = 3, index = 4, chunk = 5, chunk_info = 6, connection = 7 };
 
 using HeaderFields = std::map<std::string_view, std::string_view>;
 

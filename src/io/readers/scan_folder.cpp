@@ -41,9 +41,8 @@ std::vector<ListedScan> files_of(const fs::path& folder, FileKind family) {
     if (same_family(kind, family)) scans.push_back({entry->path(), kind});
   }
   if (error) throw Error(Error::Kind::data, folder.string(), "cannot be read (" + error.message() + ")");
-  std::sort(scans.begin(), scans.end(), [](const ListedScan& a, const ListedScan& b) {
-    return natural_less(a.file.filename().string(), b.file.filename().string());
-  });
+  std::ranges::sort(scans, natural_less,
+                    [](const ListedScan& scan) { return scan.file.filename().string(); });
   return scans;
 }
 
@@ -53,7 +52,7 @@ void keep_depth_images(std::vector<ListedScan>& images, std::string& first_pictu
   const auto called_depth = [](const ListedScan& scan) {
     return scan.file.filename().string().find("depth") != std::string::npos;
   };
-  if (std::any_of(images.begin(), images.end(), called_depth)) {
+  if (std::ranges::any_of(images, called_depth)) {
     std::erase_if(images, [&](const ListedScan& scan) { return !called_depth(scan); });
     return;
   }
@@ -71,7 +70,7 @@ std::string folders_in(const fs::path& folder) {
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
     if (entry->is_directory()) names.push_back(entry->path().filename().string());
   if (names.empty()) return {};
-  std::sort(names.begin(), names.end(), natural_less);
+  std::ranges::sort(names, natural_less);
   constexpr std::size_t named = 3;
   std::string list;
   for (std::size_t i = 0; i < std::min(named, names.size()); ++i) list += (i == 0 ? "" : ", ") + names[i];
@@ -106,7 +105,7 @@ bool same_family(FileKind a, FileKind b) {
 
 bool is_tum(const fs::path& folder) {
   const auto places = around(folder);
-  return std::any_of(places.begin(), places.end(), has_tum_index);
+  return std::ranges::any_of(places, has_tum_index);
 }
 
 std::vector<fs::path> around(const fs::path& folder) {
@@ -238,7 +237,7 @@ void find_stamps(ListedRecording& recording) {
       scans[i].stamp_s = time_stamp(lines[i].words[0], times, lines[i].number);
     return convert_stamps(scans);
   }
-  if (!std::all_of(scans.begin(), scans.end(), [](const auto& s) { return stamp_in_name(s.file); })) return;
+  if (!std::ranges::all_of(scans, [](const auto& s) { return stamp_in_name(s.file).has_value(); })) return;
   refuse_unpadded(recording);
   for (auto& scan : scans) scan.stamp_s = stamp_in_name(scan.file);
 }

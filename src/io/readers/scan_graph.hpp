@@ -8,10 +8,8 @@
 
 namespace octosurf::io {
 
-/// OctoMap's binary scan graph (`.graph`): posed scans; the edges between them are ignored.
-///
-/// OctoMap's own reader does not check counts; here all are checked against the size of the file before any
-/// allocation.
+/// OctoMap's binary scan graph (`.graph`): posed scans; the edges between them are ignored. OctoMap's own
+/// reader does not check counts; here all are checked against the size of the file before any allocation.
 class ScanGraphFile {
  public:
   /// Finds the scans in the file. Throws Error(data) unless its structure is that of a graph, to

@@ -56,8 +56,8 @@ struct ScanList {
 /// Finds the scans of open_scans() with their poses, intrinsics and time stamps; same errors.
 ScanList list_scans(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
 
-/// Seconds, if the file is called like a time, alone or at the end: 1305031102.160407.png (TUM),
-/// 000012_1305031102.160407.pcd, 1403636579763555584.png (EuRoC, ns; likewise us).
+/// Seconds, if the file is called like a time: 1305031102.160407.png, 000012_1305031102.160407.pcd, EuRoC's
+/// ns.
 std::optional<double> stamp_in_name(const std::filesystem::path& file);
 
 /// The scans of one folder, in natural order, without poses and intrinsics; depth.txt gives stamps.
@@ -75,8 +75,8 @@ void find_poses(ListedRecording& recording, const ScanSourceOptions& options,
 void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
               const ScanSourceOptions& options, std::vector<std::string>& notes);
 
-/// Files called like the scans, with one pose each (ScanNet's pose/12.txt for depth/12.png). False if there
-/// is none for the first. Throws Error(data) if scans lack theirs and others are left over.
+/// Files called like the scans, with one pose each (ScanNet's pose/12.txt for depth/12.png); false: there are
+/// none. Throws Error(data) if scans lack theirs and others are left over.
 bool take_poses_in(const std::filesystem::path& folder, ListedRecording& recording,
                    std::vector<std::string>& notes);
 

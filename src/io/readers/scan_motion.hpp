@@ -2,7 +2,6 @@
 
 #include "io/readers/trajectory.hpp"
 
-#include <Eigen/Geometry>
 #include <functional>
 #include <optional>
 #include <span>
@@ -49,8 +48,7 @@ struct PointClock {
                                  const PointTimes& times) const;
   std::string text() const;
 };
-/// The largest unit of s, ms, µs and ns in which the points of one cloud were taken within twice the
-/// `period_s` of the clouds, and within 10 s. Empty: in none, or all at once.
+/// By the largest unit of s to ns in which a cloud took at most twice the `period_s`, and 10 s. Empty: none.
 std::optional<PointClock> clock_of(std::span<const TimedCloud> clouds, double period_s);
 
 /// A scan as its file or message has it.

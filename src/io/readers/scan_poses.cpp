@@ -87,7 +87,7 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
     drop_bad(poses);
     trajectory = std::make_shared<const Trajectory>(trajectory_of(poses.poses));
     const auto found = std::ranges::count_if(
-        stamps, [&](double stamp) { return trajectory->covers(to_ns(stamp), largest_pose_gap_ns); });
+        stamps, [&](double stamp) { return trajectory->gap_at(to_ns(stamp), largest_pose_gap_ns).empty(); });
     poses.notes.push_back(std::to_string(found) + " of " + count_of(scans, "scan") + " matched by time");
   } else if (scans == poses.poses.size()) {
     poses.notes.push_back("one pose for each scan, in order");
@@ -146,7 +146,7 @@ void find_poses(ListedRecording& recording, const ScanSourceOptions& options,
   const FileKind kind = scans.front().kind;
   if (kind == FileKind::graph || recording.bag) return;  // their own
   for (auto& scan : scans) scan.pose_file = own_pose_file(scan.file);
-  if (std::any_of(scans.begin(), scans.end(), [](const auto& s) { return fs::exists(s.pose_file); })) return;
+  if (std::ranges::any_of(scans, [](const auto& s) { return fs::exists(s.pose_file); })) return;
   for (auto& scan : scans) scan.pose_file.clear();
 
   const std::vector<std::string> names = is_tum(recording.folder)

@@ -1,4 +1,3 @@
-#include "io/readers/cloud_viewpoint.hpp"
 #include "io/readers/file_kind.hpp"
 #include "io/readers/recorded_scan.hpp"
 #include "io/text_file.hpp"

@@ -20,9 +20,8 @@
 
 namespace octosurf::io {
 
-/// Reads a ROS message's fields in the order of its definition; the counterpart of MessageWriter. One
-/// description of a message serves both of ROS' encodings. Throws std::runtime_error if the message ends too
-/// early; never allocates for missing data.
+/// Reads a ROS message's fields in the order of its definition, in both of ROS' encodings. Throws
+/// std::runtime_error if the message ends too early; never allocates for missing data.
 class MessageReader {
  public:
   /// `bytes` must outlive it. Throws std::runtime_error for another encoding.

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,8 +18,7 @@ struct NoPose : std::runtime_error {
   std::string frame;  ///< has no pose in its parent then; empty: not so
 };
 
-/// Longest time between neighbouring poses that is interpolated over. Of files: TUM's ground truth has 0.01 s
-/// from pose to pose, a robot's odometry 0.02 … 0.1.
+/// Longest time between neighbouring poses that is interpolated over. Of files: odometry has 0.02 … 0.1 s.
 inline constexpr std::int64_t largest_pose_gap_ns = 100000000;
 /// Of bags: linear interpolation between poses T apart deviates by at most a·T²/8 for an acceleration a, 16
 /// mm for the 2 m/s² of a walking robot, less than a voxel.
@@ -55,11 +53,10 @@ class Trajectory {
 
   /// Why there is no pose at that time, such as "the first is 0.100 s later"; empty: there is one.
   std::string gap_at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady = false) const;
-  bool covers(std::int64_t stamp_ns, std::int64_t gap_ns) const { return gap_at(stamp_ns, gap_ns).empty(); }
   /// The sample at exactly that time; else between neighbours that are equal, that pose; else slerp and
   /// linear interpolation between them, if they are at most `gap_ns` apart; else a sample at most
-  /// min(20 ms, gap) away. `steady`: one that never changes() holds
-  /// always. Throws NoPose with gap_at(), and std::runtime_error if a pose is no rigid motion.
+  /// min(20 ms, gap) away. `steady`: one that never changes() holds always. Throws NoPose with gap_at(), and
+  /// std::runtime_error if a pose is no rigid motion.
   Eigen::Isometry3d at(std::int64_t stamp_ns, std::int64_t gap_ns, bool steady = false) const;
   /// The last sample until then, or else the first. There must be one.
   Eigen::Isometry3d held_at(std::int64_t stamp_ns) const;

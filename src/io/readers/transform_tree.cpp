@@ -67,8 +67,8 @@ std::vector<std::string> TransformTree::ancestors(const std::string& frame) cons
 
 bool TransformTree::moves(const std::string& frame) const {
   const auto names = ancestors(frame);
-  return std::any_of(names.begin(), names.end(),
-                     [&](const std::string& name) { return frames_[indices_.at(name)].moves(); });
+  return std::ranges::any_of(names,
+                             [&](const std::string& name) { return frames_[indices_.at(name)].moves(); });
 }
 
 bool TransformTree::moves_below(const std::string& frame) const {

@@ -7,7 +7,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -49,14 +48,9 @@ class TransformTree {
   };
   Doubts doubts_of(const std::string& frame) const;
 
-  /// The time until which later transforms, in order of time, cannot change lookup(): the earliest of the
-  /// last ones of all moving frames between these two; the largest number if none moves. Empty: not
-  /// connected.
+  /// The time until which later transforms cannot change lookup(): the earliest of the last ones of all
+  /// moving frames between these two; the largest number if none moves. Empty: not connected.
   std::optional<std::int64_t> newest(const std::string& to, const std::string& from) const;
-  bool settled(const std::string& to, const std::string& from, std::int64_t stamp_ns) const {
-    const auto last = newest(to, from);
-    return last && *last >= stamp_ns;
-  }
   /// Moving frames lose their transforms, as tf2 forgets them when time is set back.
   void forget_moving();
 
