@@ -28,8 +28,7 @@ struct NamedMesh {
   Mesh mesh;                     ///< its triangles
 };
 
-/// Options of export_surfaces(), and what a snapshot lacks, by surface; of that only requested parts of
-/// surfaces in the snapshot are read.
+/// Options of export_surfaces(), and what a snapshot lacks, by surface.
 struct ExportOptions {
   /// .json: any number, in addition to the polygons. .ply, .glb: exactly one.
   std::vector<ExportPart> parts{ExportPart::polygons};
@@ -40,20 +39,14 @@ struct ExportOptions {
   bool force = false;                                          ///< overwrite an existing file
   std::map<SurfaceId, std::vector<ConvexPiece>> convex{};      ///< convex_pieces()
   std::map<SurfaceId, std::vector<Eigen::Vector3d>> points{};  ///< map frame
-  /// label_edges(); written to .json if present.
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
-  std::vector<NamedMesh> meshes{};  ///< .glb: further objects
-  /// Of GroundView; written to .json if present.
-  std::map<SurfaceId, std::vector<Gap>> gaps{};
-  /// Of find_stairs(); written to .json if present.
-  std::optional<Stairs> stairs{};
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges{};      ///< label_edges(), of .json
+  std::vector<NamedMesh> meshes{};                             ///< .glb: further objects
+  std::map<SurfaceId, std::vector<Gap>> gaps{};                ///< of GroundView, of .json
+  std::optional<Stairs> stairs{};                              ///< of find_stairs(), of .json
 };
 
 /// Writes the surfaces to `file` in the format given by its extension: .json (docs/formats.md §2), .ply,
 /// .glb.
-///
-/// .json also has `"cylinders"`: {"id", "axis_point", "axis", "radius_m", "length_m", "span_deg", "start",
-/// "inliers", "rms_m", "revision"} each, as in cylinder.hpp.
 ///
 /// 1. Map frame, metres; also in .glb, where viewers expect y up: its root node rotates `up` to y.
 /// 2. .json has positions to 1e-9 m and all other numbers to a double's last digit, .ply and .glb 32-bit
@@ -83,11 +76,10 @@ struct PictureOptions {
 };
 
 /// Renders the surfaces' polygons as a PNG, in parallel projection: each in its colour, shaded, with dark
-/// outlines, over a grid of 1 m at the height of the lowest surfaces. Surfaces seen from behind are omitted,
-/// to look past ceilings and near walls into rooms. Framed on the 2 to 98 % extent, so that stray surfaces do
-/// not shrink the rest. Deterministic. If `up` is not +z, the map is first turned by upright(up) (up.hpp).
-/// Throws Error(usage) for invalid options or an existing file without `force`, Error(output) if it cannot be
-/// written. A snapshot without surfaces gives an empty picture.
+/// outlines, over a grid of 1 m at the height of the lowest surfaces, framed on the 2 to 98 % extent.
+/// Surfaces seen from behind are omitted, to look past ceilings and near walls. Deterministic. The map is
+/// first turned by upright(up) (up.hpp). Throws Error(usage) for invalid options or an existing file without
+/// `force`, Error(output).
 void render_png(const Snapshot& snapshot, const std::filesystem::path& file,
                 const PictureOptions& options = {});
 

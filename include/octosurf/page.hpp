@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <map>
 #include <memory>
 #include <string>
@@ -15,12 +14,11 @@ namespace octosurf {
 
 /// A map shown on a page.
 struct PageMap {
-  std::string name;                          ///< label; errors name it, too
-  std::shared_ptr<const Snapshot> snapshot;  ///< its surfaces and cylinders
-  OccupancyView octree{};                    ///< Map::octree(); if empty, no voxels are shown
-  /// label_edges() of the snapshot's surfaces; if present, edges are drawn by their kind.
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
-  std::vector<Stair> stairs{};  ///< of find_stairs(), drawn with their measures
+  std::string name;                                        ///< label; errors name it, too
+  std::shared_ptr<const Snapshot> snapshot;                ///< its surfaces and cylinders
+  OccupancyView octree{};                                  ///< Map::octree(); if empty, no voxels are shown
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges{};  ///< label_edges(), if edges are drawn by kind
+  std::vector<Stair> stairs{};                             ///< of find_stairs(), drawn with their measures
 };
 
 /// Options of make_page().
@@ -33,13 +31,12 @@ struct PageOptions {
 ///
 /// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
 /// 2. Surfaces are in it as export_surfaces() writes them as .json, without `boundary`.
-/// 3. It is not larger than `max_mb`: if need be, voxels are merged to 2 d, 4 d … 32 d, then left out, and
-/// the
-///    page says so. A merged voxel is the one of its voxels with the highest log-odds.
+/// 3. It is not larger than `max_mb`: if need be, voxels are merged to 2 d, 4 d … 32 d, each as the one of
+/// its
+///    voxels with the highest log-odds, then left out, and the page says so.
 /// 4. Same map, same bytes.
-/// Throws Error(usage) if a limit makes no sense, and where the library was built without the page, which
-/// needs Node.js and the packages of web/; Error(data) for numbers that are not finite and labels of
-/// other polygons; Error(output) if the surfaces alone are larger than `max_mb`.
+/// Throws Error(usage) if a limit makes no sense, and where the library was built without the page (Node.js);
+/// Error(data) for numbers that are not finite; Error(output) if the surfaces alone are larger than `max_mb`.
 std::string make_page(const PageMap& map, const PageOptions& options = {});
 
 }  // namespace octosurf

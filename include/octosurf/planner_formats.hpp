@@ -51,15 +51,14 @@ struct PlannerContact {
 std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const PlannerContact& contact,
                                              const OccupancyView* octree = nullptr);
 
-/// A folder for Nav2: `storey_0.pgm` with `storey_0.yaml` and so on, as map_server loads them, and
-/// `route.geojson`, as route_server does, unless the route has no edges: it refuses such files. `route` and
-/// `stairs` are those of the storeys, `frame` is the frame id of the route's nodes, `stair_operation` the
-/// operation of the route server to run where a stair is entered and left; empty: none, as a route server
-/// without that operation fails there. docs/formats.md, section 7, lists what is in the files.
+/// A folder for Nav2 (docs/formats.md, section 7): `storey_0.pgm` with `storey_0.yaml` and so on, and
+/// `route.geojson`, unless the route has no edges: route_server refuses such files. `route` and `stairs` are
+/// those of the storeys, `frame` is the frame id of the route's nodes, `stair_operation` the operation of the
+/// route server where a stair is entered and left; empty: none.
 ///
 /// The folder is complete or absent. An existing one is replaced, with `force`, and only if it contains
-/// nothing but such files. Throws Error(usage) for an existing one without, Error(data) for numbers that are
-/// not finite or if there is nothing to write, Error(output) if it cannot be written.
+/// nothing but such files. Throws Error(usage), Error(data) for numbers that are not finite or if there is
+/// nothing to write, Error(output).
 void export_nav2(const std::vector<Storey>& storeys, const StoreyRoute& route,
                  const std::vector<Stair>& stairs, const std::string& frame,
                  const std::filesystem::path& folder, bool force = false,

@@ -32,16 +32,14 @@ struct ReceivedScan {
 };
 
 /// Decodes a sensor_msgs/PointCloud2, or by `type` Livox' CustomMsg ("livox_ros_driver2/CustomMsg"). Throws
-/// Error(data) naming `where` for a message that is truncated, lacks x, y or z, or has contradictory sizes.
-/// `sensor`: kind of sensor; empty: its frame's (sensor_of_frame()). Motion within it is not undone.
+/// Error(data) naming `where`. `sensor`: empty: its frame's (sensor_of_frame()). Motion is not undone.
 ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where,
                              std::optional<SensorKind> sensor = {},
                              std::string_view type = "sensor_msgs/PointCloud2");
 
 /// Decodes a sensor_msgs/Image with depth, or by `type` a "sensor_msgs/CompressedImage" (compressedDepth: PNG
 /// or RVL), and its sensor_msgs/CameraInfo, using K, or P if the images are `rectified`. `depth_scale`: units
-/// per metre; empty: 1000 for 16UC1 and mono16, 1 for 32FC1. Throws as scan_from_cloud(), and for a camera
-/// that is not calibrated or of another size.
+/// per metre; empty: 1000 for 16UC1 and mono16, 1 for 32FC1. Throws Error(data) naming `where`.
 ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_info, MessageEncoding encoding,
                              const std::string& where, bool rectified = false,
                              std::optional<double> depth_scale = {},

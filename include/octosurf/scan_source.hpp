@@ -27,8 +27,7 @@ struct BagOptions {
   std::optional<std::string> pose_frame = {};
   /// The frame of the map in tf; empty: `map`, if the sensor hangs below it, else the root above the sensor.
   std::optional<std::string> fixed_frame = {};
-  /// Take the recorder's time for all stamps, where drivers have clocks of their own.
-  bool recorded_stamps = false;
+  bool recorded_stamps = false;  ///< the recorder's time for all stamps, where drivers' clocks differ
 };
 
 /// A box that holds parts of the robot, in a frame that moves with it.
@@ -39,9 +38,8 @@ struct SelfBox {
 
 /// Options of open_scans().
 struct ScanSourceOptions {
-  /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time stamps; or a
-  /// folder of files with one pose each, called like the scans.
-  /// Overrides poses found beside or inside the scans. See below for the formats.
+  /// One pose per scan, over all inputs in order; a stamped trajectory; or a folder of files with one pose
+  /// each, called like the scans. Overrides poses found beside or inside the scans.
   std::optional<std::filesystem::path> poses = {};
   /// Of depth images: 3×3 K, or `fx fy cx cy`. Overrides a file found beside the images.
   std::optional<std::filesystem::path> intrinsics = {};
@@ -59,8 +57,7 @@ struct ScanSourceOptions {
   std::optional<Eigen::Vector3d> origin = {};
   double origin_beyond_m = 8192;  ///< m; from here on float rounds by more than half a millimetre
   BagOptions bag = {};            ///< of bags
-  /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
-  bool skip_bad = false;
+  bool skip_bad = false;          ///< continue after a scan that cannot be read or has no rigid pose
   /// Of clouds; empty: a lidar's, unless their frame is an optical one (sensor_of_frame()) or a PCD is one
   /// column, as scans of a camera are kept. Depth images are a camera's.
   std::optional<SensorKind> sensor = {};
@@ -69,8 +66,7 @@ struct ScanSourceOptions {
   std::vector<double> no_return = {};
   /// Readings in them are the robot itself: no readings, nor do their rays free space.
   std::vector<SelfBox> self_boxes = {};
-  /// Scans that will be left out at the beginning.
-  std::size_t skip = 0;
+  std::size_t skip = 0;  ///< scans that will be left out at the beginning
   /// Most that will be read from there on: poses that are as many as these, and not as all, are theirs.
   std::size_t first = std::numeric_limits<std::size_t>::max();
 };
@@ -87,8 +83,7 @@ class ScanSource {
   virtual std::size_t size() const = 0;
 
   /// The next scan, or empty at the end. Throws Error(data) with the scan's name for a bad one, and for a
-  /// source without any good scan; with skip_bad, bad ones go to skipped(). Time stamps never decrease from
-  /// one input to the next. About 3 ms for a 640×480 PNG.
+  /// source without any good scan; with skip_bad, bad ones go to skipped().
   virtual std::optional<Scan> next() = 0;
 
   /// Leaves out the next scans; false if there are fewer. With skip_bad only good ones count, so each is
@@ -128,8 +123,6 @@ bool is_occupancy_map(const std::filesystem::path& input);
 ///   are 30 a second of cameras, 10 of lidars.
 /// - Motion within a scan is undone (deskew.hpp) by its points' times, a field called t, time, timestamp,
 ///   offset_time or alike, or Livox' message, if poses are as frequent as scans; else Scan::times_s has them.
-///   Their unit is recognised by the length of a scan, their zero by the scans' time stamps; notes() reports
-///   both, and how far points move.
 ///
 /// Throws Error(usage) for invalid options, Error(data) for errors found before reading any scan: missing
 /// or empty input, no poses, no intrinsics, different counts.
