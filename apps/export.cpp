@@ -1,7 +1,7 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
 #include "bounds.hpp"
 #include "io/exporters/export_formats.hpp"
-#include "io/exporters/foxglove_log.hpp"
+#include "io/exporters/export_mcap.hpp"
 #include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/scan_list.hpp"

@@ -19,7 +19,6 @@ enum class McapOp : std::uint8_t {
   message_index = 7,
   chunk_index = 8,
   statistics = 11,
-  summary_offset = 14,
   data_end = 15,
 };
 

@@ -1,4 +1,4 @@
-// A message about a map as src/io/exporters/page_block.hpp packs it: gzip of a JSON document and arrays of numbers.
+// A message about a map as src/io/exporters/page_messages.hpp packs it: gzip of a JSON document and arrays of numbers.
 
 const arrayTypes = {
   u8: Uint8Array, u16: Uint16Array, u32: Uint32Array,
@@ -33,7 +33,7 @@ export async function readBlock(bytes) {
 }
 
 /**
- * Undoes differences() of page_voxels.cpp in place; the array's own type does the modulo.
+ * Undoes differences() of page.cpp in place; the array's own type does the modulo.
  * @template {Uint8Array|Uint16Array|Uint32Array|Int32Array} A
  * @param {A} numbers @returns {A}
  */

@@ -97,19 +97,6 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
   return json;
 }
 
-Json cylinder_json(const Cylinder& cylinder) {
-  return {{"id", cylinder.id},
-          {"axis_point", tidy(cylinder.axis_point)},
-          {"axis", cylinder.axis},
-          {"radius_m", cylinder.radius_m},
-          {"length_m", cylinder.length_m},
-          {"span_deg", cylinder.span_rad * 180 / std::numbers::pi},
-          {"start", cylinder.start},
-          {"inliers", cylinder.inliers},
-          {"rms_m", cylinder.rms_m},
-          {"revision", cylinder.revision}};
-}
-
 /// JSON has no number that is not finite.
 void require_finite(const Json& json, const std::string& what) {
   if (json.is_number_float()) finite(json.get<double>(), what);
@@ -139,7 +126,8 @@ void write_json(const ExportJob& job, std::ostream& out) {
   write_each(out, job.snapshot.surfaces, "surface ",
              [&](const Surface& surface) { return surface_json(job, surface); });
   out << "\n],\"cylinders\":[";
-  write_each(out, job.snapshot.cylinders, "cylinder ", cylinder_json);
+  write_each(out, job.snapshot.cylinders, "cylinder ",
+             [](const Cylinder& cylinder) { return Json(cylinder); });
   out << "\n]";
   if (const auto& found = job.options.stairs)
     out << ",\"stairs\":" << Json(found->stairs) << ",\"steps\":" << Json(found->single_steps);

@@ -4,7 +4,10 @@
 #include "io/new_file.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -33,7 +36,7 @@ const std::vector<Value>& find_or_empty(const std::map<SurfaceId, std::vector<Va
 }  // namespace
 
 bool io::ExportJob::wants(ExportPart part) const {
-  return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
+  return std::ranges::find(options.parts, part) != options.parts.end();
 }
 const std::vector<ConvexPiece>& io::ExportJob::convex(SurfaceId id) const {
   return find_or_empty(options.convex, id);
@@ -56,13 +59,10 @@ void io::require_labels_of(const Surface& surface, const std::vector<PolygonEdge
   const auto same = [](const Ring2& ring, const std::vector<EdgeKind>& kinds) {
     return ring.size() == kinds.size();
   };
-  const bool fit = std::equal(edges.begin(), edges.end(), surface.polygons.begin(), surface.polygons.end(),
-                              [&](const PolygonEdges& labels, const Polygon& polygon) {
-                                return same(polygon.outer, labels.outer) &&
-                                       std::equal(polygon.holes.begin(), polygon.holes.end(),
-                                                  labels.holes.begin(), labels.holes.end(), same);
-                              });
-  if (!fit)
+  const auto fit = [&](const Polygon& polygon, const PolygonEdges& labels) {
+    return same(polygon.outer, labels.outer) && std::ranges::equal(polygon.holes, labels.holes, same);
+  };
+  if (!std::ranges::equal(surface.polygons, edges, fit))
     throw Error(Error::Kind::data, "surface " + std::to_string(surface.id),
                 "has edge labels of other polygons", "label the edges of the snapshot that is exported");
 }
@@ -104,6 +104,58 @@ Mesh mesh_of(const ExportJob& job, const Surface& surface) {
   return mesh;
 }
 
+// PLY not by a library: PCL's writer does not report failed writes, and most readers find no faces in
+// assimp's PLY files.
+
+template <class... Values>
+void put(std::ostream& out, const Values&... values) {
+  (out.write(reinterpret_cast<const char*>(&values), sizeof(values)), ...);
+}
+
+void put_vertex(std::ostream& out, const Eigen::Vector3d& position, const std::array<float, 3>& color) {
+  for (const double coordinate : position) put(out, static_cast<float>(coordinate));
+  for (const float channel : color) put(out, static_cast<std::uint8_t>(std::lround(255 * channel)));
+}
+
+void put_header(std::ostream& out, const std::vector<Shape>& shapes, bool points) {
+  std::size_t vertices = 0, faces = 0;
+  for (const Shape& shape : shapes) {
+    vertices += shape.mesh.vertices.size();
+    faces += shape.mesh.triangles.size();
+  }
+  constexpr bool little = std::endian::native == std::endian::little;
+  out << "ply\nformat " << (little ? "binary_little_endian" : "binary_big_endian") << " 1.0\n"
+      << "element vertex " << vertices << '\n';
+  for (const char* name : {"x", "y", "z"}) out << "property float " << name << '\n';
+  for (const char* name : {"red", "green", "blue"}) out << "property uchar " << name << '\n';
+  if (points)
+    out << "property uint label\n";
+  else
+    out << "element face " << faces << "\nproperty list uchar int vertex_indices\n";
+  out << "end_header\n";
+}
+
+void put_points(std::ostream& out, const std::vector<Shape>& shapes) {
+  for (const Shape& shape : shapes)
+    for (const Eigen::Vector3d& point : shape.mesh.vertices) {
+      put_vertex(out, point, shape.color);
+      put(out, static_cast<std::uint32_t>(shape.id));
+    }
+}
+
+void put_faces(std::ostream& out, const std::vector<Shape>& shapes) {
+  for (const Shape& shape : shapes)
+    for (const Eigen::Vector3d& vertex : shape.mesh.vertices) put_vertex(out, vertex, shape.color);
+  std::uint32_t first = 0;
+  for (const Shape& shape : shapes) {
+    for (const auto& corners : shape.mesh.triangles) {
+      put(out, std::uint8_t{3});
+      for (const std::uint32_t corner : corners) put(out, static_cast<std::int32_t>(first + corner));
+    }
+    first += static_cast<std::uint32_t>(shape.mesh.vertices.size());
+  }
+}
+
 }  // namespace
 
 Mesh flat(const Surface& surface, const std::vector<Polygon>& polygons) {
@@ -129,6 +181,11 @@ std::vector<Shape> make_shapes(const ExportJob& job) {
     if (!shape.mesh.vertices.empty()) shapes.push_back(std::move(shape));
   }
   return shapes;
+}
+
+void write_ply(const std::vector<Shape>& shapes, bool points, std::ostream& out) {
+  put_header(out, shapes, points);
+  points ? put_points(out, shapes) : put_faces(out, shapes);
 }
 
 }  // namespace io

@@ -42,8 +42,7 @@ class MessageWriter {
     for (const Element& element : list) write(element);
   }
 
-  /// A message of these fields: name, value, name, value, …, where a value is one that write() takes, or that
-  /// writes itself. The bytes have no names; the code that writes them does.
+  /// Of fields: name, value, name, value, …, where a value is one that write() takes, or that writes itself.
   template <class Value, class... More>
   void message(const char* /*name*/, const Value& value, const More&... more) {
     if constexpr (WritesItself<Value>)

@@ -54,7 +54,7 @@ std::vector<Drawn> drawn_of(const Snapshot& snapshot, const std::vector<NamedMes
     add(color, (v[b] - v[a]).cross(v[c] - v[a]).normalized(), mesh);
   }
   const auto behind = [&](const Drawn& drawn) { return drawn.normal.dot(forward) > 0; };
-  if (!std::all_of(all.begin(), all.end(), behind)) std::erase_if(all, behind);
+  if (!std::ranges::all_of(all, behind)) std::erase_if(all, behind);
   return all;
 }
 
@@ -76,8 +76,7 @@ Eigen::AlignedBox3d robust_box(const std::vector<Drawn>& all, const Eigen::Matri
     }
   Eigen::AlignedBox3d box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones());
   for (int axis = 0; axis < 3 && total > 0; ++axis) {
-    std::sort(samples.begin(), samples.end(),
-              [axis](const Sample& a, const Sample& b) { return a.at[axis] < b.at[axis]; });
+    std::ranges::sort(samples, [axis](const Sample& a, const Sample& b) { return a.at[axis] < b.at[axis]; });
     double below = 0;
     for (const Sample& sample : samples) {
       if (below <= 0.02 * total) box.min()[axis] = sample.at[axis];

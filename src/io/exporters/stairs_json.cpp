@@ -1,8 +1,23 @@
 #include "io/exporters/stairs_json.hpp"
 
 #include "geometry/degrees.hpp"
+#include "io/exporters/export_formats.hpp"
 
 #include <nlohmann/json.hpp>
+
+void nlohmann::adl_serializer<octosurf::Cylinder>::to_json(ordered_json& json,
+                                                           const octosurf::Cylinder& cylinder) {
+  json = {{"id", cylinder.id},
+          {"axis_point", octosurf::io::tidy(cylinder.axis_point)},
+          {"axis", cylinder.axis},
+          {"radius_m", cylinder.radius_m},
+          {"length_m", cylinder.length_m},
+          {"span_deg", cylinder.span_rad * octosurf::deg_per_rad},
+          {"start", cylinder.start},
+          {"inliers", cylinder.inliers},
+          {"rms_m", cylinder.rms_m},
+          {"revision", cylinder.revision}};
+}
 
 void nlohmann::adl_serializer<octosurf::Step>::to_json(ordered_json& json, const octosurf::Step& step) {
   json = {{"lower", step.lower},

@@ -1,8 +1,7 @@
 // MCAP files as our own reader finds them, and the messages in them. test/peers/mcap_test.py reads them with
 // MCAP's own library.
 #include "io/exporters/export_fixture.hpp"
-#include "io/exporters/foxglove_log.hpp"
-#include "io/exporters/mcap_writer.hpp"
+#include "io/exporters/export_mcap.hpp"
 #include "io/readers/bag.hpp"
 #include "octosurf_foxglove.pb.h"
 
