@@ -1,10 +1,11 @@
 // `octosurf check`: why the scans of a recording contradict each other.
+#include "bounds.hpp"
 #include "check/search.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
-#include "scan_options.hpp"
+#include "scan_feed.hpp"
 #include "sensing/pose_form.hpp"
 
 #include <CLI/CLI.hpp>
@@ -13,7 +14,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -29,11 +29,9 @@ Examples:
   octosurf check depth --poses trajectory.txt --intrinsics K.txt
   octosurf check walk.mcap --topic /points --write-poses walk.txt
 
-Views spread over the recording are compared as `map` compares them, with the poses as given, under one meaning
-after the other of poses, readings and scans, and under two together: inverse poses, other axes of the sensor or
-the positions, mirrored clouds, scales of readings or poses, poses of earlier or later scans, a sensor mounted
-elsewhere, another focal length, distances or inverse depth for depth, clouds that lie in the map already, values
-that stand for no return, repeated readings or poses, a jump. A cause is named only if with it the recording
+Views spread over the recording are compared as `map` compares them, as given and under other meanings of poses,
+readings and scans, one or two at a time: inverse poses, axes, scales, mounts, delays, kinds of depth, clouds that
+lie in the map already, values for no return, repeated scans, a jump. A cause is named only if with it the recording
 agrees as a right one does; then follows the command that maps it so, or what to do by hand. --write-poses writes
 the poses by that meaning, one line (tx ty tz qx qy qz qw) a scan. Exit code 1: no cause is known.
 )";
@@ -228,12 +226,10 @@ void run_check(const CLI::App& verb, const CheckOptions& options) {
 void add_check(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("check", check_description);
   const auto options = std::make_shared<CheckOptions>();
-  options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("input", options->inputs, "folders or files")->required();
   verb->add_option("--write-poses", options->write_poses, "write the poses by which the recording agrees")
       ->type_name("FILE");
-  verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
-      ->capture_default_str();
+  add_threads(*verb, options->threads);
   verb->add_flag("--force", options->force, "overwrite the file of poses");
   add_scan_options(*verb, options->source, options->range);
   add_parameter_options(*verb, options->parameters);

@@ -1,12 +1,12 @@
 // `octosurf diff`: what changed between two maps.
 #include "geometry/degrees.hpp"
 #include "io/text_file.hpp"
+#include "open_map.hpp"
 #include "readable.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -42,27 +42,17 @@ bool goes_on_from(const Snapshot& after, const Snapshot& before) {
   after.removals.for_each_since(before.revision, [&](const Removal& removal) {
     if (removal.of == Removal::Of::surface && removal.born <= before.revision) left.push_back(removal.id);
   });
-  std::sort(left.begin(), left.end());
+  std::ranges::sort(left);
   std::size_t there = 0;
   for (const SurfacePtr& surface : before.surfaces) {
     const Surface* now = after.find(surface->id);
-    if (now == nullptr && !std::binary_search(left.begin(), left.end(), surface->id)) return false;
+    if (now == nullptr && !std::ranges::binary_search(left, surface->id)) return false;
     if (now != nullptr && now->born != surface->born) return false;
     there += now != nullptr;
   }
-  const auto as_old = std::count_if(after.surfaces.begin(), after.surfaces.end(),
-                                    [&](const SurfacePtr& s) { return s->born <= before.revision; });
+  const auto as_old =
+      std::ranges::count_if(after.surfaces, [&](const SurfacePtr& s) { return s->born <= before.revision; });
   return static_cast<std::size_t>(as_old) == there;
-}
-
-struct Move {
-  double offset_m = 0, angle_rad = 0;
-};
-/// Of a plane, in the middle of its surface as it was.
-Move move_of(const Surface& before, const Surface& after) {
-  const Eigen::Vector3d &a = before.plane.normal, &b = after.plane.normal;
-  return {-after.plane.signed_distance(before.T_map_surface.translation()) / b.dot(a),
-          std::atan2(a.cross(b).norm(), a.dot(b))};
 }
 
 Json successors_json(const std::vector<MapChanges::Successor>& all, const char* before, const char* now) {
@@ -85,12 +75,13 @@ Json json_of(const MapChanges& changes, const Snapshot& before, const Snapshot& 
   json["changed"] = Json::array();
   for (const SurfaceId id : changes.changed) {
     const Surface &was = *before.find(id), &is = *after.find(id);
-    const Move move = move_of(was, is);
+    const Eigen::Vector3d &a = was.plane.normal, &b = is.plane.normal,
+                          middle = was.T_map_surface.translation();
     json["changed"].push_back({{"id", id},
                                {"area_before_m2", was.area_m2},
                                {"area_after_m2", is.area_m2},
-                               {"offset_m", move.offset_m},
-                               {"angle_deg", move.angle_rad * deg_per_rad}});
+                               {"offset_m", -is.plane.signed_distance(middle) / b.dot(a)},
+                               {"angle_deg", std::atan2(a.cross(b).norm(), a.dot(b)) * deg_per_rad}});
   }
   json["gone"] = listed(changes.gone, before);
   json["merged"] = successors_json(changes.merged, "id", "into");
@@ -103,9 +94,7 @@ Json json_of(const MapChanges& changes, const Snapshot& before, const Snapshot& 
 }
 
 void run_diff(const DiffArguments& arguments) {
-  const LoadedMap first = load_map(arguments.before), second = load_map(arguments.after);
-  for (const LoadedMap* loaded : {&first, &second})
-    if (!loaded->warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded->warning.c_str());
+  const LoadedMap first = load_with_warning(arguments.before), second = load_with_warning(arguments.after);
   if (first.map.origin() != second.map.origin())
     throw Error(Error::Kind::data, arguments.after,
                 "its origin is " + io::text_of(second.map.origin()) + ", the other's " +

@@ -1,21 +1,17 @@
 // `octosurf info`: what is in a map or a bag.
-#include "info.hpp"
-
 #include "io/exporters/stairs_json.hpp"
-#include "io/readers/bag.hpp"
+#include "io/readers/bag_index.hpp"
+#include "open_map.hpp"
 #include "readable.hpp"
 #include "run_statistics.hpp"
-#include "surface_table.hpp"
-#include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <string>
+#include <vector>
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
@@ -40,17 +36,6 @@ struct InfoArguments {
 };
 
 constexpr std::size_t listed_surfaces = 10;
-
-Json to_json(const Cylinder& cylinder) {
-  return {{"id", cylinder.id},
-          {"axis_point", cylinder.axis_point},
-          {"axis", cylinder.axis},
-          {"radius_m", cylinder.radius_m},
-          {"length_m", cylinder.length_m},
-          {"span_deg", cylinder.span_rad * 180 / std::numbers::pi},
-          {"inliers", cylinder.inliers},
-          {"rms_m", cylinder.rms_m}};
-}
 
 Json json_of(const LoadedMap& loaded, const std::string& up_option) {
   const Map& map = loaded.map;
@@ -77,7 +62,7 @@ Json json_of(const LoadedMap& loaded, const std::string& up_option) {
   json["area_m2"] = total_area(*snapshot);
   json["largest"] = largest_surfaces(*snapshot, listed_surfaces, up.direction);
   json["cylinders"] = Json::array();
-  for (const CylinderPtr& cylinder : snapshot->cylinders) json["cylinders"].push_back(to_json(*cylinder));
+  for (const CylinderPtr& cylinder : snapshot->cylinders) json["cylinders"].push_back(*cylinder);
   json["stairs"] = stairs.stairs;
   json["steps"] = stairs.single_steps;
   json["parameters"] = Json::parse(parameters_json(map.parameters()));
@@ -86,14 +71,43 @@ Json json_of(const LoadedMap& loaded, const std::string& up_option) {
   return json;
 }
 
+Json json_of(const std::string& bag, std::vector<std::string>& damage) {
+  const auto files = io::files_of_bag(bag);
+  std::vector<io::TopicContents> topics = io::summarise_bag(*io::open_bag(files), damage);
+  std::ranges::sort(topics, {}, [](const io::TopicContents& one) { return one.topic.name; });
+  std::uint64_t messages = 0;
+  std::vector<std::int64_t> ends_ns;
+  Json list = Json::array();
+  const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) / 1e9; };
+  for (const io::TopicContents& one : topics) {
+    messages += one.messages;
+    list.push_back({{"name", one.topic.name}, {"type", one.topic.type}, {"messages", one.messages}});
+    list.back().update({{"first_s", nullptr}, {"last_s", nullptr}});
+    if (one.messages == 0) continue;
+    list.back().update({{"first_s", seconds(one.first_ns)}, {"last_s", seconds(one.last_ns)}});
+    ends_ns.insert(ends_ns.end(), {one.first_ns, one.last_ns});
+  }
+  Json json{{"files", Json::array()}, {"messages", messages}};
+  for (const auto& file : files) json["files"].push_back(file.string());
+  json.update({{"first_s", nullptr}, {"last_s", nullptr}, {"duration_s", nullptr}});
+  if (const auto [first, last] = std::ranges::minmax_element(ends_ns); !ends_ns.empty())
+    json.update(
+        {{"first_s", seconds(*first)}, {"last_s", seconds(*last)}, {"duration_s", seconds(*last - *first)}});
+  json["topics"] = list;
+  json["damage"] = damage;
+  return json;
+}
+
 void run_info(const InfoArguments& arguments) {
   if (io::is_bag(arguments.map)) {
     if (!arguments.up.empty())
       throw Error(Error::Kind::usage, arguments.map, "a bag, and --up is of maps", "leave it away");
-    return print_bag(arguments.map, arguments.json);
+    std::vector<std::string> damage;
+    print_answer(json_of(arguments.map, damage), arguments.json);
+    if (!damage.empty()) throw Error(Error::Kind::data, "", damage.front());
+    return;
   }
-  const LoadedMap loaded = load_map(arguments.map);
-  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const LoadedMap loaded = load_with_warning(arguments.map);
   print_answer(json_of(loaded, arguments.up), arguments.json);
 }
 

@@ -8,9 +8,8 @@ namespace octosurf {
 /// Whether an early end was requested by a signal.
 bool interrupted();
 
-/// During its lifetime, the first Ctrl-C, SIGTERM or hang-up makes interrupted() true, and ends the scan that
-/// is being inserted; one that comes at least two seconds later ends the program. A closed output pipe is
-/// ignored.
+/// While it lives, the first Ctrl-C, SIGTERM or hang-up makes interrupted() true, and ends the scan that is
+/// being inserted; one at least two seconds later ends the program. A closed output pipe is ignored.
 class InterruptGuard {
  public:
   InterruptGuard();

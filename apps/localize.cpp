@@ -4,7 +4,7 @@
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
-#include "scan_options.hpp"
+#include "scan_feed.hpp"
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>

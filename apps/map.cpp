@@ -7,8 +7,8 @@
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
+#include "scan_feed.hpp"
 #include "scan_keeper.hpp"
-#include "scan_options.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <CLI/CLI.hpp>
@@ -18,7 +18,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -40,7 +39,6 @@ Examples:
   octosurf map depth --poses trajectory.txt --intrinsics K.txt --depth-scale 5000 -o maps/lab
   octosurf map velodyne --poses poses.txt --resolution 0.05 -o maps/street
   octosurf map walk.mcap -o maps/walk                           a bag; info walk.mcap tells its topics
-  octosurf map walk.bag --topic /lidar/points --fixed-frame odom -o maps/walk
   octosurf map old.bt -o maps/old                               surfaces of an OctoMap
   octosurf map edited.bt --resume maps/old -o maps/new          its ids, on the occupancy of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
@@ -60,8 +58,7 @@ scan and save; on other failures (disk full, out of memory) the error names the 
 corrected poses; map reads them like other scans. A map that is resumed and saved under its own name continues
 its folder. With another -o give --keep-scans a copy of it (cp -al).
 
-Surfaces are found around what each scan has changed, cylinders in the points left. --detector paper uses PCL's
-parts and the paper's values instead, where no other is given: no cylinders, poses as they are.
+--detector paper uses PCL's parts and the paper's values, where no other is given: no cylinders, poses as they are.
 )";
 
 struct Inputs {
@@ -209,7 +206,6 @@ void run_map(MapOptions& options) {
 void add_map(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("map", map_description);
   const auto options = std::make_shared<MapOptions>();
-  options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("input", options->inputs, "folders or files");
   verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
   verb->add_option(
@@ -234,8 +230,7 @@ void add_map(CLI::App& app) {
   verb->add_option("--serve", options->serve_port,
                    "serve the map while it grows, as the verb serve does; 0: any free port [not served]")
       ->type_name("PORT");
-  verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
-      ->capture_default_str();
+  add_threads(*verb, options->threads);
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--strict", options->strict, "write no map if scans contradict each other; exit code 1");
   add_scan_options(*verb, options->source, options->range);

@@ -19,12 +19,9 @@
 
 namespace octosurf {
 
-/// One run of `octosurf map`, from the first scan to the files: a loop that inserts scans and saves what
-/// comes of them.
-///
-/// If the run ends early (a bad scan, Ctrl-C, SIGTERM, a lost terminal, no memory, a full disk), the map so
-/// far is saved, the report written and the summary printed before the last line reports it. If that fails,
-/// the line names the last complete checkpoint, which is never overwritten by an incomplete map.
+/// One run of `octosurf map`, from the first scan to the files. If it ends early, the map so far is saved and
+/// reported before the last line says why. If that fails, the line names the last complete checkpoint, which
+/// is never overwritten by an incomplete map.
 class MapRun {
  public:
   /// `kept`: location of the scans of `start` and of the new ones. `context`: input and the warnings so far.
@@ -32,8 +29,7 @@ class MapRun {
   MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context,
          RunState::Clock::time_point begin);
 
-  /// First takes over an octree, if any: the start's surfaces are detected in it, or those of a resumed map
-  /// carried over to it. Then maps the scans of `source`, if any.
+  /// Finds surfaces in an octree, if any, or carries those of a resumed map over to it; then maps the scans.
   void run(const std::optional<std::filesystem::path>& octree, std::unique_ptr<ScanSource> source);
 
  private:

@@ -6,13 +6,12 @@
 #include "io/text_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
-#include "surface_table.hpp"
+#include "run_statistics.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -77,7 +76,7 @@ void require_other_scans(const MergeOptions& options, const LoadedMap& first, co
         &others = surfaces::state_of(second.map).held;
   const std::set<std::uint64_t> known(held.begin(), held.end());
   const auto shared = static_cast<std::size_t>(
-      std::count_if(others.begin(), others.end(), [&](std::uint64_t scan) { return known.contains(scan); }));
+      std::ranges::count_if(others, [&](std::uint64_t scan) { return known.contains(scan); }));
   if (shared > 0)
     refuse(options,
            "holds " + io::count_of(shared, "scan") + " of " + options.first +
@@ -104,10 +103,11 @@ void require_pose(const MergeOptions& options, const MapAlignment& found, const 
   const double distance = (off * place - place).norm(), turn = Eigen::AngleAxisd(off.linear()).angle();
   const double lever = 1;  // m, from there to the surfaces
   if (distance + lever * turn <= 2 * resolution) return;
-  std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(), "lies %.1f cm and %.1f° off where its surfaces meet those of ",
-                100 * distance, deg_per_rad * turn);
-  refuse(options, text.data() + options.first, "--align merges it there, --anyway where it was said to be");
+  refuse(options,
+         io::formatted("lies %.1f cm and %.1f° off where its surfaces meet those of ", 100 * distance,
+                       deg_per_rad * turn) +
+             options.first,
+         "--align merges it there, --anyway where it was said to be");
 }
 
 /// Of a map's points on surfaces those where another has looked, and of these those on or beside its points.
@@ -207,8 +207,8 @@ void run_merge(const MergeOptions& options) {
   save_map(mapper.map(), options.output);
   print_map("merged", mapper.map());
   const auto& surfaces = mapper.snapshot()->surfaces;
-  const auto born = std::count_if(surfaces.begin(), surfaces.end(),
-                                  [&](const SurfacePtr& one) { return before->find(one->id) == nullptr; });
+  const auto born = std::ranges::count_if(
+      surfaces, [&](const SurfacePtr& one) { return before->find(one->id) == nullptr; });
   std::printf("%-12s %td go on, %td are new\n", "surfaces",
               static_cast<std::ptrdiff_t>(surfaces.size()) - born, born);
   if (report.points_out_of_map > 0)

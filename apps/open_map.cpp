@@ -2,10 +2,31 @@
 
 #include "io/text_file.hpp"
 #include "output_files.hpp"
+#include "surfaces/map_state.hpp"
 
+#include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
+#include <optional>
 
 namespace octosurf {
+namespace {
+
+// Of 45°: a direction farther off is another axis, not a slope.
+constexpr double cos_another = 0.70710678118654752;
+// Of 10°: floors and frames are aligned with an axis more accurately.
+constexpr double cos_along_axis = 0.98480775301220806;
+
+/// "y" or "-y" where it is nearly one, else its numbers.
+std::string axis_name(const Eigen::Vector3d& direction) {
+  int axis = 0;
+  direction.cwiseAbs().maxCoeff(&axis);
+  if (std::fabs(direction[axis]) >= cos_along_axis)
+    return (direction[axis] < 0 ? "-" : "") + std::string(1, static_cast<char>('x' + axis));
+  return io::formatted("%.2f %.2f %.2f", direction.x(), direction.y(), direction.z());
+}
+
+}  // namespace
 
 LoadedMap load_with_warning(const std::string& name) {
   LoadedMap loaded = load_map(name);
@@ -23,6 +44,42 @@ LoadedMap open_map(const std::string& name) {
 
 bool writes_over(const std::string& read, const std::string& written) {
   return same_file(files_of_map(read).front(), files_of_map(written).front());
+}
+
+void add_up_option(CLI::App& verb, std::string& text) {
+  verb.add_option("--up", text,
+                  "which way is up: X Y Z, an axis such as -y, or auto (from the surfaces) [the map's own]")
+      ->type_name("DIRECTION");
+}
+
+Up up_in_force(const Map& map, const std::string& text) {
+  if (text.empty()) return up_of(map);
+  Parameters parameters;
+  set_parameter(parameters, "up", text);
+  return parameters.up ? Up{*parameters.up, Up::Source::given} : up_from_surfaces(map);
+}
+
+void warn_of_up(const Map& map) {
+  const std::optional<Eigen::Vector3d>& given = map.parameters().up;
+  if (!given) return;
+  const Up found = up_from_surfaces(map);
+  // Clouds without poses were never turned, so their frame tells nothing.
+  const surfaces::MapState& state = surfaces::state_of(map);
+  const Eigen::Vector3d& held = state.sensors_up;
+  const bool turned = held.normalized().dot(Eigen::Vector3d::UnitZ()) < 1 - 1e-9;
+  const bool steady = held.norm() > static_cast<double>(state.scans) / 2;
+  if (found.source != Up::Source::surfaces || found.direction.dot(*given) > cos_another || !turned ||
+      !steady || held.dot(found.direction) < cos_another * held.norm())
+    return;
+  std::fprintf(stderr, "warning: surfaces and sensors suggest that up is %s, not %s: --up auto\n",
+               axis_name(found.direction).c_str(), axis_name(*given).c_str());
+}
+
+std::string describe(const Up& up) {
+  const std::string direction =
+      io::formatted("%.4f %.4f %.4f", up.direction.x(), up.direction.y(), up.direction.z());
+  if (up.source == Up::Source::assumed) return direction + ", assumed: no surface tells";
+  return direction + (up.source == Up::Source::given ? "" : ", estimated from level surfaces");
 }
 
 }  // namespace octosurf

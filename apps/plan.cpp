@@ -6,7 +6,6 @@
 #include "output_files.hpp"
 #include "query_fields.hpp"
 #include "serve/served_map.hpp"
-#include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

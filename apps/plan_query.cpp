@@ -89,8 +89,7 @@ Robot robot_in(const std::string& name_or_file) {
       continue;
     }
     const auto& all = robot_limits();
-    const auto limit =
-        std::find_if(all.begin(), all.end(), [&](const RobotLimit& l) { return l.name == key; });
+    const auto limit = std::ranges::find_if(all, [&](const RobotLimit& l) { return l.name == key; });
     double* const field = limit != all.end() ? limit->of(robot) : nullptr;
     if (field == nullptr) {
       std::string known = "foot";

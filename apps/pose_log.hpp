@@ -14,9 +14,8 @@ enum class Saving {
 /// Writes the poses with which a run's scans were mapped (`--write-poses`).
 class PoseLog {
  public:
-  /// No file is written if `file` is empty. `force`: overwrite a file from before the run. `origin`: of the
-  /// map, added to the poses, so that they are in the frame of those given. Throws as save() for a file that
-  /// cannot be replaced.
+  /// None if `file` is empty. `force`: overwrite a file from before the run. `origin`: of the map, added to
+  /// the poses. Throws as save() for a file that cannot be replaced.
   PoseLog(std::string file, bool force, const Eigen::Vector3d& origin);
 
   void add(double stamp_s, const Eigen::Isometry3d& T_map_sensor);

@@ -2,7 +2,6 @@
 #include "open_map.hpp"
 #include "questions.hpp"
 #include "readable.hpp"
-#include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

@@ -2,6 +2,7 @@
 
 #include "bounds.hpp"
 #include "geometry/degrees.hpp"
+#include "io/text_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -37,18 +38,16 @@ std::string QuestionField::option() const {
   std::string text = "--" + name;
   for (const char* unit : {"_m", "_deg", "_s"})
     if (text.ends_with(unit)) text.erase(text.rfind('_'));
-  std::replace(text.begin(), text.end(), '_', '-');
+  std::ranges::replace(text, '_', '-');
   return text;
 }
 
 void QuestionField::put(const std::vector<double>& given, const std::string& called) const {
   for (const double value : given) {
     // Written so that NaN is refused, too.
-    if (!(value >= low && value <= high)) {
-      char limits[80];
-      std::snprintf(limits, sizeof limits, "give %.16g to %.16g", low, high);
-      throw Error(Error::Kind::usage, called, "is not within its limits", limits);
-    }
+    if (!(value >= low && value <= high))
+      throw Error(Error::Kind::usage, called, "is not within its limits",
+                  io::formatted("give %.16g to %.16g", low, high));
     if (whole && value != std::floor(value))
       throw Error(Error::Kind::usage, called, "is no whole number", "give one");
   }

@@ -3,7 +3,6 @@
 #include "geometry/degrees.hpp"
 #include "io/exporters/stairs_json.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>

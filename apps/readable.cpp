@@ -27,7 +27,7 @@ std::pair<std::string, std::string> named(std::string key) {
       key.erase(key.size() - ending.size());
       unit = written;
     }
-  std::replace(key.begin(), key.end(), '_', ' ');
+  std::ranges::replace(key, '_', ' ');
   return {key, unit};
 }
 
@@ -59,7 +59,7 @@ std::string text_of(const Json& value) {
 
 /// How many columns of a terminal a text takes: UTF-8's further bytes take none.
 int width_of(const std::string& text) {
-  return static_cast<int>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+  return static_cast<int>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
 void print_table(const std::string& name, const Json& rows) {

@@ -4,10 +4,8 @@
 
 namespace octosurf {
 
-/// Prints an answer in JSON for readers, on stdout: a line for each field, with the unit of its name behind
-/// it
-/// ("area_m2": "area 1.28 m²"); a list of objects as a table, a list of lists as its length, a long object as
-/// lines below.
+/// Prints JSON for readers: a line for each field, with the unit of its name behind it ("area_m2": "area 1.28
+/// m²"); a list of objects as a table, a list of lists as its length, a long object as lines below.
 void print_readable(const nlohmann::ordered_json& answer);
 
 /// Likewise, or as it is.

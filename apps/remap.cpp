@@ -1,4 +1,5 @@
 // `octosurf remap`: a map anew, from the scans it was built from and corrected poses.
+#include "bounds.hpp"
 #include "geometry/interruption.hpp"
 #include "interrupt_guard.hpp"
 #include "io/kept_scans.hpp"
@@ -24,7 +25,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -243,7 +243,6 @@ void run_remap(RemapOptions& options) {
 void add_remap(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("remap", remap_description);
   const auto options = std::make_shared<RemapOptions>();
-  options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("map", options->map, "map, built with --keep-scans")->required();
   verb->add_option("--poses", options->poses, "file with a pose per scan, or a stamped trajectory")
       ->type_name("FILE");
@@ -255,8 +254,7 @@ void add_remap(CLI::App& app) {
   verb->add_option("--write-poses", options->write_poses,
                    "write the poses with which the scans were mapped (stamp tx ty tz qx qy qz qw)")
       ->type_name("FILE");
-  verb->add_option("--threads", options->threads, "number of threads; the result does not depend on it")
-      ->capture_default_str();
+  add_threads(*verb, options->threads);
   verb->add_option("--origin", options->origin,
                    "X Y Z: subtracted from all coordinates, m; stored in the map [the map's]")
       ->expected(3);

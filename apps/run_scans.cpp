@@ -19,7 +19,7 @@ RunScans::RunScans(RunState& run, std::unique_ptr<ScanSource> source) : run_(run
   for (const std::string& note : notes_) std::printf("%s\n", note.c_str());
   const std::size_t listed = source->size();
   held_ = surfaces::state_of(run.mapper.map()).held;
-  std::sort(held_.begin(), held_.end());
+  std::ranges::sort(held_);
   feed_ =
       std::make_unique<ScanFeed>(std::move(source), range, [this](const Scan& scan) { return accept(scan); });
   if (feed_->size() == 0)
@@ -44,7 +44,7 @@ void RunScans::require_metres(const Scan& scan) const {
 bool RunScans::accept(const Scan& scan) {
   if (std::exchange(first_, false)) require_metres(scan);
   require_near(scan);
-  return held_.empty() || !std::binary_search(held_.begin(), held_.end(), sensing::fingerprint_of(scan));
+  return held_.empty() || !std::ranges::binary_search(held_, sensing::fingerprint_of(scan));
 }
 
 void RunScans::require_near(const Scan& scan) const {

@@ -1,17 +1,36 @@
 #pragma once
 
-#include "map_options.hpp"
+#include "parameter_options.hpp"
 #include "run_statistics.hpp"
+#include "scan_feed.hpp"
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
+#include <octosurf/scan_source.hpp>
 
 namespace octosurf {
+
+/// Options of `octosurf map`.
+struct MapOptions {
+  std::vector<std::string> inputs;
+  std::string output, resume, report;   ///< stems of maps; file
+  std::string keep_scans, write_poses;  ///< folder; file
+  ParameterOptions parameters;
+  ScanSourceOptions source;
+  ScanRange range;
+  double checkpoint_s = 60;                  ///< 0: never
+  std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
+  int threads = 1;
+  bool realtime = false, force = false;
+  bool strict = false;  ///< no map of scans that contradict one another
+};
 
 /// What a run of `octosurf map` has reached, for all that take part in it.
 struct RunState {

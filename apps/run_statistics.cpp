@@ -1,13 +1,12 @@
 #include "run_statistics.hpp"
 
-#include "surfaces/map_state.hpp"
+#include "geometry/degrees.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <numeric>
 #include <sys/resource.h>
 #include <utility>
@@ -34,7 +33,7 @@ double percentile(const std::vector<double>& values, double share) {
 }
 
 Json spread(std::vector<double> values, const std::vector<std::pair<const char*, double>>& shares) {
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   Json json;
   for (const auto& [name, share] : shares)
     json[name] = values.empty() ? Json() : Json(percentile(values, share));
@@ -45,7 +44,7 @@ Json spread(std::vector<double> values, const std::vector<std::pair<const char*,
 /// Percentiles over points, each with the lag of the scan that brought it.
 template <class Lags>
 Json lag_json(Lags lags) {
-  std::sort(lags.begin(), lags.end(), [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
+  std::ranges::sort(lags, [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
   double points = 0, sum = 0;
   for (const auto& lag : lags) {
     points += static_cast<double>(lag.points);
@@ -117,7 +116,7 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
     const Eigen::Isometry3d& used = alignment.T_map_sensor;
     alignment_.corrections_m.push_back((used.translation() - scan.T_map_sensor.translation()).norm());
     const Eigen::AngleAxisd turn(used.linear() * scan.T_map_sensor.linear().transpose());
-    alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
+    alignment_.corrections_deg.push_back(turn.angle() * deg_per_rad);
   }
   if (alignment.outcome != AlignmentOutcome::rejected) judge_.add(scan, alignment.T_map_sensor);
   add_occupancy(report, arrival_s, done_s);
@@ -159,15 +158,13 @@ void RunStatistics::add_occupancy(const ScanReport& report, double arrival_s, do
 double RunStatistics::scan_ms_percentile(double share) const {
   if (scan_ms_.empty()) return 0;
   std::vector<double> sorted = scan_ms_;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   return percentile(sorted, share);
 }
 
 std::string RunStatistics::to_json(const Map& map, const RunContext& context) const {
   const Map::Size size = map.size();
   const std::shared_ptr<const Snapshot> snapshot = map.snapshot();
-  double area_m2 = 0;
-  for (const SurfacePtr& surface : snapshot->surfaces) area_m2 += surface->area_m2;
   const auto scans = static_cast<double>(scans_);
   const double span_s = scans_ > 1 ? (last_stamp_s_ - first_stamp_s_) * scans / (scans - 1) : 0;
   const std::size_t categorizable = size.inliers + size.pending;
@@ -209,8 +206,8 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   const Up up = up_of(map);
   json["up"] = {{"direction", up.direction}, {"from", name_of(up.source)}};
   json["surfaces"] = size.surfaces;
-  json["area_m2"] = area_m2;
-  json["cylinders"] = map.snapshot()->cylinders.size();
+  json["area_m2"] = total_area(*snapshot);
+  json["cylinders"] = snapshot->cylinders.size();
   json["pending_points"] = size.pending;
   json["peak_rss_mb"] = peak_rss_mb();
   json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
@@ -241,6 +238,29 @@ void require_agreement(const Judgement& judgement, const std::string& output) {
   if (judgement.contradicts())
     throw Error(Error::Kind::data, output, judgement.describe(),
                 "no map is written; without --strict it would be");
+}
+
+Json largest_surfaces(const Snapshot& snapshot, std::size_t count, const Eigen::Vector3d& up) {
+  std::vector<SurfacePtr> surfaces = snapshot.surfaces;
+  std::ranges::stable_sort(surfaces,
+                           [](const SurfacePtr& a, const SurfacePtr& b) { return a->area_m2 > b->area_m2; });
+  surfaces.resize(std::min(count, surfaces.size()));
+  Json list = Json::array();
+  for (const SurfacePtr& surface : surfaces)
+    list.push_back({{"id", surface->id},
+                    {"area_m2", surface->area_m2},
+                    {"inliers", surface->inliers},
+                    {"rms_m", surface->rms_m},
+                    {"normal", surface->plane.normal},
+                    {"offset", surface->plane.offset},
+                    {"slope_deg", slope_rad(*surface, up) * deg_per_rad}});
+  return list;
+}
+
+double total_area(const Snapshot& snapshot) {
+  double area_m2 = 0;
+  for (const SurfacePtr& surface : snapshot.surfaces) area_m2 += surface->area_m2;
+  return area_m2;
 }
 
 void RunContext::warn(const std::string& warning) {

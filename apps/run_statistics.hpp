@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,11 +31,8 @@ struct AlignmentTotals {
   std::vector<double> corrections_m, corrections_deg;  ///< of the scans that were corrected or recovered
 };
 
-/// Collects the results of one run's scans and writes the report (docs/formats.md §1).
-///
-/// Times are in seconds on one clock of the caller's choice, the same for all calls. Undefined values (a rate
-/// without increasing time stamps, a lag without categorised points) are null in the report. Percentiles are
-/// nearest-rank.
+/// Collects the results of one run's scans for the report (docs/formats.md §1). Times are in seconds on one
+/// clock of the caller's; percentiles are nearest-rank.
 class RunStatistics {
  public:
   explicit RunStatistics(const Parameters& parameters) : parameters_(parameters), judge_(parameters) {}
@@ -48,11 +46,8 @@ class RunStatistics {
   /// Mapper::drain(), at the end or a pause of the input. False if nothing waited.
   bool drain(Mapper& mapper, const std::function<double()>& now_s);
 
-  /// The contents of docs/formats.md §1. `map`, after the run, provides octree, surfaces, area, pending
-  /// points, cylinders and up. `categorized_percent` is inliers over inliers and
-  /// pending points of `map`: vanished points do not count. `points_per_second` is per second of time stamps,
-  /// from the first scan's to one mean period after the last one's. `time_to_first_detection_s` is from the
-  /// first arrival until the first new surface could be read. `peak_rss_mb` (10⁶ bytes) is the process's.
+  /// The report. `map`: after the run. What is not defined, such as a rate without increasing time stamps, is
+  /// null. `points_per_second` is per second of time stamps, to one mean period after the last one's.
   std::string to_json(const Map& map, const RunContext& context = {}) const;
 
   std::uint64_t scans() const { return scans_; }
@@ -84,9 +79,8 @@ class RunStatistics {
   mutable std::uint64_t judged_ = 0;  // scans of which that is
 };
 
-/// A gap between scans after which everything waiting is processed: 1 s, 30 of a camera's frames, in which a
-/// quarter a scan would have emptied the queue. By time stamps, so that the map does not depend on the
-/// machine.
+/// A gap between scans after which everything waiting is processed: 1 s, by time stamps, so that the map does
+/// not depend on the machine.
 bool is_pause(std::optional<double> last_stamp_s, double stamp_s);
 
 /// One line of a run's summary; none without scans.
@@ -96,8 +90,13 @@ void warn_of(const Judgement& judgement, const std::vector<std::string>& inputs 
 /// Throws Error(data) if they do: `output`, a map, is not written.
 void require_agreement(const Judgement& judgement, const std::string& output);
 
-/// Effective parameters by name, as a JSON object: numbers, booleans, and get_parameter()'s words for values
-/// determined from the scans ("estimated", "sensor"). Angles in degrees.
+/// Parameters by name, as a JSON object: numbers, booleans and get_parameter()'s words. Angles in degrees.
 std::string parameters_json(const Parameters& parameters);
+
+/// The surfaces of largest area, at most `count`, ties by id: a list of objects. `up`: for their slopes.
+nlohmann::ordered_json largest_surfaces(const Snapshot& snapshot, std::size_t count,
+                                        const Eigen::Vector3d& up);
+
+double total_area(const Snapshot& snapshot);  ///< m²
 
 }  // namespace octosurf

@@ -11,12 +11,19 @@
 
 #include <octosurf/scan_source.hpp>
 
+namespace CLI {
+class App;
+}
+
 namespace octosurf {
 
 /// Selects scans of a source: skips `skip`, then takes every `every`-th, at most `first`.
 struct ScanRange {
   std::size_t skip = 0, every = 1, first = std::numeric_limits<std::size_t>::max();
 };
+
+/// Options for reading and selecting scans.
+void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& range);
 
 /// Reads and decodes the scans of a range of a source. One thread at a time.
 class ScanFeed {

@@ -10,10 +10,8 @@
 
 namespace octosurf {
 
-/// Keeps the scans of a run in a folder, if it is to (`--keep-scans`).
-///
-/// A scan is added only after it was mapped, and this is saved before the map: so every saved map finds all
-/// its scans in the folder it names, whenever the power fails.
+/// Keeps the scans of a run in a folder, if it is to (`--keep-scans`): each after it was mapped, and saved
+/// before the map, which so finds all its scans whenever the power fails.
 class ScanKeeper {
  public:
   /// Goes on behind the scans of the map; does nothing if kept.folder is empty. Throws Error(output),
@@ -36,9 +34,8 @@ class ScanKeeper {
   std::unique_ptr<io::ScanWriter> writer_;
 };
 
-/// Where a run keeps its scans that begins with `map`, whose scans are in `before`. `wish`: --keep-scans, or
-/// empty. A map has either all its scans in a folder or none: only a map that is written over continues its
-/// folder by itself. Throws Error(usage) where a wish goes against it.
+/// Where a run keeps its scans that begins with `map`, whose scans are in `before`: all in a folder, or none.
+/// `wish`: --keep-scans, or empty. Throws Error(usage) where that cannot be.
 KeptScans choose_folder(const std::string& wish, bool in_place, const Map& map, const KeptScans& before,
                         RunContext& context);
 

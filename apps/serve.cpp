@@ -3,7 +3,6 @@
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "serve/http_server.hpp"
-#include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <csignal>
@@ -26,7 +25,6 @@ Examples:
   octosurf serve maps/office                     the page is at the address that is printed
   octosurf serve maps/office --port 8080
   curl 'http://127.0.0.1:8080/api/query/below?point=-4.6,-0.6,1'
-  curl 'http://127.0.0.1:8080/api/regions?surface=1&foot=0.22x0.11&yaw_deg=90&edge_margin_m=0.02&pieces=8'
   curl http://127.0.0.1:8080/api                 all questions and their parameters
   ssh -L 8080:127.0.0.1:8080 robot               on another machine: there http://127.0.0.1:8080/ is the robot's
 

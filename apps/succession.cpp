@@ -75,7 +75,7 @@ Succeeded Succession::renumber(surfaces::MapState& after) const {
     if (const auto origin = origins.find(id); same == nullptr && origin != origins.end())
       renamed.parents.push_back(origin->second);
     for (const SurfaceId parent : merged[id])
-      if (std::find(renamed.parents.begin(), renamed.parents.end(), parent) == renamed.parents.end())
+      if (std::ranges::find(renamed.parents, parent) == renamed.parents.end())
         renamed.parents.push_back(parent);
     renamed.born = same != nullptr ? same->born : revision;
     renamed.revision = revision;

@@ -16,13 +16,9 @@ struct Succeeded {
 };
 
 /// Gives the surfaces and cylinders of a map that was rebuilt from the same readings at corrected poses the
-/// ids of those of the old map, so that ids remain valid.
-///
-/// Every reading lies in a voxel of the old map and in one of the new. A surface keeps the id that
-/// SharedReadings::keepers() says, as after any other change of a map; without one it gets an unused id, and
-/// the old surface that had more than half of its readings as parent. An old surface without a successor of
-/// its id merged into the one with most of its readings. Surfaces that existed only during the rebuild are
-/// not recorded.
+/// ids of those of the old map. A surface keeps the id that SharedReadings::keepers() says; without one it
+/// gets an unused id, and the old surface that had more than half of its readings as parent. An old surface
+/// without a successor of its id merged into the one with most of its readings.
 class Succession {
  public:
   /// Must outlive it.

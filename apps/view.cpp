@@ -4,16 +4,13 @@
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "serve/served_map.hpp"
-#include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include <octosurf/export.hpp>
 #include <octosurf/ground.hpp>
@@ -65,7 +62,7 @@ void draw_png(ViewArguments& arguments) {
   require_apart("--png", arguments.png, files_of_map(arguments.map));
   const LoadedMap loaded = open_map(arguments.map);
   PictureOptions& options = arguments.picture;
-  const auto at = std::find(view_names.begin(), view_names.end(), arguments.from);
+  const auto at = std::ranges::find(view_names, arguments.from);
   options.from = static_cast<ViewFrom>(at - view_names.begin());
   if (arguments.up.empty()) warn_of_up(loaded.map);
   options.up = up_in_force(loaded.map, arguments.up).direction;

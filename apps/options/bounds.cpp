@@ -1,10 +1,13 @@
 #include "bounds.hpp"
 
+#include "io/text_file.hpp"
+
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace octosurf {
@@ -20,12 +23,6 @@ CLI::Validator bound(const std::string& rule, const std::function<bool(double)>&
       rule);
 }
 
-std::string text_of(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
-}
-
 class OftenFormatter : public CLI::Formatter {
  public:
   std::string make_group(std::string group, bool positional,
@@ -37,16 +34,22 @@ class OftenFormatter : public CLI::Formatter {
 }  // namespace
 
 CLI::Validator at_least(double low) {
-  return bound(text_of(low) + " or more", [low](double value) { return value >= low; });
+  return bound(io::formatted("%g or more", low), [low](double value) { return value >= low; });
 }
 
 CLI::Validator more_than(double low) {
-  return bound("more than " + text_of(low), [low](double value) { return value > low; });
+  return bound(io::formatted("more than %g", low), [low](double value) { return value > low; });
 }
 
 CLI::Validator between(double low, double high) {
-  return bound("from " + text_of(low) + " to " + text_of(high),
+  return bound(io::formatted("from %g to %g", low, high),
                [low, high](double value) { return value >= low && value <= high; });
+}
+
+void add_threads(CLI::App& verb, int& threads) {
+  threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
+  verb.add_option("--threads", threads, "number of threads; the result does not depend on it")
+      ->capture_default_str();
 }
 
 void require_finite(CLI::App& app) {

@@ -9,6 +9,9 @@ CLI::Validator at_least(double low);
 CLI::Validator more_than(double low);
 CLI::Validator between(double low, double high);  ///< both included
 
+/// --threads, by default one for each processor.
+void add_threads(CLI::App& verb, int& threads);
+
 /// Refuses nan and inf in all options of numbers, of the verbs, too: CLI11's own ranges take them.
 void require_finite(CLI::App& app);
 

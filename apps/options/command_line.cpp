@@ -72,7 +72,7 @@ std::vector<std::string> arguments_of(std::vector<std::string> words) {
     *first = *first + " " + *(first + 1) + " " + *(first + 2);
     words.erase(first + 1, first + 3);
   }
-  std::reverse(words.begin(), words.end());
+  std::ranges::reverse(words);
   return words;
 }
 
@@ -100,8 +100,7 @@ int run_command(CLI::App& app, int argc, char** argv) {
   }
   const std::vector<std::string> verbs = verbs_of(app);
   const std::string& first = words.front();
-  const std::string verb =
-      std::find(verbs.begin(), verbs.end(), first) == verbs.end() ? std::string() : first;
+  const std::string verb = std::ranges::find(verbs, first) == verbs.end() ? std::string() : first;
   if (verb.empty() && first != "--help" && first != "-h" && first != "--version")
     return complain(program, {}, "'" + first + "' is not a verb; " + program + " --help lists them",
                     wrong_use);

@@ -1,12 +1,12 @@
 #include "parameter_options.hpp"
 
 #include "bounds.hpp"
+#include "io/text_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <string_view>
 
@@ -23,7 +23,7 @@ constexpr std::array<std::string_view, 4> often_set{"resolution", "max_range", "
 constexpr std::size_t largest_config = std::size_t{64} << 10;  // bytes; all parameters are a hundredth of it
 
 std::string with(std::string name, char from, char to) {
-  std::replace(name.begin(), name.end(), from, to);
+  std::ranges::replace(name, from, to);
   return name;
 }
 
@@ -34,15 +34,8 @@ std::string trimmed(const std::string& text) {
 }
 
 std::vector<Setting> read_config(const std::string& file) {
-  std::ifstream stream(file);
-  if (!stream) throw Error(Error::Kind::data, file, "cannot be read", "check --config");
   std::vector<Setting> settings;
-  std::string text(largest_config + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > largest_config)
-    throw Error(Error::Kind::data, file, "is larger than 64 KiB", "give a list of parameters to --config");
-  std::istringstream lines(text);
+  std::istringstream lines(io::read_bytes(file, largest_config));
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
     line = trimmed(line.substr(0, line.find('#')));
@@ -73,7 +66,7 @@ void validate(const Parameters& parameters, const std::vector<Setting>& settings
     parameters.validate();
   } catch (const Error& error) {
     const auto is_refused = [&](const Setting& s) { return s.name == error.where(); };
-    if (std::any_of(settings.begin(), settings.end(), is_refused)) throw;
+    if (std::ranges::any_of(settings, is_refused)) throw;
     for (const Setting& setting : settings) {
       Parameters alone;
       set(alone, setting);
@@ -110,7 +103,7 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
     if (info.name.starts_with("up_")) continue;  // --up gives all three
     const std::string dashed = with(info.name, '_', '-');
     const std::string names = "--" + info.name + (dashed == info.name ? "" : ",--" + dashed);
-    const bool often = std::find(often_set.begin(), often_set.end(), info.name) != often_set.end();
+    const bool often = std::ranges::find(often_set, info.name) != often_set.end();
     if (!often) others += (others.size() - others.rfind('\n') > most_columns ? "\n  " : " ") + dashed;
     const std::string help = info.help + " [" + get_parameter(defaults, info.name) +
                              (info.unit.empty() ? "" : " " + info.unit) + "]";
@@ -135,7 +128,7 @@ ParameterChoice::ParameterChoice(const ParameterOptions& options, bool live) : l
 }
 
 bool ParameterChoice::given(const std::string& name) const {
-  return std::any_of(settings_.begin(), settings_.end(), [&](const Setting& s) { return s.name == name; });
+  return std::ranges::any_of(settings_, [&](const Setting& s) { return s.name == name; });
 }
 
 Parameters ParameterChoice::apply_to(Parameters parameters) const {
@@ -152,11 +145,9 @@ Parameters ParameterChoice::in_force(std::optional<double> resolution, SensorKin
     parameters = apply_to(Parameters::paper(resolution.value_or(parameters.occupancy.resolution),
                                             parameters.surfaces.sensor_noise));
   double& d = parameters.occupancy.resolution;
-  if (resolution && given("resolution") && std::fabs(d - *resolution) > 1e-9) {
-    std::ostringstream is;
-    is << "is " << d << ", but the octree of the input has " << *resolution << " m";
-    throw Error(Error::Kind::usage, "resolution", is.str(), "leave it out");
-  }
+  if (resolution && given("resolution") && std::fabs(d - *resolution) > 1e-9)
+    throw Error(Error::Kind::usage, "resolution",
+                io::formatted("is %g, but the octree of the input has %g m", d, *resolution), "leave it out");
   if (resolution) d = *resolution;
   if (live_ && !given("detection_budget")) parameters.detection.detection_budget = budget_in_real_time;
   validate(parameters, settings_);

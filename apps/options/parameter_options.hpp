@@ -29,14 +29,12 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options);
 /// The user's choice of parameters, not yet applied.
 class ParameterChoice {
  public:
-  /// Reads the config file. Throws Error(data) if it cannot be read, Error(usage) naming file and line for an
-  /// invalid line, and for unknown names and invalid values.
-  /// `live`: for scans that arrive in real time; unless it is given, a new map has a detection_budget.
+  /// Reads the config file. Throws Error(data), Error(usage). `live`: for scans that arrive in real time;
+  /// unless it is given, a new map has a detection_budget.
   explicit ParameterChoice(const ParameterOptions& options, bool live = false);
 
-  /// The parameters for a new map, validated. With the paper's detector those not given are the paper's.
-  /// `resolution`: of an existing octree; else, unless given, 2 cm for a camera, 5 cm for a lidar. Throws
-  /// Error(usage), also for a conflicting resolution.
+  /// For a new map, validated. With the paper's detector those not given are the paper's. `resolution`: of an
+  /// existing octree; else, unless given, 2 cm for a camera, 5 cm for a lidar. Throws Error(usage).
   Parameters in_force(std::optional<double> resolution = {},
                       SensorKind sensor = SensorKind::depth_camera) const;
   /// A line on the resolution of a sensor's map; empty: it is given.

@@ -1,9 +1,9 @@
 #include "progress.hpp"
 
+#include "io/text_file.hpp"
+
 #include <algorithm>
-#include <array>
 #include <cstdio>
-#include <cstring>
 #include <unistd.h>
 
 namespace octosurf {
@@ -19,13 +19,10 @@ std::string Progress::pace(std::size_t done) const {
   const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   if (done == 0 || !(spent > 0)) return {};
   const double rate = static_cast<double>(done) / spent;
-  std::array<char, 80> text{};
-  std::snprintf(text.data(), text.size(), ", %.*f a second", rate < 10 ? 1 : 0, rate);
-  if (done == total_) return text.data();
+  const std::string text = io::formatted(", %.*f a second", rate < 10 ? 1 : 0, rate);
+  if (done == total_) return text;
   const auto left = static_cast<long>(static_cast<double>(total_ - done) / rate + 0.5);
-  const std::size_t used = std::strlen(text.data());
-  std::snprintf(text.data() + used, text.size() - used, ", %ld:%02ld left", left / 60, left % 60);
-  return text.data();
+  return text + io::formatted(", %ld:%02ld left", left / 60, left % 60);
 }
 
 void Progress::show(std::size_t done, const std::function<std::string()>& note) {

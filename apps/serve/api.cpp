@@ -57,7 +57,7 @@ Json list_of_questions() {
 void take(const QuestionField& field, const std::string& text) {
   if (field.numbers == 0) {
     if (text.size() > longest_text) refuse(field.name, "is too long", "give fewer letters");
-    if (!field.words.empty() && std::find(field.words.begin(), field.words.end(), text) == field.words.end())
+    if (!field.words.empty() && std::ranges::find(field.words, text) == field.words.end())
       refuse(field.name, "is none of its words", field.description);
     return field.take_text(text);
   }
@@ -79,7 +79,7 @@ void read(const Question& question, const QueryParameters& given, Request& asked
   const QuestionFields fields = question.fields(asked);
   for (const auto& [name, text] : given) {
     const auto known = [&name = name](const QuestionField& field) { return field.name == name; };
-    if (std::none_of(fields.begin(), fields.end(), known)) {
+    if (std::ranges::none_of(fields, known)) {
       std::string names;
       for (const QuestionField& field : fields) names += (names.empty() ? "" : ", ") + field.name;
       refuse(name, "is no parameter of this question", "it has " + names);

@@ -67,7 +67,7 @@ std::string decoded(std::string_view text) {
 
 /// Throws Error(usage).
 QueryParameters parameters_in(std::string query) {
-  std::replace(query.begin(), query.end(), '+', ' ');
+  std::ranges::replace(query, '+', ' ');
   QueryParameters given;
   for (std::string_view rest = query; !rest.empty();) {
     const std::string_view one = rest.substr(0, rest.find('&'));

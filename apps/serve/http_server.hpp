@@ -9,12 +9,10 @@
 namespace octosurf {
 
 /// Answers GET and HEAD requests of this machine.
-///
 /// 1. A request has 5 s to arrive, of 8 KB at most and without a body; its answer has a minute to be sent.
 ///    Slow clients take no thread.
 /// 2. At most 256 clients; others get 503. Each answer closes its connection.
-/// 3. Requests for other hosts than this machine are refused, as are those of another site's page (Origin):
-///    otherwise any page could resolve its own name to this address (DNS rebinding).
+/// 3. Requests for other hosts are refused, as are those of another site's page (against DNS rebinding).
 /// 4. What is thrown is answered: Error(usage) 400, Error(data) 404, all else 500. Without memory for a
 ///    client it is dropped.
 class HttpServer {

@@ -1,8 +1,8 @@
+#include "io/text_file.hpp"
 #include "output_files.hpp"
 #include "run_outputs.hpp"
 #include "serve/http_server.hpp"
 
-#include <array>
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -25,9 +25,7 @@ void yield_to_the_mapper() {
 /// No two runs have the same, so that nobody takes one's revisions for the other's.
 std::string new_run() {
   std::random_device random;
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%08x%08x", random(), random());
-  return text.data();
+  return io::formatted("%08x%08x", random(), random());
 }
 
 class LiveView {

@@ -1,11 +1,10 @@
 #include "serve/served_map.hpp"
 
-#include "info.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "io/exporters/page_messages.hpp"
+#include "open_map.hpp"
 #include "planning/rings.hpp"
-#include "surface_table.hpp"
-#include "up_option.hpp"
+#include "run_statistics.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -14,7 +13,6 @@
 
 #include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
-#include <octosurf/error.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/up.hpp>
 

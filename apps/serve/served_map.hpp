@@ -17,9 +17,8 @@
 
 namespace octosurf {
 
-/// Surfaces as they are shown, without voids, of a map that goes on growing. A later ray may change such an
-/// outline though nothing changed of the surface: it then has the revision at which that was found, so that
-/// clients with an earlier one get it.
+/// Surfaces as they are shown, without voids, of a map that goes on growing. Where a later ray has changed
+/// such an outline alone, it has the revision at which that was found, so that clients get it.
 class ShownSurfaces {
  public:
   /// Of the revision that is `solid`'s; outlines found anew count from it on.
