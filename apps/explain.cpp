@@ -54,8 +54,7 @@ Json json_of(const Explanation& why, const std::string& detector) {
 
 void run_explain(const ExplainArguments& arguments) {
   const LoadedMap loaded = open_map(arguments.map);
-  const std::vector<double>& at = arguments.at;
-  const Explanation why = explain(loaded.map, {at[0], at[1], at[2]}, paper_detector());
+  const Explanation why = explain(loaded.map, Eigen::Vector3d(arguments.at.data()), paper_detector());
   const std::string detector = get_parameter(loaded.map.parameters(), "detector");
   print_answer(json_of(why, detector), arguments.json);
 }

@@ -12,7 +12,6 @@
 #include <memory>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -96,8 +95,7 @@ void require_sensible_files(const PlanArguments& arguments) {
 
 void run_plan(PlanArguments& arguments) {
   require_sensible_files(arguments);
-  LoadedMap loaded = open_map(arguments.map);
-  const ServedMap map(std::move(loaded), arguments.map, arguments.up);
+  const ServedMap map(open_map(arguments.map), arguments.map, arguments.up);
   const planning::AskedMap& asked = map.asked;
   const PlanQuery& query = arguments.query;
   const Robot robot = robot_of(query, asked.up);

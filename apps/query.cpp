@@ -39,8 +39,7 @@ struct QueryArguments {
 };
 
 void run_query(QueryArguments& arguments) {
-  LoadedMap loaded = open_map(arguments.map);
-  const ServedMap map(std::move(loaded), arguments.map, arguments.up);
+  const ServedMap map(open_map(arguments.map), arguments.map, arguments.up);
   const Question& question = *arguments.question;
   auto number = arguments.numbers.begin();
   for (const QuestionField& field : question.fields(arguments.asked))

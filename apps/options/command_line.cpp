@@ -1,6 +1,7 @@
 #include "command_line.hpp"
 
 #include "bounds.hpp"
+#include "io/text_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -27,10 +28,7 @@ class Formatter : public CLI::Formatter {
  public:
   std::string make_subcommand(const CLI::App* verb) const override {
     const std::string text = verb->get_description();
-    char line[160];
-    std::snprintf(line, sizeof line, "  %-10s %s\n", verb->get_name().c_str(),
-                  text.substr(0, text.find('\n')).c_str());
-    return line;
+    return io::formatted("  %-10s %s\n", verb->get_name().c_str(), text.substr(0, text.find('\n')).c_str());
   }
 };
 
