@@ -44,7 +44,8 @@ TEST(GroundView, SlotsAreNoGroundWhicheverWayTheyRun) {
     mapper.drain();
     const auto ground = GroundView(mapper.snapshot(), mapper.map().octree()).supported();
     const auto stands_at = [&](double x, double y) {
-      const std::optional<Nearest> met = shapes::below(*ground, T_map_slot * Eigen::Vector3d(x, y, 0.1), walkable);
+      const std::optional<Nearest> met =
+          shapes::below(*ground, T_map_slot * Eigen::Vector3d(x, y, 0.1), walkable);
       return met && std::abs((T_map_slot.inverse() * met->point).z()) < 0.03;
     };
     int beside = 0, stood = 0;

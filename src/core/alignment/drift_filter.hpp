@@ -19,8 +19,8 @@ namespace octosurf::alignment {
 /// fixed in the map's frame.
 ///
 /// Zero drift remains accepted until another rate is significantly better: exact poses stay as given, bit by
-/// bit. Without revisited patches the correction does not change: views matched to the map one by one drift as
-/// much (a stair of 60 views whose poses drift by 20 mm, 11.6 mm rms: 12.8 mm).
+/// bit. Without revisited patches the correction does not change: views matched to the map one by one drift
+/// as much (a stair of 60 views whose poses drift by 20 mm, 11.6 mm rms: 12.8 mm).
 class DriftFilter {
  public:
   /// Continues from `state`, which must outlive it.
