@@ -63,14 +63,15 @@ class GroundTiles {
   using Key = std::array<int, 2>;
   struct Tile {
     CellRaster cells;            ///< of edge d, the tile's own
-    Mask of;                     ///< each: see ground_tiles.cpp; empty if nothing of the outline is near
+    Mask of;                     ///< each: its Ground, and bits; empty if nothing of the outline is near
     std::vector<Ring2> bridged;  ///< rectangles that cover the bridged cells, and a cell more
     std::vector<Ring2> voids;    ///< rectangles
   };
   struct Cuts {
     std::vector<Ring2> bridged, voids;  // of some tiles
   };
-  class Finder;
+  class Finder;  // ground_tile.cpp
+  static constexpr std::uint8_t ground_bits = 3, bridged_bit = 4, inside_bit = 8, beyond_bit = 16;
 
   static std::optional<Ground> ground_of(std::uint8_t of);
   bool whole() const;        // all in one tile

@@ -253,12 +253,6 @@ TEST_F(Remap, WhatCannotBeDoneIsSaid) {
   EXPECT_EQ(read("m.surfaces"), before);
 }
 
-Parameters of_4_cm() {
-  Parameters coarse;
-  coarse.occupancy.resolution = 0.04;
-  return coarse;
-}
-
 class Merge : public CommandTest {
  protected:
   /// left, right: halves of a room that overlap; all: the room. right_elsewhere: right, in a frame that lies
@@ -275,7 +269,8 @@ class Merge : public CommandTest {
     // Seen from both halves, and not along x.
     scene.rectangle({-0.6, 1.4, 0}, {0.6, -0.5, 0}, {0, 0, 1.6})
         .rectangle({0, 0.9, 0}, {0.6, 0.5, 0}, {0, 0, 1.6});
-    Mapper left(of_4_cm()), right(of_4_cm()), all(of_4_cm()), elsewhere(of_4_cm());
+    const Parameters coarse = test::of_voxels(0.04);
+    Mapper left(coarse), right(coarse), all(coarse), elsewhere(coarse);
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.translation().y() = 1;
     T.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -391,7 +386,7 @@ class Diff : public CommandTest {
             scene, look_at({1.6 * std::cos(0.7 * i), 1.6 * std::sin(0.7 * i), 1.4}, {0, 0, 0.1}), random));
       save_map(mapper.map(), folder / map);
     };
-    Mapper mapper(of_4_cm()), other(of_4_cm());
+    Mapper mapper(test::of_voxels(0.04)), other(test::of_voxels(0.04));
     look(mapper, full, 9, "before");
     look(mapper, empty, 18, "after");
     look(other, empty, 9, "other");

@@ -100,7 +100,7 @@ class Mapping:
         names = "received", "mapped", "rejected", "refused", "dropped", "transforms", "messages_refused"
         self.counts = dict.fromkeys(names, 0)
         self.last_refusal, self.scan_ms, self.told = "", 0.0, 0.0
-        self.corrected = None  # or is told T_map_odom and the time of each scan
+        self.corrected = None  # or a function of T_map_odom and each scan's time
         self.tf, self.cameras, self.unposed = octosurf.Transforms(), {}, {}  # of sensors without a pose, since when
         self.news = threading.Condition()  # of what follows
         self.queue, self.bytes, self.tasks = collections.deque(), 0, collections.deque()

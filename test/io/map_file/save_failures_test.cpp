@@ -40,11 +40,7 @@ bool stop_failing_calls() {
 }
 
 /// Voxels so large that the files are few thousand bytes.
-Parameters very_coarse() {
-  Parameters parameters;
-  parameters.occupancy.resolution = 0.5;
-  return parameters;
-}
+const Parameters very_coarse = test::of_voxels(0.5);
 
 class SaveFails : public MapFiles {
  protected:
@@ -63,7 +59,7 @@ class SaveFails : public MapFiles {
     return fs::file_size((folder / "new").string() + ending);
   }
 
-  Map before = map_of(changing_room(3), very_coarse()), after = map_of(changing_room(5), very_coarse());
+  Map before = map_of(changing_room(3), very_coarse), after = map_of(changing_room(5), very_coarse);
   fs::path stem = folder / "map";
   std::string surfaces, bt;
 };
