@@ -1,5 +1,4 @@
-// Stairs of known measures are found on maps of their recordings, each kind and each sensor once. The whole
-// table is `./dev bench stairs`.
+// Stairs of known measures are found on maps of their recordings, each kind and each sensor once.
 #include "evaluation/stairs.hpp"
 
 #include "accuracy/simulated_map.hpp"

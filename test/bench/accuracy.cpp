@@ -5,7 +5,6 @@
 #include "bench/bench.hpp"
 #include "detection/likelihood_detector.hpp"
 #include "evaluation/evaluate.hpp"
-#include "evaluation/stairs.hpp"
 #include "geometry/voxel_grid.hpp"
 
 #include <set>
@@ -163,22 +162,5 @@ void score(std::vector<Method> methods, const Options& options) {
 
 void accuracy(const Options& options) { score(methods_of(options), options); }
 void departures(const Options& options) { score(departures_of(options), options); }
-
-void stairs(Mapper& mapper, const Recorded& recorded, const Options& /*options*/, const Json& recording) {
-  const Eigen::Vector3d up = up_of(mapper.map()).direction;
-  const evaluation::StairScores scores =
-      evaluation::evaluate_stairs(find_stairs(*mapper.snapshot(), up).stairs, recorded.truth, up);
-  for (const evaluation::StairScore& stair : scores.stairs) {
-    const bool right = stair.wholly_seen() && stair.right_count();
-    Json row = named("seen steps found pieces right_count", stair.wholly_seen(), stair.steps, stair.found,
-                     stair.pieces, right);
-    if (right)
-      row.update(named("right_course riser_mm tread_mm width_mm heading_deg", stair.right_kind,
-                       1e3 * std::fabs(stair.riser_m), 1e3 * std::fabs(stair.tread_m),
-                       1e3 * std::fabs(stair.width_m), deg * std::fabs(stair.heading_rad)));
-    write(recording, row);
-  }
-  write(recording, {{"invented", scores.invented}});
-}
 
 }  // namespace octosurf::bench

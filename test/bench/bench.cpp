@@ -94,12 +94,6 @@ Parameters paper_parameters(double resolution, double search_radius) {
   return parameters;
 }
 
-Mapper mapped(const Recorded& recorded, const Options& options) {
-  Mapper mapper(parameters_at(options.resolutions.front(), options.set));
-  for (const Scan& scan : recorded.scans) mapper.insert(scan);
-  return mapper;
-}
-
 bool wanted(const Options& options, const std::string& name) {
   const auto begins = [&](const std::string& with) {
     return std::regex_search(name, std::regex("^(" + with + ")"));
@@ -248,8 +242,8 @@ std::string scratch(const std::string& name) {
 }
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Options, scenes, sensors, seeds, resolutions, only, set,
-                                                inputs, count, frames, every, octomap_every, way, noise_scale,
-                                                drift_m, drift_deg, laps, threads, length, robot, mosd, brief)
+                                                inputs, count, frames, every, octomap_every, noise_scale,
+                                                drift_m, drift_deg, laps, threads, mosd, brief)
 
 }  // namespace octosurf::bench
 
@@ -258,10 +252,9 @@ int main(int argc, char** argv) {
   using namespace octosurf::bench;
   // clang-format off
   const std::map<std::string, Benchmark*> benchmarks{
-      {"accuracy", accuracy}, {"departures", departures}, {"dynamics", dynamics}, {"floor", octosurf::bench::floor},
-      {"footholds", on_maps<footholds>}, {"gaps", on_maps<gaps>}, {"ground", ground}, {"kitchen", kitchen}, {"labelled", labelled},
-      {"plans", plans}, {"queries", queries}, {"repeatability", repeatability},
-      {"speed", speed}, {"stairs", on_maps<stairs>}, {"steadiness", steadiness}, {"table1", table1}};
+      {"accuracy", accuracy}, {"departures", departures}, {"footholds", footholds}, {"ground", ground},
+      {"kitchen", kitchen}, {"labelled", labelled}, {"queries", queries}, {"repeatability", repeatability},
+      {"speed", speed}, {"steadiness", steadiness}, {"table1", table1}};
   // clang-format on
   try {
     benchmarks.at(argc == 3 ? argv[1] : "")(nlohmann::json::parse(argv[2]).get<Options>());

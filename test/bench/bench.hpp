@@ -52,19 +52,17 @@ struct Options {
   std::vector<std::string> only;          ///< see wanted()
   std::vector<std::string> set;           ///< NAME=VALUE, parameters of ours
   std::vector<std::string> inputs;        ///< real recordings, labelled clouds
-  std::size_t count = 0;                  ///< of footholds, goals, queries, movers, laps
+  std::size_t count = 0;                  ///< of footholds, queries
   std::size_t frames = 0;                 ///< scans at most; 0: all
-  std::size_t every = 1, octomap_every = 0, way = 0;
+  std::size_t every = 1, octomap_every = 0;
   double noise_scale = 1, drift_m = 0, drift_deg = 0;  ///< drift: a lap
   int laps = 1, threads = 1;
-  double length = 500;  ///< m, of floor
-  std::string robot{"biped"};
   bool mosd = false, brief = false;
 };
 
 using Benchmark = void(const Options& options);
-Benchmark accuracy, departures, dynamics, floor, ground, kitchen, labelled, plans, queries, repeatability,
-    speed, steadiness, table1;
+Benchmark accuracy, departures, footholds, ground, kitchen, labelled, queries, repeatability, speed,
+    steadiness, table1;
 
 /// Writes a line, at once: both objects as one.
 void write(Json row, const Json& more = Json::object());
@@ -106,20 +104,6 @@ Parameters parameters_at(double resolution, const std::vector<std::string>& set 
 
 /// The paper's, but for r.
 Parameters paper_parameters(double resolution, double search_radius);
-
-/// The map of a recording, at the first of --resolutions.
-Mapper mapped(const Recorded& recorded, const Options& options);
-
-/// A benchmark of the maps of simulated recordings, each beside its truth.
-using Metric = void(Mapper& mapper, const Recorded& recorded, const Options& options, const Json& row);
-template <Metric metric>
-void on_maps(const Options& options) {
-  for_each_recording(options, [&](const Recorded& recorded, const Json& row) {
-    Mapper mapper = mapped(recorded, options);
-    metric(mapper, recorded, options, row);
-  });
-}
-Metric footholds, gaps, stairs;
 
 /// Whether --only lets a name pass: its beginning, as a regular expression.
 bool wanted(const Options& options, const std::string& name);

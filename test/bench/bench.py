@@ -15,7 +15,6 @@ GENERATED = tempfile.TemporaryDirectory(prefix="octosurf-terrains-")
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DATA = ROOT.parent / "shared/data"
 KITCHEN = DATA / "rgbd_7scenes_redkitchen"
-OUTSIDE_PROGRAM = pathlib.Path(__file__).with_name("outside.py")
 HALL = DATA / "lidar_hall_live"
 PROGRAM = ROOT / "build/release/test/bench/octosurf_bench"
 APP = ROOT / "build/release/bin/octosurf"
@@ -108,78 +107,31 @@ LABELLED = {
     "ms": lambda rows: f'{add(rows, "ms"):,.0f}',
 }
 
-STAIRS = {"stairs": lambda rows: str(sum("steps" in row for row in rows)), "wholly seen": total("seen"),
-          "right count": total("right_count"), "right course": total("right_course"), "riser mm": most("riser_mm", 1),
-          "tread mm": most("tread_mm", 1), "width mm": most("width_mm", 0), "heading °": most("heading_deg", 2),
-          "invented": total("invented")}
-
-GAPS = {"near m²": total("near_m2", digits=1), "in sight": share("seen_m2", "near_m2"),
-        "as mapped": share("seen_mapped_m2", "seen_m2"), "bridged": share("seen_bridged_m2", "seen_m2"),
-        "all: as mapped": share("near_mapped_m2", "near_m2"), "all: bridged": share("near_bridged_m2", "near_m2"),
-        "bridged m²": total("bridged_m2", digits=4), "over void": total("over_void_m2", digits=4),
-        "> √2 d off": total("beyond_m2", digits=4)}
-
 FOOTHOLDS = {"accepted": total("accepted"), "off > 1 cm": total("off_1cm"), "of it": share("off_1cm", "accepted", 2),
              "off > 2 cm": total("off_2cm"), "false": total("false"), "room unseen": total("room_unseen"), "good ones": total("good"),
              "of them accepted": share("good_accepted", "good"), "p50 µs": most("p50_us", 1), "p99 µs": most("p99_us", 1)}
 
 
-def dynamic(rows):
-    still, moving = ratio(rows, "kept_static", "static"), 1 - ratio(rows, "kept_moving", "moving")
-    return percent(still, 2), percent(moving, 2), percent((still * moving) ** 0.5, 2)
-
-
-DYNAMICS = {name: lambda rows, k=k: dynamic(rows)[k] for k, name in enumerate(("static kept", "movers gone", "their geometric mean"))}
-
 # By name: what names a line, its cells (none: all that a row has), defaults, and what is to be said.
-OUTSIDE = {
-    "correct": ACCURACY["correct"],
-    "covered": share("covered_m2", "seen_m2"),
-    "unsafe": share("unsafe_m2", "area_m2", 2),
-    "voids covered: as mapped, ground": lambda rows: f'{share("void_mapped_m2", "void_m2")(rows)}, {share("void_ground_m2", "void_m2", 2)(rows)}',
-    "ground off": share("off_m2", "ground_m2", 2),
-    "stairs": lambda rows: f'{add(rows, "stairs")} of {add(rows, "stairs_true")}, {most("stair_error_mm", 1)(rows)} mm',
-    "rays off": total("rays_off"),
-    "our evaluation": lambda rows: f'{share("lab_correct", "lab_faces")(rows)} of {add(rows, "lab_faces")}, {share("lab_unsafe_m2", "area_m2", 2)(rows)}',
-}
-
 BENCHES = {
     "accuracy": (("sensor", "scene", "method"), ACCURACY, {"seeds": [1, 2, 3, 4, 5]},
                  "Faces with at least 0.05 m² visible. Unsafe is off what is there, or off the true outline by 1 cm, 1.5 cm, 5 cm "
                  "(false); errors of correct faces, and of all matched ones."),
     "departures": (("method",), ACCURACY, {}, "As accuracy, each without one thing that the paper does not do, or does otherwise."),
-    "dynamics": (("sensor", "scene", "method"), DYNAMICS,
-                 {"scenes": ["office", "room"], "sensors": ["depth", "tilting", "spinning"], "resolutions": [0.05], "count": 3},
-                 "What walking boxes leave in the octree: readings of what stands whose voxel is occupied at the end, and of movers "
-                 "whose voxel is not."),
-    "floor": ((), None, {"length": 500.0}, "Scans at the end of a floor, by turns with scans 25 m from its beginning; of several laps: with the second."),
     "footholds": (("scene", "foot", "margin_m"), FOOTHOLDS, {"count": 10000},
                   "Accepted of random ones in the surfaces' hulls; off: a part lies over what is no true surface, by more than that "
                   "(false: 5 cm). Good ones: on true faces, with 1 cm to spare and room over them, and seen; room unseen: not those because of "
                   "what is low over them."),
-    "gaps": (("sensor", "scene"), GAPS, {"scenes": ["office", "room", "stairs", "stones"], "sensors": ["spinning", "tilting"]},
-             "True level ground within 8 m of a scan, of it what a scan had in sight, and what is supported of that and of all."),
     "ground": ((), None, {"scenes": ["office", "corridor"], "every": 3, "frames": 120},
                "Medians over scans: ground kept up (next), a foothold in a new snapshot and once more, a region within 2 m of the sensor, "
                "all ground read."),
     "kitchen": ((), None, {}, "A real recording without truth: double layers must not be in its map."),
     "labelled": (("cloud", "resolution", "method"), LABELLED, {"resolutions": [0.02, 0.01]},
                  "The others have the best of several settings, octosurf and the paper's detector their own."),
-    "outside": (("sensor", "scene", "by"), OUTSIDE,
-                {"scenes": ["stairs", "stones", "office", "moving"], "sensors": ["depth", "spinning"], "seeds": [1], "frames": 60},
-                "Scores by MuJoCo's geometry, of maps of our simulator's recordings and of what MuJoCo sees from the same poses. Ground off: "
-                "by more than 1 cm; rays off: of both by more than 6 sigma; ours: correct and unsafe by lab/evaluation."),
-    "plans": ((), None, {"scenes": ["stairs", "stones", "office", "bauzil_stairs", "darpa", "rubbles_stairs_1"], "count": 50},
-              "Ways: found with --way expansions; truth: on the true surfaces. Soles off: a part lies more than 1 cm beside all true "
-              "ground, or 1 cm off its plane; touch: body or leg meets a true point; refuted: by verify_plan(). ms of CPU."),
     "queries": ((), None, {"count": 20000, "frames": 120}, "What a planner's questions cost, and an index that follows the map."),
     "repeatability": ((), None, {"scenes": ["kitchen"]},
                       "Maps of every second scan, and of the others, of kitchen or hall (or folders): of what both have seen, the share "
                       "of the surfaces' area where the other has one within d, across and along it; where it has points only, where nothing."),
-    "stairs": (("sensor", "scene"), STAIRS,
-               {"scenes": ["flight", "landing", "spiral", "open"], "sensors": ["depth", "depth-real", "spinning", "tilting"],
-                "seeds": [1, 2, 3]},
-               "Right count: found as one stair with as many steps; of these the course and the greatest errors."),
     "steadiness": ((), None, {"scenes": ["office", "room", "change", "stairs", "stones"], "every": 4, "frames": 60},
                    "Of the area of polygons about which the octree did not change from one scan to the next: what came or went, and "
                    "what got another id."),
@@ -229,8 +181,7 @@ def table_of(name, rows):
 def run(name, options=None, quiet=True):
     """The rows that octosurf_bench writes; what goes wrong is a ChildProcessError."""
     options = {**(BENCHES[name][2] if name in BENCHES else {}), **(options or {})}
-    program = [sys.executable, OUTSIDE_PROGRAM] if name == "outside" else [PROGRAM, name]
-    done = subprocess.run([*program, json.dumps(options)], stdout=subprocess.PIPE, text=True, check=False,
+    done = subprocess.run([PROGRAM, name, json.dumps(options)], stdout=subprocess.PIPE, text=True, check=False,
                           stderr=subprocess.PIPE if quiet else None)
     if done.returncode != 0:
         lines = (done.stderr or "").strip().splitlines() or ["no message"]
@@ -339,12 +290,11 @@ OPTIONS = {
     "only": ([str], "methods by how they begin (ours/default, ours/paper, cgal); of labelled: growing, pcl, ransac, open3d, paper, none; "
                     "of table1: likelihood, paper; of speed: regular expressions"),
     "inputs": ([str], "recordings or labelled clouds in place of those of ../shared/data"),
-    "set": ([str], "NAME=VALUE, parameters of ours"), "count": (int, "of footholds, goals, queries, movers"),
+    "set": ([str], "NAME=VALUE, parameters of ours"), "count": (int, "of footholds, queries"),
     "frames": (int, "scans at most"), "every": (int, "every k-th scan of a real recording"),
     "octomap_every": (int, "OctoMap inserts every k-th of kitchen's scans, in turn with ours"),
     "noise_scale": (float, "times the sensor's noise"), "drift_m": (float, "m a lap by which the poses slide away, in two laps"),
-    "drift_deg": (float, "degrees a lap by which they turn"), "laps": (int, "times the path is walked"), "length": (float, "m, of floor"),
-    "way": (int, "expansions after which plans says that there is no way"), "robot": (("biped", "quadruped"), ""), "threads": (int, ""),
+    "drift_deg": (float, "degrees a lap by which they turn"), "laps": (int, "times the path is walked"), "threads": (int, ""),
     "terrain": (bool, "the meshes of ../shared/data/terrain_meshes as scenes"), "generated": (bool, "those of terrains.py, seeds 1 and 2"),
     "brief": (bool, "few scans each"),
     "mosd": (bool, "labelled: the supporting table of mOSD's frames"),
@@ -356,9 +306,7 @@ def options_of(name, arguments):
     parser = argparse.ArgumentParser(prog=f"./dev bench {name}", description=what)
     for option, (kind, text) in OPTIONS.items():
         given = {"action": "store_true"} if kind is bool else {"type": kind}
-        if isinstance(kind, tuple):
-            given = {"choices": kind}
-        elif isinstance(kind, list):
+        if isinstance(kind, list):
             given = {"type": lambda values, kind=kind[0]: [kind(one) for one in values.split(",")]}
         parser.add_argument("--" + option.replace("_", "-"), help=f"{text} [{defaults[option]}]" if option in defaults else text, **given)
     return {key: value for key, value in vars(parser.parse_args(arguments)).items() if value not in (None, False)}

@@ -228,26 +228,29 @@ struct Asked {
 
 }  // namespace
 
-void footholds(Mapper& mapper, const Recorded& recorded, const Options& options, const Json& recording) {
-  mapper.drain();
-  const std::shared_ptr<const Snapshot> kept = mapper.snapshot();
-  const Snapshot& snapshot = *kept;
-  const double tolerance = std::max(0.02, 1.5 * snapshot.resolution);
-  const Ground ground(recorded.truth, tolerance);
-  const std::vector<Walkable> surfaces = walkable(snapshot);
-  if (surfaces.empty() || !ground.has_ground()) return;
-  std::mt19937_64 rng(recording.at("seed").get<std::uint64_t>());
-  for (const auto& [foot, rules] : all_feet(snapshot.resolution)) {
-    Asked asked{mapper, surfaces, ground, rules, tolerance};
-    asked.ask_map(rng, options.count);
-    asked.ask_truth(rng, options.count);
-    for (std::size_t m = 0; m < asked.tallies.size(); ++m) {
-      Json row{{"foot", foot}, {"margin_m", m == by_hull ? Json("hull") : Json(margins[m])}};
-      for (const Json& part : {asked.tallies[m].row, asked.truly.row, quantiles("", "us", asked.us)})
-        row.update(part);
-      write(recording, row);
+void footholds(const Options& options) {
+  for_each_recording(options, [&](const Recorded& recorded, const Json& recording) {
+    Mapper mapper(parameters_at(options.resolutions.front(), options.set));
+    for (const Scan& scan : recorded.scans) mapper.insert(scan);
+    mapper.drain();
+    const std::shared_ptr<const Snapshot> snapshot = mapper.snapshot();
+    const double d = snapshot->resolution, tolerance = std::max(0.02, 1.5 * d);
+    const Ground ground(recorded.truth, tolerance);
+    const std::vector<Walkable> surfaces = walkable(*snapshot);
+    if (surfaces.empty() || !ground.has_ground()) return;
+    std::mt19937_64 rng(recording.at("seed").get<std::uint64_t>());
+    for (const auto& [foot, rules] : all_feet(d)) {
+      Asked asked{mapper, surfaces, ground, rules, tolerance};
+      asked.ask_map(rng, options.count);
+      asked.ask_truth(rng, options.count);
+      for (std::size_t m = 0; m < asked.tallies.size(); ++m) {
+        Json row{{"foot", foot}, {"margin_m", m == by_hull ? Json("hull") : Json(margins[m])}};
+        for (const Json& part : {asked.tallies[m].row, asked.truly.row, quantiles("", "us", asked.us)})
+          row.update(part);
+        write(recording, row);
+      }
     }
-  }
+  });
 }
 
 }  // namespace octosurf::bench

@@ -1,4 +1,4 @@
-// What a scan costs late in a long run beside what it costs early, and what a planner's questions cost.
+// What ground that is kept up costs, and what a planner's questions do.
 
 #include "bench/bench.hpp"
 
@@ -10,8 +10,8 @@ namespace {
 /// What the ground of a map costs at each scan, kept up from the one before.
 class GroundTimes {
  public:
-  /// Reads what a planner needs near `from`, and, with `all`, everything.
-  void measure(const std::shared_ptr<const Snapshot>& snapshot, const Eigen::Vector3d& from, bool all) {
+  /// Reads what a planner needs near `from`, and everything.
+  void measure(const std::shared_ptr<const Snapshot>& snapshot, const Eigen::Vector3d& from) {
     std::optional<GroundView> now;
     const auto keep_up = [&] {
       now = kept_ ? kept_->next(snapshot, snapshot->octree) : GroundView(snapshot, snapshot->octree);
@@ -34,7 +34,6 @@ class GroundTimes {
       times_["region_2m_ms"].push_back(
           time_ms([&] { area += now->region_about(floor->id, floor->point, 2, {}).area_m2; }));
     }
-    if (!all) return;
     times_["all_ms"].push_back(time_ms([&] { now->solid(); }));
   }
   Json medians() const {
@@ -47,45 +46,6 @@ class GroundTimes {
   std::optional<GroundView> kept_;
   std::map<std::string, std::vector<double>> times_;
 };
-
-/// A mapper that inserts scan 0, 1, … of a run.
-struct Walk {
-  Mapper mapper;
-  std::function<Scan(std::size_t)> scan;
-  std::size_t next = 0;
-  double heap_bytes = 0;
-  std::vector<ScanReport> reports{};  ///< of what is measured
-  GroundTimes ground{};
-
-  Walk(const Parameters& parameters, std::function<Scan(std::size_t)> scans, std::size_t until)
-      : mapper(parameters), scan(std::move(scans)) {
-    const double before = heap_in_use();
-    while (next < until) mapper.insert(scan(next++));
-    heap_bytes = heap_in_use() - before;
-  }
-  void measure() {
-    const Scan look = scan(next++);
-    mapper.share_octree();
-    reports.push_back(mapper.insert(look));
-    ground.measure(mapper.snapshot(), look.T_map_sensor.translation() + Eigen::Vector3d(1.5, 0, 0), false);
-  }
-};
-
-/// The median of each stage and of whole scans, and what the map takes.
-Json count(const Walk& walk, const std::string& name) {
-  std::vector<double> whole;
-  for (const ScanReport& report : walk.reports) whole.push_back(report.total_ms);
-  Json row = quantiles("", "ms", whole);
-  row["stage_p50_ms"] =
-      stages_of(walk.reports, [](const std::vector<double>& ms) { return percentile(ms, 0.5); });
-  row["ground"] = walk.ground.medians();
-  const std::string stem = scratch(name);
-  save_map(walk.mapper.map(), stem);
-  row.update(named("heap_bytes tree_bytes file_bytes surfaces", walk.heap_bytes,
-                   walk.mapper.map().size().bytes, std::filesystem::file_size(stem + ".surfaces"),
-                   walk.mapper.snapshot()->surfaces.size()));
-  return row;
-}
 
 Eigen::Vector3d random_vector(std::mt19937_64& random, double half) {
   std::uniform_real_distribution<double> uniform(-half, half);
@@ -123,40 +83,6 @@ void write_times(const std::string& what, const std::vector<double>& ms, std::si
 
 }  // namespace
 
-/// A floor 3 m wide, walked --laps times, that a camera looks down on from 1.2 m: a reading each centimetre
-/// or so. One mapper walks its last 25 m, by turns with another that walks those after its first 25 m (of
-/// several laps: of the second lap): so the machine's other load hits both alike.
-void floor(const Options& options) {
-  constexpr double width = 3, step = 0.5, noise_m = 0.002;
-  constexpr std::size_t measured = 50;
-  const auto scans = static_cast<std::size_t>(std::ceil(options.length / step)),
-             all = scans * static_cast<std::size_t>(options.laps);
-  const auto scan = [scans, random = std::mt19937_64(options.seeds.front())](std::size_t i) mutable {
-    std::normal_distribution<double> noise(0, noise_m);
-    std::uniform_real_distribution<double> within(-0.005, 0.005);
-    Scan look;
-    look.T_map_sensor = Eigen::Translation3d(static_cast<double>(i % scans) * step, 0, 1.2);
-    look.stamp_s = static_cast<double>(i) / 30;
-    for (double along = 0.3; along < 3.3; along += 0.01)
-      for (double across = -width / 2; across < width / 2; across += 0.01)
-        look.points.emplace_back(Eigen::Vector3f(static_cast<float>(along + within(random)),
-                                                 static_cast<float>(across + within(random)),
-                                                 static_cast<float>(-1.2 + noise(random))));
-    return look;
-  };
-  const Parameters parameters = parameters_at(options.resolutions.front(), options.set);
-  Walk late(parameters, scan, all - measured);
-  Walk early(parameters, scan, options.laps > 1 ? 2 * scans - measured : measured);
-  for (std::size_t i = 0; i < measured; ++i) {
-    if (i % 2 == 0) early.measure();
-    late.measure();
-    if (i % 2 != 0) early.measure();
-  }
-  for (const auto& [name, walk] : {std::pair{"early", &early}, {"late", &late}}) {
-    write({{"when", name}}, count(*walk, name));
-  }
-}
-
 /// Ground kept up while recordings are mapped: the kitchen, and simulated ones.
 void ground(const Options& options) {
   for_each_run(options, 1, [&](const Json& row, const auto& scans) {
@@ -166,7 +92,7 @@ void ground(const Options& options) {
     std::vector<double> insert_ms;
     scans([&](const Scan& scan) {
       insert_ms.push_back(time_ms([&] { mapper.insert(scan); }));
-      times.measure(mapper.snapshot(), scan.T_map_sensor.translation(), true);
+      times.measure(mapper.snapshot(), scan.T_map_sensor.translation());
     });
     Json more{{"insert_ms", percentile(insert_ms, 0.5)}};
     more.update(times.medians());
