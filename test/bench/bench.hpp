@@ -52,7 +52,7 @@ struct Options {
   std::vector<std::string> only;          ///< see wanted()
   std::vector<std::string> set;           ///< NAME=VALUE, parameters of ours
   std::vector<std::string> inputs;        ///< real recordings, labelled clouds
-  std::size_t count = 0;                  ///< of footholds, queries
+  std::size_t count = 0;                  ///< of footholds
   std::size_t frames = 0;                 ///< scans at most; 0: all
   std::size_t every = 1, octomap_every = 0;
   double noise_scale = 1, drift_m = 0, drift_deg = 0;  ///< drift: a lap
@@ -61,8 +61,8 @@ struct Options {
 };
 
 using Benchmark = void(const Options& options);
-Benchmark accuracy, departures, footholds, ground, kitchen, labelled, queries, repeatability, speed,
-    steadiness, table1;
+Benchmark accuracy, departures, footholds, ground, kitchen, labelled, repeatability, speed, steadiness,
+    table1;
 
 /// Writes a line, at once: both objects as one.
 void write(Json row, const Json& more = Json::object());
