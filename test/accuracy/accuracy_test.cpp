@@ -7,7 +7,6 @@
 // whole table, five seeds a scene, is `./dev bench accuracy`.
 #include "accuracy/simulated_map.hpp"
 #include "evaluation/evaluate.hpp"
-#include "simulation/recording.hpp"
 #include "support/double_layers.hpp"
 #include "support/paths.hpp"
 #include "surfaces/map_state.hpp"
@@ -19,7 +18,6 @@
 #include <optional>
 #include <ostream>
 
-#include <octosurf/mapper.hpp>
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf {

@@ -2,11 +2,8 @@
 #include "support/same_octree.hpp"
 #include "support/seed.hpp"
 
-#include <gtest/gtest.h>
 #include <octomap/ColorOcTree.h>
-#include <octomap/OcTree.h>
 #include <octomap/OcTreeStamped.h>
-#include <random>
 
 #include <octosurf/adapters/octomap.hpp>
 

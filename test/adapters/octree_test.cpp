@@ -1,9 +1,6 @@
 // A map's octree as OctoMap's, and back, against OctoMap's own.
 #include "support/random_scans.hpp"
 #include "support/same_octree.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
 
 #include <octosurf/adapters/octree.hpp>
 #include <octosurf/mapper.hpp>

@@ -3,11 +3,6 @@
 #include "io/exporters/room_snapshot.hpp"
 #include "planning/shapes.hpp"
 #include "support/random_scans.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
 
 #include <octosurf/adapters/pcl.hpp>
 #include <octosurf/mapper.hpp>

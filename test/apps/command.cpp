@@ -1,24 +1,14 @@
 #include "apps/command.hpp"
 
 #include <chrono>
-#include <cstdlib>
 #include <fcntl.h>
-#include <fstream>
 #include <iomanip>
-#include <limits>
-#include <map>
 #include <sys/wait.h>
-#include <thread>
 #include <unistd.h>
 
 namespace octosurf::test {
 
 namespace {
-
-std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 bool is_progress(const std::string& line) {
   return line.find(" scans") != std::string::npos && line.find('/') < line.find(" scans") &&
@@ -33,16 +23,6 @@ std::string pose_file(const std::string& recording, int scan) {
 
 }  // namespace
 
-CommandTest::CommandTest() {
-  std::string name = (fs::temp_directory_path() / "octosurf-test-XXXXXX").string();
-  folder = mkdtemp(name.data());
-}
-
-CommandTest::~CommandTest() {
-  std::error_code ignored;
-  fs::remove_all(folder, ignored);
-}
-
 Outcome CommandTest::run(const std::string& arguments, const std::string& before) const {
   const fs::path out = folder / ".out", err = folder / ".err";
   const bool of_lab = arguments.starts_with("simulate") || arguments.starts_with("evaluate");
@@ -51,7 +31,7 @@ Outcome CommandTest::run(const std::string& arguments, const std::string& before
                            out.string() + "' 2>'" + err.string() + "' </dev/null";
   const int status = std::system(line.c_str());
   Outcome outcome{
-      WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content_of(out), content_of(err), {}};
+      WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(out), read_file(err), {}};
   std::istringstream lines(outcome.err);
   for (std::string text; std::getline(lines, text);)
     if (!is_progress(text) && text.rfind("octosurf: note:", 0) != 0) outcome.errors.push_back(text);
@@ -86,7 +66,7 @@ fs::path CommandTest::write(const std::string& name, std::string_view content) c
 
 std::string CommandTest::read(const std::string& name) const {
   EXPECT_TRUE(exists(name)) << name;
-  return content_of(folder / name);
+  return read_file(folder / name);
 }
 
 json CommandTest::info(const std::string& map) const {
@@ -229,6 +209,6 @@ int Running::wait() {
   return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
 }
 
-std::string Running::errors() const { return content_of(errors_); }
+std::string Running::errors() const { return read_file(errors_); }
 
 }  // namespace octosurf::test

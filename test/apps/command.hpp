@@ -1,40 +1,19 @@
 #pragma once
 
+#include "io/files.hpp"
 #include "support/invariants.hpp"
 #include "support/paths.hpp"
-#include "support/seed.hpp"
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 #include <csignal>
-#include <filesystem>
-#include <functional>
-#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <random>
-#include <sstream>
-#include <string>
-#include <string_view>
 #include <sys/types.h>
-#include <vector>
 
-#include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::test {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
-using ::testing::AllOf, ::testing::AnyOf, ::testing::HasSubstr, ::testing::IsEmpty, ::testing::Not;
-
-/// A text with all of these in it.
-template <class... Text>
-auto says(const Text&... texts) {
-  return AllOf(HasSubstr(texts)...);
-}
 
 /// What a run of the program left behind.
 struct Outcome {
@@ -45,11 +24,8 @@ struct Outcome {
 };
 
 /// Runs the built `octosurf` in a fresh folder, which is removed afterwards.
-class CommandTest : public ::testing::Test {
+class CommandTest : public FolderTest {
  protected:
-  CommandTest();
-  ~CommandTest() override;
-
   /// In the fresh folder, through the shell; `before` stands in front of the program, e.g. "timeout 1".
   Outcome run(const std::string& arguments, const std::string& before = {}) const;
   /// Fails the test unless the exit code is 0.
@@ -99,8 +75,6 @@ class CommandTest : public ::testing::Test {
   static std::vector<Eigen::Isometry3d> floor_poses(int images = 6, double slid = 0);
   static constexpr int floor_points = 80 * 60;  ///< per image
   static constexpr double floor_height = 0.013;
-
-  fs::path folder;
 };
 
 /// With the scans "floor" in the folder and "m", their map.

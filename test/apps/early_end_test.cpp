@@ -3,11 +3,8 @@
 #include "apps/command.hpp"
 #include "io/kept_scans.hpp"
 #include "io/readers/bag.hpp"
-#include "support/sanitized.hpp"
-#include "surfaces/map_state.hpp"
 
 #include <chrono>
-#include <thread>
 
 namespace octosurf::test {
 namespace {
@@ -219,18 +216,6 @@ TEST_F(FailingRun, NoMemoryKeepsWhatWasMapped) {
     EXPECT_EQ(info("m").at("scans"), scans);
   }
   EXPECT_GT(named, 0) << "no limit let it map some and then run out of memory";
-}
-
-TEST_F(FailingRun, IdsThatAreUsedUpLeaveTheMapAsItWas) {
-  write_floor("floor", 6);
-  run_well("map floor -o m --first 2");
-  LoadedMap loaded = load_map(folder / "m");
-  surfaces::state_of(loaded.map).surfaces.set_next_id(0xffffff);
-  for (const char* map : {"m", "kept"}) save_map(loaded.map, folder / map);
-  fails("map floor --resume m --skip 2", {"ids of surfaces could run out"});
-  EXPECT_TRUE(same_maps("m", "kept"));
-  EXPECT_THAT(run_well("map floor --resume m --skip 2 --skip-bad").out, says("4 skipped"));
-  EXPECT_TRUE(same_maps("m", "kept"));
 }
 
 TEST_F(FailingRun, OutputsAreNotTheMapItself) {

@@ -265,37 +265,6 @@ TEST_F(MapRun, TheResolutionIsTheSensorsUnlessStated) {
   EXPECT_EQ(info("m").at("resolution"), 0.02);
 }
 
-/// What `map` inserts is what open_scans() gives.
-TEST_F(MapRun, ARecordingIsTheSameToTheCommandAndTheLibrary) {
-  write_floor();
-  std::vector<Eigen::Isometry3d> poses = floor_poses();
-  for (Eigen::Isometry3d& pose : poses) pose = pose.inverse();
-  write_poses("floor/poses.txt", poses);
-  std::string dome;  // behind a wall, as seen from the origin
-  for (int i = 0; i < 4000; ++i) {
-    const double a = 0.01 * i, r = i % 2 == 0 ? 2 : 4;
-    dome += std::to_string(r * std::cos(a)) + " " + std::to_string(r * std::sin(a)) + " 0.5\n";
-  }
-  write_pcd("cloud.pcd", dome);
-  const auto expect_same = [&](const std::string& input, const std::string& words,
-                               const ScanSourceOptions& options) {
-    run_well("map " + input + " -o m --force --align off --keep-scans kept " + words);
-    const auto source = open_scans({folder / input}, options), kept = open_scans({folder / "kept"});
-    while (const std::optional<Scan> scan = source->next()) {
-      const std::optional<Scan> mapped = kept->next();
-      ASSERT_TRUE(mapped);
-      EXPECT_LT((mapped->T_map_sensor.matrix() - scan->T_map_sensor.matrix()).norm(), 1e-12);
-      EXPECT_EQ(mapped->points, scan->points);
-      EXPECT_EQ(mapped->sensor, scan->sensor);
-    }
-    fs::remove_all(folder / "kept");
-  };
-  expect_same("floor", "--pose-form inverse", {.pose_form = PoseForm::inverse});
-  expect_same("cloud.pcd", "", {});
-  expect_same("cloud.pcd", "--viewpoint 1 2 3 --depth-scale 2",
-              {.depth_scale = 2, .viewpoint = Eigen::Vector3d(1, 2, 3)});
-}
-
 TEST_F(MapRun, PosesMayBeOfTheScansThatAreReadAlone) {
   write_floor();
   std::vector<Eigen::Isometry3d> poses = floor_poses();
@@ -551,22 +520,6 @@ TEST_F(PoseCheck, PosesInAnotherFormAreToldAndTakenOnDemand) {
     EXPECT_THAT(run_well("check " + name + " --resolution 0.1").out, HasSubstr("--pose-form " + name));
     EXPECT_NEAR(info("maps/" + name)["area_m2"], area, 0.02 * area) << name;
   }
-}
-
-TEST_F(PoseCheck, ACamerasPosesForALidarsScansAreTold) {
-  run_well("simulate room -o room --sensor spinning --frames 8");
-  const Eigen::Isometry3d T_lidar_camera(camera_in_body());
-  const auto source = open_scans({folder / "room"});
-  std::ostringstream out;
-  out.precision(17);
-  while (const std::optional<Scan> scan = source->next()) {
-    const Eigen::Isometry3d T = scan->T_map_sensor * T_lidar_camera;
-    for (int i = 0; i < 12; ++i) out << T(i / 4, i % 4) << (i < 11 ? ' ' : '\n');
-  }
-  write("camera.txt", out.str());
-  const std::string map = "map room --poses camera.txt -o map --resolution 0.1";
-  EXPECT_THAT(run_well(map + " --align off").err, HasSubstr("scans contradict each other"));
-  EXPECT_THAT(run_well(map + " --force --pose-form of-camera").err, Not(HasSubstr("contradict")));
 }
 
 /// Their poses say where they were seen from.

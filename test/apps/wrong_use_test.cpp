@@ -4,8 +4,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <octosurf/parameters.hpp>
-
 namespace octosurf::test {
 namespace {
 
@@ -283,6 +281,9 @@ TEST_F(Config, TheMapIsMadeWithThem) {
   EXPECT_EQ(parameters.at("min_range"), 0.25);
   EXPECT_EQ(parameters.at("preserve_surfaces"), true);
   EXPECT_EQ(parameters.at("max_range"), "sensor");
+  EXPECT_EQ(parameters.at("range_noise"), "estimated");
+  EXPECT_TRUE(parameters.at("min_surface_points").is_number_integer());
+  EXPECT_EQ(parameters.size(), parameter_infos().size());
   EXPECT_EQ(info("m").at("parameters"), parameters);
 }
 

@@ -3,11 +3,6 @@
 
 #include "alignment/surfaces_by_hand.hpp"
 #include "judgement/walks.hpp"
-#include "support/degree.hpp"
-#include "support/seed.hpp"
-
-#include <gmock/gmock.h>
-#include <span>
 
 namespace octosurf::test {
 namespace {

@@ -4,7 +4,6 @@
 #include "io/map_file/map_files.hpp"
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
-#include "support/invariants.hpp"
 #include "support/room_tour.hpp"
 
 namespace octosurf::test {

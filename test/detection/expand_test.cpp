@@ -2,7 +2,10 @@
 #include "detection/expand.hpp"
 
 #include "detection/expansion.hpp"
+#include "detection/likelihood_detector.hpp"
+#include "detection/parts.hpp"
 #include "detection/sure_plane.hpp"
+#include "detection/waiting.hpp"
 #include "support/pending_points.hpp"
 
 namespace octosurf::detection {
@@ -299,6 +302,237 @@ TEST(Expand, NothingPassesASurfaceThatStandsBetween) {
   };
   EXPECT_GT(gained_behind(false), 500);
   EXPECT_EQ(gained_behind(true), 0);
+}
+
+// What is segmented now, what waits, and what expansions leave to segmentation.
+
+/// A floor up to x = 0.9 m is known; what is pending goes on, with a step 3 cm above it from x = 1.02 m on.
+class FloorAndStep : public ::testing::Test {
+ protected:
+  FloorAndStep()
+      : points_({test::rectangle_scan(eye_, {0, 0, 0}, {1.3, 0, 0}, {0, 1, 0}),
+                 test::rectangle_scan(eye_, {1.02, 0, 0.03}, {0.2, 0, 0}, {0, 1, 0})}) {
+    surfaces::SurfaceModel& floor = points_.ledger.create({Eigen::Vector3d::UnitZ(), 0}, {0, 0, 0});
+    for (const PointId i : points_.all)
+      if (points_.position(i).x() < 0.9)
+        points_.ledger.give(i, floor);
+      else
+        pending_.push_back(i);
+  }
+  Due due_of(const std::vector<PointId>& fresh, const surfaces::PendingQueue& before = {},
+             std::optional<std::uint64_t> turn = {}) {
+    return due_to_segment(points_.ledger, before, fresh, turn);
+  }
+  /// Without surfaces every block has its turn in every scan.
+  void forget_floor() {
+    points_.ledger.dissolve(*points_.ledger.find(points_.ledger.window[points_.all.front()].surface));
+  }
+
+  const Eigen::Vector3d eye_{0.6, 0.5, 2};
+  test::PendingPoints points_;
+  std::vector<PointId> pending_;
+};
+
+TEST_F(FloorAndStep, DetectionTakesLeftoversAlone) {
+  points_.ledger.apply(expand(points_.ledger, pending_));
+  const Due due = due_of(points_.ledger.pending(pending_));
+  const auto found = LikelihoodDetector().segment(points_.ledger, {.points = due.points}, 1);
+  ASSERT_TRUE(found.has_value());
+  std::size_t in_planes = 0;
+  for (const auto& [point, label] : found->points) {
+    EXPECT_EQ(points_.ledger.window[point].surface, 0U);
+    in_planes += label != 0;
+  }
+  EXPECT_GT(2 * in_planes, due.points.size()) << "of the step";
+  const std::vector<PointId> owned{points_.all.front()};
+  ASSERT_NE(points_.ledger.window[owned.front()].surface, 0U);
+  EXPECT_THROW(LikelihoodDetector().segment(points_.ledger, {.points = owned}, 1), std::logic_error);
+}
+
+TEST_F(FloorAndStep, WhatWasLookedAtWaitsForAsMuchAgain) {
+  const std::vector<PointId> few(pending_.begin(), pending_.begin() + 4);
+  std::vector<geometry::VoxelKey> keys;
+  for (const PointId i : few) keys.push_back(points_.ledger.window[i].key);
+  EXPECT_TRUE(due_of(few).points.empty());
+  EXPECT_EQ(due_of(few).left.fresh, keys);
+  EXPECT_TRUE(due_of(few).left.blocks.empty()) << "they were looked at, and wait for more";
+  EXPECT_GT(20 * due_of(pending_).points.size(), 19 * pending_.size());
+  // The others have been looked at; half of what waits around has not come again.
+  EXPECT_TRUE(due_of({pending_.front()}).points.empty());
+}
+
+TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
+  forget_floor();
+  const std::size_t budget = 400;
+  points_.state.parameters.detection.detection_budget = static_cast<int>(budget);
+  const double border = 0.64;  // m, of the largest blocks of seed patches
+  const auto is_far = [&](PointId i) { return points_.position(i).y() >= border; };
+  const auto is_far_block = [&](geometry::VoxelKey key) { return is_far(points_.ledger.window.find(key)); };
+  std::vector<PointId> near, far;
+  for (const PointId i : pending_) (is_far(i) ? far : near).push_back(i);
+  ASSERT_GT(far.size(), budget);
+  ASSERT_LT(pending_.size(), 4 * budget) << "else a quarter is more";
+  Due due = due_of(far, {}, 0);
+  std::set<PointId> looked_at;
+  std::size_t turns = 0;
+  for (std::vector<PointId> fresh = near; !due.left.blocks.empty(); fresh.clear()) {
+    ASSERT_LT(++turns, 100U);
+    due = due_of(fresh, due.left, turns);
+    EXPECT_LE(due.points.size(), budget);
+    for (const PointId i : due.points)
+      EXPECT_TRUE(looked_at.insert(i).second) << "twice, though nothing has come";
+    if (!std::all_of(due.points.begin(), due.points.end(), is_far)) {
+      EXPECT_TRUE(std::none_of(due.left.blocks.begin(), due.left.blocks.end(), is_far_block))
+          << "which came first";
+    }
+  }
+  EXPECT_GE(turns, (pending_.size() - budget) / budget);
+}
+
+TEST_F(FloorAndStep, AQuarterOfWhatWaitsIsDueHoweverSmallTheBudget) {
+  forget_floor();
+  points_.state.parameters.detection.detection_budget = 1;
+  const Due due = due_of(pending_, {}, 0);
+  EXPECT_GT(due.points.size(), pending_.size() / 8);
+  EXPECT_LE(due.points.size(), pending_.size() / 4);
+  EXPECT_GT(due.waiting, pending_.size() / 2);
+  points_.state.parameters.detection.detection_budget = 0;
+  EXPECT_EQ(due_of(pending_, {}, 0).points, due_of(pending_).points) << "no limit";
+}
+
+TEST_F(FloorAndStep, WithABudgetBlocksBesideSurfacesTakeTurns) {
+  points_.state.parameters.detection.detection_budget = 100000;
+  const std::size_t all = due_of(pending_).points.size();
+  std::size_t looked_at = 0, most = 0;
+  Due due{.points = {}, .left = {}, .waiting = 0};
+  for (std::uint64_t turn = 0; turn < 3; ++turn) {
+    due = due_of(turn == 0 ? pending_ : std::vector<PointId>(), due.left, turn);
+    looked_at += due.points.size();
+    most = std::max(most, due.points.size());
+  }
+  EXPECT_EQ(looked_at, all);
+  EXPECT_LT(most, all);
+  EXPECT_TRUE(due.left.blocks.empty());
+  EXPECT_EQ(due.waiting, 0U);
+}
+
+TEST(Waiting, PointsThatFormNoPlaneAreSegmentedOnce) {
+  Scan bush;
+  bush.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 2);
+  std::mt19937_64 random = test::rng();
+  std::uniform_real_distribution<float> length(-0.3F, 0.3F);
+  for (int i = 0; i < 300; ++i) bush.points.emplace_back(length(random), length(random), length(random) - 1);
+  test::PendingPoints points({bush});
+  const Due due = due_to_segment(points.ledger, {}, points.all, {});
+  EXPECT_GT(due.points.size(), points.all.size() / 10);
+  EXPECT_EQ(due.points.size() + due.left.fresh.size(), points.all.size());
+  EXPECT_TRUE(due_to_segment(points.ledger, due.left, {}, {}).points.empty());
+}
+
+// What is looked at side by side: how it falls into parts, and how their planes become one proposal.
+
+using surfaces::Proposal;
+
+const Eigen::Vector3d above(1, 0.5, 2);
+
+TEST(Parts, HaveEachPointOnceAndWhatIsWithinHTogether) {
+  std::mt19937_64 rng = test::rng();
+  std::vector<Scan> boards;
+  for (int k = 0; k < 8; ++k) {
+    const double x = 0.3 * static_cast<double>(rng() % 20), y = 0.3 * static_cast<double>(rng() % 20);
+    boards.push_back(test::rectangle_scan(above, {x, y, 0}, {0.6, 0, 0}, {0, 0.6, 0}));
+  }
+  const test::PendingPoints points(boards);
+  const std::vector<Part> parts = divided(points.ledger, {.points = points.all});
+  std::vector<PointId> all;
+  std::vector<std::size_t> part_of(points.ledger.window.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    EXPECT_TRUE(k == 0 || parts[k].points.size() <= parts[k - 1].points.size()) << "the largest first";
+    std::vector<PointId> in_order = parts[k].points;
+    points.ledger.window.put_in_order(in_order);
+    EXPECT_EQ(in_order, parts[k].points);
+    for (const PointId i : parts[k].points) part_of[index_of(i)] = k;
+    all.insert(all.end(), parts[k].points.begin(), parts[k].points.end());
+  }
+  points.ledger.window.put_in_order(all);
+  EXPECT_EQ(all, points.all);
+  const double h = points.ledger.parameters.max_hole_size();
+  for (int k = 0; k < 20'000; ++k) {
+    const PointId a = points.all[rng() % points.all.size()], b = points.all[rng() % points.all.size()];
+    if ((points.position(a) - points.position(b)).norm() >= h) continue;
+    ASSERT_EQ(part_of[index_of(a)], part_of[index_of(b)]);
+  }
+}
+
+/// Two boards 2 m apart, of some 2,500 readings each, and between them a line that belongs to the first.
+class TwoBoards : public ::testing::Test {
+ protected:
+  surfaces::SurfaceModel& known(double from_x, double to_x) {
+    surfaces::SurfaceModel& surface = points_.ledger.create({Eigen::Vector3d::UnitZ(), 0}, {0, 0, 0});
+    for (const PointId i : points_.all)
+      if (points_.position(i).x() >= from_x && points_.position(i).x() <= to_x)
+        points_.ledger.give(i, surface);
+    return surface;
+  }
+  std::vector<PointId> left() const { return between(-1, 1.1); }
+  std::vector<PointId> right() const { return between(2.6, 4); }
+  std::vector<PointId> between(double from_x, double to_x) const {
+    std::vector<PointId> some;
+    for (const PointId i : points_.all)
+      if (points_.position(i).x() > from_x && points_.position(i).x() < to_x) some.push_back(i);
+    return some;
+  }
+
+  test::PendingPoints points_{{test::rectangle_scan(above, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                               test::rectangle_scan(above, {2.7, 0, 0}, {1, 0, 0}, {0, 1, 0}),
+                               test::rectangle_scan(above, {1.3, 0.3, 0}, {1.1, 0, 0}, {0, 0.1, 0})}};
+};
+
+TEST_F(TwoBoards, AreTwoPartsUnlessASurfaceHasReadingsOfBoth) {
+  std::vector<PointId> both = left();
+  for (const PointId i : right()) both.push_back(i);
+  points_.ledger.window.put_in_order(both);
+  ASSERT_EQ(divided(points_.ledger, {.points = both}).size(), 2U);
+  const SurfaceId id = known(0.6, 2.8).id();
+  const std::vector<Part> parts = divided(points_.ledger, {.surfaces = {id}, .gained = both});
+  ASSERT_EQ(parts.size(), 1U);
+  EXPECT_EQ(parts.front().surfaces, std::vector{id});
+  EXPECT_EQ(parts.front().gained, both);
+}
+
+TEST_F(TwoBoards, SmallPartsArePutTogether) {
+  std::vector<PointId> few;
+  for (const std::vector<PointId>& board : {left(), right()})
+    few.insert(few.end(), board.begin(), board.begin() + 100);
+  points_.ledger.window.put_in_order(few);
+  EXPECT_EQ(divided(points_.ledger, {.points = few}).size(), 1U);
+}
+
+TEST_F(TwoBoards, OfOneSurfaceInTwoPartsAreOnePlane) {
+  const surfaces::SurfaceModel& line = known(1.2, 2.5);
+  JointProposal joint(points_.ledger);
+  const auto found = [&](const std::vector<PointId>& points, double x) {
+    Proposal proposal;
+    proposal.planes.push_back({{Eigen::Vector3d::UnitZ(), 0}, {x, 0, 0}});
+    for (const PointId i : points) proposal.points.push_back({i, 1});
+    proposal.rest.push_back({line.id(), 1, 0});
+    return proposal;
+  };
+  joint.add(found(left(), 0), points_.ledger.window);
+  joint.add(found(right(), 3), points_.ledger.window);
+  Proposal alone = found({left().front(), points_.all.back()}, 9);  // the first one is taken already
+  alone.rest.clear();
+  joint.add(alone, points_.ledger.window);
+  const Proposal all = std::move(joint).take();
+  ASSERT_EQ(all.planes.size(), 2U) << "and none of a single reading";
+  ASSERT_EQ(all.rest.size(), 1U);
+  EXPECT_EQ(all.rest.front().label, 1U);
+  EXPECT_EQ(all.rest.front().readings, static_cast<double>(line.size()));
+  std::set<PointId> labelled;
+  for (const auto& [point, label] : all.points) {
+    EXPECT_TRUE(labelled.insert(point).second);
+    EXPECT_EQ(label, labelled.size() <= left().size() + right().size() ? 1U : 0U);
+  }
 }
 
 }  // namespace

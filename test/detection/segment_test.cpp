@@ -1,7 +1,6 @@
 #include "detection/segment.hpp"
 
 #include "detection/labelling.hpp"
-#include "support/degree.hpp"
 #include "support/pending_points.hpp"
 #include "support/round_scene.hpp"
 

@@ -3,9 +3,6 @@
 #include "io/readers/bag_index.hpp"
 #include "io/readers/sensor_messages.hpp"
 
-#include <stdexcept>
-#include <string_view>
-
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::fuzz {

@@ -8,7 +8,6 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <iterator>
-#include <string>
 #include <vector>
 
 // Files that libFuzzer starts from (corpus/TARGET) and that it found (findings/TARGET).

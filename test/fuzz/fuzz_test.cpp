@@ -7,7 +7,6 @@
 #include "map_file.pb.h"
 #include "occupancy/occupancy_map.hpp"
 #include "support/packed_map.hpp"
-#include "support/paths.hpp"
 
 #include <zstd.h>
 
@@ -105,14 +104,6 @@ TEST(Fuzz, BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles) {
   scan[0] = 2;
   expect_read_or_refused(fuzz_mcap, packed_bag(transform, 20));
   expect_read_or_refused(fuzz_mcap, packed_bag(scan, 20));
-}
-
-TEST(Fuzz, AnInputStandsInAFolderAlone) {
-  const InputFile one({}, ".pcd"), other({}, ".txt");
-  for (const InputFile* input : {&one, &other}) {
-    const auto files = fs::directory_iterator(input->path().parent_path());
-    EXPECT_EQ(std::distance(files, {}), 1) << input->path();
-  }
 }
 
 TEST(Fuzz, EveryTargetHasACorpus) {
@@ -215,28 +206,6 @@ TEST_P(EveryByte, Truncated) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Corpus, EveryByte, ::testing::ValuesIn(inputs("corpus")), name_of);
-
-/// The .bt has no checksum of its own: what is damaged in it may be another octree. Beside its .surfaces it
-/// changes nothing and is named.
-TEST(DamagedMap, ABtBesideItsSurfacesIsNamed) {
-  const std::string bt = content_of(corpus() / "octomap/two_planes.bt");
-  const InputFolder folder;
-  const fs::path stem = folder.path() / "map";
-  fs::copy_file(corpus() / "surfaces/two_planes.surfaces", stem.string() + ".surfaces");
-  const auto warning = [&](const std::string& damaged) {
-    folder.add("map.bt", as_bytes(damaged));
-    const LoadedMap loaded = load_map(stem);
-    EXPECT_EQ(loaded.map.size().points, 998U);
-    return loaded.warning;
-  };
-  EXPECT_EQ(warning(bt), "");
-  for (std::size_t i = 0; i < bt.size(); i += 16) {
-    std::string damaged = bt;
-    damaged[i] = static_cast<char>(damaged[i] ^ 0xff);
-    EXPECT_THAT(warning(damaged), HasSubstr("is not the one"));
-    EXPECT_THAT(warning(bt.substr(0, i)), HasSubstr("is not the one"));
-  }
-}
 
 /// An octree of points far from one another: eight bytes of the stream for a brick of 280 in memory, and the
 /// stream a thousandth of that in the file.

@@ -8,7 +8,6 @@
 #include <fstream>
 #include <optional>
 #include <stdexcept>
-#include <string>
 
 #include <octosurf/error.hpp>
 

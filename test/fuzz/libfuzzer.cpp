@@ -4,7 +4,6 @@
 #ifdef FUZZ_MAP_RECORDS
 
 #include <algorithm>
-#include <string>
 #endif
 
 namespace octosurf::fuzz {

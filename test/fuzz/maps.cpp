@@ -4,11 +4,9 @@
 #include "occupancy/occupancy_map.hpp"
 #include "support/invariants.hpp"
 
-#include <optional>
 #include <random>
 #include <sstream>
 
-#include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/pieces.hpp>
 

@@ -7,7 +7,6 @@
 #include "parameter_options.hpp"
 
 #include <cmath>
-#include <optional>
 
 #include <octosurf/scan_source.hpp>
 

@@ -1,34 +1,9 @@
 // What tests of files share: a folder, a file's bytes, an Error's message, and what most of them include.
 #pragma once
 
-#include "support/seed.hpp"
+#include "support/testing.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <gmock/gmock.h>
-#include <iterator>
-#include <limits>
-#include <map>
-#include <memory>
-#include <numbers>
-#include <optional>
-#include <random>
-#include <set>
-#include <sstream>
-#include <stdexcept>
 #include <stdlib.h>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::test {
 

@@ -3,32 +3,12 @@
 
 #include "io/map_file/map_files.hpp"
 #include "io/readers/recorded_scan.hpp"
-#include "support/scene.hpp"
+#include "support/room_tour.hpp"
 
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::test {
 namespace {
-
-/// Of a room by a depth camera.
-std::vector<Scan> room(std::size_t scans) {
-  Scene scene;
-  scene.rectangle({-2, -2, 0}, {9, 0, 0}, {0, 9, 0}).rectangle({-2, -2, 0}, {9, 0, 0}, {0, 0, 3});
-  scene.box({0, 0, 0}, {0.8, 0.8, 0.7});
-  std::mt19937_64 random = rng();
-  Camera small;
-  small.width = 120;
-  small.height = 90;
-  small.focal = 100;
-  std::vector<Scan> all;
-  for (std::size_t i = 0; i < scans; ++i) {
-    const double a = 0.4 * static_cast<double>(i);
-    const Eigen::Vector3d eye(0.4 + 1.8 * std::cos(a), 0.4 + 1.8 * std::sin(a), 1.4);
-    all.push_back(camera_scan(scene, look_at(eye, {0.4, 0.4, 0.5}), random, small));
-    all.back().stamp_s = 100 + 0.1 * static_cast<double>(i);
-  }
-  return all;
-}
 
 class KeptScansTest : public MapFiles {
  protected:
@@ -58,7 +38,7 @@ void expect_same(const Scan& given, const Scan& read) {
 }
 
 TEST_F(KeptScansTest, AScanComesBackToTheBit) {
-  std::vector<Scan> given = room(3);
+  std::vector<Scan> given = room_tour(rng(), 3);
   given[0].points[5].setConstant(std::numeric_limits<float>::quiet_NaN());
   given[1].sensor = SensorKind::lidar;
   given[1].stamp_s = 1305031102.160407;
@@ -87,7 +67,8 @@ TEST_F(KeptScansTest, OneWithoutReadingsIsKeptToo) {
 }
 
 TEST_F(KeptScansTest, AreReadWithTheirOwnPosesAndWithOthers) {
-  const std::vector<Scan> given = room(3);
+  std::vector<Scan> given = room_tour(rng(), 3);
+  for (std::size_t i = 0; i < 3; ++i) given[i].stamp_s = 100 + 0.1 * static_cast<double>(i);
   keep(given);
   EXPECT_FALSE(is_occupancy_map(folder / "scans"));
   const auto own = open_scans({folder / "scans"});
@@ -104,7 +85,7 @@ TEST_F(KeptScansTest, AreReadWithTheirOwnPosesAndWithOthers) {
 }
 
 TEST_F(KeptScansTest, GoingOnReplacesWhatWasLeftBehind) {
-  const std::vector<Scan> scans = room(5);
+  const std::vector<Scan> scans = room_tour(rng(), 5);
   keep({scans.begin(), scans.begin() + 3});
   write_file(folder / "scans/000003_1.5.pcd", "left by a run that was killed");
   write_file(folder / "scans/000004_1.6.pcd", "likewise");

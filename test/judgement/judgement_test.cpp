@@ -1,7 +1,6 @@
 // Recordings that are right, and others made wrong of them: what the judge says.
 #include "alignment/surfaces_by_hand.hpp"
 #include "judgement/walks.hpp"
-#include "support/degree.hpp"
 
 #include <octosurf/judgement.hpp>
 

@@ -1,8 +1,6 @@
 // Pillars, rails and rungs through the whole way, and what must not become one.
 #include "support/checked_mapper.hpp"
-#include "support/degree.hpp"
 #include "support/guarantees.hpp"
-#include "support/invariants.hpp"
 #include "support/round_scene.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -236,30 +234,6 @@ TEST(Cylinders, PlanesAreTheSameWithAndWithout) {
     ASSERT_THAT(cylinders(without), IsEmpty());
   }
   EXPECT_TRUE(any) << "a test of nothing";
-}
-
-TEST(Cylinders, OrderOfPointsChangesNothing) {
-  std::mt19937_64 rng(test::seed());
-  RoundScene scene = hall();
-  scene.bars = {{{0.2, 0, 0}, {0.2, 0, 2}, 0.2}};
-  Parameters parameters;
-  parameters.surfaces.range_noise = 0.001;  // its estimate does look at the order
-  Mapper one(parameters), shuffled(parameters);
-  for (Scan& scan : arc(scene, {0.2, 0, 0.7}, 1.6, 1, 5, rng)) {
-    one.insert(scan);
-    std::shuffle(scan.points.begin(), scan.points.end(), rng);
-    shuffled.insert(scan);
-  }
-  ASSERT_THAT(one.snapshot()->cylinders, SizeIs(1));
-  ASSERT_THAT(shuffled.snapshot()->cylinders, SizeIs(1));
-  // The mean of a voxel's readings is rounded otherwise, to 1/256 voxel (0.08 mm): of one point in a thousand
-  // that decides whether it fits.
-  const Cylinder &a = *one.snapshot()->cylinders[0], &b = *shuffled.snapshot()->cylinders[0];
-  EXPECT_EQ(a.id, b.id);
-  EXPECT_NEAR(a.radius_m, b.radius_m, 1e-4);
-  EXPECT_LT(tilt_deg(a, b.axis), 0.02);
-  EXPECT_NEAR(static_cast<double>(a.inliers), static_cast<double>(b.inliers),
-              0.01 * static_cast<double>(a.inliers));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // One face, one surface: small steps, thin things and holes, seen by a depth camera from several sides.
 #include "support/checked_mapper.hpp"
-#include "support/degree.hpp"
 #include "support/guarantees.hpp"
 #include "support/polygons.hpp"
 #include "support/scene.hpp"
@@ -118,24 +117,6 @@ TEST_P(Faces, AThinBoardSeenFromAboveAndBelowHasTwoSides) {
           << "none between";
     }
   }
-}
-
-TEST_P(Faces, AHoleInATableStays) {
-  Scene scene;  // a top of 1.2 m × 0.8 m with a hole of 20 cm, over the floor
-  scene.rectangle({-1.5, -1.5, 0.011}, 3 * x, 3 * y);
-  scene.rectangle({-0.6, -0.4, 0.701}, 1.2 * x, 0.3 * y).rectangle({-0.6, 0.1, 0.701}, 1.2 * x, 0.3 * y);
-  scene.rectangle({-0.6, -0.1, 0.701}, 0.5 * x, 0.2 * y).rectangle({0.1, -0.1, 0.701}, 0.5 * x, 0.2 * y);
-  const Seen seen(scene, GetParam(), circle({0, 0, 1.9}, 0.6, 8), {{0, 0, 0.7}});
-  const auto top = seen.face({0.4, 0.2, 0.701}, z);
-  ASSERT_TRUE(top);
-  EXPECT_FALSE(over(*top, {0, 0, 0.701}));
-  double open = 0;
-  for (const Polygon& polygon : top->polygons)
-    for (const Ring2& hole : polygon.holes) open += test::area(Polygon{{hole.rbegin(), hole.rend()}, {}});
-  EXPECT_GE(open, 0.8 * 0.04);
-  EXPECT_LE(open, 1.3 * 0.04);
-  EXPECT_EQ(seen.face({-0.4, -0.2, 0.701}, z), top);
-  EXPECT_EQ(seen.face({0.4, -0.2, 0.701}, z), top);
 }
 
 /// Three degrees are near the least that is told apart: in 3 of 33 such pairs of tops the two became one.
@@ -259,53 +240,6 @@ TEST(RoundedFaces, TreadsBesideRoundedFeetKeepTheirSlope) {
       EXPECT_NEAR(found.front()->plane.signed_distance(middle), 0, 0.0025) << "tread " << tread;
     }
   }
-}
-
-/// Rectangles along y over a profile in x and z, whose right-angled corners are rounded by facets of 15°.
-void extrude(Scene& scene, const std::vector<Eigen::Vector2d>& profile, double radius, double from,
-             double to) {
-  constexpr int facets = 6;
-  std::vector<Eigen::Vector2d> rounded{profile.front()};
-  for (std::size_t i = 1; i + 1 < profile.size(); ++i) {
-    const Eigen::Vector2d in = (profile[i] - profile[i - 1]).normalized(),
-                          out = (profile[i + 1] - profile[i]).normalized();
-    for (int k = 0; k <= facets; ++k) {
-      const double turn = k * std::numbers::pi / 2 / facets;
-      rounded.emplace_back(profile[i] + radius * ((std::sin(turn) - 1) * in + (1 - std::cos(turn)) * out));
-    }
-  }
-  rounded.push_back(profile.back());
-  for (std::size_t i = 0; i + 1 < rounded.size(); ++i) {
-    const Eigen::Vector2d along = rounded[i + 1] - rounded[i];
-    scene.rectangle({rounded[i].x(), from, rounded[i].y()}, {along.x(), 0, along.y()}, (to - from) * y);
-  }
-}
-
-TEST(RoundedFaces, TopsOfKerbsBoxesAndTables) {
-  struct Thing {
-    const char* name;
-    std::vector<Eigen::Vector2d> profile;
-    double top, middle;  // m: height, and x of its middle
-  };
-  // The kerb's and the box's feet are rounded, too, and pull at the floor.
-  const std::vector<Thing> things{
-      {"kerb", {{-0.8, 0}, {0, 0}, {0, 0.12}, {0.3, 0.12}}, 0.12, 0.15},
-      {"box", {{-0.8, 0}, {-0.12, 0}, {-0.12, 0.25}, {0.12, 0.25}, {0.12, 0}, {0.8, 0}}, 0.25, 0},
-      {"table", {{-0.25, 0.66}, {-0.25, 0.7}, {0.25, 0.7}, {0.25, 0.66}}, 0.7, 0}};
-  for (const Thing& thing : things)
-    for (const double radius : {0.01, 0.02, 0.04}) {
-      SCOPED_TRACE(thing.name + (" rounded by " + std::to_string(radius)));
-      Scene scene;
-      extrude(scene, thing.profile, radius, -0.4, 0.4);
-      const Seen seen(scene, 0.02, circle({thing.middle, 0, thing.top + 0.9}, 0.8, 10),
-                      {{thing.middle, 0, thing.top}});
-      const Eigen::Vector3d middle(thing.middle, 0, thing.top);
-      const auto found = seen.mapper.on_plane(z, middle);
-      ASSERT_EQ(found.size(), 1U);
-      const Surface& face = *found.front();
-      EXPECT_GT(face.plane.normal.z(), std::cos(1.5 * std::numbers::pi / 180));
-      EXPECT_NEAR(face.plane.signed_distance(middle), 0, 0.0025);
-    }
 }
 
 // Voxels of 1 cm, and planes found on cells of 2 cm: what is about as small as these.

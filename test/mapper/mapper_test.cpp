@@ -2,8 +2,12 @@
 #include "occupancy/octree_bytes.hpp"
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
-#include "support/scene.hpp"
+#include "support/room_tour.hpp"
+#include "surfaces/blobs.hpp"
 #include "surfaces/map_state.hpp"
+
+#include <octosurf/space_part.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf::mapper {
 namespace {
@@ -251,6 +255,228 @@ TEST(Mapper, SurfacesStayAndGrowOnAnotherOctree) {
   EXPECT_EQ(mapper.replace_occupancy(octree).appeared, 0U);
   EXPECT_EQ(mapper.snapshot()->surfaces.size(), once->surfaces.size());
   EXPECT_THROW(mapper.replace_occupancy(Mapper(test::of_voxels(0.03)).map()), Error);
+}
+
+// Snapshots while the map goes on: what mapper.hpp promises to readers in other threads.
+
+/// What is wrong with a snapshot; empty if it is whole.
+std::string fault_of(const Snapshot& snapshot) {
+  std::map<SurfaceId, std::size_t> inliers;  // a voxel more or less, and the octree is of another scan
+  constexpr double all = std::numeric_limits<double>::infinity();
+  snapshot.octree.for_each_occupied({Eigen::Vector3d::Constant(-all), Eigen::Vector3d::Constant(all)},
+                                    [&](const OccupancyView::Voxel& voxel) {
+                                      ++inliers[voxel.surface];
+                                      return true;
+                                    });
+  inliers.erase(0);
+  SurfaceId last = 0;
+  for (const SurfacePtr& s : snapshot.surfaces) {
+    const bool whole =
+        s->id > last && s->revision <= snapshot.revision && s->inliers > 0 && s->inliers == inliers[s->id] &&
+        snapshot.find(s->id) == s.get() && s->boundary.size() == test::count_vertices(s->polygons) &&
+        std::fabs(test::area(s->polygons) - s->area_m2) < 1e-6 && test::invalid(s->polygons).empty();
+    if (!whole) return "surface " + std::to_string(s->id);
+    last = s->id;
+  }
+  return inliers.size() == snapshot.surfaces.size() ? "" : "a surface is in the octree only";
+}
+
+TEST(Readers, FourAtFullSpeedSeeWholeSnapshotsOnly) {
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 16);
+  Mapper mapper(Parameters{}, 2);
+  mapper.share_octree();
+  std::atomic<bool> done{false};
+  std::array<std::string, 4> wrong;
+  std::array<std::uint64_t, 4> revision{};
+  std::vector<std::jthread> threads;
+  for (std::size_t i = 0; i < 4; ++i)
+    threads.emplace_back([&, i] {
+      for (bool last = false; !last;) {
+        last = done;
+        const std::shared_ptr<const Snapshot> snapshot = mapper.snapshot();
+        if (snapshot->revision < revision[i]) wrong[i] += " went back";
+        revision[i] = snapshot->revision;
+        wrong[i] += fault_of(*snapshot);
+      }
+    });
+  for (const Scan& scan : scans) mapper.insert(scan);
+  done = true;
+  threads.clear();  // joins
+  EXPECT_THAT(wrong, ::testing::Each(""));
+  EXPECT_THAT(revision, ::testing::Each(scans.size())) << "what was inserted is seen at once";
+}
+
+// Up, found from a map that was made from scans.
+
+using Eigen::Vector3d;
+
+double angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+/// A narrow passage: 3.6 m² of wall on each side of 1.4 m² of floor, and a step.
+test::Scene passage() {
+  test::Scene scene;
+  scene.rectangle({-1, -0.35, 0}, {2, 0, 0}, {0, 0.7, 0});
+  scene.rectangle({-1, -0.35, 0}, {2, 0, 0}, {0, 0, 1.8}).rectangle({-1, 0.35, 0}, {2, 0, 0}, {0, 0, 1.8});
+  scene.box({0.5, -0.34, 0}, {0.98, 0.34, 0.2});
+  return scene;
+}
+
+std::vector<Scan> walk(std::mt19937_64& rng) {
+  std::vector<Scan> scans;
+  test::Camera camera;
+  camera.width = 120;
+  camera.height = 160;
+  camera.focal = 90;
+  const test::Scene scene = passage();
+  for (const double x : {-0.9, -0.6, -0.3})
+    for (const double aside : {-0.5, 0.0, 0.5})
+      scans.push_back(
+          test::camera_scan(scene, test::look_at({x, 0, 1.2}, {x + 1, aside, 0.55}), rng, camera));
+  return scans;
+}
+
+Parameters estimating() {
+  Parameters parameters;
+  parameters.up.reset();
+  return parameters;
+}
+
+TEST(UpOfAMap, IsFoundHoweverItsFrameIsTurned) {
+  std::mt19937_64 rng(test::seed());
+  std::normal_distribution<double> gauss;
+  const std::vector<Scan> scans = walk(rng);
+  for (int world = 0; world < 3; ++world) {
+    const Eigen::Isometry3d R(
+        Eigen::Quaterniond(gauss(rng), gauss(rng), gauss(rng), gauss(rng)).normalized());
+    Mapper mapper(estimating());
+    for (const Scan& scan : scans) mapper.insert(test::moved(scan, R));
+    const Up of_all = up_of(mapper.map());
+    EXPECT_EQ(of_all.source, Up::Source::surfaces);
+    EXPECT_LT(angle(of_all.direction, R.linear().col(2)), 0.5 * test::degree);
+    const Up alone = estimate_up(*mapper.snapshot());
+    EXPECT_GT(angle(alone.direction, R.linear().col(2)), 80 * test::degree)
+        << "without the camera it is a wall";
+  }
+}
+
+TEST(UpOfAMap, LidarsStandOnTheirZ) {
+  Mapper mapper(estimating());
+  Scan scan;
+  scan.sensor = SensorKind::lidar;
+  scan.T_map_sensor = Eigen::Isometry3d(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitX()));
+  for (double u = -1; u <= 1; u += 0.015)
+    for (double v = -1; v <= 1; v += 0.015) {
+      scan.points.push_back(Eigen::Vector3d(u, v, -1).cast<float>());         // the floor, below the sensor
+      scan.points.push_back(Eigen::Vector3d(u, 1.5, 1.5 * v).cast<float>());  // a larger wall
+    }
+  mapper.insert(scan);
+  EXPECT_LT(angle(up_of(mapper.map()).direction, -Vector3d::UnitY()), 0.1 * test::degree);
+}
+
+TEST(UpOfAMap, ChangesNothingElse) {
+  std::mt19937_64 rng(test::seed());
+  const std::vector<Scan> scans = walk(rng);
+  Parameters sideways;
+  sideways.up = Vector3d::UnitX();
+  const Mapper one = test::mapped(scans), other = test::mapped(scans, sideways);
+  EXPECT_TRUE(test::leaves_of(one.map()) == test::leaves_of(other.map()));
+  const std::vector<SurfacePtr> of_one = one.snapshot()->surfaces, of_other = other.snapshot()->surfaces;
+  ASSERT_EQ(of_one.size(), of_other.size());
+  for (std::size_t i = 0; i < of_one.size(); ++i)
+    EXPECT_TRUE(test::identical(of_one[i]->polygons, of_other[i]->polygons)) << i;
+}
+
+// What is taken back from a map, and comes back where it is.
+
+using State = OccupancyView::State;
+
+const Eigen::AlignedBox3d chest(Eigen::Vector3d(-0.2, -0.15, 0.011), Eigen::Vector3d(0.2, 0.15, 0.311));
+
+Scene floor_of_room() {
+  Scene scene;
+  scene.rectangle({-1.2, -1.2, 0.011}, {2.4, 0, 0}, {0, 2.4, 0});
+  return scene;
+}
+Scene with_chest() {
+  Scene scene = floor_of_room();
+  scene.box(chest.min(), chest.max());
+  return scene;
+}
+void look(CheckedMapper& mapper, const Scene& scene, int count, std::mt19937_64& rng) {
+  for (const Scan& scan : test::orbit(scene, {0, 0, 0.1}, 1.1, 1.3, count, rng, {320, 240, 260}))
+    mapper.insert(scan);
+}
+std::size_t tops(const CheckedMapper& mapper) {
+  return mapper.on_plane({0, 0, 1}, {0, 0, chest.max().z()}).size();
+}
+
+TEST(Clear, WhatIsInsideGoesAndComesBackOnlyIfItIsThere) {
+  for (const bool stays : {false, true}) {
+    SCOPED_TRACE(stays ? "it stays" : "it is carried out");
+    std::mt19937_64 rng = test::rng();
+    CheckedMapper mapper(test::of_voxels(0.02));
+    look(mapper, with_chest(), 10, rng);
+    ASSERT_EQ(tops(mapper), 1U);
+    const auto before = mapper.mapper.snapshot();
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.05);
+    const ScanReport report =
+        mapper.mapper.clear(SpacePart::box({chest.min() - margin, chest.max() + margin}));
+    test::expect_guarantees(mapper.mapper.map());
+    EXPECT_GT(report.vanished, 500U);
+    EXPECT_GE(report.gone.size(), 5U);  // top and sides
+    EXPECT_EQ(tops(mapper), 0U);
+    EXPECT_GT(mapper.mapper.snapshot()->revision, before->revision);
+    EXPECT_EQ(mapper.mapper.map().octree().at({0, 0, chest.max().z()}).state, State::unknown);
+    look(mapper, stays ? with_chest() : floor_of_room(), 2, rng);
+    EXPECT_EQ(tops(mapper), stays ? 1U : 0U);
+  }
+}
+
+TEST(Clear, IsByTheMiddlesOfVoxels) {
+  std::mt19937_64 rng = test::rng();
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (const bool as_free : {false, true})
+    for (const bool round : {false, true}) {
+      SCOPED_TRACE(testing::Message() << (as_free ? "free" : "unknown") << (round ? ", round" : ""));
+      CheckedMapper mapper(test::of_voxels(0.02));
+      look(mapper, with_chest(), 4, rng);
+      SpacePart part;
+      part.T_map_part.linear() =
+          Eigen::Quaterniond(any(rng), any(rng), any(rng), any(rng)).normalized().toRotationMatrix();
+      part.T_map_part.translation() << any(rng) / 4, any(rng) / 4, any(rng) / 4;
+      part.half_size << 0.3, round ? 0.3 : 0.1, 0.2;
+      part.round = round;
+      const OccupancyView before = mapper.mapper.map().octree();
+      mapper.mapper.clear(part, as_free);
+      const OccupancyView after = mapper.mapper.map().octree();
+      std::size_t inside = 0;
+      for (int i = 0; i < 200000; ++i) {
+        const Eigen::Vector3d p(any(rng), any(rng), any(rng));
+        const OccupancyView::Voxel was = before.at(p), is = after.at(p);
+        const Eigen::Vector3d q = part.T_map_part.inverse() * was.center;
+        const bool in = round ? q.head<2>().norm() <= 0.3 && std::abs(q.z()) <= 0.2
+                              : (q.cwiseAbs().array() <= part.half_size.array()).all();
+        if (!in) {
+          ASSERT_EQ(was.log_odds, is.log_odds) << p.transpose();
+          ASSERT_EQ(was.state, is.state);
+        } else if (was.state == State::unknown || !as_free) {
+          ASSERT_EQ(is.state, State::unknown) << p.transpose();
+        } else {
+          ASSERT_EQ(is.state, State::free) << p.transpose();
+          ++inside;
+        }
+      }
+      EXPECT_EQ(inside > 100, as_free);
+      test::expect_guarantees(mapper.mapper.map());
+    }
+}
+
+TEST(Clear, RefusesPartsThatAreNone) {
+  CheckedMapper mapper(test::of_voxels(0.02));
+  EXPECT_THROW(mapper.mapper.clear(SpacePart()), Error);
+  SpacePart endless = SpacePart::cylinder({0, 0, 0}, 1, 1);
+  endless.half_size.z() = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(mapper.mapper.clear(endless), Error);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Two maps into one: against the map of all scans, in both orders, in another frame.
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
-#include "support/invariants.hpp"
 #include "support/scene.hpp"
 #include "support/unshared_area.hpp"
 #include "surfaces/map_state.hpp"

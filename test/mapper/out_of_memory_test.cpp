@@ -3,9 +3,6 @@
 #include "io/map_file/map_files.hpp"
 #include "mapper/failing_memory.hpp"
 #include "support/guarantees.hpp"
-#include "support/invariants.hpp"
-#include "support/sanitized.hpp"
-#include "support/testing.hpp"
 
 #include <sys/mman.h>
 #include <sys/resource.h>

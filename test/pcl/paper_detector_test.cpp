@@ -4,7 +4,6 @@
 #include "simulation/recording.hpp"
 #include "support/alpha_shape_twin.hpp"
 #include "support/guarantees.hpp"
-#include "support/invariants.hpp"
 #include "support/map_state.hpp"
 #include "support/polygons.hpp"
 

@@ -1,16 +1,13 @@
 """The node of ros/octosurf_ros beside rclpy over Fast DDS: a robot's topics in, the map's topics and services out."""
-import itertools
 import os
 import pathlib
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
-import zlib
 
 import numpy as np
 import ros_workspace
@@ -34,6 +31,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E
 from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
 from rosbags.rosbag2 import Writer  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
+from scans_test import png  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField  # noqa: E402
 from std_msgs.msg import Float32MultiArray  # noqa: E402
 from std_srvs.srv import Empty  # noqa: E402
@@ -122,42 +120,12 @@ def recording(lidar=False, count=6, later_ns=0, drift_m=0):
                                            data=depth.astype("<u2").tobytes()), frame, stamp)
 
 
-def rvl(pixels):
-    """Wilson's: counts of zeros and of others by turns, with those their zigzag differences; three bits a nibble."""
-    nibbles, last = [], 0
-
-    def put(value):
-        nibbles.append(value & 7 | 8 * (value > 7))
-        if value > 7:
-            put(value >> 3)
-
-    for empty, run in itertools.groupby([0, *pixels], lambda pixel: pixel == 0):
-        run = list(run)
-        put(len(run) - (not nibbles))  # without that zero before
-        for pixel in () if empty else run:
-            put(2 * (pixel - last) if pixel >= last else 2 * (last - pixel) - 1)
-            last = pixel
-    text = bytes(nibbles + [0] * (-len(nibbles) % 8)).hex()[1::2]
-    return np.array([int(text[i:i + 8], 16) for i in range(0, len(text), 8)], "<u4").tobytes()
-
-
-def png(depth):
-    def chunk(kind, body):
-        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
-
-    head = chunk(b"IHDR", struct.pack(">IIBBBBB", *depth.shape[::-1], 16, 0, 0, 0, 0))
-    rows = np.pad(depth.astype(">u2").view("u1"), ((0, 0), (1, 0))).tobytes()
-    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
-
-
 def packed(topic, stamp, message):
-    """As compressed_depth_image_transport sends images, by turns as PNG and RVL, and Livox' driver clouds."""
+    """As compressed_depth_image_transport sends images, and Livox' driver clouds."""
     if topic == IMAGES:
         depth = np.frombuffer(message.data, "<u2").reshape(120, 160)
-        how = ("png", "rvl")[stamp // 33_333_333 % 2]
-        data = png(depth) if how == "png" else struct.pack("<II", 160, 120) + rvl(depth.ravel().tolist())
         return IMAGES + "/compressedDepth", stamp, CompressedImage(
-            header=message.header, format=f"16UC1; compressedDepth {how}", data=bytes(12) + data)
+            header=message.header, format="16UC1; compressedDepth png", data=bytes(12) + png(depth))
     if topic == CLOUDS:
         points = [CustomPoint(x=x, y=y, z=z) for x, y, z in np.frombuffer(message.data, "<f4").reshape(-1, 3).tolist()]
         return "/livox", stamp, CustomMsg(header=message.header, point_num=len(points), points=points)

@@ -2,11 +2,6 @@
 
 #include "support/invariants.hpp"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <gmock/gmock.h>
-
 namespace octosurf::test {
 
 CheckedMapper::~CheckedMapper() { EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty()); }

@@ -2,7 +2,6 @@
 
 #include "io/map_file/map_file.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "support/invariants.hpp"
 #include "support/slow_polygons.hpp"
 #include "surfaces/map_state.hpp"
 

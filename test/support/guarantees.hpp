@@ -1,10 +1,10 @@
 #pragma once
 
+#include "support/invariants.hpp"
+
 #include <array>
 #include <cstdint>
-#include <string>
 #include <tuple>
-#include <vector>
 
 #include <octosurf/mapper.hpp>
 

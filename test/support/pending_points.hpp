@@ -1,7 +1,6 @@
 #pragma once
 
 #include "support/map_state.hpp"
-#include "support/testing.hpp"
 
 namespace octosurf::test {
 

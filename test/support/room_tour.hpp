@@ -2,9 +2,6 @@
 
 #include "support/scene.hpp"
 
-#include <cmath>
-#include <string>
-
 namespace octosurf::test {
 
 /// A room with a box in it.

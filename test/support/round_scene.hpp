@@ -2,8 +2,6 @@
 
 #include "support/scene.hpp"
 
-#include <algorithm>
-
 namespace octosurf::test {
 
 /// A round bar: the lateral surface of a cylinder from `from` to `to`; visible from outside.

@@ -3,8 +3,6 @@
 #include "support/polygons.hpp"
 #include "surfaces/surface_model.hpp"
 
-#include <vector>
-
 namespace octosurf::test {
 
 /// The alpha shape of all inliers and of boundary points, in the model's frame: what derive() must come to.

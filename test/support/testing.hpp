@@ -43,6 +43,16 @@
 
 namespace octosurf::test {
 
+inline constexpr double degree = std::numbers::pi / 180;  ///< rad
+
+/// True under the address or the thread sanitizer: they reserve terabytes of address space, count memory in
+/// their own malloc and slow everything down several times.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool sanitized = true;
+#else
+inline constexpr bool sanitized = false;
+#endif
+
 /// As by default, of voxels of so many metres.
 inline Parameters of_voxels(double resolution, bool align = true) {
   Parameters parameters;

@@ -3,7 +3,6 @@
 #include "geometry/voxel_grid.hpp"
 #include "support/slow_polygons.hpp"
 #include "support/testing.hpp"
-#include "surfaces/surface_model.hpp"
 
 namespace octosurf::test {
 

@@ -2,8 +2,6 @@
 #include "surfaces/blobs.hpp"
 #include "update/retract.hpp"
 
-#include <gtest/gtest.h>
-
 namespace octosurf::update {
 namespace {
 

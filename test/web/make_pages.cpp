@@ -8,10 +8,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include <octosurf/page.hpp>
 #include <octosurf/stairs.hpp>

@@ -2,12 +2,9 @@
 
 #include "evaluation/evaluate.hpp"
 #include "evaluation/truth.hpp"
-#include "support/polygons.hpp"
 #include "surfaces/blobs.hpp"
 
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 namespace octosurf::hand_made {
 

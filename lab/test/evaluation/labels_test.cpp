@@ -4,10 +4,6 @@
 #include "simulation/fixture.hpp"
 #include "support/paths.hpp"
 
-#include <gmock/gmock.h>
-
-#include <octosurf/error.hpp>
-
 namespace octosurf::evaluation {
 namespace {
 

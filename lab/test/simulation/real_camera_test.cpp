@@ -2,12 +2,7 @@
 #include "simulation/real_camera.hpp"
 
 #include "simulation/sensor.hpp"
-#include "support/seed.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <set>
+#include "support/testing.hpp"
 
 namespace octosurf::simulation {
 namespace {

@@ -5,12 +5,6 @@
 #include "simulation/mesh.hpp"
 #include "support/polygons.hpp"
 
-#include <Eigen/Geometry>
-#include <array>
-#include <sstream>
-#include <string>
-#include <vector>
-
 namespace octosurf::simulation::terrain {
 
 inline double area(const evaluation::TrueFace& face) { return test::area(face.polygons); }

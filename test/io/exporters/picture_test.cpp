@@ -1,6 +1,5 @@
 #include "export_fixture.hpp"
 
-#include <cstdlib>
 #include <spng.h>
 
 #include <octosurf/up.hpp>

@@ -352,18 +352,13 @@ TEST(TerrainLayers, MeanIsThatOfTheSquareAsFarAsTheGridReaches) {
   }
 }
 
-class GridMapMessage : public testing::Test {
- protected:
-  const Snapshot room_ = make_room();
-};
-
-HeightGrid room_grid(const Snapshot& room, HeightGridOptions options = {}) {
+HeightGrid room_grid(HeightGridOptions options = {}) {
   options.cell = 0.1;
-  return height_grid(room, options);
+  return height_grid(make_room(), options);
 }
 
-TEST_F(GridMapMessage, ReadersFindHeightNormalAndSurfaceAtAPosition) {
-  const Json map = decode(grid_map_message(room_grid(room_), "map"), "GridMap"), &info = map.at("info");
+TEST(GridMapMessage, ReadersFindHeightNormalAndSurfaceAtAPosition) {
+  const Json map = decode(grid_map_message(room_grid(), "map"), "GridMap"), &info = map.at("info");
   EXPECT_EQ(info.at("header").at("frame_id"), "map");
   EXPECT_EQ(info.at("resolution"), 0.1);
   EXPECT_NEAR(info.at("length_x"), 6, 1e-9);
@@ -384,18 +379,18 @@ TEST_F(GridMapMessage, ReadersFindHeightNormalAndSurfaceAtAPosition) {
   EXPECT_NEAR(at_position(map, "elevation", 2.25, 1.75), 0.75, 1e-6);
 }
 
-TEST_F(GridMapMessage, CellsWithoutASurfaceAreNaN) {
+TEST(GridMapMessage, CellsWithoutASurfaceAreNaN) {
   HeightGridOptions options;
   options.below = 0.5;
-  const HeightGrid grid = room_grid(room_, options);
+  const HeightGrid grid = room_grid(options);
   const Json map = decode(grid_map_message(grid, "world"), "GridMap");
   EXPECT_TRUE(std::isnan(at_position(map, "elevation", 2.25, 1.75)));  // the hole under the table
   EXPECT_EQ(at_position(map, "elevation", 1.65, 1.25), 0);             // the floor under it
 }
 
 /// Fast CDR leaves what aligns a value as it finds it.
-TEST_F(GridMapMessage, IsTheSameToTheByteWhateverTheMemoryHeldBefore) {
-  const HeightGrid grid = room_grid(room_);
+TEST(GridMapMessage, IsTheSameToTheByteWhateverTheMemoryHeldBefore) {
+  const HeightGrid grid = room_grid();
   std::vector<std::string> messages;
   for (const char before : {'a', 'b'}) {
     for (std::size_t size = 64; size < (1U << 20); size *= 2)
@@ -406,7 +401,7 @@ TEST_F(GridMapMessage, IsTheSameToTheByteWhateverTheMemoryHeldBefore) {
   EXPECT_TRUE(messages[0] == messages[1]);
 }
 
-TEST_F(GridMapMessage, WithoutCellsItIsRefused) { EXPECT_THROW(grid_map_message({}, "map"), Error); }
+TEST(GridMapMessage, WithoutCellsItIsRefused) { EXPECT_THROW(grid_map_message({}, "map"), Error); }
 
 }  // namespace
 }  // namespace octosurf::test

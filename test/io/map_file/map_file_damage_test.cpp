@@ -4,21 +4,14 @@
 #include "map_files.hpp"
 #include "support/invariants.hpp"
 #include "support/packed_map.hpp"
-#include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <boost/crc.hpp>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-#include <gtest/gtest.h>
-#include <random>
-#include <sstream>
-#include <string>
-#include <vector>
 #include <zstd.h>
 
 #include <octosurf/changes.hpp>
-#include <octosurf/error.hpp>
 
 namespace octosurf::test {
 namespace {

@@ -1,7 +1,6 @@
 // Messages of every layout and such as no driver sends, and what is made of their poses and times.
 #include "io/files.hpp"
 #include "io/readers/bag_files.hpp"
-#include "io/readers/scan_files.hpp"
 #include "io/readers/scan_motion.hpp"
 #include "io/readers/sensor_messages.hpp"
 #include "io/readers/trajectory.hpp"
@@ -97,7 +96,7 @@ TEST(Messages, ImagesOfSizesThatTheyDoNotHaveAreRefused) {
 
 using io::Trajectory;
 
-constexpr std::int64_t one_second = 1000000000;
+constexpr std::int64_t second = 1000000000;
 
 Trajectory::Sample sample_at(double stamp_s, double x, double yaw_rad = 0) {
   return {io::to_ns(stamp_s), {x, 0, 0}, {std::cos(yaw_rad / 2), 0, 0, std::sin(yaw_rad / 2)}};
@@ -112,30 +111,29 @@ Trajectory of_samples(const std::vector<Trajectory::Sample>& samples) {
 
 TEST(Trajectory, IsExactAtItsSamplesAndSlerpsBetween) {
   const Trajectory trajectory = of_samples({sample_at(1.2, 4, 1.5), sample_at(1, 2, 0.5)});
-  EXPECT_EQ(trajectory.at(one_second, 0).translation().x(), 2);
-  const auto middle = trajectory.at(one_second * 11 / 10, one_second / 4);
+  EXPECT_EQ(trajectory.at(second, 0).translation().x(), 2);
+  const auto middle = trajectory.at(second * 11 / 10, second / 4);
   EXPECT_NEAR(middle.translation().x(), 3, 1e-12);
   EXPECT_NEAR(std::atan2(middle(1, 0), middle(0, 0)), 1.0, 1e-9);
   const Trajectory twice = of_samples({sample_at(1, 2), sample_at(1, 5)});
-  EXPECT_EQ(twice.at(one_second, 0).translation().x(), 5) << "the last one holds";
+  EXPECT_EQ(twice.at(second, 0).translation().x(), 5) << "the last one holds";
 }
 
 TEST(Trajectory, DoesNotGuessOverGaps) {
   const Trajectory trajectory = of_samples({sample_at(1, 2), sample_at(1.3, 4)});
-  EXPECT_THROW(trajectory.at(one_second * 12 / 10, one_second / 4), io::NoPose);
-  EXPECT_EQ(trajectory.gap_at(one_second * 12 / 10, one_second / 4),
-            "its neighbours in time are 0.300 s apart");
-  EXPECT_EQ(trajectory.gap_at(one_second * 12 / 10, one_second / 2), "");
+  EXPECT_THROW(trajectory.at(second * 12 / 10, second / 4), io::NoPose);
+  EXPECT_EQ(trajectory.gap_at(second * 12 / 10, second / 4), "its neighbours in time are 0.300 s apart");
+  EXPECT_EQ(trajectory.gap_at(second * 12 / 10, second / 2), "");
   for (const auto& [ms, x] : {std::pair(990, 2), {1010, 2}, {1290, 4}, {1315, 4}})  // the nearest
-    EXPECT_EQ(trajectory.at(one_second / 1000 * ms, one_second / 4).translation().x(), x) << ms;
-  EXPECT_NE(trajectory.gap_at(one_second * 99 / 100, one_second / 1000), "");
-  EXPECT_EQ(trajectory.gap_at(one_second * 9 / 10, one_second / 4), "the first is 0.100 s later");
-  EXPECT_EQ(trajectory.gap_at(one_second * 2, one_second * 10), "the last is 0.700 s earlier");
-  EXPECT_EQ(Trajectory().gap_at(0, one_second), "there is none");
+    EXPECT_EQ(trajectory.at(second / 1000 * ms, second / 4).translation().x(), x) << ms;
+  EXPECT_NE(trajectory.gap_at(second * 99 / 100, second / 1000), "");
+  EXPECT_EQ(trajectory.gap_at(second * 9 / 10, second / 4), "the first is 0.100 s later");
+  EXPECT_EQ(trajectory.gap_at(second * 2, second * 10), "the last is 0.700 s earlier");
+  EXPECT_EQ(Trajectory().gap_at(0, second), "there is none");
   Trajectory::Sample early = sample_at(0, 1), late = sample_at(0, 2);  // their distance is no int64
   early.stamp_ns = std::numeric_limits<std::int64_t>::min();
   late.stamp_ns = std::numeric_limits<std::int64_t>::max();
-  EXPECT_THROW(of_samples({early, late}).at(0, one_second), io::NoPose);
+  EXPECT_THROW(of_samples({early, late}).at(0, second), io::NoPose);
 }
 
 TEST(Trajectory, AGapOfExactlyTheLargestIsNone) {
@@ -143,7 +141,7 @@ TEST(Trajectory, AGapOfExactlyTheLargestIsNone) {
   std::vector<Trajectory::Sample> samples;
   for (int i = 0; i < 100; ++i) samples.push_back(sample_at(since_1970_s + 0.1 * i, i));
   for (int i = 0; i < 99; ++i)
-    EXPECT_EQ(of_samples(samples).gap_at(io::to_ns(since_1970_s + 0.1 * i + 0.05), one_second / 10), "") << i;
+    EXPECT_EQ(of_samples(samples).gap_at(io::to_ns(since_1970_s + 0.1 * i + 0.05), second / 10), "") << i;
 }
 
 TEST(Trajectory, LeavesOutWhatIsNoPose) {
@@ -153,22 +151,16 @@ TEST(Trajectory, LeavesOutWhatIsNoPose) {
     bad.rotation.coeffs() *= length;
     const Trajectory trajectory = of_samples({sample_at(1, 2), bad, sample_at(1.2, 4)});
     EXPECT_EQ(trajectory.left_out(), 1U) << length;
-    EXPECT_NEAR(trajectory.at(one_second * 11 / 10, one_second / 4).translation().x(), 3, 1e-12) << length;
-    EXPECT_THROW(of_samples({bad}).at(one_second * 11 / 10, 0), std::runtime_error) << length;
+    EXPECT_NEAR(trajectory.at(second * 11 / 10, second / 4).translation().x(), 3, 1e-12) << length;
+    EXPECT_THROW(of_samples({bad}).at(second * 11 / 10, 0), std::runtime_error) << length;
   }
   Trajectory::Sample rounded = sample_at(1.2, 5);
   rounded.rotation.coeffs() *= 0.9996;
   const Trajectory trajectory =
       of_samples({sample_at(1.1, 3), sample_at(1.1, nan_m), rounded});  // two at one time
   EXPECT_EQ(trajectory.left_out(), 1U);
-  EXPECT_EQ(trajectory.at(one_second * 11 / 10, one_second / 4).translation().x(), 3);
-  EXPECT_EQ(trajectory.at(one_second * 12 / 10, one_second / 4).translation().x(), 5);
-}
-
-constexpr std::int64_t second = 1000000000;
-
-io::Trajectory::Sample sample(double stamp_s, double x, double yaw_rad = 0) {
-  return {std::llround(stamp_s * 1e9), {x, 0, 0}, {std::cos(yaw_rad / 2), 0, 0, std::sin(yaw_rad / 2)}};
+  EXPECT_EQ(trajectory.at(second * 11 / 10, second / 4).translation().x(), 3);
+  EXPECT_EQ(trajectory.at(second * 12 / 10, second / 4).translation().x(), 5);
 }
 
 std::string why_not(const io::TransformTree& tree, const std::string& to, const std::string& from,
@@ -189,7 +181,7 @@ struct Edge {
 };
 void add(io::TransformTree& tree, std::initializer_list<Edge> edges) {
   for (const Edge& edge : edges)
-    tree.add({edge.parent, edge.child, edge.fixed}, sample(edge.stamp_s, edge.x));
+    tree.add({edge.parent, edge.child, edge.fixed}, sample_at(edge.stamp_s, edge.x));
   tree.finish();
 }
 
@@ -212,7 +204,7 @@ TEST(TransformTree, IsSettledWhenNothingThatComesLaterCanChangeAnAnswer) {
 
 TEST(TransformTree, ForgetsWhatIsOldOfEachMovingFrame) {
   io::TransformTree tree;
-  for (const double t : {1.0, 2.0, 3.0}) tree.add({"map", "base", false}, sample(t, t));
+  for (const double t : {1.0, 2.0, 3.0}) tree.add({"map", "base", false}, sample_at(t, t));
   add(tree, {{"map", "slow", false, 1, 1}, {"base", "camera", true, 0, 0}});
   tree.keep_last(second);
   EXPECT_THAT(why_not(tree, "map", "camera", 1), says("the first is 1.000 s later"));
@@ -286,8 +278,8 @@ TEST(TransformTree, WhatNeverChangesHoldsAlwaysIfSomethingElseMoves) {
   io::TransformTree stands, moves;
   for (io::TransformTree* tree : {&stands, &moves})
     for (const double t : {1.0, 2.0, 3.0}) {
-      tree->add({"base", "lidar", false}, sample(t, 5));
-      tree->add({"map", "base", false}, sample(10 * t, tree == &moves ? t : 1));
+      tree->add({"base", "lidar", false}, sample_at(t, 5));
+      tree->add({"map", "base", false}, sample_at(10 * t, tree == &moves ? t : 1));
     }
   for (io::TransformTree* tree : {&stands, &moves}) tree->finish();
   EXPECT_EQ(moves.lookup("map", "lidar", 20 * second, 0).translation().x(), 7);
@@ -309,7 +301,7 @@ TEST(TransformTree, EqualsTheProductOfItsEdges) {
   std::string parent = "0";
   for (int depth = 1; depth <= 8; ++depth) {
     const std::string child = std::to_string(depth);
-    io::Trajectory::Sample one = sample(1, 0);
+    io::Trajectory::Sample one = sample_at(1, 0);
     one.translation = {uniform(random), uniform(random), uniform(random)};
     Eigen::Quaterniond q(uniform(random), uniform(random), uniform(random), 2);
     q.normalize();

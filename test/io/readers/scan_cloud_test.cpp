@@ -237,7 +237,7 @@ TEST_F(Clouds, ACountOfZeroIsOneValueWhereTheSizeOfTheDataSaysSo) {
 
 /// Readings of a box of 20 × 8 × 4 m with the sensor 1 m above its floor, `floats` values each: x y z, then
 /// intensity, ring, time since the scan began and two constants. Every ninth has no return.
-std::vector<float> readings(std::size_t floats, bool shuffled) {
+std::vector<float> readings(std::size_t floats) {
   std::vector<std::vector<float>> rows;
   for (int ring = 0; ring < 32; ++ring)
     for (int column = 0; column < 128; ++column) {
@@ -253,7 +253,6 @@ std::vector<float> readings(std::size_t floats, bool shuffled) {
                       static_cast<float>(ring), static_cast<float>(column) / 1280, 1, 0});
       if ((ring + column) % 9 == 0) std::fill_n(rows.back().begin(), 3, 0.0f);
     }
-  if (shuffled) std::shuffle(rows.begin(), rows.end(), test::rng());
   std::vector<float> values;
   for (const auto& row : rows)
     values.insert(values.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(floats));
@@ -265,13 +264,13 @@ TEST_F(Clouds, VelodyneFilesOfOtherNumbersAreRefused) {
   EXPECT_THAT(refusal(read, "odd.bin", bytes_of(1.f, 2.f, 3.f, 0.5f, 1.f)), says("float32"));
   EXPECT_THAT(refusal(read, "empty.bin", ""), says("empty"));
   std::string doubles;
-  for (const float value : readings(4, false)) doubles += bytes_of(static_cast<double>(value) * 1.0000001);
+  for (const float value : readings(4)) doubles += bytes_of(static_cast<double>(value) * 1.0000001);
   EXPECT_THAT(failure({write("doubles.bin", doubles)}), says("float32"));
-  const std::vector<float> values = readings(5, false);
+  const std::vector<float> values = readings(5);
   const std::string bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
   EXPECT_THAT(failure({write("cut.bin", bytes.substr(0, bytes.size() - 4))}), says("truncated"));
   for (const std::size_t floats : {3U, 5U, 6U}) {
-    std::vector<float> others = readings(floats, false);
+    std::vector<float> others = readings(floats);
     others.resize(others.size() / 4 * 4);
     const std::string whole(reinterpret_cast<const char*>(others.data()), others.size() * sizeof(float));
     EXPECT_THAT(failure({write("others.bin", whole)}), says("reflectance", "below 0", "PCD")) << floats;

@@ -4,11 +4,6 @@
 #include "io/readers/lens.hpp"
 #include "io/readers/scan_files.hpp"
 #include "io/readers/sensor_messages.hpp"
-#include "support/seed.hpp"
-
-#include <gtest/gtest.h>
-#include <random>
-#include <tuple>
 
 namespace octosurf::test {
 namespace {
