@@ -1,6 +1,6 @@
 """./dev bench results: measures what the documents show, and writes it there.
 
-Without an option every task that has not been measured at the present commit is run, in some 40 minutes. What is no matter
+Without an option every task that has not been measured at the present commit is run, in some 30 minutes. What is no matter
 of time runs two at a time. docs/results.md and the README's table are then written from what was measured at this commit.
 What was not is listed as such: no row of another commit is ever shown. A row's commit is the last one that touched code
 (src, include, apps, lab, test, cmake), so that writing the documents does not outdate them.
