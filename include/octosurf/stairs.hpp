@@ -14,7 +14,7 @@ namespace octosurf {
 struct Step {
   SurfaceId lower = 0;     ///< surface before the edge; of several side by side, that of its widest part
   SurfaceId upper = 0;     ///< surface that the edge bounds, likewise
-  double riser_m = 0;      ///< height between the two planes, along up, at the middle of the edge
+  double riser_m = 0;      ///< height that a foot climbs, along up, from beside the edge's middle to behind it
   double width_m = 0;      ///< length of the edge
   double heading_rad = 0;  ///< when climbing, about up, as yaw in contact.hpp
   std::array<Eigen::Vector3d, 2> edge{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< left, right end

@@ -219,6 +219,22 @@ TEST(Stairs, TwoRisersCountWhereABuilderMadeThem) {
   EXPECT_THAT(tilted.find().stairs, IsEmpty());
 }
 
+TEST(Stairs, RisersAreWhatFeetClimbHoweverTreadsLean) {
+  Place place;
+  place.add_flight(4, 0.17, 0.29);
+  for (std::size_t k = 1; k < 5; ++k) {  // about their middles, as worn fronts lean them
+    SurfacePtr& tread = place.snapshot.surfaces[k];
+    const Eigen::Translation3d middle(0, (static_cast<double>(k) - 0.5) * 0.29, 0);
+    tread = std::make_shared<const Surface>(
+        shapes::surface(tread->id, tread->polygons,
+                        tread->T_map_surface * middle *
+                            Eigen::AngleAxisd(5 * degree, Eigen::Vector3d::UnitX()) * middle.inverse()));
+  }
+  const Stairs found = place.find();
+  ASSERT_EQ(found.stairs.size(), 1U);
+  for (const Step& step : found.stairs[0].steps) EXPECT_NEAR(step.riser_m, 0.17, 0.003);
+}
+
 TEST(Stairs, TwoBesideEachOtherAreTwo) {
   Place place;
   place.add(-3, -3, 6, 3, 0);

@@ -61,6 +61,14 @@ struct Level {
     if (!box.contains(at)) return false;
     return polygons.contains((T_surface_up * Eigen::Vector3d(at.x(), at.y(), height(at))).head<2>());
   }
+  /// At the middle of a foot that stands at the edge, or of a tread that is shallower: worn fronts and backs
+  /// that run up into the next riser lean its plane, which errs least there and most at the edge.
+  double height_beside(const Eigen::Vector2d& edge, const Eigen::Vector2d& away) const {
+    double first = 0, depth = 0;
+    while (first < before_edge.back() && !contains(edge + first * away)) first += sample_spacing;
+    while (depth < before_edge.back() && contains(edge + (first + depth) * away)) depth += sample_spacing;
+    return height(edge + (depth > 0 ? first + depth / 2 : 0) * away);
+  }
 };
 
 struct EdgeSample {
@@ -328,7 +336,8 @@ std::vector<UprightStep> find_steps(const Snapshot& snapshot, const Eigen::Vecto
         step.upper = upper.surface->id;
         found_step.lower = {step.lower};
         found_step.upper = {step.upper};
-        step.riser_m = upper.height(line.middle) - lower->height(line.middle);
+        const Eigen::Vector2d outward(line.along.y(), -line.along.x());
+        step.riser_m = upper.height_beside(line.middle, -outward) - lower->height_beside(line.middle, outward);
         for (std::size_t end = 0; end < 2; ++end) {
           // Left of the heading is against the ring's course.
           const Eigen::Vector2d at = line.middle + (end == 0 ? line.low : line.high) * line.along;
