@@ -57,8 +57,8 @@ struct SnappedPose {
 ///
 /// An index for the next snapshot reuses unchanged parts of this one: 20 µs for some hundred surfaces plus
 /// 0.3 µs for each vertex of changed ones; after each scan of a kitchen 0.2 ms, a four-hundredth of the
-/// insertion (`./dev bench queries`). It is separate from the snapshot so that only readers with queries pay
-/// for it, in their own threads. Readers may share one. On equal distance the lower id wins. Everything in
+/// insertion. It is separate from the snapshot so that only readers with queries pay for it, in their own
+/// threads. Readers may share one. On equal distance the lower id wins. Everything in
 /// the map frame. Points that are not finite, or an invalid limit, throw Error(usage).
 class SurfaceIndex {
  public:

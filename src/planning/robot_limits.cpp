@@ -7,8 +7,7 @@ namespace {
 // m, half a voxel of 2 cm: the accuracy of outlines and voxels. As an edge margin: outlines extend up to a
 // voxel beyond the true edge (contact.hpp), so with half a voxel a sole overhangs by at most the other half,
 // a centimetre, which is tolerable. A whole voxel would avoid overhang, but leave no foothold on treads below
-// 0.26 m; on simulated stairs, stones and rubble plans were as safe with either (`./dev bench plans
-// --edge-margin 0.02`).
+// 0.26 m; on simulated stairs, stones and rubble plans were as safe with either.
 constexpr double half_voxel = 0.01;
 
 // m: from there a swinging foot is lowered, so space under it must be known. Higher up swings are checked.
