@@ -19,7 +19,7 @@ Eigen::Vector2d left_of(const Eigen::Vector2d& forward) { return {-forward.y(), 
 double disc_in(const ContactShape& shape) {
   if (shape.outline.empty()) return shape.radius;
   double radius = HUGE_VAL;
-  planning::for_each_edge({shape.outline, {}}, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  planning::for_each_edge({{shape.outline, {}}}, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     radius = std::min(radius, planning::cross(a, b) / (b - a).norm());
   });
   return std::max(0.0, radius);
@@ -100,10 +100,9 @@ std::vector<StepGraph::Option> BipedGraph::options(NodeId node, bool all) {
 
 std::vector<NodeId> BipedGraph::predecessors(NodeId node) {
   const Place to = foot(node);
-  const Eigen::Vector2d r(gait_.reach_m, gait_.reach_m);
   std::vector<NodeId> result;
   for (int turn = -turns_; turn <= turns_; ++turn)
-    field_.for_each_place(turned(to.heading, turn), {to.at.head<2>() - r, to.at.head<2>() + r},
+    field_.for_each_place(turned(to.heading, turn), planning::box_about(to.at.head<2>(), gait_.reach_m),
                           [&](PlaceId id) {
                             const NodeId from = node_of(id, 1 - side_of(node));
                             if (!refused(from, node)) result.push_back(from);
@@ -174,8 +173,7 @@ StepGraph::Stance BipedGraph::stance(const Standing& at) {
   for (std::size_t side = 0; side < 2; ++side) {
     const Eigen::Vector2d nominal =
         at.at.head<2>() + Eigen::Rotation2Dd(field_.yaw(heading)) * gait_.feet[side].at;
-    const Eigen::Vector2d r(goal_radius, goal_radius);
-    field_.for_each_place(heading, {nominal - r, nominal + r}, [&](PlaceId id) {
+    field_.for_each_place(heading, planning::box_about(nominal, goal_radius), [&](PlaceId id) {
       const Eigen::Vector3d& p = place(id).at;
       const double squared = (p.head<2>() - nominal).squaredNorm(), off = p.z() - at.at.z();
       if (squared <= goal_radius * goal_radius && std::abs(off) <= biped_stance_height)

@@ -24,16 +24,15 @@ constexpr double below_ground = 0.5;  // m of the octree used below the lowest s
 double edge_direction(const std::vector<FootholdField::Ground>& surfaces, double period) {
   // Directions modulo `period` mapped to a circle, so that 0 and `period` coincide.
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (const FootholdField::Ground& ground : surfaces) {
-    for (const Polygon& polygon : simplified(*ground.surface)) {
-      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-        const Eigen::Vector2d along = (ground.T_walk_surface.linear().topLeftCorner<2, 2>() * (to - from));
-        const double turn = 2 * std::numbers::pi * std::atan2(along.y(), along.x()) / period;
-        // Squared, to favour the long edges of straight outlines over the many short ones of round outlines.
-        sum += along.squaredNorm() * Eigen::Vector2d(std::cos(turn), std::sin(turn));
-      });
-    }
-  }
+  for (const FootholdField::Ground& ground : surfaces)
+    planning::for_each_edge(
+        simplified(*ground.surface), [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+          const Eigen::Vector2d along = (ground.T_walk_surface.linear().topLeftCorner<2, 2>() * (to - from));
+          const double turn = 2 * std::numbers::pi * std::atan2(along.y(), along.x()) / period;
+          // Squared, to favour the long edges of straight outlines over the many short ones of round
+          // outlines.
+          sum += along.squaredNorm() * Eigen::Vector2d(std::cos(turn), std::sin(turn));
+        });
   if (sum.norm() == 0) return 0;
   return wrapped(std::atan2(sum.y(), sum.x()) * period / (2 * std::numbers::pi), period);
 }
@@ -44,11 +43,9 @@ std::vector<FootholdField::Ground> level_surfaces(const Snapshot& snapshot, cons
   std::vector<FootholdField::Ground> found;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     if (slope_rad(*surface, limits.up) > limits.max_slope_rad) continue;
-    FootholdField::Ground ground{surface, R_walk_map * surface->T_map_surface, {}};
-    for (const Polygon& polygon : surface->polygons)
-      for (const Eigen::Vector2d& uv : polygon.outer)
-        ground.box.extend(ground.T_walk_surface * Eigen::Vector3d(uv.x(), uv.y(), 0));
-    if (!ground.box.isEmpty()) found.push_back(std::move(ground));
+    const Eigen::Isometry3d T = R_walk_map * surface->T_map_surface;
+    if (const Eigen::AlignedBox3d box = planning::box_of(*surface, T); !box.isEmpty())
+      found.push_back({surface, T, box});
   }
   return found;
 }

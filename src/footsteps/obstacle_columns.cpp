@@ -2,6 +2,7 @@
 
 #include "geometry/voxel_key.hpp"
 #include "occupancy/cubes.hpp"
+#include "planning/rings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -147,14 +148,10 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
   const double edge = tile_pixels * pixel_;
   const Eigen::AlignedBox3d upright(Eigen::Vector3d(tile_x * edge, tile_y * edge, low_),
                                     Eigen::Vector3d((tile_x + 1) * edge, (tile_y + 1) * edge, high_));
-  Eigen::AlignedBox3d box;  // map frame
-  for (int corner = 0; corner < 8; ++corner)
-    box.extend(R_walk_map_.transpose() *
-               upright.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
   // A voxel of a plane is moved onto the plane.
-  const double beside = surfaces_ != nullptr ? planning::MatterOfVoxels::farthest_move : 0;
-  box.min().array() -= beside;
-  box.max().array() += beside;
+  const Eigen::AlignedBox3d box =
+      planning::box_about(upright.transformed(Eigen::Isometry3d(R_walk_map_.transpose())),
+                          planning::MatterOfVoxels::farthest_move);
   Tile result;
   planning::MatterOfVoxels matter_of(surfaces_.get(), pixel_);
   octree_.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {

@@ -87,10 +87,9 @@ NodeId QuadrupedGraph::id_of(const Node& node) {
 // Near and good; `any`: something is near, but outside the heights.
 std::optional<PlaceId> QuadrupedGraph::foothold_below(const Eigen::Vector2d& hip, double low, double high,
                                                       bool& any) {
-  const Eigen::Vector2d r(robot_.snap_m, robot_.snap_m);
   std::optional<PlaceId> best;
   double least = HUGE_VAL;
-  field_.for_each_place(0, {hip - r, hip + r}, [&](PlaceId id) {
+  field_.for_each_place(0, planning::box_about(hip, robot_.snap_m), [&](PlaceId id) {
     const Place& p = place(id);
     const double distance = (p.at.head<2>() - hip).norm();
     if (distance > robot_.snap_m) return;

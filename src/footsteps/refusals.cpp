@@ -1,5 +1,7 @@
 #include "footsteps/refusals.hpp"
 
+#include "planning/rings.hpp"
+
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -80,12 +82,12 @@ NoPlan refusal_of(FootholdField& field, NoPlan::Why why, const std::vector<Gait:
       std::string("it cannot stand at the ") + (why == NoPlan::Why::start ? "start" : "goal") + ": ";
   result.sentence += which_foot(field, feet, at, result.contact);
   // Ground nearby, nearest first: one place in each cell of the field.
-  const Eigen::Vector2d middle = at.at.head<2>(), r(stands_within, stands_within);
   std::vector<std::pair<double, Eigen::Vector3d>> near;
-  field.for_each_place(field.nearest_heading(at.yaw_rad), {middle - r, middle + r}, [&](PlaceId id) {
-    const Eigen::Vector3d& p = field.place(id).at;
-    if ((p - at.at).norm() <= stands_within) near.emplace_back((p - at.at).norm(), p);
-  });
+  field.for_each_place(field.nearest_heading(at.yaw_rad), planning::box_about(at.at.head<2>(), stands_within),
+                       [&](PlaceId id) {
+                         const Eigen::Vector3d& p = field.place(id).at;
+                         if ((p - at.at).norm() <= stands_within) near.emplace_back((p - at.at).norm(), p);
+                       });
   std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   for (const auto& [distance, p] : near) {
     if (!stands({p, at.yaw_rad})) continue;

@@ -2,6 +2,7 @@
 
 #include "planning/cell_raster.hpp"
 #include "planning/cell_runs.hpp"
+#include "planning/rings.hpp"
 
 #include <algorithm>
 
@@ -11,13 +12,9 @@ RegionRaster::RegionRaster(const std::vector<Polygon>& polygons, const Eigen::Is
                            double cap)
     : pixel_(pixel) {
   std::vector<Polygon> seen = polygons;
-  const auto see = [&](Ring2& ring) {
+  planning::for_each_ring(seen, [&](Ring2& ring) {
     for (Eigen::Vector2d& p : ring) p = (T * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>();
-  };
-  for (Polygon& polygon : seen) {
-    see(polygon.outer);
-    std::for_each(polygon.holes.begin(), polygon.holes.end(), see);
-  }
+  });
   const planning::CellRuns runs(seen, pixel);
   if (runs.box().isEmpty()) return;
   // Whole cells, with a pixel outside on every side.

@@ -3,6 +3,7 @@
 #include "footsteps/anytime_search.hpp"
 #include "footsteps/guide_map.hpp"
 #include "footsteps/refusals.hpp"
+#include "planning/rings.hpp"
 
 #include <Eigen/Core>
 #include <memory>
@@ -93,12 +94,12 @@ class StepGraph {
   /// Calls visit(foot, id) for the places within a hand's breadth of the goal's feet.
   template <class Visit>
   void for_each_goal_place(const Visit& visit) {
-    const Eigen::Vector2d r(goal_radius, goal_radius);
     for (std::size_t foot = 0; foot < goal_feet_.size(); ++foot) {
       const Eigen::Vector3d middle = place(goal_feet_[foot]).at;
-      field_.for_each_place(goal_[0].heading, {middle.head<2>() - r, middle.head<2>() + r}, [&](PlaceId id) {
-        if ((place(id).at - middle).norm() <= goal_radius) visit(foot, id);
-      });
+      field_.for_each_place(goal_[0].heading, planning::box_about(middle.head<2>(), goal_radius),
+                            [&](PlaceId id) {
+                              if ((place(id).at - middle).norm() <= goal_radius) visit(foot, id);
+                            });
     }
   }
 

@@ -1,5 +1,7 @@
 #include "footsteps/swing.hpp"
 
+#include "planning/rings.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,8 +20,7 @@ double turn_between(double from_rad, double to_rad) {
 
 LegBox LegBox::of(const ContactShape& shape) {
   if (shape.outline.empty()) return {{0, 0}, shape.radius, shape.radius};
-  Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& p : shape.outline) box.extend(p);
+  const Eigen::AlignedBox2d box = planning::box_of(shape.outline);
   return {box.center(), box.sizes().x() / 2, box.sizes().y() / 2};
 }
 
@@ -62,12 +63,10 @@ bool UnknownSpace::met(const LegBox& box, const SwingPose& from, const SwingPose
                        double to_z) {
   const double turn = turn_between(from.yaw_rad, to.yaw_rad);
   const double corner = box.middle.norm() + std::hypot(box.half_length, box.half_width);
-  Eigen::AlignedBox3d swept;  // map frame
-  for (const Eigen::Vector2d& at : {from.at, to.at})
-    for (const Eigen::Vector2d& off : {Eigen::Vector2d(corner, corner), Eigen::Vector2d(corner, -corner),
-                                       Eigen::Vector2d(-corner, corner), Eigen::Vector2d(-corner, -corner)})
-      for (const double z : {from_z, to_z})
-        swept.extend(R_walk_map_.transpose() * Eigen::Vector3d(at.x() + off.x(), at.y() + off.y(), z));
+  const Eigen::Vector2d low = from.at.cwiseMin(to.at).array() - corner,
+                        high = from.at.cwiseMax(to.at).array() + corner;
+  const Eigen::AlignedBox3d swept(Eigen::Vector3d(low.x(), low.y(), from_z),
+                                  Eigen::Vector3d(high.x(), high.y(), to_z));
   const double step = voxels_.resolution(), way = (to.at - from.at).norm() + std::abs(turn) * corner;
   const int count = static_cast<int>(std::ceil(way / std::max(step, 1e-3)));
   const auto passes = [&](const Eigen::Vector2d& p) {
@@ -82,11 +81,12 @@ bool UnknownSpace::met(const LegBox& box, const SwingPose& from, const SwingPose
     return false;
   };
   bool met = false;
-  voxels_.for_each(swept, [&](const Eigen::Vector3d& centre) {
-    if (met) return;
-    const Eigen::Vector3d p = R_walk_map_ * centre;
-    met = p.z() >= from_z && p.z() <= to_z && passes(p.head<2>());
-  });
+  voxels_.for_each(swept.transformed(Eigen::Isometry3d(R_walk_map_.transpose())),
+                   [&](const Eigen::Vector3d& centre) {
+                     if (met) return;
+                     const Eigen::Vector3d p = R_walk_map_ * centre;
+                     met = p.z() >= from_z && p.z() <= to_z && passes(p.head<2>());
+                   });
   return met;
 }
 

@@ -1,6 +1,8 @@
 #include "footsteps/gait.hpp"
 #include "geometry/even_odd.hpp"
 #include "planning/contact_shape.hpp"
+#include "planning/rings.hpp"
+#include "planning/unknown_space.hpp"
 #include "planning/voxel_matter.hpp"
 
 #include <Eigen/Dense>
@@ -59,82 +61,39 @@ struct Judge {
     if (!hold.T_map_contact.isApprox(step.T_map_foot, 1e-6)) say("the foot is not on its plane");
   }
 
-  // Of a box `length` by `width` about a pose.
-  bool occupied(const LevelPose& pose, const Eigen::Vector2d& middle, double length, double width,
-                double from_z, double to_z, const Eigen::Vector2d& rise = Eigen::Vector2d::Zero()) const {
-    const Eigen::Vector2d center = pose.at + middle.x() * ahead_of(pose.yaw) + middle.y() * left_of(pose.yaw);
-    Eigen::AlignedBox3d box;
-    for (const double f : {-length / 2, length / 2})
-      for (const double w : {-width / 2, width / 2})
-        for (const double z : {from_z, to_z}) {
-          const Eigen::Vector2d d = f * ahead_of(pose.yaw) + w * left_of(pose.yaw);
-          box.extend(R_walk_map.transpose() *
-                     Eigen::Vector3d(center.x() + d.x(), center.y() + d.y(), z + rise.dot(d)));
-        }
-    box.min().array() -= planning::MatterOfVoxels::farthest_move;
-    box.max().array() += planning::MatterOfVoxels::farthest_move;
+  /// Whether a box at a pose, between two heights, holds the middle of something occupied, or (`unknown`) of
+  /// an unknown voxel in which something could hide.
+  bool holds(bool unknown, const LevelPose& pose, const footsteps::LegBox& box, double from_z, double to_z,
+             const Eigen::Vector2d& rise = Eigen::Vector2d::Zero()) const {
+    const Eigen::Matrix2d R = Eigen::Rotation2Dd(pose.yaw).toRotationMatrix();
+    const Eigen::Vector2d center = pose.at + R * box.middle, half(box.half_length, box.half_width);
     bool found = false;
-    octree.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
-      const Eigen::Vector3d p = R_walk_map * middle_of_matter(voxel);
-      const Eigen::Vector2d d = p.head<2>() - center;
-      const double z = p.z() - rise.dot(d);
-      found = std::abs(d.dot(ahead_of(pose.yaw))) <= length / 2 &&
-              std::abs(d.dot(left_of(pose.yaw))) <= width / 2 && z >= from_z && z <= to_z;
-      return !found;
-    });
-    return found;
-  }
-
-  // Likewise, whether it holds the middle of a voxel that lies with 3³ unknown ones.
-  bool unknown(const LevelPose& pose, const Eigen::Vector2d& middle, double length, double width,
-               double from_z, double to_z, const Eigen::Vector2d&) const {
-    const double d = octree.resolution();
-    if (d <= 0) return false;
-    const Eigen::Vector2d center = pose.at + middle.x() * ahead_of(pose.yaw) + middle.y() * left_of(pose.yaw);
-    const double reach = std::hypot(length, width) / 2;
-    Eigen::AlignedBox3d box;
-    for (const double x : {-reach, reach})
-      for (const double y : {-reach, reach})
-        for (const double z : {from_z, to_z})
-          box.extend(R_walk_map.transpose() * Eigen::Vector3d(center.x() + x, center.y() + y, z));
-    const auto in_leg = [&](const Eigen::Vector3d& voxel) {
-      const Eigen::Vector3d p = R_walk_map * voxel;
+    const auto look = [&](const Eigen::Vector3d& in_map) {
+      const Eigen::Vector3d p = R_walk_map * in_map;
       const Eigen::Vector2d off = p.head<2>() - center;
-      return p.z() >= from_z && p.z() <= to_z && std::abs(off.dot(ahead_of(pose.yaw))) <= length / 2 &&
-             std::abs(off.dot(left_of(pose.yaw))) <= width / 2;
+      const double z = p.z() - rise.dot(off);
+      found =
+          found || (((R.transpose() * off).cwiseAbs() - half).maxCoeff() <= 0 && z >= from_z && z <= to_z);
+      return !found;
     };
-    const auto cube_unknown = [&](const Eigen::Vector3d& lowest) {
-      for (int n = 0; n < 27; ++n)
-        if (octree.at(lowest + d * Eigen::Vector3d(n % 3, n / 3 % 3, n / 9)).state !=
-            OccupancyView::State::unknown)
-          return false;
-      return true;
-    };
-    const Eigen::Array3d first = (box.min().array() / d).floor() + 0.5;
-    for (double x = first.x(); x * d <= box.max().x(); ++x)
-      for (double y = first.y(); y * d <= box.max().y(); ++y)
-        for (double z = first.z(); z * d <= box.max().z(); ++z) {
-          const Eigen::Vector3d voxel = d * Eigen::Vector3d(x, y, z);
-          if (!in_leg(voxel) || octree.at(voxel).state != OccupancyView::State::unknown) continue;
-          for (int n = 0; n < 27; ++n)
-            if (cube_unknown(voxel - d * Eigen::Vector3d(n % 3, n / 3 % 3, n / 9))) return true;
-        }
-    return false;
-  }
-
-  // The contents of a surface's voxel are on its plane.
-  Eigen::Vector3d middle_of_matter(const OccupancyView::Voxel& voxel) const {
-    const Surface* surface = voxel.surface != 0 ? snapshot.find(voxel.surface) : nullptr;
-    if (surface == nullptr) return voxel.center;
-    const double off = surface->plane.signed_distance(voxel.center);
-    if (std::abs(off) > planning::MatterOfVoxels::farthest_move) return voxel.center;
-    return voxel.center - off * surface->plane.normal;
+    const Eigen::Vector3d reach(half.norm(), half.norm(), half.norm() * rise.norm());
+    const Eigen::AlignedBox3d upright(Eigen::Vector3d(center.x(), center.y(), from_z) - reach,
+                                      Eigen::Vector3d(center.x(), center.y(), to_z) + reach);
+    const Eigen::AlignedBox3d around = upright.transformed(Eigen::Isometry3d(R_walk_map.transpose()));
+    planning::MatterOfVoxels matter_of(&snapshot, octree.resolution());
+    if (unknown)
+      planning::for_each_unknown(octree, around, look);
+    else
+      octree.for_each_occupied(
+          planning::box_about(around, planning::MatterOfVoxels::farthest_move),
+          [&](const OccupancyView::Voxel& voxel) { return look(matter_of(voxel).middle); });
+    return found;
   }
 
   bool body_occupied(const LevelPose& pose, const Eigen::Vector2d& rise = Eigen::Vector2d::Zero()) const {
     const BodyBox& body = gait.body;
-    return occupied(pose, {0, 0}, body.length_m, body.width_m, pose.z + body.from_m, pose.z + body.to_m,
-                    rise);
+    return holds(false, pose, {{0, 0}, body.length_m / 2, body.width_m / 2}, pose.z + body.from_m,
+                 pose.z + body.to_m, rise);
   }
 
   template <class Visit>
@@ -151,19 +110,18 @@ struct Judge {
 
   void leg_moves(const LevelPose& from, const LevelPose& to, double ground) {
     const footsteps::LegBox leg = footsteps::LegBox::of(gait.sole);
-    const auto hits = [&](double height, auto what) {
+    const auto hits = [&](double height, bool unknown) {
       bool hit = false;
       along(from, to, [&](const LevelPose& pose) {
-        hit = hit || (this->*what)(pose, leg.middle, 2 * leg.half_length, 2 * leg.half_width, ground + height,
-                                   ground + std::max(height, gait.lift.hip), Eigen::Vector2d::Zero());
+        hit = hit || holds(unknown, pose, leg, ground + height, ground + std::max(height, gait.lift.hip));
       });
       return hit;
     };
     bool touches = true, passes_unknown = false;
     for (const double height : {gait.lift.usual, gait.lift.high}) {
-      if (hits(height, &Judge::occupied)) continue;
+      if (hits(height, false)) continue;
       touches = false;
-      passes_unknown = gait.contact.unknown_to_m > 0 && hits(height, &Judge::unknown);
+      passes_unknown = gait.contact.unknown_to_m > 0 && hits(height, true);
       if (!passes_unknown) break;
     }
     if (touches) say("the swinging leg touches something");

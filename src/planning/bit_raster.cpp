@@ -45,21 +45,24 @@ struct Spans {
 /// A corner of a traced ring, in cells.
 using Corner = Eigen::Vector2i;
 
-std::int64_t corner_cross(const Corner& a, const Corner& b) {
-  return std::int64_t{a.x()} * b.y() - std::int64_t{a.y()} * b.x();
+/// The 64 bits of a row from one on; bits beyond its words are those of `beyond`.
+std::uint64_t bits_at(const std::uint64_t* row, int words, int from, std::uint64_t beyond = 0) {
+  const int first = from >> 6, by = from & 63;
+  const auto at = [&](int word) { return word >= 0 && word < words ? row[word] : beyond; };
+  return by == 0 ? at(first) : at(first) >> by | at(first + 1) << (64 - by);
 }
 
 /// Whether the way from corner `i` to `k` of a ring may be cut short: all corners between lie to the right,
 /// by less than a cell. So nothing that is not free comes in: it is a cell away from them at least.
 bool can_skip(const std::vector<Corner>& ring, std::size_t i, std::size_t k) {
-  const Corner& from = ring[i];
-  const Corner along = ring[k % ring.size()] - from;
-  const auto dot = [](const Corner& a, const Corner& b) {
-    return std::int64_t{a.x()} * b.x() + std::int64_t{a.y()} * b.y();
+  const auto way_to = [&](std::size_t corner) -> Eigen::Matrix<std::int64_t, 2, 1> {
+    return (ring[corner % ring.size()] - ring[i]).cast<std::int64_t>();
   };
+  const auto along = way_to(k);
+  const std::int64_t length2 = along.squaredNorm();
   for (std::size_t j = i + 1; j < k; ++j) {
-    const Corner to = ring[j % ring.size()] - from;
-    const std::int64_t off = corner_cross(along, to), at = dot(along, to), length2 = dot(along, along);
+    const auto to = way_to(j);
+    const std::int64_t off = along.x() * to.y() - along.y() * to.x(), at = along.dot(to);
     if (off > 0 || off * off >= length2 || at < 0 || at > length2) return false;
   }
   return true;
@@ -136,17 +139,15 @@ void BitRaster::for_each_touched(const Ring2& convex,
 void BitRaster::mark_outside(const std::vector<Polygon>& polygons) {
   std::ranges::fill(words_, ~Word{0});
   // Edges of clipping lie beyond.
-  const Eigen::Vector2d beside = Eigen::Vector2d::Constant(2 * edge_);
-  const std::vector<Polygon> near = clipped(polygons, {box().min() - beside, box().max() + beside});
-  CellRuns(near, edge_).for_each_run([this](std::int64_t y, std::int32_t from, std::int32_t end) {
-    if (y < y0_ || y >= y0_ + height_) return;
-    in_run(static_cast<int>(y) - y0_, from - x0_, end - 1 - x0_,
-           [this](std::size_t word, Word mask) { return words_[word] &= ~mask, false; });
+  CellRuns(clipped(polygons, box_about(box(), 2 * edge_)), edge_)
+      .for_each_run([this](std::int64_t y, std::int32_t from, std::int32_t end) {
+        if (y < y0_ || y >= y0_ + height_) return;
+        in_run(static_cast<int>(y) - y0_, from - x0_, end - 1 - x0_,
+               [this](std::size_t word, Word mask) { return words_[word] &= ~mask, false; });
+      });
+  for_each_edge(polygons, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    if (box().intersects(Eigen::AlignedBox2d(a.cwiseMin(b), a.cwiseMax(b)))) mark({a, b});
   });
-  for (const Polygon& polygon : polygons)
-    for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-      if (box().intersects(Eigen::AlignedBox2d(a.cwiseMin(b), a.cwiseMax(b)))) mark({a, b});
-    });
 }
 
 BitRaster BitRaster::blank() const {
@@ -156,16 +157,10 @@ BitRaster BitRaster::blank() const {
 }
 
 void BitRaster::add(const BitRaster& other) {
-  const int shift = other.x0_ - x0_, words = shift >= 0 ? shift / bits : -((bits - 1 - shift) / bits),
-            by = shift - words * bits;
-  for (int y = std::max(0, other.y0_ - y0_); y < std::min(height_, other.y0_ - y0_ + other.height_); ++y) {
-    const Word* const from = other.row(y + y0_ - other.y0_);
-    for (int word = std::max(0, words); word < std::min(row_words_, words + other.row_words_ + 1); ++word) {
-      const auto at = [&](int k) { return k >= 0 && k < other.row_words_ ? from[k] : 0; };
-      const Word lower = by == 0 ? 0 : at(word - words - 1) >> (bits - by);
-      row(y)[word] |= at(word - words) << by | lower;
-    }
-  }
+  for (int y = std::max(0, other.y0_ - y0_); y < std::min(height_, other.y0_ - y0_ + other.height_); ++y)
+    for (int word = 0; word < row_words_; ++word)
+      row(y)[word] |=
+          bits_at(other.row(y + y0_ - other.y0_), other.row_words_, word * bits + x0_ - other.x0_);
 }
 
 BitRaster BitRaster::dilated(const Ring2& convex) const {
@@ -205,14 +200,8 @@ BitRaster BitRaster::dilated(const Ring2& convex) const {
       }
       const int to = y - run.dy, off = run.from + run.count - 1;
       if (to < 0 || to >= height_) continue;
-      const int words = off >= 0 ? off / bits : -((bits - 1 - off) / bits), by = off - words * bits;
-      const auto at = [&](int word) {
-        return word >= 0 && word < spread_words ? spread[static_cast<std::size_t>(word)] : 0;
-      };
-      Word* const target = result.row(to);
       for (int word = 0; word < row_words_; ++word)
-        target[word] |=
-            by == 0 ? at(word + words) : at(word + words) >> by | at(word + words + 1) << (bits - by);
+        result.row(to)[word] |= bits_at(spread.data(), spread_words, word * bits + off);
     }
   }
   return result;
@@ -227,8 +216,7 @@ void BitRaster::separate_corners() {
       const Word* const lower = row(y);
       for (int word = 0; word < row_words_; ++word) {
         const auto next = [&](const Word* words) {  // of each cell, that to its right
-          return words[word] >> 1 |
-                 (word + 1 < row_words_ ? words[word + 1] << (bits - 1) : Word{1} << (bits - 1));
+          return bits_at(words, row_words_, word * bits + 1, ~Word{0});
         };
         const Word a = lower[word], b = next(lower), c = upper[word], e = next(upper);
         const Word rising = ~a & b & c & ~e, falling = a & ~b & ~c & e;
@@ -294,7 +282,7 @@ std::vector<Polygon> BitRaster::free_polygons() const {
   for (int y = 0; y < height_; ++y)
     for (int word = 0; word < row_words_; ++word) {
       const Word marks = cells.row(y)[word],
-                 before = marks << 1 | (word > 0 ? cells.row(y)[word - 1] >> (bits - 1) : 1);
+                 before = bits_at(cells.row(y), row_words_, word * bits - 1, ~Word{0});
       for (Word left = ~marks & before; left != 0; left &= left - 1) {
         const int x = word * bits + std::countr_zero(left);
         if (x >= width_ || (traced.row(y)[word] >> (x % bits) & 1) != 0) continue;

@@ -20,12 +20,6 @@ class BoxTree {
     if (!boxes_.empty()) build(0, boxes_.size());
   }
 
-  /// visit(index) for every box with meets(box); meets() must also be true for any box around such a box.
-  template <class Meets, class Visit>
-  void for_each(const Meets& meets, const Visit& visit) const {
-    if (!nodes_.empty()) walk(0, meets, visit);
-  }
-
   /// visit(index) in about the order of distance(box), up to `limit`, which visit() may lower. distance() of
   /// an enclosing box must not be larger.
   template <class Distance, class Visit>
@@ -66,17 +60,6 @@ class BoxTree {
     const std::uint32_t second = build(half, last);
     nodes_[at].second_child = second;
     return at;
-  }
-
-  template <class Meets, class Visit>
-  void walk(std::uint32_t at, const Meets& meets, const Visit& visit) const {
-    const Node& node = nodes_[at];
-    if (!meets(node.box)) return;
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-      if (meets(boxes_[order_[i]])) visit(std::size_t{order_[i]});
-    if (node.count > 0) return;
-    walk(at + 1, meets, visit);
-    walk(node.second_child, meets, visit);
   }
 
   template <class Distance, class Visit>

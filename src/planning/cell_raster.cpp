@@ -1,5 +1,7 @@
 #include "planning/cell_raster.hpp"
 
+#include "planning/rings.hpp"
+
 #include <Eigen/Geometry>
 #include <limits>
 
@@ -177,13 +179,11 @@ std::vector<Ring2> CellRaster::rows(const std::vector<std::size_t>& cells, int m
   std::vector<Ring2> rings;
   const auto width = static_cast<std::size_t>(width_);
   for (std::size_t k = 0; k < cells.size();) {
-    const Eigen::Vector2d first = middle(cells[k]);
     std::size_t last = k;
     while (last + 1 < cells.size() && cells[last + 1] == cells[last] + 1 && cells[last + 1] % width != 0)
       ++last;
-    const Eigen::Vector2d beside = Eigen::Vector2d::Constant((0.5 + more) * edge_), low = first - beside,
-                          high = middle(cells[last]) + beside;
-    rings.push_back({low, {high.x(), low.y()}, high, {low.x(), high.y()}});
+    rings.push_back(
+        ring_of(box_about(Eigen::AlignedBox2d(middle(cells[k]), middle(cells[last])), (0.5 + more) * edge_)));
     k = last + 1;
   }
   return rings;

@@ -1,6 +1,7 @@
 #include "planning/column.hpp"
 
 #include "geometry/voxel_grid.hpp"
+#include "planning/rings.hpp"
 
 #include <array>
 #include <bit>
@@ -17,14 +18,8 @@ constexpr std::array<std::uint8_t, 4> spread{0, 1, 8, 9};
 Columns::Columns(const OccupancyView& octree, const GroundPlane& plane, const Eigen::AlignedBox2d& part)
     : plane_(plane) {
   const double d = plane.d, reach = plane.depth() + 3 * d;  // see at()
-  Eigen::AlignedBox3d box;
-  for (const double u : {part.min().x(), part.max().x()})
-    for (const double v : {part.min().y(), part.max().y()})
-      for (const double height : {-reach, reach})
-        box.extend(plane.T_map_plane * Eigen::Vector3d(u, v, height));
   // On the border between two voxels rounding decides.
-  box.min().array() -= d / 2;
-  box.max().array() += d / 2;
+  const Eigen::AlignedBox3d box = box_about(box_over(plane.T_map_plane, part, -reach, reach), d / 2);
   const Eigen::Array3d low = (box.min() / d).array().floor() + geometry::VoxelGrid::origin,
                        high = (box.max() / d).array().floor() + geometry::VoxelGrid::origin;
   low_ = (low.max(0).min(65532)).cast<int>() / 4 * 4;

@@ -46,25 +46,13 @@ Ring2 moved(Ring2 ring, const Eigen::Vector2d& by) {
   return ring;
 }
 
-/// In the map's frame, about part of the space over the surface.
-Eigen::AlignedBox3d box_over(const Surface& surface, const Eigen::AlignedBox2d& part, double from,
-                             double to) {
-  Eigen::AlignedBox3d box;
-  for (const double u : {part.min().x(), part.max().x()})
-    for (const double v : {part.min().y(), part.max().y()})
-      for (const double z : {from, to}) box.extend(surface.T_map_surface * Eigen::Vector3d(u, v, z));
-  return box;
-}
-
 void mark_obstacles(const Surface& surface, const ContactLimits& limits, const OccupancyView& octree,
                     const Snapshot* others, BitRaster& cells) {
   const double d = octree.resolution();
-  Eigen::AlignedBox3d box = box_over(surface, cells.box(), limits.obstacle_from_m, limits.clearance_m);
   // The corners of a rectangle are √2 times as far off as its reach, plus rounding.
-  const double beside =
-      2 * MatterOfVoxels::farthest_reach * d + (others != nullptr ? MatterOfVoxels::farthest_move : 0);
-  box.min().array() -= beside;
-  box.max().array() += beside;
+  const Eigen::AlignedBox3d box =
+      box_about(box_over(surface.T_map_surface, cells.box(), limits.obstacle_from_m, limits.clearance_m),
+                2 * MatterOfVoxels::farthest_reach * d + MatterOfVoxels::farthest_move);
   const Ring2 cube = cover_of_cube(surface, d);
   const Eigen::Isometry3d T_surface_map = surface.T_map_surface.inverse();
   MatterOfVoxels matter_of(others, d);
@@ -85,7 +73,6 @@ void mark_unknown(const Surface& surface, const ContactLimits& limits, const Occ
   constexpr double patch = 32;  // voxels: boxes about patches of a slope hold little beside its slab
   const double d = octree.resolution();
   if (d <= 0) return;  // an empty view
-  const double beside = MatterOfVoxels::farthest_reach * d;
   const double half = d / 2 * surface.plane.normal.lpNorm<1>();
   const Ring2 cube = cover_of_cube(surface, d);
   const Eigen::Isometry3d T_surface_map = surface.T_map_surface.inverse();
@@ -102,16 +89,18 @@ void mark_unknown(const Surface& surface, const ContactLimits& limits, const Occ
   for (double u = low.x(); u <= high.x(); u += patch * d)
     for (double v = low.y(); v <= high.y(); v += patch * d) {
       const Eigen::Vector2d from(u, v), to = (from.array() + patch * d).min(high.array());
-      Eigen::AlignedBox3d box = box_over(surface, {from, to}, limits.obstacle_from_m, limits.unknown_to_m);
-      box.min().array() -= beside;
-      box.max().array() += beside;
-      for_each_unknown(octree, box, [&](const Eigen::Vector3d& centre) {
-        const double height = surface.plane.signed_distance(centre);
-        if (!(height + half > limits.obstacle_from_m && height - half < limits.unknown_to_m)) return;
-        if (run && !(centre - run->second).isApprox(Eigen::Vector3d(d, 0, 0), 1e-6)) mark_run();
-        if (!run) run.emplace(centre, centre);
-        run->second = centre;
-      });
+      const Eigen::AlignedBox3d box =
+          box_over(surface.T_map_surface, {from, to}, limits.obstacle_from_m, limits.unknown_to_m);
+      for_each_unknown(octree, box_about(box, MatterOfVoxels::farthest_reach * d),
+                       [&](const Eigen::Vector3d& centre) {
+                         const double height = surface.plane.signed_distance(centre);
+                         if (!(height + half > limits.obstacle_from_m && height - half < limits.unknown_to_m))
+                           return;
+                         if (run && !(centre - run->second).isApprox(Eigen::Vector3d(d, 0, 0), 1e-6))
+                           mark_run();
+                         if (!run) run.emplace(centre, centre);
+                         run->second = centre;
+                       });
       mark_run();
     }
 }

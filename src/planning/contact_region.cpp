@@ -63,11 +63,9 @@ ContactRegion region_on(const ContactCells& cells, const Surface& surface, const
   if (region.polygons.empty()) region.refused = refusals_of(cells, sole, limits);
   region.area_m2 = area_of(region.polygons);
   const Eigen::Vector2d to_reference = -sole.to_surface(sole.middle);
-  for (Polygon& polygon : region.polygons) {
-    for (Eigen::Vector2d& p : polygon.outer) p += to_reference;
-    for (Ring2& hole : polygon.holes)
-      for (Eigen::Vector2d& p : hole) p += to_reference;
-  }
+  for_each_ring(region.polygons, [&](Ring2& ring) {
+    for (Eigen::Vector2d& p : ring) p += to_reference;
+  });
   return region;
 }
 
@@ -85,8 +83,7 @@ ContactRegion contact_region(const Surface& surface, const ContactShape& shape, 
         throw Error(Error::Kind::usage, "surface " + std::to_string(surface.id),
                     "has a corner that is not finite or a kilometre from its origin");
   // The contact is on the surface, so only obstacles within the margin matter.
-  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(1.01 * limits.obstacle_margin_m);
-  if (!box.isEmpty()) box = {box.min() - margin, box.max() + margin};
+  if (!box.isEmpty()) box = planning::box_about(box, 1.01 * limits.obstacle_margin_m);
   const planning::ContactCells cells(surface, box, box, planning::BitRaster::edge_for(surface), limits,
                                      octree, others);
   return planning::region_on(cells, surface, shape, yaw_rad, limits);

@@ -34,18 +34,6 @@ struct HalfPlane {
   double offset = 0;
 };
 
-/// The part of a convex ring in a half plane.
-Ring2 clipped(const Ring2& ring, const HalfPlane& by) {
-  Ring2 kept;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Eigen::Vector2d &p = ring[i], &q = ring[i + 1 < ring.size() ? i + 1 : 0];
-    const double hp = by.offset - by.normal.dot(p), hq = by.offset - by.normal.dot(q);
-    if (hp >= 0) kept.push_back(p);
-    if ((hp > 0 && hq < 0) || (hp < 0 && hq > 0)) kept.push_back(p + hp / (hp - hq) * (q - p));
-  }
-  return kept;
-}
-
 /// Area, centroid and second moments about it, of a convex ring.
 struct Moments {
   double area = 0;
@@ -108,12 +96,6 @@ std::vector<HalfPlane> separating(const std::vector<RegionSegment>& edges, const
   return planes;
 }
 
-Ring2 box_about(const std::vector<RegionSegment>& edges) {
-  Eigen::AlignedBox2d box;
-  for (const RegionSegment& edge : edges) box.extend(edge.first);
-  return {box.min(), {box.max().x(), box.min().y()}, box.max(), {box.min().x(), box.max().y()}};
-}
-
 struct Grown {
   Ring2 ring;             ///< clear of the edges
   Ring2 up_to_the_edges;  ///< area to remove from the part, so that the rest is clear of the ring
@@ -122,7 +104,9 @@ struct Grown {
 
 Ring2 intersection(Ring2 ring, const std::vector<HalfPlane>& planes, double inward) {
   for (const HalfPlane& plane : planes) {
-    ring = clipped(ring, {plane.normal, plane.offset - inward});
+    ring = planning::cut(ring, [&, offset = plane.offset - inward](const Eigen::Vector2d& p) {
+      return plane.normal.dot(p) - offset;
+    });
     if (ring.size() < 3) return {};
   }
   return ring;
@@ -157,8 +141,8 @@ struct RegionPart {
 RegionPart part_of(Polygon polygon) {
   std::vector<RegionSegment> edges;
   planning::for_each_edge(
-      polygon, [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
-  const Ring2 box = box_about(edges);
+      {polygon}, [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
+  const Ring2 box = planning::ring_of(planning::box_of(polygon.outer));
   std::vector<Eigen::Vector2d> points;
   std::vector<std::pair<double, Eigen::Vector2d>> starts;
   for (const auto& t : geometry::triangulate(polygon, points)) {

@@ -110,10 +110,7 @@ Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen
   planning::require_sensible(shape, yaw_rad, limits, octree);
   if (!at.allFinite()) throw Error(Error::Kind::usage, "foothold", "the point is not finite");
   const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * at).head<2>();
-  const auto within = [&](double margin) {
-    const Eigen::Vector2d reach = Eigen::Vector2d::Constant(1.01 * (shape.reach() + margin));
-    return Eigen::AlignedBox2d(uv - reach, uv + reach);
-  };
+  const auto within = [&](double margin) { return planning::box_about(uv, 1.01 * (shape.reach() + margin)); };
   const Eigen::AlignedBox2d box = within(std::max(Foothold::farthest_margin_m, limits.edge_margin_m));
   if (!box.intersects(planning::box_of(surface)))
     return planning::foothold_on({}, surface, shape, at, yaw_rad, limits);

@@ -68,8 +68,7 @@ GroundRules GroundRules::of(const Robot& robot, double resolution) {
 }
 
 double widest_unseen_of(const ContactShape& shape, double share) {
-  Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& p : shape.outline) box.extend(p);
+  const Eigen::AlignedBox2d box = planning::box_of(shape.outline);
   return share * (box.isEmpty() ? 2 * shape.radius : box.sizes().minCoeff());
 }
 
@@ -112,9 +111,7 @@ GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyV
   for (const SurfacePtr& now : other.snapshot_->surfaces) {
     const SurfacePtr* before = surface_of(*snapshot_, now->id);
     if (before == nullptr || *before == now) continue;
-    Eigen::AlignedBox3d& box = changed.emplace_back();
-    for (const Polygon& polygon : now->polygons)
-      for (const Eigen::Vector2d& uv : polygon.outer) box.extend(now->to_map(uv));
+    changed.push_back(planning::box_of(*now, now->T_map_surface));
   }
   // Matter is moved onto its plane; unknown voxels depend on two beside.
   const double reach = std::max(rules_.limits.clearance_m, rules_.limits.unknown_to_m) +
@@ -123,10 +120,8 @@ GroundView GroundView::next(std::shared_ptr<const Snapshot> snapshot, OccupancyV
     const auto [id, x, y] = key;
     const SurfacePtr* now = surface_of(*other.snapshot_, id);
     if (now == nullptr || !other.tiles_of(id)->same_as_before()) return false;
-    Eigen::AlignedBox3d about;
-    for (const int u : {x, x + 1})
-      for (const int v : {y, y + 1}) about.extend((*now)->to_map(square_of(u, v).min()));
-    about = {about.min().array() - reach, about.max().array() + reach};
+    const Eigen::AlignedBox3d about =
+        planning::box_about(planning::box_over((*now)->T_map_surface, square_of(x, y), 0, 0), reach);
     return std::ranges::none_of(changed, [&](const auto& box) { return box.intersects(about); });
   });
   const std::lock_guard lock(climb_->mutex);
@@ -170,8 +165,7 @@ std::array<double, ground_names.size()> GroundView::ground_under(
   std::array<double, ground_names.size()> shares{};
   const Ring2 outline =
       rules_.foot.outline.empty() ? planning::around_disc(rules_.foot.radius) : rules_.foot.outline;
-  Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& p : outline) box.extend(p);
+  const Eigen::AlignedBox2d box = planning::box_of(outline);
   // Effort: any size may be given. At least nine points.
   constexpr double samples_along = 64;
   const double step = std::max(std::min(octree_.resolution() / 2, box.sizes().minCoeff() / 3),
@@ -272,16 +266,13 @@ ContactRegion GroundView::region_about(SurfaceId id, const Eigen::Vector3d& abou
   const Surface& mapped = tiles_of(id)->surface();
   const ContactLimits& limits = rules_.limits;
   planning::require_sensible(rules_.foot, yaw_rad, limits, &octree_);
-  const Eigen::Vector2d at = (mapped.T_map_surface.inverse() * about).head<2>(),
-                        reach = Eigen::Vector2d::Constant(reach_m);
-  // Beyond lies what counts as outside, by the contact's reach and some cells.
-  const Eigen::Vector2d beside = Eigen::Vector2d::Constant(
-      rules_.foot.reach() + std::max(limits.edge_margin_m, limits.obstacle_margin_m) +
-      2 * octree_.resolution());
-  const Eigen::AlignedBox2d window =
-      Eigen::AlignedBox2d(at - reach, at + reach).intersection(planning::box_of(mapped));
+  const Eigen::Vector2d at = (mapped.T_map_surface.inverse() * about).head<2>();
+  const Eigen::AlignedBox2d window = planning::box_about(at, reach_m).intersection(planning::box_of(mapped));
   if (window.isEmpty()) return {id, mapped.revision, yaw_rad, {}, 0, {ContactRefusal::support}};
-  const Eigen::AlignedBox2d wide(window.min() - beside, window.max() + beside);
+  // Beyond lies what counts as outside, by the contact's reach and some cells.
+  const Eigen::AlignedBox2d wide = planning::box_about(
+      window, rules_.foot.reach() + std::max(limits.edge_margin_m, limits.obstacle_margin_m) +
+                  2 * octree_.resolution());
   planning::ContactCells cells(wide, planning::BitRaster::edge_for(mapped));
   for (const planning::ContactCells* square : cells_in(id, wide)) {
     cells.outside.add(square->outside);
@@ -323,11 +314,10 @@ std::vector<const planning::ContactCells*> GroundView::cells_in(SurfaceId id,
   for (int y = low.y(); y <= high.y(); ++y)
     for (int x = low.x(); x <= high.x(); ++x)
       all.push_back(&squares_->get({id, x, y}, [&] {
-        const Eigen::Vector2d beside = Eigen::Vector2d::Constant(d);
         const Eigen::AlignedBox2d square = square_of(x, y);
         const double cell = planning::BitRaster::edge_for(tiles_of(id)->surface());
-        return planning::ContactCells(part_of(id, {square.min() - beside, square.max() + beside}), square,
-                                      square, cell, rules_.limits, &octree_, snapshot_.get());
+        return planning::ContactCells(part_of(id, planning::box_about(square, d)), square, square, cell,
+                                      rules_.limits, &octree_, snapshot_.get());
       }));
   return all;
 }
@@ -338,9 +328,8 @@ Foothold GroundView::foothold(SurfaceId id, const Eigen::Vector3d& at, double ya
   planning::require_sensible(rules_.foot, yaw_rad, rules_.limits, &octree_);
   const double margin =
       std::max({Foothold::farthest_margin_m, rules_.limits.edge_margin_m, rules_.limits.obstacle_margin_m});
-  const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * at).head<2>(),
-                        reach = Eigen::Vector2d::Constant(1.01 * (rules_.foot.reach() + margin));
-  const Eigen::AlignedBox2d box(uv - reach, uv + reach);
+  const Eigen::AlignedBox2d box = planning::box_about((surface.T_map_surface.inverse() * at).head<2>(),
+                                                      1.01 * (rules_.foot.reach() + margin));
   if (!box.intersects(planning::box_of(surface)))
     return planning::foothold_on({}, surface, rules_.foot, at, yaw_rad, rules_.limits);
   return planning::foothold_on(cells_in(id, box), surface, rules_.foot, at, yaw_rad, rules_.limits);

@@ -5,6 +5,7 @@
 #include "geometry/voxel_grid.hpp"
 #include "occupancy/voxel_payload.hpp"
 #include "planning/column.hpp"
+#include "planning/rings.hpp"
 #include "sensing/reading_model.hpp"
 
 #include <algorithm>
@@ -60,11 +61,9 @@ GroundReadings::GroundReadings(const GroundView& view, const Eigen::Isometry3d& 
   low_ = cell_m * ((box.min().array() - margin_m) / cell_m).floor();
   size_ = ((box.max().array() + margin_m - low_.array()) / cell_m).floor().cast<int>() + 1;
   const Eigen::Vector2f high = low_ + cell_m * size_.cast<float>().matrix();
-  Eigen::AlignedBox3d part;
-  for (const float x : {low_.x(), high.x()})
-    for (const float y : {low_.y(), high.y()})
-      for (const double z : {-deepest_m, highest_ground + layout.max_step_m + layout.headroom_m})
-        part.extend(T_map_patch * Eigen::Vector3d(x, y, z));
+  const Eigen::AlignedBox3d part =
+      box_over(T_map_patch, {low_.cast<double>(), high.cast<double>()}, -deepest_m,
+               highest_ground + layout.max_step_m + layout.headroom_m);
   first_.assign(static_cast<std::size_t>(size_.prod()) + 1, 0);
   readings_.reserve(1 << 13);
   cell_of_.reserve(1 << 13);

@@ -33,10 +33,7 @@ GroundTiles::GroundTiles(SurfacePtr surface, double d, double widest_bridged_m)
   const Eigen::AlignedBox2d box = outline_->box();
   if (box.isEmpty()) return;
   const double aside = (halo_ + slanted_reach + tile_edge / 4) * d, up = plane.depth() + 4 * d;
-  for (const double u : {box.min().x() - aside, box.max().x() + aside})
-    for (const double v : {box.min().y() - aside, box.max().y() + aside})
-      for (const double height : {-deepest_evidence * d - up, up})
-        reach_.extend(surface_->T_map_surface * Eigen::Vector3d(u, v, height));
+  reach_ = box_over(surface_->T_map_surface, box_about(box, aside), -deepest_evidence * d - up, up);
 }
 
 GroundTiles::GroundTiles(const GroundTiles& before, SurfacePtr surface,
@@ -54,7 +51,8 @@ GroundTiles::GroundTiles(const GroundTiles& before, SurfacePtr surface,
              static_cast<std::size_t>(key[0] - low[0]);
     };
     const auto add = [&](const Eigen::AlignedBox2d& box, double margin) {
-      const Key from = key_at(box.min().array() - margin * d_), to = key_at(box.max().array() + margin * d_);
+      const Eigen::AlignedBox2d wide = box_about(box, margin * d_);
+      const Key from = key_at(wide.min()), to = key_at(wide.max());
       for (int y = std::max(low[1], from[1]); y <= std::min(high[1], to[1]); ++y)
         for (int x = std::max(low[0], from[0]); x <= std::min(high[0], to[0]); ++x) stale[index({x, y})] = 1;
     };
@@ -155,8 +153,7 @@ std::vector<GroundTiles::Key> GroundTiles::keys_in(const Eigen::AlignedBox2d& bo
 SurfacePtr GroundTiles::solid(const OccupancyView& octree) const {
   return solid_.get(0, [&]() -> SurfacePtr {
     if (outline_->box().isEmpty()) return surface_;
-    const Eigen::Vector2d more = Eigen::Vector2d::Constant(2 * d_);  // of what is bridged beside it
-    const Cuts cuts = cuts_in({outline_->box().min() - more, outline_->box().max() + more}, octree);
+    const Cuts cuts = cuts_in(box_about(outline_->box(), 2 * d_), octree);  // of what is bridged beside it
     if (cuts.bridged.empty() && cuts.voids.empty()) return surface_;
     return with_outline(*surface_, reshape(surface_->polygons, cuts));
   });
@@ -190,14 +187,11 @@ GroundTiles::Cuts GroundTiles::cuts_in(const Eigen::AlignedBox2d& box, const Occ
   const auto add = [&](const std::vector<Ring2>& rectangles, std::vector<Ring2>& to) {
     for (const Ring2& ring : rectangles) {
       const Eigen::AlignedBox2d part = box.intersection(Eigen::AlignedBox2d(ring[0], ring[2]));
-      if (part.isEmpty()) continue;
-      const Eigen::Vector2d &low = part.min(), &high = part.max();
-      to.push_back({low, {high.x(), low.y()}, high, {low.x(), high.y()}});
+      if (!part.isEmpty()) to.push_back(ring_of(part));
     }
   };
   // Bridged cells are covered with a cell more.
-  const Eigen::Vector2d more = Eigen::Vector2d::Constant(d_);
-  for (const Key& key : keys_in({box.min() - more, box.max() + more})) {
+  for (const Key& key : keys_in(box_about(box, d_))) {
     const Tile& one = tile(key, octree);
     add(one.bridged, cuts.bridged);
     add(one.voids, cuts.voids);

@@ -1,4 +1,5 @@
 #include "planning/cell_runs.hpp"
+#include "planning/rings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -58,13 +59,9 @@ void paint(const Surface& surface, const HeightGridOptions& options, HeightGrid&
   const Eigen::Index rows = grid.elevation.rows(), columns = grid.elevation.cols();
   const Eigen::Vector2d low = grid.center - grid.cell * Eigen::Vector2d(rows, columns) / 2;
   std::vector<Polygon> outline = surface.polygons;
-  const auto project = [&](Ring2& ring) {
+  planning::for_each_ring(outline, [&](Ring2& ring) {
     for (Eigen::Vector2d& p : ring) p = turned(surface, p, options.turn).head<2>() - low;
-  };
-  for (Polygon& polygon : outline) {
-    project(polygon.outer);
-    std::for_each(polygon.holes.begin(), polygon.holes.end(), project);
-  }
+  });
   const Eigen::Vector3d n = options.turn * surface.plane.normal;
   planning::CellRuns(outline, grid.cell)
       .for_each_run([&](Eigen::Index y, Eigen::Index from, Eigen::Index to) {

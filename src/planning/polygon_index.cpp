@@ -1,44 +1,17 @@
 #include "planning/polygon_index.hpp"
 
 #include "geometry/even_odd.hpp"
-#include "planning/rings.hpp"
 
-#include <algorithm>
-#include <boost/geometry.hpp>
-#include <boost/geometry/index/rtree.hpp>
 #include <cmath>
 
 namespace octosurf::planning {
 
-namespace bg = boost::geometry;
-namespace bgi = boost::geometry::index;
-
-struct PolygonIndex::Tree {
-  using Point = bg::model::d2::point_xy<double>;
-  using Segment = bg::model::segment<Point>;
-  bgi::rtree<Segment, bgi::rstar<16>> edges;
-
-  static Eigen::Vector2d vector(const Point& p) { return {p.x(), p.y()}; }
-};
-
-PolygonIndex::PolygonIndex(PolygonIndex&&) noexcept = default;
-PolygonIndex::~PolygonIndex() = default;
-
 PolygonIndex::PolygonIndex(const std::vector<Polygon>& polygons) {
-  std::vector<Tree::Segment> segments;
-  for (const Polygon& polygon : polygons)
-    for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-      edges_.emplace_back(from, to);
-      segments.emplace_back(Tree::Point(from.x(), from.y()), Tree::Point(to.x(), to.y()));
-      box_.extend(from);
-    });
-  tree_ = std::make_unique<const Tree>(Tree{decltype(Tree::edges)(segments)});
+  for_each_edge(polygons, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+    edges_.emplace_back(from, to);
+    box_.extend(from);
+  });
   if (!edges_.empty()) sort_into_rows();
-}
-
-std::size_t PolygonIndex::row_of(double v) const {
-  const double row = (v - box_.min().y()) * rows_per_metre_;
-  return static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(row_begin_.size() - 2)));
 }
 
 /// As many rows as edges, but at least as high as the mean edge: an edge spans few rows.
@@ -74,19 +47,31 @@ bool PolygonIndex::contains(const Eigen::Vector2d& point) const {
   return inside;
 }
 
-std::optional<Eigen::Vector2d> PolygonIndex::closest(const Eigen::Vector2d& point) const {
+std::optional<Eigen::Vector2d> PolygonIndex::closest(const Eigen::Vector2d& point, double within) const {
   if (edges_.empty()) return {};
   if (contains(point)) return point;
-  const auto at = tree_->edges.qbegin(bgi::nearest(Tree::Point(point.x(), point.y()), 1));
-  return closest_on_segment(Tree::vector(at->first), Tree::vector(at->second), point);
-}
-
-void PolygonIndex::for_each_edge_near(
-    const Eigen::AlignedBox2d& box,
-    const std::function<bool(const Eigen::Vector2d&, const Eigen::Vector2d&)>& visit) const {
-  const bg::model::box<Tree::Point> wanted({box.min().x(), box.min().y()}, {box.max().x(), box.max().y()});
-  for (auto at = tree_->edges.qbegin(bgi::intersects(wanted)); at != tree_->edges.qend(); ++at)
-    if (!visit(Tree::vector(at->first), Tree::vector(at->second))) return;
+  std::optional<Eigen::Vector2d> best;
+  double least = within * within * (1 + 1e-9);  // rounding must not lose what is just as far
+  const auto look = [&](std::size_t row, double off) {
+    if (off > 0 && off * off > least) return false;
+    for (std::uint32_t k = row_begin_[row]; k < row_begin_[row + 1]; ++k) {
+      const Eigen::Vector2d at = closest_on_segment(edges_[rows_[k]].first, edges_[rows_[k]].second, point);
+      if ((at - point).squaredNorm() >= least) continue;
+      least = (at - point).squaredNorm();
+      best = at;
+    }
+    return true;
+  };
+  // From its row on, to both sides, until rows are farther off.
+  const double rows = static_cast<double>(row_begin_.size() - 1), low = box_.min().y(),
+               height = rows_per_metre_ > 0 ? 1 / rows_per_metre_ : 0;
+  const auto first = static_cast<double>(row_of(point.y()));
+  for (double row = first; row < rows && look(static_cast<std::size_t>(row), low + row * height - point.y());)
+    ++row;
+  for (double row = first;
+       row > 0 && look(static_cast<std::size_t>(row - 1), point.y() - low - row * height);)
+    --row;
+  return best;
 }
 
 }  // namespace octosurf::planning

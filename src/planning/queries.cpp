@@ -2,6 +2,7 @@
 #include "geometry/symmetric.hpp"
 #include "planning/box_tree.hpp"
 #include "planning/polygon_index.hpp"
+#include "planning/rings.hpp"
 
 #include <algorithm>
 #include <array>
@@ -25,12 +26,11 @@ struct Entry {
 
   explicit Entry(SurfacePtr s)
       : surface(std::move(s)), T_surface_map(surface->T_map_surface.inverse()), polygons(surface->polygons) {
-    for (const Polygon& polygon : surface->polygons)
-      for (const Eigen::Vector2d& corner : polygon.outer) box.extend(surface->to_map(corner));
+    box = planning::box_of(*surface, surface->T_map_surface);
     if (box.isEmpty()) return;
     // Border points must not depend on the last bit.
-    const double slack = 1e-12 * (1 + box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
-    box = {box.min().array() - slack, box.max().array() + slack};
+    box = planning::box_about(box,
+                              1e-12 * (1 + box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff()));
   }
 };
 using EntryPtr = std::shared_ptr<const Entry>;
@@ -51,18 +51,6 @@ bool within(const SlopeLimit& limit, const Surface& surface) {
 
 void require_distance(double distance, const char* where) {
   if (!(distance >= 0)) throw Error(Error::Kind::usage, where, "is not a distance", "must be at least 0");
-}
-
-/// Cuts a convex polygon to normal·x ≤ offset.
-void cut(std::vector<Eigen::Vector3d>& corners, const Plane& plane) {
-  std::vector<Eigen::Vector3d> kept;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Eigen::Vector3d &a = corners[i], &b = corners[(i + 1) % corners.size()];
-    const double at_a = plane.signed_distance(a), at_b = plane.signed_distance(b);
-    if (at_a <= 0) kept.push_back(a);
-    if ((at_a < 0 && at_b > 0) || (at_a > 0 && at_b < 0)) kept.push_back(a + at_a / (at_a - at_b) * (b - a));
-  }
-  corners = std::move(kept);
 }
 
 /// Whether part of the segment lies in the space.
@@ -88,22 +76,20 @@ bool may_meet(const ConvexSpace& space, const Eigen::AlignedBox3d& box) {
 
 bool meets(const ConvexSpace& space, const Entry& entry) {
   // The space's intersection with the surface's plane, near the surface.
-  const Eigen::AlignedBox2d& box = entry.polygons.box();
   std::vector<Eigen::Vector3d> part;
-  for (const auto corner : {Eigen::AlignedBox2d::BottomLeft, Eigen::AlignedBox2d::BottomRight,
-                            Eigen::AlignedBox2d::TopRight, Eigen::AlignedBox2d::TopLeft})
-    part.push_back(entry.surface->to_map(box.corner(corner)));
-  for (const Plane& plane : space.planes) cut(part, plane);
+  for (const Eigen::Vector2d& corner : planning::ring_of(entry.polygons.box()))
+    part.push_back(entry.surface->to_map(corner));
+  for (const Plane& plane : space.planes)
+    part = planning::cut(part, [&](const Eigen::Vector3d& p) { return plane.signed_distance(p); });
   if (part.empty()) return false;
   Eigen::AlignedBox2d near;
   for (const Eigen::Vector3d& corner : part) near.extend((entry.T_surface_map * corner).head<2>());
-  constexpr double slack = 1e-9;
-  near = {near.min().array() - slack, near.max().array() + slack};
   bool met = false;
-  entry.polygons.for_each_edge_near(near, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    met = meets(space, entry.surface->to_map(a), entry.surface->to_map(b));
-    return !met;
-  });
+  constexpr double slack = 1e-9;
+  entry.polygons.for_each_edge_near(
+      planning::box_about(near, slack), [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+        met = met || meets(space, entry.surface->to_map(a), entry.surface->to_map(b));
+      });
   return met || entry.polygons.contains((entry.T_surface_map * part.front()).head<2>());
 }
 
@@ -170,7 +156,8 @@ struct SurfaceIndex::Impl {
   template <class Meets, class Test>
   std::vector<SurfaceId> list(const Meets& near, const Test& test) const {
     std::vector<SurfaceId> ids;
-    tree.for_each(near, [&](std::size_t i) {
+    const auto distance = [&](const Eigen::AlignedBox3d& box) { return near(box) ? 0 : HUGE_VAL; };
+    tree.nearest_first(distance, 0, [&](std::size_t i) {
       if (test(*entries[i])) ids.push_back(entries[i]->surface->id);
     });
     std::sort(ids.begin(), ids.end());
@@ -234,8 +221,8 @@ std::vector<SurfaceId> SurfaceIndex::in_sphere(const Eigen::Vector3d& center, do
   return impl_->list(
       [&](const Eigen::AlignedBox3d& box) { return box.squaredExteriorDistance(center) <= radius * radius; },
       [&](const Entry& entry) {
-        const Eigen::Vector2d uv = (entry.T_surface_map * center).head<2>();
-        return (entry.surface->to_map(*entry.polygons.closest(uv)) - center).norm() <= radius;
+        const auto uv = entry.polygons.closest((entry.T_surface_map * center).head<2>(), radius);
+        return uv && (entry.surface->to_map(*uv) - center).norm() <= radius;
       });
 }
 
@@ -250,7 +237,9 @@ std::optional<Nearest> SurfaceIndex::nearest(const Eigen::Vector3d& point, const
     const Entry& entry = *impl_->entries[i];
     const Eigen::Vector3d local = entry.T_surface_map * point;
     if (std::fabs(local.z()) > best.limit || !octosurf::within(limit, *entry.surface)) return;
-    const Eigen::Vector3d on_surface = entry.surface->to_map(*entry.polygons.closest(local.head<2>()));
+    const auto uv = entry.polygons.closest(local.head<2>(), best.limit);
+    if (!uv) return;
+    const Eigen::Vector3d on_surface = entry.surface->to_map(*uv);
     best.offer({entry.surface->id, on_surface, (on_surface - point).norm()});
   });
   return best.found;

@@ -38,34 +38,17 @@ Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vec
   return from + std::clamp(along.dot(point - from) / length2, 0.0, 1.0) * along;
 }
 
-Ring2 clipped(const Ring2& ring, const Eigen::AlignedBox2d& box) {
-  Ring2 inside = ring, next;
-  for (const Eigen::Index axis : {0, 1})
-    for (const double sign : {1.0, -1.0}) {
-      const double limit = sign > 0 ? box.max()[axis] : -box.min()[axis];
-      const auto beyond = [&](const Eigen::Vector2d& p) { return sign * p[axis] - limit; };
-      next.clear();
-      for (std::size_t i = 0; i < inside.size(); ++i) {
-        const Eigen::Vector2d &a = inside[i], &b = inside[(i + 1) % inside.size()];
-        const double of_a = beyond(a), of_b = beyond(b);
-        if (of_a <= 0) next.push_back(a);
-        if ((of_a < 0 && of_b > 0) || (of_a > 0 && of_b < 0))
-          next.push_back(a + of_a / (of_a - of_b) * (b - a));
-      }
-      inside.swap(next);
-    }
-  return inside;
-}
-
 std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::AlignedBox2d& box) {
-  std::vector<Polygon> parts;
-  for (const Polygon& polygon : polygons) {
-    Polygon part{clipped(polygon.outer, box), {}};
-    if (part.outer.size() < 3) continue;
-    for (const Ring2& hole : polygon.holes)
-      if (Ring2 ring = clipped(hole, box); ring.size() > 2) part.holes.push_back(std::move(ring));
-    parts.push_back(std::move(part));
-  }
+  std::vector<Polygon> parts = polygons;
+  const auto is_gone = [](const Ring2& ring) { return ring.size() < 3; };
+  for_each_ring(parts, [&](Ring2& ring) {
+    for (const Eigen::Index axis : {0, 1}) {
+      ring = cut(ring, [&](const Eigen::Vector2d& p) { return p[axis] - box.max()[axis]; });
+      ring = cut(ring, [&](const Eigen::Vector2d& p) { return box.min()[axis] - p[axis]; });
+    }
+  });
+  std::erase_if(parts, [&](const Polygon& part) { return is_gone(part.outer); });
+  for (Polygon& part : parts) std::erase_if(part.holes, is_gone);
   return parts;
 }
 
@@ -86,8 +69,14 @@ double area_of(const std::vector<Polygon>& polygons) {
 
 Eigen::AlignedBox2d box_of(const Surface& surface) {
   Eigen::AlignedBox2d box;
+  for (const Polygon& polygon : surface.polygons) box.extend(box_of(polygon.outer));
+  return box;
+}
+
+Eigen::AlignedBox3d box_of(const Surface& surface, const Eigen::Isometry3d& T) {
+  Eigen::AlignedBox3d box;
   for (const Polygon& polygon : surface.polygons)
-    for (const Eigen::Vector2d& p : polygon.outer) box.extend(p);
+    for (const Eigen::Vector2d& p : polygon.outer) box.extend(T * Eigen::Vector3d(p.x(), p.y(), 0));
   return box;
 }
 
@@ -101,15 +90,11 @@ bool same_outline(const Surface& a, const Surface& b) {
 
 SurfacePtr with_outline(const Surface& surface, std::vector<Polygon> polygons) {
   double longest_edge = 0;
-  for (const Polygon& polygon : surface.polygons)
-    for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-      longest_edge = std::max(longest_edge, (b - a).norm());
-    });
+  for_each_edge(surface.polygons, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    longest_edge = std::max(longest_edge, (b - a).norm());
+  });
   auto result = std::make_shared<Surface>(surface);
-  for (Polygon& polygon : polygons) {
-    divide(polygon.outer, longest_edge);
-    for (Ring2& hole : polygon.holes) divide(hole, longest_edge);
-  }
+  for_each_ring(polygons, [&](Ring2& ring) { divide(ring, longest_edge); });
   geometry::set_polygons(*result, std::move(polygons));
   return result;
 }

@@ -5,6 +5,7 @@
 #include "occupancy/cubes.hpp"
 #include "occupancy/payload.hpp"
 #include "planning/cell_grid.hpp"
+#include "planning/rings.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -142,11 +143,8 @@ class Voids {
       }
       return true;
     };
-    Eigen::AlignedBox3d box;
-    for (const double u : {part.min().x(), part.max().x()})
-      for (const double v : {part.min().y(), part.max().y()})
-        for (const double z : {below, above}) box.extend(plane_.T_map_plane * Eigen::Vector3d(u, v, z));
-    occupancy::for_each_cube(octree_, box_about(box, half_cube), in_cube, true);
+    occupancy::for_each_cube(octree_, box_about(box_over(plane_.T_map_plane, part, below, above), half_cube),
+                             in_cube, true);
   }
 
   static Eigen::Vector3i in_cube(unsigned i) {
@@ -180,13 +178,6 @@ class Voids {
     Eigen::AlignedBox2d box(Eigen::Vector2d::Zero());
     for (const Place& place : places) box.extend(place.at);
     return {box, d_, places.size(), [&](std::size_t i) -> const Eigen::Vector2d& { return places[i].at; }};
-  }
-  static Eigen::AlignedBox2d box_about(const Eigen::Vector2d& at, double reach) {
-    return box_about(Eigen::AlignedBox2d(at), reach);
-  }
-  template <class Box>
-  static Box box_about(const Box& box, double reach) {
-    return {(box.min().array() - reach).matrix(), (box.max().array() + reach).matrix()};
   }
 
   /// m: of the largest disc about a place without readings, up to the largest that counts.

@@ -48,9 +48,8 @@ struct Level {
         polygons(s.polygons),
         T_surface_up((turn * s.T_map_surface).inverse()),
         T_up_surface(turn * s.T_map_surface) {
-    for (const Polygon& polygon : s.polygons)
-      for (const Eigen::Vector2d& uv : polygon.outer)
-        box.extend((T_up_surface * Eigen::Vector3d(uv.x(), uv.y(), 0)).head<2>());
+    const Eigen::AlignedBox3d all = box_of(s, T_up_surface);
+    box = {all.min().head<2>(), all.max().head<2>()};
   }
   double height(const Eigen::Vector2d& at) const {
     const Eigen::Vector3d normal = T_up_surface.linear().col(2);
@@ -283,17 +282,13 @@ std::vector<UprightStep> find_steps(const Snapshot& snapshot, const Eigen::Vecto
   const Eigen::Quaterniond turn = upright(up);
   std::vector<UprightStep> steps;
   for (const Level& upper : levels) {
-    const Eigen::AlignedBox2d reach(upper.box.min().array() - before_edge.back(),
-                                    upper.box.max().array() + before_edge.back());
+    const Eigen::AlignedBox2d reach = box_about(upper.box, before_edge.back());
     std::vector<const Level*> near;
     for (const Level& other : levels)
       if (&other != &upper && other.box.intersects(reach)) near.push_back(&other);
     if (near.empty()) continue;
     std::vector<EdgeSample> samples;
-    for (const Polygon& polygon : upper.surface->polygons) {
-      sample_outline(upper, polygon.outer, samples);
-      for (const Ring2& hole : polygon.holes) sample_outline(upper, hole, samples);
-    }
+    for_each_ring(upper.surface->polygons, [&](const Ring2& ring) { sample_outline(upper, ring, samples); });
     std::map<SurfaceId, std::pair<const Level*, std::vector<EdgeSample>>> edges;  // by the lower surface
     for (const EdgeSample& s : samples) {
       const double height = upper.height(s.at);
