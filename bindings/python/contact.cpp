@@ -256,8 +256,6 @@ void bind_ground(Module& module) {
            "ContactRegion of the rules' foot on a surface.")
       .def("region_about", &G::region_about, "id"_a, "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(),
            Released(), "Of region() what lies within reach_m of a place.")
-      .def("regions_about", &G::regions_about, "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(), Released(),
-           "region_about() of each level surface near a place that has one.")
       .def("foothold", &G::foothold, "id"_a, "at"_a, "yaw_rad"_a, Released(),
            "Foothold of the rules' foot on a surface.")
       .def(

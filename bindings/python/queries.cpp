@@ -28,8 +28,6 @@ struct PythonIndex : SurfaceIndex {
 void bind_results(Module& module) {
   Value<Nearest>(module, "Nearest").fields(OCTOSURF_FIELDS(Nearest, id, point, distance));
   Value<RayHit>(module, "RayHit").fields(OCTOSURF_FIELDS(RayHit, id, point, distance, front));
-  Value<SnappedPose>(module, "SnappedPose")
-      .fields(OCTOSURF_FIELDS(SnappedPose, id, T_map_pose, moved_m, turned_rad));
   Value<ConvexSpace>(module, "ConvexSpace")
       .fields(OCTOSURF_FIELDS(ConvexSpace, planes))
       .def(py::init<std::vector<Plane>>(), "planes"_a, "Of a list of Plane.")
@@ -71,14 +69,7 @@ frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)
           },
           "point"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope)
       .def("first_on_ray", &PythonIndex::first_on_ray, "from_"_a, "direction"_a, py::kw_only(),
-           "within"_a = anywhere)
-      .def(
-          "snap",
-          [](const PythonIndex& self, const Eigen::Isometry3d& T_map_pose, const GivenUp& up,
-             double max_slope_rad,
-             double within) { return self.snap(T_map_pose, self.limit(up, max_slope_rad), within); },
-          "T_map_pose"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope,
-          "within"_a = anywhere);
+           "within"_a = anywhere);
 }
 
 }  // namespace

@@ -90,10 +90,6 @@ class GroundView {
   /// surface's size: some ms for 2 m.
   ContactRegion region_about(SurfaceId id, const Eigen::Vector3d& about, double reach_m,
                              std::optional<double> yaw_rad) const;
-  /// Of every surface that is level enough and whose plane passes within `reach_m` of `about`: those with
-  /// polygons.
-  std::vector<ContactRegion> regions_about(const Eigen::Vector3d& about, double reach_m,
-                                           std::optional<double> yaw_rad) const;
   /// foothold() on the solid surface. Some 10 µs, and some ms for the first one in a square of 64 voxels.
   Foothold foothold(SurfaceId id, const Eigen::Vector3d& at, double yaw_rad) const;
 

@@ -45,14 +45,6 @@ struct RayHit {
   bool front = true;                                ///< hit on the side the surface was seen from
 };
 
-/// A pose snapped to a surface.
-struct SnappedPose {
-  SurfaceId id = 0;                                              ///< the surface it lies on
-  Eigen::Isometry3d T_map_pose = Eigen::Isometry3d::Identity();  ///< origin on the plane, z its normal
-  double moved_m = 0;                                            ///< translation of its origin
-  double turned_rad = 0;                                         ///< rotation angle
-};
-
 /// Spatial index of a snapshot's surfaces for frequent queries. Immutable and thread-safe.
 ///
 /// An index for the next snapshot reuses unchanged parts of this one: 20 µs for some hundred surfaces plus
@@ -87,11 +79,6 @@ class SurfaceIndex {
   /// are not hit. Throws Error(usage) for a direction that is zero or not finite.
   std::optional<RayHit> first_on_ray(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
                                      double within = std::numeric_limits<double>::infinity()) const;
-
-  /// Moves the pose to the nearest surface within `within` m that the limit allows and turns its z axis to
-  /// the normal by the smallest rotation, as for placing a foot or hand.
-  std::optional<SnappedPose> snap(const Eigen::Isometry3d& T_map_pose, const SlopeLimit& limit = {},
-                                  double within = std::numeric_limits<double>::infinity()) const;
 
  private:
   struct Impl;

@@ -1,5 +1,6 @@
 #include "footsteps/foothold_field.hpp"
 
+#include "planning/cell_runs.hpp"
 #include "planning/rings.hpp"
 
 #include <algorithm>
@@ -58,6 +59,30 @@ Eigen::AlignedBox3d box_of(const std::vector<FootholdField::Ground>& surfaces) {
 }
 
 }  // namespace
+
+RegionRaster::RegionRaster(const std::vector<Polygon>& polygons, const Eigen::Isometry3d& T, double pixel,
+                           double cap)
+    : pixels({0, 0}, {0, 0}, pixel) {
+  std::vector<Polygon> seen = polygons;
+  planning::for_each_ring(seen, [&](Ring2& ring) {
+    for (Eigen::Vector2d& p : ring) p = (T * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>();
+  });
+  const planning::CellRuns runs(seen, pixel);
+  if (runs.box().isEmpty()) return;
+  // Whole cells, with a pixel outside on every side.
+  const double cell = pixel * pixels_per_cell;
+  const Eigen::Array2i first = ((runs.box().min().array() - pixel) / cell).floor().cast<int>(),
+                       last = ((runs.box().max().array() + pixel) / cell).floor().cast<int>();
+  pixels = {first * pixels_per_cell, (last + 1) * pixels_per_cell, pixel};
+  planning::Mask mask(pixels.cells(), 0);
+  runs.mark(pixels, false, mask);
+  depth.assign(mask.begin(), mask.end());
+  if (cap == 0) return;
+  // The edge runs somewhere between the last point inside and the first outside.
+  depth = pixels.depth_in(mask);
+  for (float& one : depth)
+    if (one > 0) one = std::min((one - 0.5F) * static_cast<float>(pixel), static_cast<float>(cap));
+}
 
 FootholdField::FootholdField(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Gait& gait,
                              const FootholdField* before)
@@ -131,8 +156,7 @@ void FootholdField::make(std::size_t surface, int heading, PlaceGrid& patch) {
     patch.raster =
         std::make_shared<const RegionRaster>(region(ground, gait_.sole, yaw_rad).polygons,
                                              ground.T_walk_surface, cell / pixels_per_cell, largest_margin);
-  patch.made = true;
-  patch.cells = CellNumbers(*patch.raster, not_computed);
+  patch.cells.emplace(*patch.raster, not_computed);
 }
 
 std::int32_t FootholdField::best_of_cell(const PlaceGrid& patch, std::size_t surface, int heading, int cell_x,
@@ -140,23 +164,23 @@ std::int32_t FootholdField::best_of_cell(const PlaceGrid& patch, std::size_t sur
   struct Point {
     float depth;
     int off_middle;  ///< distance from the cell's middle
-    int x, y;
+    std::size_t pixel;
   };
+  const RegionRaster& raster = *patch.raster;
   constexpr std::array<int, pixels_per_cell> off_middle{2, 1, 1, 2};
   boost::container::static_vector<Point, pixels_per_cell * pixels_per_cell> points;
   for (int j = 0; j < pixels_per_cell; ++j)
     for (int i = 0; i < pixels_per_cell; ++i) {
-      const int x = cell_x * pixels_per_cell + i, y = cell_y * pixels_per_cell + j;
-      const float depth = patch.raster->depth(x, y);
-      if (depth > 0)
-        points.push_back(
-            {depth, off_middle[static_cast<std::size_t>(i)] + off_middle[static_cast<std::size_t>(j)], x, y});
+      const std::size_t pixel =
+          raster.pixels.index_of({cell_x * pixels_per_cell + i, cell_y * pixels_per_cell + j});
+      if (const float depth = raster.depth[pixel]; depth > 0)
+        points.push_back({depth, off_middle[i] + off_middle[j], pixel});
     }
   std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
-    return std::tuple(-a.depth, a.off_middle, a.y, a.x) < std::tuple(-b.depth, b.off_middle, b.y, b.x);
+    return std::tuple(-a.depth, a.off_middle, a.pixel) < std::tuple(-b.depth, b.off_middle, b.pixel);
   });
   for (const Point& point : points) {
-    const Eigen::Vector2d at = patch.raster->point(point.x, point.y);
+    const Eigen::Vector2d at = raster.pixels.middle(point.pixel);
     Place place{{at.x(), at.y(), surfaces_[surface].height(at)},
                 point.depth,
                 0,

@@ -2,7 +2,7 @@
 
 #include "footsteps/gait.hpp"
 #include "footsteps/obstacle_columns.hpp"
-#include "footsteps/region_raster.hpp"
+#include "planning/cell_raster.hpp"
 
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -17,6 +17,32 @@
 #include <octosurf/surface.hpp>
 
 namespace octosurf::footsteps {
+
+/// Points of a raster along a side of a search cell.
+inline constexpr int pixels_per_cell = 4;
+
+/// Polygons of a plane rasterised from above: grid points inside them, with their distance from the rings.
+struct RegionRaster {
+  /// `T`: the polygons' (u, v) to the walking frame, of which x and y are used. Distances are capped at
+  /// `cap`; 0: none are measured.
+  RegionRaster(const std::vector<Polygon>& polygons, const Eigen::Isometry3d& T, double pixel, double cap);
+
+  planning::CellRaster pixels;  ///< of whole search cells; none: no polygons
+  /// m from the pixel's point to the nearest point outside, too small by up to a pixel; 0 outside.
+  std::vector<float> depth;
+};
+
+/// A number for each search cell of a raster.
+struct CellNumbers {
+  CellNumbers(const RegionRaster& raster, std::int32_t number)
+      : cells(raster.pixels.low() / pixels_per_cell, raster.pixels.high() / pixels_per_cell, 1),
+        numbers(cells.cells(), number) {}
+  std::int32_t& at(int x, int y) { return numbers[cells.index_of({x, y})]; }
+  std::int32_t at(int x, int y) const { return numbers[cells.index_of({x, y})]; }
+
+  planning::CellRaster cells;
+  std::vector<std::int32_t> numbers;
+};
 
 /// A candidate foothold: the best of its cell.
 struct Place {
@@ -85,12 +111,12 @@ class FootholdField {
           around.min().y() > box.max().y() || around.max().y() < box.min().y())
         continue;
       PlaceGrid& patch = patch_of(s, heading);
-      const Eigen::Array2i low = patch.cells.first.max((box.min().array() / cell).floor().cast<int>()),
-                           high = (patch.cells.first + patch.cells.size - 1)
-                                      .min((box.max().array() / cell).floor().cast<int>());
-      for (int y = low.y(); y <= high.y(); ++y)
-        for (int x = low.x(); x <= high.x(); ++x) {
-          std::int32_t& id = patch.cells.at(x, y);
+      const planning::CellRaster& cells = patch.cells->cells;
+      const Eigen::Array2i low = cells.low().array().max((box.min().array() / cell).floor().cast<int>()),
+                           end = cells.high().array().min((box.max().array() / cell).floor().cast<int>() + 1);
+      for (int y = low.y(); y < end.y(); ++y)
+        for (int x = low.x(); x < end.x(); ++x) {
+          std::int32_t& id = patch.cells->at(x, y);
           if (id == not_computed) id = best_of_cell(patch, s, heading, x, y);
           if (id >= 0) visit(static_cast<PlaceId>(id));
         }
@@ -101,13 +127,12 @@ class FootholdField {
   static constexpr std::int32_t none = -1, not_computed = -2;
   struct PlaceGrid {
     std::shared_ptr<const RegionRaster> raster;  ///< empty: not made yet
-    bool made = false;
-    CellNumbers cells;  ///< places
+    std::optional<CellNumbers> cells;            ///< places; likewise
   };
   PlaceGrid& patch_of(std::size_t surface, int heading) {
     PlaceGrid& patch =
         patches_[surface * static_cast<std::size_t>(headings()) + static_cast<std::size_t>(heading)];
-    if (!patch.made) make(surface, heading, patch);
+    if (!patch.cells) make(surface, heading, patch);
     return patch;
   }
   void make(std::size_t surface, int heading, PlaceGrid& patch);

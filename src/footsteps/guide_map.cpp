@@ -38,34 +38,32 @@ void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, Footho
   CellNumbers& grid = grids_.emplace_back(raster, -1);
   const FootholdField::Ground& ground = field.surfaces()[surface];
   const double wide = gait.trunk_reach_m;
-  for (int cy = grid.first.y(); cy < grid.first.y() + grid.size.y(); ++cy) {
+  // Points between grid points may be lower or higher.
+  const double slack = cell / pixels_per_cell * ground.normal().head<2>().norm() / ground.normal().z();
+  for (std::size_t i = 0; i < grid.numbers.size(); ++i) {
     geometry::end_if_interrupted();
-    for (int cx = grid.first.x(); cx < grid.first.x() + grid.size.x(); ++cx) {
-      Cell made{cx, cy, static_cast<std::uint16_t>(surface), {0, 0}, HUGE_VAL, -HUGE_VAL};
-      int count = 0;
-      for (int pixel = 0; pixel < pixels_per_cell * pixels_per_cell; ++pixel) {
-        const int px = cx * pixels_per_cell + pixel % pixels_per_cell,
-                  py = cy * pixels_per_cell + pixel / pixels_per_cell;
-        if (raster.depth(px, py) == 0) continue;
-        const Eigen::Vector2d at = raster.point(px, py);
-        const double z = ground.height(at);
-        if (wide > 0 &&
-            field.columns().blocked({at, 0, wide, wide, z + gait.body.from_m, z + gait.body.to_m}))
-          continue;
-        made.middle += at;
-        made.low = std::min(made.low, z);
-        made.high = std::max(made.high, z);
-        ++count;
-      }
-      if (count == 0) continue;
-      made.middle /= count;
-      // Points between grid points may be lower or higher.
-      const double slack = raster.pixel() * ground.normal().head<2>().norm() / ground.normal().z();
-      made.low -= slack;
-      made.high += slack;
-      grid.at(cx, cy) = static_cast<std::int32_t>(cells_.size());
-      cells_.push_back(made);
+    const Eigen::Vector2i place = grid.cells.place_of(i);
+    Cell made{place.x(), place.y(), static_cast<std::uint16_t>(surface), {0, 0}, HUGE_VAL, -HUGE_VAL};
+    int count = 0;
+    for (int k = 0; k < pixels_per_cell * pixels_per_cell; ++k) {
+      const std::size_t pixel = raster.pixels.index_of(
+          pixels_per_cell * place + Eigen::Vector2i(k % pixels_per_cell, k / pixels_per_cell));
+      if (raster.depth[pixel] == 0) continue;
+      const Eigen::Vector2d at = raster.pixels.middle(pixel);
+      const double z = ground.height(at);
+      if (wide > 0 && field.columns().blocked({at, 0, wide, wide, z + gait.body.from_m, z + gait.body.to_m}))
+        continue;
+      made.middle += at;
+      made.low = std::min(made.low, z);
+      made.high = std::max(made.high, z);
+      ++count;
     }
+    if (count == 0) continue;
+    made.middle /= count;
+    made.low -= slack;
+    made.high += slack;
+    grid.numbers[i] = static_cast<std::int32_t>(cells_.size());
+    cells_.push_back(made);
   }
 }
 
@@ -98,20 +96,20 @@ void GuideMap::link(ObstacleColumns& columns, const Gait& gait) {
     geometry::end_if_interrupted();
     if (std::exchange(surface, to.surface) != to.surface) {
       near.clear();
-      const CellNumbers& here = grids_[surface];
+      const Eigen::AlignedBox2i here(grids_[surface].cells.low().array() - around,
+                                     grids_[surface].cells.high().array() + around);
       for (std::size_t i = 0; i < grids_.size(); ++i)
-        if ((grids_[i].first <= here.first + here.size + around).all() &&
-            (grids_[i].first + grids_[i].size + around >= here.first).all())
+        if (here.intersects(Eigen::AlignedBox2i(grids_[i].cells.low(), grids_[i].cells.high())))
           near.push_back(i);
     }
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
     for (const std::size_t k : near) {
       const CellNumbers& grid = grids_[k];
-      const Eigen::Array2i last = grid.first + grid.size - 1;
-      for (int y = std::max(to.y - around, grid.first.y()); y <= std::min(to.y + around, last.y()); ++y) {
+      const Eigen::Vector2i &first = grid.cells.low(), end = grid.cells.high();
+      for (int y = std::max(to.y - around, first.y()); y < std::min(to.y + around + 1, end.y()); ++y) {
         const double left = farthest * farthest - std::pow(gap(y - to.y, cell), 2);
         const int beside = static_cast<int>(std::sqrt(left) / cell) + 1;
-        for (int x = std::max(to.x - beside, grid.first.x()); x <= std::min(to.x + beside, last.x()); ++x) {
+        for (int x = std::max(to.x - beside, first.x()); x < std::min(to.x + beside + 1, end.x()); ++x) {
           if (grid.at(x, y) < 0) continue;
           const auto i = static_cast<std::uint32_t>(grid.at(x, y));
           const Cell& from = cells_[i];
@@ -165,8 +163,9 @@ Eigen::Vector2d GuideMap::ahead(const Place& place) const {
 std::int32_t GuideMap::find(const Eigen::Vector3d& at, std::size_t surface) const {
   const CellNumbers& grid = grids_[surface];
   const auto cell_at = [&](double x, double y) {
-    const int column = static_cast<int>(std::floor(x / cell)), row = static_cast<int>(std::floor(y / cell));
-    return grid.holds(column, row) ? grid.at(column, row) : -1;
+    const Eigen::Vector2i place(static_cast<int>(std::floor(x / cell)),
+                                static_cast<int>(std::floor(y / cell)));
+    return grid.cells.holds(place) ? grid.numbers[grid.cells.index_of(place)] : -1;
   };
   if (const std::int32_t here = cell_at(at.x(), at.y()); here >= 0) return here;
   for (const double dx : {-slack_m, 0.0, slack_m})  // the nearest grid point may be this far off

@@ -21,11 +21,10 @@ CellRuns::CellRuns(const std::vector<Polygon>& polygons, double edge) {
   first_row_ = row_of(box_.min().y()) - 1;
   // Where rings cross the rows' middles: winding 1 where the inside begins on the way to greater u, else -1.
   struct Crossing {
-    std::int32_t row, at, winding;
-    bool outer;
+    std::int32_t row = 0, at = 0, winding = 0;
+    bool outer = false;
   };
   std::vector<Crossing> crossings;
-  std::vector<std::size_t> begin(static_cast<std::size_t>(row_of(box_.max().y()) - first_row_ + 3), 0);
   const auto add = [&](const Ring2& ring, bool outer) {
     for (std::size_t i = 0; i < ring.size(); ++i) {
       const Eigen::Vector2d &a = ring[i], &b = ring[i + 1 < ring.size() ? i + 1 : 0];
@@ -36,7 +35,6 @@ CellRuns::CellRuns(const std::vector<Polygon>& polygons, double edge) {
         const double at = std::ceil(geometry::crossing(a, b, v) / edge - 0.5);
         crossings.push_back({static_cast<std::int32_t>(row - first_row_), static_cast<std::int32_t>(at),
                              b.y() < a.y() ? 1 : -1, outer});
-        ++begin[static_cast<std::size_t>(row - first_row_) + 1];
       }
     }
   };
@@ -44,13 +42,11 @@ CellRuns::CellRuns(const std::vector<Polygon>& polygons, double edge) {
     add(polygon.outer, true);
     for (const Ring2& hole : polygon.holes) add(hole, false);
   }
-  for (std::size_t row = 1; row < begin.size(); ++row) begin[row] += begin[row - 1];
-  std::vector<Crossing> by_row(crossings.size());
-  std::vector<std::size_t> next = begin;
-  for (const Crossing& one : crossings) by_row[next[static_cast<std::size_t>(one.row)]++] = one;
-  for (std::size_t row = 0; row + 1 < begin.size(); ++row) {
-    const auto first = by_row.begin() + static_cast<std::ptrdiff_t>(begin[row]),
-               last = by_row.begin() + static_cast<std::ptrdiff_t>(begin[row + 1]);
+  const auto rows = static_cast<std::size_t>(row_of(box_.max().y()) - first_row_ + 2);
+  const std::vector<std::uint32_t> begin =
+      sort_by_cell(crossings, rows, [](const Crossing& one) { return static_cast<std::size_t>(one.row); });
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto first = crossings.begin() + begin[row], last = crossings.begin() + begin[row + 1];
     std::sort(first, last, [](const Crossing& a, const Crossing& b) { return a.at < b.at; });
     int depth = 0, depth_of_outer = 0;
     for (auto one = first; one != last;) {
@@ -69,11 +65,11 @@ CellRuns::CellRuns(const std::vector<Polygon>& polygons, double edge) {
 }
 
 void CellRuns::mark(const CellRaster& raster, bool filled, Mask& mask) const {
-  for (int y = 0; y < raster.height(); ++y) {
+  for (int y = 0; y < raster.size().y(); ++y) {
     const Turns turns = turns_of(raster.low().y() + y, filled ? filled_ : inside_);
-    const auto row = mask.begin() + static_cast<std::ptrdiff_t>(y) * raster.width();
+    const auto row = mask.begin() + static_cast<std::ptrdiff_t>(y) * raster.size().x();
     const auto column = [&raster](std::int32_t x) {
-      return std::clamp(x - raster.low().x(), 0, raster.width());
+      return std::clamp(x - raster.low().x(), 0, raster.size().x());
     };
     for (std::size_t i = 0; i + 1 < turns.size(); i += 2)
       std::fill(row + column(turns[i]), row + column(turns[i + 1]), 1);

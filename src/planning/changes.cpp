@@ -85,30 +85,29 @@ MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since) {
   MapChanges changes;
   changes.since = since;
   changes.revision = snapshot.revision;
+  const auto note_living = [since](const auto& all, auto& appeared, auto& changed) {
+    for (const auto& one : all)
+      if (one->born > since)
+        appeared.push_back(one->id);
+      else if (one->revision > since)
+        changed.push_back(one->id);
+  };
+  const auto note_gone = [](const Lineage& lineage, const auto& ids, auto& gone, auto& merged) {
+    for (const auto id : ids) {
+      const auto successors = lineage.living_successors(id);
+      if (successors.empty()) gone.push_back(id);
+      for (const auto successor : successors) merged.push_back({id, successor});
+    }
+  };
+  note_living(snapshot.surfaces, changes.appeared, changes.changed);
   for (const SurfacePtr& surface : snapshot.surfaces) {
-    if (surface->born > since)
-      changes.appeared.push_back(surface->id);
-    else if (surface->revision > since)
-      changes.changed.push_back(surface->id);
     if (surface->born > since || !past.surfaces.passed_anything_on(surface->id)) continue;
     for (const SurfaceId successor : past.surfaces.living_successors(surface->id))
       changes.split.push_back({surface->id, successor});
   }
-  for (const SurfaceId id : past.surfaces_gone) {
-    const std::set<SurfaceId> successors = past.surfaces.living_successors(id);
-    if (successors.empty()) changes.gone.push_back(id);
-    for (const SurfaceId successor : successors) changes.merged.push_back({id, successor});
-  }
-  for (const CylinderPtr& cylinder : snapshot.cylinders)
-    if (cylinder->born > since)
-      changes.cylinders_appeared.push_back(cylinder->id);
-    else if (cylinder->revision > since)
-      changes.cylinders_changed.push_back(cylinder->id);
-  for (const CylinderId id : past.cylinders_gone) {
-    const std::set<CylinderId> successors = past.cylinders.living_successors(id);
-    if (successors.empty()) changes.cylinders_gone.push_back(id);
-    for (const CylinderId successor : successors) changes.cylinders_merged.push_back({id, successor});
-  }
+  note_gone(past.surfaces, past.surfaces_gone, changes.gone, changes.merged);
+  note_living(snapshot.cylinders, changes.cylinders_appeared, changes.cylinders_changed);
+  note_gone(past.cylinders, past.cylinders_gone, changes.cylinders_gone, changes.cylinders_merged);
   return changes;
 }
 

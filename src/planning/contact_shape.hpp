@@ -33,11 +33,6 @@ struct Sole {
   Eigen::Vector2d to_surface(const Eigen::Vector2d& turned) const {
     return turned.x() * heading + turned.y() * Eigen::Vector2d(-heading.y(), heading.x());
   }
-
-  /// The outline enlarged by `margin`.
-  Ring2 with_margin(double margin) const {
-    return margin > 0 ? minkowski_sum(outline, around_disc(margin)) : outline;
-  }
 };
 
 /// `shape` at a heading; for all headings (empty) the disc of its reach.

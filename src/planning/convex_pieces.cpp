@@ -1,6 +1,5 @@
 #include "geometry/rings.hpp"
 #include "geometry/triangulate.hpp"
-#include "planning/blocked_polygon.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/rings.hpp"
 
@@ -10,9 +9,12 @@
 #include <utility>
 
 #include <octosurf/pieces.hpp>
+#include <octosurf/planner_formats.hpp>
 
 namespace octosurf {
 namespace {
+
+using namespace planning;
 
 // m between a piece and its boundary: more than repeated rounding in reshaped() can move an edge (a µm each
 // time).
@@ -73,7 +75,7 @@ std::vector<HalfPlane> separating(const std::vector<RegionSegment>& edges, const
   left.reserve(edges.size());
   for (const auto& [from, to] : edges) {
     const RegionSegment edge{to_circle * (from - centre), to_circle * (to - centre)};
-    left.push_back({edge, planning::closest_on_segment(edge.first, edge.second, Eigen::Vector2d::Zero())});
+    left.push_back({edge, closest_on_segment(edge.first, edge.second, Eigen::Vector2d::Zero())});
   }
   std::vector<HalfPlane> planes;
   while (!left.empty()) {
@@ -104,7 +106,7 @@ struct Grown {
 
 Ring2 intersection(Ring2 ring, const std::vector<HalfPlane>& planes, double inward) {
   for (const HalfPlane& plane : planes) {
-    ring = planning::cut(ring, [&, offset = plane.offset - inward](const Eigen::Vector2d& p) {
+    ring = cut(ring, [&, offset = plane.offset - inward](const Eigen::Vector2d& p) {
       return plane.normal.dot(p) - offset;
     });
     if (ring.size() < 3) return {};
@@ -140,9 +142,9 @@ struct RegionPart {
 
 RegionPart part_of(Polygon polygon) {
   std::vector<RegionSegment> edges;
-  planning::for_each_edge(
-      {polygon}, [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
-  const Ring2 box = planning::ring_of(planning::box_of(polygon.outer));
+  for_each_edge({polygon},
+                [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
+  const Ring2 box = ring_of(box_of(polygon.outer));
   std::vector<Eigen::Vector2d> points;
   std::vector<std::pair<double, Eigen::Vector2d>> starts;
   for (const auto& t : geometry::triangulate(polygon, points)) {
@@ -156,7 +158,7 @@ RegionPart part_of(Polygon polygon) {
   for (std::size_t i = 0; i < tried; ++i) {
     const Eigen::Vector2d& start = starts[i].second;
     // A seed inside the best piece would lead to it again.
-    if (!part.best.ring.empty() && planning::depth_in(part.best.ring, start) > 0) continue;
+    if (!part.best.ring.empty() && depth_in(part.best.ring, start) > 0) continue;
     Grown grown = grown_from(edges, box, start);
     if (grown.area > part.best.area) part.best = std::move(grown);
   }
@@ -184,7 +186,7 @@ Ring2 tidied(Ring2 ring) {
   for (const Eigen::Vector2d& p : ring)
     if (kept.empty() || (p - kept.back()).norm() > clear_of) kept.push_back(p);
   while (kept.size() > 1 && (kept.front() - kept.back()).norm() <= clear_of) kept.pop_back();
-  return planning::convex_hull(std::move(kept));
+  return convex_hull(std::move(kept));
 }
 
 /// With counter-clockwise corners.
@@ -212,7 +214,7 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const std::vector
                                        std::size_t most, double min_area_m2) {
   if (most == 0) return {};
   const double least =
-      std::max(min_area_m2, negligible_share * planning::area_of(polygons) / static_cast<double>(most));
+      std::max(min_area_m2, negligible_share * area_of(polygons) / static_cast<double>(most));
   std::vector<Ring2> rings;
   std::vector<RegionPart> parts;
   const auto add = [&](const std::vector<Polygon>& some) {
@@ -233,7 +235,7 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const std::vector
     // A surface is not accurate to a small part of its voxels; but the first piece is made even if narrow.
     if (ring.size() < 3 || (!rings.empty() && width_of(ring) < surface.resolution / 4)) continue;
     rings.push_back(std::move(ring));
-    if (rings.size() < most) add(planning::reshaped({&part.polygon, 1}, {}, {&part.best.up_to_the_edges, 1}));
+    if (rings.size() < most) add(reshaped({&part.polygon, 1}, {}, {&part.best.up_to_the_edges, 1}));
   }
   // They usually are sorted; but a piece found in a part may exceed the one found in the whole.
   std::stable_sort(rings.begin(), rings.end(), [](const Ring2& a, const Ring2& b) {
@@ -242,6 +244,27 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const std::vector
   std::vector<ConvexPiece> pieces;
   for (const Ring2& ring : rings) pieces.push_back(piece_of(surface, ring));
   return pieces;
+}
+
+PlannerSurface turned(PlannerSurface surface, const Eigen::Quaterniond& turn) {
+  surface.T_world_surface = turn * surface.T_world_surface;
+  for (ConvexPiece& piece : surface.pieces)
+    for (Eigen::Vector3d& vertex : piece.vertices) vertex = turn * vertex;
+  return surface;
+}
+
+std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const PlannerContact& contact,
+                                             const OccupancyView* octree) {
+  std::vector<PlannerSurface> surfaces;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    ContactRegion region =
+        contact_region(*surface, contact.shape, contact.yaw_rad, contact.limits, octree, &snapshot);
+    PlannerSurface one{surface->id, surface->T_map_surface, surface->polygons, {}, {}};
+    one.pieces = convex_pieces(*surface, region.polygons, contact.pieces);
+    one.insets = std::move(region.polygons);
+    surfaces.push_back(turned(std::move(one), contact.turn));
+  }
+  return surfaces;
 }
 
 }  // namespace octosurf

@@ -15,7 +15,7 @@
 namespace octosurf {
 namespace {
 
-using planning::GroundReadings, planning::Look, planning::no_height;
+using namespace planning;
 
 constexpr float cell_m = GroundReadings::cell_m;
 constexpr double farthest_m = 5;       ///< of a point from the base

@@ -24,7 +24,7 @@ constexpr float beside_plane = 1.5;
 /// Half a disc's mean lies at 4/(3 π) = 0.42.
 constexpr float lopsided = 0.3F;
 /// m, of a reading to its plane: farther ones are not moved onto it.
-constexpr auto farthest_off = static_cast<float>(sensing::ReadingModel::clutter_depth / 2);
+constexpr auto farthest_moved = static_cast<float>(sensing::ReadingModel::clutter_depth / 2);
 
 using geometry::Lanes;
 constexpr std::size_t lanes = 4;
@@ -139,7 +139,7 @@ void GroundReadings::add(const occupancy::Cube& cube) {
     }
     Lanes x = along(0, i), y = along(1, i), z = along(2, i);
     Lanes off = normal_x * x + normal_y * y + normal_z * z - offset;
-    off = geometry::where((off <= farthest_off) & (off >= -farthest_off), off);
+    off = geometry::where((off <= farthest_moved) & (off >= -farthest_moved), off);
     x -= off * normal_x, y -= off * normal_y, z -= off * normal_z;
     const Lanes at_x = (x - low_.x()) * (1 / cell_m), at_y = (y - low_.y()) * (1 / cell_m);
     const geometry::LaneMask row = __builtin_convertvector(at_x, geometry::LaneMask),

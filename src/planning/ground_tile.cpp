@@ -1,6 +1,5 @@
 #include "geometry/interruption.hpp"
 #include "planning/ground_tiles.hpp"
-#include "planning/voids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +17,7 @@ class GroundTiles::Finder {
         own_(tiles.cells_about(tiles.cells_of(key), 0, 2)),
         // A void's disc of 8 voxels at most, with the readings that bound it, may reach beyond the outline.
         raster_(tiles.cells_about(own_, tiles.halo_, std::max(12, tiles.widest_cells() + 2))),
-        fine_(2 * raster_.low(), 2 * (raster_.low() + Eigen::Vector2i(raster_.width(), raster_.height())),
-              d_ / 2),
+        fine_(2 * raster_.low(), 2 * raster_.high(), d_ / 2),
         widest_radius_(std::min(widest_gap_m, tiles.widest_bridged_m_) / 2 / d_) {
     fine_inside_.assign(fine_.cells(), 0);
     Mask fine_filled = fine_inside_;
@@ -40,7 +38,8 @@ class GroundTiles::Finder {
     find_holes(tile);
     tile.bridged = raster_.rows(own_marked(raster_, bridged_, 1), 1);
     tile.of.resize(own_.cells());
-    for (std::size_t i = 0; i < tile.of.size(); ++i) tile.of[i] = described(cell_of_own(i));
+    for (std::size_t i = 0; i < tile.of.size(); ++i)
+      tile.of[i] = described(raster_.index_of(own_.place_of(i)));
     return tile;
   }
 
@@ -48,28 +47,20 @@ class GroundTiles::Finder {
   /// Cells of d of which half is marked.
   Mask coarse(const Mask& fine) const {
     Mask result(raster_.cells(), 0);
-    const auto width = static_cast<std::size_t>(fine_.width());
+    const std::size_t width = fine_.width();
     for (std::size_t i = 0; i < result.size(); ++i) {
       const std::size_t first = i / (width / 2) * 2 * width + i % (width / 2) * 2;
       result[i] = fine[first] + fine[first + 1] + fine[first + width] + fine[first + width + 1] >= 2;
     }
     return result;
   }
-  std::size_t cell_of_own(std::size_t own) const {
-    const auto width = static_cast<std::size_t>(own_.width());
-    const Eigen::Matrix<std::size_t, 2, 1> before = (own_.low() - raster_.low()).cast<std::size_t>();
-    return (own / width + before.y()) * static_cast<std::size_t>(raster_.width()) + own % width + before.x();
-  }
   /// The marked cells of the tile itself, of one of both rasters, of which a cell has `per` to a voxel.
   std::vector<std::size_t> own_marked(const CellRaster& raster, const Mask& mask, int per) const {
     std::vector<std::size_t> cells;
-    const Eigen::Vector2i low = per * (own_.low() - raster_.low());
-    for (int y = low.y(); y < low.y() + per * own_.height(); ++y)
-      for (int x = low.x(); x < low.x() + per * own_.width(); ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(raster.width()) +
-                              static_cast<std::size_t>(x);
-        if (mask[i] != 0) cells.push_back(i);
-      }
+    const Eigen::Vector2i low = per * own_.low(), end = per * own_.high();
+    for (int y = low.y(); y < end.y(); ++y)
+      for (int x = low.x(); x < end.x(); ++x)
+        if (const std::size_t i = raster.index_of({x, y}); mask[i] != 0) cells.push_back(i);
     return cells;
   }
 

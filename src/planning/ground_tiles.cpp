@@ -1,9 +1,7 @@
 #include "planning/ground_tiles.hpp"
 
 #include "geometry/rings.hpp"
-#include "planning/blocked_polygon.hpp"
 #include "planning/rings.hpp"
-#include "planning/voids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -130,8 +128,7 @@ CellRaster GroundTiles::cells_about(const CellRaster& cells, int more, int margi
   const Eigen::Array2i first = (box.min() / d_).array().floor().cast<int>() - margin,
                        last = (box.max() / d_).array().ceil().cast<int>() + margin,
                        low = (cells.low().array() - more).max(first),
-                       high = (cells.low().array() + Eigen::Array2i(cells.width(), cells.height()) + more)
-                                  .min(last);
+                       high = (cells.high().array() + more).min(last);
   return {low, high.max(low), d_};
 }
 
@@ -213,15 +210,11 @@ std::vector<Gap> GroundTiles::find_gaps(const OccupancyView& octree) const {
   const std::vector<Key> keys = keys_in(outline_->box());
   if (keys.empty()) return gaps;
   const CellRaster first = cells_of(keys.front()), last = cells_of(keys.back());
-  const CellRaster raster(first.low(), last.low() + Eigen::Vector2i(last.width(), last.height()), d_);
+  const CellRaster raster(first.low(), last.high(), d_);
   Mask of(raster.cells(), beyond_bit), gap(raster.cells(), 0);
   for (const Key& key : keys) {
     const Tile& one = tile(key, octree);
-    if (one.of.empty()) continue;
-    const Eigen::Vector2i low = one.cells.low() - raster.low();
-    for (int y = 0; y < one.cells.height(); ++y)
-      std::copy_n(one.of.begin() + static_cast<std::ptrdiff_t>(y) * one.cells.width(), one.cells.width(),
-                  of.begin() + static_cast<std::ptrdiff_t>(low.y() + y) * raster.width() + low.x());
+    for (std::size_t i = 0; i < one.of.size(); ++i) of[raster.index_of(one.cells.place_of(i))] = one.of[i];
   }
   for (std::size_t i = 0; i < of.size(); ++i) gap[i] = (of[i] & (beyond_bit | inside_bit)) == 0;
   const std::vector<float> half = raster.depth_in(gap);

@@ -30,8 +30,6 @@ class GroundTiles {
   GroundTiles(const GroundTiles& before, SurfacePtr surface, std::span<const Eigen::AlignedBox3d> changed);
 
   const Surface& surface() const { return *surface_; }
-  /// Map frame: changes outside of it have no effect.
-  const Eigen::AlignedBox3d& reach() const { return reach_; }
   /// Whether the earlier version's ground is this one's, too.
   bool same_as_before() const { return same_; }
 

@@ -13,6 +13,8 @@
 namespace octosurf {
 namespace {
 
+using namespace planning;
+
 constexpr double most_cells = 1 << 24;  // five layers of them take 336 MB
 
 [[noreturn]] void refuse(const std::string& option, const std::string& rule) {
@@ -59,24 +61,23 @@ void paint(const Surface& surface, const HeightGridOptions& options, HeightGrid&
   const Eigen::Index rows = grid.elevation.rows(), columns = grid.elevation.cols();
   const Eigen::Vector2d low = grid.center - grid.cell * Eigen::Vector2d(rows, columns) / 2;
   std::vector<Polygon> outline = surface.polygons;
-  planning::for_each_ring(outline, [&](Ring2& ring) {
+  for_each_ring(outline, [&](Ring2& ring) {
     for (Eigen::Vector2d& p : ring) p = turned(surface, p, options.turn).head<2>() - low;
   });
   const Eigen::Vector3d n = options.turn * surface.plane.normal;
-  planning::CellRuns(outline, grid.cell)
-      .for_each_run([&](Eigen::Index y, Eigen::Index from, Eigen::Index to) {
-        if (y < 0 || y >= columns) return;
-        for (Eigen::Index x = std::max<Eigen::Index>(from, 0); x < std::min(to, rows); ++x) {
-          const Eigen::Index row = rows - 1 - x, column = columns - 1 - y;  // they run against x and y
-          const double z = (surface.plane.offset - n.head<2>().dot(grid.center_of(row, column))) / n.z();
-          float& elevation = grid.elevation(row, column);
-          if ((options.below && z > *options.below) || static_cast<float>(z) <= elevation) continue;
-          elevation = static_cast<float>(z);
-          for (Eigen::Index axis = 0; axis < 3; ++axis)
-            grid.normal[static_cast<std::size_t>(axis)](row, column) = static_cast<float>(n[axis]);
-          grid.surface(row, column) = static_cast<float>(surface.id);
-        }
-      });
+  CellRuns(outline, grid.cell).for_each_run([&](Eigen::Index y, Eigen::Index from, Eigen::Index to) {
+    if (y < 0 || y >= columns) return;
+    for (Eigen::Index x = std::max<Eigen::Index>(from, 0); x < std::min(to, rows); ++x) {
+      const Eigen::Index row = rows - 1 - x, column = columns - 1 - y;  // they run against x and y
+      const double z = (surface.plane.offset - n.head<2>().dot(grid.center_of(row, column))) / n.z();
+      float& elevation = grid.elevation(row, column);
+      if ((options.below && z > *options.below) || static_cast<float>(z) <= elevation) continue;
+      elevation = static_cast<float>(z);
+      for (Eigen::Index axis = 0; axis < 3; ++axis)
+        grid.normal[static_cast<std::size_t>(axis)](row, column) = static_cast<float>(n[axis]);
+      grid.surface(row, column) = static_cast<float>(surface.id);
+    }
+  });
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include "geometry/directions.hpp"
-#include "geometry/symmetric.hpp"
 #include "planning/box_tree.hpp"
 #include "planning/polygon_index.hpp"
 #include "planning/rings.hpp"
@@ -17,20 +16,21 @@
 namespace octosurf {
 namespace {
 
+using namespace planning;
+
 /// One surface with precomputed data.
 struct Entry {
   SurfacePtr surface;
   Eigen::Isometry3d T_surface_map;
   Eigen::AlignedBox3d box;  ///< map frame; slightly larger than the polygons
-  planning::PolygonIndex polygons;
+  PolygonIndex polygons;
 
   explicit Entry(SurfacePtr s)
       : surface(std::move(s)), T_surface_map(surface->T_map_surface.inverse()), polygons(surface->polygons) {
-    box = planning::box_of(*surface, surface->T_map_surface);
+    box = box_of(*surface, surface->T_map_surface);
     if (box.isEmpty()) return;
     // Border points must not depend on the last bit.
-    box = planning::box_about(box,
-                              1e-12 * (1 + box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff()));
+    box = box_about(box, 1e-12 * (1 + box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff()));
   }
 };
 using EntryPtr = std::shared_ptr<const Entry>;
@@ -77,17 +77,17 @@ bool may_meet(const ConvexSpace& space, const Eigen::AlignedBox3d& box) {
 bool meets(const ConvexSpace& space, const Entry& entry) {
   // The space's intersection with the surface's plane, near the surface.
   std::vector<Eigen::Vector3d> part;
-  for (const Eigen::Vector2d& corner : planning::ring_of(entry.polygons.box()))
+  for (const Eigen::Vector2d& corner : ring_of(entry.polygons.box()))
     part.push_back(entry.surface->to_map(corner));
   for (const Plane& plane : space.planes)
-    part = planning::cut(part, [&](const Eigen::Vector3d& p) { return plane.signed_distance(p); });
+    part = cut(part, [&](const Eigen::Vector3d& p) { return plane.signed_distance(p); });
   if (part.empty()) return false;
   Eigen::AlignedBox2d near;
   for (const Eigen::Vector3d& corner : part) near.extend((entry.T_surface_map * corner).head<2>());
   bool met = false;
   constexpr double slack = 1e-9;
   entry.polygons.for_each_edge_near(
-      planning::box_about(near, slack), [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+      box_about(near, slack), [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
         met = met || meets(space, entry.surface->to_map(a), entry.surface->to_map(b));
       });
   return met || entry.polygons.contains((entry.T_surface_map * part.front()).head<2>());
@@ -151,7 +151,7 @@ ConvexSpace ConvexSpace::frustum(const Eigen::Isometry3d& T_map_camera, double t
 struct SurfaceIndex::Impl {
   std::shared_ptr<const Snapshot> snapshot;
   std::vector<EntryPtr> entries;  ///< of surfaces with polygons; ascending id
-  planning::BoxTree tree;
+  BoxTree tree;
 
   template <class Meets, class Test>
   std::vector<SurfaceId> list(const Meets& near, const Test& test) const {
@@ -199,7 +199,7 @@ SurfaceIndex::SurfaceIndex(std::shared_ptr<const Snapshot> snapshot, const Surfa
     boxes.push_back(entry->box);
     impl_->entries.push_back(std::move(entry));
   }
-  impl_->tree = planning::BoxTree(std::move(boxes));
+  impl_->tree = BoxTree(std::move(boxes));
 }
 SurfaceIndex::SurfaceIndex(SurfaceIndex&&) noexcept = default;
 SurfaceIndex& SurfaceIndex::operator=(SurfaceIndex&&) noexcept = default;
@@ -259,22 +259,6 @@ std::optional<RayHit> SurfaceIndex::first_on_ray(const Eigen::Vector3d& from,
   geometry::require_direction(direction, "direction");
   require_distance(within, "within");
   return impl_->cast(from, direction.normalized(), within, nullptr);
-}
-
-std::optional<SnappedPose> SurfaceIndex::snap(const Eigen::Isometry3d& T_map_pose, const SlopeLimit& limit,
-                                              double within) const {
-  if (!T_map_pose.matrix().allFinite()) throw Error(Error::Kind::usage, "snap", "the pose is not finite");
-  const std::optional<Nearest> found = nearest(T_map_pose.translation(), limit, within);
-  if (!found) return {};
-  const Eigen::Vector3d& normal = impl_->snapshot->find(found->id)->plane.normal;
-  const Eigen::Quaterniond turn = geometry::rotation_between(T_map_pose.linear().col(2), normal);
-  SnappedPose snapped;
-  snapped.id = found->id;
-  snapped.T_map_pose.linear() = turn * T_map_pose.linear();
-  snapped.T_map_pose.translation() = found->point;
-  snapped.moved_m = found->distance;
-  snapped.turned_rad = Eigen::AngleAxisd(turn).angle();
-  return snapped;
 }
 
 }  // namespace octosurf

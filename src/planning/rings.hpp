@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include <octosurf/surface.hpp>
@@ -41,6 +42,10 @@ inline Ring2 ring_of(const Eigen::AlignedBox2d& box) {
   return {low, {high.x(), low.y()}, high, {low.x(), high.y()}};
 }
 
+inline Ring2 moved(Ring2 ring, const Eigen::Vector2d& by) {
+  for (Eigen::Vector2d& p : ring) p += by;
+  return ring;
+}
 /// Calls `visit(ring)` for every ring.
 template <class Polygons, typename Visit>
 void for_each_ring(Polygons& polygons, const Visit& visit) {
@@ -80,6 +85,12 @@ std::vector<Point> cut(const std::vector<Point>& ring, const Beyond& beyond) {
 }
 /// The parts in a box.
 std::vector<Polygon> clipped(const std::vector<Polygon>& polygons, const Eigen::AlignedBox2d& box);
+
+/// The union of `polygons` and `added`, without the interiors of `removed` (convex, counter-clockwise), on a
+/// grid of 1 µm, in exact integer arithmetic, for any coincidences. O(n log n) in edges and their crossings,
+/// some µs each. Throws Error(usage) for coordinates beyond 2 km.
+std::vector<Polygon> reshaped(std::span<const Polygon> polygons, std::span<const Ring2> added,
+                              std::span<const Ring2> removed);
 
 /// Of a point in a convex polygon, point or segment: distance from the nearest side; negative outside. O(n).
 double depth_in(const Ring2& convex, const Eigen::Vector2d& point);

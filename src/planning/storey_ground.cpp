@@ -25,17 +25,11 @@ constexpr double steepest_rad = 80 * std::numbers::pi / 180;  // steeper ones ha
 
 /// Sorts by cell, then height. Returns the first of each cell, and the end.
 template <class Item>
-std::vector<std::uint32_t> sort_by_cell(std::vector<Item>& items, std::size_t cells) {
-  std::vector<std::uint32_t> first(cells + 1, 0);
-  for (const Item& item : items) ++first[item.cell + 1];
-  for (std::size_t cell = 0; cell < cells; ++cell) first[cell + 1] += first[cell];
-  std::vector<Item> sorted(items.size());
-  std::vector<std::uint32_t> next = first;
-  for (const Item& item : items) sorted[next[item.cell]++] = item;
+std::vector<std::uint32_t> sort_by_height(std::vector<Item>& items, std::size_t cells) {
+  std::vector<std::uint32_t> first = sort_by_cell(items, cells, [](const Item& item) { return item.cell; });
   for (std::size_t cell = 0; cell < cells; ++cell)
-    std::sort(sorted.begin() + first[cell], sorted.begin() + first[cell + 1],
+    std::sort(items.begin() + first[cell], items.begin() + first[cell + 1],
               [](const Item& a, const Item& b) { return a.height < b.height; });
-  items = std::move(sorted);
   return first;
 }
 
@@ -95,7 +89,7 @@ void StoreyGround::add_surfaces() {
     spot.height = static_cast<float>(height_at(spot.surface, middle));
     spots_.push_back(spot);
   }
-  sort_by_cell(spots_, raster_->cells());
+  sort_by_height(spots_, raster_->cells());
   // The highest within a step supports the robot.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < spots_.size(); ++i)
@@ -105,7 +99,7 @@ void StoreyGround::add_surfaces() {
   spots_.resize(kept);
   for (GroundSpot& spot : spots_)  // drops beside an outline, too
     spot.open = spot.open || is_open_in(raster_->middle(spot.cell), spot.height);
-  first_spot_ = sort_by_cell(spots_, raster_->cells());
+  first_spot_ = sort_by_height(spots_, raster_->cells());
 }
 
 void StoreyGround::add_readings() {
@@ -121,7 +115,7 @@ void StoreyGround::add_readings() {
                            static_cast<float>(at.z()), voxel.surface == 0});
         return true;
       });
-  first_seen_ = sort_by_cell(seen_, raster_->cells());
+  first_seen_ = sort_by_height(seen_, raster_->cells());
 }
 
 /// Anywhere in a cell: free from a voxel above it to `open_depth` voxels below, or to other things two voxels

@@ -1,5 +1,4 @@
-#include "planning/cell_raster.hpp"
-#include "planning/landings.hpp"
+#include "planning/storey_ground.hpp"
 
 #include <algorithm>
 #include <array>

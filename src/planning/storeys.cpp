@@ -1,4 +1,3 @@
-#include "planning/landings.hpp"
 #include "planning/storey_ground.hpp"
 
 #include <algorithm>
@@ -15,9 +14,7 @@
 namespace octosurf {
 namespace {
 
-using planning::CellRaster;
-using planning::GroundSpot;
-using planning::StoreyGround;
+using namespace planning;
 
 /// Divides ground into connected parts that have one height in each cell. Returns how many there are.
 std::uint32_t divide(StoreyGround& ground) {
@@ -82,12 +79,12 @@ std::vector<float> spread(const CellRaster& grid, std::vector<float> heights) {
 
 /// Ground becomes occupied where it is too narrow, or beyond a wall, over which outlines reach.
 void close_narrow(const CellRaster& grid, Storey& storey, double radius_m) {
-  planning::Mask passable(grid.cells()), reached(grid.cells());
+  Mask passable(grid.cells()), reached(grid.cells());
   const auto is_free = [&](std::size_t cell) { return storey.cells[cell] == StoreyCell::free; };
   for (std::size_t cell = 0; cell < grid.cells(); ++cell)
     passable[cell] = storey.cells[cell] != StoreyCell::occupied;
   const double radius = radius_m / storey.cell_m;
-  const planning::Mask middles = grid.eroded(passable, radius);
+  const Mask middles = grid.eroded(passable, radius);
   for (std::size_t cell = 0; cell < grid.cells(); ++cell)
     if (middles[cell] != 0 && is_free(cell) && reached[cell] == 0)
       grid.connected(cell, reached, is_free, [](std::size_t) {});
@@ -101,14 +98,12 @@ void close_narrow(const CellRaster& grid, Storey& storey, double radius_m) {
 
 Storey storey_of(const StoreyGround& ground, std::uint32_t part, const StoreyLimits& limits) {
   const CellRaster& all = ground.raster();
-  const auto width = static_cast<std::size_t>(all.width());
   std::vector<const GroundSpot*> spots;
   Eigen::AlignedBox2i box;
   for (const GroundSpot& spot : ground.spots())
     if (spot.part == part) {
       spots.push_back(&spot);
-      box.extend(all.low() +
-                 Eigen::Vector2i(static_cast<int>(spot.cell % width), static_cast<int>(spot.cell / width)));
+      box.extend(all.place_of(spot.cell));
     }
   const Eigen::Vector2i low = box.min().array() - ground.margin(),
                         high = box.max().array() + ground.margin() + 1;
@@ -116,8 +111,8 @@ Storey storey_of(const StoreyGround& ground, std::uint32_t part, const StoreyLim
   Storey storey;
   storey.cell_m = limits.cell_m;
   storey.origin = limits.cell_m * low.cast<double>();
-  storey.columns = static_cast<std::size_t>(grid.width());
-  storey.rows = static_cast<std::size_t>(grid.height());
+  storey.columns = grid.width();
+  storey.rows = grid.cells() / grid.width();
   storey.elevation.assign(grid.cells(), std::numeric_limits<float>::quiet_NaN());
   std::set<SurfaceId> surfaces;
   for (const GroundSpot* spot : spots) {
@@ -152,7 +147,7 @@ void add_seams(const StoreyGround& ground, std::vector<Found>& found) {
   std::map<std::uint32_t, std::size_t> index;
   for (const Found& one : found) {
     index[one.part] = room.size();
-    room.push_back(planning::room_in(one.storey));
+    room.push_back(room_in(one.storey));
   }
   for (const GroundSpot& spot : ground.spots())
     ground.for_each_next(spot, [&](const GroundSpot& next) {
@@ -185,7 +180,7 @@ std::optional<std::size_t> Storey::cell_at(const Eigen::Vector2d& point) const {
 }
 
 std::vector<Storey> find_storeys(const GroundView& view, const StoreyLimits& limits) {
-  planning::require(limits);
+  require(limits);
   StoreyGround ground(view, limits);
   std::vector<double> ground_m2(divide(ground), 0);
   if (ground_m2.empty()) return {};
@@ -195,7 +190,7 @@ std::vector<Storey> find_storeys(const GroundView& view, const StoreyLimits& lim
       static_cast<std::uint32_t>(std::max_element(ground_m2.begin(), ground_m2.end()) - ground_m2.begin())};
   for (const Stair& stair : view.stairs().stairs)
     for (const bool above : {false, true})
-      if (const auto landing = planning::landing_of(stair, above, limits))
+      if (const auto landing = landing_of(stair, above, limits))
         always.insert(part_at(ground, *landing, limits));
   std::vector<Found> found;
   for (std::uint32_t part = 0; part < ground_m2.size(); ++part) {

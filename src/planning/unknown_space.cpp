@@ -13,21 +13,50 @@ namespace {
 
 constexpr int beside = 2;              // voxels: whether one lies in a cube of 3³ depends on these
 constexpr int bits = 64 - 2 * beside;  // a row's voxels, without those beside them
+constexpr int edge = 32;               // voxels, of a cached block
 
-/// Unknown voxels of a box up to 64 voxels long, rows along x.
-class Rows {
+/// The voxels that a box meets.
+Eigen::AlignedBox3i voxels_in(const Eigen::AlignedBox3d& box, double d) {
+  return {(box.min() / d).array().floor().cast<int>().matrix(),
+          (box.max() / d).array().floor().cast<int>().matrix()};
+}
+
+}  // namespace
+
+/// Unknown voxels of a box up to 60 voxels long in which something could hide, rows along x.
+class UnknownRows {
  public:
-  Rows(const Eigen::Array3i& low, const Eigen::Array3i& high)
-      : low_(low - beside), size_(high - low + 1 + 2 * beside) {
+  UnknownRows(const OccupancyView& octree, const Eigen::AlignedBox3i& box)
+      : d_(octree.resolution()),
+        low_(box.min().array() - beside),
+        size_(box.sizes().array() + 1 + 2 * beside) {
     rows_.assign(static_cast<std::size_t>(size_.y()) * static_cast<std::size_t>(size_.z()),
                  ~std::uint64_t{0});
+    const Eigen::AlignedBox3d wide((low_.cast<double>() * d_).matrix(),
+                                   ((low_ + size_).cast<double>() * d_).matrix());
+    occupancy::for_each_cube(octree, wide,
+                             [this](const occupancy::Cube& cube) { return remove_known(cube), true; });
+    open();
   }
 
+  /// Calls `visit(centre)` for those that lie in another box, too.
+  void for_each(const Eigen::AlignedBox3i& box,
+                const std::function<void(const Eigen::Vector3d&)>& visit) const {
+    const Eigen::Array3i from = (box.min().array() - low_).max(beside),
+                         to = (box.max().array() - low_ + 1).min(size_ - beside);
+    for (int z = from.z(); z < to.z(); ++z)
+      for (int y = from.y(); y < to.y(); ++y)
+        for (std::uint64_t left = row(y, z) & run(from.x(), to.x()); left != 0; left &= left - 1) {
+          const Eigen::Array3i voxel = low_ + Eigen::Array3i(std::countr_zero(left), y, z);
+          visit(((voxel.cast<double>() + 0.5) * d_).matrix());
+        }
+  }
+
+ private:
   void remove_known(const occupancy::Cube& cube) {
     const Eigen::Array3i key(cube.corner[0], cube.corner[1], cube.corner[2]);
     const Eigen::Array3i at = key - geometry::VoxelGrid::origin - low_;
-    const int edge = 1 << cube.level;
-    const Eigen::Array3i from = at.max(0), to = (at + edge).min(size_);
+    const Eigen::Array3i from = at.max(0), to = (at + (1 << cube.level)).min(size_);
     for (int z = from.z(); z < to.z(); ++z)
       for (int y = from.y(); y < to.y(); ++y) {
         const std::uint64_t known = cube.level > 2
@@ -45,15 +74,6 @@ class Rows {
     spread(either);
   }
 
-  template <class Visit>
-  void for_each(const Visit& visit) const {
-    for (int z = beside; z < size_.z() - beside; ++z)
-      for (int y = beside; y < size_.y() - beside; ++y)
-        for (std::uint64_t left = row(y, z) & run(beside, size_.x() - beside); left != 0; left &= left - 1)
-          visit(Eigen::Array3i(low_ + Eigen::Array3i(std::countr_zero(left), y, z)));
-  }
-
- private:
   std::uint64_t& row(int y, int z) { return rows_[static_cast<std::size_t>(z * size_.y() + y)]; }
   std::uint64_t row(int y, int z) const { return rows_[static_cast<std::size_t>(z * size_.y() + y)]; }
   static std::uint64_t run(int from, int to) {
@@ -89,69 +109,36 @@ class Rows {
     along(size_.z(), size_.y(), [this](int z, int y) -> std::uint64_t& { return row(y, z); });
   }
 
+  double d_;
   Eigen::Array3i low_, size_;
   std::vector<std::uint64_t> rows_;
 };
 
-}  // namespace
-
 void for_each_unknown(const OccupancyView& octree, const Eigen::AlignedBox3d& box,
                       const std::function<void(const Eigen::Vector3d&)>& visit) {
-  const double d = octree.resolution();
-  if (d <= 0 || box.isEmpty()) return;
-  const Eigen::Array3i low = (box.min() / d).array().floor().cast<int>(),
-                       high = (box.max() / d).array().floor().cast<int>();
-  for (int x = low.x(); x <= high.x(); x += bits) {
-    const Eigen::Array3i from(x, low.y(), low.z()), to(std::min(x + bits - 1, high.x()), high.y(), high.z());
-    Rows rows(from, to);
-    const Eigen::Vector3d first = ((from - beside).cast<double>() * d).matrix(),
-                          last = ((to + 1 + beside).cast<double>() * d).matrix();
-    occupancy::for_each_cube(octree, {first, last}, [&](const occupancy::Cube& cube) {
-      rows.remove_known(cube);
-      return true;
-    });
-    rows.open();
-    rows.for_each([&](const Eigen::Array3i& voxel) { visit(((voxel.cast<double>() + 0.5) * d).matrix()); });
+  if (octree.resolution() <= 0 || box.isEmpty()) return;
+  const Eigen::AlignedBox3i all = voxels_in(box, octree.resolution());
+  for (Eigen::AlignedBox3i part = all; part.min().x() <= all.max().x(); part.min().x() += bits) {
+    part.max().x() = std::min(part.min().x() + bits - 1, all.max().x());
+    UnknownRows(octree, part).for_each(part, visit);
   }
-}
-
-const UnknownVoxels::Block& UnknownVoxels::block(const std::array<int, 3>& place) {
-  const auto [found, fresh] = blocks_.try_emplace(place);
-  Block& rows = found->second;
-  if (!fresh) return rows;
-  rows.fill(0);
-  const Eigen::Array3i first = edge * Eigen::Array3i(place[0], place[1], place[2]);
-  const double d = octree_.resolution();
-  const Eigen::AlignedBox3d box(((first.cast<double>() + 0.5) * d).matrix(),
-                                ((first.cast<double>() + edge - 0.5) * d).matrix());
-  for_each_unknown(octree_, box, [&](const Eigen::Vector3d& centre) {
-    const Eigen::Array3i in = (centre.array() / d).floor().cast<int>() - first;
-    rows[static_cast<std::size_t>(in.z() * edge + in.y())] |= std::uint32_t{1} << in.x();
-  });
-  return rows;
 }
 
 void UnknownVoxels::for_each(const Eigen::AlignedBox3d& box,
                              const std::function<void(const Eigen::Vector3d&)>& visit) {
-  const double d = octree_.resolution();
-  if (d <= 0 || box.isEmpty()) return;
-  const Eigen::Array3i low = (box.min() / d).array().floor().cast<int>(),
-                       high = (box.max() / d).array().floor().cast<int>();
-  const auto place = [](int voxel) { return voxel >= 0 ? voxel / edge : ~(~voxel / edge); };
-  for (int bz = place(low.z()); bz <= place(high.z()); ++bz)
-    for (int by = place(low.y()); by <= place(high.y()); ++by)
-      for (int bx = place(low.x()); bx <= place(high.x()); ++bx) {
-        const Block& rows = block({bx, by, bz});
-        const Eigen::Array3i first = edge * Eigen::Array3i(bx, by, bz), from = (low - first).max(0),
-                             to = (high - first).min(edge - 1);
-        const std::uint32_t wanted = ~std::uint32_t{0} >> (edge - 1 - to.x() + from.x()) << from.x();
-        for (int z = from.z(); z <= to.z(); ++z)
-          for (int y = from.y(); y <= to.y(); ++y)
-            for (std::uint32_t left = rows[static_cast<std::size_t>(z * edge + y)] & wanted; left != 0;
-                 left &= left - 1) {
-              const Eigen::Array3i in(std::countr_zero(left), y, z);
-              visit((((first + in).cast<double>() + 0.5) * d).matrix());
-            }
+  if (resolution() <= 0 || box.isEmpty()) return;
+  const Eigen::AlignedBox3i all = voxels_in(box, resolution());
+  const auto block_of = [](int voxel) { return voxel >> 5; };
+  const Eigen::Array3i first = all.min().unaryExpr(block_of), last = all.max().unaryExpr(block_of);
+  for (int z = first.z(); z <= last.z(); ++z)
+    for (int y = first.y(); y <= last.y(); ++y)
+      for (int x = first.x(); x <= last.x(); ++x) {
+        std::shared_ptr<const UnknownRows>& rows = blocks_[{x, y, z}];
+        const Eigen::Vector3i low = edge * Eigen::Vector3i(x, y, z);
+        if (!rows)
+          rows = std::make_shared<const UnknownRows>(
+              octree_, Eigen::AlignedBox3i(low, (low.array() + edge - 1).matrix()));
+        rows->for_each(all, visit);
       }
 }
 

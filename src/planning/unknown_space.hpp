@@ -2,9 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include <octosurf/occupancy.hpp>
@@ -17,6 +17,7 @@ namespace octosurf::planning {
 void for_each_unknown(const OccupancyView& octree, const Eigen::AlignedBox3d& box,
                       const std::function<void(const Eigen::Vector3d&)>& visit);
 
+class UnknownRows;
 /// The same for many boxes of one octree, with a cache of blocks.
 class UnknownVoxels {
  public:
@@ -25,12 +26,8 @@ class UnknownVoxels {
   double resolution() const { return octree_.resolution(); }
 
  private:
-  static constexpr int edge = 32;                        // voxels
-  using Block = std::array<std::uint32_t, edge * edge>;  // rows along x, by z and y
-  const Block& block(const std::array<int, 3>& place);
-
   OccupancyView octree_;
-  std::map<std::array<int, 3>, Block> blocks_;
+  std::map<std::array<int, 3>, std::shared_ptr<const UnknownRows>> blocks_;
 };
 
 }  // namespace octosurf::planning

@@ -1,8 +1,8 @@
 // Contact regions against what exact arithmetic, and the eye, says of small surfaces.
 #include "geometry/ring_check.hpp"
-#include "planning/blocked_polygon.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/exact_region.hpp"
+#include "planning/rings.hpp"
 #include "shapes.hpp"
 #include "support/painted_octree.hpp"
 #include "support/polygons.hpp"

@@ -183,29 +183,6 @@ TEST(SurfaceIndex, TakesOverWhatHasNotChanged) {
   }
 }
 
-TEST(SurfaceIndex, APoseIsLaidOnTheSurface) {
-  std::mt19937_64 random(test::seed());
-  const auto snapshot = random_map(random, 40);
-  const SurfaceIndex index(snapshot);
-  for (int round = 0; round < 50; ++round) {
-    const Eigen::Isometry3d given = pose(random_vector(random, 1), 2, random_vector(random, 8));
-    const auto snapped = index.snap(given);
-    ASSERT_TRUE(snapped);
-    const auto place = nearest(*snapshot, given.translation());
-    EXPECT_EQ(snapped->id, place->id);
-    EXPECT_NEAR((snapped->T_map_pose.translation() - place->point).norm(), 0, 1e-9);
-    EXPECT_NEAR(snapped->moved_m, place->distance, 1e-12);
-    const Eigen::Matrix3d R = snapped->T_map_pose.linear();
-    EXPECT_NEAR((R.col(2) - snapshot->find(place->id)->plane.normal).norm(), 0, 1e-12);
-    EXPECT_NEAR((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
-    EXPECT_NEAR(snapped->turned_rad, std::acos(std::clamp(R.col(2).dot(given.linear().col(2)), -1.0, 1.0)),
-                1e-6);
-    EXPECT_NEAR(snapped->turned_rad, Eigen::AngleAxisd(R * given.linear().transpose()).angle(), 1e-6)
-        << "turned further than it had to be";
-  }
-  EXPECT_FALSE(index.snap(pose({0, 0, 1}, 0, {100, 0, 0}), {}, 10));
-}
-
 TEST(SurfaceIndex, NothingFromNothingAndNonsenseIsRefused) {
   const SurfaceIndex index(std::make_shared<Snapshot>());
   EXPECT_FALSE(index.nearest({0, 0, 0}));

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -75,15 +74,15 @@ using Pairs = std::vector<std::tuple<double, std::size_t, std::size_t>>;  // cos
 /// not lead back: every step rises.
 std::vector<std::vector<std::size_t>> chains(std::size_t count, Pairs pairs) {
   std::sort(pairs.begin(), pairs.end());
-  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> next(count, none), previous(count, none);
+  const std::size_t none_yet = count;
+  std::vector<std::size_t> next(count, none_yet), previous(count, none_yet);
   for (const auto& [cost, i, k] : pairs)
-    if (next[i] == none && previous[k] == none) next[i] = k, previous[k] = i;
+    if (next[i] == none_yet && previous[k] == none_yet) next[i] = k, previous[k] = i;
   std::vector<std::vector<std::size_t>> found;
   for (std::size_t first = 0; first < count; ++first) {
-    if (previous[first] != none) continue;
+    if (previous[first] != none_yet) continue;
     std::vector<std::size_t>& chain = found.emplace_back();
-    for (std::size_t i = first; i != none; i = next[i]) chain.push_back(i);
+    for (std::size_t i = first; i != none_yet; i = next[i]) chain.push_back(i);
   }
   return found;
 }
