@@ -322,7 +322,8 @@ TEST(PlaneCovariance, OfPointsWithoutNoiseAndOfALineIsDefinite) {
   EXPECT_LT(std::sqrt(exact.covariance(0, 0)), 1e-4) << "rad";
   Moments line;
   for (int i = 0; i < 100; ++i) line.add({0.01 * i, 0, i % 2 == 0 ? 0.005 : -0.005});
-  const Eigen::Matrix3d of_line = plane_over(line, Eigen::Matrix3d::Identity(), 100).covariance;
+  const Eigen::Matrix3d of_line =
+      covariance_over(std::array{ReadingGroup{line, 100}}, Eigen::Matrix3d::Identity());
   EXPECT_EQ(of_line.llt().info(), Eigen::Success);
   EXPECT_GT(std::sqrt(of_line(2, 2)), 0.5) << "rad: nothing is known across a line";
 }

@@ -8,13 +8,8 @@
 
 namespace octosurf::geometry {
 
-/// A least-squares plane over a given frame, off = offset + slopes·(u, v), with covariance.
-struct PlaneOverFrame {
-  Eigen::Vector3d plane;       ///< offset, slope along u, slope along v
-  Eigen::Matrix3d covariance;  ///< of these; symmetric positive definite up to rounding
-};
-
-/// The normal matrix of that fit, from moments about the frame's origin. `R`: rows u, v, normal of the frame.
+/// The normal matrix of a least-squares plane over a given frame, off = offset + slopes·(u, v), from moments
+/// about the frame's origin. `R`: rows u, v, normal of the frame.
 inline Eigen::Matrix3d normal_matrix(const Moments& about, const Eigen::Matrix3d& R) {
   const Eigen::Vector3d sum = R * about.sum;
   const Eigen::Matrix3d outer = R * about.outer * R.transpose();
@@ -25,36 +20,26 @@ inline Eigen::Matrix3d normal_matrix(const Moments& about, const Eigen::Matrix3d
   return normal;
 }
 
-/// `about`: moments of `readings` points about the frame's origin, weighted by 1/σ² up to a common factor,
-/// which is estimated from the residuals. `R`: rows u, v, normal of the frame. Collinear points have a prior
-/// deviation of 1 for the slope across; points have a deviation of at least 0.1 mm, the precision of their
-/// storage.
-inline PlaneOverFrame plane_over(const Moments& about, const Eigen::Matrix3d& R, double readings) {
+/// That plane: offset, slope along u, slope along v.
+inline Eigen::Vector3d plane_over(const Moments& about, const Eigen::Matrix3d& R) {
   const Eigen::Vector3d sum = R * about.sum;
   const Eigen::Matrix3d outer = R * about.outer * R.transpose();
   Eigen::Matrix3d normal = normal_matrix(about, R);
-  const Eigen::Vector3d right(sum.z(), outer(0, 2), outer(1, 2));
   // For a few points, or collinear ones, a slope of 1 is no constraint in practice; it keeps this regular.
-  const double least = 1e-9 * about.count;
-  normal.diagonal().tail<2>().array() += least;
-  PlaneOverFrame fit;
-  fit.plane = normal.ldlt().solve(right);
-  const double left = std::max(0.0, outer(2, 2) - right.dot(fit.plane));
-  const double variance = left / std::max(1.0, readings - 3) + 1e-8;
-  normal.diagonal().tail<2>().array() += variance;
-  fit.covariance = variance * normal.inverse();
-  return fit;
+  normal.diagonal().tail<2>().array() += 1e-9 * about.count;
+  return normal.ldlt().solve(Eigen::Vector3d(sum.z(), outer(0, 2), outer(1, 2)));
 }
 
 /// Readings with consistent relative weights.
 struct ReadingGroup {
-  Moments about;  ///< as for plane_over()
+  Moments about;  ///< the frame's origin, weighted by 1/σ² up to a common factor
   double readings = 0;
 };
 
-/// Covariance of plane_over() of all groups together, with a separate scatter for each: points of a first
-/// scan and means of later ones have weights of different origin. Equal to plane_over() if they scatter
-/// alike.
+/// Covariance of plane_over() of all groups together; symmetric positive definite up to rounding. The common
+/// factor of the variances is estimated from the residuals, for each group by itself: points of a first scan
+/// and means of later ones have weights of different origin. Collinear points have a prior deviation of 1 for
+/// the slope across; points have a deviation of at least 0.1 mm, the precision of their storage.
 inline Eigen::Matrix3d covariance_over(std::span<const ReadingGroup> groups, const Eigen::Matrix3d& R) {
   Moments all, scattered;  // N, and Σ of the groups' N times their variances of unit weight
   double readings = 0;
@@ -62,7 +47,7 @@ inline Eigen::Matrix3d covariance_over(std::span<const ReadingGroup> groups, con
     all.add(group.about);
     readings += group.readings;
   }
-  const Eigen::Vector3d plane = plane_over(all, R, readings).plane;
+  const Eigen::Vector3d plane = plane_over(all, R);
   const Eigen::Vector3d along = R.transpose() * Eigen::Vector3d(-plane[1], -plane[2], 1);
   const double spent = readings / std::max(1.0, readings - 3);
   double left = 0;
