@@ -7,13 +7,14 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/algorithm/string/replace.hpp>
+#include <charconv>
 #include <cmath>
 #include <deque>
 #include <limits>
-#include <locale>
 #include <map>
 #include <set>
-#include <sstream>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -59,27 +60,19 @@ constexpr std::array<ReasonText, reason_names.size()> reason_texts{
 
 const ReasonText& text_of(Reason reason) { return reason_texts.at(static_cast<std::size_t>(reason)); }
 
-template <class Value>
-std::string text(const Value& value) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(3);
-  out << value;
-  return out.str();
-}
-
-void replace_all(std::string& sentence, std::string_view placeholder, std::string_view value) {
-  for (std::size_t at = 0; (at = sentence.find(placeholder, at)) != std::string::npos; at += value.size())
-    sentence.replace(at, placeholder.size(), value);
+std::string digits_of(double value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.begin(), text.end(), value, std::chars_format::general, 3).ptr};
 }
 
 /// The reason's sentence with its numbers and ids filled in.
 std::string sentence_of(const surfaces::Refusal& refusal) {
+  using boost::algorithm::replace_all;
   std::string sentence(text_of(refusal.reason).sentence);
-  replace_all(sentence, "{measured}", text(refusal.measured));
-  replace_all(sentence, "{limit}", text(refusal.limit));
-  replace_all(sentence, "{surface}", text(refusal.surface));
-  replace_all(sentence, "{cylinder}", text(refusal.cylinder));
+  replace_all(sentence, "{measured}", digits_of(refusal.measured));
+  replace_all(sentence, "{limit}", digits_of(refusal.limit));
+  replace_all(sentence, "{surface}", std::to_string(refusal.surface));
+  replace_all(sentence, "{cylinder}", std::to_string(refusal.cylinder));
   return sentence;
 }
 
