@@ -6,8 +6,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <cstdlib>
-#include <optional>
 #include <tsl/robin_map.h>
 #include <vector>
 
@@ -24,16 +22,6 @@ struct PlaneCell {
             static_cast<std::int32_t>(static_cast<std::uint32_t>(p >> 32))};
   }
 };
-
-/// The first cell that is wanted, ring by ring around one: `first` to `last` cells away along u or v.
-template <class Wanted>
-std::optional<PlaneCell> first_in_rings(PlaneCell from, int first, int last, Wanted&& wanted) {
-  for (int ring = first; ring <= last; ++ring)
-    for (int v = -ring; v <= ring; ++v)
-      for (int u = -ring; u <= ring; u += (std::abs(v) == ring ? 1 : 2 * ring))
-        if (const PlaneCell at{from.u + u, from.v + v}; wanted(at)) return at;
-  return {};
-}
 
 /// Occupied cells of a plane hash, cells deep inside (5 × 5 cells around them occupied), and changes of
 /// either or of content since the last take_changes(). Bit masks, 64 cells to a tile: half a byte a cell.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace octosurf::surfaces {
 
@@ -25,7 +26,11 @@ geometry::PlaneCell PlaneHash::cell_of(const Eigen::Vector3f& p) const {
 }
 
 std::optional<geometry::PlaneCell> PlaneHash::nearest(geometry::PlaneCell cell, int reach) const {
-  return geometry::first_in_rings(cell, 0, reach, [this](geometry::PlaneCell at) { return occupied(at); });
+  for (int ring = 0; ring <= reach; ++ring)
+    for (int v = -ring; v <= ring; ++v)
+      for (int u = -ring; u <= ring; u += std::abs(v) == ring ? 1 : 2 * ring)
+        if (const geometry::PlaneCell at{cell.u + u, cell.v + v}; occupied(at)) return at;
+  return {};
 }
 
 Eigen::Vector3d PlaneHash::place_of(const Eigen::Vector2d& uv) const {
