@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -67,30 +66,5 @@ inline const AlignmentRecord& record_of(const surfaces::MapState& map) {
   static const AlignmentRecord none;
   return map.alignment ? *map.alignment : none;
 }
-
-/// The part of mapper::MapChange that is alignment's; likewise all or nothing.
-class AlignmentChange {
- public:
-  explicit AlignmentChange(surfaces::MapState& map) : record_(record_of(map)), before_(record_.state) {
-    record_.patches.begin_changes();
-  }
-  AlignmentChange(const AlignmentChange&) = delete;
-  AlignmentChange& operator=(const AlignmentChange&) = delete;
-  ~AlignmentChange() {
-    static_assert(std::is_nothrow_swappable_v<AlignmentState>);
-    if (!open_) return;
-    record_.patches.roll_back();
-    std::swap(record_.state, before_);
-  }
-  void commit() noexcept {
-    record_.patches.commit();
-    open_ = false;
-  }
-
- private:
-  AlignmentRecord& record_;
-  AlignmentState before_;
-  bool open_ = true;
-};
 
 }  // namespace octosurf::alignment

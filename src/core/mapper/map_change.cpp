@@ -24,6 +24,7 @@ Eigen::Vector3d up_of_sensor(const Scan& scan, const Eigen::Isometry3d& T_map_se
 
 MapChange::Records::Records(const surfaces::MapState& state)
     : noise(state.noise),
+      alignment(alignment::record_of(state).state),
       removals(state.removals),
       queue(state.queue),
       points(state.points),
@@ -34,10 +35,14 @@ MapChange::Records::Records(const surfaces::MapState& state)
 
 // A std::deque among the members would take memory to be moved.
 static_assert(std::is_nothrow_swappable_v<RemovalLog> &&
+              std::is_nothrow_swappable_v<alignment::AlignmentState> &&
               std::is_nothrow_copy_assignable_v<sensing::NoiseModel>);
 
 void MapChange::Records::put_back(surfaces::MapState& state) noexcept {
   state.noise = noise;
+  alignment::AlignmentRecord& record = alignment::record_of(state);
+  record.patches.roll_back();
+  std::swap(record.state, alignment);
   std::swap(state.removals, removals);
   std::swap(state.queue, queue);
   state.points = points;
@@ -49,13 +54,9 @@ void MapChange::Records::put_back(surfaces::MapState& state) noexcept {
 
 MapChange::MapChange(surfaces::MapState& state, const detection::Detector& detector, Effort effort,
                      int threads)
-    : state_(state),
-      detector_(detector),
-      effort_(effort),
-      threads_(threads),
-      alignment_(state),
-      before_(state) {
-  state.cylinders.begin_changes();  // the only one that allocates
+    : state_(state), detector_(detector), effort_(effort), threads_(threads), before_(state) {
+  alignment::record_of(state).patches.begin_changes();  // makes the record, which may fail
+  state.cylinders.begin_changes();                      // the only other one that allocates
   state.surfaces.begin_changes();
   state.occupancy.begin_changes();
 }
@@ -153,7 +154,7 @@ std::vector<ScanReport> MapChange::commit() {
   state_.occupancy.commit();
   state_.surfaces.commit();
   state_.cylinders.commit();
-  alignment_.commit();
+  alignment::record_of(state_).patches.commit();
   committed_ = true;
   return std::move(reports_);
 }

@@ -60,6 +60,7 @@ class MapChange {
     void put_back(surfaces::MapState& state) noexcept;
 
     sensing::NoiseModel noise;
+    alignment::AlignmentState alignment;
     RemovalLog removals;
     surfaces::PendingQueue queue;
     std::size_t points, held;
@@ -72,7 +73,6 @@ class MapChange {
   const detection::Detector& detector_;
   Effort effort_;
   int threads_;
-  alignment::AlignmentChange alignment_;
   Records before_;
   std::vector<ScanReport> reports_;
   std::vector<std::vector<geometry::VoxelKey>> appeared_;  // of each report

@@ -274,21 +274,22 @@ ScanReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other)
   mapper::require_mergeable(state, theirs, T_map_other);
   ScanReport report;
   if (theirs.occupancy.empty()) return report;
-  const mapper::OtherMap there(theirs, T_map_other, state.parameters.occupancy);
-  report.points_out_of_map = there.points_lost();
+  std::optional<occupancy::OccupancyMap> resampled;
+  if (T_map_other.matrix() != Eigen::Matrix4d::Identity())
+    resampled = occupancy::OccupancyMap::resampled(theirs.occupancy, T_map_other, state.parameters.occupancy,
+                                                   report.points_out_of_map);
   report.points_raw = theirs.points;
   report.voxels = theirs.points;
   return impl_->change_map(
       "the other map", theirs.points, mapper::Effort::all, [&](mapper::MapChange& change) {
         mapper::Stopwatch time(change.begin(std::move(report)));
-        const occupancy::OccupancyMap::Merged merged =
-            time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
-        there.hand_over_records(state);
-        change.retract(merged.delta);
-        time(Stage::detect, [&] {
-          mapper::adopt_surfaces(change.ledger(), merged.delta.appeared,
-                                 {theirs.surfaces, T_map_other, merged.surfaces});
+        const occupancy::OccupancyMap::Merged merged = time(Stage::occupancy, [&] {
+          return state.occupancy.merge(resampled ? *resampled : theirs.occupancy);
         });
+        mapper::add_records(state, theirs, T_map_other);
+        change.retract(merged.delta);
+        time(Stage::detect,
+             [&] { mapper::adopt_surfaces(change.ledger(), merged, theirs.surfaces, T_map_other); });
       });
 }
 

@@ -52,36 +52,31 @@ void require_mergeable(const surfaces::MapState& map, const surfaces::MapState& 
   require_same("occupied", ours.occupied, theirs.occupied, hint);
 }
 
-OtherMap::OtherMap(const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other,
-                   const OccupancyParameters& parameters)
-    : other_(other), T_map_other_(T_map_other) {
-  if (T_map_other.matrix() == Eigen::Matrix4d::Identity()) return;
-  resampled_.emplace(occupancy::OccupancyMap::resampled(other.occupancy, T_map_other, parameters, lost_));
+void add_records(surfaces::MapState& map, const surfaces::MapState& other,
+                 const Eigen::Isometry3d& T_map_other) {
+  map.scans += other.scans;
+  map.held.insert(map.held.end(), other.held.begin(), other.held.end());
+  map.sensors_up += T_map_other.linear() * other.sensors_up;
+  map.noise.add(other.noise);
 }
 
-void OtherMap::hand_over_records(surfaces::MapState& map) const {
-  map.scans += other_.scans;
-  map.held.insert(map.held.end(), other_.held.begin(), other_.held.end());
-  map.sensors_up += T_map_other_.linear() * other_.sensors_up;
-  map.noise.add(other_.noise);
-}
-
-void adopt_surfaces(surfaces::Ledger& ledger, std::span<const occupancy::VoxelPoint> appeared,
-                    const ForeignSurfaces& foreign) {
+void adopt_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap::Merged& merged,
+                    const surfaces::SurfaceStore& others, const Eigen::Isometry3d& T_map_other) {
   std::map<SurfaceId, std::vector<PointId>> pending;  // by their surface in the other map
-  for (std::size_t k = 0; k < appeared.size(); ++k)
-    if (foreign.owner[k] != 0) pending[foreign.owner[k]].push_back(ledger.window.find(appeared[k].key));
+  for (std::size_t k = 0; k < merged.surfaces.size(); ++k)
+    if (const SurfaceId owner = merged.surfaces[k]; owner != 0)
+      pending[owner].push_back(ledger.window.find(merged.delta.appeared[k].key));
   const sensing::ReadingModel model(ledger.noise, ledger.grid.resolution());
   const auto fewest = static_cast<std::size_t>(ledger.parameters.min_surface_points());
   for (auto& [owner, points] : pending) {
-    const surfaces::SurfaceModel& theirs = *foreign.store.find(owner);
-    const Plane plane = moved(theirs.plane(), foreign.T_map_other);
+    const surfaces::SurfaceModel& theirs = *others.find(owner);
+    const Plane plane = moved(theirs.plane(), T_map_other);
     // Where two of the other map's points fell into one voxel here, its point may be another surface's.
     std::erase_if(points, [&](PointId i) { return !model.belongs(ledger.window[i], plane); });
     if (points.size() < fewest) continue;
     surfaces::SurfaceModel& own = ledger.create(plane, ledger.window[points.front()].position.cast<double>());
     for (const PointId i : points) ledger.give(i, own);
-    own.take_evidence(moved_evidence(theirs, foreign.T_map_other));
+    own.take_evidence(moved_evidence(theirs, T_map_other));
     ledger.changes.born.insert(own.id());
   }
 }
