@@ -58,10 +58,8 @@ Score Views::score(const Meaning& meaning, double voxels, std::vector<judgement:
   for (std::size_t i = 0; i < posed.size(); ++i)
     for (std::size_t j = i + 1; j < posed.size(); ++j) {
       if (posed[i].scan < meaning.first_session && posed[j].scan >= meaning.first_session) continue;
-      judgement::Places places;
-      auto& into = offsets == nullptr ? ignored : *offsets;
-      judgement::compare(posed[i], posed[j], tolerance, places, into);
-      judgement::compare(posed[j], posed[i], tolerance, places, into);
+      const judgement::Places places =
+          judgement::compare(posed[i], posed[j], tolerance, offsets == nullptr ? ignored : *offsets);
       score.places += places.all();
       score.apart += places.apart();
     }

@@ -59,19 +59,22 @@ bool Places::contradict() const {
   return judged() && 2 * apart() > all() && (surfaces < fewest_surfaces || off_in * off > surfaces);
 }
 
-void compare(const View& from, const View& into, const Tolerance& tolerance, Places& places,
-             std::vector<Offset>& offsets) {
+namespace {
+
+/// The samples of `from` with the points of `into`.
+void compare_one_way(const View& from, const View& into, const Tolerance& tolerance, Places& places,
+                     std::vector<Offset>& offsets) {
   const Eigen::Isometry3f T = (into.T_map_view.inverse() * from.T_map_view).cast<float>();
   const auto resolution = static_cast<float>(tolerance.resolution());
-  Beside beside;
+  Beside found;
   for (const Sample& sample : from.samples) {
     const Eigen::Vector3f p = T * sample.point;
     const float range = p.norm(), w = tolerance.at(range, sample.range), reach = search_reach * w;
     const Cell cell = cell_of(p);
     const Eigen::Vector3f normal = T.linear() * sample.normal;
     const float aside = std::max(resolution, beside_share * std::max(range, sample.range));
-    beside.offsets.clear();
-    beside.sum.setZero();
+    found.offsets.clear();
+    found.sum.setZero();
     std::size_t seen = 0;
     float nearest = std::numeric_limits<float>::infinity();
     into.around(cell, 1, [&](const Eigen::Vector3f& q) {
@@ -81,16 +84,16 @@ void compare(const View& from, const View& into, const Tolerance& tolerance, Pla
       const Eigen::Vector3f d = q - p;
       const float along = d.dot(normal);
       if (std::fabs(along) > reach || d.squaredNorm() - along * along > aside * aside) return;
-      beside.offsets.push_back(along);
-      beside.sum += q;
+      found.offsets.push_back(along);
+      found.sum += q;
     });
     if (seen < fewest_seen) continue;
-    if (beside.offsets.size() >= 2) {
-      const float off = geometry::median_of(beside.offsets);
+    if (found.offsets.size() >= 2) {
+      const float off = geometry::median_of(found.offsets);
       ++(std::fabs(off) < w ? places.agree : places.off);
       if ((places.agree + places.off) % offsets_in == 0)
         offsets.push_back(
-            offset_of(from, sample, into, beside.sum / static_cast<float>(beside.offsets.size()), off));
+            offset_of(from, sample, into, found.sum / static_cast<float>(found.offsets.size()), off));
       continue;
     }
     bool hit = false;
@@ -98,6 +101,15 @@ void compare(const View& from, const View& into, const Tolerance& tolerance, Pla
     // Behind what is seen it is hidden: that says nothing.
     if (hit && seen >= fewest_filled && range < std::sqrt(nearest) - reach) ++places.through;
   }
+}
+
+}  // namespace
+
+Places compare(const View& a, const View& b, const Tolerance& tolerance, std::vector<Offset>& offsets) {
+  Places places;
+  compare_one_way(a, b, tolerance, places, offsets);
+  compare_one_way(b, a, tolerance, places, offsets);
+  return places;
 }
 
 }  // namespace octosurf::judgement

@@ -41,9 +41,7 @@ struct Places {
   bool contradict() const;
 };
 
-/// Compares the samples of `from` with the points of `into`. Adds to the places, and of one in three how far
-/// it is off.
-void compare(const View& from, const View& into, const Tolerance& tolerance, Places& places,
-             std::vector<Offset>& offsets);
+/// Compares the samples of each with the points of the other. Adds of one in three how far it is off.
+Places compare(const View& a, const View& b, const Tolerance& tolerance, std::vector<Offset>& offsets);
 
 }  // namespace octosurf::judgement

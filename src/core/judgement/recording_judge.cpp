@@ -44,13 +44,6 @@ std::vector<const View*> chosen(std::vector<View>& kept) {
   return views;
 }
 
-Places compare_both(const View& a, const View& b, const Tolerance& tolerance, std::vector<Offset>& offsets) {
-  Places places;
-  compare(a, b, tolerance, places, offsets);
-  compare(b, a, tolerance, places, offsets);
-  return places;
-}
-
 /// A judged one.
 struct Pair {
   std::size_t before, after;  // indices of scans
@@ -67,7 +60,7 @@ std::vector<Pair> judge_pairs(const std::vector<const View*>& views, const Toler
   for (std::size_t i = 0; i < views.size(); ++i)
     for (std::size_t j = i + 1; j < views.size(); ++j) {
       const View &a = *views[i], &b = *views[j];
-      const Places places = compare_both(a, b, tolerance, offsets);
+      const Places places = compare(a, b, tolerance, offsets);
       if (!places.judged()) continue;
       const bool contradict = places.contradict();
       pairs.push_back({a.scan, b.scan, contradict});
@@ -232,7 +225,7 @@ void RecordingJudge::Impl::judge_oddities(const std::vector<const View*>& compar
     for (const View& view : views_of_kind)
       for (const View* const other : compared) {
         if (other->scan == view.scan) continue;
-        const judgement::Places places = judgement::compare_both(view, *other, tolerance, ignored);
+        const judgement::Places places = judgement::compare(view, *other, tolerance, ignored);
         alone.pairs += places.judged();
         alone.contradicting += places.contradict();
       }
