@@ -1,5 +1,6 @@
 #include "check/meaning.hpp"
 
+#include "geometry/directions.hpp"
 #include "sensing/pose_form.hpp"
 
 #include <cmath>
@@ -9,12 +10,6 @@ namespace {
 
 /// m: closer to each other than a camera resolves, readings of a frequent value are that value.
 constexpr double same_m = 1e-3;
-
-Eigen::Isometry3d interpolated(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
-  const Eigen::Vector3d position = (1 - share) * a.translation() + share * b.translation();
-  const Eigen::Quaterniond turn = Eigen::Quaterniond(a.linear()).slerp(share, Eigen::Quaterniond(b.linear()));
-  return Eigen::Translation3d(position) * turn;
-}
 
 Eigen::Isometry3d read_pose(const Meaning& meaning, const Eigen::Isometry3d& given) {
   using Rotation = Meaning::Rotation;
@@ -48,7 +43,7 @@ std::optional<Eigen::Isometry3d> Meaning::pose_of(const Recording& recording, st
   if (above_floor) return on_floor(poses[i]);
   const Eigen::Isometry3d T = read_pose(*this, poses[i].T_map_sensor);
   if (place == before) return T;
-  return interpolated(T, read_pose(*this, poses[i + 1].T_map_sensor), place - before);
+  return geometry::pose_between(T, read_pose(*this, poses[i + 1].T_map_sensor), place - before);
 }
 
 std::vector<Eigen::Vector3f> Meaning::readings_of(const Scan& scan) const {
