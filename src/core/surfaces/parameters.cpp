@@ -36,18 +36,17 @@ struct Entry {
   std::vector<std::string> choices{};                        // of a choice, in order of their values
 };
 
-template <class Group, class Value>
-Entry plain(Group Parameters::*group, Value Group::*field, Form form, ParameterInfo info) {
-  return {std::move(info), form, [=](const Parameters& p) { return static_cast<double>(p.*group.*field); },
-          [=](Parameters& p, std::optional<double> value) { p.*group.*field = static_cast<Value>(*value); }};
-}
-
-template <class Group, class Value>
-Entry choice(Group Parameters::*group, Value Group::*field, std::vector<std::string> choices,
-             ParameterInfo info) {
-  Entry entry = plain(group, field, Form::choice, std::move(info));
-  entry.choices = std::move(choices);
-  return entry;
+template <class Group, class Owner, class Value>
+Entry plain(Group group, Value Owner::*field, Form form, ParameterInfo info,
+            std::vector<std::string> choices = {}) {
+  return {std::move(info),
+          form,
+          [=](const Parameters& p) { return static_cast<double>(std::invoke(group, p).*field); },
+          [=](Parameters& p, std::optional<double> value) {
+            std::invoke(group, p).*field = static_cast<Value>(*value);
+          },
+          {},
+          std::move(choices)};
 }
 
 template <class Group, class Value>
@@ -58,16 +57,6 @@ Entry derived(Group Parameters::*group, std::optional<Value> Group::*field, Form
             p.*group.*field = value ? std::optional(static_cast<Value>(*value)) : std::nullopt;
           },
           std::move(in_force)};
-}
-
-/// Off, or auto.
-Entry automatic(bool Parameters::*field, ParameterInfo info) {
-  return {std::move(info),
-          Form::choice,
-          [=](const Parameters& p) { return static_cast<double>(p.*field); },
-          [=](Parameters& p, std::optional<double> value) { p.*field = *value != 0; },
-          {},
-          {"off", "auto"}};
 }
 
 /// A component of `up`. Components are set separately; validate() checks for a unit vector.
@@ -127,12 +116,13 @@ std::vector<Entry> make_entries() {
       plain(d, &D::detection_budget, Form::integer,
             {"detection_budget", "",
              "most pending readings segmented in a scan (a quarter of them, if that is more); 0: all"}),
-      choice(d, &D::detector, {"likelihood", "paper"},
-             {"detector", "", "likelihood, or paper: the paper's thresholds, by PCL's parts"}),
-      automatic(
-          &P::align,
-          {"align", "",
-           "auto: correct poses once surfaces seen long ago show that they drift; off: take them as given"}),
+      plain(d, &D::detector, Form::choice,
+            {"detector", "", "likelihood, or paper: the paper's thresholds, by PCL's parts"},
+            {"likelihood", "paper"}),
+      plain(std::identity(), &P::align, Form::choice,
+            {"align", "",
+             "auto: correct poses once surfaces seen long ago show that they drift; off: take them as given"},
+            {"off", "auto"}),
       component(0, {"up_x", "", "unit vector against gravity, map frame; auto: from the surfaces"}),
       component(1, {"up_y", "", "its y"}),
       component(2, {"up_z", "", "its z"}),
