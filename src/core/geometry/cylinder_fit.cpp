@@ -1,5 +1,6 @@
 #include "geometry/cylinder_fit.hpp"
 
+#include "geometry/moments.hpp"
 #include "geometry/plane_frame.hpp"
 
 #include <Eigen/Dense>
@@ -45,26 +46,14 @@ void linearise(const CylinderShape& shape, const Eigen::Matrix3d& axes,
   }
 }
 
-/// Sums over points in the plane, for line fits.
-struct Line {
-  double weight = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
-
-  void add(double px, double py, double w) {
-    weight += w;
-    x += w * px, y += w * py;
-    xx += w * px * px, xy += w * px * py, yy += w * py * py;
-  }
-  Line plus(const Line& o, double sign) const {
-    return {weight + sign * o.weight, x + sign * o.x,   y + sign * o.y,
-            xx + sign * o.xx,         xy + sign * o.xy, yy + sign * o.yy};
-  }
-  /// Weighted sum of squared distances to the best line.
-  double misfit() const {
-    if (weight <= 0) return 0;
-    const double a = xx - x * x / weight, b = xy - x * y / weight, c = yy - y * y / weight;
-    return std::max(0.0, (a + c) / 2 - std::hypot((a - c) / 2, b));
-  }
-};
+/// Weighted sum of squared distances of points in the plane z = 0 to their best line.
+double misfit_of(const Moments& m) {
+  if (m.count <= 0) return 0;
+  const double x = m.sum.x(), y = m.sum.y();
+  const double a = m.outer(0, 0) - x * x / m.count, b = m.outer(0, 1) - x * y / m.count,
+               c = m.outer(1, 1) - y * y / m.count;
+  return std::max(0.0, (a + c) / 2 - std::hypot((a - c) / 2, b));
+}
 
 /// The cross-section's points in bins of angle with prefix sums, so that the line of any arc costs O(1).
 class CrossSection {
@@ -74,23 +63,26 @@ class CrossSection {
   CrossSection(const CylinderShape& shape, const CylinderExtent& extent,
                std::span<const CylinderSample> samples) {
     const Eigen::Vector3d y = shape.axis.cross(extent.start);
-    std::array<Line, bins> of_bin;
+    std::array<Moments, bins> of_bin;
     for (const CylinderSample& s : samples) {
       const Eigen::Vector3d q = shape.from_axis(s.position);
       const double px = q.dot(extent.start), py = q.dot(y);
       double angle = std::atan2(py, px);
       if (angle < 0) angle += 2 * pi;
       const int bin = std::clamp(static_cast<int>(angle / (2 * pi) * bins), 0, bins - 1);
-      of_bin[static_cast<std::size_t>(bin)].add(px, py, 1 / (s.sigma * s.sigma));
+      of_bin[static_cast<std::size_t>(bin)].add({px, py, 0}, 1 / (s.sigma * s.sigma));
     }
-    for (std::size_t i = 0; i < bins; ++i) before_[i + 1] = before_[i].plus(of_bin[i], 1);
+    for (std::size_t i = 0; i < bins; ++i) {
+      before_[i + 1] = before_[i];
+      before_[i + 1].add(of_bin[i]);
+    }
   }
 
   /// Of bins [first, last), within one turn from the start.
   double misfit(int first, int last) const {
-    return before_[static_cast<std::size_t>(last)]
-        .plus(before_[static_cast<std::size_t>(first)], -1)
-        .misfit();
+    Moments arc = before_[static_cast<std::size_t>(last)];
+    arc.add(before_[static_cast<std::size_t>(first)], -1);
+    return misfit_of(arc);
   }
 
   /// The better of: two planes that meet anywhere, four of a quarter turn each.
@@ -103,16 +95,16 @@ class CrossSection {
       for (int first = phase; first + quarter <= bins; first += quarter)
         sum += misfit(first, first + quarter);
       // The quarter that wraps around the start.
-      const Line wrapped = before_[static_cast<std::size_t>(phase)]
-                               .plus(before_[bins], 1)
-                               .plus(before_[static_cast<std::size_t>(bins - quarter + phase)], -1);
-      best = std::min(best, sum + (phase > 0 ? wrapped.misfit() : 0));
+      Moments wrapped = before_[static_cast<std::size_t>(phase)];
+      wrapped.add(before_[bins]);
+      wrapped.add(before_[static_cast<std::size_t>(bins - quarter + phase)], -1);
+      best = std::min(best, sum + (phase > 0 ? misfit_of(wrapped) : 0));
     }
     return best;
   }
 
  private:
-  std::array<Line, bins + 1> before_;
+  std::array<Moments, bins + 1> before_;
 };
 
 }  // namespace
