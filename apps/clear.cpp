@@ -50,10 +50,9 @@ SpacePart part_of(const ClearOptions& options) {
 void run_clear(const ClearOptions& options) {
   const std::string output = options.output.empty() ? options.map : options.output;
   const SpacePart part = part_of(options);
-  make_folder_of(output);
+  require_map_writable(output, options.force);
   const InterruptGuard guard;
   const io::MapLock lock(output);
-  for (const std::string& file : files_of_map(output)) require_writable(file, options.force);
   LoadedMap loaded = load_with_warning(options.map);
   Mapper mapper(std::move(loaded.map), 1, paper_detector());
   const OccupancyView before = mapper.map().octree();

@@ -96,36 +96,22 @@ bool is_octree_of(const std::string& map, const fs::path& file) {
   return same_file(file, files_of_map(map).back());
 }
 
-/// Rejects outputs that equal each other or an input of the run, except the resumed map and its octree.
-void refuse_collisions(const MapOptions& options) {
+/// Rejects outputs that equal an input of the run, except the resumed map and its octree, or that cannot be
+/// written, before any work is done.
+void probe_map_outputs(const MapOptions& options) {
   std::vector<std::string> read = options.inputs;
   read.push_back(options.source.poses.value_or("").string());
   read.push_back(options.source.intrinsics.value_or("").string());
   read.push_back(options.parameters.config);
-  const std::vector<std::string> written = files_of_map(options.output);
-  for (const std::string& file : written)
+  for (const std::string& file : files_of_map(options.output))
     for (const std::string& input : read)
       if (fs::is_regular_file(input) && !(goes_on_in_place(options) && is_octree_of(options.resume, input)))
         require_apart("-o", file, {input});
-  const std::vector<std::string> resumed =
-      options.resume.empty() ? std::vector<std::string>{} : files_of_map(options.resume);
-  for (const auto& [option, file] :
-       {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses)}) {
-    require_apart(option, file, written);
-    require_apart(option, file, resumed);
-    require_apart(option, file, read);
-  }
-  require_apart("--write-poses", options.write_poses, {options.report});
   require_apart("--keep-scans", options.keep_scans, read);
-}
-
-/// Rejects outputs that cannot or must not be written, before any work is done.
-void probe_map_outputs(const MapOptions& options) {
-  refuse_collisions(options);
-  make_folder_of(options.output);
-  const std::vector<std::string> written = files_of_map(options.output);
-  for (const std::string& file : written) require_writable(file, options.force || goes_on_in_place(options));
-  for (const std::string& file : {options.report, options.write_poses}) require_writable(file, options.force);
+  if (!options.resume.empty())
+    for (const std::string& file : files_of_map(options.resume)) read.push_back(file);
+  require_outputs(options.output, goes_on_in_place(options), options.report, options.write_poses,
+                  options.force, read);
 }
 
 /// The map the run starts from: a saved one, an octree, or an empty one for that sensor.

@@ -178,9 +178,7 @@ void run_merge(const MergeOptions& options) {
   if (writes_over(options.first, options.second))
     throw Error(Error::Kind::usage, options.second, "is given twice, and its readings would count twice",
                 "give each map once");
-  make_folder_of(options.output);
-  const std::vector<std::string> written = files_of_map(options.output);
-  for (const std::string& file : written) require_writable(file, options.force);
+  require_map_writable(options.output, options.force);
   const InterruptGuard guard;
   const io::MapLock lock(options.output);
   LoadedMap first = load_with_warning(options.first);
@@ -213,6 +211,7 @@ void run_merge(const MergeOptions& options) {
               static_cast<std::ptrdiff_t>(surfaces.size()) - born, born);
   if (report.points_out_of_map > 0)
     std::printf("%-12s %zu points outside the octree\n", "dropped", report.points_out_of_map);
+  const std::vector<std::string> written = files_of_map(options.output);
   std::printf("%-12s %s, %s\n", "written", written[0].c_str(), written[1].c_str());
 }
 

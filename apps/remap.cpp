@@ -215,19 +215,12 @@ class Remap {
 
 /// Rejects outputs that cannot or must not be written, before any work is done.
 void probe_remap_outputs(const RemapOptions& options) {
-  const std::vector<std::string> read = files_of_map(options.map), written = files_of_map(options.output);
-  const bool in_place = writes_over(options.map, options.output);
-  for (const auto& [option, file] :
-       {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses)}) {
-    require_apart(option, file, read);
-    require_apart(option, file, written);
-    require_apart(option, file, {options.poses, options.scans});
-  }
-  require_apart("--write-poses", options.write_poses, {options.report});
-  for (const std::string& file : written) require_apart("-o", file, {options.poses, options.scans});
-  make_folder_of(options.output);
-  for (const std::string& file : written) require_writable(file, options.force || in_place);
-  for (const std::string& file : {options.report, options.write_poses}) require_writable(file, options.force);
+  for (const std::string& file : files_of_map(options.output))
+    require_apart("-o", file, {options.poses, options.scans});
+  std::vector<std::string> read = files_of_map(options.map);
+  read.insert(read.end(), {options.poses, options.scans});
+  require_outputs(options.output, writes_over(options.map, options.output), options.report,
+                  options.write_poses, options.force, read);
 }
 
 void run_remap(RemapOptions& options) {

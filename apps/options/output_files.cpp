@@ -35,17 +35,18 @@ std::vector<std::string> files_of_map(const std::string& stem) {
   return {io::file_of_map(stem, ".surfaces").string(), io::file_of_map(stem, ".bt").string()};
 }
 
-void make_folder_of(const std::string& stem) {
+void require_writable(const std::string& file, bool force) {
+  if (!file.empty()) io::NewFile(file, force).write([](std::ostream&) {});
+}
+
+void require_map_writable(const std::string& stem, bool force) {
   const fs::path folder = fs::path(stem).parent_path();
   std::error_code failure;
   if (!folder.empty()) fs::create_directories(folder, failure);
   if (failure)
     throw Error(Error::Kind::output, stem, "its folder cannot be made: " + failure.message(),
                 "choose another place for the map");
-}
-
-void require_writable(const std::string& file, bool force) {
-  if (!file.empty()) io::NewFile(file, force).write([](std::ostream&) {});
+  for (const std::string& file : files_of_map(stem)) require_writable(file, force);
 }
 
 std::string title_of(const std::string& stem) { return io::file_of_map(stem, "").filename().string(); }
@@ -65,6 +66,16 @@ void require_apart(const std::string& option, const std::string& output,
       throw Error(Error::Kind::usage, option + " " + output, "is a file of the input " + other,
                   "give another name");
   }
+}
+
+void require_outputs(const std::string& stem, bool in_place, const std::string& report,
+                     const std::string& poses, bool force, std::vector<std::string> others) {
+  for (const std::string& file : files_of_map(stem)) others.push_back(file);
+  require_apart("--report", report, others);
+  others.push_back(report);
+  require_apart("--write-poses", poses, others);
+  require_map_writable(stem, force || in_place);
+  for (const std::string& file : {report, poses}) require_writable(file, force);
 }
 
 }  // namespace octosurf
