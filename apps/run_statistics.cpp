@@ -3,7 +3,6 @@
 #include "geometry/degrees.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -61,12 +60,8 @@ Json lag_json(Lags lags) {
 }
 
 Json to_json_value(const std::string& text) {
-  if (text == "true" || text == "false") return text == "true";
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return text;
-  if (value == std::floor(value) && std::fabs(value) < 1e15) return static_cast<std::int64_t>(value);
-  return value;
+  Json value = Json::parse(text, nullptr, false);
+  return value.is_discarded() ? Json(text) : value;
 }
 
 Json parameters_object(const Parameters& parameters) {
