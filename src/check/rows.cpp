@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 namespace octosurf::check {
 namespace {
@@ -18,6 +19,18 @@ CommonParameters free_at(std::initializer_list<int> places) {
   CommonParameters free = CommonParameters::Zero();
   for (const int place : places) free[place] = 1;
   return free;
+}
+
+/// `from`, but for one field.
+template <class Field>
+Meaning with(Meaning from, Field Meaning::*field, const std::type_identity_t<Field>& value) {
+  from.*field = value;
+  return from;
+}
+
+/// Words without numbers.
+auto always(const std::string& text) {
+  return [text](const Recording&, const Meaning&) { return text; };
 }
 
 /// The 48 matrices that swap and reverse axes; those of det 1, the identity among them, first.
@@ -81,10 +94,8 @@ std::string words_of_form(const Recording&, const Meaning& meaning) {
 
 Meanings positions(const Recording&, const Meaning& from) {
   Meanings all;
-  for (std::size_t axis = 1; axis < axes().size(); ++axis) {
-    all.push_back(from);
-    all.back().position_axes = axes()[axis];
-  }
+  for (std::size_t axis = 1; axis < axes().size(); ++axis)
+    all.push_back(with(from, &Meaning::position_axes, axes()[axis]));
   return all;
 }
 
@@ -100,10 +111,7 @@ Meanings scales(const Recording&, const Meaning& from) {
   constexpr double step = 1.1, most = 1500;
   Meanings all;
   for (double scale = step; scale < most; scale *= step)
-    for (const double one : {scale, 1 / scale}) {
-      all.push_back(from);
-      all.back().pose_scale = one;
-    }
+    for (const double one : {scale, 1 / scale}) all.push_back(with(from, &Meaning::pose_scale, one));
   all.push_back(from);
   return all;
 }
@@ -121,10 +129,7 @@ std::string words_of_scale(const Recording&, const Meaning& meaning) {
 Meanings delays(const Recording&, const Meaning& from) {
   Meanings all;
   for (double late = 0.5; late <= 6; late += 0.5)
-    for (const double one : {late, -late}) {
-      all.push_back(from);
-      all.back().late = one;
-    }
+    for (const double one : {late, -late}) all.push_back(with(from, &Meaning::late, one));
   return all;
 }
 
@@ -151,10 +156,7 @@ std::string words_of_mount(const Recording&, const Meaning& meaning) {
 Meanings focals(const Recording& recording, const Meaning& from) {
   Meanings all;
   if (!recording.is_camera()) return all;
-  for (double factor = 0.5; factor < 2; factor *= 1.05) {
-    all.push_back(from);
-    all.back().focal = factor;
-  }
+  for (double factor = 0.5; factor < 2; factor *= 1.05) all.push_back(with(from, &Meaning::focal, factor));
   return all;
 }
 
@@ -163,25 +165,14 @@ std::string words_of_focal(const Recording&, const Meaning& meaning) {
 }
 
 Meanings above_floor(const Recording& recording, const Meaning& from) {
-  Meaning meaning = from;
-  meaning.above_floor = true;
-  return recording.is_planar() ? Meanings{meaning} : Meanings{};
-}
-
-std::string words_of_floor(const Recording&, const Meaning&) {
-  return "poses have one height, but the sensor moves up, down or tilts above the floor";
+  return recording.is_planar() ? Meanings{with(from, &Meaning::above_floor, true)} : Meanings{};
 }
 
 // What readings are.
 
 Meanings ranges(const Recording& recording, const Meaning& from) {
-  Meaning meaning = from;
-  meaning.reading = Meaning::Reading::range;
-  return recording.is_camera() ? Meanings{meaning} : Meanings{};
-}
-
-std::string words_of_range(const Recording&, const Meaning&) {
-  return "depth images hold distances from the camera's centre, not depths along its axis";
+  return recording.is_camera() ? Meanings{with(from, &Meaning::reading, Meaning::Reading::range)}
+                               : Meanings{};
 }
 
 /// Depths of a room from a value that falls with them, or grows ever slower.
@@ -213,19 +204,12 @@ std::string words_of_inverse_depth(const Recording&, const Meaning& meaning) {
 }
 
 Meanings in_map(const Recording&, const Meaning& from) {
-  Meaning meaning = from;
-  meaning.reading = Meaning::Reading::in_map;
-  return {meaning};
-}
-
-std::string words_of_in_map(const Recording&, const Meaning&) {
-  return "clouds lie in the map's frame already; poses say only where they were seen from";
+  return {with(from, &Meaning::reading, Meaning::Reading::in_map)};
 }
 
 Meanings without_return(const Recording& recording, const Meaning& from) {
-  Meaning meaning = from;
-  meaning.no_return = recording.most_frequent_range();
-  return meaning.no_return ? Meanings{meaning} : Meanings{};
+  const auto range = recording.most_frequent_range();
+  return range ? Meanings{with(from, &Meaning::no_return, range)} : Meanings{};
 }
 
 std::string words_of_no_return(const Recording&, const Meaning& meaning) {
@@ -234,28 +218,24 @@ std::string words_of_no_return(const Recording&, const Meaning& meaning) {
 
 // Scans.
 
+constexpr auto has_oddity = [](const auto& pose) { return pose.oddity.has_value(); };
+
 Meanings without_odd(const Recording& recording, const Meaning& from) {
-  Meaning meaning = from;
-  meaning.without_odd = true;
-  const bool any =
-      std::ranges::any_of(recording.poses(), [](const auto& pose) { return pose.oddity.has_value(); });
-  return any ? Meanings{meaning} : Meanings{};
+  return std::ranges::any_of(recording.poses(), has_oddity)
+             ? Meanings{with(from, &Meaning::without_odd, true)}
+             : Meanings{};
 }
 
 std::string words_of_odd(const Recording& recording, const Meaning&) {
-  std::size_t count = 0;
-  for (const auto& pose : recording.poses()) count += pose.oddity.has_value();
   return io::formatted(
-      "%zu of %zu scans have the readings or the pose of the one before, or the identity as pose", count,
+      "%zu of %zu scans have the readings or the pose of the one before, or the identity as pose",
+      static_cast<std::size_t>(std::ranges::count_if(recording.poses(), has_oddity)),
       recording.poses().size());
 }
 
 Meanings sessions(const Recording& recording, const Meaning& from) {
-  Meaning meaning = from;
   const auto jump = recording.jump();
-  if (!jump) return {};
-  meaning.first_session = *jump;
-  return {meaning};
+  return jump ? Meanings{with(from, &Meaning::first_session, *jump)} : Meanings{};
 }
 
 std::string words_of_sessions(const Recording& recording, const Meaning& meaning) {
@@ -287,11 +267,11 @@ const std::vector<Row>& rows() {
       {delays, words_of_delay, free_at({8})},
       {focals, words_of_focal, free_at({7})},
       {itself, words_of_mount, free_at({0, 1, 2, 3, 4, 5})},
-      {above_floor, words_of_floor},
-      {ranges, words_of_range},
+      {above_floor, always("poses have one height, but the sensor moves up, down or tilts above the floor")},
+      {ranges, always("depth images hold distances from the camera's centre, not depths along its axis")},
       {inverse_depths, words_of_inverse_depth, free_at({6})},
       {without_return, words_of_no_return},
-      {in_map, words_of_in_map},
+      {in_map, always("clouds lie in the map's frame already; poses say only where they were seen from")},
   };
   return table;
 }

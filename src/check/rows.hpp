@@ -3,6 +3,7 @@
 #include "check/meaning.hpp"
 #include "judgement/common_error.hpp"
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ struct Row {
   /// Meanings that differ from this one by it.
   std::vector<Meaning> (*alternatives)(const Recording&, const Meaning&);
   /// What it says of a recording.
-  std::string (*words)(const Recording&, const Meaning&);
+  std::function<std::string(const Recording&, const Meaning&)> words;
   /// Ones for the numbers to fit, from each alternative on.
   judgement::CommonParameters fitted = judgement::CommonParameters::Zero();
 };
