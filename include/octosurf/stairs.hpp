@@ -14,7 +14,7 @@ namespace octosurf {
 struct Step {
   SurfaceId lower = 0;     ///< surface before the edge; of several side by side, that of its widest part
   SurfaceId upper = 0;     ///< surface that the edge bounds, likewise
-  double riser_m = 0;      ///< height that a foot climbs, along up, from beside the edge's middle to behind it
+  double riser_m = 0;      ///< height that a foot climbs at the edge's middle, along up
   double width_m = 0;      ///< length of the edge
   double heading_rad = 0;  ///< when climbing, about up, as yaw in contact.hpp
   std::array<Eigen::Vector3d, 2> edge{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< left, right end
@@ -66,11 +66,11 @@ struct Stairs {
 /// 2. A step: at least 0.3 m of a surface's edge has a surface 0.10 m before it that lies 0.05 to 0.30 m
 ///    lower. One straight below (shelves) is not before it. In stairs of three risers and more up to 0.25 m
 ///    before it may be unseen, as the backs of treads are from below.
-///    Edges in one line, less than 0.10 m apart and alike in height within 25 mm, are parts of one.
+///    Edges in one line, less than 0.10 m apart and alike in height within 25 mm, are parts of one. Its
+///    riser is measured where feet stand: 0.125 m to either side, or at a shallower tread's middle.
 /// 3. A stair: two steps or more, risers within 25 mm of each other, edges one behind the other by 0.15 to
-///    0.60 m, facing alike within 50°. Two steps alone count with risers
-///    within 10 mm and treads parallel within 3°. Flights of two steps or more that share a landing are one
-///    stair.
+///    0.60 m, facing alike within 50°. Two steps alone count with risers within 10 mm and treads parallel
+///    within 3°. Flights of two steps or more that share a landing are one stair.
 /// Some µs for each 4 cm of outline. Throws Error(usage) for a direction that is zero or not finite.
 Stairs find_stairs(const Snapshot& snapshot, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ());
 

@@ -332,7 +332,8 @@ std::vector<UprightStep> find_steps(const Snapshot& snapshot, const Eigen::Vecto
         found_step.lower = {step.lower};
         found_step.upper = {step.upper};
         const Eigen::Vector2d outward(line.along.y(), -line.along.x());
-        step.riser_m = upper.height_beside(line.middle, -outward) - lower->height_beside(line.middle, outward);
+        step.riser_m =
+            upper.height_beside(line.middle, -outward) - lower->height_beside(line.middle, outward);
         for (std::size_t end = 0; end < 2; ++end) {
           // Left of the heading is against the ring's course.
           const Eigen::Vector2d at = line.middle + (end == 0 ? line.low : line.high) * line.along;
