@@ -44,7 +44,6 @@ std::vector<Method> departures_of(const Options& options) {
   const double s = Parameters::paper(ours.occupancy.resolution).surface_tolerance();
   set("s, not measured noise", {"surface_tolerance=" + std::to_string(s)});
   set("no alignment", {"align=off"});
-  set("no cylinders", {"detect_cylinders=off"});
   // Cells are at most h / 4 wide (surfaces/cells.hpp).
   if (ours.occupancy.resolution < 0.02)
     set("no coarse cells", {"max_hole_size=" + std::to_string(0.99 * ours.max_hole_size())});

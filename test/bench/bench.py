@@ -204,9 +204,8 @@ def run_app(options):
 # Speed beside OctoMap: sides whose names have the same path do the same work on the same scans.
 
 OURS = ("occupancy", "plain", "mapper", "load_map")
-SPEED_NOTE = ("Mean over a recording's scans; of three passes in random order the median ± coefficient of variation. Both sides run in one "
-              "process on the same scans, read beforehand. OctoMap's insertion: `insertPointCloud` lazy and discretised, then "
-              "`updateInnerOccupancy`, points in the map's frame.\n")
+SPEED_NOTE = ("Means over scans, in one process on the same scans read before; of three passes in random order the median ± coefficient of "
+              "variation. OctoMap's insertion: `insertPointCloud`, lazy and discretised, then `updateInnerOccupancy`.\n")
 
 
 def sides_of(rows):

@@ -297,8 +297,8 @@ SECTIONS = [
      "noise that the scans show."),
     ("Beside the paper's detector and CGAL", "paper", paper_section,
      "`ours/paper` is the paper's steps from PCL's parts. CGAL gets the centroids of all scans' voxels at once, with octosurf's tolerance, "
-     "angle and least size; its time is that of normals and planes. The same 20 scans of each recording. Bonxai and wavemap are in no "
-     "package of Debian, and convex_plane_decomposition publishes no labelled height maps: not measured."),
+     "angle and least size; its time is that of normals and planes. The same 20 scans of each recording. Not measured: Bonxai and "
+     "wavemap, convex_plane_decomposition (no package; no labelled height maps)."),
     ("The paper's Table I", "table1", table1_section,
      "In each cell the paper's figure (8 cores, mean of five runs), ours and that of the paper's detector rebuilt (all cores "
      "of this machine, mean of five seeds); *slower*: ours than the paper's. Not the paper's scenes: a tilting laser, increments "
@@ -316,8 +316,8 @@ SECTIONS = [
             "a region within 2 m": "region_2m_ms", "all ground": "all_ms"}, "ground"),
      "Medians over scans, in ms."),
     ("Labelled clouds", "labelled", labelled_section,
-     "Every method gets the same voxels; CGAL's, PCL's and Open3D's (planar patches) get the best of several settings (Open3D's: of "
-     "24), octosurf its defaults. Times hold normals and planes for them, and downsampling, occupancy and outlines as well for octosurf."),
+     "All get the same voxels; the libraries' results are the best of several settings (Open3D's: of 24), octosurf has its defaults. "
+     "Times are of normals and planes, octosurf's of everything."),
     ("A real table with things on it", "labelled", mosd_section,
      "Frames of mOSD: cover of the table's pixels, and error of its plane. *Behind what went*: a map of a folder's frames, nine scans of "
      "each, between which things were moved; the share of the table's pixels with a surface left in front."),
@@ -385,11 +385,11 @@ def document(records, commit, reasons):
              "## In short", "", markdown(["what", "result"], ten(records))]
     for title, group, section, text in SECTIONS:
         busy = [record["busy"] for name, record in records.items() if TASKS[name].group == group and TASKS[name].timed]
-        beside = f" Times beside {max(busy):.1f} busy cores." if busy and max(busy) >= 0.2 else " Times on an idle machine." * bool(busy)
-        parts += [f"## {title}", "", f"`--only {group}`. {text}{beside}", "", section(records) or f"{NONE.capitalize()}.\n"]
+        beside = f" Times beside {max(busy):.1f} busy cores." if busy and max(busy) >= 0.2 else ""
+        parts += [f"## {title}", "", f"{text}{beside}", "", section(records) or f"{NONE.capitalize()}.\n"]
     parts += ["## When and where", ""]
     for place in dict.fromkeys(f'{record["machine"]}, {record["date"]}' for record in records.values()):
-        parts.append(f"- {place}.")
+        parts.append(f"- {place}. Idle, but where a section says otherwise.")
     missing = "; ".join(f"`{name}`" + (f": {reason}" if reason != NONE else "") for name, reason in reasons.items())
     parts += [*([f"\nNot measured at this commit: {missing}."] if missing else []), ""]
     return "\n".join(parts)
