@@ -16,7 +16,7 @@
 #include <octosurf/footsteps.hpp>
 #include <octosurf/up.hpp>
 
-// Independent of the planner: boxes are tested against the octree itself, every centimetre.
+// Boxes are tested against the octree itself, every centimetre; its voxels are read as by the planner.
 
 namespace octosurf {
 namespace {
