@@ -80,7 +80,6 @@ if(OCTOSURF_BUILD_PCL OR OCTOSURF_BUILD_TESTS)
 endif()
 if(OCTOSURF_BUILD_TESTS)
   find_package(GTest REQUIRED)                         # test
-  find_package(fastcdr REQUIRED)                       # test/io: ROS 2 messages, as others read them
   octosurf_pcl_target(octosurf_pcl_io common io)       # test/io: what reads and wrote PCD and PLY files; test/adapters
 endif()
 if(OCTOSURF_BUILD_EXAMPLES)
