@@ -34,8 +34,8 @@ std::vector<PointNormal> mls_normals(const Points& points, double radius);
 std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
                                     double radius);
 
-/// pcl::SACSegmentation, RANSAC of `ransac_iterations`, plain plane model, constant seed. Normal of either
-/// sign.
+/// pcl::RandomSampleConsensus of pcl::SampleConsensusModelPlane, `ransac_iterations`, constant seed, and the
+/// least-squares plane of its inliers. Normal of either sign.
 struct PlaneFit {
   Plane plane;
   Indices inliers;  ///< ascending; empty if no plane was found

@@ -14,8 +14,8 @@ namespace octosurf {
 /// 1. Add inliers: new points within s of a plane and inside the surface's polygon, largest surface first.
 /// 2. Expand: new points within h of a boundary and s of its plane, repeatedly.
 /// 3. Detect, among all remaining points: pcl::RadiusOutlierRemoval (2 within r), pcl::MovingLeastSquares of
-///    degree 1 (r, r²), pcl::RegionGrowing (r, 30°, curvature 0.05), pcl::SACSegmentation (RANSAC, s, 200
-///    trials), pcl::EuclideanClusterExtraction (h); more than n points each time.
+///    degree 1 (r, r²), pcl::RegionGrowing (r, 30°, curvature 0.05), pcl::RandomSampleConsensus (plane, s,
+///    200 trials), pcl::EuclideanClusterExtraction (h); more than n points each time.
 ///
 /// Planes are not refitted, and surfaces never merge. Removal, resuming, explain() and all later stages equal
 /// the default detector's, except that outlines use the inliers alone. Equal scans give equal bytes. The
