@@ -21,10 +21,10 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 ///
 /// 1. A point must fit every plane within two standard deviations of the surface's.
 /// 2. Expansion does not cross a surface at an angle, nor a gap in which readings lie off the plane.
-/// 3. A piece beyond a gap needs at least five points, and most of the points beside it, of other surfaces
-///    too, must fit the plane: else another plane passes there.
-/// 4. Each connected piece that a surface gains is one patch. It stays pending unless one plane is likelier
-///    than two (log_same). The boundary prior is not used: it would favour anything in contact.
+/// 3. A piece beyond a gap needs at least five points, and more than there are points beside it that do not
+///    fit the plane or have another surface: else another plane passes there.
+/// 4. Each connected piece of five points or more that a surface gains is one patch. It stays pending unless
+///    one plane is likelier than two (log_same), without the boundary prior, which favours any contact.
 /// 5. All points of a round are decided before any is assigned. Pieces beyond gaps are claimed one by one, in
 ///    the order of their keys; points of a piece that failed are not tried with other surfaces in that round.
 /// Cost: `fresh`, and the points within h of it and of what is gained.

@@ -60,7 +60,7 @@ class Expansion {
   /// The same of those that end beyond a gap: `nearest` has one cell for each.
   SurfaceId surface_across(PointId i, const std::vector<RimCell>& nearest);
   /// Connected pending points around `seed` that fit the surface, if there are enough to contradict it, and
-  /// most of the points that they touch fit, too: else they are where another plane passes.
+  /// more than the points beside them that do not fit or have another surface: another plane passes there.
   std::vector<PointId> piece_of(PointId seed, SurfaceId id, occupancy::PointSet& looked_at);
   /// In key order, so that sums are rounded the same; without pieces that are not one plane with their
   /// surface.
