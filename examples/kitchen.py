@@ -46,7 +46,7 @@ octree = octosurf_map.octree()
 region = octosurf.contact_region(floor, robot.foot, limits=robot.contact, octree=octree)
 places = np.concatenate([floor.to_map(part.outer) for part in region.polygons] or [np.empty((0, 3))])
 
-# %% A plan, and a judge of it that knows nothing of the planner's tables.
+# %% A plan, and a check of it without the planner's tables.
 plan = None
 if len(places) > 1:
     distances = np.linalg.norm(places[:, None] - places[None], axis=-1)

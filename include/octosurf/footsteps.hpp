@@ -222,8 +222,8 @@ class FootstepPlanner {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Checks every step of a biped's or quadruped's plan independently, with foothold(), the step limits and the
-/// octree, without the planner's tables. Returns one sentence per violation; empty if the plan is valid.
+/// Checks every step of a biped's or quadruped's plan without the planner's tables, by foothold(), the step
+/// limits and boxes in the octree, whose voxels are read as by the planner. Returns a sentence per violation.
 std::vector<std::string> verify_plan(const FootstepPlan& plan, const Snapshot& snapshot,
                                      const OccupancyView& octree, const Robot& robot);
 

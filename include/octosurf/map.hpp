@@ -49,7 +49,7 @@ class Map {
 
   /// Size of the map.
   struct Size {
-    std::size_t nodes = 0;       ///< of the octree, as OctoMap counts them
+    std::size_t nodes = 0;       ///< of the octree; some more than OctoMap's: cubes with points stay divided
     std::size_t leaves = 0;      ///< likewise
     std::size_t bytes = 0;       ///< of memory, octree
     std::size_t points = 0;      ///< occupied voxels with a point
@@ -81,10 +81,10 @@ struct KeptScans {
 };
 
 /// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that is synced
-/// and renamed: after a failure or crash either the old or the new files exist. A .bt there that was not
-/// saved with the map, such as one that another tool has edited, is kept as `stem`.edited.bt. Throws
-/// Error(output), and Error(incomplete) for an incomplete map. The file records the location of the map's
-/// `scans`, relative to itself if possible; by default they are not kept.
+/// and renamed: after a failure or crash either the old or the new files exist. A .bt that was not saved with
+/// the .surfaces beside it, such as one that another tool has edited, is kept as `stem`.edited.bt; without a
+/// readable .surfaces it is overwritten. Throws Error(output), and Error(incomplete) for an incomplete map.
+/// The file records the location of the map's `scans`, relative to itself if possible; by default none.
 void save_map(const Map& map, const std::filesystem::path& stem, const KeptScans& scans = {});
 
 /// Result of load_map().

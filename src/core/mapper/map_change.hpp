@@ -26,9 +26,8 @@ void update_surfaces(surfaces::Ledger& ledger, const detection::Detector& detect
 
 /// One change of a map, all or nothing: by a scan, by several scans, or by another cause. From construction
 /// on the previous state is recorded, at a cost that follows the writes: copies of the octree's chunks and of
-/// the surfaces' planes and sums, not of their points. Without commit() the destructor restores it.
-///
-/// One at a time for a map.
+/// the surfaces' planes and sums, not of their points; and of the queue. Without commit() the destructor
+/// restores it. One at a time for a map.
 class MapChange {
  public:
   /// `effort`: of each update.

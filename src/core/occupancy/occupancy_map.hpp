@@ -148,7 +148,7 @@ class OccupancyMap {
   void for_each_point(const std::function<void(const VoxelPoint&)>& visit) const;
 
   struct Size {
-    std::size_t nodes = 0, leaves = 0;  ///< of the same tree in OctoMap
+    std::size_t nodes = 0, leaves = 0;  ///< some more than in OctoMap: cubes with points stay divided
     std::size_t bytes = 0;              ///< without reserves
   };
   Size size() const;

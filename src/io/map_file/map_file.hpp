@@ -34,9 +34,9 @@ namespace octosurf::io {
 // resolution. An inner node's log-odds is the largest of its children's. A map without any voxel has
 // no chunk. A surface's inliers are the points that carry its id; that is the only place they are in.
 //
-// Maps outlive versions: protobuf's numbered fields allow additions, and parameters are stored by name. Maps
-// may be untrusted: lengths, counts and what the stream decompresses to are checked before allocation, and
-// every number is. The octree is raw bytes, because a message per node would take ten times its size.
+// Protobuf's numbered fields allow additions, and parameters are stored by name; other versions are refused.
+// Maps may be untrusted: lengths, counts and what the stream decompresses to are checked before allocation,
+// and every number is. The octree is raw bytes, because a message per node would take ten times its size.
 
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
 inline constexpr std::uint32_t map_file_version = 7;
