@@ -1,34 +1,36 @@
 # Debian/Ubuntu packages only; each with what it is used for and where. What makes the wheel: pyproject.toml and
 # test/peers/requirements-wheel.txt.
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
-find_package(Threads REQUIRED)                         # src/core/mapper, apps
-set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL asks for Boost by a module that CMake gives up
-# src/core/geometry: triangulation; lab, test/planning: arrangements (GPL parts)
+find_package(Threads REQUIRED)                         # src/core, src/check, apps
+set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL finds Boost by a module that CMake gives up
+# src/core/geometry: triangulation, polyline simplification; lab: arrangements; test: Boolean operations, the twin of
+# outlines; test/bench: detection of shapes (GPL parts)
 find_package(CGAL REQUIRED)
-# everywhere, headers: geometry, container, crc; src/planning: polygon; apps/serve: beast, for HTTP
+# Headers. src/core: container, crc, string algorithms; src/planning: container, polygon; src/footsteps: container; src/io:
+# archive iterators, mp11; apps/serve: asio and beast, for HTTP; lab, test: geometry; bindings: preprocessor
 find_package(Boost REQUIRED CONFIG)
-find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
+find_package(tsl-robin-map REQUIRED)                   # src/core, src/footsteps: hash maps
 if(OCTOSURF_BUILD_IO)
-  find_package(nlohmann_json REQUIRED)                   # src/io, lab: JSON
+  find_package(nlohmann_json REQUIRED)                   # src/io, apps, lab: JSON
   find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema, messages in .mcap
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(lzf REQUIRED IMPORTED_TARGET liblzf)  # src/io: compressed PCD
-  pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, lab: 16-bit PNG
-  pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: the stream inside .surfaces
-  find_package(ZLIB REQUIRED)                            # src/io: maps inside a page, check sums of bags
+  pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, lab: PNG
+  pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: .surfaces, .mcap, bags
+  find_package(ZLIB REQUIRED)                            # src/io: maps inside a page, check sums
   pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)  # src/io: bags
   find_package(BZip2 REQUIRED)                           # src/io: bags of ROS 1
   find_package(SQLite3 REQUIRED)                         # src/io: bags of ROS 2
 endif()
 if(OCTOSURF_BUILD_APPS OR OCTOSURF_BUILD_TESTS)
-  find_package(assimp REQUIRED)                        # lab: terrain meshes
+  find_package(assimp REQUIRED)                        # lab: terrain meshes; test/io: what export wrote
   find_package(embree 4 QUIET)                         # lab: ray casting
   if(NOT embree_FOUND)
     find_package(embree 3 REQUIRED)
   endif()
 endif()
 if(OCTOSURF_BUILD_APPS)
-  find_package(CLI11 REQUIRED)                         # apps: the command line
+  find_package(CLI11 REQUIRED)                         # apps, lab: command lines
 endif()
 find_package(octomap QUIET)
 if(OCTOSURF_BUILD_OCTOMAP STREQUAL AUTO)
@@ -38,7 +40,7 @@ if(OCTOSURF_BUILD_OCTOMAP STREQUAL AUTO)
   endif()
 endif()
 if(OCTOSURF_BUILD_OCTOMAP)
-  # src/octomap; examples: collision checks; test: the twin of the octree. OctoMap hands out variables; as a target its
+  # src/octomap, adapters, apps: octomap::OcTree; test: the twin of the octree. OctoMap hands out variables; as a target its
   # headers are system headers.
   find_package(octomap REQUIRED)
   add_library(octosurf_liboctomap INTERFACE)
@@ -46,8 +48,8 @@ if(OCTOSURF_BUILD_OCTOMAP)
   target_link_libraries(octosurf_liboctomap INTERFACE ${OCTOMAP_LIBRARIES})
   target_compile_definitions(octosurf_liboctomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
 endif()
-# src/pcl: the paper's detector. Not by find_package(PCL): that one pulls in VTK, Qt and MPI, which none of the parts
-# used here needs.
+# src/pcl: the paper's detector; adapters; test/bench: planes. Not by find_package(PCL): that one pulls in VTK, Qt and MPI,
+# which none of the parts used here needs.
 find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12)
 if(OCTOSURF_BUILD_PCL STREQUAL AUTO)
   set(OCTOSURF_BUILD_PCL OFF)
@@ -80,7 +82,7 @@ if(OCTOSURF_BUILD_PCL OR OCTOSURF_BUILD_TESTS)
 endif()
 if(OCTOSURF_BUILD_TESTS)
   find_package(GTest REQUIRED)                         # test
-  octosurf_pcl_target(octosurf_pcl_io common io)       # test/io: what reads and wrote PCD and PLY files; test/adapters
+  octosurf_pcl_target(octosurf_pcl_io common io)       # test, lab/test: PCD and PLY files, adapters/pcl.hpp
 endif()
 if(OCTOSURF_BUILD_EXAMPLES)
   pkg_check_modules(cbc IMPORTED_TARGET cbc)           # examples: mixed-integer programmes
