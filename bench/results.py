@@ -284,7 +284,7 @@ SECTIONS = [
      "of a recording. *Unsafe*: area more than 1.5 d, at least 2 cm, off what is there, or 30° aslant. Errors are of correct faces. *Seen "
      "well*: faces with readings in n voxels or more, most of them connected over gaps of at most h in a piece 8 cm wide."),
     ("Terrain meshes", "terrain", accuracy_section("terrain", "generated"),
-     "Meshes that planners use, and exact steps, stairs, gaps, overhangs and rooms by `test/bench/terrains.py`, seen by a depth camera "
+     "Meshes that planners use, and exact steps, stairs, gaps, overhangs and rooms by `bench/terrains.py`, seen by a depth camera "
      "on a walking robot."),
     ("The same twice", "repeatability",
      table({"recording": "recording", "d": "resolution", "both saw, m²": "both_saw_m2", "agreeing": "agreeing",

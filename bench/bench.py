@@ -12,12 +12,12 @@ import tempfile
 import terrains
 
 GENERATED = tempfile.TemporaryDirectory(prefix="octosurf-terrains-")
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared/data"
 KITCHEN = DATA / "rgbd_7scenes_redkitchen"
 HALL = DATA / "lidar_hall_live"
 OUTSIDE_PROGRAM = pathlib.Path(__file__).with_name("outside.py")
-PROGRAM = ROOT / "build/release/test/bench/octosurf_bench"
+PROGRAM = ROOT / "build/release/bench/octosurf_bench"
 APP = ROOT / "build/release/bin/octosurf"
 
 

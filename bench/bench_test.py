@@ -13,7 +13,7 @@ import unittest
 import bench
 import results
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = pathlib.Path(__file__).resolve().parents[1]
 
 
 def accuracy_row(scene, seed, correct):
