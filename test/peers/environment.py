@@ -2,6 +2,8 @@
 
 environment.py FOLDER REQUIREMENTS            makes it, unless it is one of these requirements already
 environment.py FOLDER REQUIREMENTS TEST...    runs unittest TEST...
+environment.py FOLDER REQUIREMENTS FILE.py ARGUMENT...
+                                              runs FILE.py with the environment's programs, or without if there is none
 
 What cannot be had (venv, index, a wheel) is named, and the test is skipped: exit code 77."""
 import os
@@ -40,6 +42,10 @@ def make():
 
 if len(sys.argv) == 3:
     make()
+elif sys.argv[3].endswith(".py"):
+    os.environ["PATH"] = f"{folder / 'bin'}:{os.environ['PATH']}"
+    program = python if made.exists() else sys.executable
+    os.execv(program, [program, "-B", *sys.argv[3:]])
 elif made.exists():
     os.execv(python, [python, "-B", "-m", "unittest", *sys.argv[3:]])
 else:
