@@ -32,10 +32,24 @@ install(FILES ${PROJECT_BINARY_DIR}/octosurf-config.cmake ${PROJECT_BINARY_DIR}/
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 if(OCTOSURF_BUILD_APPS)
-  install(TARGETS octosurf_app OPTIONAL)
-  install(CODE "
-    if(NOT EXISTS \"$<TARGET_FILE:octosurf_app>\")
-      message(STATUS \"Not built, so not installed: the command octosurf\")
-    endif()")
+  install(TARGETS octosurf_app octosurf_lab_app OPTIONAL)
+  foreach(program octosurf octosurf_lab)
+    install(CODE "
+      if(NOT EXISTS \"$<TARGET_FILE:${program}_app>\")
+        message(STATUS \"Not built, so not installed: the command $<TARGET_FILE_NAME:${program}_app>\")
+      endif()")
+  endforeach()
+  install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/octosurf USE_SOURCE_PERMISSIONS PATTERN __pycache__ EXCLUDE)
   install(DIRECTORY workflow DESTINATION ${CMAKE_INSTALL_DATADIR}/octosurf USE_SOURCE_PERMISSIONS)
 endif()
+
+# All that ./dev package packs.
+add_custom_target(octosurf_package)
+foreach(target octosurf_app octosurf_lab_app octosurf_python)
+  if(TARGET ${target})
+    add_dependencies(octosurf_package ${target})
+  endif()
+endforeach()
+foreach(component ${components})
+  add_dependencies(octosurf_package octosurf_component_${component})
+endforeach()

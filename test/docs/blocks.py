@@ -9,7 +9,8 @@
 What a fence is called decides: ```cpp is a program, or functions and types with what they include; ```sh is run by
 bash, ```python by python3, ```cmake configured as a CMakeLists.txt against the installed package; ```text and ```json
 are for reading. In the folder of a document are the repository's `maps` and `examples`; PATH has octosurf, PYTHONPATH
-the module. All blocks of a document share folder and shell. Comments before a block, which readers do not see:
+the module. All blocks of a document share folder and shell. Without a build (OCTOSURF_BUILD) octosurf is installed: programs
+that are files are built by the ```cmake block before them. Comments before a block, which readers do not see:
 
   <!-- setup COMMANDS -->   run before it
   <!-- check CODE -->      C++ that is compiled behind it: what makes use of a template, say
@@ -131,7 +132,7 @@ def missing(names):
 
 def script_of(document, blocks, folder):
     """One bash script; what block i prints goes to the file i.out."""
-    script = ["set -euo pipefail"]
+    script, installed, built = ["set -euo pipefail"], "OCTOSURF_BUILD" not in os.environ, None
     for i, block in enumerate(blocks):
         script.append(f"exec >'{folder}/{i}.out' 2>&1")
         if "needs" in block.notes and (lacking := missing(block.notes["needs"])):
@@ -147,7 +148,8 @@ def script_of(document, blocks, folder):
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(block.code, encoding="utf-8")
             if block.language == "cpp" and block.program():
-                script.append(f"\"$DOCS_CPP\" '{name_of(document)}:{block.line}'")
+                script.append(f"cmake --build '{built}' >'{folder}/build.out' 2>&1; '{built}/{file.stem}'" if installed else
+                              f"\"$DOCS_CPP\" '{name_of(document)}:{block.line}'")
         elif "not run:" in block.notes:
             script.append("echo " + shlex.quote("not run: " + block.notes["not run:"]))
         elif block.language == "sh":
@@ -159,8 +161,10 @@ def script_of(document, blocks, folder):
             script.append(f"\"$DOCS_CPP\" '{name_of(document)}:{block.line}'")
         elif block.language == "cmake":
             (folder / "work/CMakeLists.txt").write_text(block.code, encoding="utf-8")
-            script += [f"cmake --install \"$OCTOSURF_BUILD\" --prefix '{folder}/prefix' >'{folder}/install.out' 2>&1",
-                       f"cmake -S . -B '{folder}/{i}' -DCMAKE_PREFIX_PATH='{folder}/prefix'"]
+            built = folder / str(i)
+            script += [f"cmake -S . -B '{built}'"] if installed else [
+                       f"cmake --install \"$OCTOSURF_BUILD\" --prefix '{folder}/prefix' >'{folder}/install.out' 2>&1",
+                       f"cmake -S . -B '{built}' -DCMAKE_PREFIX_PATH='{folder}/prefix'"]
     return "\n".join(script) + "\n"
 
 
