@@ -31,11 +31,12 @@ class Browser {
   listeners = [];
   number = 0;
 
-  constructor(program) {
+  /** @param {string[]} graphics how it draws in 3-D, or that it does not */
+  constructor(program, graphics) {
     this.home = mkdtempSync(join(tmpdir(), 'octosurf-page-'));
     const options = ['--headless=new', '--remote-debugging-pipe', `--user-data-dir=${this.home}`, '--no-first-run',
-      '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--hide-scrollbars',
-      '--force-color-profile=srgb', '--disable-extensions', '--disable-background-networking', '--no-proxy-server'];
+      ...graphics, '--hide-scrollbars', '--force-color-profile=srgb', '--disable-extensions',
+      '--disable-background-networking', '--no-proxy-server'];
     if (process.getuid() === 0) options.push('--no-sandbox');
     this.process = spawn(program, [...options, 'about:blank'], { stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'] });
     this.gone = new Promise((resolve) => this.process.once('exit', resolve));
@@ -233,10 +234,12 @@ class Page {
   }
 }
 
+const byProcessor = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+
 /** Calls the tests one after the other with a browser and a folder. */
-export async function runInBrowser(tests) {
+export async function runInBrowser(tests, graphics = byProcessor) {
   const program = chromium() ?? skip('no Chromium');
-  const browser = new Browser(program), folder = mkdtempSync(join(tmpdir(), 'octosurf-page-'));
+  const browser = new Browser(program, graphics), folder = mkdtempSync(join(tmpdir(), 'octosurf-page-'));
   try {
     for (const test of tests) {
       const begin = performance.now();

@@ -24,6 +24,7 @@ const colorAt = async (page, at) => (await page.colors([at]))[0];
 
 async function lookAround(page) {
   assert.equal(await page.value('window.injected'), undefined, 'a map\'s name is text');
+  assert.equal(await page.visible('#undrawn'), false);
   assert.match(await page.text('#summary'), /\d+ surfaces/);
   assert.equal(await page.value('document.getElementById("layer-voxels").checked'), false);
   const [at, far] = [await onSurface(page, [5, 2.4, 0], 2), await onSurface(page, [1, 2.9, 0], 2)];
@@ -154,6 +155,18 @@ async function nothing(browser) {
   assert.deepEqual(page.errors, []);
 }
 
+/** In a browser that cannot draw it: the page says so, and its lists and numbers are there. */
+async function withoutWebGL(browser) {
+  const page = await browser.open(join(folder, 'room.html'), { width: 390, height: 800 });
+  assert.ok(await page.visible('#undrawn'));
+  assert.match(await page.text('#undrawn'), /WebGL is off or missing.*--png/s);
+  assert.match(await page.text('#summary'), /\d+ surfaces/);
+  await page.press('#fold');
+  assert.equal(await page.visible('#fit'), false, 'no button is there that does nothing');
+  await page.press('#layer-voxels');
+  assert.match(await page.text('#legend'), /height .*stair \d+: /s);
+}
+
 /** Runs the command; calls `visit` with its address once it serves, then ends it. */
 async function serving(words, visit) {
   const run = spawn(command, words);
@@ -221,3 +234,4 @@ async function followsTheMap(browser, folder) {
 }
 
 await runInBrowser([aRoom, aLyingMap, onATelephone, manyVoxels, nothing, ...(command ? [followsTheMap] : [])]);
+await runInBrowser([withoutWebGL], ['--disable-3d-apis']);

@@ -13,9 +13,13 @@ export class View {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
-    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    try {
+      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+      this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
+      this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    } catch {
+      canvas.hidden = true;  // the page says why in its place
+    }
     this.scene = new THREE.Scene();
     this.root = new THREE.Group();
     this.scene.add(this.root);
@@ -77,6 +81,7 @@ export class View {
   draw(now) {
     this.frameMs = this.moving && this.lastFrame !== undefined ? now - this.lastFrame : 0;
     this.lastFrame = this.moving ? now : undefined;
+    if (!this.renderer) return;
     this.camera.updateMatrixWorld();
     this.root.updateMatrixWorld();
     for (const call of this.beforePicture) call(this.moving, this.frameMs);
