@@ -129,6 +129,49 @@ async function onATelephone(browser) {
   assert.deepEqual(page.errors, []);
 }
 
+/** The whole map fills most of what the panel leaves free, in any window, until the camera is moved. */
+async function fitsTheWindow(browser) {
+  const fits = async (page, [width, height]) => {
+    const { x, y, left, top } = await page.value(`(() => {
+      const seen = page.map.surfaces.flatMap(({ origin, axes: [a, b], u, v }) => Array.from(u, (_, i) =>
+        page.view.project(origin.map((one, k) => one + a[k] * u[i] + b[k] * v[i]))));
+      const { right, bottom } = document.getElementById('panel').getBoundingClientRect(), narrow = innerWidth <= 640;
+      const beside = !narrow && document.getElementById('panel-body').checkVisibility();
+      return { x: seen.map((at) => at.x), y: seen.map((at) => at.y), left: beside ? right : 0, top: narrow ? bottom : 0 };
+    })()`);
+    const spans = [[x, left, width], [y, top, height]].map(([at, from, to]) =>
+      [Math.min(...at), Math.max(...at)].map((one) => (one - from) / (to - from)));
+    const which = `${width} × ${height}: ${JSON.stringify(spans)}`;
+    assert.ok(spans.every(([low, high]) => low >= 0 && high <= 1), `the whole map is in ${which}`);
+    assert.ok(spans.every(([low, high]) => Math.abs(low + high - 1) < 0.05), `it is in the middle of ${which}`);
+    assert.ok(Math.max(...spans.map(([low, high]) => high - low)) > 0.85, `it fills ${which}`);
+  };
+  const resize = async (page, [width, height]) => {
+    await page.session.send('Emulation.setDeviceMetricsOverride', { width, height, deviceScaleFactor: 1, mobile: false });
+    await page.until(`page.view.canvas.clientWidth === ${width}`);
+    await page.settled();
+  };
+  const desk = [1280, 800], telephone = [390, 800], tablet = [640, 500], wide = [1920, 600];
+  for (const [name, first, ...then] of [['room', desk, telephone, wide], ['lying', telephone, desk, tablet], ['hills', wide, telephone]]) {
+    const page = await browser.open(join(folder, `${name}.html`), { width: first[0], height: first[1] });
+    await fits(page, first);
+    if (name === 'room') {  // what is small counts little, however many of it there are
+      await page.value('page.map.surfaces.push(...Array(2000).fill({ ...page.map.surfaces.at(-1), area_m2: 1e-3 }))');
+      await page.value('page.stage.mapChanged(), page.fit(), null');
+      await fits(page, first);
+    }
+    for (const size of then) {
+      await resize(page, size);
+      await fits(page, size);
+    }
+    await page.drag([350, 450], [380, 470]);
+    const eye = await page.value('page.view.eye.toArray()');
+    await resize(page, first);
+    assert.deepEqual(await page.value('page.view.eye.toArray()'), eye, 'a camera that was moved stays');
+    assert.deepEqual(page.errors, []);
+  }
+}
+
 /** Many voxels: drawn coarser while the camera moves, whole at rest; a page that is limited says what it left out. */
 async function manyVoxels(browser) {
   const page = await browser.open(join(folder, 'hills.html'));
@@ -233,5 +276,5 @@ async function followsTheMap(browser, folder) {
   });
 }
 
-await runInBrowser([aRoom, aLyingMap, onATelephone, manyVoxels, nothing, ...(command ? [followsTheMap] : [])]);
+await runInBrowser([aRoom, aLyingMap, onATelephone, fitsTheWindow, manyVoxels, nothing, ...(command ? [followsTheMap] : [])]);
 await runInBrowser([withoutWebGL], ['--disable-3d-apis']);

@@ -35,13 +35,13 @@ async function readMap() {
 class Page {
   constructor(map) {
     this.map = map;
-    this.view = new View(byId('view'));
+    this.view = new View(byId('view'), () => this.panel?.taken ?? [0, 0]);
     this.stage = new Stage(this.view, map);
     this.highlight = new Highlight(this.view);
     this.measure = new Measure(this.view, this.highlight);
-    this.panel = new Panel(this.stage, () => this.view.setInset(this.panel.width), (up) => this.turn(up));
+    this.panel = new Panel(this.stage, () => this.view.resize(), (up) => this.turn(up));
     this.panel.update();
-    this.view.setInset(this.panel.width);
+    this.view.resize();
     this.fit();
     this.wasEmpty = map.surfaces.length === 0;
     this.bind();
@@ -79,7 +79,7 @@ class Page {
     this.fit();
   }
 
-  fit(from = obliquely) { this.view.fit(this.stage.extent, from); }
+  fit(from = obliquely) { this.view.fit(from); }
 
   clear() {
     this.select(null);

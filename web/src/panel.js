@@ -56,7 +56,7 @@ export class Panel {
       this.fold();
       folded();
     });
-    if (window.innerWidth < 640) this.fold();
+    if (window.innerWidth <= 640) this.fold();
   }
 
   fold() {
@@ -66,9 +66,10 @@ export class Panel {
     button.setAttribute('aria-expanded', String(!body.hidden));
   }
 
-  /** Pixels that it takes from the left of the view; none where it lies across, or is folded. */
-  get width() {
-    return window.innerWidth < 640 || byId('panel-body').hidden ? 0 : byId('panel').getBoundingClientRect().right;
+  /** Pixels that it takes from the left of the view, or from above where it lies across. */
+  get taken() {
+    const { right, bottom } = byId('panel').getBoundingClientRect();
+    return window.innerWidth <= 640 ? [0, bottom] : [byId('panel-body').hidden ? 0 : right, 0];
   }
 
   /** Everything that depends on the map or on what is switched on. */

@@ -5,39 +5,42 @@ import { dispose } from './highlight.js';
 import { layers } from './layers/index.js';
 import { orient } from './up.js';
 
-const samplesPerArea = 40;  // a m²
+const mostSamples = 20000, samplesPerArea = 40;  // in all; a m²
+const around = 0.15;  // of the diagonal of what is no stray; as in src/io/exporters/picture.cpp
 // A frame's time: less is drawn above the one, more below the other; and how much, in points, first and at least. A
 // graphics card draws a million voxels in that time, a processor in its place ten thousand.
 const smoothMs = 33, quickMs = 24, firstPoints = 8000, leastPoints = 2000, mostPoints = 1e9;
 
-/** Places on the map, as many as it has area there; without surfaces, voxels. */
-function samplesOf({ surfaces, voxels }) {
+/** Vertices of the surfaces, so many of each, the same several times where it has fewer; without surfaces, voxels. */
+function samplesOf({ surfaces, voxels }, countOf) {
   const places = [];
   for (const surface of surfaces) {
-    const count = Math.min(surface.u.length, Math.max(4, Math.round(samplesPerArea * surface.area_m2)));
+    const count = countOf(surface);
     for (let i = 0; i < count; ++i) {
       const vertex = Math.floor(i * surface.u.length / count);
       places.push(onSurface(surface, surface.u[vertex], surface.v[vertex]));
     }
   }
   if (places.length === 0 && voxels) {
-    for (let i = 0; i < voxels.count; i += Math.ceil(voxels.count / 20000))
+    for (let i = 0; i < voxels.count; i += Math.ceil(voxels.count / mostSamples))
       places.push([voxels.x[i], voxels.y[i], voxels.z[i]].map((cell, k) => voxels.low[k] + cell * voxels.size));
   }
   if (places.length === 0) places.push([-1, -1, -1], [1, 1, 1]);
   return places;
 }
 
-/** Upright, without the strays: 1 to 99 % of the map. */
-function extentOf(map, rotation) {
-  const upright = samplesOf(map).map((place) => new THREE.Vector3(...place).applyQuaternion(rotation));
-  const box = new THREE.Box3();
+/** The map's places, upright, without the strays: those far from 1 to 99 % of it. */
+function placesOf(map, rotation) {
+  const upright = (countOf) => samplesOf(map, countOf).map((place) => new THREE.Vector3(...place).applyQuaternion(rotation));
+  const perArea = Math.min(samplesPerArea, mostSamples / map.surfaces.reduce((sum, one) => sum + one.area_m2, 0));
+  const samples = upright((surface) => Math.max(4, Math.round(perArea * surface.area_m2))), box = new THREE.Box3();
   for (const axis of ['x', 'y', 'z']) {
-    const sorted = upright.map((place) => place[axis]).sort((a, b) => a - b);
+    const sorted = samples.map((place) => place[axis]).sort((a, b) => a - b);
     box.min[axis] = sorted[Math.floor(0.01 * (sorted.length - 1))];
     box.max[axis] = sorted[Math.ceil(0.99 * (sorted.length - 1))];
   }
-  return box;
+  box.expandByScalar(around * box.getSize(new THREE.Vector3()).length());
+  return upright(({ u }) => u.length).filter((place) => box.containsPoint(place));
 }
 
 export class Stage {
@@ -80,7 +83,7 @@ export class Stage {
     orient(map, this.settings.up ?? map.ownUp);
     root.quaternion.set(...map.rotation);
     root.updateMatrixWorld();
-    this.extent = extentOf(map, root.quaternion);
+    this.view.places = placesOf(map, root.quaternion);
   }
 
   /** All but the voxels of the map that is shown is another. */

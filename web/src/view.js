@@ -7,12 +7,13 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 THREE.ColorManagement.enabled = false;
 
 const viewAngleDeg = 50;
+const filled = 0.95;  // of the window by the map that just fits
 const restMs = 180;  // without movement for so long, everything is drawn whole
 
 export class View {
-  /** @param {HTMLCanvasElement} canvas */
-  constructor(canvas) {
-    this.canvas = canvas;
+  /** @param {HTMLCanvasElement} canvas @param {function(): number[]} taken pixels at the left and above, by the panel */
+  constructor(canvas, taken) {
+    Object.assign(this, { canvas, taken });
     try {
       this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
       this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
@@ -28,13 +29,15 @@ export class View {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.zoomToCursor = true;
     this.controls.maxPolarAngle = Math.PI;
-    this.controls.addEventListener('change', () => this.moved());
+    this.controls.addEventListener('change', () => {
+      this.from = undefined;
+      this.moved();
+    });
     /** Called before each picture: with whether the camera is moving, and the last frame's ms. */
     this.beforePicture = [];
     this.afterPicture = [];
     this.pixels = new THREE.Vector2(1, 1);
     this.pixel = new Uint8Array(4);
-    this.inset = 0;
     this.frameMs = 0;
     this.moving = false;
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -47,14 +50,10 @@ export class View {
     this.renderer.setSize(width, height, false);
     this.renderer.getDrawingBufferSize(this.pixels);
     this.camera.aspect = width / height;
-    this.camera.setViewOffset(width, height, -this.inset / 2, 0, width, height);
+    const [left, above] = this.taken();  // the camera's target is in the middle of the rest
+    this.camera.setViewOffset(width, height, -left / 2, -above / 2, width, height);
+    if (this.from) this.fit(this.from);
     this.redraw();
-  }
-
-  /** What the panel leaves free at its right is what the camera's target is in the middle of. */
-  setInset(pixels) {
-    this.inset = pixels;
-    this.resize();
   }
 
   /** The camera has moved: draws what may be coarser at once, and the whole when it rests. */
@@ -128,21 +127,30 @@ export class View {
     this.moved();
   }
 
-  /** So near that the box just fits. @param {THREE.Box3} box upright @param {number[]} from where to look from */
-  fit(box, from) {
-    const middle = box.getCenter(new THREE.Vector3()), half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+  /** So near that all of `places` (stage.js) just fits, also when the window changes, until the camera is moved. */
+  fit(from) {
     const back = new THREE.Vector3(...from).normalize();
     const right = new THREE.Vector3(0, 0, 1).cross(back).normalize(), up = back.clone().cross(right);
-    const reach = (axis) => Math.abs(axis.x) * half.x + Math.abs(axis.y) * half.y + Math.abs(axis.z) * half.z;
-    const tangent = Math.tan(viewAngleDeg / 2 * Math.PI / 180);
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    const across = tangent * Math.max(0.3, (width - this.inset) / height);
-    // A box's near side is larger in the picture than its middle: half of its depth is about right for rooms.
-    const distance = 1.05 * Math.max(reach(right) / across, reach(up) / tangent, 0.1) + 0.5 * reach(back);
-    const radius = half.length();
+    // The camera at c along an axis of the picture and d backward sees what is at a and b if |a - c| <= tangent (d - b).
+    const nearest = (axis, tangent) => {
+      let low = Infinity, high = -Infinity;
+      for (const place of this.places) {
+        const a = place.dot(axis), b = tangent * place.dot(back);
+        [low, high] = [Math.min(low, a - b), Math.max(high, a + b)];
+      }
+      return { c: (low + high) / 2, d: (high - low) / 2 / tangent };
+    };
+    const { clientWidth: width, clientHeight: height } = this.canvas, [left, above] = this.taken();
+    const tangent = filled * Math.tan(viewAngleDeg / 2 * Math.PI / 180) / Math.max(1, height);
+    const depth = nearest(back, 0).c, free = [width - left, height - above].map((pixels) => tangent * Math.max(1, pixels));
+    const needed = [right, up].map((axis, k) => nearest(axis, free[k]).d - depth), distance = Math.max(0.1, ...needed);
+    // Where there is room on both sides, it is about the same.
+    const [x, y] = [right, up].map((axis, k) => nearest(axis, free[k] * needed[k] / distance).c);
     this.camera.near = Math.max(0.005, distance / 1000);
-    this.camera.far = distance + 20 * Math.max(radius, 1);
+    this.camera.far = 20 * Math.max(distance, 1);
     this.camera.updateProjectionMatrix();
-    this.look(back.multiplyScalar(distance).add(middle).toArray(), middle.toArray());
+    const target = right.multiplyScalar(x).addScaledVector(up, y).addScaledVector(back, depth);
+    this.look(back.multiplyScalar(distance).add(target).toArray(), target.toArray());
+    this.from = from;
   }
 }
