@@ -47,6 +47,7 @@ OUT = {"surfaces": Surfaces, "stairs": Stairs, "markers": MarkerArray, "planar_t
        "octomap_binary": Octomap, "octomap_full": Octomap, "storey": OccupancyGrid, "grid_map": GridMap,
        "patch": GridMap, "status": Status, "heights": Float32MultiArray}
 SERVICES = "save", "load", "query", "contact_regions", "plan", "changes", "publish", "clear"
+NOT_IN_JAZZY = "convex_plane_decomposition_msgs", "grid_map_msgs", "livox_ros_driver2"
 STEP_M = 0.2
 R_BASE_SENSOR = np.array([[np.cos(0.8), 0, np.sin(0.8)], [0, 1, 0], [-np.sin(0.8), 0, np.cos(0.8)]])  # looks down
 R_SENSOR_OPTICAL = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
@@ -150,9 +151,11 @@ class Room(unittest.TestCase):
         cls.stop(signal.SIGKILL)
 
     @classmethod
-    def start(cls, *arguments, **parameters):
+    def start(cls, *arguments, without=(), **parameters):
+        """`without`: packages that are as if not installed."""
         usual = {"output": cls.folder / "live", "resolution": 0.05, "detection_budget": 0, "publish": 0.05}
-        words = [sys.executable, "-c", "from octosurf_ros.node import main; main()", "--ros-args", *arguments]
+        words = [sys.executable, "-c", f"import sys; sys.modules.update(dict.fromkeys({without}))\n"
+                 "from octosurf_ros.node import main; main()", "--ros-args", *arguments]
         for name, value in {**usual, **parameters}.items():
             words += ["-p", f"{name}:={value}"]
         path = f"{os.environ['PYTHONPATH']}:{os.environ['OCTOSURF_SOURCE']}/ros/octosurf_ros"
@@ -302,6 +305,23 @@ class Mapping(Room):
             self.stop()
             self.assert_live_is("both")
             self.tearDown()
+
+    def test_starts_without_the_packages_that_jazzy_lacks(self):
+        self.start(depth=IMAGES, reliable=True, without=NOT_IN_JAZZY)
+        self.meet(recording())
+        self.play(recording())
+        self.assertGreater(len(self.latched("surfaces").surfaces), 1)
+        self.assertTrue(self.latched("heights", SENSOR).data)
+        line, = (line for line in self.said().splitlines() if "not installed" in line)
+        for absent in (*NOT_IN_JAZZY[:2], "~/planar_terrain", "~/grid_map", "~/patch"):
+            self.assertIn(absent, line)
+        count = self.robot.count_publishers  # killed nodes count for some seconds
+        for topic in ("planar_terrain", "grid_map", "patch"):
+            self.assertTrue(until(lambda: count("/octosurf/" + topic) == count("/octosurf/heights") - 1), topic)
+        self.stop()
+        self.start(livox="/livox", without=NOT_IN_JAZZY)
+        self.assertEqual(self.node.wait(60), 1)
+        self.assertIn("octosurf_mapping: No module named 'livox_ros_driver2", self.said())
 
     def test_tells_how_far_odometry_is_off(self):
         walk, heard = list(recording(lidar=True, count=20, drift_m=0.08)), []

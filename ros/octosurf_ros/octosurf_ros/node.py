@@ -19,7 +19,7 @@ from sensor_msgs.msg import CameraInfo
 from tf2_msgs.msg import TFMessage
 
 from octosurf_ros.mapping import PATIENCE_S, REFUSED, Mapping, Sensor, start_of
-from octosurf_ros.messages import cdr, header, pose
+from octosurf_ros.messages import cdr, class_of, header, pose
 from octosurf_ros.patches import Patches
 from octosurf_ros.publications import Publications
 from octosurf_ros.services import Services
@@ -84,7 +84,7 @@ class MappingNode(Node):
         cameras = any(one.depth or one.kind == "depth_camera" for one in sensors)
         start = start_of(options.output, given, options.resume, options.force, cameras)
         self.mapping = Mapping(start, options.output, options, self.get_logger())
-        self.lost, self.began, self.told = 0, time.monotonic(), set()
+        self.lost, self.began, self.told, self.absent = 0, time.monotonic(), set(), {}
         self.heard = {}  # subscriptions of scans, cameras and transforms, with the topic
         # In this order: a scan is better mapped when what fixes its pose was read.
         self.hear("transforms", options.tf + "_static", TFMessage,
@@ -101,8 +101,11 @@ class MappingNode(Node):
         if options.patch_rate > 0:
             Patches(self, self.mapping)
         Services(self, self.mapping, self.publications)
-        self.status = self.advertise("status", Status)
+        self.status = self.advertise("status", "octosurf_msgs/Status")
         self.every(options.publish, self.publish_status)
+        if self.absent:
+            self.get_logger().warning("not installed: " + "; ".join(
+                f"{package}, so there is no {' or '.join(topics)}" for package, topics in self.absent.items()))
         self.get_logger().info("mapping " + ", ".join(one.topic for one in sensors))
 
     def sensors(self):
@@ -144,8 +147,12 @@ class MappingNode(Node):
             heard = self.create_subscription(kind, topic, receive, qos, raw=True)
         self.heard.setdefault((what, topic.removesuffix("_static")), []).append(heard)
 
-    def advertise(self, topic, kind, qos=LATCHED):
-        return self.create_publisher(kind, "~/" + topic, qos)
+    def advertise(self, topic, word, qos=LATCHED):
+        """None if the package of the message, such as std_msgs/Header, is not installed."""
+        try:
+            return self.create_publisher(class_of(word), "~/" + topic, qos)
+        except ModuleNotFoundError as error:
+            self.absent.setdefault(error.name.split(".")[0], []).append("~/" + topic)
 
     def every(self, period, work):
         """Calls `work` in a thread of its own, so that what comes never waits for it."""

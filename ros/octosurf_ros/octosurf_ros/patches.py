@@ -4,7 +4,6 @@ import time
 
 import numpy as np
 import octosurf
-from grid_map_msgs.msg import GridMap
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float32MultiArray
 
@@ -21,13 +20,13 @@ class Patches:
         self.heading = octosurf.PatchLayout.grid(length, width, self.cell)
         self.square = octosurf.PatchLayout.grid(max(length, width), max(length, width), self.cell)
         qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self.patch = node.advertise("patch", GridMap, qos)
-        self.heights = node.advertise("heights", Float32MultiArray, qos)
+        self.patch = node.advertise("patch", "grid_map_msgs/GridMap", qos)
+        self.heights = node.advertise("heights", "std_msgs/Float32MultiArray", qos)
         self.view, self.looked = None, 0.0
         node.every(1 / node.options.patch_rate, self.publish_patches)
 
     def publish_patches(self):
-        wanted = self.patch.get_subscription_count(), self.heights.get_subscription_count()
+        wanted = [one is not None and one.get_subscription_count() > 0 for one in (self.patch, self.heights)]
         if not any(wanted):
             return
         if time.monotonic() - self.looked > MAP_AGE_S:
@@ -50,4 +49,4 @@ class Patches:
             # From x and y ascending to descending.
             layers = {name: value.reshape(side, side)[::-1, ::-1].astype("f4") for name, value in values.items()}
             grid = messages.grid_map(layers, level[:2, 3], self.cell, self.options.frame, stamp_ns)
-            self.patch.publish(messages.cdr(GridMap, grid))
+            self.patch.publish(messages.cdr(self.patch.msg_type, grid))

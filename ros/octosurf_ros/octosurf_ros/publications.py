@@ -5,18 +5,17 @@ import time
 
 import numpy as np
 import octosurf
-from convex_plane_decomposition_msgs.msg import PlanarTerrain
-from grid_map_msgs.msg import GridMap
 from nav_msgs.msg import OccupancyGrid
 from octomap_msgs.msg import Octomap
-from octosurf_msgs.msg import Stairs, Surfaces
-from visualization_msgs.msg import MarkerArray
+from octosurf_msgs.msg import Surfaces
 
 from octosurf_ros import messages
 
 BOX_FOLLOWS = 0.125  # share of the radius that the robot moves before the box around it does
-TOPICS = {"surfaces": Surfaces, "stairs": Stairs, "markers": MarkerArray, "octomap_binary": Octomap,
-          "octomap_full": Octomap, "grid_map": GridMap, "planar_terrain": PlanarTerrain, "storey": OccupancyGrid}
+TOPICS = {"surfaces": "octosurf_msgs/Surfaces", "stairs": "octosurf_msgs/Stairs",
+          "markers": "visualization_msgs/MarkerArray", "octomap_binary": "octomap_msgs/Octomap",
+          "octomap_full": "octomap_msgs/Octomap", "grid_map": "grid_map_msgs/GridMap",
+          "planar_terrain": "convex_plane_decomposition_msgs/PlanarTerrain", "storey": "nav_msgs/OccupancyGrid"}
 
 
 def rules_of(options, up, resolution):
@@ -33,7 +32,7 @@ def rules_of(options, up, resolution):
 class Publications:
     def __init__(self, node, mapping):
         self.mapping, self.options, self.log = mapping, node.options, node.get_logger()
-        self.topics = {topic: node.advertise(topic, kind) for topic, kind in TOPICS.items()}
+        self.topics = {topic: there for topic, word in TOPICS.items() if (there := node.advertise(topic, word))}
         self.bytes, self.ms, self.lock, self.all_within = 0, 0.0, threading.Lock(), None
         # Of the thread that publishes: what was sent last on each topic, the box's middle, the octree looked at.
         self.sent, self.middle, self.octree, self.version, self.problems = {}, None, None, 0, {}
@@ -67,11 +66,12 @@ class Publications:
                 None if box is None else box.tolist())
 
         def publish(topic, make):
-            if not every and (self.sent.get(topic) == look or self.topics[topic].get_subscription_count() == 0):
+            to = self.topics.get(topic)
+            if to is None or not every and (self.sent.get(topic) == look or to.get_subscription_count() == 0):
                 return
             try:
                 if message := make():
-                    self.topics[topic].publish(message)
+                    to.publish(message)
                     self.bytes += len(message)
                 self.sent[topic] = look
                 self.problems.pop(topic, None)
