@@ -25,7 +25,7 @@ from livox_ros_driver2.msg import CustomMsg, CustomPoint  # noqa: E402
 from nav_msgs.msg import OccupancyGrid  # noqa: E402
 from octomap_msgs.msg import Octomap  # noqa: E402
 from octosurf_msgs import srv  # noqa: E402
-from octosurf_msgs.msg import Stairs, Status, Surfaces  # noqa: E402
+from octosurf_msgs.msg import Stairs, Status, SurfaceChanges, Surfaces  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
@@ -43,9 +43,9 @@ SENSOR = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE = QoSProfile(depth=1000)
 IMAGES, INFO, CLOUDS = "/camera/depth/image", "/camera/depth/camera_info", "/lidar/points"
 START_S = 1_700_000_000
-OUT = {"surfaces": Surfaces, "stairs": Stairs, "markers": MarkerArray, "planar_terrain": PlanarTerrain,
-       "octomap_binary": Octomap, "octomap_full": Octomap, "storey": OccupancyGrid, "grid_map": GridMap,
-       "patch": GridMap, "status": Status, "heights": Float32MultiArray}
+OUT = {"surfaces": Surfaces, "surface_changes": SurfaceChanges, "stairs": Stairs, "markers": MarkerArray,
+       "planar_terrain": PlanarTerrain, "octomap_binary": Octomap, "octomap_full": Octomap, "storey": OccupancyGrid,
+       "grid_map": GridMap, "patch": GridMap, "status": Status, "heights": Float32MultiArray}
 SERVICES = "save", "load", "query", "contact_regions", "plan", "changes", "publish", "clear"
 NOT_IN_JAZZY = "convex_plane_decomposition_msgs", "grid_map_msgs", "livox_ros_driver2"
 STEP_M = 0.2
@@ -131,6 +131,23 @@ def packed(topic, stamp, message):
         points = [CustomPoint(x=x, y=y, z=z) for x, y, z in np.frombuffer(message.data, "<f4").reshape(-1, 3).tolist()]
         return "/livox", stamp, CustomMsg(header=message.header, point_num=len(points), points=points)
     return topic, stamp, message
+
+
+class Receiver:
+    """Keeps surfaces by what /octosurf/surface_changes says of them."""
+
+    def __init__(self):
+        self.surfaces, self.revision, self.heard = {}, None, []
+
+    def hear(self, message):
+        self.heard.append(message)
+        if message.since == 0:
+            self.surfaces, self.revision = {}, 0
+        assert message.since == self.revision, (message.since, self.revision)
+        for id in (*message.gone, *(one.before for one in message.merged)):
+            del self.surfaces[id]
+        self.surfaces.update((one.id, one) for one in message.changed.surfaces)
+        self.revision = message.changed.revision
 
 
 class Room(unittest.TestCase):
@@ -323,6 +340,47 @@ class Mapping(Room):
         self.assertEqual(self.node.wait(60), 1)
         self.assertIn("octosurf_mapping: No module named 'livox_ros_driver2", self.said())
 
+    def test_changes_add_up_to_the_surfaces_in_the_box(self):
+        """Of both who are there from the start and who come later. The step is in the box, the floor is not."""
+        walk, receivers = list(recording()), [Receiver(), Receiver()]
+
+        def join(receiver):
+            one = self.robot.create_subscription(SurfaceChanges, "/octosurf/surface_changes", receiver.hear, RELIABLE)
+            self.addCleanup(self.robot.destroy_subscription, one)
+            self.assertTrue(until(lambda: receiver.revision is not None), self.said())
+
+        def meets(condition=lambda: True):
+            def done():
+                known = {one.id: one for one in whole[-1].surfaces}
+                return condition() and all(one.surfaces == known for one in receivers)
+
+            self.assertTrue(until(done), [(list(one.surfaces), one.revision) for one in receivers])
+
+        def last_two():
+            return [(one.since == 0, len(one.changed.surfaces), len(one.gone)) for one in heard[-2:]]
+
+        self.start(depth=IMAGES, reliable=True, radius=1.1, publish=0.1)
+        self.meet(walk)
+        join(receivers[0])
+        self.play(walk[:len(walk) // 2])
+        join(receivers[1])
+        self.play(walk[len(walk) // 2:])
+        self.assertTrue(until(lambda: [one.since == 0 for one in receivers[1].heard[:2]] == [True, False]))
+        whole, subscription = self.hear("surfaces")
+        self.addCleanup(self.robot.destroy_subscription, subscription)
+        self.assertTrue(until(lambda: whole))
+        meets(lambda: receivers[0].surfaces)
+        count, heard = len(whole[-1].surfaces), receivers[0].heard
+        self.assertTrue(self.call("publish", radius=0.1).success)  # nothing is in this box, then as much as before
+        self.assertTrue(until(lambda: last_two() == [(True, 0, 0), (False, count, 0)]), last_two())
+        every = len(self.call("changes").changes.changed.surfaces)  # with the floor, which comes and leaves the box
+        self.assertTrue(self.call("publish").success)
+        self.assertTrue(until(lambda: last_two() == [(True, every, 0), (False, 0, every - count)]), last_two())
+        self.assertGreater(every, count)
+        meets()
+        self.call("reset")
+        meets(lambda: heard[-1].since == 0 and not whole[-1].surfaces)
+
     def test_tells_how_far_odometry_is_off(self):
         walk, heard = list(recording(lidar=True, count=20, drift_m=0.08)), []
         tf = self.robot.create_subscription(TFMessage, "/tf", lambda one: heard.extend(one.transforms), RELIABLE)
@@ -423,10 +481,11 @@ class Map(Room):
     def test_topics_and_services_have_their_names_types_and_qos(self):
         for topic, kind in OUT.items():
             info, = until(lambda: self.robot.get_publishers_info_by_topic("/octosurf/" + topic))
-            qos, latched = info.qos_profile, topic not in ("heights", "patch")
+            qos, reliable = info.qos_profile, topic not in ("heights", "patch")
             self.assertEqual(info.topic_type.split("/")[-1], kind.__name__)
             self.assertEqual((qos.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-                              qos.reliability == ReliabilityPolicy.RELIABLE), (latched, latched), topic)
+                              qos.reliability == ReliabilityPolicy.RELIABLE),
+                             (reliable and topic != "surface_changes", reliable), topic)
         services = dict(self.robot.get_service_names_and_types_by_node("octosurf", "/"))
         for name in SERVICES:
             self.assertEqual(services["/octosurf/" + name], ["octosurf_msgs/srv/" + class_of(name).__name__])
@@ -533,8 +592,8 @@ class Map(Room):
         self.assertTrue(self.call("save", file="other").success)
         self.assertEqual(*((self.folder / (name + ".bt")).read_bytes() for name in ("other", "offline")))
         revision, count = self.snapshot.revision, len(self.snapshot)
-        self.assertEqual(len(self.call("changes").changed.surfaces), count)
-        self.assertEqual(len(self.call("changes", since=revision).changed.surfaces), 0)
+        self.assertEqual(len(self.call("changes").changes.changed.surfaces), count)
+        self.assertEqual(len(self.call("changes", since=revision).changes.changed.surfaces), 0)
         self.assertFalse(self.call("changes", since=revision + 1).success)
         surfaces = self.hear("surfaces")[0]
         self.assertTrue(until(lambda: surfaces))
@@ -544,7 +603,7 @@ class Map(Room):
         self.assertTrue(until(lambda: len(surfaces) > heard))
         self.assertIn(f"{count} surfaces gone", self.call("clear", size=Vector3(x=100.0, y=100.0, z=100.0)).message)
         self.assertTrue(until(lambda: not surfaces[-1].surfaces))
-        self.assertEqual(len(self.call("changes", since=revision).gone), count)
+        self.assertEqual(len(self.call("changes", since=revision).changes.gone), count)
         self.assertFalse(self.call("load", file="none").success)
         self.assertIn("no longer as", self.call("load", file="other").message)
         self.assertTrue(until(lambda: self.now().revision == revision))

@@ -52,14 +52,6 @@ class Sensor:
                                         depth_scale=self.units, type=self.type)
 
 
-class Moment(typing.NamedTuple):
-    """The map after some scan."""
-
-    snapshot: octosurf.Snapshot
-    stamp_ns: int  # of the last scan mapped since the node was started
-    place: np.ndarray | None  # where it was taken from
-
-
 class Ground:
     """A map's index and grounds, each made of the one before."""
 
@@ -94,6 +86,15 @@ class Ground:
         return self.view(snapshot, rules)
 
 
+class Moment(typing.NamedTuple):
+    """The map after some scan."""
+
+    snapshot: octosurf.Snapshot
+    ground: Ground  # of this map: another one where the map is another
+    stamp_ns: int  # of the last scan mapped since the node was started
+    place: np.ndarray | None  # where it was taken from
+
+
 class Mapping:
     def __init__(self, start, stem, options, log):
         self.options, self.log, self.stem, self.lock = options, log, stem, octosurf.MapLock(stem)
@@ -106,7 +107,7 @@ class Mapping:
         self.queue, self.bytes, self.tasks = collections.deque(), 0, collections.deque()
         self.ended = self.hurried = self.changed = False
         self.saved, self.last_stamp_ns, self.failure = time.monotonic(), None, None
-        self.moment = Moment(None, 0, None)
+        self.moment = Moment(None, None, 0, None)
         self.use(start)
         self.thread = threading.Thread(target=self.run, name="mapping")
         self.thread.start()
@@ -116,8 +117,8 @@ class Mapping:
         self.mapper.share_octree()
         self.mapper.remember_scans()
         up = start.parameters().up
-        self.ground = Ground(np.array([0.0, 0.0, 1.0]) if up is None else up)  # z: REP 103
-        self.moment = self.moment._replace(snapshot=self.mapper.snapshot())
+        ground = Ground(np.array([0.0, 0.0, 1.0]) if up is None else up)  # z: REP 103
+        self.moment = self.moment._replace(snapshot=self.mapper.snapshot(), ground=ground)
         self.judge, self.judged, self.contradiction = octosurf.RecordingJudge(start.parameters()), 0, ""
 
     # What comes, from the executor's thread.
@@ -234,7 +235,7 @@ class Mapping:
             return self.refuse(f"{sensor.topic}: {error or 'no memory for a scan'}", "refused")
         self.last_stamp_ns, self.changed, self.scan_ms = stamp_ns, True, report.total_ms
         T_map_sensor = report.alignment.T_map_sensor
-        self.moment = Moment(self.mapper.snapshot(), stamp_ns, T_map_sensor[:3, 3])
+        self.moment = Moment(self.mapper.snapshot(), self.moment.ground, stamp_ns, T_map_sensor[:3, 3])
         rejected = report.alignment.outcome == "rejected"
         self.counts["rejected" if rejected else "mapped"] += 1
         if rejected:

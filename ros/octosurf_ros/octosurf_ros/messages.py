@@ -6,6 +6,7 @@ import re
 import struct
 
 import numpy as np
+import octosurf
 from octosurf_msgs.msg import Stairs
 from visualization_msgs.msg import MarkerArray
 
@@ -128,6 +129,30 @@ def surfaces(snapshot, of, cylinders, frame, stamp_ns):
             "cylinders": [{"id": one.id, "axis_point": one.axis_point, "axis": one.axis, "radius": one.radius_m,
                            "length": one.length_m, "start": one.start, "span": one.span_rad, "inliers": one.inliers,
                            "rms": one.rms_m, "born": one.born, "revision": one.revision} for one in cylinders]}
+
+
+def changed_ids(snapshot, since, near=(None, None), had=(None, None)):
+    """(changed, gone, merged) of surfaces since a revision, then of cylinders. Pairs of sets of ids, if they are known:
+    `near`, what is looked at; `had`, what the receiver has."""
+    of = octosurf.changes_since(snapshot, since)
+    both = (({*of.appeared, *of.changed}, of.gone, of.merged),
+            ({*of.cylinders_appeared, *of.cylinders_changed}, of.cylinders_gone, of.cylinders_merged))
+    for (changed, gone, merged), near, had in zip(both, near, had):
+        if near is not None:
+            changed &= near
+        if had is not None:
+            changed, merged = changed | near - had, [one for one in merged if one[0] in had]
+            gone = had - near - {before for before, _ in merged}
+        yield sorted(changed), sorted(gone), merged
+
+
+def surface_changes(snapshot, since, ids, frame, stamp_ns):
+    """octosurf_msgs/SurfaceChanges, a dict: of changed_ids()."""
+    (changed, gone, merged), (cylinders, cylinders_gone, cylinders_merged) = ids
+    return {"since": since, "gone": gone, "merged": merged, "cylinders_gone": cylinders_gone,
+            "cylinders_merged": cylinders_merged, "changed": surfaces(
+                snapshot, [snapshot.find(id) for id in changed],
+                [one for one in snapshot.cylinders if one.id in cylinders], frame, stamp_ns)}
 
 
 def step(one):

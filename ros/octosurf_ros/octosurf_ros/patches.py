@@ -30,7 +30,7 @@ class Patches:
         if not any(wanted):
             return
         if time.monotonic() - self.looked > MAP_AGE_S:
-            snapshot, ground = self.mapping.moment.snapshot, self.mapping.ground
+            snapshot, ground = self.mapping.moment[:2]
             self.view = ground.view(snapshot, rules_of(self.options, ground.up, snapshot.resolution))
             self.looked = time.monotonic()
         T_map_base, stamp_ns = self.mapping.base_pose()

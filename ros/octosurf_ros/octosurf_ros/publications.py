@@ -1,5 +1,6 @@
 """The map about the robot, latched: published when it has changed and somebody listens."""
 
+import functools
 import threading
 import time
 
@@ -7,10 +8,12 @@ import numpy as np
 import octosurf
 from nav_msgs.msg import OccupancyGrid
 from octomap_msgs.msg import Octomap
-from octosurf_msgs.msg import Surfaces
+from octosurf_msgs.msg import SurfaceChanges, Surfaces
+from rclpy.qos import QoSProfile
 
 from octosurf_ros import messages
 
+NOTHING = set(), set()
 BOX_FOLLOWS = 0.125  # share of the radius that the robot moves before the box around it does
 TOPICS = {"surfaces": "octosurf_msgs/Surfaces", "stairs": "octosurf_msgs/Stairs",
           "markers": "visualization_msgs/MarkerArray", "octomap_binary": "octomap_msgs/Octomap",
@@ -33,9 +36,14 @@ class Publications:
     def __init__(self, node, mapping):
         self.mapping, self.options, self.log = mapping, node.options, node.get_logger()
         self.topics = {topic: there for topic, word in TOPICS.items() if (there := node.advertise(topic, word))}
+        # Changes need each other, so that none makes way for the next.
+        self.changes = self.topics["surface_changes"] = node.advertise(
+            "surface_changes", "octosurf_msgs/SurfaceChanges", QoSProfile(depth=100))
         self.bytes, self.ms, self.lock, self.all_within = 0, 0.0, threading.Lock(), None
-        # Of the thread that publishes: what was sent last on each topic, the box's middle, the octree looked at.
+        # Of the thread that publishes: what was sent last on each topic, the box's middle, the octree looked at; the
+        # map and its revision when what is in the box had last changed, and the ids of that.
         self.sent, self.middle, self.octree, self.version, self.problems = {}, None, None, 0, {}
+        self.ground, self.since, self.had, self.receivers = None, 0, NOTHING, 0
         node.every(node.options.publish, self.publish_map)
 
     def publish_all(self, radius):
@@ -48,22 +56,27 @@ class Publications:
         with self.lock:
             within, self.all_within = self.all_within, None
         every, radius = within is not None, self.options.radius if within is None else within
+        receivers, self.receivers = self.receivers, self.changes.get_subscription_count()
         if not every and not any(one.get_subscription_count() for one in self.topics.values()):
             return
-        moment, ground = self.mapping.moment, self.mapping.ground
-        snapshot, frame, stamp_ns = moment.snapshot, self.options.frame, moment.stamp_ns
+        moment = self.mapping.moment
+        snapshot, ground, frame, stamp_ns = moment.snapshot, moment.ground, self.options.frame, moment.stamp_ns
         box = self.box_of(moment, radius)
-        surfaces, cylinders = snapshot.surfaces, snapshot.cylinders
-        if box is not None:
-            near = set(ground.index(snapshot).inside(octosurf.ConvexSpace.box(*box)))
-            surfaces = [one for one in surfaces if one.id in near]
-            cylinders = [one for one in cylinders if meets(box, *extent_of(one))]
         corners = () if box is None else tuple(box)
-        if self.octree is None or snapshot.octree.changed_in(self.octree, *corners):
+        space = octosurf.ConvexSpace.box(*corners) if corners else octosurf.ConvexSpace([])
+        cylinders = [one for one in snapshot.cylinders if box is None or meets(box, *extent_of(one))]
+        near = set(ground.index(snapshot).inside(space)), {one.id for one in cylinders}
+        surfaces = functools.cache(lambda: [snapshot.find(id) for id in sorted(near[0])])
+        whole = every or self.receivers > receivers or self.ground is not ground  # who comes later has nothing
+        since, had = (0, NOTHING) if whole else (self.since, self.had)
+        ids = [*messages.changed_ids(snapshot, since, near, had)]
+        changed = whole or any(map(any, ids))
+        if changed:
+            self.ground, self.since, self.had = ground, snapshot.revision, near
+        if changed or snapshot.octree.changed_in(self.octree, *corners):
             self.version += 1
         self.octree = snapshot.octree
-        look = (*([(one.id, one.revision) for one in some] for some in (surfaces, cylinders)), self.version,
-                None if box is None else box.tolist())
+        look = self.version, None if box is None else box.tolist()
 
         def publish(topic, make):
             to = self.topics.get(topic)
@@ -94,13 +107,15 @@ class Publications:
                 return messages.cdr(Octomap, {"header": messages.header(frame, stamp_ns), "binary": not full,
                                               "id": "OcTree", "resolution": snapshot.resolution, "data": data})
 
+        publish("surface_changes", lambda: changed and messages.cdr(
+            SurfaceChanges, messages.surface_changes(snapshot, since, ids, frame, stamp_ns)))
         publish("surfaces", lambda: messages.cdr(
-            Surfaces, messages.surfaces(snapshot, surfaces, cylinders, frame, stamp_ns)))
+            Surfaces, messages.surfaces(snapshot, surfaces(), cylinders, frame, stamp_ns)))
         publish("stairs", stairs)
-        publish("markers", lambda: messages.markers_message(surfaces, frame, stamp_ns))
+        publish("markers", lambda: messages.markers_message(surfaces(), frame, stamp_ns))
         publish("octomap_binary", lambda: octomap(full=False))
         publish("octomap_full", lambda: octomap(full=True))
-        kept = Terrain(snapshot, ground, [one.id for one in surfaces], box, self.options)
+        kept = Terrain(snapshot, ground, sorted(near[0]), box, self.options)
         publish("grid_map", lambda: kept.grid_map(stamp_ns))
         publish("planar_terrain", lambda: kept.planar_terrain(stamp_ns))
         if moment.place is not None:

@@ -79,7 +79,7 @@ class Services:
 
     def query(self, request, answer):
         kind, point = request.kind, vector(request.point)
-        snapshot, ground = self.mapping.moment.snapshot, self.mapping.ground
+        snapshot, ground = self.mapping.moment[:2]
         index = ground.index(snapshot)
         answer["revision"] = snapshot.revision
         slope = {"up": ground.up, "max_slope_rad": request.max_slope or np.pi}
@@ -102,17 +102,17 @@ class Services:
             answer.update(state=("unknown", "free", "occupied").index(voxel.state), log_odds=voxel.log_odds,
                           surfaces=[voxel.surface] if voxel.surface else [])
         elif kind == request.GROUND:
-            self.ask_ground(request, point, snapshot, index, answer)
+            self.ask_ground(request, point, snapshot, ground, answer)
         else:
             raise ValueError("kind is none of octosurf_msgs/Query")
         if found is not None:
             answer.update(found=True, surfaces=[found.id], point=found.point, distance=found.distance,
                           normal=snapshot.find(found.id).plane.normal)
 
-    def ask_ground(self, request, point, snapshot, index, answer):
+    def ask_ground(self, request, point, snapshot, ground, answer):
         id = request.surface
         if not id:
-            nearest = index.nearest(point)
+            nearest = ground.index(snapshot).nearest(point)
             if nearest is None:
                 return
             id = nearest.id
@@ -120,7 +120,7 @@ class Services:
         off = surface.plane.signed_distance(point)
         at = point - off * surface.plane.normal
         answer.update(found=True, surfaces=[id], point=at, distance=abs(off), normal=surface.plane.normal,
-                      ground=self.mapping.ground.bare(snapshot).ground_at(id, at))
+                      ground=ground.bare(snapshot).ground_at(id, at))
 
     @staticmethod
     def surface(snapshot, id):
@@ -130,7 +130,7 @@ class Services:
         return found
 
     def contact_regions(self, request, answer):
-        snapshot, up = self.mapping.moment.snapshot, self.mapping.ground.up
+        snapshot, ground = self.mapping.moment[:2]
         answer["revision"] = snapshot.revision
         sole = request.length != 0 or request.width != 0
         if sole == (request.radius != 0):
@@ -142,7 +142,7 @@ class Services:
         rules.as_mapped = request.as_mapped
         usual = rules.limits
         limits = octosurf.ContactLimits(max_slope_rad=usual.max_slope_rad) if request.as_mapped else usual
-        limits.up = up
+        limits.up = ground.up
         limits.max_slope_rad = request.max_slope or limits.max_slope_rad
         limits.edge_margin_m = request.edge_margin or limits.edge_margin_m
         limits.clearance_m = request.clearance or limits.clearance_m
@@ -150,7 +150,7 @@ class Services:
             limits.unknown_to_m = limits.obstacle_margin_m = 0
         limits.obstacle_margin_m = request.obstacle_margin or limits.obstacle_margin_m
         rules.limits = limits
-        view, yaw = self.mapping.ground.view(snapshot, rules), None if request.any_heading else request.yaw
+        view, yaw = ground.view(snapshot, rules), None if request.any_heading else request.yaw
         answer["regions"] = regions = []
         for surface in [self.surface(snapshot, request.surface)] if request.surface else snapshot.surfaces:
             if request.reach:
@@ -163,14 +163,14 @@ class Services:
                             "pieces": [{"points": piece.vertices} for piece in pieces], "refused": region.refused})
 
     def plan(self, request, answer):
-        snapshot, up = self.mapping.moment.snapshot, self.mapping.ground.up
+        snapshot, ground = self.mapping.moment[:2]
         answer["revision"] = snapshot.revision
         robots = {"": octosurf.Biped, "biped": octosurf.Biped, "quadruped": octosurf.Quadruped}
         if request.robot not in robots:
             raise ValueError(f"robot is neither biped nor quadruped: {request.robot[:40]}")
         robot = robots[request.robot]()
-        robot.contact.up = up
-        view = self.mapping.ground.view(snapshot, octosurf.GroundRules.of(robot, snapshot.resolution))
+        robot.contact.up = ground.up
+        view = ground.view(snapshot, octosurf.GroundRules.of(robot, snapshot.resolution))
         budget = octosurf.PlanBudget(time_s=min(request.time_limit or USUAL_PLAN_S, LONGEST_PLAN_S))
         budget.expansions = request.expansions or budget.expansions
         plan = octosurf.plan(view.solid(), octosurf.Standing(at=vector(request.start), yaw_rad=request.start_yaw),
@@ -186,16 +186,11 @@ class Services:
                       expansions=plan.expansions)
 
     def changes(self, request, answer):
-        moment = self.mapping.moment
-        snapshot, low, high = moment.snapshot, vector(request.low), vector(request.high)
-        changes = octosurf.changes_since(snapshot, request.since)
-        surfaces = [one for one in snapshot.surfaces if one.revision > request.since]
+        moment, within = self.mapping.moment, None
+        low, high = vector(request.low), vector(request.high)
         if (low != high).any():
             box = octosurf.ConvexSpace.box(*np.sort([low, high], axis=0))
-            within = set(self.mapping.ground.index(snapshot).inside(box))
-            surfaces = [one for one in surfaces if one.id in within]
-        cylinders = [one for one in snapshot.cylinders if one.revision > request.since]
-        frame = self.mapping.options.frame
-        answer.update(changed=messages.surfaces(snapshot, surfaces, cylinders, frame, moment.stamp_ns),
-                      gone=changes.gone, merged=changes.merged, cylinders_gone=changes.cylinders_gone,
-                      cylinders_merged=changes.cylinders_merged)
+            within = set(moment.ground.index(moment.snapshot).inside(box))
+        ids = messages.changed_ids(moment.snapshot, request.since, (within, None))
+        answer["changes"] = messages.surface_changes(
+            moment.snapshot, request.since, ids, self.mapping.options.frame, moment.stamp_ns)
