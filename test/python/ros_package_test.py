@@ -1,5 +1,6 @@
 """package.xml of octosurf_ros names what its Python and its launch file need, no more, and nothing that rosdep lacks."""
 import ast
+import configparser
 import pathlib
 import re
 import sys
@@ -32,3 +33,9 @@ class Package(unittest.TestCase):
         named = {one.text for one in ElementTree.parse(PACKAGE / "package.xml").iter() if one.tag.endswith("depend")}
         self.assertLessEqual(WITHOUT_KEY, needed)
         self.assertEqual({KEYS.get(name, name) for name in needed - WITHOUT_KEY}, named)
+
+    def test_runs_in_the_python_that_has_octosurf(self):
+        """On Ubuntu 24.04 that is a virtual environment's, and colcon runs in the system's."""
+        config = configparser.ConfigParser()
+        config.read(PACKAGE / "setup.cfg")
+        self.assertEqual(config["build_scripts"]["executable"], "/usr/bin/env python3")
