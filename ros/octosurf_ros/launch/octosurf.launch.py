@@ -37,6 +37,8 @@ def generate_launch_description():
     return LaunchDescription([
         *(DeclareLaunchArgument(name, default_value="", description=text) for name, text in ARGUMENTS.items()),
         DeclareLaunchArgument("rviz", default_value="false"),
+        DeclareLaunchArgument("use_sim_time", default_value="false", description="of RViz; the node goes by stamps"),
         OpaqueFunction(function=mapping),
-        Node(package="rviz2", executable="rviz2", arguments=["-d", view], condition=IfCondition(LaunchConfiguration("rviz"))),
+        Node(package="rviz2", executable="rviz2", arguments=["-d", view], condition=IfCondition(LaunchConfiguration("rviz")),
+             parameters=[{"use_sim_time": LaunchConfiguration("use_sim_time")}]),
     ])
