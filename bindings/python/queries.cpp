@@ -36,9 +36,7 @@ void bind_results(Module& module) {
           [](const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
             return ConvexSpace::box(Eigen::AlignedBox3d(low, high));
           },
-          "low"_a, "high"_a, "A box by its corners, (3,) each, m.")
-      .def_static("frustum", &ConvexSpace::frustum, "T_map_camera"_a, "tan_right"_a, "tan_down"_a, "near"_a,
-                  "far"_a);
+          "low"_a, "high"_a, "A box by its corners, (3,) each, m.");
 }
 
 void bind_index(Module& module) {

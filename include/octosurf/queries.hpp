@@ -31,10 +31,6 @@ struct ConvexSpace {
 
   /// The box, its faces included.
   static ConvexSpace box(const Eigen::AlignedBox3d& box);
-  /// A camera's view between two distances along its z axis: `T_map_camera` with x right, y down, z forward,
-  /// the tangents of the half angles to the right and down.
-  static ConvexSpace frustum(const Eigen::Isometry3d& T_map_camera, double tan_right, double tan_down,
-                             double near, double far);
 };
 
 /// Intersection of a ray and a surface.

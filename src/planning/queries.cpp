@@ -4,7 +4,6 @@
 #include "planning/rings.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -130,20 +129,6 @@ ConvexSpace ConvexSpace::box(const Eigen::AlignedBox3d& box) {
   for (int axis = 0; axis < 3; ++axis) {
     space.planes.push_back({Eigen::Vector3d::Unit(axis), box.max()[axis]});
     space.planes.push_back({-Eigen::Vector3d::Unit(axis), -box.min()[axis]});
-  }
-  return space;
-}
-
-ConvexSpace ConvexSpace::frustum(const Eigen::Isometry3d& T_map_camera, double tan_right, double tan_down,
-                                 double near, double far) {
-  const std::array<Plane, 6> of_camera{Plane{{0, 0, -1}, -near},     Plane{{0, 0, 1}, far},
-                                       Plane{{1, 0, -tan_right}, 0}, Plane{{-1, 0, -tan_right}, 0},
-                                       Plane{{0, 1, -tan_down}, 0},  Plane{{0, -1, -tan_down}, 0}};
-  ConvexSpace space;
-  for (const Plane& plane : of_camera) {
-    const double length = plane.normal.norm();
-    const Eigen::Vector3d normal = T_map_camera.linear() * plane.normal / length;
-    space.planes.push_back({normal, plane.offset / length + normal.dot(T_map_camera.translation())});
   }
   return space;
 }
