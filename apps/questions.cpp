@@ -232,7 +232,7 @@ const std::vector<Question>& questions() {
       {"voxel", "X Y Z", "/api/query/voxel", "the voxel that holds a point: its state, and whose it is",
        place_fields<PlaceQuestion::voxel>, place_json},
       {"foothold", "X Y Z YAW", "/api/query/foothold",
-       "what a foot at this heading (degrees) would stand on, on the surface nearest to a point, or why it "
+       "what a foot at this heading (degrees) would stand on, on the surface below a point, or why it "
        "cannot",
        foothold_fields, foothold_json},
       {"regions", "ID", "/api/regions",

@@ -20,18 +20,27 @@ void put(const AskedMap& map, SurfaceId id, const Eigen::Vector3d& point, double
   answer.normal = map.surface(id).plane.normal;
 }
 
-void ask_ground(const AskedMap& map, const PlaceQuestion& question, PlaceAnswer& answer) {
-  SurfaceId id = question.surface;
-  if (id == 0) {
-    const auto nearest = map.index.nearest(question.point);
-    if (!nearest) return;
-    id = nearest->id;
-  }
-  const Surface& surface = map.surface(id);
-  const Eigen::Vector2d uv = (surface.T_map_surface.inverse() * question.point).head<2>();
-  const Eigen::Vector3d at = surface.to_map(uv);
-  put(map, id, at, (question.point - at).norm(), answer);
-  answer.ground = map.bare_ground().ground_at(id, at);
+/// What a foot lowered there meets within half a step above or below: if possible a surface that it may stand
+/// on, not a riser in front of it. Beside all outlines, the nearest such surface within half a step.
+SurfaceId surface_for_foot(const AskedMap& map, const Eigen::Vector3d& at, double half_step,
+                           double max_slope_rad) {
+  const SlopeLimit standable{map.up, max_slope_rad}, any{map.up};
+  const Eigen::Vector3d lifted = at + half_step * map.up.normalized();
+  for (const SlopeLimit& limit : {standable, any})
+    if (const auto place = map.index.below(lifted, limit); place && place->distance <= 2 * half_step)
+      return place->id;
+  if (const auto place = map.index.nearest(at, standable, half_step)) return place->id;
+  const auto nearest = map.index.nearest(at), below = map.index.below(at, any);
+  if (!nearest) throw Error(Error::Kind::data, map.name, "has no surfaces", "map more scans first");
+  const auto named = [](const Nearest& place, const char* where) {
+    const std::string metres = std::to_string(place.distance);
+    return "surface " + std::to_string(place.id) + " is " + metres.substr(0, metres.find('.') + 3) + " m " +
+           where;
+  };
+  throw Error(Error::Kind::data, map.name,
+              "no surface is within half a step of that place: " +
+                  (below ? named(*below, "below it") : named(*nearest, "off, and nothing below it")),
+              "query --below has the ground's height");
 }
 
 }  // namespace
@@ -100,17 +109,12 @@ PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question) {
       break;
     }
     case PlaceQuestion::voxel:
-    case PlaceQuestion::ground:
       if (!question.point.allFinite()) throw Error(Error::Kind::usage, "point", "is not finite");
-      if (question.kind == PlaceQuestion::ground) {
-        ask_ground(map, question, answer);
-        break;
-      }
       answer.voxel = map.octree.at(question.point);
       if (answer.voxel.surface != 0) answer.surfaces = {answer.voxel.surface};
       break;
     default:
-      throw Error(Error::Kind::usage, "kind", "is none of octosurf_msgs/Query");
+      throw Error(Error::Kind::usage, "kind", "is none of PlaceQuestion::Kind");
   }
   return answer;
 }
@@ -162,33 +166,20 @@ FoundRegion find_region(const AskedMap& map, const ContactQuestion& question) {
 }
 
 FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question) {
-  const GroundView ground = map.ground(rules_of(question, map.up, map.octree.resolution()));
+  const GroundRules rules = rules_of(question, map.up, map.octree.resolution());
   const Eigen::Vector3d& at = question.at.value();
-  const auto nearest = map.index.nearest(at);
-  if (!nearest) throw Error(Error::Kind::data, map.name, "has no surfaces", "map more scans first");
-  FoundFoothold found;
-  found.foothold = ground.foothold(nearest->id, at, question.yaw_rad.value_or(0));
-  found.off_m = map.up.normalized().dot(at - found.foothold.T_map_contact.translation());
   const double half_step = std::visit([](const auto& robot) { return robot.max_up_m / 2; }, question.robot);
-  if (std::fabs(found.off_m) > half_step)
-    throw Error(Error::Kind::data, "surface " + std::to_string(nearest->id),
-                "the nearest, lies " + std::to_string(std::fabs(found.off_m)) + " m " +
-                    (found.off_m > 0 ? "below" : "above") + " that place: more than half a step",
-                "query --below has the ground's height");
+  const SurfaceId id = surface_for_foot(map, at, half_step, rules.limits.max_slope_rad);
+  const GroundView ground = map.ground(rules);
+  FoundFoothold found;
+  found.foothold = ground.foothold(id, at, question.yaw_rad.value_or(0));
+  found.off_m = map.up.normalized().dot(at - found.foothold.T_map_contact.translation());
   if (found.foothold.accepted) {
     found.ground[static_cast<std::size_t>(Ground::supported)] = 1;
     return found;
   }
-  found.ground = ground.ground_under(nearest->id, found.foothold.T_map_contact);
+  found.ground = ground.ground_under(id, found.foothold.T_map_contact);
   return found;
-}
-
-Eigen::AlignedBox3d extent_of(const Cylinder& cylinder) {
-  const Eigen::Vector3d half = cylinder.axis * (cylinder.length_m / 2),
-                        around = cylinder.radius_m * (1 - cylinder.axis.array().square()).max(0).sqrt();
-  Eigen::AlignedBox3d extent(cylinder.axis_point - half);
-  extent.extend(cylinder.axis_point + half);
-  return {extent.min() - around, extent.max() + around};
 }
 
 }  // namespace octosurf::planning

@@ -54,23 +54,21 @@ class AskedMap {
 };
 
 struct PlaceQuestion {
-  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel, ground };
+  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel };
   std::uint8_t kind = nearest;
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), corner = point, direction = point;
   double distance_m =
       std::numeric_limits<double>::infinity();  ///< of what is nearest or on the ray; a radius
   double max_slope_rad = std::numbers::pi;      ///< of what is nearest or below
-  SurfaceId surface = 0;                        ///< whose ground; 0: the nearest one's
 };
 
 struct PlaceAnswer {
-  bool found = false;               ///< of nearest, below, ray and ground: there is such a place
+  bool found = false;               ///< of nearest, below and ray: there is such a place
   std::vector<SurfaceId> surfaces;  ///< in the sphere or box; else whose place or voxel it is, if anyone's
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = point;
   double distance_m = 0;
   bool front = false;  ///< the ray meets the side that the surface was seen from
   OccupancyView::Voxel voxel{};
-  Ground ground = Ground::unseen;
 };
 
 PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question);
@@ -102,14 +100,12 @@ struct FoundFoothold {
   std::array<double, ground_names.size()> ground{};  ///< shares of the foot's area over each, [0, 1]
 };
 
-/// Along the map's axes, of the whole circle, seen or not.
-Eigen::AlignedBox3d extent_of(const Cylinder& cylinder);
-
 /// LENGTHxWIDTH of a sole or the radius of a disc, m.
 ContactShape foot_of(const std::string& text);
 GroundRules rules_of(const ContactQuestion& question, const Eigen::Vector3d& up, double resolution);
 FoundRegion find_region(const AskedMap& map, const ContactQuestion& question);
-/// Throws Error(data), too, if the surface is more than half of the robot's step higher or lower than asked.
+/// On what a foot lowered there meets, rather than a riser in front of it. Throws Error(data), too, if none
+/// is within half of the robot's step.
 FoundFoothold find_foothold(const AskedMap& map, const ContactQuestion& question);
 
 }  // namespace octosurf::planning

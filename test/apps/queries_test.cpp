@@ -55,12 +55,13 @@ TEST_F(Queries, OfFootholds) {
             {"ground/supported", 1.0},
             {"margin_m", 0.25},  // of edges farther off nothing is said
             {"point/2", floor_height}}},
-          {"--foothold 0.2 5 0 0 --foot 0.22x0.11",
+          {"--foothold 0.2 0.57 0 0 --foot 0.02",
            {{"refused", "support"}, {"supported", 0.0}, {"ground/unseen", 1.0}}},
           {"--foothold 0.2 0 0 0 --foot 0.05 --edge-margin 2", {{"refused", "margin"}}},
           {"--foothold 0.2 0 0 0 --clearance 0.5", {{"accepted", true}}}});
-  EXPECT_THAT(run_well("query m --foothold 0.2 5 0 0").out, says("\nrefused              support\n"));
-  fails("query m --foothold 0.2 0 1 0", {"lies 0.98", "m below that place", "--below"});
+  EXPECT_THAT(run_well("query m --foothold 0.2 0.57 0 0").out, says("\nrefused              support\n"));
+  fails("query m --foothold 0.2 0 1 0", {"surface 1 is 0.98", "m below it", "--below"});
+  fails("query m --foothold 0.2 5 0 0", {"surface 1 is 4.5", "m off, and nothing below it"});
 }
 
 TEST_F(Queries, OfRegionsAgreeWithThoseOfFootholds) {

@@ -1,6 +1,7 @@
 // The index against looking at every surface and every edge.
 #include "planning/questions.hpp"
 #include "shapes.hpp"
+#include "support/painted_octree.hpp"
 #include "support/polygons.hpp"
 
 #include <octosurf/queries.hpp>
@@ -111,7 +112,7 @@ bool slow_meets(const Surface& s, const ConvexSpace& space) {
   return part.size() >= 3 && test::intersection({{part, {}}}, s.polygons).area > 0;
 }
 
-TEST(SurfaceIndex, ListsWhatMeetsABoxAFrustumASphere) {
+TEST(SurfaceIndex, ListsWhatMeetsABoxAConvexSpaceASphere) {
   std::mt19937_64 random(test::seed());
   const auto snapshot = random_map(random, 60);
   const SurfaceIndex index(snapshot);
@@ -119,11 +120,17 @@ TEST(SurfaceIndex, ListsWhatMeetsABoxAFrustumASphere) {
   for (int round = 0; round < 200; ++round) {
     Eigen::AlignedBox3d box(random_vector(random, 9));
     box.extend(box.min() + random_vector(random, 2).cwiseAbs());
-    const Eigen::Isometry3d camera =
+    const Eigen::Isometry3d turn =
         pose(random_vector(random, 1), random_vector(random, 3).x(), random_vector(random, 6));
     const Eigen::Vector3d eye = random_vector(random, 9);
     const double radius = random_vector(random, 2).cwiseAbs().x();
-    for (const ConvexSpace& space : {ConvexSpace::box(box), ConvexSpace::frustum(camera, 0.6, 0.4, 0.1, 4)}) {
+    ConvexSpace wedge = ConvexSpace::box({Eigen::Vector3d(-1, -2, 0), Eigen::Vector3d(2, 1, 4)});
+    wedge.planes.push_back({Eigen::Vector3d(0.6, 0, 0.8), 2});
+    for (Plane& plane : wedge.planes) {
+      plane.normal = turn.linear() * plane.normal;
+      plane.offset += plane.normal.dot(turn.translation());
+    }
+    for (const ConvexSpace& space : {ConvexSpace::box(box), wedge}) {
       std::vector<SurfaceId> expected;
       for (const SurfacePtr& s : snapshot->surfaces)
         if (slow_meets(*s, space)) expected.push_back(s->id);
@@ -200,25 +207,33 @@ TEST(SurfaceIndex, NothingFromNothingAndNonsenseIsRefused) {
   EXPECT_THROW(SurfaceIndex(nullptr), Error);
 }
 
-/// A pole of which one half was seen lies to both sides of its axis' middle.
-TEST(Extent, OfACylinderIsThatOfAllPointsAtItsEnds) {
-  std::mt19937_64 rng = test::rng();
-  std::uniform_real_distribution<double> any(-1, 1);
-  for (int round = 0; round < 50; ++round) {
-    Cylinder pole;
-    pole.axis_point = 3 * Eigen::Vector3d(any(rng), any(rng), any(rng));
-    pole.axis = Eigen::Vector3d(any(rng), any(rng), any(rng) + 2).normalized();
-    pole.radius_m = 0.3 + 0.2 * any(rng);
-    pole.length_m = 2 + any(rng);
-    Eigen::AlignedBox3d all;
-    const Eigen::Vector3d side = pole.axis.unitOrthogonal();
-    for (const double end : {-0.5, 0.5})
-      for (int i = 0; i < 3600; ++i)
-        all.extend(pole.axis_point + end * pole.length_m * pole.axis +
-                   pole.radius_m * (Eigen::AngleAxisd(i * std::numbers::pi / 1800, pole.axis) * side));
-    const Eigen::AlignedBox3d extent = planning::extent_of(pole);
-    EXPECT_LT((extent.min() - all.min()).norm() + (extent.max() - all.max()).norm(), 1e-5);
-  }
+/// Before a stair's riser, which is nearer to the foot than the floor is.
+TEST(FootholdQuestion, IsOfWhatALoweredFootMeets) {
+  const double up = -pi / 2, ramp = pi / 4;
+  const auto stair = snapshot_of({surface(1, {{box(-1, -1, 1.5, 2), {}}}),
+                                  surface(2, {{box(0, -1, 0.2, 2), {}}}, pose({0, 1, 0}, up, {0.5, 0, 0})),
+                                  surface(3, {{box(0.5, -1, 1, 2), {}}}, pose({0, 0, 1}, 0, {0, 0, 0.2})),
+                                  surface(4, {{box(0, 0, 2, 2), {}}}, pose({0, 1, 0}, ramp, {5, 0, 0}))});
+  const AskedMap map("stair", stair, test::PaintedOctree(0.02).view(), Eigen::Vector3d::UnitZ());
+  const auto found = [&](const Eigen::Vector3d& at) {
+    ContactQuestion question;
+    question.at = at;
+    question.foot = ContactShape::disc(0.02);
+    return find_foothold(map, question).foothold;
+  };
+  EXPECT_EQ(map.index.nearest({0.49, 0, 0.05})->id, 2u);
+  EXPECT_EQ(found({0.49, 0, 0.05}).surface, 1u);
+  EXPECT_EQ(found({0.51, 0, 0.15}).surface, 3u);
+  EXPECT_EQ(found({-1.02, 0, 0.01}).surface, 1u) << "beside its outline";
+  EXPECT_EQ(found({6, 1, -1}).surface, 4u);
+  EXPECT_EQ(found({6, 1, -1}).refused, ContactRefusal::slope) << "nothing else is there";
+  using testing::HasSubstr, testing::ThrowsMessage;
+  EXPECT_THAT([&] { found({0, 0, 0.9}); }, ThrowsMessage<Error>(HasSubstr("surface 1 is 0.90 m below it")));
+  EXPECT_THAT(
+      [&] {
+        found({0, 4, 0});
+      },
+      ThrowsMessage<Error>(HasSubstr("1 is 3.00 m off, and nothing below it")));
 }
 
 }  // namespace
