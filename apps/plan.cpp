@@ -68,7 +68,7 @@ void write(const PlanArguments& arguments, const Snapshot& snapshot, const Foots
   for (const std::string& file : arguments.outputs) {
     if (file.ends_with(".json")) {
       io::write_file(file, arguments.force, [&](std::ostream& out) { out << to_json(plan, robot) << '\n'; });
-    } else {
+    } else if (plan.found()) {
       ExportOptions options;
       options.up = up;
       options.force = arguments.force;
@@ -76,7 +76,7 @@ void write(const PlanArguments& arguments, const Snapshot& snapshot, const Foots
       export_surfaces(snapshot, file, options);
     }
   }
-  if (arguments.png.empty()) return;
+  if (arguments.png.empty() || !plan.found()) return;
   PictureOptions picture;
   picture.up = up;
   picture.force = arguments.force;
@@ -119,8 +119,10 @@ void add_plan(CLI::App& app) {
   verb->add_option("--seconds,--time", arguments->query.budget.time_s, "most seconds of search [no limit]")
       ->check(at_least(0));
   verb->add_flag("--json", arguments->json, "print JSON");
-  verb->add_option("-o,--output", arguments->outputs,
-                   "FILE.json: the plan; FILE.glb: surfaces and footprints for a 3-D viewer; may be repeated")
+  verb->add_option(
+          "-o,--output", arguments->outputs,
+          "FILE.json: the plan, or why there is none; FILE.glb: surfaces and footprints for a 3-D viewer; "
+          "may be repeated")
       ->type_name("FILE");
   verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green")
       ->type_name("FILE");

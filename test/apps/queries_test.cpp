@@ -176,6 +176,9 @@ TEST_F(PlanVerb, SaysWhyNotInOneLineAndInJson) {
   fails("plan m --from 50 0 0 0" + to, {"cannot stand at the start", "no surface"});
   const Outcome answer = run("plan m --json" + low + way);
   EXPECT_EQ(answer.code, 1);
+  fails("plan m" + low + way + " -o none.json -o none.glb --png none.png", {"every stance"});
+  EXPECT_TRUE(exists("none.json"));
+  EXPECT_FALSE(exists("none.glb") || exists("none.png")) << "of no plan there is no picture";
   const json plan = json::parse(answer.out), refusal = plan.at("refusal");
   EXPECT_FALSE(plan.at("found").get<bool>());
   EXPECT_EQ(refusal.at("why"), "unreachable");
