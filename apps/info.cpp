@@ -64,7 +64,7 @@ Json json_of(const LoadedMap& loaded, const std::string& up_option) {
   json["cylinders"] = Json::array();
   for (const CylinderPtr& cylinder : snapshot->cylinders) json["cylinders"].push_back(*cylinder);
   json["stairs"] = stairs.stairs;
-  json["steps"] = stairs.single_steps;
+  json["single_steps"] = stairs.single_steps;
   json["parameters"] = Json::parse(parameters_json(map.parameters()));
   json["warnings"] = Json::array();
   if (!loaded.warning.empty()) json["warnings"].push_back(loaded.warning);

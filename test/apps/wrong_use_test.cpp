@@ -125,6 +125,7 @@ const std::vector<Refused>& refused() {
       {"plan nothing --from 0 0 0 0 --to 1 0 0 0", {"nothing.surfaces"}, 1},
       // export and view
       {"export m --to n.ply --thickness -1", {"'-1' must be more than 0"}},
+      {"export m n.json", {"--to is required"}},
       {"export m --to n.ot --what points", {"--what"}},
       {"export m --to n.pcd", {"no such format", ".json, .ply, .glb, .ot or .mcap", "Nav2"}},
       {"export m --to n.mcap --what points", {"--what"}},

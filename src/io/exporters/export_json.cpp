@@ -85,8 +85,9 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
             {"revision", surface.revision},
             {"parents", surface.parents},
             {"polygons", polygons_json(job, surface)}};
-  if (const auto gaps = job.options.gaps.find(id); gaps != job.options.gaps.end())
-    json["gaps"] = list_of(gaps->second, [&](const Gap& gap) { return gap_json(gap, surface); });
+  const auto gaps = job.options.gaps.find(id);
+  json["gaps"] = list_of(gaps == job.options.gaps.end() ? std::vector<Gap>() : gaps->second,
+                         [&](const Gap& gap) { return gap_json(gap, surface); });
   if (job.with_boundary) json["boundary"] = points_json(surface.boundary);
   if (job.wants(ExportPart::meshes)) {
     const Mesh mesh = extrude(surface, job.options.mesh_thickness);
@@ -130,7 +131,7 @@ void write_json(const ExportJob& job, std::ostream& out) {
              [](const Cylinder& cylinder) { return Json(cylinder); });
   out << "\n]";
   if (const auto& found = job.options.stairs)
-    out << ",\"stairs\":" << Json(found->stairs) << ",\"steps\":" << Json(found->single_steps);
+    out << ",\"stairs\":" << Json(found->stairs) << ",\"single_steps\":" << Json(found->single_steps);
   out << "}\n";
 }
 

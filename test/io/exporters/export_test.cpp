@@ -262,7 +262,7 @@ def cross(a, b): return [a[1]*b[2]-a[2]*b[1], a[2]*b[0]-a[0]*b[2], a[0]*b[1]-a[1
 def dot(a, b): return sum(x*y for x, y in zip(a, b))
 def area(ring, n): return dot(n, [sum(c) for c in zip(*(cross(p, q) for p, q in zip(ring, ring[1:]+ring[:1])))])/2
 for i, s in enumerate(d['surfaces']):
-    assert set(s) == {'id','color','plane','T_map_surface','area_m2','inliers','rms_m','covariance','normal_std_deg','offset_std_m','revision','parents','polygons','boundary'}
+    assert set(s) == {'id','color','plane','T_map_surface','area_m2','inliers','rms_m','covariance','normal_std_deg','offset_std_m','revision','parents','polygons','gaps','boundary'} and s['gaps'] == []
     assert s['id'] == 3*i+2 and s['inliers'] == 100*s['id'] and s['revision'] == 10+s['id']
     assert abs(s['rms_m'] - 0.001*s['id']) < 1e-12 and s['parents'] == ([1, 4] if s['id'] > 4 else [])
     k = s['id']
