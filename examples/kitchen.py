@@ -51,12 +51,12 @@ plan = None
 if len(places) > 1:
     distances = np.linalg.norm(places[:, None] - places[None], axis=-1)
     start, goal = places[list(np.unravel_index(distances.argmax(), distances.shape))]
-    planner = octosurf.FootstepPlanner(snapshot, robot, octree=octree)
+    planner = octosurf.FootstepPlanner(snapshot, octree, robot)
     plan = planner.plan(octosurf.Standing(at=start), octosurf.Standing(at=goal))
     if plan.refusal:
         print(f"no plan: {plan.refusal.sentence}")
     else:
-        wrong = octosurf.verify_plan(plan, snapshot, robot, octree=octree)
+        wrong = octosurf.verify_plan(plan, snapshot, octree, robot)
         print(f"{len(plan.steps)} steps, cost {plan.cost:.1f}, {len(wrong)} of them wrong")
 else:
     print(f"no plan: nowhere to stand, because of {', '.join(region.refused)}")

@@ -35,6 +35,6 @@ def main(topic, fixed_frame, file):
     rospy.Subscriber(topic, sensor_msgs.msg.PointCloud2, insert, queue_size=10, buff_size=1 << 26)
     rospy.spin()
     mapper.drain()
-    octosurf.save(mapper.map(), file)
+    octosurf.save_map(mapper.map(), file)
 
 if __name__ == "__main__": main(*sys.argv[1:4])

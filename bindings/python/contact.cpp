@@ -209,6 +209,10 @@ void bind_ground(Module& module) {
   bind_patch(module);
   using R = GroundRules;
   using G = MapGround;
+  const auto patch_of = [](const G& ground, const Eigen::Isometry3d& T_map_base,
+                           const std::optional<PatchLayout>& layout) {
+    return ground_patch(ground, T_map_base, layout.value_or(PatchLayout::grid()));
+  };
   Settings<R>(module, "GroundRules")
       .fields(OCTOSURF_FIELDS(R, foot, limits, widest_unseen_m, as_mapped))
       .def_static("of", &R::of, "robot"_a, "resolution"_a);
@@ -258,13 +262,8 @@ void bind_ground(Module& module) {
            Released(), "Of region() what lies within reach_m of a place.")
       .def("foothold", &G::foothold, "id"_a, "at"_a, "yaw_rad"_a, Released(),
            "Foothold of the rules' foot on a surface.")
-      .def(
-          "patch",
-          [](const G& ground, const Eigen::Isometry3d& T_map_base, const std::optional<PatchLayout>& layout) {
-            return ground_patch(ground, T_map_base, layout.value_or(PatchLayout::grid()));
-          },
-          "T_map_base"_a, "layout"_a = py::none(), Released(),
-          "GroundPatch about a base, (4, 4): ground_patch() of octosurf/ground_patch.hpp.");
+      .def("patch", patch_of, "T_map_base"_a, "layout"_a = py::none(), Released(), "ground_patch() of it.");
+  module.def("ground_patch", patch_of, "ground"_a, "T_map_base"_a, "layout"_a = py::none(), Released());
   bind_storeys(module);
 }
 

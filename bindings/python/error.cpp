@@ -32,7 +32,7 @@ py::str text(const std::string& bytes) {
 constexpr std::pair<const char*, const char*> keywords[] = {{"force", "force=True"},
                                                             {"skip-bad", "skip_bad=True"},
                                                             {"topic", "topics"},
-                                                            {"resume", "octosurf.load()"},
+                                                            {"resume", "octosurf.load_map()"},
                                                             {"up", "up="}};
 
 std::string keyword_of(std::string option) {

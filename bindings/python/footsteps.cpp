@@ -67,9 +67,9 @@ void bind_plan(Module& module) {
   using P = FootstepPlan;
   Value<P>(module, "FootstepPlan")
       .fields(OCTOSURF_FIELDS(P, start, steps, body, cost, lower_bound, expansions, search_ms, refusal))
-      .def("found", &P::found)
+      .def_property_readonly("found", &P::found, doc_of("FootstepPlan.found"))
       .def("to_json", &to_json, "robot"_a, R"(A JSON object, "octosurf-plan" of docs/formats.md; degrees.)")
-      .def("__bool__", &P::found, "found().");
+      .def("__bool__", &P::found, "found.");
 }
 
 }  // namespace
@@ -86,6 +86,10 @@ void bind_footsteps(Module& module) {
 
 Footholds are accepted by foothold(); swinging feet and body touch no occupied voxel, unknown space counts as free. Statics
 only. Deterministic without a time limit. What it finds out about the map it keeps for later plans.)")
+      .def(py::init([](const SnapshotPtr& snapshot, const OccupancyView& octree, const Robot& robot) {
+             return planner_of(snapshot, robot, octree);
+           }),
+           "snapshot"_a, "octree"_a, "robot"_a)
       .def(
           py::init(&planner_of), "snapshot"_a, "robot"_a = py::none(), py::kw_only(), "octree"_a = py::none(),
           R"(robot: Biped or Quadruped; None: Biped() with the map's up. octree: OccupancyView; None: the snapshot's own.
@@ -102,6 +106,14 @@ Throws Error(usage).)")
       .def("plan", &plan_by, "from_"_a, "to"_a, "budget"_a = PlanBudget{});
   module.def(
       "plan",
+      [](const SnapshotPtr& snapshot, const OccupancyView& octree, const Robot& robot, const Standing& from,
+         const Standing& to, const PlanBudget& budget) {
+        return plan_by(*planner_of(snapshot, robot, octree), from, to, budget);
+      },
+      "snapshot"_a, "octree"_a, "robot"_a, "from_"_a, "to"_a, "budget"_a = PlanBudget{},
+      "FootstepPlanner(snapshot, octree, robot).plan(from_, to, budget), for a single plan.");
+  module.def(
+      "plan",
       [](const SnapshotPtr& snapshot, const Standing& from, const Standing& to,
          const std::optional<Robot>& robot, const PlanBudget& budget,
          const std::optional<OccupancyView>& octree) {
@@ -109,14 +121,16 @@ Throws Error(usage).)")
       },
       "snapshot"_a, "from_"_a, "to"_a, "robot"_a = py::none(), "budget"_a = PlanBudget{}, py::kw_only(),
       "octree"_a = py::none(),
-      "FootstepPlanner(snapshot, robot, …).plan(from_, to, budget), for a single plan.");
+      "The same; robot None: Biped() with the map's up; octree None: the snapshot's own.");
+  module.def("verify_plan", &verify_plan, "plan"_a, "snapshot"_a, "octree"_a, "robot"_a, Released());
   module.def(
       "verify_plan",
       [](const FootstepPlan& plan, const Snapshot& snapshot, const Robot& robot,
          const std::optional<OccupancyView>& octree) {
         return verify_plan(plan, snapshot, octree_of(snapshot, octree), robot);
       },
-      "plan"_a, "snapshot"_a, "robot"_a, py::kw_only(), "octree"_a = py::none(), Released());
+      "plan"_a, "snapshot"_a, "robot"_a, py::kw_only(), "octree"_a = py::none(), Released(),
+      "The same; octree None: the snapshot's own.");
 }
 
 }  // namespace octosurf::python

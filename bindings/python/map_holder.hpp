@@ -88,6 +88,12 @@ class MapHolder {
     return noted(change(*mapper_, other.mapper_ ? other.mapper_->map() : *other.map_));
   }
 
+  /// Of a map that has been taken over; waits for no insertion.
+  PreparedScan prepare(Scan scan) const {
+    const pybind11::gil_scoped_release others_run;
+    return mapper_->prepare(std::move(scan));
+  }
+
   /// Never waits for a scan. With Python's lock, without which take_over() is not called, or after that.
   SnapshotPtr snapshot() const;
 

@@ -190,6 +190,8 @@ void bind_mapper(Module& module) {
           },
           "base"_a, "radius"_a, "height"_a)
       .def("distance", &SpacePart::distance, "point"_a);
+  Class<PreparedScan>(module, "PreparedScan")
+      .def_property_readonly("scan", &PreparedScan::scan, doc_of("PreparedScan.scan"));
   using M = PythonMapper;
   Class<M>(module, "Mapper", mapper_doc)
       .def(py::init<MapPtr, int>(), "map"_a, "threads"_a = 1, "Goes on with a Map that has no Mapper yet.")
@@ -205,6 +207,14 @@ rays. Throws Error(usage).)")
       .text(&M::text)
       .def("remember_scans", changed(&Mapper::remember_scans))
       .def("insert", &M::insert, "scan"_a)
+      .def(
+          "insert",
+          [](const M& self, const PreparedScan& prepared) {
+            return self.map->write([&](Mapper& mapper) { return mapper.insert(prepared); });
+          },
+          "prepared"_a)
+      .def(
+          "prepare", [](const M& self, Scan scan) { return self.map->prepare(std::move(scan)); }, "scan"_a)
       .def(
           "insert_all",
           [](const M& self, const std::vector<Scan>& scans) {

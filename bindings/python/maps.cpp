@@ -161,17 +161,20 @@ void bind_maps(Module& module) {
              "The Up that the map's parameters give or, where they leave it open, the one that its surfaces "
              "suggest.");
 
-  module.def("load", &load, "stem"_a,
-             R"(The Map of `stem`.surfaces, such as octosurf.load("maps/office").
+  // The headers' names, and those of earlier versions.
+  for (const char* name : {"load_map", "load"})
+    module.def(name, &load, "stem"_a,
+               R"(The Map of `stem`.surfaces, such as octosurf.load_map("maps/office").
 
 Throws Error(data) for damaged or foreign files; warns (UserWarning) where, say, the .bt beside it does not match.)");
-  module.def(
-      "save",
-      [](const MapHolder& map, const fs::path& stem) {
-        map.read([&stem](const Map& whole) { save_map(whole, stem); });
-      },
-      "map"_a, "stem"_a,
-      R"(Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap) over what is there.
+  for (const char* name : {"save_map", "save"})
+    module.def(
+        name,
+        [](const MapHolder& map, const fs::path& stem) {
+          map.read([&stem](const Map& whole) { save_map(whole, stem); });
+        },
+        "map"_a, "stem"_a,
+        R"(Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap) over what is there.
 
 Whenever that fails, the files of before or the new ones are there. A folder of scans (`octosurf map --keep-scans`) that
 the map had is not told in them: it has not got what Python inserted. Throws Error(output), Error(incomplete).)");

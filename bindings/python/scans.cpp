@@ -58,15 +58,22 @@ void set_times(Scan& scan, const Times& given) {
   scan.times_s.assign(given.data(), given.data() + given.size());
 }
 
-Scan deskewed(Scan scan, const std::optional<Times>& times_s, const std::vector<double>& stamps_s,
-              const std::vector<Eigen::Isometry3d>& poses) {
-  if (stamps_s.size() != poses.size())
-    throw Error(Error::Kind::data, "stamps_s", "are not as many as the poses", "give one to each");
+Scan deskewed(Scan scan, const std::vector<std::pair<double, Eigen::Isometry3d>>& poses,
+              const std::optional<Times>& times_s) {
   if (times_s) set_times(scan, *times_s);
   std::vector<StampedPose> stamped;
-  for (std::size_t i = 0; i < poses.size(); ++i) stamped.push_back({stamps_s[i], poses[i]});
+  for (const auto& [stamp_s, pose] : poses) stamped.push_back({stamp_s, pose});
   const py::gil_scoped_release others_run;
   return deskew(std::move(scan), stamped);
+}
+
+Scan deskewed_by_arrays(Scan scan, const std::optional<Times>& times_s, const std::vector<double>& stamps_s,
+                        const std::vector<Eigen::Isometry3d>& poses) {
+  if (stamps_s.size() != poses.size())
+    throw Error(Error::Kind::data, "stamps_s", "are not as many as the poses", "give one to each");
+  std::vector<std::pair<double, Eigen::Isometry3d>> stamped;
+  for (std::size_t i = 0; i < poses.size(); ++i) stamped.emplace_back(stamps_s[i], poses[i]);
+  return deskewed(std::move(scan), stamped, times_s);
 }
 
 /// The headers' words on it and on its options.
@@ -119,7 +126,7 @@ intrinsics: (fx, fy, cx, cy) or K, (3, 3); pixels. T_map_camera: (4, 4), camera 
           },
           "T_map_sensor"_a, "A copy of it at another pose, (4, 4).")
       .def(
-          "deskewed", &deskewed, "times_s"_a, "stamps_s"_a, "poses"_a,
+          "deskewed", &deskewed_by_arrays, "times_s"_a, "stamps_s"_a, "poses"_a,
           R"(A copy with the sensor's motion within the scan undone: its points where they were in the sensor's frame at
 stamp_s, their rays from where the sensor was. times_s: (N,), s after stamp_s, one for each point; None: its own.
 stamps_s: (M,), ascending, and poses: (M, 4, 4), T_map_sensor, interpolated between, from the first to the last reading.)")
@@ -159,6 +166,8 @@ Scan scan_of_depth(const py::array& depth, const py::object& intrinsics,
 
 void bind_scans(Module& module) {
   bind_scan(module);
+  module.def("deskew", &deskewed, "scan"_a, "poses"_a, py::kw_only(), "times_s"_a = py::none(),
+             "Scan.deskewed(), with `poses` as pairs of a stamp, s, ascending, and T_map_sensor, (4, 4).");
   Class<Recording>(module, "ScanSource", "Posed scans, one after the other, decoded one at a time.")
       .def("__len__", under_lock(&ScanSource::size), "Number of scans listed, bad ones included.")
       .def("__iter__", [](Recording& self) -> Recording& { return self; })

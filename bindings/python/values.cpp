@@ -133,7 +133,18 @@ void set_field(const py::object& settings, const py::str& name, const py::object
   const double number = PyFloat_AsDouble(value.ptr());  // -1 if it is none
   if (PyErr_Occurred() != nullptr) PyErr_Clear();
   if (!std::isfinite(number)) throw Error(Error::Kind::usage, name, "is not finite", "give a number");
-  if (PyObject_GenericSetAttr(settings.ptr(), name.ptr(), value.ptr()) != 0) throw py::error_already_set();
+  if (PyObject_GenericSetAttr(settings.ptr(), name.ptr(), value.ptr()) == 0) return;
+  if (PyErr_ExceptionMatches(PyExc_TypeError) == 0) throw py::error_already_set();
+  PyErr_Clear();
+  const py::object type = py::type::of(settings);
+  throw py::type_error(py::str("{}.{} cannot be {!r}: {}")
+                           .format(type.attr("__name__"), name, value, type.attr(name).attr("__doc__")));
+}
+
+void require_names(const SettingsWords& words, const py::args& unnamed) {
+  if (!unnamed.empty())
+    throw py::type_error(
+        py::str("fields are given by name: {}").format(py::str(", ").attr("join")(words.fields)));
 }
 
 void require_fields(const SettingsWords& words, const py::dict& values) {

@@ -208,10 +208,13 @@ struct SettingsWords {
 /// Throws TypeError for a name that is none of the words.
 void set_fields(const SettingsWords& words, const py::object& settings, const py::dict& given);
 
+/// Throws TypeError for values without names, which names the fields.
+void require_names(const SettingsWords& words, const py::args& unnamed);
+
 /// Throws Error(usage) for a name that is no field.
 void require_fields(const SettingsWords& words, const py::dict& values);
 
-/// Throws Error(usage) for a number that is not finite.
+/// Throws Error(usage) for a number that is not finite, TypeError with the field's name for another type.
 void set_field(const py::object& settings, const py::str& name, const py::object& value);
 
 /// A struct of settings: fields can be set, given by name to the constructor, compared, and put into a dict.
@@ -226,7 +229,10 @@ class Settings : public Class<T> {
     const auto dict = [words = words_](const py::object& settings) {
       return dict_of(words->fields, settings);
     };
-    this->def(py::init([words = words_](const py::kwargs& given) { return with(*words, T{}, given); }));
+    this->def(py::init([words = words_](const py::args& unnamed, const py::kwargs& given) {
+      require_names(*words, unnamed);
+      return with(*words, T{}, given);
+    }));
     this->def("to_dict", dict,
               "The fields by name, nested where they are settings themselves; as JSON can hold them.");
     this->def_static("from_dict", read, "values"_a,

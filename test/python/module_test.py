@@ -16,8 +16,8 @@ from world import ABOVE, at, floor, floor_mapper, mapped_floor
 
 def reload(map):
     """Loading checks that octree, points and surfaces agree."""
-    octosurf.save(map, world.FOLDER / "reload")
-    return octosurf.load(world.FOLDER / "reload")
+    octosurf.save_map(map, world.FOLDER / "reload")
+    return octosurf.load_map(world.FOLDER / "reload")
 
 
 class Mapping(unittest.TestCase):
@@ -51,7 +51,12 @@ class Mapping(unittest.TestCase):
         command, whole = world.FOLDER / "command", world.FOLDER / "whole"
         world.command("map", world.recording(), "-o", command)
         scans = list(octosurf.open_scans(world.recording()))
-        octosurf.save(self.mapped(octosurf.Mapper(), scans).map(), whole)
+        first = octosurf.Mapper()
+        first.remember_scans()
+        prepared = first.prepare(scans[0])
+        self.assertEqual(prepared.scan.name, scans[0].name)
+        first.insert(prepared)
+        octosurf.save(self.mapped(first, scans[1:]).map(), whole)
         self.assertEqual(whole.with_suffix(".bt").read_bytes(), command.with_suffix(".bt").read_bytes())
         half = world.FOLDER / "half"
         octosurf.save(self.mapped(octosurf.Mapper(), scans[:3]).map(), half)
@@ -205,6 +210,7 @@ class Errors(unittest.TestCase):
         self.refused("usage", octosurf.Mapper, mapper.map())
         self.assertEqual(mapper.snapshot().revision, revision)
         self.assertRaises(TypeError, octosurf.ContactLimits, max_slope=1)
+        self.assertRaisesRegex(TypeError, "by name: .*max_slope_rad", octosurf.ContactLimits, 1)
 
     def test_a_name_of_any_bytes(self):
         name = world.FOLDER / "\udcff"
@@ -219,7 +225,7 @@ class Errors(unittest.TestCase):
         shutil.copytree(world.recording(), bare, ignore=shutil.ignore_patterns("*pose*"))
         self.assertEqual(self.refused("data", octosurf.open_scans, bare).hint, "give poses=FILE")
         saved = self.refused("data", octosurf.open_scans, world.SOURCE / "maps/office.surfaces")
-        self.assertEqual(saved.hint, "resume it by octosurf.load()")
+        self.assertEqual(saved.hint, "resume it by octosurf.load_map()")
         square = octosurf.Quadruped(foot=octosurf.ContactShape.rectangle(0.1, 0.1))
         self.assertIn("ContactShape.disc()", self.refused("usage", square.validate).hint)
         self.assertEqual(self.refused("usage", octosurf.Parameters().set, "no", "1").hint, "Parameters.names() has them")
@@ -312,12 +318,18 @@ class Questions(unittest.TestCase):
     def test_plans(self):
         here, there = octosurf.Standing(at=[-0.2, 0, 0]), octosurf.Standing(at=[0.2, 0, 0])
         robot = octosurf.Biped()
-        plan = octosurf.plan(self.snapshot, here, there, robot)
-        self.assertTrue(plan.found())
-        self.assertEqual(octosurf.verify_plan(plan, self.snapshot, robot), [])
+        octree = self.mapper.map().octree()
+        plan = octosurf.plan(self.snapshot, octree, robot, here, there)
+        self.assertTrue(plan.found)
+        self.assertEqual(octosurf.verify_plan(plan, self.snapshot, octree, robot), [])
+        of_before = octosurf.plan(self.snapshot, here, there, robot, octree=octree)
+        self.assertEqual([step.to_dict() for step in of_before.steps], [step.to_dict() for step in plan.steps])
+        self.assertEqual(octosurf.verify_plan(plan, self.snapshot, robot, octree=octree), [])
         self.assertEqual(json.loads(plan.to_json(robot))["format"], "octosurf-plan")
         away = octosurf.plan(self.snapshot, here, octosurf.Standing(at=[9, 0, 0]), robot)
-        self.assertEqual((away.found(), away.refusal.why), (False, "goal"))
+        self.assertEqual((away.found, away.refusal.why), (False, "goal"))
+        self.assertRaisesRegex(TypeError, "by name: at, yaw_rad", octosurf.Standing, [0, 0, 0], 0)
+        self.assertRaisesRegex(TypeError, "Standing.at cannot be 'here': .*Map frame", octosurf.Standing, at="here")
 
     def test_alignment_and_explanations(self):
         scan = octosurf.Scan(floor(), ABOVE)
@@ -376,7 +388,8 @@ class Questions(unittest.TestCase):
         report = cleared.clear(octosurf.SpacePart.box([-1, -1, -1], [0, 1, 1]))
         self.assertGreater(report.vanished, 500)
         self.assertAlmostEqual(cleared.snapshot().surfaces[0].area_m2, 0.5, delta=0.05)
-        patch = ground.patch(at(-0.2, 0, 0.5), octosurf.PatchLayout([[0, 0], [0.4, 0]]))
+        patch = octosurf.ground_patch(ground, at(-0.2, 0, 0.5), octosurf.PatchLayout([[0, 0], [0.4, 0]]))
+        np.testing.assert_array_equal(ground.patch(at(-0.2, 0, 0.5), octosurf.PatchLayout([[0, 0], [0.4, 0]])).height, patch.height)
         self.assertEqual(patch.cell.tolist(), [1, 3])
         self.assertAlmostEqual(patch.height[0], -0.5, delta=0.005)
         self.assertEqual(octosurf.PatchLayout.grid(1.7, 1.1, 0.1).points.shape, (187, 2))

@@ -9,7 +9,7 @@ import octosurf
 
 HEADERS = pathlib.Path(os.environ["OCTOSURF_SOURCE"], "include/octosurf")
 OTHERWISE = {
-    **dict.fromkeys(["KeptScans", "LoadedMap", "load_map", "save_map", "octomap_note"], "load() and save()"),
+    **dict.fromkeys(["KeptScans", "LoadedMap", "octomap_note"], "load_map() and save_map()"),
     **dict.fromkeys(["NamedMesh", "ExportOptions", "PictureOptions", "PageMap", "PageOptions", "make_page",
                      "HeightGridOptions", "footprints", "PlannerContact", "export_nav2", "turned"],
                     "export()'s keywords"),
@@ -20,10 +20,7 @@ OTHERWISE = {
     **dict.fromkeys(["sensor_of_frame", "require_rigid"], "the module checks itself"),
     **dict.fromkeys(["up_from_surfaces", "estimate_up", "upright"], "Snapshot.up() and Mapper's up"),
     "AlignmentReach": "Parameters",
-    "deskew": "Scan.deskewed()",
-    "StampedPose": "Scan.deskewed()'s stamps and poses",
-    "ground_patch": "GroundView.patch()",
-    "PreparedScan": "Mapper.insert() prepares; other threads run meanwhile",
+    "StampedPose": "pairs that deskew() takes",
     "RemovalLog": "Snapshot.removals",
     "is_occupancy_map": "open_scans() says so",
 }

@@ -10,7 +10,7 @@ between threads; mapping, planning, loading and saving let other Python threads 
         mapper.insert(scan)
     for surface in mapper.snapshot().surfaces:
         print(surface)
-    octosurf.save(mapper.map(), "maps/kitchen")
+    octosurf.save_map(mapper.map(), "maps/kitchen")
 """
 
 from octosurf import _octosurf

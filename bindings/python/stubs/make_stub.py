@@ -71,7 +71,7 @@ def definition(signature, doc, owner):
         keywords = keywords_of(octosurf.Parameters if owner in (octosurf.Mapper, octosurf.Map) else owner)
         args.kwonlyargs += [ast.arg(name, ast.Name(kind)) for name, kind in sorted(keywords.items())]
         args.kw_defaults += [ast.Constant(...) for _ in keywords]
-        args.kwarg = None
+        args.vararg = args.kwarg = None
     return with_docstring(f"def {function.name}({ast.unparse(args)}) -> {python_type(function.returns, False)}:", doc)
 
 
