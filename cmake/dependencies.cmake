@@ -4,7 +4,7 @@ find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and
 find_package(Threads REQUIRED)                         # src/core, src/check, apps
 set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL finds Boost by a module that CMake gives up
 # src/core/geometry: triangulation, polyline simplification; lab: arrangements; test: Boolean operations, the twin of
-# outlines; test/bench: detection of shapes (GPL parts)
+# outlines; bench: detection of shapes (GPL parts)
 find_package(CGAL REQUIRED)
 # Headers. src/core: container, crc, string algorithms; src/planning: container, polygon; src/footsteps: container; src/io:
 # archive iterators, mp11; apps/serve: asio and beast, for HTTP; lab, test: geometry; bindings: preprocessor
@@ -48,7 +48,7 @@ if(OCTOSURF_BUILD_OCTOMAP)
   target_link_libraries(octosurf_liboctomap INTERFACE ${OCTOMAP_LIBRARIES})
   target_compile_definitions(octosurf_liboctomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
 endif()
-# src/pcl: the paper's detector; adapters; test/bench: planes. Not by find_package(PCL): that one pulls in VTK, Qt and MPI,
+# src/pcl: the paper's detector; adapters; bench: planes. Not by find_package(PCL): that one pulls in VTK, Qt and MPI,
 # which none of the parts used here needs.
 find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12)
 if(OCTOSURF_BUILD_PCL STREQUAL AUTO)
