@@ -181,7 +181,7 @@ class Services:
             return [{"foot": one.foot, "surface": one.surface, "pose": messages.pose(one.T_map_foot),
                      "yaw": one.yaw_rad, "margin": one.margin_m} for one in of]
 
-        answer.update(found=plan.found(), message=plan.refusal.sentence if plan.refusal else "",
+        answer.update(found=plan.found, message=plan.refusal.sentence if plan.refusal else "",
                       start=steps(plan.start), steps=steps(plan.steps), cost=plan.cost, lower_bound=plan.lower_bound,
                       expansions=plan.expansions)
 
