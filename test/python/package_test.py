@@ -42,7 +42,7 @@ class Package(unittest.TestCase):
         release = re.search(r"VERSION_CODENAME=(\w+)", pathlib.Path("/etc/os-release").read_text())[1]
         self.check("", world.SOURCE / "dev", "package")
         package = max((world.SOURCE / "out").glob("octosurf_*.deb"), key=os.path.getmtime)
-        suggested = run("dpkg-deb", "-f", package, "Suggests").stdout.replace(",", "").replace("libpcl-dev", "")
+        suggested = run("dpkg-deb", "-f", package, "Suggests").stdout.strip().replace(",", "").replace("libpcl-dev", "")
         self.assertNotEqual(run("dpkg-deb", "-f", package, "Depends").stdout.strip(), "")
         shutil.copytree(world.SOURCE / "test/consumer/project", work / "consumer")
         project = work / "consumer/CMakeLists.txt"
