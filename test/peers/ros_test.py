@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import types
 import unittest
 
 import numpy as np
@@ -16,16 +17,19 @@ ros_workspace.make(pathlib.Path(sys.prefix))
 os.environ.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 100), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST",
                   AMENT_PREFIX_PATH=sys.prefix)
 
+sys.path.append(os.environ["OCTOSURF_SOURCE"] + "/ros/octosurf_ros")
+
 import octosurf  # noqa: E402
 import rclpy  # noqa: E402
 from convex_plane_decomposition_msgs.msg import PlanarTerrain  # noqa: E402
-from geometry_msgs.msg import Point, TransformStamped, Vector3  # noqa: E402
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3  # noqa: E402
 from grid_map_msgs.msg import GridMap  # noqa: E402
 from livox_ros_driver2.msg import CustomMsg, CustomPoint  # noqa: E402
 from nav_msgs.msg import OccupancyGrid  # noqa: E402
 from octomap_msgs.msg import Octomap  # noqa: E402
 from octosurf_msgs import srv  # noqa: E402
 from octosurf_msgs.msg import Stairs, Status, SurfaceChanges, Surfaces  # noqa: E402
+from octosurf_ros import mapping, messages, publications, terrain  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
@@ -615,3 +619,135 @@ class Map(Room):
         self.call("reset")
         self.assertTrue(until(lambda: self.now().revision == 0 and self.now().surfaces == 0))
         self.assertTrue(until(lambda: not surfaces[-1].surfaces))
+
+
+def assert_same(one, other, path="message"):
+    """Field by field; quaternions to 1e-12 and but for their sign."""
+    assert type(one) is type(other), path
+    if isinstance(one, Quaternion):
+        p, q = (np.array([at.x, at.y, at.z, at.w]) for at in (one, other))
+        np.testing.assert_allclose(p * np.sign(p @ q), q, atol=1e-12, err_msg=path)
+    elif hasattr(one, "get_fields_and_field_types"):
+        for name in one.get_fields_and_field_types():
+            assert_same(getattr(one, name), getattr(other, name), f"{path}.{name}")
+    elif isinstance(one, list):
+        assert len(one) == len(other), path
+        for k, pair in enumerate(zip(one, other)):
+            assert_same(*pair, f"{path}[{k}]")
+    else:
+        np.testing.assert_array_equal(one, other, err_msg=path)
+
+
+def box(u, v, size, holes=()):
+    return types.SimpleNamespace(outer=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * size + [u, v], holes=holes)
+
+
+def hole(*at):
+    return box(*at).outer[::-1]
+
+
+class Terrain(unittest.TestCase):
+    """Without the node."""
+
+    def terrain(self, *surfaces):
+        grid = types.SimpleNamespace(cell=0.05, center=(4, -1), elevation=np.full((40, 44), 0.75, "f4"))
+        grid.elevation[3, 5] = grid.elevation[20, 21] = np.nan
+        grid.elevation[20, 20] = 0.25
+        value = terrain.planar_terrain(surfaces, grid, "odom", 5 * 10**9 + 7)
+        return deserialize_message(bytes(messages.cdr(PlanarTerrain, value)), PlanarTerrain)
+
+    def surface(self, polygons, insets, slope_deg=0.0):
+        T, slope = np.eye(4), np.radians(slope_deg)
+        T[:3, 1:3] = np.array([[0, np.cos(slope), np.sin(slope)], [0, -np.sin(slope), np.cos(slope)]]).T
+        T[:3, 3] = 3, -2, 0.75
+        return types.SimpleNamespace(T_world_surface=T, polygons=polygons, insets=insets)
+
+    def test_of_the_office_is_what_the_library_writes(self):
+        mapper = octosurf.Mapper(octosurf.load(os.environ["OCTOSURF_SOURCE"] + "/maps/office"))
+        mapper.share_octree()
+        snapshot = mapper.snapshot()
+        options = types.SimpleNamespace(frame="lab", grid_cell=0.05, foot_radius=0.06, max_slope=80.0, clearance=0.5)
+        corners = np.concatenate([one.to_map(of.outer) for one in snapshot.surfaces for of in one.polygons])
+        middle, stamp_ns = np.median(corners, axis=0), 1_700_000_000_123_456_789
+        for up in ((0, 0, 1), (0.2, 0.1, 1)):
+            for within in (None, np.array([middle - 1, middle + 1])):
+                kept = publications.Terrain(snapshot, mapping.Ground(up / np.linalg.norm(up)),
+                                            [one.id for one in snapshot.surfaces], within, options)
+                view, solid, grid = kept.grid()
+                surfaces = octosurf.planner_surfaces(solid, view.rules.foot, limits=view.rules.limits,
+                                                     octree=snapshot.octree)
+                known = octosurf.planar_terrain_message(surfaces, grid, "lab", stamp_ns, True)
+                known, made = (deserialize_message(bytes(one), PlanarTerrain)
+                               for one in (known, kept.planar_terrain(stamp_ns)))
+                self.assertGreater(len(known.planar_regions), 1)
+                assert_same(made, known)
+                self.assertEqual(kept.grid_map(stamp_ns), octosurf.grid_map_message(grid, "lab", stamp_ns))
+
+    def test_a_region_has_pose_box_boundary_and_insets(self):
+        """Of a table with a hole, not of the island in it, which has no room."""
+        table = self.surface([box(0, 0, 2, [hole(0.8, 0.8, 0.4)]), box(0.9, 0.9, 0.2)],
+                             [box(0.1, 0.1, 1.8, [hole(0.7, 0.7, 0.6)])], slope_deg=20)
+        one, = self.terrain(table).planar_regions
+        at, q = one.plane_parameters.position, one.plane_parameters.orientation
+        placed = octosurf.pose_from_transform([at.x, at.y, at.z], [q.x, q.y, q.z, q.w])
+        np.testing.assert_allclose(placed, table.T_world_surface, atol=1e-12)
+        low_high = one.bbox2d.min_x, one.bbox2d.min_y, one.bbox2d.max_x, one.bbox2d.max_y
+        self.assertEqual(low_high, (0, 0, 2, 2))
+        for polygon, of in ((one.boundary, table.polygons[0]), (*one.insets, table.insets[0])):
+            for ring, known in zip((polygon.outer_boundary, *polygon.holes), (of.outer, *of.holes), strict=True):
+                np.testing.assert_array_equal([(p.x, p.y) for p in ring.points], known.astype("f4"))
+
+    def test_every_inset_goes_to_the_polygon_it_lies_in(self):
+        """One lies on its polygon's outline."""
+        surface = self.surface([box(0, 0, 1), box(2, 0, 1)], [box(2.1, 0.1, 0.3), box(0, 0, 1), box(2.6, 0.1, 0.3)])
+        self.assertEqual([len(one.insets) for one in self.terrain(surface).planar_regions], [1, 2])
+
+    def test_steep_and_cramped_regions_are_left_out(self):
+        table = [box(0, 0, 1)]
+        left_out = self.surface(table, table, 81), self.surface(table, table, 180), self.surface(table, [])
+        some, none = self.terrain(*left_out, self.surface(table, table, 79)), self.terrain(*left_out)
+        self.assertEqual((len(some.planar_regions), len(none.planar_regions)), (1, 0))
+        assert_same(none.gridmap, some.gridmap)
+
+    def test_the_grid_has_its_layers_column_by_column_without_gaps(self):
+        """As grid_map_ros reads them: from the +x, +y corner."""
+        grid = self.terrain().gridmap
+        self.assertEqual((grid.header.frame_id, grid.header.stamp.sec, grid.header.stamp.nanosec), ("odom", 5, 7))
+        self.assertEqual((grid.layers, grid.basic_layers), (["elevation", "smooth_planar"], ["elevation"]))
+        self.assertEqual((grid.outer_start_index, grid.inner_start_index), (0, 0))
+        info, at = grid.info, grid.info.pose
+        self.assertEqual((info.resolution, info.length_x, info.length_y), (0.05, 2, 2.2))
+        self.assertEqual((at.position.x, at.position.y, at.position.z, at.orientation.w), (4, -1, 0, 1))
+        layers = []
+        for layer in grid.data:
+            dim = [(one.label, one.size, one.stride) for one in layer.layout.dim]
+            self.assertEqual(dim, [("column_index", 44, 1760), ("row_index", 40, 40)])
+            layers.append(np.array(layer.data).reshape(44, 40).T)
+        elevation, smooth = layers
+        known = np.full((40, 44), 0.75)
+        known[20, 20:22] = 0.25  # the lowest on the gap's rim
+        np.testing.assert_array_equal(elevation, known)
+        self.assertAlmostEqual(smooth[20, 20], (23 * 0.75 + 2 * 0.25) / 25, 6)
+        self.assertEqual(smooth[30, 30], np.float32(0.75))
+
+    def test_gaps_are_filled_as_by_sweeps(self):
+        random = np.random.default_rng(0)
+        for shape in random.integers(1, 13, (50, 2)):
+            heights = random.integers(0, 100, shape).astype("f4")
+            heights[random.random(shape) < 0.5] = np.nan
+            heights[0, 0] = 50
+            gap, known = np.isnan(heights), np.where(np.isnan(heights), np.inf, heights)
+            for _ in range(heights.size):
+                around = np.pad(known, 1, constant_values=np.inf)
+                rim = np.min([around[:-2, 1:-1], around[2:, 1:-1], around[1:-1, :-2], around[1:-1, 2:]], axis=0)
+                known = np.where(gap, np.minimum(known, rim), known)
+            np.testing.assert_array_equal(terrain.without_gaps(heights), known)
+        self.assertTrue(np.isnan(terrain.without_gaps(np.full((3, 2), np.nan, "f4"))).all())
+
+    def test_the_mean_is_of_the_square_as_far_as_the_grid_reaches(self):
+        heights = np.random.default_rng(1).random((17, 9), "f4")
+        for cells in (0.5, 1, 3, 4, 100):
+            mean, reach = terrain.mean_over(heights, cells), int(cells / 2)
+            for r, c in np.ndindex(heights.shape):
+                square = heights[max(r - reach, 0):r + reach + 1, max(c - reach, 0):c + reach + 1]
+                self.assertAlmostEqual(mean[r, c], square.mean(), 5)

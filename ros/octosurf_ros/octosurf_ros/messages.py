@@ -12,6 +12,8 @@ from visualization_msgs.msg import MarkerArray
 
 NUMBERS = {"boolean": "?", "octet": "B", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
            "int32": "i", "uint64": "Q", "int64": "q", "float": "f", "double": "d"}
+POINTS = {"geometry_msgs/Point": "<f8", "geometry_msgs/Vector3": "<f8",
+          "convex_plane_decomposition_msgs/Point2d": "<f4"}
 
 
 def cdr(kind, value):
@@ -70,8 +72,8 @@ def _writer(word):
     if not listed:
         return _of_class(class_of(word))
     element, length = listed[1] or listed[2], listed[3]
-    points = element in ("geometry_msgs/Point", "geometry_msgs/Vector3")
-    dtype = np.dtype("<f8" if points else "<" + NUMBERS[element]) if points or element in NUMBERS else None
+    code = POINTS.get(element) or "<" + NUMBERS.get(element, "")
+    dtype = np.dtype(code) if code != "<" else None
     write_element = _writer(element)
 
     def write_list(out, value):

@@ -11,7 +11,7 @@ from octomap_msgs.msg import Octomap
 from octosurf_msgs.msg import SurfaceChanges, Surfaces
 from rclpy.qos import QoSProfile
 
-from octosurf_ros import messages
+from octosurf_ros import messages, terrain
 
 NOTHING = set(), set()
 BOX_FOLLOWS = 0.125  # share of the radius that the robot moves before the box around it does
@@ -152,15 +152,21 @@ class Terrain:
 
     def grid_map(self, stamp_ns):
         grid = self.grid()[2]
-        return octosurf.grid_map_message(grid, self.options.frame, stamp_ns) if grid.elevation.size else None
+        if not grid.elevation.size:  # nothing level yet
+            return None
+        layers = {"elevation": grid.elevation, **dict(zip(("normal_x", "normal_y", "normal_z"), grid.normal)),
+                  "surface_id": grid.surface}
+        return messages.cdr(messages.class_of(TOPICS["grid_map"]), messages.grid_map(
+            layers, grid.center, grid.cell, self.options.frame, stamp_ns))
 
     def planar_terrain(self, stamp_ns):
         view, solid, grid = self.grid()
-        if not grid.elevation.size:  # nothing level yet
+        if not grid.elevation.size:
             return None
         surfaces = octosurf.planner_surfaces(solid, view.rules.foot, limits=view.rules.limits,
                                              octree=self.snapshot.octree)
-        return octosurf.planar_terrain_message(surfaces, grid, self.options.frame, stamp_ns, True)
+        return messages.cdr(messages.class_of(TOPICS["planar_terrain"]), terrain.planar_terrain(
+            surfaces, grid, self.options.frame, stamp_ns))
 
     def storey(self, moment):
         """The one that the robot is on, whole: with ground nearest beneath the place of the last scan."""
