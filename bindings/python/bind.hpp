@@ -54,17 +54,6 @@ Scan scan_of_depth(const py::array& depth, const py::object& intrinsics,
                    const Eigen::Isometry3d& T_map_camera, double depth_scale, double stamp_s,
                    std::string name);
 
-/// A function that gives bytes.
-template <class... Arguments>
-auto as_bytes(std::string (*make)(Arguments...)) {
-  return [make](Arguments... arguments) {
-    return py::bytes([&] {
-      const py::gil_scoped_release others_run;
-      return make(arguments...);
-    }());
-  };
-}
-
 // Each binds one header. module.cpp calls them in dependency order, so that docstrings have Python's names.
 void bind_error(Module& module);
 void bind_parameters(Module& module);

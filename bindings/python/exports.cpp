@@ -7,7 +7,6 @@
 
 #include <octosurf/export.hpp>
 #include <octosurf/planner_formats.hpp>
-#include <octosurf/ros_messages.hpp>
 #include <octosurf/up.hpp>
 
 namespace octosurf::python {
@@ -105,9 +104,6 @@ up: (3,), map frame; None: as Surface.slope_rad() has it.)");
       },
       "snapshot"_a, "shape"_a, py::kw_only(), "yaw_rad"_a = py::none(), "limits"_a = ContactLimits{},
       "pieces"_a = 0, "octree"_a = py::none(), Released());
-  module.def("planar_terrain_message", as_bytes(&planar_terrain_message), "surfaces"_a, "grid"_a, "frame"_a,
-             "stamp_ns"_a = 0, "or_empty"_a = false);
-  module.def("grid_map_message", as_bytes(&grid_map_message), "grid"_a, "frame"_a, "stamp_ns"_a = 0);
 }
 
 }  // namespace

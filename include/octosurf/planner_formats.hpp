@@ -17,7 +17,7 @@
 #include <octosurf/surface.hpp>
 
 // Exports surfaces in the input formats of contact planners; docs/formats.md, section 7, lists the fields.
-// ros_messages.hpp has their messages. All of these planners assume z up: the world is the map turned by
+// The ROS 2 node publishes their messages. All of these planners assume z up: the world is the map turned by
 // upright(up) (up.hpp), or the map itself if up is +z.
 
 namespace octosurf {

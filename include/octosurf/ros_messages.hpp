@@ -6,14 +6,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include <octosurf/height_grid.hpp>
-#include <octosurf/planner_formats.hpp>
 #include <octosurf/scan.hpp>
 
 // Serialised ROS messages, without a ROS dependency: decodes received scans as from a bag (scan_source.hpp
-// lists the supported types), and encodes messages that planners read.
+// lists the supported types).
 
 namespace octosurf {
 
@@ -62,23 +59,5 @@ bool is_rectified(const std::string& images);
 /// `where` for numbers that are not finite, or a quaternion farther than 1e-2 from unit length.
 Eigen::Isometry3d pose_from_transform(const Eigen::Vector3d& translation, const Eigen::Quaterniond& rotation,
                                       const std::string& where);
-
-/// `grid_map_msgs/GridMap` with the layers `elevation`, `normal_x`, `normal_y`, `normal_z` and `surface_id`,
-/// NaN where there is nothing, as in ROS 2 (XCDR1, little-endian, with the encapsulation header). Throws
-/// Error(data) for a grid without cells.
-std::string grid_map_message(const HeightGrid& grid, const std::string& frame, std::int64_t stamp_ns = 0);
-
-/// `convex_plane_decomposition_msgs/PlanarTerrain` likewise, as read by ocs2's and legged_control's
-/// perceptive planners.
-///
-/// 1. A region for each polygon that has an inset and slopes by 80° at most (readers divide by n_z); its
-///    insets lie in its boundary.
-/// 2. `frame` is the frame id of grid map and regions, `stamp_ns` their time since the epoch.
-/// 3. The grid map has the layers `elevation`, in which gaps have their boundary's lowest height (readers
-///    compute a distance field, which cannot handle gaps), and `smooth_planar`, its mean over 0.2 m.
-/// Throws Error(data) for numbers that are not finite, or, unless `or_empty`, if there is no region.
-std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                                   const std::string& frame, std::int64_t stamp_ns = 0,
-                                   bool or_empty = false);
 
 }  // namespace octosurf
