@@ -38,7 +38,7 @@ from rosbags.typesys import Stores, get_typestore  # noqa: E402
 from scans_test import png  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField  # noqa: E402
 from std_msgs.msg import Float32MultiArray  # noqa: E402
-from std_srvs.srv import Empty  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
@@ -249,7 +249,7 @@ class Room(unittest.TestCase):
                 self.assertTrue(done, f"{self.now()} {self.said()}")
 
     def call(self, service, **request):
-        kind = Empty if service == "reset" else class_of(service)
+        kind = Trigger if service == "reset" else class_of(service)
         client = self.robot.create_client(kind, "/octosurf/" + service)
         self.assertTrue(client.wait_for_service(30), service)
         answer = client.call_async(kind.Request(**request))
@@ -455,10 +455,53 @@ class Mapping(Room):
             self.assertTrue(until(lambda: self.now().received > before), k)
         self.assertEqual((self.now().dropped, self.now().waiting), (12, 27))
 
+    def test_loses_no_map(self):
+        """By save, load and reset, each of which says what became of what was mapped."""
+        walk, scans = list(recording()), lambda name: octosurf.load(self.folder / name).size().scans
+        self.offline("kitchen", walk[:6])
+        kitchen = (self.folder / "kitchen.surfaces").read_bytes()
+        shutil.copy(self.folder / "kitchen.bt", self.folder / "lone.bt")
+        self.start(depth=IMAGES, reliable=True, checkpoint=0.0, output=f"{self.folder / 'live'}.surfaces")
+        self.meet(walk)
+        self.play(walk[:10])
+        mapped = self.now().mapped
+        for name in ("kitchen", "kitchen.surfaces", "kitchen.bt", "lone"):
+            answer = self.call("save", file=name)
+            self.assertFalse(answer.success)
+            self.assertIn("exists", answer.message)
+        self.assertEqual((self.folder / "kitchen.surfaces").read_bytes(), kitchen)
+        self.assertTrue(self.call("save", file="live.surfaces").success)
+        self.play(walk[10:13])
+        answer = self.call("load", file="kitchen")
+        self.assertIn("live: ", answer.message)
+        self.assertEqual((scans("live"), self.now().mapped), (mapped + 1, mapped + 1))
+        self.play(walk[13:])
+        before = scans("kitchen")
+        reset = self.call("reset")
+        self.assertTrue(reset.success)
+        self.assertIn("kitchen-2", reset.message)
+        added = self.now().mapped - mapped - 1
+        self.assertEqual(scans("kitchen"), before + added)
+        self.play(recording(), shift_s=100)
+        loaded = self.call("load", file="kitchen-2")  # nothing was saved there yet
+        self.assertIn("no such map", loaded.message)
+        self.assertTrue(self.call("save").success)
+        self.play(recording(count=1), shift_s=200)
+        loaded = self.call("load")  # as it was saved last, and what was mapped since is beside it
+        self.assertIn("kitchen-3", loaded.message)
+        self.assertEqual((scans("kitchen-2"), scans("kitchen-3")), (6, 7))
+        self.stop()
+        self.assertEqual((scans("kitchen"), scans("kitchen-2")), (before + added, 6))
+        self.start(depth=IMAGES, output=self.folder / "lone", resume=True)
+        self.assertEqual(self.node.wait(60), 1)
+        self.assertIn("only the .bt is there", self.said())
+
     def test_says_what_is_wrong_with_its_use(self):
         (self.folder / "there.surfaces").touch()
+        (self.folder / "octomap.bt").touch()
         for wrong in ({"cloud": "''"}, {"sensors": "[top]"}, {"hit": -1}, {"max_slope": 100.0},
-                      {"self_box": '["1 2 3"]'}, {"output": self.folder / "there"}):
+                      {"self_box": '["1 2 3"]'}, {"output": self.folder / "there"},
+                      {"output": self.folder / "there.bt"}, {"output": self.folder / "octomap"}):
             self.start(**{"cloud": "/c", **wrong})
             self.assertEqual(self.node.wait(60), 1, wrong)
             self.assertIn("octosurf_mapping: ", self.said())
@@ -609,7 +652,7 @@ class Map(Room):
         self.assertTrue(until(lambda: not surfaces[-1].surfaces))
         self.assertEqual(len(self.call("changes", since=revision).changes.gone), count)
         self.assertFalse(self.call("load", file="none").success)
-        self.assertIn("no longer as", self.call("load", file="other").message)
+        self.assertIn("other: ", self.call("load", file="other").message)
         self.assertTrue(until(lambda: self.now().revision == revision))
         for ending in (".bt", ".surfaces"):
             shutil.copy(pathlib.Path(os.environ["OCTOSURF_SOURCE"], "maps/office" + ending), self.folder)

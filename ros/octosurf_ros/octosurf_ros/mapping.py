@@ -2,7 +2,9 @@
 
 import collections
 import concurrent.futures
+import itertools
 import os
+import re
 import threading
 import time
 import typing
@@ -16,6 +18,20 @@ PAUSE_NS = 10**9  # without a scan, by time stamps, as `octosurf map`
 PATIENCE_S = 5  # then it is said what does not come
 SCANS_OF_VERDICT = 100  # which takes 0.1 s, as much as a few of them
 REFUSED = (octosurf.Error, RuntimeError, ValueError, MemoryError)
+
+
+def stem_of(name):
+    """A map's name without the ending of either of its files."""
+    return re.sub(r"\.(surfaces|bt)$", "", name)
+
+
+def is_there(stem):
+    return any(os.path.lexists(stem + ending) for ending in (".surfaces", ".bt"))
+
+
+def beside(stem):
+    """NAME-2, NAME-3, ...: the first that is no map's."""
+    return next(one for n in itertools.count(2) if not is_there(one := re.sub(r"-\d+$", "", stem) + f"-{n}"))
 
 
 def own_box(text):
@@ -97,7 +113,7 @@ class Moment(typing.NamedTuple):
 
 class Mapping:
     def __init__(self, start, stem, options, log):
-        self.options, self.log, self.stem, self.lock = options, log, stem, octosurf.MapLock(stem)
+        self.options, self.log, self.stem, self.lock = options, log, stem_of(stem), octosurf.MapLock(stem)
         names = "received", "mapped", "rejected", "refused", "dropped", "transforms", "messages_refused"
         self.counts = dict.fromkeys(names, 0)
         self.last_refusal, self.scan_ms, self.told = "", 0.0, 0.0
@@ -287,30 +303,36 @@ class Mapping:
 
     def save(self, stem=None):
         def work():
-            to = stem or self.stem
+            to = stem_of(stem or self.stem)
+            if to != self.stem and is_there(to):
+                raise ValueError(f"{to} exists, and is not the node's own map; give another name")
             octosurf.save(self.mapper.map(), to)
             self.changed = self.changed and to != self.stem
             return self.kept(to, "saved")
 
         return self.between_scans(work)
 
-    def load(self, stem=None):
+    def go_on(self, stem, start, keep):
+        """With another map, and says what became of what was mapped: it is saved as `keep`."""
         def work():
-            source, before = stem or self.stem, self.stem
-            lock = octosurf.MapLock(source)
-            self.use(octosurf.load(source))
-            self.lock, self.stem, self.changed = lock, source, False
-            return self.kept(source, "loaded") + (
-                f"; saved there from now on, and no longer as {before}" if source != before else "")
+            lock, map, before = octosurf.MapLock(stem), start(), "nothing was mapped since the last save"
+            if self.changed:
+                octosurf.save(self.mapper.map(), keep)
+                before = self.kept(keep, "saved before")
+            self.use(map)
+            self.lock, self.stem, self.changed = lock, stem, False
+            return self.kept(stem, f"are the map, which is saved there from now on; {before}")
 
         done = self.between_scans(work)
         self.log.info(done)
         return done
 
+    def load(self, stem=None):
+        stem = stem_of(stem or self.stem)
+        return self.go_on(stem, lambda: octosurf.load(stem), beside(stem) if stem == self.stem else self.stem)
+
     def reset(self):
-        self.between_scans(lambda: self.use(octosurf.Map(self.mapper.map().parameters())))
-        self.changed = True
-        self.log.info("reset: the map begins anew")
+        return self.go_on(beside(self.stem), lambda: octosurf.Map(self.mapper.map().parameters()), self.stem)
 
     def clear(self, part, as_free):
         def work():
@@ -341,9 +363,9 @@ class Mapping:
 
 def start_of(stem, given, resume, force, cameras):
     """A new map, or the one that is there to be resumed; `given`: parameters by name, as texts."""
-    there = os.path.exists(stem + ".surfaces")
+    there = is_there(stem_of(stem))
     if there and not resume and not force:
-        raise ValueError(f"{stem}.surfaces exists; `resume` goes on with it, `force` starts anew")
+        raise ValueError(f"{stem} exists; `resume` goes on with it, `force` starts anew")
     if there and not force:
         loaded = octosurf.load(stem)
         kept, asked = loaded.parameters(), loaded.parameters()

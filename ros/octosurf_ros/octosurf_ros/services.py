@@ -9,7 +9,7 @@ import numpy as np
 import octosurf
 from octosurf_msgs import srv
 from rclpy.serialization import deserialize_message
-from std_srvs.srv import Empty
+from std_srvs.srv import Trigger
 
 from octosurf_ros import messages
 
@@ -27,7 +27,7 @@ class Services:
         for name in ("Save", "Load", "Query", "ContactRegions", "Plan", "Changes", "Publish", "Clear"):
             topic = re.sub("(?<=[a-z])(?=[A-Z])", "_", name).lower()
             self.serve(node, topic, getattr(srv, name), getattr(self, topic))
-        self.serve(node, "reset", Empty, lambda *_: mapping.reset())
+        self.serve(node, "reset", Trigger, lambda _, answer: answer.update(message=mapping.reset()))
         threading.Thread(target=self.run, daemon=True, name="services").start()
 
     def serve(self, node, topic, kind, work):
