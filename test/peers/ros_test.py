@@ -501,10 +501,19 @@ class Mapping(Room):
         (self.folder / "octomap.bt").touch()
         for wrong in ({"cloud": "''"}, {"sensors": "[top]"}, {"hit": -1}, {"max_slope": 100.0},
                       {"self_box": '["1 2 3"]'}, {"output": self.folder / "there"},
-                      {"output": self.folder / "there.bt"}, {"output": self.folder / "octomap"}):
+                      {"output": self.folder / "there.bt"}, {"output": self.folder / "octomap"},
+                      {"cloud": "'bad topic'"}, {"tf": "'bad topic'"}, {"depth": "/d", "camera_info": "'bad topic'"}):
             self.start(**{"cloud": "/c", **wrong})
             self.assertEqual(self.node.wait(60), 1, wrong)
             self.assertIn("octosurf_mapping: ", self.said())
+            self.assertEqual([*self.folder.glob("*.lock")], [], "the next one could not start")
+
+    def test_answers_when_it_has_ended(self):
+        options = types.SimpleNamespace(threads=1, checkpoint=0)
+        ended = mapping.Mapping(octosurf.Map(), str(self.folder / "ended"), options, None)
+        ended.thread.start()
+        ended.finish(0)
+        self.assertRaisesRegex(RuntimeError, "the node ends", ended.save)
 
 
 class Map(Room):

@@ -123,10 +123,10 @@ class Mapping:
         self.queue, self.bytes, self.tasks = collections.deque(), 0, collections.deque()
         self.ended = self.hurried = self.changed = False
         self.saved, self.last_stamp_ns, self.failure = time.monotonic(), None, None
+        self.over = None  # why nothing is done any more
         self.moment = Moment(None, None, 0, None)
         self.use(start)
-        self.thread = threading.Thread(target=self.run, name="mapping")
-        self.thread.start()
+        self.thread = threading.Thread(target=self.run, name="mapping")  # whoever makes it starts it, when all is there
 
     def use(self, start):
         self.mapper = octosurf.Mapper(start, self.options.threads)
@@ -190,6 +190,7 @@ class Mapping:
     # The thread.
 
     def run(self):
+        over = RuntimeError("the node ends")
         try:
             while True:
                 with self.news:
@@ -205,10 +206,12 @@ class Mapping:
                     self.map_scan(*scan)
                 self.save_checkpoint()
         except BaseException as error:  # the map is incomplete: finish() says why
-            self.failure = error
+            self.failure = over = error
+        finally:
             with self.news:
+                self.over = over
                 while self.tasks:
-                    self.tasks.popleft()(error)
+                    self.tasks.popleft()(over)
 
     def posed(self, sensor, message, sent_ns, came):
         """By a transform at the scan's time or after it, for which it waits; else by what is there, as a bag's last."""
@@ -291,8 +294,8 @@ class Mapping:
                 done.set_exception(error)
 
         with self.news:
-            if self.failure:
-                raise self.failure
+            if self.over:
+                raise self.over
             self.tasks.append(task)
             self.news.notify_all()
         return done.result()

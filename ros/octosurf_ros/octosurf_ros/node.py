@@ -11,14 +11,13 @@ import rclpy
 from octosurf_msgs.msg import Status
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
-from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo
 from tf2_msgs.msg import TFMessage
 
-from octosurf_ros.mapping import PATIENCE_S, REFUSED, Mapping, Sensor, start_of
+from octosurf_ros.mapping import PATIENCE_S, Mapping, Sensor, start_of
 from octosurf_ros.messages import cdr, class_of, header, pose
 from octosurf_ros.patches import Patches
 from octosurf_ros.publications import Publications
@@ -107,6 +106,7 @@ class MappingNode(Node):
             self.get_logger().warning("not installed: " + "; ".join(
                 f"{package}, so there is no {' or '.join(topics)}" for package, topics in self.absent.items()))
         self.get_logger().info("mapping " + ", ".join(one.topic for one in sensors))
+        self.mapping.thread.start()  # last: what fails before ends the process
 
     def sensors(self):
         """Those of the parameters `depth`, `cloud` and `livox`, and of the list."""
@@ -207,7 +207,7 @@ def main():
     rclpy.init()
     try:
         node = MappingNode()
-    except (*REFUSED, KeyError, ImportError, ParameterException) as error:
+    except Exception as error:
         sys.exit(f"octosurf_mapping: {error}")
     executor = SingleThreadedExecutor()
     executor.add_node(node)
