@@ -10,22 +10,63 @@
 namespace octosurf::test {
 namespace {
 
-/// One reading in eight of a simulated sensor.
+/// One reading in `every` of a simulated sensor.
+std::vector<Scan> thinned(simulation::SimulationOptions options, std::size_t every) {
+  options.seed = seed();
+  const simulation::Recording recording(options);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    Scan scan = recording.scan(i);
+    std::vector<Eigen::Vector3f> kept;
+    for (std::size_t k = i % every; k < scan.points.size(); k += every) kept.push_back(scan.points[k]);
+    scan.points = std::move(kept);
+    scans.push_back(std::move(scan));
+  }
+  return scans;
+}
+
 std::vector<Scan> simulated(const std::string& scene, std::size_t frames,
                             const std::string& sensor = "depth") {
   simulation::SimulationOptions options;
   options.scene = scene;
   options.sensor = sensor;
   options.frames = frames;
-  options.seed = seed();
-  const simulation::Recording recording(options);
+  return thinned(options, 8);
+}
+
+/// Three laps of a corridor, whose poses are off by 15 cm and 1° after each.
+std::vector<Scan> walk_that_drifts() {
+  simulation::SimulationOptions options;
+  options.scene = "corridor";
+  options.frames = 90;
+  options.length = 8;
+  options.laps = 3;
+  options.drift_m = 0.15;
+  options.drift_rad = std::numbers::pi / 180;
+  return thinned(options, 25);
+}
+
+/// A camera that sways in a room, before which people stand from scan 12 on, elsewhere at each scan.
+std::vector<Scan> crowd() {
+  std::mt19937_64 random = rng();
+  std::uniform_real_distribution<double> beside(-0.9, 0.9);
   std::vector<Scan> scans;
-  for (std::size_t i = 0; i < recording.size(); ++i) {
-    Scan scan = recording.scan(i);
-    std::vector<Eigen::Vector3f> thinned;
-    for (std::size_t k = i % 8; k < scan.points.size(); k += 8) thinned.push_back(scan.points[k]);
-    scan.points = std::move(thinned);
-    scans.push_back(std::move(scan));
+  for (int i = 0; i < 24; ++i) {
+    Scene scene;
+    scene.box({-3, -2.5, 0.01}, {3, 2.5, 2.6}).box({1, -2.5, 0.01}, {2, -1.7, 0.75});
+    scene.box({-3, 1, 0.01}, {-2.2, 2.5, 0.45}).box({2.4, 0, 0.01}, {2.99, 1, 1.8});
+    const double turn = 2 * std::numbers::pi * i / 40, yaw = 0.2 * std::sin(turn);
+    const Eigen::Vector3d eye(0.6 * std::cos(turn) - 0.5, 0.6 * std::sin(turn), 1.3);
+    const auto person = [&](double ahead, double aside, double width) {
+      const Eigen::Vector3d at(eye.x() + ahead, eye.y() + aside, 0.01), half(width / 2, width / 2, 0);
+      scene.box(at - half, at + half + Eigen::Vector3d(0, 0, 1.75));
+    };
+    const double aside = beside(random);
+    if (i >= 12) person(1.5, aside, 0.7);
+    if (i >= 12) person(1.9, -aside, 0.6);
+    const Camera camera{.width = 96, .height = 72, .focal = 80, .noise = 0.004};
+    scans.push_back(
+        camera_scan(scene, look_at(eye, eye + Eigen::Vector3d(std::cos(yaw), std::sin(yaw), -0.3)), random, camera));
   }
   return scans;
 }
@@ -100,6 +141,8 @@ const std::vector<World>& worlds() {
       {"ThingsThatMove", of_voxels(0.04), [] { return simulated("change", 12); }, {&S::vanished}},
       {"ALidar", of_voxels(0.1), [] { return simulated("room", 4, "spinning"); }, {&S::surfaces}},
       {"PosesThatJump", of_voxels(0.04), &walk_that_jumps, {&S::corrected}},
+      {"PosesThatDrift", of_voxels(0.05), &walk_that_drifts, {&S::corrected}},
+      {"ACrowd", of_voxels(0.05), &crowd, {&S::vanished}},
   };
   return all;
 }
