@@ -6,6 +6,7 @@ set(OCTOSURF_SLOW_adapters InsertPointCloud.EqualsOctomapsForAllArguments
     InsertPointCloud.EqualsOctomapsFarFromTheOriginAndOnDerivedTrees)
 set(OCTOSURF_SLOW_adapters_of_maps OctreeOfAMap.*)
 set(OCTOSURF_SLOW_alignment AlignedMap.ASensorsTiltAndScaleAreFoundAndAreNoDrift AlignedMap.ASingleScanFarOffIsLeftOut
+    AlignedMap.ASessionAmongPeopleIsMapped
     AlignedMap.DriftIsCorrectedToWhereThingsWereSeenFirst AlignedMap.ExactPosesGiveTheSameMapAsWithoutAlignment
     AlignedMap.LinesOfALaserAreNoJumps
     AlignedMap.PosesThatHaveJumpedForGoodAreFoundAgainWithTheSecondScan

@@ -38,12 +38,12 @@ std::vector<Scan> simulated(const std::string& scene, std::size_t frames,
 std::vector<Scan> walk_that_drifts() {
   simulation::SimulationOptions options;
   options.scene = "corridor";
-  options.frames = 90;
+  options.frames = 36;
   options.length = 8;
   options.laps = 3;
   options.drift_m = 0.15;
   options.drift_rad = std::numbers::pi / 180;
-  return thinned(options, 25);
+  return thinned(options, 50);
 }
 
 /// A camera that sways in a room, before which people stand from scan 12 on, elsewhere at each scan.
@@ -65,8 +65,8 @@ std::vector<Scan> crowd() {
     if (i >= 12) person(1.5, aside, 0.7);
     if (i >= 12) person(1.9, -aside, 0.6);
     const Camera camera{.width = 96, .height = 72, .focal = 80, .noise = 0.004};
-    scans.push_back(
-        camera_scan(scene, look_at(eye, eye + Eigen::Vector3d(std::cos(yaw), std::sin(yaw), -0.3)), random, camera));
+    scans.push_back(camera_scan(
+        scene, look_at(eye, eye + Eigen::Vector3d(std::cos(yaw), std::sin(yaw), -0.3)), random, camera));
   }
   return scans;
 }

@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -28,6 +29,22 @@ constexpr double jump_voxels = 2;
 constexpr double not_by_chance = 15.5;
 /// Maximum difference between two consecutive scans' jumps: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
+
+/// A session may begin in another frame: after a break its first scans are checked, whether or not they fit.
+/// Nothing that walks moves a metre, or turns by a radian, between scans of one session, and no sensor pauses
+/// for ten seconds; of scans farther apart each is checked, which costs 3 ms.
+constexpr double break_m = 1, break_rad = 1, break_s = 10;
+/// Scans inserted after a break until the frame counts as the map's. Insertions are counted, not tries: in
+/// another frame each view contradicts, while among people who stand in the way some do not.
+constexpr std::size_t settling_scans = 10;
+
+bool is_break(const AlignmentState& state, const Scan& scan) {
+  if (!state.last) return false;
+  const Eigen::Isometry3d moved = state.last->inverse() * scan.T_map_sensor;
+  const double passed_s = scan.stamp_s - state.last_stamp_s;
+  return moved.translation().norm() > break_m || Eigen::AngleAxisd(moved.linear()).angle() > break_rad ||
+         passed_s < 0 || passed_s > break_s;
+}
 
 /// A quarter of a scan contradicts the map, in both ways: what came stands in free space, what went is seen
 /// through, but a wrong pose does both. Half of what a wrong pose puts on floor and ceiling agrees, walls do
@@ -52,12 +69,13 @@ class ScanAlignment {
         resolution_(parameters.occupancy.resolution),
         drift_(state_, scan.sensor, resolution_, parameters.up.value_or(Eigen::Vector3d::UnitZ())),
         given_(scan.T_map_sensor) {
+    if (is_break(state_, scan)) state_.unsettled = settling_scans;
+    if (std::isfinite(scan.stamp_s)) state_.last_stamp_s = scan.stamp_s;
     drift_.advance(given_);
     expected_ = drift_.pose();
   }
 
-  /// `begins`: a session, whose poses may be in another frame.
-  void align(const PoseSearch& search, const CheckedMap& map, bool begins);
+  void align(const PoseSearch& search, const CheckedMap& map);
   const Eigen::Isometry3d& expected() const { return expected_; }
 
  private:
@@ -154,7 +172,7 @@ bool ScanAlignment::is_worth_a_search(double known_share) const {
          result_.alignment.explained_share() < much_less * failed_search->share;
 }
 
-void ScanAlignment::align(const PoseSearch& search, const CheckedMap& map, bool begins) {
+void ScanAlignment::align(const PoseSearch& search, const CheckedMap& map) {
   Alignment& alignment = result_.alignment;
   const Layout layout = search.fitter().lay(expected_);
   alignment.samples = search.samples();
@@ -191,10 +209,12 @@ void ScanAlignment::align(const PoseSearch& search, const CheckedMap& map, bool 
     }
     if (!fits || strange) state_.failed_search = here;
   }
-  if ((begins || !(known && fits)) && contradicts(map.octree, search, expected_)) {
+  fits = fits && known;
+  if ((state_.unsettled > 0 || !fits) && contradicts(map.octree, search, expected_)) {
     alignment.outcome = AlignmentOutcome::rejected;
     return;
   }
+  if (state_.unsettled > 0 && fits) --state_.unsettled;
   follow(layout);
   if (known) learn();
   if (known && !fits)
@@ -226,10 +246,8 @@ AlignedScan ScanAligner::operator()(const surfaces::MapState& map, const Scan& s
   ScanAlignment alignment(result, record.patches, scan, map.parameters);
   const PoseSearch search = search_from(alignment.expected());
   const OccupancyView octree = map.occupancy.now();
-  constexpr std::size_t first_scans = 10;
-  alignment.align(search, {*published, octree, surfaces_around_, &map}, inserted_ < first_scans);
+  alignment.align(search, {*published, octree, surfaces_around_, &map});
   if (result.alignment.outcome == AlignmentOutcome::rejected) return result;
-  ++inserted_;
   result.shared = shared_at(search, result.alignment.T_map_sensor);
   return result;
 }
