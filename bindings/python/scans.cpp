@@ -115,7 +115,7 @@ name: for messages.)")
           R"(From a depth image of a pinhole camera without distortion; x right, y down, z along the optical axis.
 
 depth: (H, W) uint16 with `depth_scale` units per metre, 0 and 65535 for no reading; or float32 or float64 in metres,
-0, negative and not finite for no reading (`depth_scale` is not used).
+0, negative and not finite for no reading (`depth_scale` is not used). Less than a millimetre is none either.
 intrinsics: (fx, fy, cx, cy) or K, (3, 3); pixels. T_map_camera: (4, 4), camera frame to map frame.)")
       .def(
           "with_pose",

@@ -85,12 +85,14 @@ class Mapping(unittest.TestCase):
         units = np.full((48, 64), 1500, np.uint16)
         units[0, :3] = (0, 65535, 2000)
         metres = units.astype(np.float32) / 1000
+        units[1, :2] = 0
         metres[0, :2] = (np.nan, -1)
+        metres[1, :2] = (1e-45, 9e-4)  # nearer than a millimetre
         camera = (50, 50, 31.5, 23.5)
         k = [[50, 0, 31.5], [0, 50, 23.5], [0, 0, 1]]
         of_units = octosurf.Scan.from_depth(units, camera, np.eye(4))
         of_metres = octosurf.Scan.from_depth(metres, k, np.eye(4))
-        self.assertEqual(len(of_units), 48 * 64 - 2)
+        self.assertEqual(len(of_units), 48 * 64 - 4)
         np.testing.assert_allclose(of_units.points, of_metres.points, rtol=1e-6)
         u, v = 63, 47
         np.testing.assert_allclose(of_units.points[-1], [(u - 31.5) / 50 * 1.5, (v - 23.5) / 50 * 1.5, 1.5], rtol=1e-6)

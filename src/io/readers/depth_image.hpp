@@ -62,6 +62,10 @@ inline bool is_reading(std::uint16_t pixel) { return pixel != 0 && pixel != 6553
 /// REP 118: NaN, ±∞ and, by some drivers, 0 are no readings.
 inline bool is_reading(float pixel) { return pixel > 0 && pixel <= std::numeric_limits<float>::max(); }
 
+/// m. What is nearer is no reading: sensors see from some centimetres on, formats count millimetres, and
+/// numbers far smaller have no digits left (1.4e-45).
+inline constexpr float nearest_depth = 1e-3F;
+
 /// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel that has a
 /// reading of a surface (erase_flying_pixels). `depth`: m, row by row; 0: no reading.
 std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
@@ -75,7 +79,8 @@ std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height,
   for (std::size_t v = 0; v < height; ++v)
     for (std::size_t u = 0; u < width; ++u) {
       const auto reading = pixel(u, v);
-      depth[v * width + u] = is_reading(reading) ? static_cast<float>(reading) * metres : 0.0F;
+      const float z = is_reading(reading) ? static_cast<float>(reading) * metres : 0.0F;
+      depth[v * width + u] = z >= nearest_depth ? z : 0.0F;
     }
   return back_project(std::move(depth), width, camera);
 }

@@ -233,9 +233,8 @@ TEST_F(BagChoice, DamageIsToldOrSkipped) {
   EXPECT_EQ(places(messages, {}, true).size(), 2U);
 }
 
-McapMessage image(double stamp_s, const std::string& topic, const std::string& encoding) {
-  const std::string pixels =
-      encoding == "rgb8" ? std::string(6, 'x') : bytes_of(std::uint16_t{1000}, std::uint16_t{2000});
+McapMessage image(double stamp_s, const std::string& topic, const std::string& encoding,
+                  const std::string& pixels = bytes_of(std::uint16_t{1000}, std::uint16_t{2000})) {
   CdrBytes message;
   message.header(stamp_s, "camera").u32(1).u32(2).text(encoding).u8(0);
   message.u32(static_cast<std::uint32_t>(pixels.size())).bytes(pixels);
@@ -291,6 +290,19 @@ TEST_F(BagChoice, MessagesThatComeOneByOneAreReadAlike) {
     EXPECT_THAT(failure(Error::Kind::data, read), says("here", words));
 }
 
+/// Through a lens and without.
+TEST(ImageMessages, HaveNoReadingsNearerThanAMillimetre) {
+  for (const double k1 : {0.0, 0.01}) {
+    const auto depth = [&](const McapMessage& image, double units) {
+      const std::string info = camera("", 2, k1).bytes;
+      return scan_from_depth(image.bytes, info, MessageEncoding::cdr, "", false, units).scan.points.at(0).z();
+    };
+    for (const float none : {1.4e-45F, 1e-39F, 1e-20F, 0.00099F})
+      EXPECT_EQ(depth(image(1, "", "32FC1", bytes_of(none, 0.001F)), 1), 0.001F);
+    EXPECT_EQ(depth(image(1, "", "16UC1", bytes_of(std::uint16_t{4}, std::uint16_t{5000})), 5000), 1);
+  }
+}
+
 TEST(ImageTopics, TellTheirCameraAndWhetherTheyAreRectified) {
   for (const std::string camera : {"/camera/depth/", "/", ""}) {
     EXPECT_EQ(camera_info_topic(camera + "image"), camera + "camera_info");
@@ -314,7 +326,8 @@ TEST_F(BagChoice, LibrealsensesUnitIsRead) {
 }
 
 TEST_F(BagChoice, PicturesAreNoDepth) {
-  const McapMessage map = fixed("map", "camera", 0), colour = image(1, "/a/color", "rgb8");
+  const McapMessage map = fixed("map", "camera", 0),
+                    colour = image(1, "/a/color", "rgb8", std::string(6, 'x'));
   EXPECT_THAT(refusal({map, colour}), says("encodings that are not read: /a/color (rgb8)", "16UC1"));
   const auto source =
       open_scans({bag({map, camera("/a/camera_info", 1), colour, image(1, "/a/depth", "16UC1")})});
