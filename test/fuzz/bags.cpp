@@ -3,6 +3,9 @@
 #include "io/readers/bag_index.hpp"
 #include "io/readers/sensor_messages.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf::fuzz {
@@ -34,7 +37,7 @@ void read_message(io::MessageReader& message, int type, std::size_t size) {
   if (type == 0) {
     promise(io::read_cloud_message(message, largest).points.size() <= size, "a point takes a byte at least");
   } else if (type == 1) {
-    io::points_of(io::read_image_message(message), {500, 500, 320, 240}, {}, largest);
+    io::points_of(io::read_image_message(message), {500, 500, 320, 240}, nullptr, {}, largest);
   } else if (type == 2) {
     io::depth_of(io::read_compressed_image_message(message), "message", largest);
   } else if (type == 3) {
@@ -49,6 +52,16 @@ void read_message(io::MessageReader& message, int type, std::size_t size) {
     });
     tree.finish();
     tree.lookup("map", "lidar", 1000000000, 1000000000);
+  } else if (type == 7) {  // a CameraInfo, and an Image by it
+    const io::CameraInfoMessage camera = io::read_camera_info(message);
+    const auto points = io::read_depth_message(
+        message, "sensor_msgs/Image", {}, "message", largest, [&](int width, int height) {
+          return std::pair(io::intrinsics_for(camera, false, width, height), io::lens_of(camera, false));
+        });
+    promise(std::ranges::all_of(points, [](const auto& p) { return p.z() >= io::nearest_depth; }),
+            "a reading is a millimetre away at least");
+  } else if (type == 8) {
+    io::read_cloud_message(message, largest, "livox_ros_driver2/CustomMsg");
   } else {
     io::read_pose_message(message, type == 5 ? "nav_msgs/Odometry" : "geometry_msgs/PoseStamped");
   }
@@ -66,7 +79,7 @@ void fuzz_message(Bytes bytes) {
   const auto encoding = bytes[0] >= 128 ? MessageEncoding::ros1 : MessageEncoding::cdr;
   accepted([&] {
     try {
-      read_message(*io::message_reader(message, encoding), bytes[0] % 7, message.size());
+      read_message(*io::message_reader(message, encoding), bytes[0] % 128 % 9, message.size());
     } catch (const std::runtime_error&) {
       return false;
     }

@@ -1,6 +1,7 @@
 #include "io/readers/depth_image.hpp"
 
 #include "io/readers/bounded_file.hpp"
+#include "io/readers/lens.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
@@ -274,35 +275,41 @@ void erase_flying_pixels(std::vector<float>& depth, std::size_t width) {
 }
 
 std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
-                                          const Intrinsics& camera) {
+                                          const Intrinsics& camera, const Lens* lens) {
   erase_flying_pixels(depth, width);
-  std::vector<float> slope_x(width);
-  for (std::size_t u = 0; u < width; ++u)
-    slope_x[u] = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
   std::vector<Eigen::Vector3f> points(depth.size());
   std::size_t count = 0;
-  for (std::size_t i = 0, v = 0; i < depth.size(); ++v) {
-    const auto slope_y = static_cast<float>((static_cast<double>(v) - camera.cy) / camera.fy);
-    for (std::size_t u = 0; u < width; ++u, ++i) {
-      const float z = depth[i];
-      // Written always and kept only for valid readings: no branch to mispredict.
-      points[count] = {slope_x[u] * z, slope_y * z, z};
-      count += z > 0;
+  const auto place = [&](float slope_x, float slope_y, float z) {
+    // Written always and kept only for valid readings: no branch to mispredict.
+    points[count] = {slope_x * z, slope_y * z, z};
+    count += z > 0;
+  };
+  if (lens != nullptr && is_known(*lens) && !depth.empty()) {
+    const auto slopes = slopes_of(camera, *lens, width, depth.size() / width);
+    for (std::size_t i = 0; i < depth.size(); ++i) place((*slopes)[i].x(), (*slopes)[i].y(), depth[i]);
+  } else {
+    std::vector<float> slope_x(width);
+    for (std::size_t u = 0; u < width; ++u)
+      slope_x[u] = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
+    for (std::size_t i = 0, v = 0; i < depth.size(); ++v) {
+      const auto slope_y = static_cast<float>((static_cast<double>(v) - camera.cy) / camera.fy);
+      for (std::size_t u = 0; u < width; ++u, ++i) place(slope_x[u], slope_y, depth[i]);
     }
   }
   points.resize(count);
   return points;
 }
 
-std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale) {
+std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale,
+                                          const Lens* lens) {
   const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
   const auto pixel = [&](std::size_t u, std::size_t v) { return image.pixels[v * width + u]; };
-  if (image.quant_a == 0) return back_project(width, height, camera, scale, pixel);
+  if (image.quant_a == 0) return back_project(width, height, camera, scale, pixel, lens);
   const auto metres = [&](std::size_t u, std::size_t v) {
     const std::uint16_t p = pixel(u, v);
     return p == 0 ? 0.0F : image.quant_a / (static_cast<float>(p) - image.quant_b);
   };
-  return back_project(width, height, camera, scale, metres);
+  return back_project(width, height, camera, scale, metres, lens);
 }
 
 }  // namespace octosurf::io

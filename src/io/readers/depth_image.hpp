@@ -66,14 +66,17 @@ inline bool is_reading(float pixel) { return pixel > 0 && pixel <= std::numeric_
 /// numbers far smaller have no digits left (1.4e-45).
 inline constexpr float nearest_depth = 1e-3F;
 
+struct Lens;
+
 /// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel that has a
-/// reading of a surface (erase_flying_pixels). `depth`: m, row by row; 0: no reading.
+/// reading of a surface (erase_flying_pixels), on the ray that the lens let through; not finite: there is
+/// none. `depth`: m, row by row; 0: no reading.
 std::vector<Eigen::Vector3f> back_project(std::vector<float> depth, std::size_t width,
-                                          const Intrinsics& camera);
+                                          const Intrinsics& camera, const Lens* lens);
 /// `scale`: units per metre. `pixel(u, v)`: in units, row by row.
 template <class Pixel>
 std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height, const Intrinsics& camera,
-                                          double scale, const Pixel& pixel) {
+                                          double scale, const Pixel& pixel, const Lens* lens = nullptr) {
   const auto metres = static_cast<float>(1 / scale);
   std::vector<float> depth(width * height);
   for (std::size_t v = 0; v < height; ++v)
@@ -82,9 +85,10 @@ std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height,
       const float z = is_reading(reading) ? static_cast<float>(reading) * metres : 0.0F;
       depth[v * width + u] = z >= nearest_depth ? z : 0.0F;
     }
-  return back_project(std::move(depth), width, camera);
+  return back_project(std::move(depth), width, camera, lens);
 }
-std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale);
+std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale,
+                                          const Lens* lens = nullptr);
 
 /// Pixels from a reading on a ramp to the surfaces beside it: an edge blurs over two pixels on each side.
 inline constexpr std::ptrdiff_t ramp_width = 4;

@@ -5,42 +5,31 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <mutex>
 
 namespace octosurf::io {
 namespace {
 
-/// The slopes of each pixel's ray, row by row.
 struct RayTable {
   Intrinsics camera;
   Lens lens;
-  int width = 0, height = 0;
-  std::vector<Eigen::Vector2f> slopes;
+  std::size_t width = 0, height = 0;
+  RaySlopes slopes;
 };
 
-RayTable table_of(const Intrinsics& camera, const Lens& lens, int width, int height) {
+RayTable table_of(const Intrinsics& camera, const Lens& lens, std::size_t width, std::size_t height) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   RayTable table{camera, lens, width, height, {}};
   const double reach = reach_of(lens);
-  table.slopes.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  for (int v = 0; v < height; ++v)
-    for (int u = 0; u < width; ++u) {
-      const auto ray = undistorted(lens, {(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy}, reach);
+  table.slopes.reserve(width * height);
+  for (std::size_t v = 0; v < height; ++v)
+    for (std::size_t u = 0; u < width; ++u) {
+      const Eigen::Vector2d seen((static_cast<double>(u) - camera.cx) / camera.fx,
+                                 (static_cast<double>(v) - camera.cy) / camera.fy);
+      const auto ray = undistorted(lens, seen, reach);
       table.slopes.push_back(ray.value_or(Eigen::Vector2d::Constant(nan)).cast<float>());
     }
   return table;
-}
-
-/// The last camera's is kept: a recording's images, and a driver's, are of one.
-std::shared_ptr<const RayTable> kept_table(const Intrinsics& camera, const Lens& lens, int width,
-                                           int height) {
-  static std::mutex mutex;
-  static std::shared_ptr<const RayTable> last;
-  const std::lock_guard lock(mutex);
-  if (!last || last->camera != camera || last->lens != lens || last->width != width || last->height != height)
-    last = std::make_shared<const RayTable>(table_of(camera, lens, width, height));
-  return last;
 }
 
 }  // namespace
@@ -101,16 +90,14 @@ std::optional<Eigen::Vector2d> undistorted(const Lens& lens, const Eigen::Vector
   return std::nullopt;
 }
 
-void undistort(std::vector<Eigen::Vector3f>& points, const Intrinsics& camera, const Lens& lens, int width,
-               int height) {
-  if (!is_known(lens)) return;
-  const auto table = kept_table(camera, lens, width, height);
-  for (Eigen::Vector3f& p : points) {
-    const long u = std::lround(static_cast<double>(p.x() / p.z()) * camera.fx + camera.cx);
-    const long v = std::lround(static_cast<double>(p.y() / p.z()) * camera.fy + camera.cy);
-    p.head<2>() = p.z() * table->slopes[static_cast<std::size_t>(v * width + u)];
-    if (!p.allFinite()) p.setConstant(std::numeric_limits<float>::quiet_NaN());
-  }
+std::shared_ptr<const RaySlopes> slopes_of(const Intrinsics& camera, const Lens& lens, std::size_t width,
+                                           std::size_t height) {
+  static std::mutex mutex;
+  static std::shared_ptr<const RayTable> last;
+  const std::lock_guard lock(mutex);
+  if (!last || last->camera != camera || last->lens != lens || last->width != width || last->height != height)
+    last = std::make_shared<const RayTable>(table_of(camera, lens, width, height));
+  return {last, &last->slopes};
 }
 
 }  // namespace octosurf::io

@@ -3,6 +3,8 @@
 #include "io/readers/depth_image.hpp"
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,9 +30,11 @@ double reach_of(Lens lens);
 /// The slopes of the ray, up to `reach`, that is seen there; empty: none is found.
 std::optional<Eigen::Vector2d> undistorted(const Lens& lens, const Eigen::Vector2d& seen, double reach);
 
-/// Puts the points of an image of that size, one to a pixel at most, on the rays that the lens let through;
-/// those without become NaN. Depths stay. 0.3 s for the first 640×480 image of a camera, then some ms.
-void undistort(std::vector<Eigen::Vector3f>& points, const Intrinsics& camera, const Lens& lens, int width,
-               int height);
+/// Of each pixel's ray, row by row; NaN: the lens lets none through.
+using RaySlopes = std::vector<Eigen::Vector2f>;
+/// Of images of that size. The last camera's are kept, as a recording's images, and a driver's, are of one:
+/// 0.3 s for the first 640×480 image, then nothing.
+std::shared_ptr<const RaySlopes> slopes_of(const Intrinsics& camera, const Lens& lens, std::size_t width,
+                                           std::size_t height);
 
 }  // namespace octosurf::io

@@ -95,12 +95,13 @@ void check_positive_side(std::uint32_t width, std::uint32_t height) {
 
 /// Of `image`, whose pixels are there.
 template <class Pixel>
-std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera, double scale) {
+std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera, double scale,
+                                       const Lens* lens) {
   const auto pixel = [&](std::size_t u, std::size_t v) {
     return number_at<Pixel>(image.data.data() + v * image.step + sizeof(Pixel) * u, image.big_endian);
   };
   return back_project(static_cast<std::size_t>(image.width), static_cast<std::size_t>(image.height), camera,
-                      scale, pixel);
+                      scale, pixel, lens);
 }
 
 }  // namespace
@@ -223,7 +224,7 @@ CompressedImageMessage read_compressed_image_message(MessageReader& message) {
   return image;
 }
 
-std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
+std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera, const Lens* lens,
                                        std::optional<double> units_per_metre, std::uint64_t largest_size) {
   const DepthKind kind = depth_kind(image.encoding);
   if (kind == DepthKind::none)
@@ -237,8 +238,9 @@ std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsi
                  " bytes");
   if (width * height > largest_size / (sizeof(Eigen::Vector3f) + sizeof(std::uint16_t)))
     fail_reading("an image of " + size_text(width, height) + " pixels, far more than its bag's size");
-  return kind == DepthKind::metres ? points_of<float>(image, camera, units_per_metre.value_or(1))
-                                   : points_of<std::uint16_t>(image, camera, units_per_metre.value_or(1000));
+  return kind == DepthKind::metres
+             ? points_of<float>(image, camera, units_per_metre.value_or(1), lens)
+             : points_of<std::uint16_t>(image, camera, units_per_metre.value_or(1000), lens);
 }
 
 DepthImage depth_of(const CompressedImageMessage& image, const std::string& where,
@@ -339,11 +341,8 @@ std::vector<Eigen::Vector3f> read_depth_message(
     image = read_image_message(message);
   }
   const auto [camera, lens] = camera_of(image.width, image.height);
-  std::vector<Eigen::Vector3f> points =
-      unpacked ? back_project(*unpacked, camera, units_per_metre.value_or(unpacked->default_scale()))
-               : points_of(image, camera, units_per_metre, largest_size);
-  if (lens != nullptr) undistort(points, camera, *lens, image.width, image.height);
-  return points;
+  return unpacked ? back_project(*unpacked, camera, units_per_metre.value_or(unpacked->default_scale()), lens)
+                  : points_of(image, camera, lens, units_per_metre, largest_size);
 }
 
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {

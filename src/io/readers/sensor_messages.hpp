@@ -101,8 +101,8 @@ struct CompressedImageMessage {
 CompressedImageMessage read_compressed_image_message(MessageReader& message);
 
 /// Points of a depth image, which with their pixels take at most `largest_size` bytes; `units_per_metre`
-/// empty: 1000 for millimetres, 1 for metres.
-std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
+/// empty: 1000 for millimetres, 1 for metres. `lens` null: without distortion.
+std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera, const Lens* lens,
                                        std::optional<double> units_per_metre, std::uint64_t largest_size);
 /// `where` names the message for the PNG's decoder, which throws Error(data). A format that does not name the
 /// encoding is of 32FC1 if the head has its numbers.

@@ -88,7 +88,7 @@ TEST(Messages, ImagesOfSizesThatTheyDoNotHaveAreRefused) {
     image.header(1, "camera").u32(height).u32(width).text(encoding).u8(0).u32(step);
     image.bytes(std::string(bytes, '\0'));
     const auto read = [](io::MessageReader& message) {
-      io::points_of(io::read_image_message(message), {1, 1, 0, 0}, {}, plenty);
+      io::points_of(io::read_image_message(message), {1, 1, 0, 0}, nullptr, {}, plenty);
     };
     EXPECT_THAT(refusal(image.all(), MessageEncoding::cdr, read), says(words));
   }
