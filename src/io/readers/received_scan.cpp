@@ -49,7 +49,9 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
     received.scan.points = io::read_depth_message(
         *io::message_reader(image, encoding), type, depth_scale, where, io::largest_scan(image.size()),
         [&](int width, int height) {
-          return std::pair(io::intrinsics_for(info, rectified, width, height), io::lens_of(info, rectified));
+          const io::Intrinsics camera = io::intrinsics_for(info, rectified, width, height);
+          if (info.columns == 0) io::require_same_size(camera, width, height, where);
+          return std::pair(camera, io::lens_of(info, rectified));
         });
     return received;
   });

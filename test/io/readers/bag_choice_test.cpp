@@ -234,18 +234,19 @@ TEST_F(BagChoice, DamageIsToldOrSkipped) {
 }
 
 McapMessage image(double stamp_s, const std::string& topic, const std::string& encoding,
-                  const std::string& pixels = bytes_of(std::uint16_t{1000}, std::uint16_t{2000})) {
+                  const std::string& pixels = bytes_of(std::uint16_t{1000}, std::uint16_t{2000}),
+                  std::uint32_t rows = 1) {
   CdrBytes message;
-  message.header(stamp_s, "camera").u32(1).u32(2).text(encoding).u8(0);
-  message.u32(static_cast<std::uint32_t>(pixels.size())).bytes(pixels);
+  message.header(stamp_s, "camera").u32(rows).u32(2).text(encoding).u8(0);
+  message.u32(static_cast<std::uint32_t>(pixels.size()) / rows).bytes(pixels);
   return {topic, "sensor_msgs/msg/Image", stamp_s, message.all()};
 }
 McapMessage camera(const std::string& topic, double focal_length, double distortion = 0,
-                   const std::string& model = "plumb_bob") {
+                   const std::string& model = "plumb_bob", std::uint32_t rows = 1, double middle = 0) {
   CdrBytes info;
-  info.header(1, "camera").u32(1).u32(2).text(model).u32(1).f64(distortion);
+  info.header(1, "camera").u32(rows).u32(2).text(model).u32(1).f64(distortion);
   const double K = focal_length, P = 2 * focal_length;
-  for (const double f : {K, 0., 0., 0., K, 0., 0., 0., 1.}) info.f64(f);
+  for (const double f : {K, 0., middle, 0., K, middle, 0., 0., 1.}) info.f64(f);
   for (int i = 0; i < 9; ++i) info.f64(0);
   for (const double f : {P, 0., 0., 0., 0., P, 0., 0., 0., 0., 1., 0.}) info.f64(f);
   for (const std::uint32_t zero : {0, 0, 0, 0, 0, 0}) info.u32(zero);  // binning, roi
@@ -271,12 +272,15 @@ TEST_F(BagChoice, MessagesThatComeOneByOneAreReadAlike) {
   EXPECT_EQ(point.frame, "lidar");
 
   const std::string uncalibrated = camera("", 0).bytes;
+  const McapMessage rows = image(1, "", "16UC1", "12345678", 2),
+                    aside = camera("", 2, 0, "plumb_bob", 2, -3e6);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), stretched(2, 0, 0, 0);
   EXPECT_NO_THROW(require_camera(info.bytes, cdr, "here"));
   EXPECT_TRUE(pose_from_transform({1, 2, 3}, q, "here").linear().isApprox(q.toRotationMatrix(), 1e-15));
   for (const auto& [words, read] : std::vector<std::pair<const char*, std::function<void()>>>{
            {"not calibrated", [&] { scan_from_depth(depth.bytes, uncalibrated, cdr, "here"); }},
            {"not calibrated", [&] { require_camera(uncalibrated, cdr, "here"); }},
+           {"principal point", [&] { scan_from_depth(rows.bytes, aside.bytes, cdr, "here"); }},
            {"here: ", [&] { scan_from_depth(depth.bytes, depth.bytes, cdr, "here"); }},
            {"here: ", [&] { scan_from_cloud(depth.bytes, cdr, "here"); }},
            {"too early", [&] { scan_from_cloud("", MessageEncoding::ros1, "here"); }},
