@@ -3,6 +3,7 @@
 
 #include <exception>
 #include <regex>
+#include <string_view>
 
 namespace octosurf::python {
 namespace {
@@ -45,7 +46,9 @@ std::string keyword_of(std::string option) {
 
 /// What the library says of the command's options and of C++ names, as Python has them. Command lines stay.
 std::string in_python(const std::string& sentence) {
-  static const std::regex option(R"((^|[ (])--([a-z]+(?:-[a-z]+)*)( [A-Z]+\b)?)"), scope(R"((\w)::(?=\w))");
+  // Words are bounded: std::regex calls itself for each letter, and a text may hold a message's megabytes.
+  static const std::regex option(R"((^|[ (])--([a-z][a-z-]{0,30})( [A-Z]{1,30}\b)?)"),
+      scope(R"((\w)::(?=\w))");
   if (sentence.find("octosurf map --help") != std::string::npos) return "Parameters.names() has them";
   if (std::regex_search(sentence, std::regex("(octosurf|zstd|npm) [a-z-]"))) return sentence;
   std::string said;
@@ -66,11 +69,12 @@ std::string place_of(const Error& error) {
 
 /// The whole line; between place and hint is what happened.
 std::string line_of(const Error& error) {
-  const std::string line = error.what();
-  const std::size_t begin = error.where().empty() ? 0 : error.where().size() + 2;
-  const std::size_t end = line.size() - (error.hint().empty() ? 0 : error.hint().size() + 2);
-  return (begin == 0 ? std::string() : place_of(error) + ": ") + in_python(line.substr(begin, end - begin)) +
-         (error.hint().empty() ? std::string() : "; " + in_python(error.hint()));
+  const std::string place = error.where().empty() ? "" : error.where() + ": ";
+  const std::string hint = error.hint().empty() ? "" : "; " + error.hint();
+  std::string_view rest = error.what();
+  if (rest.starts_with(place)) rest.remove_prefix(place.size());
+  if (rest.ends_with(hint)) rest.remove_suffix(hint.size());
+  return (place.empty() ? place : place_of(error) + ": ") + in_python(std::string(rest)) + in_python(hint);
 }
 
 void raise(const Error& error) {

@@ -217,6 +217,9 @@ class Errors(unittest.TestCase):
     def test_a_name_of_any_bytes(self):
         name = world.FOLDER / "\udcff"
         self.assertIn("\udcff", self.refused("data", octosurf.open_scans, name).where)
+        for name in ("a\0b", "\0" * 40, "--" + "a" * 10**6):  # as a message may call a frame
+            no_motion = self.refused("data", octosurf.pose_from_transform, [np.nan] * 3, [0, 0, 0, 1], where=name)
+            self.assertIn("not finite; ", str(no_motion))
 
     def test_have_pythons_keywords_where_the_library_has_options_and_names(self):
         snapshot, file = mapped_floor().snapshot(), world.FOLDER / "a --force.json"  # whose name stays
