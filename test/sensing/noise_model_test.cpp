@@ -214,6 +214,12 @@ TEST(NoiseModel, StandsWhatIsNotFinite) {
     noise.observe(scan);
   }
   EXPECT_EQ(noise.range_noise(), 0);
+  const float far = 1e19F;  // whose second difference is no number of bins that fits an integer
+  for (int i = 0; i < 999; ++i)
+    scan.points[i] =
+        Eigen::Vector3f(1, 0.02F * static_cast<float>(i % 3), 0) * (i % 3 == 1 ? far : 0.97F * far);
+  noise.observe(scan);
+  EXPECT_EQ(noise.histogram(), NoiseModel::Histogram{});
 }
 
 /// Means of readings whose own noise is `noise`, with an error of `shared` in common; a fifth is clutter, or

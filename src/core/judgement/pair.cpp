@@ -49,8 +49,8 @@ Tolerance::Tolerance(const std::vector<const View*>& views, double resolution) :
 }
 
 std::size_t Tolerance::class_of(float range) {
-  const float octaves = std::log2(std::max(range, first_range) / first_range);
-  return std::min(classes - 1, static_cast<std::size_t>(classes_of_octave * octaves));
+  const float octaves = std::log2(std::max(first_range, range) / first_range);
+  return static_cast<std::size_t>(std::min(static_cast<float>(classes - 1), classes_of_octave * octaves));
 }
 
 bool Places::judged() const { return all() >= fewest_places; }

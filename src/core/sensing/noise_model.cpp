@@ -80,9 +80,9 @@ void NoiseModel::observe(const Scan& scan) {
     if (!((c - a).norm() < 0.05F * range && (b - a).norm() < 0.05F * range)) continue;
     const Eigen::Vector3f to_a = a.normalized(), to_c = c.normalized();
     if (!((to_a - 2 * b / range + to_c).norm() < most_uneven * (to_c - to_a).norm())) continue;
-    const auto bin = static_cast<std::size_t>(std::fabs(a.norm() - 2 * range + c.norm()) / bin_width);
-    if (bin >= bins) continue;
-    ++histogram_[range_class][bin];
+    const double bin = std::fabs(a.norm() - 2 * range + c.norm()) / bin_width;
+    if (!(bin < bins)) continue;  // before it is an integer, which has no room for 1e19 m
+    ++histogram_[range_class][static_cast<std::size_t>(bin)];
     ++total_[range_class];
   }
   update();

@@ -7,12 +7,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace octosurf::sensing {
 
 /// Range classes of a point: class c ≥ 1 stands for about 0.25 m · √2^(c−1), 15 for ≥ 32 m.
 inline unsigned range_class_of(float range) {
-  const float c = 1 + std::round(2 * std::log2(std::max(range, 0.25F) / 0.25F));
+  const float c = 1 + std::round(2 * std::log2(std::max(0.25F, range) / 0.25F));
   return static_cast<unsigned>(std::clamp(c, 1.0F, 15.0F));
 }
 inline float range_of_class(unsigned c) { return 0.25F * std::exp2(0.5F * (static_cast<float>(c) - 1)); }
@@ -20,7 +21,7 @@ inline float range_of_class(unsigned c) { return 0.25F * std::exp2(0.5F * (stati
 /// Octahedral coding of a unit vector with 6 bits a coordinate (Meyer et al. 2010); error ≤ 3.9°.
 inline unsigned encode_view(const Eigen::Vector3f& v) {
   const float sum = v.cwiseAbs().sum();
-  if (!(sum > 0)) return encode_view(Eigen::Vector3f::UnitZ());
+  if (!(sum > 0 && sum <= std::numeric_limits<float>::max())) return encode_view(Eigen::Vector3f::UnitZ());
   float x = v.x() / sum, y = v.y() / sum;
   if (v.z() < 0) {
     const float folded_x = (1 - std::fabs(y)) * (x < 0 ? -1.0F : 1.0F);

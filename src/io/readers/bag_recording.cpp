@@ -3,7 +3,6 @@
 
 #include "io/readers/bounded_file.hpp"
 
-#include <cmath>
 #include <stdexcept>
 
 #include <octosurf/error.hpp>
@@ -71,7 +70,7 @@ std::pair<Intrinsics, const Lens*> BagRecording::camera_of(const ListedMessage& 
 }
 
 Eigen::Isometry3d BagRecording::pose_at(std::size_t scan, double stamp_s) const {
-  return pose(index_.frames[scans_[scan].frame], std::llround(stamp_s * 1e9));
+  return pose(index_.frames[scans_[scan].frame], to_ns(stamp_s));
 }
 
 Eigen::Isometry3d BagRecording::sensor_in(const std::string& frame, std::size_t scan) const {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -26,7 +25,7 @@ constexpr double column_m = 0.1;
 /// distance and a surface's thickness. bin_of(point) → (bin, distance).
 template <class BinOf>
 double hidden_share(const std::vector<Eigen::Vector3d>& points, double slack, BinOf&& bin_of) {
-  std::map<std::pair<std::int64_t, std::int64_t>, double> nearest;
+  std::map<std::pair<double, double>, double> nearest;
   for (const Eigen::Vector3d& p : points) {
     const auto [bin, distance] = bin_of(p);
     double& least = nearest.try_emplace(bin, distance).first->second;
@@ -40,7 +39,8 @@ double hidden_share(const std::vector<Eigen::Vector3d>& points, double slack, Bi
   return static_cast<double>(hidden) / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-std::int64_t cell(double value, double width) { return static_cast<std::int64_t>(std::floor(value / width)); }
+/// A whole number, of which int64_t does not have all.
+double cell(double value, double width) { return std::floor(value / width); }
 
 }  // namespace
 
