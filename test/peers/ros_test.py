@@ -1,8 +1,10 @@
 """The node of ros/octosurf_ros beside rclpy over Fast DDS: a robot's topics in, the map's topics and services out."""
 import os
 import pathlib
+import random as rng
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -135,6 +137,21 @@ def packed(topic, stamp, message):
         points = [CustomPoint(x=x, y=y, z=z) for x, y, z in np.frombuffer(message.data, "<f4").reshape(-1, 3).tolist()]
         return "/livox", stamp, CustomMsg(header=message.header, point_num=len(points), points=points)
     return topic, stamp, message
+
+
+def mutated(message, random):
+    """Cut, or with other counts, numbers and letters; of whole words, as DDS delivers it."""
+    message, tiny = bytearray(message), struct.pack("<If", random.choice((1, 2**16, 2**31)), 1.4e-45)
+    for _ in range(random.choice((1, 1, 3, 10))):
+        at = random.randrange(4, random.choice((len(message), min(304, len(message)))))  # there, or before the data
+        if random.random() < 0.2:
+            message[at] = random.randrange(256)
+        elif random.random() < 0.9:
+            message[at // 4 * 4:at // 4 * 4 + 8] = random.choice((
+                bytes(4), b"\xff" * 4, tiny, struct.pack("<d", 1e300), struct.pack("<ff", np.nan, np.inf)))
+        elif at > 8:
+            del message[at:]
+    return bytes(message) + bytes(-len(message) % 4)
 
 
 class Receiver:
@@ -425,12 +442,51 @@ class Mapping(Room):
             self.publishers[IMAGES].publish(message)
             self.assertTrue(until(lambda: self.now().refused == before + 1), words + self.said())
             self.assertIn(words, self.now().last_refusal)
-        nan = transform("map", "base_link", START_S * 10**9, (np.nan, 0, 0))
-        self.publishers["/tf"].publish(TFMessage(transforms=[nan]))
-        self.assertTrue(until(lambda: self.now().messages_refused == 1))
         self.play(walk[4:])
         self.stop()
         self.assert_live_is("whole")
+
+    def test_goes_on_after_mutated_messages_and_counts_them(self):
+        """Some 300 by this seed, OCTOSURF_TEST_ROUNDS times as many, of sensors 500 m away from the walk."""
+        random = rng.Random(int(os.environ.get("OCTOSURF_TEST_SEED", "1")))
+        rounds = int(os.environ.get("OCTOSURF_TEST_ROUNDS", "1"))
+        whole = {"/tf": TFMessage(transforms=[transform("map", "mast", START_S * 10**9, (500, 0, 0))])}
+        for one in (*recording(count=1), *recording(lidar=True, count=1)):
+            if one[0] == CLOUDS:
+                one[2].width, one[2].row_step, one[2].data = 200, 2400, one[2].data[-2400:]
+            for topic, _, message in (one, packed(*one)) * (one[0] not in ("/tf", "/tf_static")):
+                whole["/mast" + topic] = stamped(message, "mast", START_S * 10**9)
+        scans = dict(zip([*whole][2:], ("depth", "depth", "cloud", "livox")))
+        whole["/mast" + INFO].d = [0.1, 0.0, 0.0, 0.0, 0.0]
+        named = {f"s{i}.{key}": value for i, one in enumerate(scans.items())
+                 for key, value in zip(("topic", "type"), one)}
+        self.start(depth=IMAGES, reliable=True, wait=0.0, checkpoint=0.0, sensors="[s0, s1, s2, s3]", **named)
+        walk, sent = list(recording()), {}
+        self.meet(walk)
+        for topic, one in whole.items():
+            sent[topic] = self.robot.create_publisher(type(one), topic, RELIABLE)
+            self.addCleanup(self.robot.destroy_publisher, sent[topic])
+        self.assertTrue(until(lambda: all(one.get_subscription_count() for one in sent.values())), self.said())
+        whole = {topic: serialize_message(one) for topic, one in whole.items()}
+        nowhere = serialize_message(TFMessage(transforms=[transform("map", "mast", 0, (np.nan, 0, 0))]))
+        sent["/tf"].publish(nowhere.replace(b"mast", b"m\0\xffs"))  # a NUL ended the node
+        until(lambda: False, 0.3)  # for what was said in meeting
+        before, count = self.now(), 0
+
+        def since(*names):
+            return sum(getattr(self.now(), name) - getattr(before, name) for name in names)
+
+        for k in range(10 * rounds):
+            for topic, message in whole.items():  # five of each, as the node hears ten at once, then a whole one
+                for one in (*(mutated(message, random) for _ in range(5)), message):
+                    sent[topic].publish(one)
+                    count += topic in scans
+            self.assertTrue(until(lambda: since("received") == count and not self.now().waiting and since(
+                "transforms", "messages_refused") > 6 * k + 6), (k, self.node.poll(), self.now(), self.said()[-3000:]))
+        refused, others, mapped = since("refused"), since("messages_refused"), since("mapped", "rejected")
+        self.assertEqual((refused + mapped, since("dropped")), (count, 0))
+        self.assertGreaterEqual(min(refused, others, mapped), 40 * rounds)  # as many as are whole
+        self.play(walk[:4])
 
     def test_names_what_it_does_not_hear(self):
         images = self.robot.create_publisher(Image, IMAGES, SENSOR)

@@ -17,7 +17,6 @@ from octosurf_ros.messages import class_of
 PAUSE_NS = 10**9  # without a scan, by time stamps, as `octosurf map`
 PATIENCE_S = 5  # then it is said what does not come
 SCANS_OF_VERDICT = 100  # which takes 0.1 s, as much as a few of them
-REFUSED = (octosurf.Error, RuntimeError, ValueError, MemoryError)
 
 
 def stem_of(name):
@@ -154,7 +153,7 @@ class Mapping:
     def add_transforms(self, message, fixed):
         try:
             warning = self.tf.add(message, fixed)
-        except REFUSED as error:
+        except Exception as error:
             return self.refuse(f"tf: {error}", "messages_refused")
         with self.news:
             self.counts["transforms"] += 1
@@ -166,13 +165,15 @@ class Mapping:
     def add_camera(self, sensor, message):
         try:
             octosurf.require_camera(message, rectified=octosurf.is_rectified(sensor.topic))
-        except REFUSED as error:
+        except Exception as error:
             return self.refuse(f"CameraInfo: {error}", "messages_refused")
         with self.news:
             self.cameras[sensor] = message
             self.news.notify_all()
 
     def refuse(self, what, count):
+        """A message that cannot be used, whatever a reader raises, ends nothing."""
+        what = what.encode(errors="backslashreplace").decode()  # a name of any bytes is no text for rclpy
         self.counts[count] += 1
         self.last_refusal = what
         if time.monotonic() - self.told > 1:  # a faulty sensor must not flood the log
@@ -248,10 +249,10 @@ class Mapping:
             if self.last_stamp_ns is not None and abs(stamp_ns - self.last_stamp_ns) > PAUSE_NS:
                 self.mapper.drain()
             report = self.mapper.insert(scan)
-        except REFUSED as error:
+        except Exception as error:
             if getattr(error, "kind", "") == "incomplete":
                 raise
-            return self.refuse(f"{sensor.topic}: {error or 'no memory for a scan'}", "refused")
+            return self.refuse(f"{sensor.topic}: {str(error) or repr(error)}", "refused")
         self.last_stamp_ns, self.changed, self.scan_ms = stamp_ns, True, report.total_ms
         T_map_sensor = report.alignment.T_map_sensor
         self.moment = Moment(self.mapper.snapshot(), self.moment.ground, stamp_ns, T_map_sensor[:3, 3])
@@ -277,7 +278,7 @@ class Mapping:
         try:
             octosurf.save(self.mapper.map(), self.stem)
             self.changed = False
-        except REFUSED as error:  # no space or no memory: there may be some the next time
+        except Exception as error:  # no space or no memory: there may be some the next time
             self.log.warning(f"no checkpoint, {error}")
 
     # What is asked of it, from any other thread; a line of summary each.
