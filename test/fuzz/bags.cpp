@@ -42,7 +42,8 @@ void read_message(io::MessageReader& message, int type, std::size_t size) {
     io::depth_of(io::read_compressed_image_message(message), "message", largest);
   } else if (type == 3) {
     const io::CameraInfoMessage camera = io::read_camera_info(message);
-    promise(camera.width > 0 && camera.height > 0, "a camera has pixels");
+    promise(!camera.calibrated() || (camera.width > 0 && camera.height > 0),
+            "a calibrated camera has pixels");
   } else if (type == 4) {
     io::TransformTree tree;
     io::for_each_transform(message, [&](const io::TransformMessage& one) {
