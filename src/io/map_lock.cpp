@@ -34,8 +34,8 @@ struct MapLock::Held {
   Held& operator=(const Held&) = delete;
   ~Held() {
     if (descriptor < 0) return;
-    if (locked) ::unlink(file.c_str());
-    ::close(descriptor);  // last: it frees the lock
+    if (locked && process == ::getpid()) ::unlink(file.c_str());
+    ::close(descriptor);  // last: it frees the lock, unless it is a forked child's copy
   }
 
   void take() {
@@ -49,7 +49,7 @@ struct MapLock::Held {
     } while (!is_at(descriptor, file));
     std::array<char, 256> host{};
     ::gethostname(host.data(), host.size() - 1);
-    const std::string own = "process " + std::to_string(::getpid()) + " of " + host.data() + "\n";
+    const std::string own = "process " + std::to_string(process) + " of " + host.data() + "\n";
     locked = true;
     if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, own.data(), own.size(), 0) < 0) fail();
   }
@@ -57,6 +57,7 @@ struct MapLock::Held {
   [[noreturn]] void fail() const { fail_to_write(file, "cannot be written", errno); }
 
   fs::path file;
+  const pid_t process = ::getpid();  // a forked child has a copy of this, but not the lock
   int descriptor = -1;
   bool locked = false;
 };
@@ -69,7 +70,7 @@ MapLock::MapLock(const fs::path& stem) {
   std::error_code ignored;
   std::weak_ptr<Held>& known = all[fs::weakly_canonical(fs::absolute(file, ignored), ignored)];
   held_ = known.lock();
-  if (held_) return;
+  if (held_ && held_->process == ::getpid()) return;
   auto held = std::make_shared<Held>(file);
   held->take();
   known = held_ = std::move(held);

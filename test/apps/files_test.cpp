@@ -7,6 +7,7 @@
 #include "scan_feed.hpp"
 #include "support/same_octree.hpp"
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <octosurf/adapters/octree.hpp>
@@ -126,6 +127,29 @@ TEST_F(Lock, WhileOneProcessWritesNoOtherDoes) {
   }
   EXPECT_EQ(read("m.surfaces"), before);
   run_well("map floor --resume m");
+  EXPECT_FALSE(exists("m.lock"));
+}
+
+/// As Python's multiprocessing starts workers: what they let go of is the parent's still.
+TEST_F(Lock, AForkedChildNeitherFreesNorHasIt) {
+  auto held = std::make_optional<io::MapLock>(folder / "m");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    int wrong = 0;
+    try {
+      const io::MapLock again(folder / "m");
+      wrong = 1;
+    } catch (const Error&) {
+    }
+    held.reset();
+    ::_exit(wrong);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0) << "the child has it, too";
+  EXPECT_TRUE(exists("m.lock"));
+  fails("map floor --resume m", {".lock: process " + std::to_string(::getpid())});
+  held.reset();
   EXPECT_FALSE(exists("m.lock"));
 }
 
