@@ -1,6 +1,7 @@
 #include "checkpoints.hpp"
 
 #include "output_files.hpp"
+#include "run_statistics.hpp"
 
 #include <cstdio>
 #include <new>
@@ -24,7 +25,7 @@ void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept)
   if (const Version now = version(); !force_ && now && now != known_)
     throw Error(Error::Kind::output, files_of_map(stem_).front(),
                 "was written by another since this run began", "move it elsewhere before this run ends");
-  save_map(map, stem_, kept);
+  RunContext().warn(save_map(map, stem_, kept));
   known_ = version();
   scans_ = scans;
   any_ = true;

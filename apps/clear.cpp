@@ -4,6 +4,7 @@
 #include "io/map_lock.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
+#include "run_statistics.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -63,7 +64,7 @@ void run_clear(const ClearOptions& options) {
     throw Error(Error::Kind::data, options.map, "nothing is known of that part of space",
                 "nothing is written");
   geometry::end_if_interrupted();
-  save_map(mapper.map(), output);
+  RunContext().warn(save_map(mapper.map(), output));
   std::printf("%s.surfaces: %zu points taken back; %zu surfaces gone, %zu smaller, %zu left\n",
               output.c_str(), report.vanished, report.gone.size(), report.shrunk.size(),
               mapper.snapshot()->surfaces.size());

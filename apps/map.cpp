@@ -79,15 +79,6 @@ Inputs sort_inputs(const MapOptions& options) {
   return inputs;
 }
 
-void require_output(const MapOptions& options) {
-  const std::string name = fs::path(options.output).filename().string();
-  if (options.output.empty())
-    throw Error(Error::Kind::usage, "-o", "is missing", "name the map to write, as in -o maps/office");
-  if (name.empty() || name == "." || name == "..")
-    throw Error(Error::Kind::usage, "-o " + options.output, "is a folder",
-                "name a map in it, as in -o maps/office");
-}
-
 bool goes_on_in_place(const MapOptions& options) {
   return !options.resume.empty() && writes_over(options.resume, options.output);
 }
@@ -160,7 +151,8 @@ void run_map(MapOptions& options) {
   options.resume = io::file_of_map(options.resume, "").string();
   if (options.inputs.empty())
     throw Error(Error::Kind::usage, "INPUT", "is missing", "name a folder or file of scans");
-  require_output(options);
+  if (options.output.empty())
+    throw Error(Error::Kind::usage, "-o", "is missing", "name the map to write, as in -o maps/office");
   if (options.resume.empty()) choice.in_force();  // reject invalid values before reading anything
   probe_map_outputs(options);
   const Inputs inputs = sort_inputs(options);

@@ -202,7 +202,7 @@ void run_merge(const MergeOptions& options) {
   if (!options.anyway) require_common_place(options, mapper.map(), second.map, T);
   const ScanReport report = mapper.merge(second.map, T);
   geometry::end_if_interrupted();
-  save_map(mapper.map(), options.output);
+  RunContext().warn(save_map(mapper.map(), options.output));
   print_map("merged", mapper.map());
   const auto& surfaces = mapper.snapshot()->surfaces;
   const auto born = std::ranges::count_if(

@@ -169,7 +169,7 @@ class Remap {
 
   void save(const Map& map, const Succeeded& surfaces) {
     if (options_.strict) require_agreement(statistics_.judgement(), options_.output);
-    save_map(map, options_.output, kept_);
+    context_.warn(save_map(map, options_.output, kept_));
     poses_log_.save(Saving::end);
     context_.wall_s = now_s();
     if (!options_.report.empty()) write_report(map, surfaces);

@@ -40,6 +40,7 @@ void require_writable(const std::string& file, bool force) {
 }
 
 void require_map_writable(const std::string& stem, bool force) {
+  io::require_map_name(stem);
   const fs::path folder = fs::path(stem).parent_path();
   std::error_code failure;
   if (!folder.empty()) fs::create_directories(folder, failure);

@@ -46,14 +46,18 @@ std::string text_of_map(const MapHolder& map) {
          std::to_string(size.surfaces) + " surfaces>";
 }
 
-/// Problems that did not prevent loading become Python warnings.
+/// Problems that did not prevent loading or saving become Python warnings.
+void warn(const std::string& warning) {
+  if (!warning.empty() && PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0)
+    throw py::error_already_set();
+}
+
 MapPtr load(const fs::path& stem) {
   LoadedMap loaded = [&stem] {
     const py::gil_scoped_release others_run;
     return load_map(stem);
   }();
-  if (!loaded.warning.empty() && PyErr_WarnEx(PyExc_UserWarning, loaded.warning.c_str(), 1) != 0)
-    throw py::error_already_set();
+  warn(loaded.warning);
   return std::make_shared<MapHolder>(std::move(loaded.map));
 }
 
@@ -171,13 +175,14 @@ Throws Error(data) for damaged or foreign files; warns (UserWarning) where, say,
     module.def(
         name,
         [](const MapHolder& map, const fs::path& stem) {
-          map.read([&stem](const Map& whole) { save_map(whole, stem); });
+          warn(map.read([&stem](const Map& whole) { return save_map(whole, stem); }));
         },
         "map"_a, "stem"_a,
-        R"(Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap) over what is there.
+        R"(Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap) over a map that is there.
 
-Whenever that fails, the files of before or the new ones are there. A folder of scans (`octosurf map --keep-scans`) that
-the map had is not told in them: it has not got what Python inserted. Throws Error(output), Error(incomplete).)");
+Whenever that fails, the files of before or the new ones are there. A .bt of somebody else's is kept beside it, and a
+UserWarning says how it is called. A folder of scans (`octosurf map --keep-scans`) that the map had is not told in them:
+it has not got what Python inserted. Throws Error(usage) if `stem` names a folder, Error(output), Error(incomplete).)");
   module.def("read_octomap_resolution", &read_octomap_resolution, "file"_a);
   module.def(
       "map_from_octomap",

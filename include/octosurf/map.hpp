@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <octosurf/parameters.hpp>
@@ -82,10 +83,12 @@ struct KeptScans {
 
 /// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that is synced
 /// and renamed: after a failure or crash either the old or the new files exist. A .bt that was not saved with
-/// the .surfaces beside it, such as one that another tool has edited, is kept as `stem`.edited.bt; without a
-/// readable .surfaces it is overwritten. Throws Error(output), and Error(incomplete) for an incomplete map.
-/// The file records the location of the map's `scans`, relative to itself if possible; by default none.
-void save_map(const Map& map, const std::filesystem::path& stem, const KeptScans& scans = {});
+/// a whole .surfaces beside it, such as one that another tool has made or edited, is first kept, synced, as
+/// `stem`.edited.bt, or .edited-2.bt … where an earlier one has that name; the warning that is returned, else
+/// empty, says so. The file records the location of the map's `scans`, relative to itself if possible; by
+/// default none. Throws Error(usage) if `stem` names a folder, Error(output), also for a symbolic link or a
+/// read-only file in the place of either, and Error(incomplete) for an incomplete map.
+std::string save_map(const Map& map, const std::filesystem::path& stem, const KeptScans& scans = {});
 
 /// Result of load_map().
 struct LoadedMap {

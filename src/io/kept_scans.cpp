@@ -93,6 +93,6 @@ void ScanWriter::add(const Scan& scan) {
   write_file(folder_ / file_of(scan, next_++), true, [&](std::ostream& stream) { write_pcd(scan, stream); });
 }
 
-void ScanWriter::finish() { sync_folder(folder_ / "any"); }
+void ScanWriter::finish() { sync(folder_); }
 
 }  // namespace octosurf::io

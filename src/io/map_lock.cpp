@@ -63,6 +63,7 @@ struct MapLock::Held {
 };
 
 MapLock::MapLock(const fs::path& stem) {
+  require_map_name(stem);
   static std::mutex mutex;
   static std::map<fs::path, std::weak_ptr<Held>> all;
   const fs::path file = file_of_map(stem, ".lock");

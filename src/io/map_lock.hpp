@@ -11,7 +11,7 @@ namespace octosurf::io {
 class MapLock {
  public:
   /// Within one process the same lock may be taken again. Throws Error(output) if another process has it, or
-  /// the file cannot be written.
+  /// the file cannot be written, Error(usage) unless `stem` names a map.
   explicit MapLock(const std::filesystem::path& stem);
 
  private:

@@ -58,12 +58,18 @@ fs::path file_of_map(fs::path stem, const char* ending) {
   return stem;
 }
 
-void sync_folder(const fs::path& file) {
-  const fs::path folder = file.parent_path();
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+void require_map_name(const fs::path& stem) {
+  const fs::path name = file_of_map(stem, "").filename();
+  if (name.empty() || name == "." || name == "..")
+    throw Error(Error::Kind::usage, stem.string(), "names no map", "give its path, as in maps/office");
+}
+
+void sync(const fs::path& path) {
+  const fs::path there = path.empty() ? "." : path;
+  const int descriptor = ::open(there.c_str(), O_RDONLY | O_CLOEXEC);
   const int failure = descriptor < 0 ? errno : sync_failure(descriptor);
   if (descriptor >= 0) ::close(descriptor);
-  if (failure != 0) fail_to_write(file, not_synced, failure);
+  if (failure != 0) fail_to_write(there, not_synced, failure);
 }
 
 NewFile::NewFile(fs::path file, bool force)
@@ -75,7 +81,12 @@ NewFile::NewFile(fs::path file, bool force)
   if (fs::exists(there) && !fs::is_regular_file(there))
     throw Error(Error::Kind::output, file_.string(), "is not a file that can be replaced",
                 "give another file name");
-  if (!force && fs::exists(fs::symlink_status(file_, ignored)))
+  if (fs::is_symlink(file_, ignored))
+    throw Error(Error::Kind::output, file_.string(), "is a symbolic link, which is not followed",
+                "name the file " + fs::read_symlink(file_, ignored).string());
+  if (fs::exists(there) && (there.permissions() & fs::perms::owner_write) == fs::perms::none)
+    throw Error(Error::Kind::output, file_.string(), "is read-only", "chmod u+w, or give another name");
+  if (!force && fs::exists(there))
     throw Error(Error::Kind::usage, file_.string(), "exists already", "--force overwrites it");
 }
 

@@ -9,10 +9,11 @@ namespace octosurf::io {
 
 /// Writes a file atomically: to `NAME.part`, created new, which commit() renames. If destroyed earlier, the
 /// existing file is unchanged. Of two writers of one file at a time the first one fails. The new file keeps
-/// the permissions of the one that it replaces; a symbolic link in its place is replaced, not followed.
+/// the permissions of the one that it replaces.
 class NewFile {
  public:
-  /// Throws Error(usage) if `file` exists and not `force`, Error(output) if it is a folder or a device.
+  /// Throws Error(usage) if `file` exists and not `force`, Error(output) if it is a folder, a device, a
+  /// symbolic link, or read-only by its mode: one whose owner may not write it, for root, too.
   NewFile(std::filesystem::path file, bool force);
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
@@ -61,7 +62,11 @@ bool is_part(const std::filesystem::path& file);
 /// A map's file of this ending, or of none; `stem` may have that of either of its two files.
 std::filesystem::path file_of_map(std::filesystem::path stem, const char* ending);
 
-/// Waits until renames in `file`'s folder are on disk, if the file system supports it. Throws Error(output).
-void sync_folder(const std::filesystem::path& file);
+/// Throws Error(usage) unless it names a map: "maps/", "." and ".." do not.
+void require_map_name(const std::filesystem::path& stem);
+
+/// Waits until a file, or renames in a folder (that of "x" is ""), are on disk, if the file system supports
+/// it. Throws Error(output).
+void sync(const std::filesystem::path& path);
 
 }  // namespace octosurf::io

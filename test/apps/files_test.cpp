@@ -15,6 +15,8 @@
 namespace octosurf::test {
 namespace {
 
+using namespace std::string_literals;
+
 class Files : public FloorTest {};
 
 /// That every key is there and what it holds is test/io's; here real outlines lie on their planes.
@@ -78,6 +80,36 @@ TEST_F(Files, ABtThatDoesNotMatchIsNamed) {
   run_well("map floor --resume n --skip 2 --report r.json");
   EXPECT_EQ(read_json("r.json").at("warnings").size(), 1u);
   EXPECT_EQ(info("n").at("warnings").size(), 0u);  // written anew
+}
+
+/// By every verb that writes a map: it is named and kept.
+TEST_F(Files, ABtOfSomebodyElsesIsNamedAndKept) {
+  run_well("map floor -o kept --first 2 --keep-scans scans");
+  run_well("map floor -o other --skip 3");
+  const std::string theirs = read("other.bt");
+  for (const std::string verb : {"map floor -o n", "clear m --box 0 0 -1 1 1 1 -o n", "remap kept -o n",
+                                 "merge m other --anyway -o n"}) {
+    for (const char* const ending : {".surfaces", ".bt", ".edited.bt"}) fs::remove(folder / ("n"s + ending));
+    write("n.bt", theirs);
+    wrong_use(verb, {"n.bt: exists already", "--force"});
+    EXPECT_THAT(run_well(verb + " --force").err, says("warning: n.bt: ", "n.edited.bt")) << verb;
+    EXPECT_EQ(read("n.edited.bt"), theirs) << verb;
+    EXPECT_NE(read("n.bt"), theirs) << verb;
+  }
+}
+
+TEST_F(Files, AFolderIsNoMapAndALinkIsRefused) {
+  for (const std::string name : {"dir/", ".", "dir/.."})
+    for (const std::string verb :
+         {"map floor -o ", "clear m --box 0 0 -1 1 1 1 --force -o ", "merge m m2 -o "})
+      wrong_use(verb + name, {"names no map"});
+  EXPECT_FALSE(exists("dir"));
+  fs::create_directory(folder / "real");
+  fs::rename(folder / "m.surfaces", folder / "real/m.surfaces");
+  fs::create_symlink("real/m.surfaces", folder / "m.surfaces");
+  const std::string before = read("m.surfaces");
+  fails("map floor --resume m", {"m.surfaces: is a symbolic link", "real/m.surfaces"});
+  EXPECT_EQ(read("real/m.surfaces"), before);
 }
 
 TEST_F(FloorTest, ClearTakesBackWhatIsInside) {

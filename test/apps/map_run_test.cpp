@@ -362,7 +362,7 @@ TEST_F(MapRun, AnEditedOctreeIsTakenOverOrKept) {
   EXPECT_TRUE(read("m.edited.bt") == read("wider.bt"));
   EXPECT_EQ(info("m").at("points"), 400);
   write("m.bt", read("wider.bt"));
-  EXPECT_THAT(run_well("map m.bt --resume m").errors, IsEmpty());
+  EXPECT_THAT(run_well("map m.bt --resume m").errors, ElementsAre(HasSubstr("kept as m.edited.bt")));
   EXPECT_EQ(info("m").at("largest").at(0).at("id"), id);
   EXPECT_EQ(info("m").at("points"), 600);
   EXPECT_FALSE(exists("m.edited-2.bt"));

@@ -1,5 +1,6 @@
 import gc
 import json
+import os
 import pathlib
 import pickle
 import shutil
@@ -32,6 +33,24 @@ class Mapping(unittest.TestCase):
         self.assertAlmostEqual(surface.area_m2, 1, delta=0.08)
         self.assertEqual(surface.covariance.shape, (3, 3))
         reload(mapper.map())
+
+    def test_a_bt_of_somebody_elses_is_named_and_kept(self):
+        theirs = world.FOLDER / "theirs.bt"
+        theirs.write_bytes(b"an OctoMap")
+        with self.assertWarnsRegex(UserWarning, "theirs.bt: .*theirs.edited.bt"):
+            octosurf.save(mapped_floor().map(), world.FOLDER / "theirs")
+        self.assertEqual((world.FOLDER / "theirs.edited.bt").read_bytes(), b"an OctoMap")
+
+    def test_a_forked_child_does_not_free_the_map(self):
+        lock = octosurf.MapLock(world.FOLDER / "forked")
+        child = os.fork()
+        if child == 0:
+            del lock
+            os._exit(0)
+        os.waitpid(child, 0)
+        self.assertTrue((world.FOLDER / "forked.lock").exists())
+        del lock
+        self.assertFalse((world.FOLDER / "forked.lock").exists())
 
     def test_points_of_any_layout_make_the_same_map(self):
         points = floor()
@@ -194,6 +213,8 @@ class Errors(unittest.TestCase):
         self.refused("usage", octosurf.Parameters.from_dict, {"resolutoin": 1})
         self.refused("usage", octosurf.Scan, floor(), np.eye(4), sensor="lidr")
         self.refused("output", octosurf.save, octosurf.Map(), "/nowhere/map")
+        for stem in (".", "..", str(world.FOLDER) + "/"):
+            self.assertIn("names no map", str(self.refused("usage", octosurf.save, octosurf.Map(), stem)))
         self.refused("data", octosurf.open_scans, "/nowhere")
 
     def test_bad_input_is_refused_at_the_door(self):

@@ -44,43 +44,43 @@ bool is_own(const fs::path& bt, const io::FileSum& expected) {
   return fs::file_size(bt, failure) == expected.bytes && !failure && io::sum_of(bt) == expected;
 }
 
-/// Where a .bt that is not the map's own is kept: NAME.edited.bt, NAME.edited-2.bt …, whichever is free or
-/// the same.
-fs::path place_aside(const MapPaths& files) {
-  const std::optional<io::FileSum> sum = io::sum_of(files.bt);
-  std::error_code ignored;
-  fs::path kept = io::file_of_map(files.bt, ".edited.bt");
-  for (int n = 2; fs::exists(kept, ignored) && io::sum_of(kept) != sum; ++n)
-    kept = io::file_of_map(files.bt, (".edited-" + std::to_string(n) + ".bt").c_str());
-  return kept;
+/// What to do with a .bt that is not the map's own.
+std::string hint_of(const fs::path& bt, const MapPaths& files) {
+  return "; octosurf map " + bt.string() + " --resume " + io::file_of_map(files.bt, "").string() +
+         " takes over its occupancy";
 }
 
 /// Empty if the .bt is the one that was written with the map.
 std::string warning_of(const MapPaths& files, const io::FileSum& expected) {
   std::error_code ignored;
-  if (!fs::exists(files.bt, ignored))
-    return files.bt.string() + ": is missing; saving the map writes it again";
+  const std::string bt = files.bt.string();
+  if (!fs::exists(files.bt, ignored)) return bt + ": is missing; saving the map writes it again";
   if (is_own(files.bt, expected)) return {};
-  const std::string kept = place_aside(files).string();
-  return files.bt.string() +
-         ": is not the one that was saved with the .surfaces, which alone is read; when the map is saved "
-         "there "
-         "it is kept as " +
-         kept + ", and octosurf map " + kept + " --resume " + io::file_of_map(files.bt, "").string() +
-         " takes over its occupancy";
+  return bt + ": is not the one that was saved with the .surfaces, which alone is read" + hint_of(bt, files);
 }
 
-/// Keeps a .bt that is not the map's own, such as one that another tool has edited.
-void set_aside_foreign_octree(const MapPaths& files) {
+/// Keeps a .bt that was not written with a whole .surfaces beside it, such as one that another tool has made
+/// or edited, as it may be somebody else's only copy: as NAME.edited.bt, NAME.edited-2.bt …, the first that
+/// is free or the same, but no link to it. Returns a warning, empty if there is none.
+std::string set_aside_foreign_octree(const MapPaths& files) {
   std::error_code failure;
-  if (!fs::is_regular_file(files.bt, failure)) return;
-  const std::optional<io::FileSum> own = io::octree_sum_of(files.surfaces);
-  if (!own || is_own(files.bt, *own)) return;
-  const fs::path kept = place_aside(files);
-  if (!fs::exists(kept, failure)) fs::copy_file(files.bt, kept, failure);
-  if (failure)
-    throw Error(Error::Kind::output, kept.string(), "cannot be written: " + failure.message(),
-                "move " + files.bt.string() + ", which is not the map's own, elsewhere");
+  if (const std::uintmax_t bytes = fs::file_size(files.bt, failure); failure || bytes == 0) return {};
+  if (const auto own = io::octree_sum_of(files.surfaces); own && is_own(files.bt, *own)) return {};
+  const std::optional<io::FileSum> sum = io::sum_of(files.bt);
+  fs::path kept = io::file_of_map(files.bt, ".edited.bt");
+  for (int n = 2; fs::exists(fs::symlink_status(kept, failure)); ++n) {
+    if (sum && !fs::is_symlink(kept, failure) && io::sum_of(kept) == sum) break;
+    kept = io::file_of_map(files.bt, (".edited-" + std::to_string(n) + ".bt").c_str());
+  }
+  if (!fs::exists(kept, failure)) {
+    fs::create_hard_link(files.bt, kept, failure);
+    if (failure) fs::rename(files.bt, kept, failure);  // not every file system has hard links
+    if (failure) io::fail_to_write(kept, "cannot be written", failure.value());
+  }
+  io::sync(kept);  // whoever wrote it may not have
+  io::sync(kept.parent_path());
+  return files.bt.string() + ": was not the map's own, and is kept as " + kept.string() +
+         hint_of(kept, files);
 }
 
 /// `path` relative to `folder`; absolute if there is no relative path.
@@ -107,9 +107,7 @@ void require_map(const MapPaths& files) {
 
 }  // namespace
 
-void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
-  if (stem.filename().empty())
-    throw Error(Error::Kind::usage, stem.string(), "names no map", "give its path, as in maps/office");
+std::string save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   const MapPaths files(stem);
   KeptScans from_there = scans;
   if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
@@ -123,10 +121,11 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   // .surfaces is intact and detects that the .bt is not its own.
   bt.sync();
   surfaces.sync();
-  set_aside_foreign_octree(files);
+  std::string warning = set_aside_foreign_octree(files);
   bt.commit();
   surfaces.commit();
-  io::sync_folder(files.surfaces);
+  io::sync(files.surfaces.parent_path());
+  return warning;
 }
 
 LoadedMap load_map(const fs::path& stem) {

@@ -66,7 +66,8 @@ struct MapFile {
 /// whatever is not a map file of this version, whole and consistent.
 MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where);
 
-/// Of the .bt that was written with this map file; nothing if it is not there or cannot be read.
+/// Of the .bt that was written with this map file; nothing if it is not there, cannot be read or is damaged:
+/// its checksum is compared, its contents are not.
 std::optional<FileSum> octree_sum_of(const std::filesystem::path& file);
 
 }  // namespace octosurf::io

@@ -63,6 +63,8 @@ class MapReader : Damage {
   }
   FileSum octree_sum() {
     read_header();
+    while (record_.field != 0 && record_.field != map_file::Record::kFooter) advance();
+    read_footer();
     return file_.bt;
   }
 

@@ -175,6 +175,64 @@ TEST_F(MapFileTest, ABtThatDoesNotMatchIsNamedInAWarning) {
   EXPECT_THAT(load_map(folder / "old").warning, HasSubstr("is not the one that was saved"));
 }
 
+/// Whatever stands beside it: the .bt may be an OctoMap of somebody else's.
+TEST_F(MapFileTest, ABtWithoutAReadableMapOfItsOwnIsKept) {
+  const Map map = map_of(changing_room(3));
+  save_map(map, folder / "own");
+  save_map(map_of(changing_room(4)), folder / "other");
+  const std::string whole = read_file(folder / "own.surfaces"), theirs = read_file(folder / "other.bt");
+  std::string older = whole;
+  older[8] = static_cast<char>(older[8] - 1);
+  const std::pair<std::string, std::string> cases[] = {
+      // the .surfaces beside it, and what the .bt holds
+      {"", theirs},
+      {older, theirs},
+      {whole.substr(0, 200), theirs},
+      {whole, theirs},
+      {read_file(folder / "other.surfaces"), "edited"},
+      {whole.substr(0, whole.size() - 20), read_file(folder / "own.bt")}};
+  int n = 0;
+  for (const auto& [surfaces, bt] : cases) {
+    const std::string stem = (folder / std::to_string(n++)).string();
+    SCOPED_TRACE(stem);
+    write_file(stem + ".bt", bt);
+    fs::permissions(stem + ".bt", fs::perms::owner_read | fs::perms::owner_write);
+    if (!surfaces.empty()) write_file(stem + ".surfaces", surfaces);
+    save_map(map, stem);
+    EXPECT_EQ(read_file(stem + ".edited.bt"), bt);
+    EXPECT_EQ(fs::status(stem + ".edited.bt").permissions(), fs::perms::owner_read | fs::perms::owner_write);
+    EXPECT_EQ(load_map(stem).warning, "");
+    save_map(map, stem);  // over its own
+    write_file(stem + ".bt", bt);
+    save_map(map, stem);  // over what is kept already
+    EXPECT_FALSE(fs::exists(stem + ".edited-2.bt"));
+    write_file(stem + ".bt", "another's");
+    save_map(map, stem);
+    EXPECT_EQ(read_file(stem + ".edited.bt"), bt) << "the earlier copy";
+    EXPECT_EQ(read_file(stem + ".edited-2.bt"), "another's");
+  }
+  write_file(folder / "empty.bt", "");
+  save_map(map, folder / "empty");
+  EXPECT_FALSE(fs::exists(folder / "empty.edited.bt"));
+  write_file(folder / "taken.bt", theirs);
+  fs::create_symlink(folder / "nowhere", folder / "taken.edited.bt");
+  fs::create_symlink("taken.bt", folder / "taken.edited-2.bt");
+  fs::create_directory(folder / "taken.edited-3.bt");
+  EXPECT_THAT(save_map(map, folder / "taken"), HasSubstr("taken.edited-4.bt"));
+  EXPECT_EQ(read_file(folder / "taken.edited-4.bt"), theirs);
+}
+
+TEST_F(MapFileTest, AFoldersNameIsNoMaps) {
+  const Map map(coarse());
+  fs::create_directory(folder / "maps");
+  for (const char* const name : {"maps/", "maps/.", "maps/..", "maps/...surfaces", "maps/..bt"})
+    EXPECT_THAT(failure(Error::Kind::usage, [&] { save_map(map, folder / name); }),
+                AllOf(HasSubstr(name), HasSubstr("names no map")));
+  EXPECT_THAT(failure(Error::Kind::usage, [&] { save_map(map, ""); }), HasSubstr("names no map"));
+  EXPECT_EQ(count_files(), 1U) << "the folder itself";
+  EXPECT_TRUE(fs::is_empty(folder / "maps"));
+}
+
 // It shrinks so far that it looked like a file made to fill a reader's memory.
 TEST_F(MapFileTest, ALargeFloorWithoutNoiseComesBack) {
   octomap::OcTree tree(0.02);

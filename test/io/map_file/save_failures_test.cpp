@@ -24,6 +24,12 @@ bool fails() {
 
 long call(long number, auto... arguments) { return fails() ? -1 : ::syscall(number, arguments...); }
 
+std::vector<std::string> calls;  // "sync FILE" and "name FILE", by a link or a rename
+std::string name_of(int file) {
+  std::error_code ignored;
+  return fs::read_symlink("/proc/self/fd/" + std::to_string(file), ignored).string();
+}
+
 /// The call after `n` more of them fails with `error`: only that one.
 void fail_call_after(std::size_t n, int error) {
   error_number = error;
@@ -74,6 +80,42 @@ TEST_F(SaveFails, AtEverySystemCallAndWhatLoadsIsWhole) {
   }
   EXPECT_GE(refused, 7U) << "two files written, synced and renamed, and their folder synced";
   EXPECT_LE(warned, 2U) << "only between the two renames a .bt is not the map's own";
+}
+
+/// Nor is another's .bt lost, whatever fails.
+TEST_F(SaveFails, AtEverySystemCallAndWhatWasSomebodyElsesIsThere) {
+  const auto kept = [&] {
+    for (const auto& entry : fs::directory_iterator(folder))
+      if (read_file(entry.path()) == "somebody else's") return true;
+    return false;
+  };
+  for (std::size_t n = 0;; ++n) {
+    for (const auto& entry : fs::directory_iterator(folder)) fs::remove(entry.path());
+    write_file(folder / "map.bt", "somebody else's");
+    fail_call_after(n, EIO);
+    try {
+      save_map(after, stem);
+    } catch (const Error&) {
+    }
+    const bool failed = stop_failing_calls();
+    EXPECT_TRUE(kept()) << "call " << n;
+    for (const auto& entry : fs::directory_iterator(folder)) EXPECT_NE(entry.path().extension(), ".part");
+    if (!failed) break;
+  }
+  EXPECT_EQ(difference(load_map(stem).map, after), "");
+}
+
+/// What is kept and its name are on the disk before the other name is the map's.
+TEST_F(SaveFails, AfterAPowerCutToo) {
+  write_file(folder / "map.bt", "somebody else's");
+  calls.clear();
+  save_map(after, stem);
+  const std::string kept = (folder / "map.edited.bt").string();
+  const auto named = std::ranges::find(calls, "name " + kept),
+             synced = std::find(named, calls.end(), "sync " + kept),
+             folder_synced = std::find(synced, calls.end(), "sync " + folder.string()),
+             replaced = std::ranges::find(calls, "name " + (folder / "map.bt").string());
+  EXPECT_TRUE(folder_synced < replaced && replaced < calls.end()) << ::testing::PrintToString(calls);
 }
 
 class NewFiles : public MapFiles {
@@ -131,16 +173,33 @@ TEST_F(NewFiles, WhatHasTheTemporaryNameIsReplacedNotOpened) {
   EXPECT_FALSE(fs::exists(part));
 }
 
-TEST_F(NewFiles, ALinkInTheirPlaceIsReplacedNotFollowed) {
+/// Neither the link is replaced, which would leave the file it names as it was, nor that file.
+TEST_F(NewFiles, ALinkInTheirPlaceIsRefusedByName) {
   write_file(folder / "precious", "precious");
-  fs::create_symlink(folder / "precious", file);
-  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::NewFile(file, false); }), HasSubstr("exists already"));
-  replace("new");
+  for (const char* const to : {"precious", "nowhere"}) {
+    fs::create_symlink(folder / to, file);
+    for (const bool force : {false, true})
+      EXPECT_THAT(failure(Error::Kind::output, [&] { io::NewFile(file, force); }),
+                  AllOf(HasSubstr(file.string() + ": is a symbolic link"), HasSubstr(to)));
+    fs::remove(file);
+  }
   EXPECT_EQ(read_file(folder / "precious"), "precious");
-  EXPECT_FALSE(fs::is_symlink(file));
-  fs::remove(file);
-  fs::create_symlink(folder / "nowhere", file);
-  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::NewFile(file, false); }), HasSubstr("exists already"));
+}
+
+/// By its mode, as root may write whatever it likes.
+TEST_F(NewFiles, WhatIsReadOnlyIsRefusedByName) {
+  replace("precious");
+  ASSERT_EQ(::chmod(file.c_str(), 0444), 0);
+  EXPECT_THAT(failure(Error::Kind::output, [&] { io::NewFile(file, true); }),
+              AllOf(HasSubstr(file.string() + ": is read-only"), HasSubstr("chmod u+w")));
+  const Map map(coarse());
+  save_map(map, folder / "m");
+  for (const char* const name : {"m.bt", "m.surfaces"}) {
+    ASSERT_EQ(::chmod((folder / name).c_str(), 0444), 0);
+    EXPECT_THAT(failure(Error::Kind::output, [&] { save_map(map, folder / "m"); }), HasSubstr(name));
+    ASSERT_EQ(::chmod((folder / name).c_str(), 0644), 0);
+  }
+  save_map(map, folder / "m");
 }
 
 TEST_F(NewFiles, DevicesAndPipesAreNotReplaced) {
@@ -153,7 +212,7 @@ TEST_F(NewFiles, KeepTheAccessRightsOfWhatTheyReplace) {
   const mode_t usual = ::umask(027);
   replace("first");
   EXPECT_EQ(mode_of(file), 0640U) << "as any new file";
-  for (const mode_t mode : {0600U, 0664U, 0444U}) {
+  for (const mode_t mode : {0600U, 0664U, 0640U}) {
     ASSERT_EQ(::chmod(file.c_str(), mode), 0);
     io::NewFile next(file, true);
     write_text(next, "next");
@@ -172,14 +231,23 @@ extern "C" {
 ssize_t write(int file, const void* bytes, size_t count) {
   return octosurf::test::call(SYS_write, file, bytes, count);
 }
-int fsync(int file) { return static_cast<int>(octosurf::test::call(SYS_fsync, file)); }
+int fsync(int file) {
+  octosurf::test::calls.push_back("sync " + octosurf::test::name_of(file));
+  return static_cast<int>(octosurf::test::call(SYS_fsync, file));
+}
 int fchmod(int file, mode_t mode) noexcept {
   return static_cast<int>(octosurf::test::call(SYS_fchmod, file, mode));
 }
+int link(const char* from, const char* to) noexcept {
+  octosurf::test::calls.push_back(std::string("name ") + to);
+  return static_cast<int>(octosurf::test::call(SYS_link, from, to));
+}
 int rename(const char* from, const char* to) noexcept {
+  octosurf::test::calls.push_back(std::string("name ") + to);
   return static_cast<int>(octosurf::test::call(SYS_renameat2, -100, from, -100, to, 0U));
 }
 int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags) noexcept {
+  octosurf::test::calls.push_back(std::string("name ") + to);
   return static_cast<int>(octosurf::test::call(SYS_renameat2, from_folder, from, to_folder, to, flags));
 }
 }
