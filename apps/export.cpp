@@ -202,7 +202,7 @@ void export_octree(const Map& map, const ExportArguments& arguments) {
 std::vector<io::StampedPose> poses_of_scans(const LoadedMap& loaded) {
   std::vector<io::StampedPose> poses;
   if (loaded.scans.folder.empty()) return poses;
-  for (const auto& file : io::kept_scans(loaded.scans.folder, loaded.map.size().scans))
+  for (const auto& file : io::kept_scans(loaded.scans.folder, loaded.map.size().scans, loaded.scans.marks))
     poses.emplace_back(*io::stamp_in_name(file), loaded.scans.poses[poses.size()]);
   return poses;
 }

@@ -100,16 +100,16 @@ class Remap {
   void find_scans() {
     const std::uint64_t scans = before_.map.size().scans;
     const fs::path folder = options_.scans.empty() ? before_.scans.folder : fs::path(options_.scans);
-    if (folder.empty() || scans == 0)
+    if (folder.empty() || before_.scans.poses.empty())
       throw Error(Error::Kind::usage, options_.map, "the scans it was built from are not kept",
                   "build it with octosurf map --keep-scans");
     if (!options_.poses.empty()) source_.poses = options_.poses;
-    list_ = io::list_scans(io::kept_scans(folder, scans), source_);
+    list_ = io::list_scans(io::kept_scans(folder, scans, before_.scans.marks), source_);
     if (!list_.left_out.empty())
       throw Error(Error::Kind::data, "", list_.left_out.front(), "give a trajectory that covers all scans");
     for (const std::string& note : list_.notes) std::printf("%s\n", note.c_str());
     const bool in_place = writes_over(options_.map, options_.output);
-    kept_ = {folder, before_.scans.shared || !in_place, {}};
+    kept_ = {folder, before_.scans.shared || !in_place, {}, before_.scans.marks};
   }
 
   const std::vector<io::ListedScan>& scans() const { return list_.recordings.front().scans; }

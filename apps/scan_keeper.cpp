@@ -11,7 +11,8 @@
 
 namespace octosurf {
 ScanKeeper::ScanKeeper(KeptScans kept) : kept_(std::move(kept)) {
-  if (!kept_.folder.empty()) writer_ = std::make_unique<io::ScanWriter>(kept_.folder, kept_.poses.size());
+  if (!kept_.folder.empty())
+    writer_ = std::make_unique<io::ScanWriter>(kept_.folder, kept_.poses.size(), kept_.marks);
 }
 
 template <class Work>
@@ -32,12 +33,15 @@ void ScanKeeper::add(Scan scan, const Eigen::Isometry3d& T_map_sensor) {
   keep([&] {
     scan.T_map_sensor = T_map_sensor;
     kept_.poses.push_back(T_map_sensor);
-    writer_->add(scan);
+    RunContext().warn(writer_->add(scan));
   });
 }
 
 void ScanKeeper::save() {
-  keep([&] { writer_->finish(); });
+  keep([&] {
+    writer_->finish();
+    kept_.marks = writer_->marks();
+  });
 }
 
 KeptScans choose_folder(const std::string& wish, bool in_place, const Map& map, const KeptScans& before,
@@ -57,7 +61,7 @@ KeptScans choose_folder(const std::string& wish, bool in_place, const Map& map, 
       throw Error(Error::Kind::usage, option, "holds the scans of another map, too",
                   "name a copy of it, as cp -al makes it of links");
     if (size.scans == 0) io::require_room_for_scans(wish);
-    return {wish, false, before.poses};
+    return {wish, false, before.poses, before.marks};
   }
   if (there.empty()) return {};
   std::error_code ignored;

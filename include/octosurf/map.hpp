@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -79,6 +80,7 @@ struct KeptScans {
   std::filesystem::path folder;            ///< that holds all of them; empty: they are not kept
   bool shared = false;                     ///< with another map; only that one may continue the folder
   std::vector<Eigen::Isometry3d> poses{};  ///< with which each was mapped
+  std::vector<std::uint32_t> marks{};      ///< by which the file of each is known; empty: not known
 };
 
 /// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that is synced

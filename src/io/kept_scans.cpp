@@ -1,12 +1,15 @@
 #include "io/kept_scans.hpp"
 
+#include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/scan_list.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <system_error>
@@ -42,6 +45,14 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
+/// Of header and first five thousand points: noise makes a few unique, and reading all would take minutes.
+std::uint32_t mark_of(const fs::path& file) {
+  std::array<char, 65536> begin;
+  std::ifstream in(file, std::ios::binary);
+  in.read(begin.data(), begin.size());
+  return crc32_of({begin.data(), static_cast<std::size_t>(in.gcount())});
+}
+
 /// Pads with NaN to the number of points at which readers recognise the sensor.
 void write_pcd(const Scan& scan, std::ostream& out) {
   const bool camera = scan.sensor == SensorKind::depth_camera;
@@ -62,13 +73,18 @@ void write_pcd(const Scan& scan, std::ostream& out) {
 
 }  // namespace
 
-std::vector<fs::path> kept_scans(const fs::path& folder, std::uint64_t scans) {
+std::vector<fs::path> kept_scans(const fs::path& folder, std::uint64_t scans,
+                                 std::span<const std::uint32_t> marks) {
   std::vector<fs::path> files = files_in(folder);
   if (files.size() < scans)
     throw Error(Error::Kind::data, folder.string(),
                 "holds " + std::to_string(files.size()) + " of the map's " + count_of(scans, "scan"),
                 "name the map's own folder of scans, or copy them there");
   files.resize(scans);
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    if (mark_of(files[i]) != marks[i])
+      throw Error(Error::Kind::data, files[i].string(), "is not the scan that the map was built from",
+                  "name the map's own folder of scans, or a copy of it");
   return files;
 }
 
@@ -79,18 +95,41 @@ void require_room_for_scans(const fs::path& folder) {
   throw Error(Error::Kind::usage, folder.string(), "is not an empty folder", "name a new one for the scans");
 }
 
-ScanWriter::ScanWriter(fs::path folder, std::uint64_t scans) : folder_(std::move(folder)), next_(scans) {
-  kept_scans(folder_, scans);
+ScanWriter::ScanWriter(fs::path folder, std::uint64_t scans, std::vector<std::uint32_t> marks)
+    : folder_(std::move(folder)), marks_(std::move(marks)) {
+  const std::vector<fs::path> own = kept_scans(folder_, scans, marks_);
+  for (std::size_t i = marks_.size(); i < own.size(); ++i) marks_.push_back(mark_of(own[i]));
   std::error_code failure;
   fs::create_directories(folder_, failure);
   if (failure) fail_to_write(folder_, "cannot be made", failure.value());
-  const std::vector<fs::path> files = files_in(folder_);
-  for (std::size_t i = scans; i < files.size(); ++i)  // of a killed run
-    if (!fs::remove(files[i], failure)) fail_to_write(files[i], "cannot be replaced", failure.value());
+  later_ = files_in(folder_);
+  later_.erase(later_.begin(), later_.begin() + static_cast<std::ptrdiff_t>(own.size()));
 }
 
-void ScanWriter::add(const Scan& scan) {
-  write_file(folder_ / file_of(scan, next_++), true, [&](std::ostream& stream) { write_pcd(scan, stream); });
+std::string ScanWriter::add(const Scan& scan) {
+  const fs::path file = folder_ / file_of(scan, marks_.size());
+  NewFile next(file, true);
+  next.write([&](std::ostream& stream) { write_pcd(scan, stream); });
+  std::string warning;
+  if (!later_.empty() && later_.front() == file && sum_of(file) == sum_of(next.temporary()))
+    later_.erase(later_.begin());
+  else if (!later_.empty())
+    warning = folder_.string() + ": has scans of another run or map, which are kept in " + set_aside_later();
+  next.commit();
+  marks_.push_back(mark_of(file));
+  return warning;
+}
+
+std::string ScanWriter::set_aside_later() {
+  std::error_code failure;
+  fs::path aside = folder_ / "aside";
+  for (int n = 2; !fs::create_directory(aside, failure) && !failure; ++n)
+    aside = folder_ / ("aside-" + std::to_string(n));
+  for (const fs::path& file : std::exchange(later_, {}))
+    if (!failure) fs::rename(file, aside / file.filename(), failure);
+  if (failure) fail_to_write(aside, "cannot be written", failure.value());
+  sync(aside);
+  return aside;
 }
 
 void ScanWriter::finish() { sync(folder_); }

@@ -227,10 +227,48 @@ TEST_F(Remap, AMapGoesOnWithItsScans) {
   wrong_use("remap m", {"not kept"});
 }
 
+/// A backup of a map is gone on with, in the folder that its own scans of later are in.
+TEST_F(Remap, ScansOfAnotherMapAreNeitherDeletedNorUsed) {
+  write_floor("floor", 9);
+  write_floor("other", 9, 0.0005);
+  run_well("map floor -o m --first 3 --keep-scans scans");
+  for (const std::string ending : {".surfaces", ".bt"})
+    fs::copy(folder / ("m" + ending), folder / ("backup" + ending));
+  run_well("map floor --resume m --skip 3 --first 3");
+  fs::copy(folder / "scans", folder / "whole");
+
+  // What a killed run of the map has left is not another's.
+  fs::copy(folder / "backup.surfaces", folder / "m.surfaces", fs::copy_options::overwrite_existing);
+  run_well("map floor --resume m --skip 3 --first 3");
+  same_scans("scans", "whole");
+
+  const Outcome forked = run_well("map other --resume backup --skip 3 --first 3");
+  EXPECT_THAT(forked.err, says("warning: scans: ", "scans/aside"));
+  for (const fs::path& scan : io::kept_scans(folder / "whole", 6)) {
+    const std::string name = scan.filename().string(), aside = "scans/aside/" + name;
+    EXPECT_EQ(read(exists(aside) ? aside : "scans/" + name), read(scan.string())) << name;
+  }
+  run_well("remap backup -o n");
+  const std::string before = read("m.surfaces");
+  for (const std::string verb : {"remap m -o o", "map other --resume m --skip 5"})
+    fails(verb, {"scans/000003_0.1", "is not the scan that the map was built from"});
+  EXPECT_THAT(run_well("export m --to m.mcap").err, says("warning: ", "is not the scan"));
+  EXPECT_EQ(read("m.surfaces"), before);
+  run_well("remap m --scans whole -o o");
+
+  // Poses corrected in place: the files have those of before, and are the map's nevertheless.
+  run_well("remap o");
+  write_poses("moved.txt", floor_poses(6, 0.02));
+  run_well("remap m --scans whole --poses moved.txt");
+  run_well("remap m --scans whole -o p");
+  fails("remap m --scans scans -o q", {"is not the scan"});
+}
+
 TEST_F(Remap, WhatCannotBeDoneIsSaid) {
   write_floor();
   run_well("map floor -o plain");
   wrong_use("remap plain", {"--keep-scans"});
+  wrong_use("remap plain --scans floor", {"--keep-scans"});
   wrong_use("remap", {"map is required"});
   fails("remap nowhere", {"there is no such map"});
   wrong_use("map floor --resume plain --keep-scans s", {"6 scans"});

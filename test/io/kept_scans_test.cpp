@@ -84,7 +84,7 @@ TEST_F(KeptScansTest, AreReadWithTheirOwnPosesAndWithOthers) {
   }
 }
 
-TEST_F(KeptScansTest, GoingOnReplacesWhatWasLeftBehind) {
+TEST_F(KeptScansTest, GoingOnSetsAsideWhatWasLeftBehind) {
   const std::vector<Scan> scans = room_tour(rng(), 5);
   keep({scans.begin(), scans.begin() + 3});
   write_file(folder / "scans/000003_1.5.pcd", "left by a run that was killed");
@@ -94,9 +94,14 @@ TEST_F(KeptScansTest, GoingOnReplacesWhatWasLeftBehind) {
   keep({scans.begin() + 3, scans.begin() + 4}, 3);
   const std::vector<fs::path> files = io::kept_scans(folder / "scans", 4);
   expect_same(scans[3], scan_in(files[3]));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "scans"), {}), 5);
-  EXPECT_THAT(failure(Error::Kind::data, [&] { io::kept_scans(folder / "scans", 5); }), HasSubstr("4 of"));
-  EXPECT_THAT(failure(Error::Kind::data, [&] { io::ScanWriter(folder / "scans", 5); }), HasSubstr("4 of"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "scans"), {}), 6);
+  EXPECT_EQ(read_file(folder / "scans/aside/000003_1.5.pcd"), "left by a run that was killed");
+  EXPECT_EQ(read_file(folder / "scans/aside/000004_1.6.pcd"), "likewise");
+  keep({scans.begin() + 3, scans.end()}, 3);  // of which one is there
+  expect_same(scans[4], scan_in(io::kept_scans(folder / "scans", 5)[4]));
+  EXPECT_FALSE(fs::exists(folder / "scans/aside-2"));
+  EXPECT_THAT(failure(Error::Kind::data, [&] { io::kept_scans(folder / "scans", 6); }), HasSubstr("5 of"));
+  EXPECT_THAT(failure(Error::Kind::data, [&] { io::ScanWriter(folder / "scans", 6); }), HasSubstr("5 of"));
 }
 
 TEST_F(KeptScansTest, NeedAFolderOfTheirOwn) {

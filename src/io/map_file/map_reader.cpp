@@ -250,6 +250,7 @@ class MapReader : Damage {
 
   void read_scan_poses() {
     std::vector<Eigen::Isometry3d>& poses = file_.scans.poses;
+    std::vector<std::uint32_t>& marks = file_.scans.marks;
     for (; record_.field == map_file::Record::kScanPoses; advance()) {
       auto record = parse<map_file::ScanPoses>(small_record_limit);
       const auto count = static_cast<std::size_t>(record.values_size()) / 12;
@@ -257,7 +258,8 @@ class MapReader : Damage {
       require(count <= file_.state->scans - poses.size(), "it has poses of scans that are not there");
       require(held <= file_.state->scans - file_.state->held.size(), "it holds scans that are not there");
       charge(count, pose_cost);
-      charge(held, held_cost);
+      charge(held + static_cast<std::size_t>(record.marks_size()), held_cost);
+      marks.insert(marks.end(), record.marks().begin(), record.marks().end());
       file_.state->held.insert(file_.state->held.end(), record.held().begin(), record.held().end());
       for (RecordNumbers<double> values(*record.mutable_values(), this, finite_numbers); !values.at_end();) {
         values(poses.emplace_back(Eigen::Isometry3d::Identity()));
@@ -266,6 +268,7 @@ class MapReader : Damage {
     }
     require(file_.scans.folder.empty() || poses.size() == file_.state->scans,
             "poses of its scans are missing");
+    require(marks.empty() || marks.size() == poses.size(), "marks of its scans are missing");
   }
 
   void read_surfaces() {

@@ -112,7 +112,8 @@ void put_removals(const RemovalLog& log, RecordWriter& records) {
 std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans) {
   std::uint64_t bytes = state.occupancy.bytes() +
                         waiting_cost * (state.queue.fresh.size() + state.queue.blocks.size()) +
-                        pose_cost * scans.poses.size() + held_cost * state.held.size() +
+                        pose_cost * scans.poses.size() +
+                        held_cost * (state.held.size() + scans.marks.size()) +
                         patch_cost * alignment::record_of(state).patches.size(),
                 checking = 0;
   for (const auto snapshot = state.snapshot.read(); const SurfacePtr& surface : snapshot->surfaces) {
@@ -162,6 +163,8 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
   });
   put_in_records(state.held, keys_in_record, records,
                  [](std::uint64_t scan, auto& record) { record.mutable_scan_poses()->add_held(scan); });
+  put_in_records(scans.marks, keys_in_record, records,
+                 [](std::uint32_t mark, auto& record) { record.mutable_scan_poses()->add_marks(mark); });
   const std::shared_ptr<const Snapshot> snapshot = state.snapshot.read();
   for (const auto& [id, surface] : state.surfaces) put_surface(surface.state(snapshot.get()), state, records);
   for (const auto& [id, cylinder] : state.cylinders) {

@@ -194,6 +194,9 @@ const std::vector<Spoiled>& spoiled_files() {
          s.accumulated().add_blocks(0);
          s.repeat(Kind::kAccumulated);
        }},
+      // Marks of kept scans: as many as there are poses
+      {"marks of its scans are missing",
+       [](S& s) { s.records.insert(s.first(Kind::kSurface), {})->mutable_scan_poses()->add_marks(1); }},
       // Surfaces
       {"voxels belong to a surface that is not there",
        [](S& s) { s.records.erase(s.first(Kind::kSurface)); }},
