@@ -40,7 +40,7 @@ using namespace std::chrono_literals;
 
 constexpr int most_clients = 256, most_answers = 8;  // the latter at once
 constexpr std::size_t longest_header = 8192;
-constexpr auto request_time = 5s, reply_time = 60s, end_time = 1s;
+constexpr auto request_time = 5s, reply_time = 60s, end_time = 1s, closing_time = 2s;
 
 template <class Text>  // Boost's string_view, or what it became in later versions
 std::string string_of(const Text& text) {
@@ -213,10 +213,29 @@ class HttpServer::Impl::Client : public std::enable_shared_from_this<Client> {
     const std::array<asio::const_buffer, 2> parts{asio::buffer(head_),
                                                   body_ ? asio::buffer(*body_) : asio::const_buffer()};
     stream_.expires_after(reply_time);
-    asio::async_write(stream_, parts, [self = shared_from_this()](error_code, std::size_t) {});
+    asio::async_write(stream_, parts, [self = shared_from_this()](error_code failed, std::size_t) {
+      if (!failed) self->finish();
+    });
   }
 
  private:
+  /// Reads on until the client closes: what arrives at a closed socket resets the connection, and the client
+  /// may lose the reply (RFC 9112, 9.6).
+  void finish() {
+    error_code gone;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, gone);
+    if (gone) return;
+    stream_.expires_after(closing_time);
+    read_on();
+  }
+  void read_on() {
+    buffer_.clear();
+    stream_.async_read_some(buffer_.prepare(longest_header),
+                            [self = shared_from_this()](error_code failed, std::size_t) {
+                              if (!failed) self->read_on();
+                            });
+  }
+
   void answer(error_code failed) {
     if (failed == beast::error::timeout) return;
     if (failed)

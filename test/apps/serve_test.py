@@ -166,6 +166,13 @@ class Refusals(Served):
         with self.server.half_open(b"hello\r\n\r\n") as line:
             self.assertIn(b" 400 ", line.recv(4096))
 
+    def test_no_reset_follows_a_refusal(self):
+        head = b" /api/info HTTP/1.1\r\nHost: localhost\r\n"
+        for status, request in ((405, b"POST" + head + b"Content-Length: 300000\r\n\r\n" + 300000 * b"x"),
+                                (400, b"GET" + head + b"A: " + 9000 * b"x" + b"\r\n\r\n")):
+            for _ in range(4):
+                self.assertIn(b" %d " % status, self.server.raw(request)[:20])
+
     def test_pages_of_other_sites_cannot_ask(self):
         for path in ("/api/info", "/api/changes"):
             self.refused(421, "Host", path, headers={"Host": "rebound.example:80"})

@@ -65,15 +65,14 @@ class Server:
         return reply.status, content
 
     def raw(self, data):
-        """What comes back for these bytes; the connection may be reset."""
+        """What comes back for these bytes, until the server closes."""
         with self.half_open(b"") as line:
             answer = b""
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError):  # of what is sent after a reply
                 line.sendall(data)
                 line.shutdown(socket.SHUT_WR)
-            with contextlib.suppress(OSError):
-                while piece := line.recv(65536):
-                    answer += piece
+            while piece := line.recv(65536):
+                answer += piece
             return answer
 
     def half_open(self, data):
