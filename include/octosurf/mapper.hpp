@@ -111,7 +111,7 @@ class Mapper {
   ~Mapper();
 
   /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, and
-  /// if the surfaces' ids could run out.
+  /// if the surfaces' ids run out.
   /// A scan whose pose is wrong and cannot be corrected is rejected, see AlignmentOutcome::rejected.
   /// Its readings are in the octree and on surfaces, new ones among them, when this returns. With a
   /// DetectionParameters::detection_budget the search for new ones ends there: drain() finds the rest.
@@ -140,7 +140,7 @@ class Mapper {
 
   /// Searches for surfaces in everything left over by DetectionParameters::detection_budget: call it after
   /// the last scan, or when idle. Afterwards nothing waits. No effect, not even a new revision, if nothing
-  /// waits. Throws Error(data) if surface ids could run out; see 2 above. Cost: some 30 µs for each waiting
+  /// waits. Throws Error(data) if surface ids run out; see 2 above. Cost: some 30 µs for each waiting
   /// reading.
   ScanReport drain();
 
@@ -180,7 +180,7 @@ class Mapper {
   ///    identity avoids resampling.
   ///
   /// Throws, and leaves the map unchanged: Error(data) if the maps' resolution, clamps or threshold of
-  /// occupancy differ, if T_map_other is not rigid, or if surface ids could run out; Error(usage) if `other`
+  /// occupancy differ, if T_map_other is not rigid, or if surface ids run out; Error(usage) if `other`
   /// is the map itself; Error(incomplete) if `other` is incomplete, see 4 above. Do not insert into `other`
   /// during the call. Cost: as inserting all of the other map's points in one scan, some 10 µs each; 0.5 µs
   /// more for each resampled voxel.
@@ -193,7 +193,7 @@ class Mapper {
   /// passes to the surface with its points. Octree and poses do not change.
   ///
   /// Processes every point, so it is meant for the end of a run. Throws Error(data), and leaves the map
-  /// unchanged, if surface ids could run out; see 2 above. `born`, `merged` and `gone` of the report list the
+  /// unchanged, if surface ids run out; see 2 above. `born`, `merged` and `gone` of the report list the
   /// changes.
   ScanReport resegment();
 

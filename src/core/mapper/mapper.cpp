@@ -39,15 +39,6 @@ bool as_stated(const Scan& scan, const Alignment& alignment) {
   return alignment.T_map_sensor.matrix() == scan.T_map_sensor.matrix();
 }
 
-/// Rejects a scan that could exhaust the ids of surfaces or cylinders. Each needs at least n points;
-/// detection assigns a point once, and revision once more when it splits a new surface.
-void require_ids(const surfaces::MapState& state, std::size_t new_points, const std::string& scan) {
-  const std::size_t points = state.points + new_points;
-  const std::size_t most = 2 * points / static_cast<std::size_t>(state.parameters.min_surface_points());
-  if (most <= std::min(state.surfaces.ids_left(), state.cylinders.ids_left())) return;
-  throw Error(Error::Kind::data, scan, "the ids of surfaces could run out", "start a new map");
-}
-
 void require_threads(int threads) {
   if (threads < 1 || threads > 256)
     throw Error(Error::Kind::usage, "threads", "is " + std::to_string(threads), "must be in [1, 256]");
@@ -93,9 +84,8 @@ struct Mapper::Impl {
   /// `scans`: a span of Scan or PreparedScan.
   template <class Scans>
   std::vector<ScanReport> insert_all(Scans scans);
-  /// By another cause than a scan. Throws before any change if ids could run out.
-  ScanReport change_map(const std::string& what, std::size_t new_points, mapper::Effort effort,
-                        const std::function<void(mapper::MapChange&)>& change_octree);
+  /// By another cause than a scan.
+  ScanReport change_map(mapper::Effort effort, const std::function<void(mapper::MapChange&)>& change_octree);
   /// By occupied voxels that no scan was seen to hit.
   ScanReport take_voxels(const std::function<occupancy::OccupancyDelta(occupancy::OccupancyMap&)>& take);
 
@@ -179,7 +169,6 @@ Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan&
   report.points_out_of_map = voxels.out_of_map;
   report.points_beyond_range = voxels.beyond_range;
   report.voxels = voxels.ends.size();
-  require_ids(state, voxels.ends.size(), scan.name);
   return checked;
 }
 
@@ -219,18 +208,16 @@ std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
   return change ? change->commit() : std::vector<ScanReport>{};
 }
 
-ScanReport Mapper::Impl::change_map(const std::string& what, std::size_t new_points, mapper::Effort effort,
+ScanReport Mapper::Impl::change_map(mapper::Effort effort,
                                     const std::function<void(mapper::MapChange&)>& change_octree) {
-  surfaces::MapState& state = surfaces::state_of(map);
-  require_ids(state, new_points, what);
-  mapper::MapChange change(state, detector, effort, threads);
+  mapper::MapChange change(surfaces::state_of(map), detector, effort, threads);
   change_octree(change);
   return std::move(change.commit().back());
 }
 
 ScanReport Mapper::drain() {
   if (surfaces::state_of(impl_->map).queue.blocks.empty()) return {};
-  return impl_->change_map("what waits", 0, mapper::Effort::all, [](mapper::MapChange& change) {
+  return impl_->change_map(mapper::Effort::all, [](mapper::MapChange& change) {
     change.begin();
     change.update();
   });
@@ -239,7 +226,7 @@ ScanReport Mapper::drain() {
 ScanReport Mapper::Impl::take_voxels(
     const std::function<occupancy::OccupancyDelta(occupancy::OccupancyMap&)>& take) {
   surfaces::MapState& state = surfaces::state_of(map);
-  return change_map("octree", 0, mapper::Effort::all, [&](mapper::MapChange& change) {
+  return change_map(mapper::Effort::all, [&](mapper::MapChange& change) {
     ScanReport& report = change.begin();
     const occupancy::OccupancyDelta delta =
         mapper::Stopwatch(report)(Stage::occupancy, [&] { return take(state.occupancy); });
@@ -280,21 +267,19 @@ ScanReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other)
                                                    report.points_out_of_map);
   report.points_raw = theirs.points;
   report.voxels = theirs.points;
-  return impl_->change_map(
-      "the other map", theirs.points, mapper::Effort::all, [&](mapper::MapChange& change) {
-        mapper::Stopwatch time(change.begin(std::move(report)));
-        const occupancy::OccupancyMap::Merged merged = time(Stage::occupancy, [&] {
-          return state.occupancy.merge(resampled ? *resampled : theirs.occupancy);
-        });
-        mapper::add_records(state, theirs, T_map_other);
-        change.retract(merged.delta);
-        time(Stage::detect,
-             [&] { mapper::adopt_surfaces(change.ledger(), merged, theirs.surfaces, T_map_other); });
-      });
+  return impl_->change_map(mapper::Effort::all, [&](mapper::MapChange& change) {
+    mapper::Stopwatch time(change.begin(std::move(report)));
+    const occupancy::OccupancyMap::Merged merged = time(
+        Stage::occupancy, [&] { return state.occupancy.merge(resampled ? *resampled : theirs.occupancy); });
+    mapper::add_records(state, theirs, T_map_other);
+    change.retract(merged.delta);
+    time(Stage::detect,
+         [&] { mapper::adopt_surfaces(change.ledger(), merged, theirs.surfaces, T_map_other); });
+  });
 }
 
 ScanReport Mapper::resegment() {
-  return impl_->change_map("the map", 0, mapper::Effort::anew, [](mapper::MapChange& change) {
+  return impl_->change_map(mapper::Effort::anew, [](mapper::MapChange& change) {
     change.begin();
     change.update();
   });
@@ -305,7 +290,7 @@ ScanReport Mapper::clear(const SpacePart& part, bool as_free) {
   if (!(part.half_size.minCoeff() > 0) || !part.half_size.allFinite())
     throw Error(Error::Kind::usage, "half_size", "is not that of a part of space",
                 "give positive lengths in m");
-  return impl_->change_map("the cleared map", 0, mapper::Effort::turn, [&](mapper::MapChange& change) {
+  return impl_->change_map(mapper::Effort::turn, [&](mapper::MapChange& change) {
     mapper::Stopwatch time(change.begin());
     change.retract(time(Stage::occupancy,
                         [&] { return surfaces::state_of(impl_->map).occupancy.clear(part, as_free); }));
