@@ -27,8 +27,8 @@ using Dense = pybind11::array_t<Number, pybind11::array::c_style | pybind11::arr
 /// NumPy would convert.
 template <class Number>
 Dense<Number> dense(pybind11::handle given) {
-  const auto any = pybind11::array::ensure(given);
-  if (!any) throw pybind11::error_already_set();
+  const pybind11::array any(
+      pybind11::reinterpret_borrow<pybind11::object>(given));  // throws what NumPy raises
   if (std::string_view("iuf").find(any.dtype().kind()) == std::string_view::npos)
     throw Error(Error::Kind::data, "array", "is of " + std::string(pybind11::str(any.dtype())),
                 "give real numbers");

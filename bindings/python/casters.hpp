@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
@@ -161,6 +162,20 @@ struct type_caster<E, std::void_t<decltype(octosurf::python::Names<E>::what)>> {
     return str(name.data(), name.size()).release();
   }
 };
+
+/// Pointers that are given are never null: pybind11 would make None one.
+template <class T>
+struct held_caster : copyable_holder_caster<T, std::shared_ptr<T>> {
+  bool load(handle source, bool convert) {
+    return !source.is_none() && copyable_holder_caster<T, std::shared_ptr<T>>::load(source, convert);
+  }
+};
+template <>
+struct type_caster<std::shared_ptr<octosurf::Snapshot>> : held_caster<octosurf::Snapshot> {};
+template <>
+struct type_caster<std::shared_ptr<octosurf::Surface>> : held_caster<octosurf::Surface> {};
+template <>
+struct type_caster<std::shared_ptr<octosurf::Cylinder>> : held_caster<octosurf::Cylinder> {};
 
 /// Arrays that are given: dense().
 template <class Number>

@@ -114,6 +114,14 @@ class MapHolder {
   std::shared_ptr<const MapUp> up_;
 };
 
+}  // namespace octosurf::python
+
+template <>
+struct pybind11::detail::type_caster<std::shared_ptr<octosurf::python::MapHolder>>
+    : held_caster<octosurf::python::MapHolder> {};
+
+namespace octosurf::python {
+
 /// Calls a method of Map, or a function of a Map, while the map is locked.
 template <class Answer, class... Arguments>
 auto under_lock(Answer (Map::*question)(Arguments...) const) {

@@ -112,6 +112,13 @@ std::string field_doc(const std::string& name, const std::string& form, bool opt
   return form.empty() ? doc : doc + " " + form + ".";
 }
 
+py::object reduced(const py::object& self, int protocol) {
+  if (!py::hasattr(self, "__setstate__")) throw py::type_error("cannot pickle a " + type_name(self));
+  if (protocol < 2) throw py::type_error("cannot pickle a " + type_name(self) + " by protocols below 2");
+  return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"), py::make_tuple(py::type::of(self)),
+                        self.attr("__getstate__")());
+}
+
 void set_fields(const SettingsWords& words, const py::object& settings, const py::dict& given) {
   for (const auto& [key, value] : given)  // groups first, as their fields by name are more particular
     if (const auto name = key.cast<std::string>(); has(words.fields, name)) set(settings, name, value);

@@ -66,6 +66,9 @@ class Module : public py::module_ {
   }
 };
 
+/// object.__reduce_ex__(). Throws TypeError for protocols below 2, and for what has no state to give.
+py::object reduced(const py::object& self, int protocol);
+
 /// Likewise a class and its methods. `header`: what the headers call it, if not as Python does.
 template <class T, class... Options>
 class Class : public py::class_<T, Options...> {
@@ -76,6 +79,11 @@ class Class : public py::class_<T, Options...> {
       : Base(scope, name, doc != nullptr ? doc : doc_of(header != nullptr ? header : name)),
         header_(header != nullptr ? header : name) {
     text([type = "<" + std::string(name) + ">"](const T&) { return type; });
+    // By object's own, protocols 0 and 1 end the interpreter: pybind11 throws where Python makes the base.
+    this->attr("__reduce_ex__") =
+        py::cpp_function(&reduced, py::name("__reduce_ex__"), py::is_method(*this), py::arg("protocol"));
+    this->attr("__reduce__") = py::cpp_function([](const py::object& self) { return reduced(self, 0); },
+                                                py::name("__reduce__"), py::is_method(*this));
   }
 
   /// What repr() says.
