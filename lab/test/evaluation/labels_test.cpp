@@ -122,59 +122,5 @@ TEST_F(LabelledClouds, ColouredLabelsAreATableAndPlainOnesPlanesAtTheirViewpoint
   EXPECT_THAT(coloured.labels, testing::ElementsAre(1u, 21u));
 }
 
-/// Scores of a detector that returns the labels themselves, with planes that do not matter here. All are to
-/// be correct. What else is expected of real clouds is what the data's README files say was checked by other
-/// means.
-LabelEvaluation scores_of_the_labels(const LabelledCloud& cloud) {
-  World world;
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3f& point : cloud.points) points.push_back(point.cast<double>());
-  const std::uint32_t last = *std::max_element(cloud.labels.begin(), cloud.labels.end());
-  for (std::uint32_t i = 1; i <= last; ++i) world.add_surface(frame({0, 0, 0}), {});
-  const LabelEvaluation scores = evaluate_labels(cloud, points, cloud.labels, world.snapshot);
-  EXPECT_EQ(scores.correct, scores.labels);
-  EXPECT_EQ(scores.noise, 0u);
-  return scores;
-}
-
-const fs::path shared_data = test::paths::data();
-
-TEST(LabelledCloud, EvopsFrameReadsAsSeventeenPlanes) {
-  if (!fs::exists(shared_data / "labelled_evops_icl")) GTEST_SKIP() << "no ../shared/data/labelled_evops_icl";
-  const LabelledCloud cloud = load_labelled_cloud(shared_data / "labelled_evops_icl");
-  EXPECT_EQ(cloud.kind, LabelledCloud::Kind::planes);
-  const LabelEvaluation scores = scores_of_the_labels(cloud);
-  EXPECT_EQ(scores.label_scores.size(), 17u);
-  EXPECT_NEAR(static_cast<double>(scores.points), 273e3, 1e3);
-  for (const LabelScore& label : scores.label_scores)
-    EXPECT_TRUE(label.points < 300 || label.rms_m < 0.0027) << label.label << ": " << label.rms_m;
-}
-
-TEST(LabelledCloud, SynpebScanReadsAsThirtyEightPlanes) {
-  if (!fs::exists(shared_data / "labelled_synpeb_sample"))
-    GTEST_SKIP() << "no ../shared/data/labelled_synpeb_sample";
-  const LabelEvaluation scores =
-      scores_of_the_labels(load_labelled_cloud(shared_data / "labelled_synpeb_sample" / "test_500.pcd"));
-  EXPECT_EQ(scores.label_scores.size(), 39u);
-  EXPECT_EQ(scores.points, 250000u);
-  for (const LabelScore& label : scores.label_scores)
-    EXPECT_EQ(label.rms_m < 0.005, label.label != 3) << label.label << ": " << label.rms_m;
-}
-
-TEST(LabelledCloud, MosdFramesReadAsOneTableEach) {
-  if (!fs::exists(shared_data / "labelled_mosd")) GTEST_SKIP() << "no ../shared/data/labelled_mosd";
-  for (const char* name : {"setup_A/learn17.pcd", "setup_B/learn3.pcd"}) {
-    SCOPED_TRACE(name);
-    const LabelledCloud cloud = load_labelled_cloud(shared_data / "labelled_mosd" / name);
-    EXPECT_EQ(cloud.kind, LabelledCloud::Kind::support);
-    EXPECT_THAT(cloud.labels, testing::Each(testing::AnyOf(1u, testing::Ge(20u))));
-    const LabelEvaluation scores = scores_of_the_labels(cloud);
-    EXPECT_EQ(scores.labels, 1u);
-    EXPECT_EQ(scores.support_iou, 1.0);
-    EXPECT_GT(scores.label_scores.at(0).rms_m, 0.0015);
-    EXPECT_LT(scores.label_scores.at(0).rms_m, 0.0020);
-  }
-}
-
 }  // namespace
 }  // namespace octosurf::evaluation

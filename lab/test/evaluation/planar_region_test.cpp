@@ -60,15 +60,6 @@ TEST(PlanarRegion, AgreesWithBruteForceOnRandomPolygonsWithHolesAndIslands) {
   }
 }
 
-TEST(PlanarRegion, WithoutPolygonsHoldsNothing) {
-  const PlanarRegion region({});
-  EXPECT_TRUE(region.empty());
-  EXPECT_FALSE(region.contains({0, 0}));
-  EXPECT_FALSE(region.within({0, 0}, 1));
-  EXPECT_TRUE(std::isinf(region.ring_distance({0, 0})));
-  region.for_each_cell(0.01, [](const Eigen::Vector2d&) { FAIL(); });
-}
-
 TEST(PlanarRegion, AFlatRingHasNoInsideButADistance) {
   const PlanarRegion region({polygon({{0, 1}, {1, 1}, {2, 1}})});
   EXPECT_FALSE(region.contains({1, 1}));

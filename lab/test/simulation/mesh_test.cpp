@@ -171,14 +171,6 @@ TEST_F(MeshFile, NothingElseIsOpened) {
   EXPECT_EQ(read_mesh(write("box.obj", "mtllib pipe.mtl\n" + terrain::obj(box_))).triangles.size(), 12u);
 }
 
-TEST_F(MeshFile, OptionsThatMakeNoSense) {
-  const auto file = write("box.stl", terrain::stl(box_));
-  for (const std::string up : {"w", "zz", "-", "+z", "Z"})
-    EXPECT_THROW(read_mesh(file, {up, 1}), Error) << up;
-  for (const double scale : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()})
-    EXPECT_THROW(read_mesh(file, {"", scale}), Error) << scale;
-}
-
 // Meshes as scenes: the way over them, what is recorded on it, and a map of it scored against its truth.
 
 namespace fs = std::filesystem;
@@ -212,27 +204,6 @@ TEST_F(MeshWalk, OverLevelGroundTheCameraIsCarriedEvenlyAndLooksAheadAndDown) {
   }
 }
 
-TEST_F(MeshWalk, OverAStairItRisesWithTheStepsAndNeverComesNear) {
-  const auto mesh = mesh_of(terrain::stair(6));
-  for (const auto& view : walk_over(mesh, Random(octosurf::test::seed(), 2))) {
-    const double step = std::floor((view.eye.x() - 1) / 0.29) + 1;
-    const bool on_stair = view.eye.x() > 1 && step <= 6 && std::abs(view.eye.y() - 1) < 0.5;
-    const double ground = on_stair ? 0.17 * step : 0;
-    EXPECT_GE(view.eye.z() - ground, 0.25 - 1e-6);
-    EXPECT_LE(view.eye.z() - ground, 0.6 + 6 * 0.17)
-        << "at the drop behind the last step it is still that high";
-  }
-}
-
-TEST_F(MeshWalk, APoleLiftsNobodyAndAMeshWithoutGroundIsRefused) {
-  Triangles ground, wall;
-  terrain::add_quad(ground, {{{0, 0, 0}, {4, 0, 0}, {4, 1, 0}, {0, 1, 0}}});
-  terrain::add_box(ground, {2, 0.4, 0}, {2.05, 0.45, 0.2});
-  for (const auto& view : walk_over(mesh_of(ground), Random(1, 2))) EXPECT_LE(view.eye.z(), 0.6);
-  terrain::add_quad(wall, {{{0, 0, 0}, {2, 0, 0}, {2, 0, 1}, {0, 0, 1}}});
-  EXPECT_THROW(walk_over(mesh_of(wall), Random(1, 2)), Error);
-}
-
 class MeshRecording : public terrain::TerrainTest {
  protected:
   SimulationOptions options() const {
@@ -241,19 +212,6 @@ class MeshRecording : public terrain::TerrainTest {
     return options;
   }
 };
-
-TEST_F(MeshRecording, KeepsTheSizeOfTheFileAndStepsAFewCentimetres) {
-  const Recording recording(options());
-  EXPECT_EQ(recording.mesh()->triangles, 2u + 4 * 12);
-  const auto is_tread = [](const evaluation::TrueFace& face) {
-    const Ring2& ring = face.polygons[0].outer;
-    const double a = (ring[1] - ring[0]).norm(), b = (ring[2] - ring[1]).norm();
-    return ring.size() == 4 && std::abs(std::min(a, b) - 0.29) < 1e-5 && std::abs(std::max(a, b) - 1) < 1e-5;
-  };
-  EXPECT_EQ(std::ranges::count_if(recording.faces(), is_tread), 4);
-  for (std::size_t i = 1; i < recording.size(); ++i)
-    EXPECT_LT((recording.true_pose(i).translation() - recording.true_pose(i - 1).translation()).norm(), 0.15);
-}
 
 TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
   SimulationOptions some = options();

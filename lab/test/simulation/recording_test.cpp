@@ -210,29 +210,6 @@ TEST(Recording, NoScanIsEmpty) {
     }
 }
 
-TEST(Recording, NoFaceIsAlignedWithTheOctree) {
-  for (const std::uint64_t seed : test::seeds(5)) {
-    const Recording recording(options_of("office", "depth", 1, seed));
-    ASSERT_GT(recording.faces().size(), 100u);
-    for (const auto& face : recording.faces())
-      EXPECT_LT(face.plane.normal.cwiseAbs().maxCoeff(), std::cos(1e-4)) << face.name << " seed " << seed;
-  }
-}
-
-TEST(Recording, TiltingLaserSeesThinStrips) {
-  SimulationOptions options = options_of("room", "tilting", 120);
-  options.noise_scale = 0;
-  const Recording recording(options);
-  const double widest = std::sin(0.26 * std::numbers::pi / 180);
-  double lowest = 0;
-  for (std::size_t i = 0; i < recording.size(); ++i) {
-    for (const auto& p : recording.scan(i).points) ASSERT_LE(std::abs(p.z()), widest * p.norm() + 1e-6);
-    // The fan nods: its forward axis dips over the scans.
-    lowest = std::min(lowest, recording.true_pose(i).linear()(2, 0));
-  }
-  EXPECT_LT(lowest, -0.8);
-}
-
 TEST(Recording, ChangeHappensMidway) {
   const Recording recording(options_of("change", "depth", 20));
   std::size_t gone = 0, come = 0;
@@ -269,20 +246,6 @@ TEST(Recording, DriftGrowsToWhatIsAskedPerLap) {
   const Eigen::Vector3d start = recording.true_pose(0).translation();
   EXPECT_NEAR((error(40) * start - start).norm(), 0.2, 1e-9);
   EXPECT_NO_THROW(require_rigid(recording.T_map_sensor(40), "pose"));
-}
-
-TEST(Recording, CorridorIsAsLongAsAskedAndWalkedThereAndBack) {
-  SimulationOptions options = options_of("corridor", "spinning", 40);
-  options.length = 30;
-  const Recording recording(options);
-  const auto gone = [&recording](std::size_t i) {
-    return (recording.true_pose(i).translation() - recording.true_pose(0).translation()).norm();
-  };
-  double farthest = 0;
-  for (std::size_t i = 0; i < recording.size(); ++i) farthest = std::max(farthest, gone(i));
-  EXPECT_GT(farthest, 0.9 * 26);
-  EXPECT_LT(farthest, 1.1 * 30);
-  EXPECT_LT(gone(39), 0.5);
 }
 
 TEST(SimulationOptions, NonsenseIsRefusedByName) {
@@ -373,19 +336,6 @@ TEST(VisibleCells, EachIsInSightOfSomeScan) {
             << face.name << " cell " << c << ", " << run.row;
       }
   EXPECT_GT(checked, 500u);
-}
-
-// At 4 m on the floor a 1 cm cell is smaller than a pixel; the gaps between pixels count as seen.
-TEST(VisibleCells, HaveNoGapsBetweenPixels) {
-  const Recording recording(options_of("room", "depth", 1));
-  const evaluation::Truth truth = recording.truth();
-  const auto largest =
-      std::max_element(truth.faces.begin(), truth.faces.end(),
-                       [](const auto& a, const auto& b) { return a.visible_area_m2 < b.visible_area_m2; });
-  ASSERT_GT(largest->visible_area_m2, 0.5);
-  // One view of one face: rows are broken by what stands before it, not by sampling.
-  const auto rows = static_cast<double>(largest->visible.back().row - largest->visible.front().row + 1);
-  EXPECT_LT(static_cast<double>(largest->visible.size()) / rows, 6);
 }
 
 }  // namespace
