@@ -38,12 +38,12 @@ std::vector<Scan> simulated(const std::string& scene, std::size_t frames,
 std::vector<Scan> walk_that_drifts() {
   simulation::SimulationOptions options;
   options.scene = "corridor";
-  options.frames = 36;
+  options.frames = 60;
   options.length = 8;
   options.laps = 3;
   options.drift_m = 0.15;
   options.drift_rad = std::numbers::pi / 180;
-  return thinned(options, 50);
+  return thinned(options, 25);
 }
 
 /// A camera that sways in a room, before which people stand from scan 12 on, elsewhere at each scan.
