@@ -73,7 +73,7 @@ $apt g++ cmake make {suggested} {BAGS}
         self.assertIn("surfaces             1", (root / "work/info").read_text())
         self.assertEqual((root / "work/python").read_text(), "1\n")
         self.assertTrue((root / "usr/share/man/man1/octosurf.1.gz").exists())
-        inside = ("chroot", root, "sh", "-euc")
+        inside = ("env", "-i", "PATH=/usr/sbin:/usr/bin:/sbin:/bin", "chroot", root, "sh", "-euc")
         self.check("", *inside, "cd /work && cmake -S consumer -B built && cmake --build built --target floor everything octree")
         self.check("1 polygons", *inside, "cd /work && built/floor && built/everything && built/octree")
         self.check("right on surface", *inside, "cd /work && OCTOSURF=/usr/bin/octosurf python3 -B test/docs/blocks.py run docs/tutorial.md")
