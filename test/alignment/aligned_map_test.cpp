@@ -252,19 +252,18 @@ TEST(AlignedMap, ASessionAmongPeopleIsMapped) {
   std::uniform_real_distribution<double> beside(-0.7, 0.7);
   Mapper mapper(of_voxels(0.04));
   for (const Scan& scan : walk(24, random)) mapper.insert(scan);
-  const Eigen::Isometry3d pose = way(0, 24);
   int left_out = 0;
   for (int i = 0; i < 40; ++i) {
-    Scene room = furnished_room();
+    const Eigen::Isometry3d pose = way(i < 8 ? 0 : 12, 24);
     const Eigen::Vector3d sight = pose.linear().col(2);
+    Scene room = furnished_room();
     for (const auto& [ahead, half] : {std::pair{1.0, 0.3}, {1.4, 0.35}}) {
       Eigen::Vector3d person = pose.translation() + ahead * Eigen::Vector3d(sight.x(), sight.y(), 0) +
                                beside(random) * pose.linear().col(0);
       person.z() = 0;
       room.box(person - Eigen::Vector3d(half, half, 0), person + Eigen::Vector3d(half, half, 1.75));
     }
-    Scan scan = camera_scan(room, pose, random, camera);
-    scan.stamp_s = i < 8 ? 0 : 1000;
+    const Scan scan = camera_scan(room, pose, random, camera);
     const bool rejected = mapper.insert(scan).alignment.outcome == AlignmentOutcome::rejected;
     EXPECT_FALSE(rejected && (i < 8 || i >= 32)) << "before the break, and when it is settled";
     left_out += rejected;

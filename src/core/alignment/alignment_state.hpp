@@ -34,7 +34,6 @@ struct AlignmentState {
   std::vector<Hypothesis> hypotheses;     ///< empty before the first scan; the first is that of no drift
   std::size_t believed = 0;               ///< index of the accepted hypothesis
   std::optional<Eigen::Isometry3d> last;  ///< given pose of the last scan
-  double last_stamp_s = 0;                ///< its time
   /// Scans to be inserted until the given poses count as in the map's frame again, after a break between two.
   std::size_t unsettled = 0;
   double travelled_m = 0;  ///< travel so far; a rotation by 1 rad counts as a metre

@@ -6,7 +6,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -31,19 +30,17 @@ constexpr double not_by_chance = 15.5;
 constexpr double same_jump_m = 0.03;
 
 /// A session may begin in another frame: after a break its first scans are checked, whether or not they fit.
-/// Nothing that walks moves a metre, or turns by a radian, between scans of one session, and no sensor pauses
-/// for ten seconds; of scans farther apart each is checked, which costs 3 ms.
-constexpr double break_m = 1, break_rad = 1, break_s = 10;
+/// Nothing that walks moves a metre, or turns by a radian, between scans of one session; of scans farther
+/// apart each is checked, which costs 3 ms. (Not by time: the same scans by another clock make the same map.)
+constexpr double break_m = 1, break_rad = 1;
 /// Scans inserted after a break until the frame counts as the map's. Insertions are counted, not tries: in
 /// another frame each view contradicts, while among people who stand in the way some do not.
 constexpr std::size_t settling_scans = 10;
 
-bool is_break(const AlignmentState& state, const Scan& scan) {
+bool is_break(const AlignmentState& state, const Eigen::Isometry3d& given) {
   if (!state.last) return false;
-  const Eigen::Isometry3d moved = state.last->inverse() * scan.T_map_sensor;
-  const double passed_s = scan.stamp_s - state.last_stamp_s;
-  return moved.translation().norm() > break_m || Eigen::AngleAxisd(moved.linear()).angle() > break_rad ||
-         passed_s < 0 || passed_s > break_s;
+  const Eigen::Isometry3d moved = state.last->inverse() * given;
+  return moved.translation().norm() > break_m || Eigen::AngleAxisd(moved.linear()).angle() > break_rad;
 }
 
 /// A quarter of a scan contradicts the map, in both ways: what came stands in free space, what went is seen
@@ -69,8 +66,7 @@ class ScanAlignment {
         resolution_(parameters.occupancy.resolution),
         drift_(state_, scan.sensor, resolution_, parameters.up.value_or(Eigen::Vector3d::UnitZ())),
         given_(scan.T_map_sensor) {
-    if (is_break(state_, scan)) state_.unsettled = settling_scans;
-    if (std::isfinite(scan.stamp_s)) state_.last_stamp_s = scan.stamp_s;
+    if (is_break(state_, given_)) state_.unsettled = settling_scans;
     drift_.advance(given_);
     expected_ = drift_.pose();
   }

@@ -29,7 +29,7 @@ class ScanAligner {
   AlignedScan operator()(const surfaces::MapState& map, const Scan& scan, const RangeLimits& limits);
 
  private:
-  // What is kept here is found again, never read: all that decides is in the map's record.
+  // Caches alone: all that decides is in the map's record.
   NearSurfaces surfaces_, surfaces_around_;  ///< of searches within reach, and beyond
 };
 

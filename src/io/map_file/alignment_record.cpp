@@ -77,7 +77,6 @@ void write_alignment(AlignmentState state, map_file::Alignment& record) {
   record.set_way(state.travelled_m);
   record.set_view(state.view_m);
   record.set_patch(state.patch_m);
-  record.set_last_stamp(state.last_stamp_s);
   record.set_unsettled(static_cast<std::uint32_t>(state.unsettled));
   visit(record, state, nullptr);
 }
@@ -102,9 +101,7 @@ AlignmentState read_alignment(map_file::Alignment& record, const std::string& wh
   state.travelled_m = record.way();
   state.view_m = record.view();
   state.patch_m = record.patch();
-  state.last_stamp_s = record.last_stamp();
   state.unsettled = record.unsettled();
-  require(std::isfinite(state.last_stamp_s), "has a time that makes no sense");
   const AlignmentState::Search search = state.failed_search.value_or(AlignmentState::Search{});
   for (const double share : {state.usual_share, state.usual_known, search.known, search.share})
     require(share >= 0 && share <= 1, "has a share that makes no sense");
