@@ -9,6 +9,7 @@
 #include <boost/crc.hpp>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <ranges>
 #include <zstd.h>
 
 #include <octosurf/changes.hpp>
@@ -467,16 +468,16 @@ TEST_F(Removals, ManyComeBackInOrder) {
 }
 
 TEST_F(DamagedMapFiles, RemovalsThatCannotBe) {
-  const Records good = without_history(map_of(changing_room(6)));
-  const std::uint32_t next = good.front().header().next_id();
-  const std::uint64_t revision = good.front().header().revision();
+  const Records whole = without_history(map_of(changing_room(6)));
+  const std::uint32_t next = whole.front().header().next_id();
+  const std::uint64_t revision = whole.front().header().revision();
   using D = map_file::Removal;
   const std::vector<std::pair<const char*, std::function<void(D&, D&)>>> table{
       {"loaded", [](D&, D&) {}},
       {"never there", [](D& a, D&) { a.clear_id(); }},
       {"never there", [&](D&, D& b) { b.set_id(next + 2); }},
       {"never there", [](D& a, D&) { a.set_cylinder(true); }},
-      {"has not gone", [&](D& a, D&) { a.set_id(Spoiler(pack(good)).surface().id()); }},
+      {"has not gone", [&](D& a, D&) { a.set_id(Spoiler(pack(whole)).surface().id()); }},
       {"gone twice", [&](D&, D& b) { b.set_id(next); }},
       {"into what never was", [&](D& a, D&) { a.set_into(next); }},
       {"into what never was", [&](D& a, D&) { a.set_into(next + 2); }},
@@ -486,7 +487,7 @@ TEST_F(DamagedMapFiles, RemovalsThatCannotBe) {
       {"parent that never was", [](D& a, D&) { a.add_parents(0); }},
       {"parent that never was", [&](D& a, D&) { a.add_parents(next + 2); }}};
   for (const auto& [message, spoil] : table) {
-    Records records = good;
+    Records records = whole;
     records.front().mutable_header()->set_next_id(next + 2);
     map_file::Removals& removals = *records.emplace_back().mutable_removals();
     for (std::uint32_t i = 0; i < 2; ++i) {
