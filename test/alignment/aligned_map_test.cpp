@@ -271,6 +271,22 @@ TEST(AlignedMap, ASessionAmongPeopleIsMapped) {
   EXPECT_LT(left_out, 14);
 }
 
+/// A lidar in a room of which the map has a corner: whatever fits the corner fits.
+TEST(Localizer, AScanOfWhichHardlyAnythingIsKnownIsNotFound) {
+  std::mt19937_64 random = test::rng();
+  Mapper mapper(of_voxels(0.04));
+  for (const double x : {0.0, 0.1, 0.2})
+    mapper.insert(camera_scan(
+        furnished_room(), look_at(middle_of_room + Eigen::Vector3d(x, 0, 0.2), {0, 0, 0.4}), random, camera));
+  const Eigen::Isometry3d pose(Eigen::Translation3d(middle_of_room + Eigen::Vector3d(0, 0, 0.2)));
+  Scan scan = spinning_scan(furnished_room(), pose, random, rings(-0.6, 0.04, 24), 500, 0.003);
+  scan.sensor = SensorKind::lidar;
+  const Alignment found = Localizer(mapper.map())(scan);
+  EXPECT_GT(found.known, 100U);
+  EXPECT_LT(found.known, found.samples / 5);
+  EXPECT_EQ(found.outcome, AlignmentOutcome::unexplained);
+}
+
 TEST(AlignedMap, AScanSetAsideChangesNothingOfTheMap) {
   auto rng = test::rng();
   Scene floor;
