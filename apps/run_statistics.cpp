@@ -84,8 +84,12 @@ Json judgement_json(const Judgement& judgement) {
   return {{"contradicts", judgement.contradicts()},
           {"views", judgement.views},
           {"alone", judgement.alone},
+          {"sparse", judgement.sparse},
           {"pairs", judgement.pairs},
           {"contradicting", judgement.contradicting},
+          {"axis", {judgement.axis.x(), judgement.axis.y(), judgement.axis.z()}},
+          {"axis_pairs", judgement.axis_pairs},
+          {"axis_contradicting", judgement.axis_contradicting},
           {"worst", judgement.worst},
           {"outvoted", judgement.outvoted},
           {"common_error", judgement.common_error},
@@ -218,6 +222,8 @@ void print_agreement(const Judgement& judgement) {
   if (judgement.alone > 0)
     std::printf("; %zu of %zu views see nothing that others see, and were not compared", judgement.alone,
                 judgement.views);
+  if (judgement.sparse > 0)
+    std::printf("; %zu of %zu views have too few readings to compare", judgement.sparse, judgement.views);
   std::printf("\n");
 }
 

@@ -105,9 +105,9 @@ auto changed(Answer (Mapper::*change)(Arguments...)) {
 void bind_judgement(Module& module) {
   using J = Judgement;
   Value<J>(module, "Judgement")
-      .fields(OCTOSURF_FIELDS(J, views, alone, pairs, contradicting, outvoted, judged, worst, worst_places,
-                              worst_apart, common_error, common_error_m, oddities, step_m, range_m,
-                              resolution_m))
+      .fields(OCTOSURF_FIELDS(J, views, alone, sparse, pairs, contradicting, axis, axis_pairs,
+                              axis_contradicting, outvoted, judged, worst, worst_places, worst_apart,
+                              common_error, common_error_m, oddities, step_m, range_m, resolution_m))
       .def("contradicts", &J::contradicts)
       .def("describe", &J::describe);
   using Judge = Locked<RecordingJudge>;

@@ -16,14 +16,22 @@ namespace octosurf {
 ///
 /// Up to 36 views, spread over the recording, are compared in pairs: 200 places of each in the other's range
 /// image. A place agrees within half a voxel and three deviations of the sensor's own noise; else it is off,
-/// or was seen through. A pair contradicts if most places do, and not only because somebody walked past.
+/// or was seen through. A pair contradicts if most places do, and not only because somebody walked past, or
+/// if one motion would bring together most of what faces along it: an error along one axis moves nothing
+/// else.
 struct Judgement {
-  std::size_t views = 0;              ///< compared
-  std::size_t alone = 0;              ///< of them, those that see nothing which another one sees: not judged
-  std::size_t pairs = 0;              ///< of views that see at least 30 places in common
-  std::size_t contradicting = 0;      ///< of these
-  std::vector<std::string> outvoted;  ///< scans that contradict most of their partners
-  std::size_t judged = 0;             ///< views with at least three partners, of which `outvoted` are some
+  std::size_t views = 0;          ///< compared
+  std::size_t alone = 0;          ///< of them, those that see nothing which another one sees: not judged
+  std::size_t sparse = 0;         ///< of them, those with too few readings to know surfaces: not judged
+  std::size_t pairs = 0;          ///< of views that see at least 30 places in common
+  std::size_t contradicting = 0;  ///< of these
+  /// The direction, of the three that surfaces face most, along which most pairs contradict of those that see
+  /// ten surfaces or more facing it; map axes, of length 1.
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  std::size_t axis_pairs = 0;          ///< that do
+  std::size_t axis_contradicting = 0;  ///< of these, along it
+  std::vector<std::string> outvoted;   ///< scans that contradict most of their partners
+  std::size_t judged = 0;              ///< views with at least three partners, of which `outvoted` are some
 
   std::array<std::string, 2> worst;  ///< the two scans that contradict each other most
   std::size_t worst_places = 0;      ///< that they have in common
@@ -43,6 +51,7 @@ struct Judgement {
   double resolution_m = 0;  ///< of the map
 
   bool many_pairs() const;        ///< contradict: a tenth, and two
+  bool many_along_axis() const;   ///< the same share, of those that see how they lie along it
   bool many_outvoted() const;     ///< a twentieth of the judged views, and two
   bool has_common_error() const;  ///< it explains a quarter, and moves places by a fifth of a voxel
   /// Most views stand alone, and scans lie farther apart than they see: no sensor moves so.

@@ -105,6 +105,59 @@ TEST(RecordingJudge, NoticesFaultsOfEveryKind) {
   });
 }
 
+/// Three quarters of a room face other ways, and agree. (Of z, which moves by 0.2 m, no fifth is missed.)
+TEST(RecordingJudge, NoticesWhatIsWrongAlongOneAxis) {
+  using Position = double (*)(const Scans&, std::size_t i, int axis);
+  const std::pair<const char*, Position> errors[] = {
+      {"reversed", [](const Scans& s, std::size_t i, int k) { return -s[i].T_map_sensor.translation()[k]; }},
+      {"lost", [](const Scans&, std::size_t, int) { return 0.0; }},
+      {"late", [](const Scans& s, std::size_t i,
+                  int k) { return s[i - std::min<std::size_t>(i, 6)].T_map_sensor.translation()[k]; }},
+      {"times 1.2", [](const Scans& s, std::size_t i,
+                       int k) { return (k == 2 ? 1.6 : 1.2) * s[i].T_map_sensor.translation()[k]; }},
+      {"sinks", [](const Scans& s, std::size_t i, int k) {
+         return s[i].T_map_sensor.translation()[k] - static_cast<double>(i) / scans_of_walk;
+       }}};
+  std::vector<std::string> missed;
+  for (const auto& walk : {camera_walk, lidar_walk}) {
+    auto random = rng();
+    const Scans right = walk(random);
+    for (int axis = 0; axis < 3; ++axis)
+      for (const auto& [name, position] : errors) {
+        Scans wrong = right;
+        for (std::size_t i = 0; i < wrong.size(); ++i)
+          wrong[i].T_map_sensor.translation()[axis] = position(right, i, axis);
+        if (!judged(wrong).contradicts()) missed.push_back("xyz"[axis] + std::string(" ") + name);
+      }
+  }
+  EXPECT_THAT(missed, ::testing::IsEmpty());
+}
+
+/// Few readings are no reason to be alone.
+TEST(RecordingJudge, ComparesSparseViews) {
+  auto random = rng();
+  const Scans dense = lidar_walk(random);
+  for (const std::size_t every : {5, 20, 40}) {
+    Scans sparse = dense;
+    for (Scan& scan : sparse) {
+      std::ranges::shuffle(scan.points, random);
+      scan.points.resize(scan.points.size() / every);
+    }
+    const Judgement right = judged(sparse);
+    EXPECT_EQ(right.alone, 0U) << every;
+    EXPECT_EQ(right.describe(), "") << every;
+    mounted(Eigen::Translation3d(0.3, 0, 0) *
+            Eigen::AngleAxisd(10 * degree, Eigen::Vector3d::UnitX()))(sparse);
+    EXPECT_TRUE(judged(sparse).contradicts()) << every;
+  }
+  Scans hardly = dense;
+  for (Scan& scan : hardly) {
+    std::ranges::shuffle(scan.points, random);
+    scan.points.resize(10);
+  }
+  EXPECT_GT(judged(hardly).sparse, 0U);
+}
+
 TEST(RecordingJudge, JoinsTheLinesOfALaserThatNods) {
   auto random = rng();
   Scans scans = nodding_walk(random);

@@ -29,6 +29,9 @@ std::string print(const char* format, Values... values) {
 }  // namespace
 
 bool Judgement::many_pairs() const { return is_share(contradicting, pairs, pairs_share, fewest_pairs); }
+bool Judgement::many_along_axis() const {
+  return is_share(axis_contradicting, axis_pairs, pairs_share, fewest_pairs);
+}
 bool Judgement::many_outvoted() const {
   return is_share(outvoted.size(), judged, outvoted_share, fewest_outvoted);
 }
@@ -39,7 +42,8 @@ bool Judgement::too_far_apart() const {
   return alone >= enough_alone && 2 * alone > views && step_m > range_m;
 }
 bool Judgement::contradicts() const {
-  return many_pairs() || many_outvoted() || has_common_error() || too_far_apart() || !oddities.empty();
+  return many_pairs() || many_along_axis() || many_outvoted() || has_common_error() || too_far_apart() ||
+         !oddities.empty();
 }
 
 std::string Judgement::describe() const {
@@ -54,6 +58,9 @@ std::string Judgement::describe() const {
   if (worst_places > 0)
     text += print(", most %s and %s, in %zu of %zu places", worst[0].c_str(), worst[1].c_str(), worst_apart,
                   worst_places);
+  if (many_along_axis())
+    text += print("; %zu of the %zu that see surfaces facing (%.1f, %.1f, %.1f) are shifted along it",
+                  axis_contradicting, axis_pairs, axis.x(), axis.y(), axis.z());
   if (many_outvoted())
     text += print("; %zu of %zu scans contradict most others, first %s", outvoted.size(), judged,
                   outvoted.front().c_str());

@@ -2,6 +2,8 @@
 
 #include "geometry/median.hpp"
 
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -15,20 +17,45 @@ namespace {
 /// known.
 constexpr std::size_t fewest_places = 30, off_in = 4, fewest_surfaces = 10;
 
-/// Where a surface is searched for: in tolerances along the normal, and beside the sample as a share of its
-/// range, 1.7°, a little more than a cell.
-constexpr float search_reach = 4, beside_share = 0.03F;
+/// Where a surface is searched for along the normal, in tolerances.
+constexpr float search_reach = 4;
 /// Points of 3 × 3 cells: without three nothing is known, and with four what is seen there has no gaps. One
 /// offset in three is kept, for effort: 30,000 of a run determine nine numbers well.
 constexpr std::size_t fewest_seen = 3, fewest_filled = 4, offsets_in = 3;
 
+/// Places count as moved from two tolerances on: along their normals all are off then, as most in all
+/// directions are. By one motion: within these, and a tenth of the way, by which a turn of 25° differs from
+/// its derivative.
+constexpr float moved_tolerances = 2, moved_share = 0.1F;
+/// So many agree before any is compared, lest a few places along an edge speak for a direction: that five of
+/// right ones, one in ten of which is off, are so has a chance of 1e-5. And the least cosine to the motion of
+/// those that say how far it is: 70°.
+constexpr double agree_before = 5, facing = 0.3;
+
 /// m; m where no class has samples enough for a median: a usual sensor's.
 constexpr float first_range = 0.06F, classes_of_octave = 3, usual_noise = 0.005F;
 
-/// What lies beside a sample.
-struct Beside {
-  std::vector<float> offsets;  // along the sample's normal, from it to the other view's points
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+using Motion = Eigen::Matrix<double, 6, 1>;  // turn, times the range, and shift
+
+/// A surface that both views see.
+struct Surface {
+  Motion by;          // derivative of its distance by a motion of the first view
+  double off = 0;     // m, how far that is to move it; 0: it agrees, or no motion does
+  double within = 0;  // m
+};
+
+/// Points of the other view in the direction of a sample.
+struct Seen {
+  std::vector<float> offsets;  // m, from the sample along its normal
+  std::vector<float> beside;   // of those that lie near it
+  Eigen::Vector3f sum_beside = Eigen::Vector3f::Zero();
+  float nearest = std::numeric_limits<float>::infinity();  // m
+
+  /// They are of a plane parallel to the sample's.
+  bool parallel(float off, float tolerance) const {
+    const auto [low, high] = std::ranges::minmax(offsets);
+    return high - low < moved_tolerances * tolerance + moved_share * std::fabs(off);
+  }
 };
 
 }  // namespace
@@ -54,62 +81,139 @@ std::size_t Tolerance::class_of(float range) {
 }
 
 bool Places::judged() const { return all() >= fewest_places; }
+bool Places::measure(const Eigen::Vector3d& direction) const {
+  return direction.dot(normals * direction) >= static_cast<double>(fewest_surfaces);
+}
 bool Places::contradict() const {
   const std::size_t surfaces = agree + off;
-  return judged() && 2 * apart() > all() && (surfaces < fewest_surfaces || off_in * off > surfaces);
+  return judged() &&
+         (moves() || (2 * apart() > all() && surfaces >= fewest_surfaces && off_in * off > surfaces));
 }
 
 namespace {
 
-/// The samples of `from` with the points of `into`.
-void compare_one_way(const View& from, const View& into, const Tolerance& tolerance, Places& places,
-                     std::vector<Offset>& offsets) {
+/// Compares the views both ways.
+class Comparison {
+ public:
+  Comparison(const View& a, const View& b, const Tolerance& tolerance, std::vector<Offset>& offsets)
+      : tolerance_(&tolerance),
+        offsets_(&offsets),
+        middle_((a.T_map_view.translation() + b.T_map_view.translation()) / 2),
+        lever_(static_cast<double>(std::max(a.range, b.range))) {
+    compare(a, b, 1);
+    compare(b, a, -1);
+    find_motion();
+  }
+  const Places& places() const { return places_; }
+
+ private:
+  /// The samples of `from` with the points of `into`.
+  void compare(const View& from, const View& into, double sign);
+  void note_surface(const View& from, const Sample& sample, double sign, float off, float tolerance);
+  void find_motion();
+
+  const Tolerance* tolerance_;
+  std::vector<Offset>* offsets_;
+  Eigen::Vector3d middle_;
+  double lever_;
+  Places places_;
+  std::vector<Surface> surfaces_;
+};
+
+void Comparison::compare(const View& from, const View& into, double sign) {
   const Eigen::Isometry3f T = (into.T_map_view.inverse() * from.T_map_view).cast<float>();
-  const auto resolution = static_cast<float>(tolerance.resolution());
-  Beside found;
+  const auto resolution = static_cast<float>(tolerance_->resolution());
   for (const Sample& sample : from.samples) {
     const Eigen::Vector3f p = T * sample.point;
-    const float range = p.norm(), w = tolerance.at(range, sample.range), reach = search_reach * w;
-    const Cell cell = cell_of(p);
+    const float range = p.norm(), w = tolerance_->at(range, sample.range), reach = search_reach * w;
+    const Cell cell = into.cell_of(p);
     const Eigen::Vector3f normal = T.linear() * sample.normal;
-    const float aside = std::max(resolution, beside_share * std::max(range, sample.range));
-    found.offsets.clear();
-    found.sum.setZero();
-    std::size_t seen = 0;
-    float nearest = std::numeric_limits<float>::infinity();
+    const float aside = std::max(resolution, sample.spread);
+    Seen seen;
     into.around(cell, 1, [&](const Eigen::Vector3f& q) {
-      ++seen;
-      nearest = std::min(nearest, q.squaredNorm());
-      if (!sample.flat) return;
       const Eigen::Vector3f d = q - p;
       const float along = d.dot(normal);
-      if (std::fabs(along) > reach || d.squaredNorm() - along * along > aside * aside) return;
-      found.offsets.push_back(along);
-      found.sum += q;
+      seen.nearest = std::min(seen.nearest, q.norm());
+      seen.offsets.push_back(along);
+      if (!sample.flat || std::fabs(along) > reach || d.squaredNorm() - along * along > aside * aside) return;
+      seen.beside.push_back(along);
+      seen.sum_beside += q;
     });
-    if (seen < fewest_seen) continue;
-    if (found.offsets.size() >= 2) {
-      const float off = geometry::median_of(found.offsets);
-      ++(std::fabs(off) < w ? places.agree : places.off);
-      if ((places.agree + places.off) % offsets_in == 0)
-        offsets.push_back(
-            offset_of(from, sample, into, found.sum / static_cast<float>(found.offsets.size()), off));
+    if (seen.offsets.size() < fewest_seen) continue;
+    const float away = normal.dot(p);
+    const bool same_side = away * sample.normal.dot(sample.point) > 0;
+    if (seen.beside.size() >= 2) {
+      if (!same_side) continue;  // it is another face of the thing, as a wall has two
+      const float off = geometry::median_of(seen.beside);
+      ++(std::fabs(off) < w ? places_.agree : places_.off);
+      note_surface(from, sample, sign, std::fabs(off) < moved_tolerances * w ? 0 : off, w);
+      if ((places_.agree + places_.off) % offsets_in == 0)
+        offsets_->push_back(
+            offset_of(from, sample, into, seen.sum_beside / static_cast<float>(seen.beside.size()), off));
+      continue;
+    }
+    if (seen.offsets.size() < fewest_filled) continue;
+    // Behind what is seen it is hidden: that says nothing.
+    const float off = geometry::median_of(seen.offsets);
+    if (sample.flat && same_side && off * away > 0 && std::fabs(off) > reach && seen.parallel(off, w)) {
+      ++places_.through;
+      note_surface(from, sample, sign, off, w);
       continue;
     }
     bool hit = false;
     into.around(cell, 0, [&](const Eigen::Vector3f&) { hit = true; });
-    // Behind what is seen it is hidden: that says nothing.
-    if (hit && seen >= fewest_filled && range < std::sqrt(nearest) - reach) ++places.through;
+    if (!hit || range > seen.nearest - reach) continue;
+    ++places_.through;
+    if (sample.flat) note_surface(from, sample, sign, 0, w);
   }
+}
+
+void Comparison::note_surface(const View& from, const Sample& sample, double sign, float off,
+                              float tolerance) {
+  const Eigen::Vector3d normal = from.T_map_view.linear() * sample.normal.cast<double>();
+  const Eigen::Vector3d at = from.T_map_view * sample.point.cast<double>() - middle_;
+  Surface surface;
+  surface.by << at.cross(normal) / lever_, normal;
+  surface.by *= sign;
+  surface.off = static_cast<double>(off);
+  surface.within = static_cast<double>(moved_tolerances * tolerance + moved_share * std::fabs(off));
+  surfaces_.push_back(surface);
+}
+
+/// Each surface that is off votes for motions along its normal, with its sign: what somebody hid or brought
+/// along is seen through in both views and cancels out. Of the motion that they determine together, the
+/// median distance.
+void Comparison::find_motion() {
+  Eigen::Matrix<double, 6, 6> information = agree_before * Eigen::Matrix<double, 6, 6>::Identity();
+  Motion votes = Motion::Zero();
+  for (const Surface& surface : surfaces_) {
+    information.selfadjointView<Eigen::Lower>().rankUpdate(surface.by);
+    if (surface.off != 0) votes += std::copysign(1.0, surface.off) * surface.by;
+  }
+  places_.normals = information.bottomRightCorner<3, 3>().selfadjointView<Eigen::Lower>();
+  places_.normals.diagonal().array() -= agree_before;
+  if (votes.isZero()) return;
+  const Motion direction = information.selfadjointView<Eigen::Lower>().ldlt().solve(votes).normalized();
+  std::vector<double> steps;
+  for (const Surface& surface : surfaces_)
+    if (surface.off != 0 && std::fabs(surface.by.dot(direction)) > facing)
+      steps.push_back(surface.off / surface.by.dot(direction));
+  if (steps.empty()) return;
+  const double step = geometry::median_of(steps);
+  double moved = 0, all = agree_before;
+  for (const Surface& surface : surfaces_) {
+    const double along = surface.by.dot(direction);
+    all += along * along;
+    if (surface.off != 0 && std::fabs(surface.off - step * along) < surface.within) moved += along * along;
+  }
+  places_.moved = moved / all;
+  places_.along = direction.tail<3>();
 }
 
 }  // namespace
 
 Places compare(const View& a, const View& b, const Tolerance& tolerance, std::vector<Offset>& offsets) {
-  Places places;
-  compare_one_way(a, b, tolerance, places, offsets);
-  compare_one_way(b, a, tolerance, places, offsets);
-  return places;
+  return Comparison(a, b, tolerance, offsets).places();
 }
 
 }  // namespace octosurf::judgement

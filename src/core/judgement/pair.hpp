@@ -34,11 +34,20 @@ struct Places {
   std::size_t agree = 0;
   std::size_t off = 0;      ///< a surface beside the reading, along its normal
   std::size_t through = 0;  ///< the other view has seen through there
+  /// One motion of a view would bring together so much of what faces along it: a share. What is wrong along
+  /// one axis moves only the places that face it, a quarter of a room.
+  double moved = 0;
+  Eigen::Vector3d along =
+      Eigen::Vector3d::Zero();  ///< the shift of that motion, map axes; of a turn and it, 1
+  Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();  ///< of surfaces that both see: sum of squares, map axes
 
   std::size_t all() const { return agree + off + through; }
   std::size_t apart() const { return off + through; }
   bool judged() const;
   bool contradict() const;
+  bool moves() const { return 2 * moved > 1; }
+  /// Surfaces enough face along a direction of length 1.
+  bool measure(const Eigen::Vector3d& direction) const;
 };
 
 /// Compares the samples of each with the points of the other. Adds of one in three how far it is off.

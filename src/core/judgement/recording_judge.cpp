@@ -6,6 +6,7 @@
 #include "judgement/view.hpp"
 #include "sensing/downsample.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -50,10 +51,36 @@ struct Pair {
   bool contradict;
 };
 
+/// Of the axes of all normals, the one along which most pairs contradict.
+void judge_axes(const std::vector<Places>& pairs, Judgement& verdict) {
+  Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
+  for (const Places& pair : pairs) normals += pair.normals;
+  const Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normals).eigenvectors();
+  double most = 0;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    std::size_t measured = 0, moved = 0;
+    for (const Places& pair : pairs) {
+      if (!pair.measure(axes.col(k))) continue;
+      Eigen::Index nearest = 0;
+      (axes.transpose() * pair.along).cwiseAbs().maxCoeff(&nearest);
+      ++measured;
+      moved += pair.moves() && nearest == k;
+    }
+    if (moved < 2 || static_cast<double>(moved) <= most * static_cast<double>(measured)) continue;
+    most = static_cast<double>(moved) / static_cast<double>(measured);
+    verdict.axis = axes.col(k);
+    if (Eigen::Index largest = 0; verdict.axis.cwiseAbs().maxCoeff(&largest), verdict.axis[largest] < 0)
+      verdict.axis = -verdict.axis;
+    verdict.axis_pairs = measured;
+    verdict.axis_contradicting = moved;
+  }
+}
+
 /// Each view with each; what they say of pairs, scans and a common error is in the verdict.
 std::vector<Pair> judge_pairs(const std::vector<const View*>& views, const Tolerance& tolerance,
                               Judgement& verdict) {
   std::vector<Pair> pairs;
+  std::vector<Places> judged;
   std::vector<Offset> offsets;
   std::vector<std::size_t> partners(views.size()), contradicted(views.size());
   double most = 0;
@@ -62,6 +89,7 @@ std::vector<Pair> judge_pairs(const std::vector<const View*>& views, const Toler
       const View &a = *views[i], &b = *views[j];
       const Places places = compare(a, b, tolerance, offsets);
       if (!places.judged()) continue;
+      judged.push_back(places);
       const bool contradict = places.contradict();
       pairs.push_back({a.scan, b.scan, contradict});
       for (const std::size_t one : {i, j}) {
@@ -78,8 +106,9 @@ std::vector<Pair> judge_pairs(const std::vector<const View*>& views, const Toler
       }
     }
   verdict.pairs = pairs.size();
+  judge_axes(judged, verdict);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    verdict.alone += partners[i] == 0;
+    (views[i]->sparse ? verdict.sparse : verdict.alone) += partners[i] == 0;
     if (partners[i] < 3) continue;  // no majority
     ++verdict.judged;
     if (2 * contradicted[i] > partners[i]) verdict.outvoted.push_back(views[i]->name);

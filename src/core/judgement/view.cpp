@@ -11,9 +11,12 @@ namespace {
 
 /// Of a view. A share of 1/2 of 2 · 200 places is known to 2.5 %; with 200 a pair takes 0.1 ms.
 constexpr std::size_t most_samples = 200;
-/// A sample's neighbours lie within two voxels, or 3.4°: two cells, beyond which surfaces bend.
-constexpr float near_voxels = 2, near_share = 0.06F;
+/// Cells of an edge: from 1.4° to 11°, within two of which a room has hardly a plane.
+constexpr int most_cells = 64, fewest_cells = 8;
+/// A sample's neighbours lie within two cells, and two voxels or three times as far as these two are wide:
+/// readings of a floor that is seen at 20° lie so far apart.
 constexpr int near_cells = 2;
+constexpr float near_voxels = 2, near_widths = 5;
 /// For three parameters of a plane and a scatter that is known to a third.
 constexpr std::size_t fewest_neighbours = 8;
 /// Flat: they spread four times as far along the plane as across it. And not along one line only, whose plane
@@ -21,15 +24,17 @@ constexpr std::size_t fewest_neighbours = 8;
 constexpr float flat_variances = 16, line_variances = 0.05F;
 
 /// -45° … 45° in the cells of an edge.
-int cell_of_tangent(float tangent) {
-  constexpr auto cells = static_cast<float>(cells_of_edge);
+int cell_of_tangent(float tangent, int cells_of_edge) {
+  const auto cells = static_cast<float>(cells_of_edge);
   const float share = std::atan(tangent) * static_cast<float>(2 / std::numbers::pi) + 0.5F;
   return std::clamp(static_cast<int>(share * cells), 0, cells_of_edge - 1);
 }
 
 Sample sample_at(const View& view, const Eigen::Vector3f& point, Cell cell, double resolution) {
   Sample sample{point, point.norm(), Eigen::Vector3f::Zero()};
-  const float reach = std::max(near_voxels * static_cast<float>(resolution), near_share * sample.range);
+  const float width = near_cells * static_cast<float>(std::numbers::pi / 2 / view.cells_of_edge);
+  const float reach =
+      std::max(near_voxels * static_cast<float>(resolution), near_widths * width * sample.range);
   std::size_t count = 0;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
@@ -40,7 +45,8 @@ Sample sample_at(const View& view, const Eigen::Vector3f& point, Cell cell, doub
     sum += off;
     squares += off * off.transpose();
   });
-  if (count < fewest_neighbours) return sample;
+  sample.known = count >= fewest_neighbours;
+  if (!sample.known) return sample;
   const Eigen::Vector3f mean = sum / static_cast<float>(count);
   const Eigen::Matrix3f covariance = squares / static_cast<float>(count) - mean * mean.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes(covariance);
@@ -48,6 +54,7 @@ Sample sample_at(const View& view, const Eigen::Vector3f& point, Cell cell, doub
   sample.flat = variances[1] > flat_variances * variances[0] && variances[1] > line_variances * variances[2];
   sample.normal = axes.eigenvectors().col(0);
   sample.scatter = std::sqrt(variances[0]);
+  sample.spread = std::sqrt(variances[1] + variances[2]);
   return sample;
 }
 
@@ -65,37 +72,46 @@ std::vector<Eigen::Vector3f> thinned(const std::vector<Eigen::Vector3f>& points)
   return some;
 }
 
-Cell cell_of(const Eigen::Vector3f& direction) {
+Cell View::cell_of(const Eigen::Vector3f& direction) const {
   Eigen::Index axis = 0;
   const float most = direction.cwiseAbs().maxCoeff(&axis);
   if (!(most > 0)) return 0;
   const int face = 2 * static_cast<int>(axis) + (direction[axis] > 0 ? 0 : 1);
   const float u = direction[(axis + 1) % 3] / most, v = direction[(axis + 2) % 3] / most;
-  return static_cast<Cell>((face * cells_of_edge + cell_of_tangent(u)) * cells_of_edge + cell_of_tangent(v));
+  return static_cast<Cell>((face * cells_of_edge + cell_of_tangent(u, cells_of_edge)) * cells_of_edge +
+                           cell_of_tangent(v, cells_of_edge));
 }
 
-void View::finish(double resolution) {
+void View::sort_points() {
   std::vector<std::pair<Cell, std::uint32_t>> order;
-  std::vector<float> ranges;
-  for (const Eigen::Vector3f& point : points) {
+  for (const Eigen::Vector3f& point : points)
     order.emplace_back(cell_of(point), static_cast<std::uint32_t>(order.size()));
-    ranges.push_back(point.norm());
-  }
   std::ranges::sort(order);
   std::vector<Eigen::Vector3f> sorted;
   sorted.reserve(points.size());
+  cells.clear();
   cells.reserve(points.size());
   for (const auto& [cell, index] : order) {
     cells.push_back(cell);
     sorted.push_back(points[index]);
   }
   points = std::move(sorted);
+}
+
+void View::finish(double resolution) {
+  std::vector<float> ranges;
+  for (const Eigen::Vector3f& point : points) ranges.push_back(point.norm());
   range = ranges.empty() ? 0 : geometry::median_of(ranges);
   const std::size_t count = std::min(most_samples, points.size());
-  samples.reserve(count);
-  for (std::size_t k = 0; k < count; ++k) {  // by cell, and so evenly over what was seen
-    const std::size_t at = k * points.size() / count;
-    samples.push_back(sample_at(*this, points[at], cells[at], resolution));
+  for (cells_of_edge = most_cells; cells_of_edge >= fewest_cells; cells_of_edge /= 2) {
+    sort_points();
+    samples.clear();
+    for (std::size_t k = 0; k < count; ++k) {  // by cell, and so evenly over what was seen
+      const std::size_t at = k * points.size() / count;
+      samples.push_back(sample_at(*this, points[at], cells[at], resolution));
+    }
+    sparse = 2 * static_cast<std::size_t>(std::ranges::count_if(samples, &Sample::known)) < count;
+    if (!sparse || cells_of_edge == fewest_cells) break;
   }
 }
 

@@ -11,10 +11,8 @@
 namespace octosurf::judgement {
 
 /// Directions: the faces of a cube about the sensor, each in 64 × 64 cells of equal angles, 1.4°: a camera's
-/// or a lidar's 8,000 readings are then two or more to a cell.
-inline constexpr int cells_of_edge = 64;
+/// or a lidar's 8,000 readings are then two or more to a cell. Of a sparser sensor in fewer, larger ones.
 using Cell = std::uint16_t;
-Cell cell_of(const Eigen::Vector3f& direction);
 
 /// At most 8,000 readings, evenly spread.
 std::vector<Eigen::Vector3f> thinned(const std::vector<Eigen::Vector3f>& points);
@@ -25,6 +23,8 @@ struct Sample {
   float range = 0;         ///< m
   Eigen::Vector3f normal;  ///< of the readings around, if they are flat
   float scatter = 0;       ///< m, root mean square, of these about their plane
+  float spread = 0;        ///< m, root mean square, of these along it
+  bool known = false;      ///< there are enough of them
   bool flat = false;
 };
 
@@ -40,13 +40,16 @@ struct View {
   std::vector<Cell> cells;                                       ///< of the points
   std::vector<Sample> samples;                                   ///< at most 200
   float range = 0;                                               ///< m, median of the points
+  int cells_of_edge = 0;                                         ///< by the spacing of the readings
+  bool sparse = false;  ///< most readings have no neighbours in the largest cells
 
   /// Sorts the points and takes samples.
   void finish(double resolution);
+  Cell cell_of(const Eigen::Vector3f& direction) const;
   /// Calls f(point) for those in the cells up to `reach` cells around on the same face.
   template <class F>
   void around(Cell cell, int reach, const F& f) const {
-    constexpr int n = cells_of_edge;
+    const int n = cells_of_edge;
     const int column = cell % n, row = cell / n % n, face = cell - column - n * row;
     const int left = std::max(0, column - reach), right = std::min(n - 1, column + reach);
     for (int r = std::max(0, row - reach); r <= std::min(n - 1, row + reach); ++r) {
@@ -57,6 +60,9 @@ struct View {
   }
   /// Where a scan later the point of the view would be, less where it is: m, map axes.
   Eigen::Vector3d motion_of(const Eigen::Vector3d& point) const;
+
+ private:
+  void sort_points();
 };
 
 }  // namespace octosurf::judgement
