@@ -1,6 +1,7 @@
 // `octosurf check`: why the scans of a recording contradict each other.
 #include "bounds.hpp"
 #include "check/search.hpp"
+#include "command_line.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "output_files.hpp"
@@ -10,13 +11,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <octosurf/error.hpp>
+#include <octosurf/mapper.hpp>
 #include <octosurf/scan_source.hpp>
 
 namespace octosurf {
@@ -35,6 +39,9 @@ lie in the map already, values for no return, repeated scans, a jump. A cause is
 agrees as a right one does; then follows the command that maps it so, or what to do by hand. --write-poses writes
 the poses by that meaning, one line (tx ty tz qx qy qz qw) a scan. Exit code 1: no cause is known.
 )";
+
+/// That `map` has not, or means otherwise.
+constexpr std::array<std::string_view, 3> own_options{"--write-poses", "--force", "--threads"};
 
 struct CheckOptions {
   std::vector<std::string> inputs;
@@ -84,12 +91,47 @@ void write_poses(const CheckOptions& options, const check::Recording& recording,
   });
 }
 
-check::Recording read(const CheckOptions& options, std::unique_ptr<ScanSource> source) {
-  check::Recording recording(ParameterChoice(options.parameters).in_force({}, source->sensor()));
+/// `use`: called with each scan.
+template <class Use>
+check::Recording read(const CheckOptions& options, const Parameters& parameters,
+                      std::unique_ptr<ScanSource> source, const Use& use) {
+  check::Recording recording(parameters);
   ScanFeed feed(std::move(source), options.range);
-  while (const std::optional<Scan> scan = feed.next()) recording.add(*scan);
+  while (const std::optional<Scan> scan = feed.next()) {
+    recording.add(*scan);
+    use(*scan);
+  }
   return recording;
 }
+
+check::Recording read(const CheckOptions& options, std::unique_ptr<ScanSource> source) {
+  const Parameters parameters = ParameterChoice(options.parameters).in_force({}, source->sensor());
+  return read(options, parameters, std::move(source), [](const Scan&) {});
+}
+
+/// What `map` judges: the scans that it maps, where it maps them.
+struct AsMapped {
+  explicit AsMapped(const Parameters& parameters, int threads)
+      : mapper(parameters, threads), judge(parameters) {}
+  void add(const Scan& scan) {
+    const Alignment alignment = mapper.insert(scan).alignment;
+    ++scans;
+    if (alignment.outcome == AlignmentOutcome::rejected)
+      ++left_out;
+    else
+      judge.add(scan, alignment.T_map_sensor);
+  }
+  bool agrees() const {
+    const Judgement judgement = judge.judge();
+    // Scans that fit nowhere are as doubtful as pairs that contradict: a tenth, and two.
+    const bool many_left_out = left_out >= 2 && 10 * left_out > scans;
+    return !judgement.contradicts() && check::sees_enough(judgement) && !many_left_out;
+  }
+
+  Mapper mapper;
+  RecordingJudge judge;
+  std::size_t scans = 0, left_out = 0;
+};
 
 std::unique_ptr<ScanSource> open(const CheckOptions& options, const ScanSourceOptions& source) {
   return open_scans({options.inputs.begin(), options.inputs.end()}, source);
@@ -149,25 +191,10 @@ Mend mend_of(const CheckOptions& options, const check::Recording& recording, con
 
 /// The verb's own words, but for those that a mend replaces, and the mend's.
 std::string command_with(const CLI::App& check, const Mend& mend) {
-  std::string text = "octosurf map";
-  const auto add = [&](const std::string& word) {
-    const bool plain = word.find_first_of(" '\"$\\*?&;()<>|") == std::string::npos;
-    text += plain ? " " + word : " '" + word + "'";
-  };
-  for (const CLI::Option* const option : check.get_options()) {
-    const std::string name = option->get_positional() ? "" : option->get_name();
-    const bool own = name == "--write-poses" || name == "--force" || name == "--threads";
-    if (own || option->count() == 0 ||
-        std::ranges::find(mend.options, name, [](const auto& o) { return o.first; }) != mend.options.end())
-      continue;
-    if (!name.empty()) add(name);
-    if (option->get_type_size() > 0)
-      for (const std::string& value : option->results()) add(value);
-  }
-  for (const auto& [name, value] : mend.options) {
-    add(name);
-    if (!value.empty()) add(value);
-  }
+  std::vector<std::string_view> but(own_options.begin(), own_options.end());
+  for (const auto& [name, value] : mend.options) but.emplace_back(name);
+  std::string text = "octosurf map" + words_for(check, check, but);
+  for (const auto& [name, value] : mend.options) text += " " + name + (value.empty() ? "" : " " + value);
   return text + " -o MAP";
 }
 
@@ -188,12 +215,20 @@ void run_check(const CLI::App& verb, const CheckOptions& options) {
   auto source = open(options, options.source);
   for (const std::string& note : source->notes()) std::printf("%s\n", note.c_str());
   const Eigen::Vector3d origin = source->origin();
-  const check::Recording recording = read(options, std::move(source));
+  const Parameters parameters = ParameterChoice(options.parameters).in_force({}, source->sensor());
+  AsMapped mapped(parameters, options.threads);
+  const check::Recording recording =
+      read(options, parameters, std::move(source), [&](const Scan& scan) { mapped.add(scan); });
+  print_judgement("as mapped    ", mapped.judge.judge());
+  if (mapped.agrees()) {
+    std::printf("The scans agree with each other as `map` maps them, with these options.\n");
+    return;
+  }
   const check::Finding finding = check::search(recording, options.threads);
   print_judgement("as given     ", finding.as_given);
   if (!finding.meaning && !finding.as_given.contradicts()) {
     std::printf("%s\n", check::sees_enough(finding.as_given)
-                            ? "The scans agree with each other as they are given."
+                            ? "The scans agree with each other as they are given; --align off maps them so."
                             : "Too little is seen twice to tell whether the scans agree.");
     return;
   }
@@ -201,7 +236,7 @@ void run_check(const CLI::App& verb, const CheckOptions& options) {
     throw Error(Error::Kind::data, "",
                 "the scans contradict each other, most " + finding.as_given.worst[0] + " and " +
                     finding.as_given.worst[1] + "; the cause is not among those known",
-                "look at these two; poses that drift are none of the causes");
+                check::facts_of(recording) + "look at these two; poses that drift are none of the causes");
   for (const std::string& cause : finding.causes) std::printf("cause        %s\n", cause.c_str());
   if (finding.or_drift)
     std::printf("             unless poses drift by about as much, which `map` corrects by itself\n");

@@ -1,5 +1,6 @@
 // `octosurf map`: scans in, map out.
 #include "bounds.hpp"
+#include "command_line.hpp"
 #include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
@@ -13,6 +14,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -213,7 +215,12 @@ void add_map(CLI::App& app) {
   verb->add_flag("--strict", options->strict, "write no map if scans contradict each other; exit code 1");
   add_scan_options(*verb, options->source, options->range);
   add_parameter_options(*verb, options->parameters);
-  verb->callback([options] { run_map(*options); });
+  verb->callback([&app, verb, options] {
+    constexpr std::array<std::string_view, 2> other{"--write-poses", "--force"};
+    if (!options->inputs.empty())
+      options->check = "octosurf check" + words_for(*app.get_subcommand("check"), *verb, other);
+    run_map(*options);
+  });
 }
 
 }  // namespace octosurf

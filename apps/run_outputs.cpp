@@ -128,7 +128,7 @@ void report(RunState& run, const std::filesystem::path& kept_scans) {
   std::fflush(stdout);  // warnings follow the summary
   warn_of_missing_poses(run);
   warn_of_up(map);
-  warn_of(run.statistics.judgement(), run.options.inputs);
+  warn_of(run.statistics.judgement(), run.options.check);
 }
 
 }  // namespace octosurf

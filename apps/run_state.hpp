@@ -30,6 +30,7 @@ struct MapOptions {
   int threads = 1;
   bool realtime = false, force = false;
   bool strict = false;  ///< no map of scans that contradict one another
+  std::string check;    ///< the command that finds out why they do
 };
 
 /// What a run of `octosurf map` has reached, for all that take part in it.

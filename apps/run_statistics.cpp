@@ -227,12 +227,10 @@ void print_agreement(const Judgement& judgement) {
   std::printf("\n");
 }
 
-void warn_of(const Judgement& judgement, const std::vector<std::string>& inputs) {
+void warn_of(const Judgement& judgement, const std::string& check) {
   if (!judgement.contradicts()) return;
-  std::string hint = inputs.empty() ? "" : "; octosurf check";
-  for (const std::string& input : inputs) hint += " " + input;
-  std::fprintf(stderr, "warning: %s%s%s\n", judgement.describe().c_str(), hint.c_str(),
-               inputs.empty() ? "" : " finds the cause");
+  std::fprintf(stderr, "warning: %s%s\n", judgement.describe().c_str(),
+               check.empty() ? "" : ("; " + check + " finds the cause").c_str());
 }
 
 void require_agreement(const Judgement& judgement, const std::string& output) {

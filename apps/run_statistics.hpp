@@ -85,8 +85,8 @@ bool is_pause(std::optional<double> last_stamp_s, double stamp_s);
 
 /// One line of a run's summary; none without scans.
 void print_agreement(const Judgement& judgement);
-/// On stderr, if the scans contradict each other.
-void warn_of(const Judgement& judgement, const std::vector<std::string>& inputs = {});
+/// On stderr, if the scans contradict each other. `check`: the command that finds the cause, or empty.
+void warn_of(const Judgement& judgement, const std::string& check = {});
 /// Throws Error(data) if they do: `output`, a map, is not written.
 void require_agreement(const Judgement& judgement, const std::string& output);
 

@@ -60,8 +60,9 @@ struct Score {
   double share_apart() const {
     return places == 0 ? 1 : static_cast<double>(apart) / static_cast<double>(places);
   }
-  /// Places that agree, less those that do not: little in common is little evidence.
-  double evidence() const { return static_cast<double>(places) - 2 * static_cast<double>(apart); }
+  /// Places, less four times those apart: of the worst pairs of right recordings one in five is, and little
+  /// in common is little evidence.
+  double evidence() const { return static_cast<double>(places) - 4 * static_cast<double>(apart); }
 };
 
 }  // namespace octosurf::check

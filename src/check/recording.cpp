@@ -93,4 +93,26 @@ std::optional<std::size_t> Recording::jump() const {
   return step ? std::optional(step->scan) : std::nullopt;
 }
 
+std::string facts_of(const Recording& recording) {
+  const auto& poses = recording.poses();
+  std::string facts;
+  if (poses.size() < 3) return facts;
+  std::size_t turned = 0, moved = 0, rounded = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Isometry3d &T = poses[i].T_map_sensor, &before = poses[i > 0 ? i - 1 : 1].T_map_sensor;
+    turned += T.linear() != before.linear();
+    moved += T.translation() != before.translation();
+    const Eigen::Vector3d cm = 100 * T.translation();
+    rounded += (cm - cm.array().round().matrix()).isZero(1e-6);
+  }
+  const auto say = [&](const std::string& what) { facts += what + "; "; };
+  if (turned == 0) say("all poses have one rotation: where the sensor turned nobody knows");
+  if (moved == 0) say("all poses have one position");
+  if (turned > 0 && moved > 0 && 10 * moved < 9 * poses.size())
+    say(std::to_string(poses.size() - moved) + " of " + std::to_string(poses.size()) +
+        " positions are those of the pose before");
+  if (moved > 0 && rounded == poses.size()) say("positions are rounded to centimetres");
+  return facts;
+}
+
 }  // namespace octosurf::check

@@ -96,6 +96,8 @@ Meanings positions(const Recording&, const Meaning& from) {
   Meanings all;
   for (std::size_t axis = 1; axis < axes().size(); ++axis)
     all.push_back(with(from, &Meaning::position_axes, axes()[axis]));
+  // Of those that fit alike, as heights that never change have either sign, what changes least.
+  std::ranges::stable_sort(all, std::greater<>(), [](const Meaning& m) { return m.position_axes.trace(); });
   return all;
 }
 

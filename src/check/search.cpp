@@ -57,9 +57,10 @@ bool hardly_contradict(const Judgement& judgement) {
   return sees_enough(judgement) && !judgement.many_pairs();
 }
 
-/// Whether a fitted number is the cause, and not one that makes some of what another did agree.
-bool is_explained(const Judgement& as_given, const Judgement& as_meant) {
-  if (hardly_contradict(as_given) && as_given.common_error < sure_common_error) return false;
+/// Whether a meaning is the cause, and not one that makes some of what another did agree. Of pairs that agree
+/// already only a number that explains most of what they are off may be.
+bool is_explained(const Judgement& as_given, const Judgement& as_meant, bool is_fitted) {
+  if (is_fitted && hardly_contradict(as_given) && as_given.common_error < sure_common_error) return false;
   return share_of_pairs(as_meant) <=
          std::max(most_left_of_contradictions * share_of_pairs(as_given), left_of_right);
 }
@@ -176,7 +177,7 @@ class Search {
         continue;
       // Views that have nothing in common speak of units alone.
       if (finding.as_given.pairs == 0 && !changes_scale(candidates[i])) continue;
-      if (fits(candidates[i]) && !is_explained(finding.as_given, verdict)) continue;
+      if (!is_explained(finding.as_given, verdict, fits(candidates[i]))) continue;
       finding.meaning = candidates[i].meaning;
       finding.as_meant = std::move(verdict);
       finding.or_drift = fits(candidates[i]) && hardly_contradict(finding.as_given);
