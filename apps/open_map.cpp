@@ -59,6 +59,39 @@ Up up_in_force(const Map& map, const std::string& text) {
   return parameters.up ? Up{*parameters.up, Up::Source::given} : up_from_surfaces(map);
 }
 
+namespace {
+
+/// What surfaces alone say against a direction: the largest level one is seen from below, and none a quarter
+/// as large from above below it; or none is level to 15°, and most of their area is not upright either.
+std::string doubt_of_up(const Snapshot& snapshot, const Eigen::Vector3d& up) {
+  constexpr double cos_level = 0.966, sin_level = 0.259, as_large = 0.25;
+  SurfacePtr level;
+  double area = 0, leaning = 0;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    const double cosine = std::fabs(surface->plane.normal.dot(up));
+    area += surface->area_m2;
+    if (cosine < cos_level && cosine > sin_level) leaning += surface->area_m2;
+    if (cosine >= cos_level && (!level || surface->area_m2 > level->area_m2)) level = surface;
+  }
+  if (!level)
+    return 2 * leaning > area ? "nothing is level within 15 degrees of up, " + axis_name(up) +
+                                    ": --up auto, or level the poses"
+                              : "";
+  // Heights are offsets along the normal: the level one's faces down.
+  const auto is_floor = [&](const SurfacePtr& surface) {
+    return surface->plane.normal.dot(up) >= cos_level && surface->area_m2 >= as_large * level->area_m2 &&
+           surface->plane.offset < -level->plane.offset;
+  };
+  if (level->plane.normal.dot(up) > 0 || std::ranges::any_of(snapshot.surfaces, is_floor)) return "";
+  return io::formatted(
+             "the largest level surface, %u (%.1f m²), is seen from below, and no floor from above: ",
+             level->id, level->area_m2) +
+         "--up " + axis_name(-up) +
+         " if the map is upside down; else the sensor's place in its frame is wrong";
+}
+
+}  // namespace
+
 void warn_of_up(const Map& map) {
   const std::optional<Eigen::Vector3d>& given = map.parameters().up;
   if (!given) return;
@@ -68,11 +101,14 @@ void warn_of_up(const Map& map) {
   const Eigen::Vector3d& held = state.sensors_up;
   const bool turned = held.normalized().dot(Eigen::Vector3d::UnitZ()) < 1 - 1e-9;
   const bool steady = held.norm() > static_cast<double>(state.scans) / 2;
-  if (found.source != Up::Source::surfaces || found.direction.dot(*given) > cos_another || !turned ||
-      !steady || held.dot(found.direction) < cos_another * held.norm())
+  const bool another = found.source == Up::Source::surfaces && found.direction.dot(*given) <= cos_another;
+  if (another && turned && steady && held.dot(found.direction) >= cos_another * held.norm()) {
+    std::fprintf(stderr, "warning: surfaces and sensors suggest that up is %s, not %s: --up auto\n",
+                 axis_name(found.direction).c_str(), axis_name(*given).c_str());
     return;
-  std::fprintf(stderr, "warning: surfaces and sensors suggest that up is %s, not %s: --up auto\n",
-               axis_name(found.direction).c_str(), axis_name(*given).c_str());
+  }
+  if (const std::string doubt = doubt_of_up(*map.snapshot(), given->normalized()); !doubt.empty())
+    std::fprintf(stderr, "warning: %s\n", doubt.c_str());
 }
 
 std::string describe(const Up& up) {

@@ -59,7 +59,7 @@ std::vector<Eigen::Vector3f> Meaning::readings_of(const Scan& scan) const {
     if (reading == Reading::inverse_depth) p *= static_cast<float>(constant / (z * z));
     if (reading == Reading::z_buffer) p *= static_cast<float>(constant / ((1 - z / largest) * z));
     if (reading == Reading::in_map) p = T_sensor_map * p;
-    if (focal != 1) p.head<2>() *= focal_factor;
+    if (focal != 1 || !aside.isZero()) p.head<2>() = focal_factor * p.head<2>() + p.z() * aside.cast<float>();
     if (mirrored) p.y() = -p.y();
     if (p.allFinite() && !p.isZero()) readings.push_back(scale * p);
   }
@@ -76,14 +76,14 @@ std::string Meaning::by_hand() const {
   if (reading != Reading::points && reading != Reading::in_map)
     return "convert the images to depth along the camera's axis";
   if (mirrored) return "reverse the y axis of the readings (images: mirror them)";
-  if (focal != 1) return "--intrinsics FILE with these focal lengths";
+  if (focal != 1) return "--intrinsics FILE with these focal lengths and this principal point";
   return {};
 }
 
 bool Meaning::same_readings(const Meaning& other) const {
   return reading == other.reading && constant == other.constant && largest == other.largest &&
          mirrored == other.mirrored && readings_scale == other.readings_scale && focal == other.focal &&
-         no_return == other.no_return;
+         aside == other.aside && no_return == other.no_return;
 }
 
 }  // namespace octosurf::check

@@ -28,8 +28,9 @@ struct Meaning {
   double largest = 1;     ///< of z_buffer
   bool mirrored = false;  ///< their y axis
   double readings_scale = 1;
-  double focal = 1;                 ///< factor of a camera's focal length
-  std::optional<double> no_return;  ///< range or depth that stands for none, m
+  double focal = 1;                                 ///< factor of a camera's focal length
+  Eigen::Vector2d aside = Eigen::Vector2d::Zero();  ///< of its axis, focal lengths by which readings move
+  std::optional<double> no_return;                  ///< range or depth that stands for none, m
   // Of the poses, in this order.
   double late = 0;  ///< scans by which poses come too late
   Rotation rotation = Rotation::as_given;

@@ -163,7 +163,10 @@ Meanings focals(const Recording& recording, const Meaning& from) {
 }
 
 std::string words_of_focal(const Recording&, const Meaning& meaning) {
-  return io::formatted("the camera's focal lengths are %.3f times those given", meaning.focal);
+  return io::formatted("the camera's focal lengths are %.3f times those given", meaning.focal) +
+         (meaning.aside.norm() < 0.01 ? ""
+                                      : io::formatted(", its principal point %.3f, %.3f of them less",
+                                                      meaning.aside.x(), meaning.aside.y()));
 }
 
 Meanings above_floor(const Recording& recording, const Meaning& from) {
@@ -267,7 +270,7 @@ const std::vector<Row>& rows() {
       {scales, words_of_scale, free_at({6})},
       {positions, words_of_positions},
       {delays, words_of_delay, free_at({8})},
-      {focals, words_of_focal, free_at({7})},
+      {focals, words_of_focal, free_at({7, 9, 10})},
       {itself, words_of_mount, free_at({0, 1, 2, 3, 4, 5})},
       {above_floor, always("poses have one height, but the sensor moves up, down or tilts above the floor")},
       {ranges, always("depth images hold distances from the camera's centre, not depths along its axis")},

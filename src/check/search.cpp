@@ -165,6 +165,7 @@ class Search {
     else
       meaning.pose_scale *= std::exp(-by[6]);
     meaning.focal *= std::exp(-by[7]);
+    meaning.aside += by.tail<2>();
     meaning.late += by[8];
   }
 
@@ -177,6 +178,9 @@ class Search {
         continue;
       // Views that have nothing in common speak of units alone.
       if (finding.as_given.pairs == 0 && !changes_scale(candidates[i])) continue;
+      // The same views are to agree, but for those of another session.
+      const bool one_session = candidates[i].meaning.first_session >= recording_.poses().size();
+      if (one_session && 4 * verdict.views < 3 * finding.as_given.views) continue;
       if (!is_explained(finding.as_given, verdict, fits(candidates[i]))) continue;
       finding.meaning = candidates[i].meaning;
       finding.as_meant = std::move(verdict);

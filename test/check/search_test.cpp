@@ -64,7 +64,10 @@ TEST(Check, NamesWhatACamerasRecordingMeans) {
       inverse(),
       {"poses are of a frame in which the sensor's x, y, z are", mounted(axes_of_body())},
       {"times as long as positions have it", scaled({5, 5, 5})},
-      {"focal lengths", scaled({1.1F, 1.1F, 1})},
+      {"focal lengths are 1.100 times those given, its principal point -0.036, -0.027", each([](Scan& scan) {
+         for (Eigen::Vector3f& p : scan.points)
+           p.head<2>() = 1.1F * p.head<2>() + p.z() * Eigen::Vector2f(0.04F, 0.03F);
+       })},
       {"distances from the camera's centre", deeper([](const auto& p) { return p.norm(); })},
       {"inverse depth", deeper([](const auto& p) { return 1.3F / p.z(); })},
       {"those of 3 scans (0.3 s) before", late(3)},
@@ -130,6 +133,9 @@ TEST(Check, NamesNothingThatDoesNotMakeScansAgree) {
   const check::Finding as_it_is = check::search(recording_of(right), 2);
   EXPECT_FALSE(as_it_is.meaning);
   EXPECT_FALSE(as_it_is.as_given.contradicts());
+  Scans one_way = right;
+  for (Scan& scan : one_way) scan.T_map_sensor.linear() = right[0].T_map_sensor.linear();
+  EXPECT_THAT(check::facts_of(recording_of(one_way)), HasSubstr("all poses have one rotation"));
   const Change none_knows[] = {
       [&](Scans& scans) {
         for (Scan& scan : scans) scan.T_map_sensor.translate(0.06 * any_direction(random));

@@ -22,7 +22,7 @@ CommonParameters fitted_to(const std::vector<Offset>& offsets, double resolution
   const double linear_from = huber_voxels * resolution;
   CommonParameters found = CommonParameters::Zero();
   for (int round = 0; round < rounds; ++round) {
-    Eigen::Matrix<double, 9, 9> information = Eigen::Matrix<double, 9, 9>::Zero();
+    Eigen::Matrix<double, 11, 11> information = Eigen::Matrix<double, 11, 11>::Zero();
     CommonParameters right = CommonParameters::Zero();
     double count = 0;
     for (const Offset& offset : offsets) {
@@ -56,6 +56,7 @@ Offset offset_of(const View& from, const Sample& sample, const View& into, const
   const Eigen::Vector3d across(1, 1, 0);  // a camera looks along z
   by[7] = (into.camera ? n_q.dot(q.cwiseProduct(across)) : 0) -
           (from.camera ? n_p.dot(p.cwiseProduct(across)) : 0);
+  by.tail<2>() = (into.camera ? q.z() : 0) * n_q.head<2>() - (from.camera ? p.z() : 0) * n_p.head<2>();
   by[8] = n.dot(into.motion_of(q) - from.motion_of(p));
   return {by.cast<float>(), distance, from.number};
 }
@@ -64,8 +65,10 @@ CommonParameters fitted(const std::vector<Offset>& offsets, double resolution) {
   return fitted_to(offsets, resolution, [](const Offset&) { return true; });
 }
 
-CommonError common_error(const std::vector<Offset>& offsets, double resolution) {
+CommonError common_error(std::vector<Offset> offsets, double resolution) {
   CommonError common;
+  // Where a camera's axis lies is hardly ever known to what it would take to tell.
+  for (Offset& offset : offsets) offset.by.tail<2>().setZero();
   if (offsets.size() < fewest_offsets) return common;
   if (std::ranges::max(offsets, {}, &Offset::view).view + 1 < fewest_views) return common;
   const double most = most_voxels * resolution;
