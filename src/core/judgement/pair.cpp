@@ -123,13 +123,17 @@ class Comparison {
 void Comparison::compare(const View& from, const View& into, double sign) {
   const Eigen::Isometry3f T = (into.T_map_view.inverse() * from.T_map_view).cast<float>();
   const auto resolution = static_cast<float>(tolerance_->resolution());
+  Seen seen;
   for (const Sample& sample : from.samples) {
+    seen.offsets.clear();
+    seen.beside.clear();
+    seen.sum_beside.setZero();
+    seen.nearest = std::numeric_limits<float>::infinity();
     const Eigen::Vector3f p = T * sample.point;
     const float range = p.norm(), w = tolerance_->at(range, sample.range), reach = search_reach * w;
     const Cell cell = into.cell_of(p);
     const Eigen::Vector3f normal = T.linear() * sample.normal;
     const float aside = std::max(resolution, sample.spread);
-    Seen seen;
     into.around(cell, 1, [&](const Eigen::Vector3f& q) {
       const Eigen::Vector3f d = q - p;
       const float along = d.dot(normal);
