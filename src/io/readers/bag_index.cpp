@@ -8,6 +8,7 @@
 #include <deque>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -107,9 +108,8 @@ class Indexer {
     std::size_t topic = 0;
     TransformTree* tree = nullptr;
     TransformTree::Edge edge{};
-    bool moves = false;  ///< poses, but for fixed ones
-    // While clocks are compared: its last two stamps.
-    std::int64_t last_ns = std::numeric_limits<std::int64_t>::min(), before_last_ns = last_ns;
+    bool moves = false;                                        ///< poses, but for fixed ones
+    std::vector<std::uint32_t> recorded{};                     // its events, for a clock set back
     double apart_s = std::numeric_limits<double>::infinity();  // from the poses recorded before
   };
 
@@ -139,15 +139,45 @@ class Indexer {
         if (scan.header_ns == 0 && !from_zero) scan.header_ns = scan.stamp_ns;  // when it was recorded
   }
 
-  /// The stream was set back by more than its spacing, and not by one late message: what follows is
-  /// before the last but one, too.
-  bool goes_back(std::size_t event) const {
-    const Stream& stream = streams_[events_[event].stream];
-    const std::int64_t before = std::min(stream.last_ns, stream.before_last_ns);
-    if (events_[event].sample.stamp_ns >= before) return false;
-    for (std::size_t next = event + 1; next < events_.size(); ++next)
-      if (events_[next].stream == events_[event].stream) return events_[next].sample.stamp_ns < before;
-    return false;
+  /// By how much the clock of a stream of poses is set back, s; 0: it is not. Messages that are logged late
+  /// or twice go back, too, but their stamps are right: the way in the order of the stamps is then the
+  /// shorter one, where a clock set back by n samples makes it n times as long, to and fro.
+  double set_back_s(const std::vector<std::uint32_t>& recorded) const {
+    constexpr double longer =
+        1.5;  // between the 1 of a robot that stands, with noise, and the 2 of 2 samples
+    constexpr double nothing = 1e-3;  // m; such poses may be taken for one another
+    const auto at = [&](std::size_t i) -> const Trajectory::Sample& { return events_[recorded[i]].sample; };
+    const auto stamp = [&](std::size_t i) { return at(i).stamp_ns; };
+    std::size_t back = 3;  // by more than the spacing, and not by one late message
+    while (back < recorded.size() &&
+           std::max(stamp(back - 1), stamp(back)) >= std::min(stamp(back - 3), stamp(back - 2)))
+      ++back;
+    if (back >= recorded.size()) return 0;
+    std::vector<std::uint32_t> sorted(recorded.size());
+    std::iota(sorted.begin(), sorted.end(), 0U);
+    std::ranges::stable_sort(sorted, {}, stamp);
+    double by_stamp = 0, as_recorded = 0;  // m
+    std::uint32_t least = sorted.front();
+    bool begins_anew = false;  // all that follows is before all that was
+    for (std::size_t i = 1; i < sorted.size(); ++i) {
+      begins_anew = begins_anew || least == sorted.size() - i;
+      least = std::min(least, sorted[i]);
+      as_recorded += way(at(i - 1), at(i));
+      if (sorted[i] != sorted[i - 1] + 1)
+        by_stamp += way(at(sorted[i - 1]), at(sorted[i]));
+      else
+        as_recorded -= way(at(sorted[i - 1]), at(sorted[i]));
+    }
+    if (!begins_anew && !(by_stamp > longer * as_recorded + nothing)) return 0;
+    return distance(stamp(back - 2), stamp(back - 1)) / 1e9;
+  }
+
+  /// Of a point a metre away, at most; 0 where a pose is none.
+  static double way(const Trajectory::Sample& a, const Trajectory::Sample& b) {
+    const Eigen::Vector4d p = a.rotation.coeffs(), q = b.rotation.coeffs();
+    const double metres =
+        (a.translation - b.translation).norm() + 2 * std::min((p - q).norm(), (p + q).norm());
+    return std::isfinite(metres) ? metres : 0;
   }
 
   /// Finds a clock of poses that is set back, and how far apart those of scans and poses are.
@@ -156,18 +186,19 @@ class Indexer {
     for (std::size_t i = 0; i < events_.size(); ++i) {
       std::int64_t& stamp = events_[i].sample.stamp_ns;
       Stream& stream = streams_[events_[i].stream];
-      if (stream.tree != nullptr && !stream.moves) {
+      if (stream.moves) {
+        stream.recorded.push_back(static_cast<std::uint32_t>(i));
+        now = stamp;
+      } else if (stream.tree != nullptr) {
         stamp = now;  // it holds from now on, whatever clock its sender has
-        continue;
-      }
-      if (stream.moves && index_.set_back.empty() && goes_back(i))
-        index_.set_back = index_.topics[stream.topic].topic.name + ": its clock is set back by " +
-                          std::to_string(distance(stream.last_ns, stamp) / 1e9) + " s";
-      if (!stream.moves && now != lowest)
+      } else if (now != lowest) {
         stream.apart_s = std::min(stream.apart_s, distance(stamp, now) / 1e9);
-      stream.before_last_ns = std::exchange(stream.last_ns, stamp);
-      if (stream.moves) now = stamp;
+      }
     }
+    for (const Stream& stream : streams_)
+      if (const double back_s = set_back_s(stream.recorded); back_s > 0 && index_.set_back.empty())
+        index_.set_back = index_.topics[stream.topic].topic.name + ": its clock is set back by " +
+                          std::to_string(back_s) + " s";
   }
 
   /// A damaged one is listed, too, as a bad scan.

@@ -389,12 +389,31 @@ TEST_F(BagClocks, AClockThatIsSetBackIsRefusedAndTheRecordersIsTakenIfAsked) {
       << "its poses are not asked for";
 }
 
-TEST_F(BagClocks, OneLateMessageSetsNoneBack) {
-  std::vector<McapMessage> messages;
-  for (const double stamp_s : {1.0, 1.1, 1.2, 1.3, 1.05, 1.4})
-    messages.push_back(tf(stamp_s, "odom", "lidar", stamp_s));
-  messages.push_back(cloud(1.25));
-  EXPECT_THAT(places(messages), ElementsAre(DoubleNear(1.25, 1e-9)));
+TEST_F(BagClocks, MessagesLateOrTwiceSetNoneBack) {
+  struct Logged {
+    double logged_s, stamp_s, x;
+  };
+  std::vector<Logged> one_late, late, twice, set_back, anew;
+  for (int i = 0; i < 200; ++i) {  // at 50 Hz and 1 m/s
+    const double x = 0.02 * i, s = 10 + x;
+    late.push_back({s + 0.02 * (7 * i % 16), s, x});
+    twice.insert(twice.end(), {{s, s, x}, {11.7 + 0.1 * (i / 5), s, x}});
+    one_late.push_back({i == 25 ? s + 0.2 : s, s, x});
+    set_back.push_back({s, i < 100 ? s : s - 0.3, x});
+    anew.push_back({s, i < 100 ? s : s - 9, x});
+  }
+  const auto recorded = [](std::vector<Logged> all) {
+    std::ranges::stable_sort(all, {}, &Logged::logged_s);
+    std::vector<McapMessage> messages;
+    for (const Logged& one : all)
+      messages.push_back(at(one.logged_s, tf(one.stamp_s, "odom", "lidar", one.x)));
+    messages.push_back(at(12, cloud(10.51)));
+    return messages;
+  };
+  for (const auto* right : {&one_late, &late, &twice})
+    EXPECT_THAT(places(recorded(*right)), ElementsAre(DoubleNear(0.51, 1e-6)));
+  for (const auto* wrong : {&set_back, &anew})
+    EXPECT_THAT(refusal(recorded(*wrong)), says("/tf: its clock is set back by", "--stamps recorded"));
 }
 
 TEST_F(BagClocks, ClocksThatDifferAreNamedAndTheRecordersTimeIsTakenIfAsked) {
