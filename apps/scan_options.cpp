@@ -23,7 +23,7 @@ void add_bag_options(CLI::App& verb, BagOptions& bag) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   verb.add_option("--pose-topic", bag.pose_topic,
-                  "Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped [tf]");
+                  "Odometry, Path, PoseStamped, PoseWithCovarianceStamped or TransformStamped [tf]");
   verb.add_option("--pose-frame", bag.pose_frame)->group(rare_group);
   verb.add_option("--fixed-frame", bag.fixed_frame,
                   "the map's frame in tf [map, else the root above the sensor]");

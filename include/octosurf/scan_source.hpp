@@ -20,7 +20,7 @@ namespace octosurf {
 struct BagOptions {
   /// PointCloud2, or depth as Image or CompressedImage.
   std::vector<std::string> topics = {};
-  /// Poses by Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped, instead of by tf.
+  /// Poses by Odometry, Path, PoseStamped, PoseWithCovarianceStamped or TransformStamped, instead of by tf.
   std::optional<std::string> pose_topic = {};
   /// The frame whose poses the pose topic contains; empty: Odometry's child frame, else the sensor's. Of
   /// clouds whose frame is the map's: where their rays start.

@@ -64,7 +64,7 @@ void read_message(io::MessageReader& message, int type, std::size_t size) {
   } else if (type == 8) {
     io::read_cloud_message(message, largest, "livox_ros_driver2/CustomMsg");
   } else {
-    io::read_pose_message(message, type == 5 ? "nav_msgs/Odometry" : "geometry_msgs/PoseStamped");
+    io::read_pose_message(message, type == 5 ? "nav_msgs/Odometry" : "nav_msgs/Path");
   }
 }
 

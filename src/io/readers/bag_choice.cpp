@@ -17,12 +17,25 @@ bool holds_scans(const TopicContents& topic) { return topic.is_depth && !topic.s
 bool holds_empty_scans(const TopicContents& topic) { return topic.empty_scans > 0; }
 bool holds_poses(const TopicContents& topic) { return !topic.poses.samples().empty(); }
 bool holds_camera(const TopicContents& topic) { return !topic.cameras.empty(); }
+/// Says by its type where something is, or how it moves, and is not read.
+bool tells_of_motion(const TopicContents& topic) {
+  constexpr std::array words{"Pose", "Odom", "Path", "Twist", "TransformStamped", "NavSat"};
+  return topic.messages > 0 && !holds_poses(topic) && std::ranges::any_of(words, [&](const char* word) {
+           return topic.topic.type.find(word) != std::string::npos;
+         });
+}
 
 std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const TopicContents&)) {
   std::string list;
   for (const TopicContents& topic : topics)
     if (fits(topic)) list += (list.empty() ? "" : ", ") + topic.topic.name + " (" + topic.topic.type + ")";
   return list.empty() ? "none" : list;
+}
+
+/// "; not read as poses: /twist (geometry_msgs/TwistStamped)"
+std::string unread(const std::vector<TopicContents>& topics) {
+  const std::string list = list_of(topics, tells_of_motion);
+  return list == "none" ? "" : "; not read as poses: " + list;
 }
 
 /// ", of which …": topics that hold no scans as they are, with the way to make some.
@@ -68,6 +81,7 @@ void BagRecording::choose(const ScanSourceOptions& options) {
   choose_scans(options.bag);
   choose_cameras(options);
   choose_tree();
+  in_map_ = options.pose_form == PoseForm::in_map;
   if (!posed_) return;
   if (!index_.set_back.empty())
     refuse(index_.set_back, "--stamps recorded takes the recorder's time, or cut the bag there");
@@ -85,7 +99,10 @@ const TopicContents& BagRecording::named(const std::string& topic, const char* o
                                          bool (*fits)(const TopicContents&)) const {
   for (const TopicContents& contents : index_.topics)
     if (contents.topic.name == topic && fits(contents)) return contents;
-  refuse(std::string("no topic ") + topic + " with " + what + ", as " + option + " requires",
+  std::string type;
+  for (const TopicContents& contents : index_.topics)
+    if (contents.topic.name == topic) type = "; its type " + contents.topic.type + " is not read as such";
+  refuse(std::string("no topic ") + topic + " with " + what + ", as " + option + " requires" + type,
          "there are: " + list_of(index_.topics, fits));
 }
 
@@ -217,12 +234,13 @@ void BagRecording::settle_doubts(const BagOptions& options) {
 void BagRecording::choose_poses(const BagOptions& options) {
   if (options.pose_topic && options.fixed_frame)
     throw Error(Error::Kind::usage, "--pose-topic", "and --fixed-frame are two sources of poses", "give one");
-  const std::string& frame = index_.frames[scans_.front().frame];
+  std::string& frame = index_.frames[scans_.front().frame];
+  if (in_map_ && options.pose_frame && !tree_.knows(frame) && tree_.knows(*options.pose_frame))
+    frame = options.fixed_frame.value_or(tree_.ancestors(*options.pose_frame).back());
   if (options.pose_topic)
     return choose_pose_topic(named(*options.pose_topic, "--pose-topic", "poses", holds_poses), options);
   if (options.fixed_frame) {
-    if (!tree_.knows(*options.fixed_frame))
-      refuse("tf has no frame " + *options.fixed_frame, "octosurf info lists the bag's topics and frames");
+    if (!tree_.knows(*options.fixed_frame)) refuse(tree_.lacks(*options.fixed_frame), "choose one of these");
     return choose_fixed_frame(options, "");
   }
   if (!options.pose_frame && tree_.moves(frame))
@@ -235,9 +253,12 @@ void BagRecording::choose_poses(const BagOptions& options) {
     refuse("tf does not move frame '" + frame + "', and " + std::to_string(topics.size()) +
                " topics have poses: " + list_of(index_.topics, holds_poses),
            "choose by --pose-topic");
-  if (tree_.knows(frame)) return choose_fixed_frame(options, tree_.moves(frame) ? "" : "nothing moves it");
-  refuse("no poses: neither tf of frame '" + frame + "' nor a topic with poses",
-         "give --poses FILE, or record /tf and /tf_static");
+  if (tree_.knows(frame))
+    return choose_fixed_frame(options, tree_.moves(frame) ? "" : "nothing moves it" + unread(index_.topics));
+  refuse(
+      "no poses: " + tree_.lacks(frame) + ", and no topic has poses" + unread(index_.topics),
+      "give --poses FILE, or record /tf and /tf_static; if the clouds lie in the map, --pose-form in-map and "
+      "--pose-frame FRAME");
 }
 
 /// Default: `map` (REP 105) if the sensor is below it, else the tree's root.
@@ -267,7 +288,8 @@ void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOption
   if (pose_child_.empty() && !one_frame)
     refuse("the poses of " + topic.topic.name + " name no frame, and the scans are of several",
            "name it by --pose-frame");
-  if (topic.pose_parent == sensor && pose_child_ != sensor) {
+  const bool undone = in_map_ && !tree_.newest(pose_child_, sensor);
+  if ((topic.pose_parent == sensor || undone) && pose_child_ != sensor) {
     robot_ = pose_child_.empty() ? "the poses' places" : pose_child_;
     notes_.push_back("poses: " + topic.topic.name + " (" + topic.topic.type + "); clouds are in " + sensor +
                      ", as the poses are, and their rays start at " + robot_);

@@ -256,13 +256,14 @@ class Indexer {
           keep(bytes_of_frame + 6 * (transform.header.frame.size() + transform.child_frame.size()));
       });
     } else if (is_pose_type(type)) {
-      const TransformMessage pose = read_pose_message(*reader, type);
+      std::vector<TransformMessage> poses = read_pose_message(*reader, type);
+      if (poses.empty()) return;
+      if (recorded_) poses.erase(poses.begin(), poses.end() - 1);  // recorded at its time
       if (contents.pose_parent.empty()) {
-        contents.pose_parent = pose.header.frame;
-        contents.pose_child = pose.child_frame;
+        contents.pose_parent = poses.front().header.frame;
+        contents.pose_child = poses.front().child_frame;
       }
-      keep(sizeof(Event));
-      add_event(stream_of({message.topic, nullptr, {}, true}), 0, sample_of(pose));
+      for (const TransformMessage& pose : poses) add_pose(message.topic, pose, type == "nav_msgs/Path");
     } else if (type == "sensor_msgs/CameraInfo") {
       add_camera(contents, message.topic,
                  read_header(*message_reader(message.bytes, contents.topic.encoding)),
@@ -270,6 +271,19 @@ class Indexer {
     } else if (type == "std_msgs/Float32") {
       contents.unit_m = static_cast<double>(reader->f32());
     }
+  }
+
+  /// Each message of a path holds those before, too, perhaps corrected since.
+  void add_pose(std::size_t topic, const TransformMessage& pose, bool of_path) {
+    const auto [known, is_new] = of_path
+                                     ? path_events_.try_emplace({topic, pose.header.stamp_ns}, events_.size())
+                                     : std::pair(path_events_.end(), true);
+    if (!is_new) {
+      events_[known->second].sample = sample_of(pose);
+      return;
+    }
+    keep(of_path ? 2 * sizeof(Event) : sizeof(Event));
+    add_event(stream_of({topic, nullptr, {}, true}), 0, sample_of(pose));
   }
 
   /// Where it changes; an uncalibrated one, from a driver that is starting, only until another comes.
@@ -317,6 +331,7 @@ class Indexer {
   std::size_t file_ = 0;
   std::int64_t now_ns_ = lowest;  // when the message was recorded
   std::deque<Event> events_;
+  std::map<std::pair<std::size_t, std::int64_t>, std::size_t> path_events_;  // by topic and stamp
   std::vector<Stream> streams_;
   std::map<std::tuple<std::size_t, std::string, std::string>, std::uint32_t> stream_indices_;
   BagIndex index_;

@@ -35,6 +35,8 @@ class BagRecording {
   BagRecording(const std::vector<std::filesystem::path>& files, const ScanSourceOptions& options,
                std::vector<std::string>& left_out);
 
+  /// Clouds in the map's frame are read as seen from the sensor, whatever the form of poses.
+  bool moves_clouds() const { return !robot_.empty(); }
   /// Some topic has scans.
   bool has_scans() const;
   /// Takes topics, camera and poses as the options name them, or the only ones; with options.poses, no poses.
@@ -92,10 +94,10 @@ class BagRecording {
   BagIndex index_;
   TransformTree tree_;  // of index_.trees
   std::vector<ListedMessage> scans_;
-  std::map<std::uint32_t, Camera> cameras_;  // by the images' topic
-  std::optional<double> depth_scale_;        // as stated
-  std::map<std::uint32_t, double> units_;    // per metre, by the images' topic, as the bag says
-  bool posed_ = true;
+  std::map<std::uint32_t, Camera> cameras_;    // by the images' topic
+  std::optional<double> depth_scale_;          // as stated
+  std::map<std::uint32_t, double> units_;      // per metre, by the images' topic, as the bag says
+  bool posed_ = true, in_map_ = false;         // as the options say
   const TopicContents* pose_topic_ = nullptr;  // in index_; null: tf
   std::string pose_child_;                     // frame of its poses; empty: the sensor's
   std::string fixed_frame_;

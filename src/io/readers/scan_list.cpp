@@ -168,6 +168,8 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
   open_bags(options, list);
   for (auto& recording : list.recordings) {
     recording.pose_form = options.pose_form.value_or(PoseForm::as_given);
+    if (recording.bag && recording.bag->moves_clouds() && recording.pose_form == PoseForm::in_map)
+      recording.pose_form = PoseForm::as_given;  // done by the bag
     open_graph(recording);
     name_sensors(recording, options);
     find_camera(recording, options);

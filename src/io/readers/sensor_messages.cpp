@@ -357,18 +357,28 @@ void for_each_transform(MessageReader& message, const std::function<void(const T
 }
 
 bool is_pose_type(std::string_view type) {
-  return type == "nav_msgs/Odometry" || type == "geometry_msgs/PoseStamped" ||
+  return type == "nav_msgs/Odometry" || type == "nav_msgs/Path" || type == "geometry_msgs/PoseStamped" ||
          type == "geometry_msgs/PoseWithCovarianceStamped" || type == "geometry_msgs/TransformStamped";
 }
 
-TransformMessage read_pose_message(MessageReader& message, std::string_view type) {
+std::vector<TransformMessage> read_pose_message(MessageReader& message, std::string_view type) {
   TransformMessage pose;
   pose.header = read_header(message);
+  if (type == "nav_msgs/Path") {
+    std::vector<TransformMessage> poses;
+    for (std::uint32_t count = message.u32(); count > 0; --count) {
+      poses.push_back(read_pose_message(message, "geometry_msgs/PoseStamped").front());
+      poses.back().header.frame = pose.header.frame;
+    }
+    if (poses.empty() || poses.back().header.stamp_ns != 0) return poses;
+    poses.back().header = pose.header;
+    return {poses.back()};
+  }
   if (type == "nav_msgs/Odometry" || type == "geometry_msgs/TransformStamped")
     pose.child_frame = without_slash(message.text());
   pose.translation = read_vector(message);
   pose.rotation = read_quaternion(message);
-  return pose;
+  return {pose};
 }
 
 }  // namespace octosurf::io

@@ -146,8 +146,10 @@ struct TransformMessage {
 /// Visits the transforms of a tf2_msgs/TFMessage.
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit);
 
-/// nav_msgs/Odometry and geometry_msgs/{PoseStamped, PoseWithCovarianceStamped, TransformStamped}.
+/// nav_msgs/{Odometry, Path} and geometry_msgs/{PoseStamped, PoseWithCovarianceStamped, TransformStamped}.
 bool is_pose_type(std::string_view type);
-TransformMessage read_pose_message(MessageReader& message, std::string_view type);
+/// Its pose; of a Path, whose poses may have no frames, all: but the last alone, at the Path's time, if that
+/// has none.
+std::vector<TransformMessage> read_pose_message(MessageReader& message, std::string_view type);
 
 }  // namespace octosurf::io

@@ -18,6 +18,11 @@ struct NoPose : std::runtime_error {
   std::string frame;  ///< has no pose in its parent then; empty: not so
 };
 
+/// At no time: tf has no such frame, or does not connect it.
+struct NotInTf : NoPose {
+  using NoPose::NoPose;
+};
+
 /// Longest time between neighbouring poses that is interpolated over. Of files: odometry has 0.02 … 0.1 s.
 inline constexpr std::int64_t largest_pose_gap_ns = 100000000;
 /// Of bags: linear interpolation between poses T apart deviates by at most a·T²/8 for an acceleration a, 16

@@ -156,8 +156,8 @@ Eigen::Isometry3d TransformTree::lookup(const std::string& to, const std::string
                                         std::int64_t gap_ns) const {
   if (to == from) return Eigen::Isometry3d::Identity();
   const auto target = indices_.find(to), source = indices_.find(from);
-  if (source == indices_.end()) throw NoPose("tf has no frame '" + from + "'");
-  if (target == indices_.end()) throw NoPose("tf has no frame '" + to + "'");
+  if (source == indices_.end()) throw NotInTf(lacks(from));
+  if (target == indices_.end()) throw NotInTf(lacks(to));
   const Way way = up(source->second, target->second, stamp_ns, gap_ns);
   const bool below = std::ranges::find(way.steps, target->second, &Step::frame) != way.steps.end();
   const Way back = below ? Way{{{target->second, Eigen::Isometry3d::Identity()}}, {}}
@@ -167,7 +167,16 @@ Eigen::Isometry3d TransformTree::lookup(const std::string& to, const std::string
       if (other.frame == step.frame) return step.T_frame_start.inverse() * other.T_frame_start;
   if (way.broken) throw NoPose(*way.broken);
   if (back.broken) throw NoPose(*back.broken);
-  throw NoPose("tf does not connect " + from + " with " + to);
+  throw NotInTf("tf does not connect " + from + " with " + to);
+}
+
+std::string TransformTree::lacks(const std::string& frame) const {
+  constexpr std::size_t named = 20;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(named, frames_.size()); ++i)
+    list += (i == 0 ? ", but " : ", ") + frames_[i].name;
+  return "tf has no frame '" + frame + "'" + (list.empty() ? ", nor any" : list) +
+         (frames_.size() > named ? ", …" : "");
 }
 
 }  // namespace octosurf::io

@@ -34,6 +34,8 @@ class TransformTree {
   /// Of moving frames' tracks, and the first such frame; 0: none.
   std::pair<std::size_t, std::string> left_out() const;
   bool knows(const std::string& frame) const { return indices_.contains(frame); }
+  /// "tf has no frame 'lidar', but base, odom"
+  std::string lacks(const std::string& frame) const;
   /// From the frame up to its tree's root, by their first transforms.
   std::vector<std::string> ancestors(const std::string& frame) const;
   /// True if a frame between these two, or they themselves, moves.
@@ -54,8 +56,8 @@ class TransformTree {
   /// Moving frames lose their transforms, as tf2 forgets them when time is set back.
   void forget_moving();
 
-  /// T_to_from at that time; throws as Trajectory::at(), with the frames' names, and NoPose if the frames are
-  /// not connected.
+  /// T_to_from at that time; throws as Trajectory::at(), with the frames' names, and NotInTf if the frames
+  /// are not connected.
   Eigen::Isometry3d lookup(const std::string& to, const std::string& from, std::int64_t stamp_ns,
                            std::int64_t gap_ns) const;
 

@@ -58,6 +58,26 @@ McapMessage empty_cloud(double stamp_s, const std::string& frame, std::uint32_t 
   return {"/points", "sensor_msgs/msg/PointCloud2", 1.5, message.all()};
 }
 
+/// On /at, as if of poses of such times at x = 10 times that: PoseStamped, or a Path of many.
+McapMessage stamped(const std::string& type, const std::vector<double>& times, double x_per_s = 10) {
+  CdrBytes message;
+  if (type == "Path") message.header(times.back(), "world").u32(static_cast<std::uint32_t>(times.size()));
+  for (const double s : times) message.header(type == "Path" ? s : times[0], "world").pose(x_per_s * s);
+  return {"/at", (type == "Path" ? "nav_msgs/msg/" : "geometry_msgs/msg/") + type, times.back(),
+          message.all()};
+}
+
+TEST_F(BagChoice, APathsPosesAreThoseOfItsLastMessages) {
+  // A later message corrects what an earlier one said; of one without times the last is of its header's.
+  EXPECT_THAT(places({stamped("Path", {1}), stamped("Path", {1, 1.2}, 5), cloud(1), cloud(1.1)}),
+              ElementsAre(5, DoubleNear(5.5, 1e-9)));
+  EXPECT_THAT(places({at(1.3, stamped("Path", {1, 1.2})), at(1.3, cloud(1))}, {.recorded_stamps = true}),
+              ElementsAre(12));
+  McapMessage untimed = stamped("Path", {0, 0});
+  untimed.bytes.replace(4, 4, std::string("\1\0\0\0", 4));
+  EXPECT_THAT(stamps(scans({untimed, cloud(1)})), ElementsAre(1));
+}
+
 TEST_F(BagChoice, WhatIsMissingIsSaid) {
   const McapMessage pose = tf(1, "odom", "lidar", 4);
   const auto packets = [](const char* type) {
@@ -68,7 +88,11 @@ TEST_F(BagChoice, WhatIsMissingIsSaid) {
            {{pose}, {"no topic with point clouds or depth images"}},
            {{}, {"no topic with point clouds or depth images"}},
            {{cloud(1)}, {"no poses", "--poses FILE"}},
-           {{odometry(1, 7), cloud(1)}, {"/points at 1.000000000", "tf has no frame 'lidar'"}},
+           {{odometry(1, 7), cloud(1)},
+            {"/points at 1.000000000", "tf has no frame 'lidar', nor any", "--pose-frame names", "in-map"}},
+           {{odometry(1, 7), fixed("car", "lidar", 1), cloud(1)},
+            {"tf has no frame 'base', but car, lidar; --pose-frame names whose poses /odom has"}},
+           {{stamped("TwistStamped", {1}), cloud(1)}, {"no poses", "/at (geometry_msgs/TwistStamped)"}},
            {{odometry(1, 7), odometry(1, 8, "/other"), cloud(1)},
             {"2 topics have poses", "/odom (nav_msgs/Odometry)", "--pose-topic"}},
            {{pose, packets("velodyne_msgs/msg/VelodyneScan")},
@@ -132,7 +156,8 @@ TEST_F(BagChoice, TheMapsFrameIsMapOrTheRoot) {
   EXPECT_THAT(places(chain), ElementsAre(11.5));
   EXPECT_THAT(places(chain, {.fixed_frame = "odom"}), ElementsAre(1.5));
   EXPECT_THAT(places(chain, {.fixed_frame = "earth"}), ElementsAre(1011.5));
-  EXPECT_THAT(refusal(chain, {.fixed_frame = "moon"}), says("tf has no frame moon"));
+  EXPECT_THAT(refusal(chain, {.fixed_frame = "moon"}),
+              says("tf has no frame 'moon', but base, lidar, earth"));
 }
 
 TEST_F(BagChoice, APoseTopicIsGoneOnFromByTf) {
@@ -149,8 +174,7 @@ TEST_F(BagChoice, APoseTopicIsGoneOnFromByTf) {
 }
 
 TEST_F(BagChoice, PosesWithoutAFrameAreTheOneSensors) {
-  const McapMessage pose{"/pose", "geometry_msgs/msg/PoseStamped", 1,
-                         CdrBytes().header(1, "world").pose(6).all()};
+  const McapMessage pose = stamped("PoseStamped", {1}, 6);
   EXPECT_THAT(places({pose, cloud(1)}), ElementsAre(6));
   const std::vector<McapMessage> two{pose, fixed("base", "left", 0.5), fixed("base", "right", -0.5),
                                      cloud(1, "/left", "left"), cloud(1, "/right", "right")};
@@ -170,7 +194,8 @@ TEST_F(BagChoice, ASelfBoxStandsInAFrameOfTf) {
     EXPECT_EQ(read_all({bag(messages)}, options).at(0).points[0].allFinite(), to < 1.5);
   }
   options.self_boxes[0].frame = "tail";
-  EXPECT_THAT(failure({bag(messages)}, options), says("--self-box tail"));
+  EXPECT_THAT(failure({bag(messages)}, options),
+              says("--self-box tail: tf has no frame 'tail', but odom, base"));
 }
 
 TEST_F(BagChoice, CloudsInTheMapsFrameAreSeenFromTheSensor) {
@@ -193,6 +218,13 @@ TEST_F(BagChoice, CloudsInTheMapsFrameAreSeenFromTheSensor) {
   EXPECT_THAT(refusal(robot, {.fixed_frame = "odom"}), says("--pose-frame"));
   EXPECT_THAT(places(robot, {.pose_frame = "odom"}), ElementsAre(0)) << "its origin, as stated";
   EXPECT_THAT(places({fixed("odom", "gate", 7), registered}), ElementsAre(0)) << "nothing moves in it";
+  for (const McapMessage& mover : {odometry(1, 7), base})  // the clouds' frame is another than the poses'
+    for (const char* const frame : {"odom", "world"}) {
+      const ScanSourceOptions options{.pose_form = PoseForm::in_map, .bag = {.pose_frame = "base"}};
+      const auto all = read_all({bag({mover, cloud(1, "/cloud_registered", frame)})}, options);
+      EXPECT_THAT(test::places(all), ElementsAre(7));
+      EXPECT_THAT(all.at(0).points, ElementsAre(Eigen::Vector3f(1 - 7, 2, 3)));
+    }
 }
 
 TEST_F(BagChoice, ACloudInAnOpticalFrameIsACameras) {
