@@ -29,6 +29,17 @@ std::size_t begin_of_comment(std::string_view line) {
   return at;
 }
 
+/// "0,22 1,5 2": most fields between blanks or semicolons have one, and none has a point.
+bool has_decimal_commas(std::string_view line) {
+  if (line.find(',') == std::string_view::npos || line.find('.') != std::string_view::npos) return false;
+  const auto fields = words_between(" \t\r;\v\f", line, longest_line);
+  const auto is_one = [](std::string_view field) {
+    const auto comma = field.find(',');
+    return comma > 0 && comma + 1 < field.size() && field.find(',', comma + 1) == std::string_view::npos;
+  };
+  return fields.size() > 1 && 2 * std::ranges::count_if(fields, is_one) > std::ssize(fields);
+}
+
 }  // namespace
 
 bool Lines::next(std::string_view& line) {
@@ -54,7 +65,7 @@ std::vector<std::string_view> words_between(std::string_view separators, std::st
   return words;
 }
 
-std::vector<TextLine> read_text(const std::filesystem::path& file) {
+std::vector<TextLine> read_text(const std::filesystem::path& file, std::string* heading) {
   const std::string bytes = read_bytes(file, text_limit);
   std::string_view rest = bytes;
   if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
@@ -67,7 +78,13 @@ std::vector<TextLine> read_text(const std::filesystem::path& file) {
     if (line.size() > longest_line)
       throw Error(Error::Kind::data, at_line(file, lines.number()), "a line of over 64 KiB",
                   "give a file of poses, intrinsics or time stamps");
-    const auto words = words_between(separators, line.substr(0, begin_of_comment(line)), longest_line);
+    const std::size_t comment = std::min(begin_of_comment(line), line.size());
+    if (has_decimal_commas(line.substr(0, comment)))
+      throw Error(Error::Kind::data, at_line(file, lines.number()), "numbers with decimal commas",
+                  "write decimal points, as LC_ALL=C has them");
+    const auto words = words_between(separators, line.substr(0, comment), longest_line);
+    if (heading != nullptr && result.empty() && words.empty() && comment < line.size())
+      *heading = line.substr(comment + 1);
     memory += words.size() * sizeof(std::string) + (words.empty() ? 0 : 2 * sizeof(TextLine));
     if (memory > text_free_bytes + text_bytes_per_file_byte * bytes.size())
       throw Error(Error::Kind::data, at_line(file, lines.number()),
@@ -134,7 +151,11 @@ std::string read_bytes(const std::filesystem::path& file, std::size_t limit) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
   std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) throw Error(Error::Kind::data, file.string(), "cannot be read");
+  if (error || !stream) {
+    const auto target = std::filesystem::read_symlink(file, error).string();
+    throw Error(Error::Kind::data, file.string(),
+                target.empty() ? "cannot be read" : "is a link to " + target + ", which cannot be read");
+  }
   if (size > limit)
     throw Error(Error::Kind::data, file.string(), "is too large (" + std::to_string(size) + " bytes)");
   std::string bytes(size, '\0');

@@ -37,8 +37,9 @@ struct TextLine {
   std::vector<std::string> words;
 };
 
-/// Words between blanks, commas or semicolons; `#` starts a comment. Throws Error(data), also for UTF-16.
-std::vector<TextLine> read_text(const std::filesystem::path& file);
+/// Words between blanks, commas or semicolons; `#` starts a comment: the last before the words is the
+/// `heading`. Throws Error(data), also for UTF-16 and decimal commas.
+std::vector<TextLine> read_text(const std::filesystem::path& file, std::string* heading = nullptr);
 
 /// "file:line", for messages.
 std::string at_line(const std::filesystem::path& file, std::size_t line);

@@ -77,7 +77,7 @@ std::vector<fs::path> files_of_bag(const fs::path& input) {
   if (!fs::is_directory(input)) return {input};
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(input)) {
-    if (!entry.is_regular_file()) continue;
+    if (!entry.is_regular_file() || is_hidden(entry.path())) continue;
     if (kind_of(entry.path()) == FileKind::bag) files.push_back(entry.path());
     if (is_packed(entry.path()) && !fs::exists(fs::path(entry.path()).replace_extension()))
       throw Error(Error::Kind::data, entry.path().string(), "a bag that is compressed as a file",

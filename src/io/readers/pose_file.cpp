@@ -5,8 +5,11 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <map>
+#include <optional>
 
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
@@ -21,6 +24,8 @@ constexpr double quaternion_tolerance = 1e-2;
               "a pose is 7, 12 or 16 numbers in a line, with a time stamp before or not, or four lines of 4; "
               "headings begin with #");
 }
+
+bool is_unit(const Eigen::Vector4d& q) { return std::abs(q.norm() - 1) <= quaternion_tolerance; }
 
 FilePose of_quaternion(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q,
                        const std::optional<double>& stamp, const std::string& where) {
@@ -58,12 +63,42 @@ std::vector<FilePose> read_blocks(const std::vector<TextLine>& lines, const std:
   return poses;
 }
 
+/// The columns of time (if it has one), tx, ty, tz, qx, qy, qz and qw in a table with such a heading as
+/// EuRoC's "#timestamp [ns], p_RS_R_x [m], … q_RS_w []"; of several for one, the first. Empty: it names no
+/// pose, or these are its first columns.
+std::vector<std::size_t> columns_named(std::string heading, std::size_t columns) {
+  for (std::size_t unit; (unit = heading.find('[')) != std::string::npos;)
+    heading.erase(unit, heading.find(']', unit) - unit + 1);
+  std::ranges::transform(heading, heading.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto names = words_between(" \t\r,;", heading, columns + 1);
+  std::map<std::size_t, std::size_t> places;  // by their order in a pose
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto has = [&](std::string_view part) { return names[i].find(part) != std::string_view::npos; };
+    const std::size_t size = names[i].size(), axis = std::string_view("xyzw").find(names[i].back());
+    const bool turn = has("q") || has("ori") || has("rot");
+    if (has("time") || has("stamp") || names[i] == "t")
+      places.emplace(0, i);
+    else if (axis < (turn ? 4 : 3) && (size < 3 || std::string_view("_./").find(names[i][size - 2]) < 3))
+      places.emplace(1 + axis + (turn ? 3 : 0), i);
+  }
+  std::vector<std::size_t> order;
+  for (const auto& [place, column] : places) order.push_back(column);
+  const bool all = order.size() - places.count(0) == 7 && names.size() == columns;
+  return all && (order.back() + 1 != order.size() || !std::ranges::is_sorted(order))
+             ? order
+             : std::vector<std::size_t>{};
+}
+
 FilePose read_line(const TextLine& line, std::size_t columns, const std::filesystem::path& file) {
   auto v = numbers(line, file);
   const std::string where = at_line(file, line.number);
   if (v.size() != columns)
     refuse_poses(where,
                  std::to_string(v.size()) + " numbers where " + std::to_string(columns) + " were expected");
+  if (columns == 17 && is_unit({v[4], v[5], v[6], v[7]}) && (v[13] != 0 || v[14] != 0 || v[15] != 0))
+    refuse_poses(where,
+                 "17 columns with a quaternion, as EuRoC has them, without their heading #timestamp, "
+                 "p_RS_R_x, …");
   std::optional<double> stamp;
   if (columns == 9) v.pop_back();  // an id, of RTAB-Map
   if (columns == 8 || columns == 9 || columns == 13 || columns == 17) {
@@ -80,7 +115,13 @@ FilePose read_line(const TextLine& line, std::size_t columns, const std::filesys
   refuse_poses(where, std::to_string(columns) + " numbers are no pose");
 }
 
-bool is_unit(const Eigen::Vector4d& q) { return std::abs(q.norm() - 1) <= quaternion_tolerance; }
+/// Every line has a unit quaternion at this column.
+bool are_units(const std::vector<TextLine>& lines, std::size_t column, const std::filesystem::path& file) {
+  return std::ranges::all_of(lines, [&](const TextLine& line) {
+    const auto v = numbers(line, file);
+    return v.size() >= column + 4 && is_unit(Eigen::Map<const Eigen::Vector4d>(v.data() + column));
+  });
+}
 
 /// Seven numbers of another meaning, in every line.
 void require_quaternions(const std::vector<TextLine>& lines, const std::filesystem::path& file) {
@@ -108,7 +149,8 @@ void convert_stamps(PoseFile& file) {
 }  // namespace
 
 PoseFile read_poses(const std::filesystem::path& file) {
-  const auto lines = read_text(file);
+  std::string heading;
+  auto lines = read_text(file, &heading);
   if (lines.empty()) refuse_poses(file.string(), "holds no poses");
   const std::string& first = lines.front().words.front();
   if (first[0] == '{' || first[0] == '[')
@@ -118,8 +160,20 @@ PoseFile read_poses(const std::filesystem::path& file) {
   double value = 0;
   if (first[0] != '+' && std::from_chars(first.data(), first.data() + first.size(), value).ec != std::errc())
     refuse_poses(at_line(file, lines.front().number), "'" + first.substr(0, 40) + "' is not a number");
+  std::vector<std::size_t> order = columns_named(heading, lines.front().words.size());
+  const bool named = !order.empty();
+  // An index before the time, as of pandas, not RTAB-Map's id behind the pose.
+  if (lines.front().words.size() == 9 && !named && are_units(lines, 5, file) && !are_units(lines, 4, file))
+    order = {1, 2, 3, 4, 5, 6, 7, 8};
+  for (TextLine& line : lines) {
+    if (order.empty() || line.words.size() <= std::ranges::max(order)) continue;
+    std::vector<std::string> words;
+    for (const std::size_t column : order) words.push_back(line.words[column]);
+    line.words = std::move(words);
+  }
   const std::size_t columns = lines.front().words.size();
-  PoseFile result{file, {}, false, columns == 12 || columns == 13};
+  PoseFile result{file, {}, false, columns == 12 || columns == 13, named};
+  if (named) result.notes.push_back("columns by the heading");
   if (columns == 7) require_quaternions(lines, file);
   if (columns == 4) {
     result.poses = read_blocks(lines, file);

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <regex>
 #include <string_view>
 
 #include <octosurf/error.hpp>
@@ -36,7 +37,8 @@ std::vector<ListedScan> files_of(const fs::path& folder, FileKind family) {
   std::vector<ListedScan> scans;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (!entry->is_regular_file() || is_part(entry->path())) continue;
+    const bool lost = entry->is_symlink() && !entry->exists();  // listed: its turn comes among the poses
+    if (!(entry->is_regular_file() || lost) || is_hidden(entry->path()) || is_part(entry->path())) continue;
     const FileKind kind = kind_of(entry->path());
     if (same_family(kind, family)) scans.push_back({entry->path(), kind});
   }
@@ -68,7 +70,8 @@ std::string folders_in(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-    if (entry->is_directory()) names.push_back(entry->path().filename().string());
+    if (entry->is_directory() && !is_hidden(entry->path()))
+      names.push_back(entry->path().filename().string());
   if (names.empty()) return {};
   std::ranges::sort(names, natural_less);
   constexpr std::size_t named = 3;
@@ -171,7 +174,10 @@ void fail_count(const fs::path& file, std::size_t scans, std::size_t others, con
 }
 
 std::optional<double> stamp_in_name(const fs::path& file) {
-  const std::string stem = file.stem().string();
+  std::string stem = file.stem().string();
+  // Of ten digits of seconds and nine of nanoseconds.
+  if (static const std::regex both("(^|.*[^0-9])[1-9][0-9]{9}_[0-9]{9}"); std::regex_match(stem, both))
+    stem[stem.size() - 10] = '.';
   // The number at the end, after a word, or after another number and '_'; "000002_-7.5" is before 1970.
   std::size_t begin = stem.find_last_not_of("0123456789.") + 1;  // npos + 1 is 0
   const std::size_t digits = begin;
@@ -187,10 +193,13 @@ std::optional<double> stamp_in_name(const fs::path& file) {
     constexpr double year_1973 = 1e8;  // after a word, smaller numbers are of other things
     return only_numbers || value >= year_1973 ? std::optional(value) : std::nullopt;
   }
-  // Without a point, a time since 1970 has 16 digits in us, 19 in ns.
-  if (digits != begin || text[0] == '0') return {};
-  if (text.size() == 16) return value / 1e6;
-  return text.size() == 19 ? std::optional(value / 1e9) : std::nullopt;
+  // Without a point, a time since 1970 has 10 digits in s, 13 in ms, 16 in us, 19 in ns. A counter of as many
+  // is padded with zeros: no time since 2001, from when on seconds have ten.
+  constexpr double year_2001 = 1e9, year_2100 = 4102444800;
+  for (const auto& [size, unit] : {std::pair(10U, 1e0), {13U, 1e3}, {16U, 1e6}, {19U, 1e9}})
+    if (digits == begin && text.size() == size && value >= unit * year_2001 && value < unit * year_2100)
+      return value / unit;
+  return {};
 }
 
 namespace {

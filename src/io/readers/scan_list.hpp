@@ -56,8 +56,8 @@ struct ScanList {
 /// Finds the scans of open_scans() with their poses, intrinsics and time stamps; same errors.
 ScanList list_scans(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
 
-/// Seconds, if the file is called like a time: 1305031102.160407.png, 000012_1305031102.160407.pcd, EuRoC's
-/// ns.
+/// Seconds, if the file is called like a time: 1305031102.160407.png, 000012_1305031102.160407.pcd, or
+/// s, ms, us or ns since 1970, or 1305031102_160407000.
 std::optional<double> stamp_in_name(const std::filesystem::path& file);
 
 /// The scans of one folder, in natural order, without poses and intrinsics; depth.txt gives stamps.

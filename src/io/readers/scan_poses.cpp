@@ -60,6 +60,19 @@ void drop_bad(PoseFile& poses) {
                           " left out, no rigid motion at a finite time, the first at " + first);
 }
 
+/// Times that were rounded are poses of others.
+void note_times(const std::string& where, const char* what, std::vector<double> stamps, const char* mend,
+                std::vector<std::string>& notes) {
+  const std::size_t all = stamps.size();
+  const bool whole = all > 1 && std::ranges::all_of(stamps, [](double s) { return s == std::floor(s); });
+  std::ranges::sort(stamps);
+  const auto again = std::ranges::unique(stamps);
+  stamps.erase(again.begin(), again.end());
+  if (stamps.size() < all || whole)
+    notes.push_back(where + ": " + count_of(all, what) + " have " + count_of(stamps.size(), "time") +
+                    (whole ? ", whole seconds" : "") + ": if they were rounded, " + mend);
+}
+
 /// " (transforms.json is not read: …)"; empty: there is no such file, as of nerfstudio or Polycam.
 std::string json_beside(const fs::path& folder) {
   for (const fs::path& place : {folder, fs::absolute(folder).lexically_normal().parent_path()})
@@ -89,6 +102,20 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
     const auto found = std::ranges::count_if(
         stamps, [&](double stamp) { return trajectory->gap_at(to_ns(stamp), largest_pose_gap_ns).empty(); });
     poses.notes.push_back(std::to_string(found) + " of " + count_of(scans, "scan") + " matched by time");
+    for (const ListedRecording* recording : recordings) {
+      if (recording->bag) continue;  // of several sensors
+      std::vector<double> times;
+      for (const ListedScan& scan : recording->scans) times.push_back(*scan.stamp_s);
+      note_times(recording->folder.string(), "scan", std::move(times),
+                 "give others by times.txt, or poses without times, in the scans' order", notes);
+    }
+    std::vector<double> times;
+    for (std::size_t i = 0; i < poses.poses.size(); ++i)  // what is written twice is one
+      if (i == 0 || poses.poses[i].stamp_s != poses.poses[i - 1].stamp_s ||
+          !poses.poses[i].T.isApprox(poses.poses[i - 1].T))
+        times.push_back(*poses.poses[i].stamp_s);
+    note_times(poses.file.string(), "pose", std::move(times),
+               "write fractions of a second, or no times: one pose for each scan, in their order", notes);
   } else if (scans == poses.poses.size()) {
     poses.notes.push_back("one pose for each scan, in order");
   } else if (read == poses.poses.size()) {
@@ -96,14 +123,16 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
     poses.notes.push_back("one pose for each of the " + std::to_string(read) + " scans that are read");
   } else {
     fail_count(poses.file, scans, poses.poses.size(), "pose",
-               poses.stamped ? "; or stamp the scans, by their names, to match them by time"
-                             : "; --skip and --first choose the scans that they are of");
+               poses.stamped
+                   ? "; or call the scans by their time (s, ms, us or ns since 1970) to match them by it"
+                   : "; --skip and --first choose the scans that they are of");
   }
   for (const std::string& note : poses.notes) notes.push_back("poses: " + poses.file.string() + ": " + note);
   std::size_t next = 0;
   for (ListedRecording* recording : recordings) {
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)
       find_velodyne_in_camera(*recording, options.pose_form, notes);
+    if (poses.named && recording->pose_form == PoseForm::w_first) recording->pose_form = PoseForm::as_given;
     recording->trajectory = trajectory;
     if (trajectory) continue;
     for (auto& scan : recording->scans) {
@@ -127,7 +156,8 @@ bool take_poses_in(const fs::path& folder, ListedRecording& recording, std::vect
   if (lacking.size() == recording.scans.size()) return false;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-    if (entry->path().extension() == ".txt") files.push_back(entry->path().filename().string());
+    if (entry->path().extension() == ".txt" && !is_hidden(entry->path()))
+      files.push_back(entry->path().filename().string());
   const auto [first, last] = std::ranges::minmax_element(files, natural_less);
   if (!lacking.empty() && files.size() + lacking.size() > recording.scans.size())
     throw Error(Error::Kind::data, folder.string(),

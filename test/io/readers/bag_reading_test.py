@@ -99,6 +99,7 @@ class Bags(unittest.TestCase):
         first = self.write("clouds", "walk_0.mcap")
         shutil.copy(self.write("clouds", "walk_1.mcap", "packing=lz4"), first.parent)
         (first.parent / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
+        (first.parent / "._walk_0.mcap").write_text("of macOS")
         source = octosurf.open_scans(first.parent)
         self.assertEqual((len(source), len(list(source))), (6, 6))
         scans, poses = source.notes()

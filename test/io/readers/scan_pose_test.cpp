@@ -40,6 +40,25 @@ TEST_F(PoseFiles, FormatsAreToldApartByTheirColumns) {
   expect_quarter_turns("0 -1 0 1 1 0 0 2 0 0 1 3 0 0 0 1\n", 1, false);
   expect_quarter_turns("0 -1 0 1\n1 0 0 2\n0 0 1 3\n0 0 0 1\n\n0 -1 0 1\n1 0 0 2\n0 0 1 3\n0 0 0 1\n", 2,
                        false);
+  expect_quarter_turns("0,17,1,2,3,0,0,0.70710678,0.70710678\n1,18,1,2,3,0,0,0.70710678,0.70710678\n", 2,
+                       true);  // pandas' index
+  EXPECT_EQ(first_stamp(), 17);
+}
+
+TEST_F(PoseFiles, ColumnsAreThoseThatAHeadingNames) {
+  const std::string turn = "0.70710678 0 0 0.70710678",
+                    euroc =
+                        "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], "
+                        "q_RS_y [], q_RS_z [], "
+                        "v_RS_R_x [m s^-1], b_w_RS_S_x [rad s^-1]\n";
+  expect_quarter_turns(euroc + "17 1 2 3 " + turn + " 8 9\n", 1, true);
+  expect_quarter_turns("# by a program\n# timestamp tx ty tz qw qx qy qz\n17 1 2 3 " + turn, 1, true);
+  expect_quarter_turns("# qw qx qy qz x y z\n" + turn + " 1 2 3", 1, false);
+  const auto poses = write("p.txt", "# x y z qw qx qy qz\n1 2 3 " + turn + "\n");
+  for (const PoseForm form : {PoseForm::as_given, PoseForm::w_first})  // it is said already
+    EXPECT_TRUE(read_all({write_pcd("a.pcd")}, {.poses = poses, .pose_form = form})
+                    .at(0)
+                    .T_map_sensor.isApprox(quarter_turn(), 1e-6));
 }
 
 TEST_F(PoseFiles, CommasTrailingCommasCommentsBlankLinesAndForeignLineEndsAreRead) {
@@ -111,6 +130,9 @@ TEST_F(PoseFiles, OtherTextsAreNamed) {
                                   "1\0 \0",
                                   6)),
               says("is UTF-16 text", "UTF-8"));
+  EXPECT_THAT(refusal("0,5 1,25 2 0 0 0,7 0,7\n"),
+              says("poses.txt:1: numbers with decimal commas", "points"));
+  EXPECT_THAT(refusal("17 1 2 3 0.707107 0 0 0.707107 1 2 3 4 5 6 7 8 9\n"), says("EuRoC", "heading"));
   EXPECT_THAT(refusal("timestamp,tx,ty\n"), says("'timestamp' is not a number", "headings begin with #"));
 }
 
@@ -134,10 +156,14 @@ TEST(TimeStamps, AreFoundInNames) {
                                       {"1403636579763555584.png", 1403636579.763555584},
                                       {"1403636579763555.pcd", 1403636579.763555},
                                       {"cloud_1403636579763555584.pcd", 1403636579.763555584},
+                                      {"1403636579.pcd", 1403636579},
+                                      {"cloud_1403636579763.pcd", 1403636579.763},
+                                      {"frame_1403636579_063555584.pcd", 1403636579.063555584},
                                       {"depth-1403636579.7635.png", 1403636579.7635}})
     EXPECT_DOUBLE_EQ(io::stamp_in_name(name).value_or(-1), stamp_s) << name;
   for (const char* const none : {"000012.bin", "0000000010.bin", "scan12.pcd", "room_0.05.pcd", "cloud.pcd",
-                                 "a_1.2.3.pcd", "20240131.png", "1403636579.pcd", "1403636579_763555584.pcd"})
+                                 "a_1.2.3.pcd", "20240131.png", "0403636579.pcd", "4242424242.pcd",
+                                 "1403636579_763.pcd", "000012_763555584.pcd", "0000001403636579.pcd"})
     EXPECT_FALSE(io::stamp_in_name(none)) << none;
 }
 
@@ -182,6 +208,24 @@ TEST_F(TimedScans, AreGivenPosesByTimeEvenIfThereAreAsMany) {
   EXPECT_NEAR(
       places(read_all({folder / "scans"}, with_poses(write("trajectory.txt", poses(6, 95, 1))))).at(3), 0.342,
       1e-3);
+}
+
+TEST_F(TimedScans, ThatWereRoundedAreTold) {
+  std::string rounded, exact, times;
+  for (const char* const fraction : {".0", ".25", ".5", ".75"}) {
+    const std::string second = "1403636579", stamp = second + fraction;
+    write_pcd("scans/" + stamp + ".pcd");
+    rounded += second + " " + stamp + " 0 0 0 0 0 1\n";
+    exact += stamp + " 0 0 0 0 0 0 1\n";
+    times += second + "\n";
+  }
+  const auto notes = [&](const std::string& poses) {
+    return open_scans({folder / "scans"}, with_poses(write("p.txt", poses)))->notes();
+  };
+  EXPECT_THAT(notes(exact), Not(Contains(says("rounded"))));
+  EXPECT_THAT(notes(rounded), Contains(says("p.txt: 4 poses have 1 time, whole seconds", "fractions")));
+  write("scans/times.txt", times);
+  EXPECT_THAT(notes(exact), Contains(says("scans: 4 scans have 1 time, whole seconds", "times.txt")));
 }
 
 TEST_F(TimedScans, OfNanosecondsWithoutLeadingZerosAreRefused) {

@@ -182,6 +182,7 @@ class Folders(Folder):
     def test_clouds_take_viewpoint_or_poses(self):
         self.write("scans/1.pcd", pcd(THREE, "1 2 3 1 0 0 0"))
         self.write("scans/2.pcd", pcd(THREE, "4 5 6 1 0 0 0"))
+        self.write("scans/._1.pcd", "of macOS")
         scans = self.read()
         self.assertEqual(scans[1].T_map_sensor[:3, 3].tolist(), [4, 5, 6])
         self.assertEqual((scans[1].sensor, stamps(scans)), ("lidar", [0, 0.1]))
@@ -275,9 +276,10 @@ class BadScans(Folder):
     def setUp(self):
         super().setUp()
         self.write("intrinsics.txt", UNIT_CAMERA)
-        self.write("poses.txt", lines(0, 1) + "2 0 0 0 0 0 3\n" + lines(3, 4))
+        self.write("poses.txt", lines(0, 1) + "2 0 0 0 0 0 3\n" + lines(3, 4, 5))
         for i, content in enumerate((png([[1000]]), "", png([[1000]]), png([[1000, 1000]]), png([[1000]]))):
             self.write(f"{i + 1}.png", content)
+        (self.folder / "6.png").symlink_to("nowhere.png")
 
     def test_stop_the_run_with_their_names(self):
         source = octosurf.open_scans(self.folder)
@@ -290,11 +292,11 @@ class BadScans(Folder):
 
     def test_are_skipped_and_listed_on_demand(self):
         source = octosurf.open_scans(self.folder, skip_bad=True)
-        self.assertEqual(len(source), 5)
+        self.assertEqual(len(source), 6)
         scans = list(source)
         self.assertEqual((names(scans), places(scans)), (["1.png", "5.png"], [0, 4]))
         self.assertAlmostEqual(scans[1].stamp_s, 4 / 30)  # time went on
-        for skipped, name in zip(source.skipped(), ("2.png", "3.png", "4.png"), strict=True):
+        for skipped, name in zip(source.skipped(), ("2.png", "3.png", "4.png", "6.png: is a link to nowhere.png"), strict=True):
             self.assertIn(name, skipped)
         self.assertEqual(list(source), [])
 
@@ -302,7 +304,7 @@ class BadScans(Folder):
         self.write("bad/1.pcd", "x")
         self.refused("none of the 1 scans is good", "bad", skip_bad=True)
         self.write("poses.txt", IDENTITY)
-        self.refused("1 pose for 5 scans", skip_bad=True)
+        self.refused("1 pose for 6 scans", skip_bad=True)
         (self.folder / "intrinsics.txt").unlink()
         self.refused("without camera intrinsics", skip_bad=True)
 
