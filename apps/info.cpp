@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -99,7 +100,8 @@ Json json_of(const std::string& bag, std::vector<std::string>& damage) {
 }
 
 void run_info(const InfoArguments& arguments) {
-  if (io::is_bag(arguments.map)) {
+  if (io::is_bag(arguments.map) ||
+      (std::filesystem::is_directory(arguments.map) && !io::files_of_bag(arguments.map).empty())) {
     if (!arguments.up.empty())
       throw Error(Error::Kind::usage, arguments.map, "a bag, and --up is of maps", "leave it away");
     std::vector<std::string> damage;

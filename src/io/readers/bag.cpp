@@ -31,6 +31,12 @@ bool is_packed(const fs::path& file) {
   return file.extension() == ".zstd" && (ending == ".db3" || ending == ".mcap");
 }
 
+void require_unpacked(const fs::path& file) {
+  if (is_packed(file) && !fs::exists(fs::path(file).replace_extension()))
+    throw Error(Error::Kind::data, file.string(), "a bag that is compressed as a file",
+                "unpack it first: zstd -d --rm " + file.filename().string());
+}
+
 /// One recording in several files.
 class JoinedBag : public Bag {
  public:
@@ -74,14 +80,15 @@ std::unique_ptr<Bag> open_bag(const std::vector<fs::path>& files) {
 }
 
 std::vector<fs::path> files_of_bag(const fs::path& input) {
-  if (!fs::is_directory(input)) return {input};
   std::vector<fs::path> files;
+  if (!fs::is_directory(input)) {
+    require_unpacked(input);
+    return {input};
+  }
   for (const auto& entry : fs::directory_iterator(input)) {
     if (!entry.is_regular_file() || is_hidden(entry.path())) continue;
     if (kind_of(entry.path()) == FileKind::bag) files.push_back(entry.path());
-    if (is_packed(entry.path()) && !fs::exists(fs::path(entry.path()).replace_extension()))
-      throw Error(Error::Kind::data, entry.path().string(), "a bag that is compressed as a file",
-                  "unpack it first: zstd -d --rm " + entry.path().filename().string());
+    require_unpacked(entry.path());
   }
   std::ranges::sort(files, natural_less, [](const fs::path& file) { return file.filename().string(); });
   return files;
@@ -90,7 +97,7 @@ std::vector<fs::path> files_of_bag(const fs::path& input) {
 bool is_bag(const fs::path& input) {
   std::error_code error;
   if (!fs::is_directory(input, error))
-    return fs::is_regular_file(input, error) && kind_of(input) == FileKind::bag;
+    return fs::is_regular_file(input, error) && (kind_of(input) == FileKind::bag || is_packed(input));
   if (!fs::is_regular_file(input / "metadata.yaml", error)) return false;
   const auto entries = fs::directory_iterator(input, error);
   return std::any_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {

@@ -74,8 +74,8 @@ class Bag {
 /// file that is no bag, or of a kind that this build does not support.
 std::unique_ptr<Bag> open_bag(const std::vector<std::filesystem::path>& files);
 
-/// The files of a bag: the file itself, or those in the folder of a ROS 2 bag, in natural order. Throws
-/// Error(data) if some are compressed as files.
+/// The files of a bag: the file itself, or those in a folder, in natural order. Throws Error(data) if some
+/// are compressed as files.
 std::vector<std::filesystem::path> files_of_bag(const std::filesystem::path& input);
 
 /// True for a bag file by its content or, if damaged, by its extension, and for the folder of a ROS 2 bag:

@@ -2,6 +2,7 @@
 
 #include "io/readers/bounded_file.hpp"
 #include "io/readers/cloud_rows.hpp"
+#include "io/text_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -114,7 +115,10 @@ MessageReader::MessageReader(std::string_view bytes, MessageEncoding encoding)
     bytes = unpacked_ = decompressed(bytes);  // --compression-mode message
   // Little-endian or big-endian plain CDR; the other encapsulations are parameter lists.
   if (bytes.size() < 4 || bytes[0] != 0 || (bytes[1] != 0 && bytes[1] != 1))
-    fail_reading("not CDR as ROS 2 writes it");
+    fail_reading("not CDR as ROS 2 writes it, 00 00 or 00 01, but " +
+                 (bytes.size() < 2 ? "empty"
+                                   : formatted("%02x %02x", static_cast<unsigned char>(bytes[0]),
+                                               static_cast<unsigned char>(bytes[1]))));
   big_endian_ = bytes[1] == 0;
   bytes_ = RecordBytes(bytes.substr(4));
 }

@@ -61,12 +61,18 @@ class SqliteBag : public Bag {
   using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
 
   /// A killed recorder leaves much in a log beside the file. It is read in memory alone:
-  /// without locks, which need another file, and not written into the base at the end.
+  /// without locks, which need another file, and not written into the base at the end. If it has none, the
+  /// base does not change, lest SQLite begin one (format versions 2, bytes 18 and 19) where nobody may write.
   static sqlite3* opened(const std::filesystem::path& file) {
-    const bool logged = std::filesystem::exists(log_of(file));
+    BoundedFile head(file);
+    const bool logged = size_of_bag_file(file) > head.size();
+    std::string uri = "file://";
+    for (const char c : std::filesystem::absolute(file).string())
+      uri += c == '%' ? "%25" : c == '?' ? "%3f" : c == '#' ? "%23" : std::string(1, c);
+    if (!logged && head.take(20).ends_with("\2\2")) uri += "?immutable=1";
     sqlite3* base = nullptr;
-    const int error =
-        sqlite3_open_v2(file.c_str(), &base, SQLITE_OPEN_READONLY, logged ? "unix-none" : nullptr);
+    const int error = sqlite3_open_v2(uri.c_str(), &base, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI,
+                                      logged ? "unix-none" : nullptr);
     if (base == nullptr) throw std::bad_alloc();
     if (error == SQLITE_OK) {
       sqlite3_db_config(base, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);

@@ -258,7 +258,7 @@ TEST_F(BagChoice, DamageIsToldOrSkipped) {
   McapMessage bad_cloud = cloud(2), bad_tf = tf(2, "", "", 0);
   bad_cloud.bytes = bad_tf.bytes = "nonsense";
   std::vector<McapMessage> messages{fixed("map", "lidar", 0), cloud(1), bad_cloud, cloud(3)};
-  EXPECT_THAT(refusal(messages), says("/points at 2.000000000", "not CDR"));
+  EXPECT_THAT(refusal(messages), says("/points at 2.000000000", "not CDR", "but 6e 6f"));
   EXPECT_EQ(places(messages, {}, true).size(), 2U);
   messages[2] = bad_tf;
   EXPECT_THAT(refusal(messages), says("a.mcap /tf: message 1 not CDR", "--skip-bad"));
