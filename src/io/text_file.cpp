@@ -29,15 +29,13 @@ std::size_t begin_of_comment(std::string_view line) {
   return at;
 }
 
-/// "0,22 1,5 2": most fields between blanks or semicolons have one, and none has a point.
+/// "0,22 1,5 2": most words between blanks or semicolons have one, and none has a point.
 bool has_decimal_commas(std::string_view line) {
-  if (line.find(',') == std::string_view::npos || line.find('.') != std::string_view::npos) return false;
-  const auto fields = words_between(" \t\r;\v\f", line, longest_line);
-  const auto is_one = [](std::string_view field) {
-    const auto comma = field.find(',');
-    return comma > 0 && comma + 1 < field.size() && field.find(',', comma + 1) == std::string_view::npos;
-  };
-  return fields.size() > 1 && 2 * std::ranges::count_if(fields, is_one) > std::ssize(fields);
+  const auto commas = std::ranges::count(line, ',');
+  for (const char* const other : {".", ", ", " ,"})
+    if (commas == 0 || line.find(other) != line.npos) return false;
+  const auto words = std::ssize(words_between(" \t\r;\v\f", line, longest_line));
+  return words > 1 && commas <= words && words < 2 * commas;
 }
 
 }  // namespace
@@ -84,7 +82,7 @@ std::vector<TextLine> read_text(const std::filesystem::path& file, std::string* 
                   "write decimal points, as LC_ALL=C has them");
     const auto words = words_between(separators, line.substr(0, comment), longest_line);
     if (heading != nullptr && result.empty() && words.empty() && comment < line.size())
-      *heading = line.substr(comment + 1);
+      *heading = line.substr(comment + 1, 1000);  // EuRoC's has 400
     memory += words.size() * sizeof(std::string) + (words.empty() ? 0 : 2 * sizeof(TextLine));
     if (memory > text_free_bytes + text_bytes_per_file_byte * bytes.size())
       throw Error(Error::Kind::data, at_line(file, lines.number()),
@@ -119,7 +117,7 @@ double number(std::string_view word, const std::filesystem::path& file, std::siz
   const auto [stop, error] = std::from_chars(begin, end, value);
   if (error == std::errc() && stop == end) return value;
   throw Error(Error::Kind::data, at_line(file, line),
-              std::string("'").append(word.substr(0, 40)) + "' is not a number",
+              "'" + printable(std::string(word.substr(0, 40))) + "' is not a number",
               "give plain numbers separated by blanks or commas");
 }
 
@@ -151,11 +149,10 @@ std::string read_bytes(const std::filesystem::path& file, std::size_t limit) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
   std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) {
-    const auto target = std::filesystem::read_symlink(file, error).string();
+  if (error || !stream)
     throw Error(Error::Kind::data, file.string(),
-                target.empty() ? "cannot be read" : "is a link to " + target + ", which cannot be read");
-  }
+                std::filesystem::is_symlink(file, error) ? "is a link to a file that cannot be read"
+                                                         : "cannot be read");
   if (size > limit)
     throw Error(Error::Kind::data, file.string(), "is too large (" + std::to_string(size) + " bytes)");
   std::string bytes(size, '\0');

@@ -28,7 +28,8 @@ std::unique_ptr<Bag> open_one(const fs::path& file) {
 /// "walk_0.db3.zstd"
 bool is_packed(const fs::path& file) {
   const std::string ending = file.stem().extension().string();
-  return file.extension() == ".zstd" && (ending == ".db3" || ending == ".mcap");
+  return file.extension() == ".zstd" && (ending == ".db3" || ending == ".mcap") &&
+         kind_of(file) == FileKind::unknown;
 }
 
 void require_unpacked(const fs::path& file) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <regex>
 #include <set>
 #include <utility>
 
@@ -17,13 +18,6 @@ bool holds_scans(const TopicContents& topic) { return topic.is_depth && !topic.s
 bool holds_empty_scans(const TopicContents& topic) { return topic.empty_scans > 0; }
 bool holds_poses(const TopicContents& topic) { return !topic.poses.samples().empty(); }
 bool holds_camera(const TopicContents& topic) { return !topic.cameras.empty(); }
-/// Says by its type where something is, or how it moves, and is not read.
-bool tells_of_motion(const TopicContents& topic) {
-  constexpr std::array words{"Pose", "Odom", "Path", "Twist", "TransformStamped", "NavSat"};
-  return topic.messages > 0 && !holds_poses(topic) && std::ranges::any_of(words, [&](const char* word) {
-           return topic.topic.type.find(word) != std::string::npos;
-         });
-}
 
 std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const TopicContents&)) {
   std::string list;
@@ -32,9 +26,12 @@ std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const
   return list.empty() ? "none" : list;
 }
 
-/// "; not read as poses: /twist (geometry_msgs/TwistStamped)"
+/// "; not read as poses: /twist (geometry_msgs/TwistStamped)", of what says by its type where something is.
 std::string unread(const std::vector<TopicContents>& topics) {
-  const std::string list = list_of(topics, tells_of_motion);
+  const std::string list = list_of(topics, [](const TopicContents& topic) {
+    static const std::regex tells("Pose|Odom|Path|Twist|TransformStamped|NavSat");
+    return topic.messages > 0 && !holds_poses(topic) && std::regex_search(topic.topic.type, tells);
+  });
   return list == "none" ? "" : "; not read as poses: " + list;
 }
 
@@ -99,10 +96,8 @@ const TopicContents& BagRecording::named(const std::string& topic, const char* o
                                          bool (*fits)(const TopicContents&)) const {
   for (const TopicContents& contents : index_.topics)
     if (contents.topic.name == topic && fits(contents)) return contents;
-  std::string type;
-  for (const TopicContents& contents : index_.topics)
-    if (contents.topic.name == topic) type = "; its type " + contents.topic.type + " is not read as such";
-  refuse(std::string("no topic ") + topic + " with " + what + ", as " + option + " requires" + type,
+  refuse(std::string("no topic ") + topic + " with " + what + ", as " + option + " requires" +
+             (fits == holds_poses ? unread(index_.topics) : ""),
          "there are: " + list_of(index_.topics, fits));
 }
 
@@ -255,10 +250,8 @@ void BagRecording::choose_poses(const BagOptions& options) {
            "choose by --pose-topic");
   if (tree_.knows(frame))
     return choose_fixed_frame(options, tree_.moves(frame) ? "" : "nothing moves it" + unread(index_.topics));
-  refuse(
-      "no poses: " + tree_.lacks(frame) + ", and no topic has poses" + unread(index_.topics),
-      "give --poses FILE, or record /tf and /tf_static; if the clouds lie in the map, --pose-form in-map and "
-      "--pose-frame FRAME");
+  refuse("no poses: " + tree_.lacks(frame) + ", and no topic has poses" + unread(index_.topics),
+         "give --poses FILE, or record /tf; for clouds in the map, --pose-form in-map --pose-frame FRAME");
 }
 
 /// Default: `map` (REP 105) if the sensor is below it, else the tree's root.

@@ -139,37 +139,35 @@ class Indexer {
         if (scan.header_ns == 0 && !from_zero) scan.header_ns = scan.stamp_ns;  // when it was recorded
   }
 
-  /// By how much the clock of a stream of poses is set back, s; 0: it is not. Messages that are logged late
-  /// or twice go back, too, but their stamps are right: the way in the order of the stamps is then the
-  /// shorter one, where a clock set back by n samples makes it n times as long, to and fro.
-  double set_back_s(const std::vector<std::uint32_t>& recorded) const {
-    constexpr double longer =
-        1.5;  // between the 1 of a robot that stands, with noise, and the 2 of 2 samples
-    constexpr double nothing = 1e-3;  // m; such poses may be taken for one another
+  /// "…: its clock is set back by 1.6 s"; empty: it is not. Messages that are logged late or twice go back,
+  /// too, but their stamps are right: by these the way is the shorter one. By a clock that was set back by n
+  /// samples it goes to and fro, n times as long; of a robot that stands both are alike.
+  std::string set_back(const Stream& stream) const {
+    constexpr double longer = 1.5;  // between 1 and the 2 of two samples
+    const std::vector<std::uint32_t>& recorded = stream.recorded;
     const auto at = [&](std::size_t i) -> const Trajectory::Sample& { return events_[recorded[i]].sample; };
     const auto stamp = [&](std::size_t i) { return at(i).stamp_ns; };
     std::size_t back = 3;  // by more than the spacing, and not by one late message
     while (back < recorded.size() &&
            std::max(stamp(back - 1), stamp(back)) >= std::min(stamp(back - 3), stamp(back - 2)))
       ++back;
-    if (back >= recorded.size()) return 0;
+    if (back >= recorded.size()) return {};
     std::vector<std::uint32_t> sorted(recorded.size());
     std::iota(sorted.begin(), sorted.end(), 0U);
     std::ranges::stable_sort(sorted, {}, stamp);
-    double by_stamp = 0, as_recorded = 0;  // m
-    std::uint32_t least = sorted.front();
-    bool begins_anew = false;  // all that follows is before all that was
-    for (std::size_t i = 1; i < sorted.size(); ++i) {
+    double by_stamp = 0, as_recorded = 0;  // m, where they differ
+    bool begins_anew = false;              // all that follows is before all that was
+    for (std::size_t i = 1, least = sorted[0]; i < sorted.size();
+         least = std::min<std::size_t>(least, sorted[i++])) {
       begins_anew = begins_anew || least == sorted.size() - i;
-      least = std::min(least, sorted[i]);
-      as_recorded += way(at(i - 1), at(i));
-      if (sorted[i] != sorted[i - 1] + 1)
-        by_stamp += way(at(sorted[i - 1]), at(sorted[i]));
-      else
-        as_recorded -= way(at(sorted[i - 1]), at(sorted[i]));
+      const std::size_t before = sorted[i - 1], next = before + 1;
+      if (sorted[i] == next) continue;
+      by_stamp += way(at(before), at(sorted[i]));
+      if (next < sorted.size()) as_recorded += way(at(before), at(next));
     }
-    if (!begins_anew && !(by_stamp > longer * as_recorded + nothing)) return 0;
-    return distance(stamp(back - 2), stamp(back - 1)) / 1e9;
+    if (!begins_anew && !(by_stamp > longer * as_recorded)) return {};
+    return index_.topics[stream.topic].topic.name + ": its clock is set back by " +
+           std::to_string(distance(stamp(back - 2), stamp(back - 1)) / 1e9) + " s";
   }
 
   /// Of a point a metre away, at most; 0 where a pose is none.
@@ -196,9 +194,7 @@ class Indexer {
       }
     }
     for (const Stream& stream : streams_)
-      if (const double back_s = set_back_s(stream.recorded); back_s > 0 && index_.set_back.empty())
-        index_.set_back = index_.topics[stream.topic].topic.name + ": its clock is set back by " +
-                          std::to_string(back_s) + " s";
+      if (index_.set_back.empty()) index_.set_back = set_back(stream);
   }
 
   /// A damaged one is listed, too, as a bad scan.

@@ -110,13 +110,9 @@ RawScan BagRecording::read(std::size_t index) {
       raw.shift.setZero();
     }
   } catch (const NotInTf& none) {
-    const std::string frame = index_.frames[listed.frame];
     throw Error(Error::Kind::data, scan.name, none.what(),
-                !pose_topic_
-                    ? "--fixed-frame and --pose-topic choose other poses"
-                    : "--pose-frame names whose poses " + pose_topic_->topic.name + " has (" + frame +
-                          ": the scans' own); if clouds lie in the poses' frame, "
-                          "--pose-form in-map");
+                "--pose-frame names whose poses a topic has (" + index_.frames[listed.frame] +
+                    ": the scans' own); if clouds lie in the poses' frame, --pose-form in-map");
   } catch (const NoPose& none) {
     throw Error(Error::Kind::data, scan.name, none.what(), "--skip-bad leaves such scans out");
   } catch (const Error&) {

@@ -3,7 +3,6 @@
 #include "io/new_file.hpp"
 #include "io/readers/scan_graph.hpp"
 
-#include <array>
 #include <fstream>
 #include <string>
 #include <string_view>
@@ -12,36 +11,27 @@
 namespace octosurf::io {
 namespace {
 
-constexpr std::array signatures{
-    std::pair<std::string_view, FileKind>{"\x89PNG\r\n\x1a\n", FileKind::image},
-    std::pair<std::string_view, FileKind>{"P5 ", FileKind::image},
-    std::pair<std::string_view, FileKind>{"P5\n", FileKind::image},
-    std::pair<std::string_view, FileKind>{"P5\r", FileKind::image},
-    std::pair<std::string_view, FileKind>{"ply\n", FileKind::ply},
-    std::pair<std::string_view, FileKind>{"ply\r", FileKind::ply},
-    std::pair<std::string_view, FileKind>{"# .PCD", FileKind::pcd},
-    std::pair<std::string_view, FileKind>{"VERSION ", FileKind::pcd},
-    std::pair<std::string_view, FileKind>{"FIELDS ", FileKind::pcd},
-    std::pair<std::string_view, FileKind>{"# Octomap OcTree", FileKind::occupancy_map},
-    std::pair<std::string_view, FileKind>{"# OctoMap OcTree", FileKind::occupancy_map},
-    std::pair<std::string_view, FileKind>{"#ROSBAG V", FileKind::bag},
-    std::pair<std::string_view, FileKind>{"SQLite format 3", FileKind::bag},
-    std::pair<std::string_view, FileKind>{"\x89MCAP0\r\n", FileKind::bag},
-};
+using enum FileKind;
+using Marks = std::pair<std::string_view, FileKind>;
 
-constexpr std::array endings{
-    std::pair<std::string_view, FileKind>{".png", FileKind::image},
-    std::pair<std::string_view, FileKind>{".pgm", FileKind::image},
-    std::pair<std::string_view, FileKind>{".pcd", FileKind::pcd},
-    std::pair<std::string_view, FileKind>{".ply", FileKind::ply},
-    std::pair<std::string_view, FileKind>{".bin", FileKind::velodyne},
-    std::pair<std::string_view, FileKind>{".graph", FileKind::graph},
-    std::pair<std::string_view, FileKind>{".bag", FileKind::bag},
-    std::pair<std::string_view, FileKind>{".db3", FileKind::bag},
-    std::pair<std::string_view, FileKind>{".mcap", FileKind::bag},
-    std::pair<std::string_view, FileKind>{".bt", FileKind::occupancy_map},
-    std::pair<std::string_view, FileKind>{".ot", FileKind::occupancy_map},
-};
+constexpr Marks signatures[]{{"\x89PNG\r\n\x1a\n", image},
+                             {"P5 ", image},
+                             {"P5\n", image},
+                             {"P5\r", image},
+                             {"ply\n", ply},
+                             {"ply\r", ply},
+                             {"# .PCD", pcd},
+                             {"VERSION ", pcd},
+                             {"FIELDS ", pcd},
+                             {"# Octomap OcTree", occupancy_map},
+                             {"# OctoMap OcTree", occupancy_map},
+                             {"#ROSBAG V", bag},
+                             {"SQLite format 3", bag},
+                             {"\x89MCAP0\r\n", bag}};
+
+constexpr Marks endings[]{{".png", image},    {".pgm", image},        {".pcd", pcd},         {".ply", ply},
+                          {".bin", velodyne}, {".graph", graph},      {".bag", bag},         {".db3", bag},
+                          {".mcap", bag},     {".bt", occupancy_map}, {".ot", occupancy_map}};
 
 }  // namespace
 

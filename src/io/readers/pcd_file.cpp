@@ -81,7 +81,8 @@ class PcdReader {
       if (words.empty() || words[0].starts_with('#')) continue;
       const bool known = std::ranges::find(keywords, words[0]) != keywords.end();
       if (!known || !header_.emplace(words[0], words).second)
-        refuse(std::string("PCD header line '").append(words[0].substr(0, 20)) + "' is not expected here");
+        refuse("PCD header line '" + printable(std::string(words[0].substr(0, 20))) +
+               "' is not expected here");
     }
   }
 

@@ -5,11 +5,11 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
-#include <map>
 #include <optional>
+#include <regex>
+#include <utility>
 
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
@@ -22,7 +22,7 @@ constexpr double quaternion_tolerance = 1e-2;
 [[noreturn]] void refuse_poses(const std::string& where, const std::string& what) {
   throw Error(Error::Kind::data, where, what,
               "a pose is 7, 12 or 16 numbers in a line, with a time stamp before or not, or four lines of 4; "
-              "headings begin with #");
+              "headings begin with #, and name the columns of EuRoC's 17");
 }
 
 bool is_unit(const Eigen::Vector4d& q) { return std::abs(q.norm() - 1) <= quaternion_tolerance; }
@@ -63,42 +63,12 @@ std::vector<FilePose> read_blocks(const std::vector<TextLine>& lines, const std:
   return poses;
 }
 
-/// The columns of time (if it has one), tx, ty, tz, qx, qy, qz and qw in a table with such a heading as
-/// EuRoC's "#timestamp [ns], p_RS_R_x [m], … q_RS_w []"; of several for one, the first. Empty: it names no
-/// pose, or these are its first columns.
-std::vector<std::size_t> columns_named(std::string heading, std::size_t columns) {
-  for (std::size_t unit; (unit = heading.find('[')) != std::string::npos;)
-    heading.erase(unit, heading.find(']', unit) - unit + 1);
-  std::ranges::transform(heading, heading.begin(), [](unsigned char c) { return std::tolower(c); });
-  const auto names = words_between(" \t\r,;", heading, columns + 1);
-  std::map<std::size_t, std::size_t> places;  // by their order in a pose
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto has = [&](std::string_view part) { return names[i].find(part) != std::string_view::npos; };
-    const std::size_t size = names[i].size(), axis = std::string_view("xyzw").find(names[i].back());
-    const bool turn = has("q") || has("ori") || has("rot");
-    if (has("time") || has("stamp") || names[i] == "t")
-      places.emplace(0, i);
-    else if (axis < (turn ? 4 : 3) && (size < 3 || std::string_view("_./").find(names[i][size - 2]) < 3))
-      places.emplace(1 + axis + (turn ? 3 : 0), i);
-  }
-  std::vector<std::size_t> order;
-  for (const auto& [place, column] : places) order.push_back(column);
-  const bool all = order.size() - places.count(0) == 7 && names.size() == columns;
-  return all && (order.back() + 1 != order.size() || !std::ranges::is_sorted(order))
-             ? order
-             : std::vector<std::size_t>{};
-}
-
 FilePose read_line(const TextLine& line, std::size_t columns, const std::filesystem::path& file) {
   auto v = numbers(line, file);
   const std::string where = at_line(file, line.number);
   if (v.size() != columns)
     refuse_poses(where,
                  std::to_string(v.size()) + " numbers where " + std::to_string(columns) + " were expected");
-  if (columns == 17 && is_unit({v[4], v[5], v[6], v[7]}) && (v[13] != 0 || v[14] != 0 || v[15] != 0))
-    refuse_poses(where,
-                 "17 columns with a quaternion, as EuRoC has them, without their heading #timestamp, "
-                 "p_RS_R_x, …");
   std::optional<double> stamp;
   if (columns == 9) v.pop_back();  // an id, of RTAB-Map
   if (columns == 8 || columns == 9 || columns == 13 || columns == 17) {
@@ -115,35 +85,13 @@ FilePose read_line(const TextLine& line, std::size_t columns, const std::filesys
   refuse_poses(where, std::to_string(columns) + " numbers are no pose");
 }
 
-/// Every line has a unit quaternion at this column.
-bool are_units(const std::vector<TextLine>& lines, std::size_t column, const std::filesystem::path& file) {
-  return std::ranges::all_of(lines, [&](const TextLine& line) {
+/// Lines with a unit quaternion at this column.
+std::size_t units_at(std::size_t column, const std::vector<TextLine>& lines,
+                     const std::filesystem::path& file) {
+  return static_cast<std::size_t>(std::ranges::count_if(lines, [&](const TextLine& line) {
     const auto v = numbers(line, file);
     return v.size() >= column + 4 && is_unit(Eigen::Map<const Eigen::Vector4d>(v.data() + column));
-  });
-}
-
-/// Seven numbers of another meaning, in every line.
-void require_quaternions(const std::vector<TextLine>& lines, const std::filesystem::path& file) {
-  bool first_four = true;
-  for (const TextLine& line : lines) {
-    const auto v = numbers(line, file);
-    if (v.size() != 7 || is_unit({v[3], v[4], v[5], v[6]})) return;
-    first_four = first_four && is_unit({v[0], v[1], v[2], v[3]});
-  }
-  throw Error(Error::Kind::data, file.string(), "7 columns whose last four are no unit quaternion",
-              first_four ? "columns 1 to 4 are one: write tx ty tz qx qy qz qw"
-                         : "expected are tx ty tz qx qy qz qw; for time x y z roll pitch yaw write TUM's "
-                           "time tx ty tz qx qy qz qw");
-}
-
-void convert_stamps(PoseFile& file) {
-  std::vector<double> stamps;
-  for (const FilePose& pose : file.poses) stamps.push_back(*pose.stamp_s);
-  const std::string unit = to_seconds(stamps);
-  if (unit.empty()) return;
-  for (std::size_t i = 0; i < stamps.size(); ++i) file.poses[i].stamp_s = stamps[i];
-  file.notes.push_back("times in " + unit);
+  }));
 }
 
 }  // namespace
@@ -159,22 +107,29 @@ PoseFile read_poses(const std::filesystem::path& file) {
                 "write a line for each pose: tx ty tz qx qy qz qw, with a time stamp before or not");
   double value = 0;
   if (first[0] != '+' && std::from_chars(first.data(), first.data() + first.size(), value).ec != std::errc())
-    refuse_poses(at_line(file, lines.front().number), "'" + first.substr(0, 40) + "' is not a number");
-  std::vector<std::size_t> order = columns_named(heading, lines.front().words.size());
-  const bool named = !order.empty();
+    refuse_poses(at_line(file, lines.front().number),
+                 "'" + printable(first.substr(0, 40)) + "' is not a number");
+  std::size_t columns = lines.front().words.size();
+  static const std::regex w_first(R"((q|ori)[\w.]*w\b.*(q|ori)[\w.]*x\b)", std::regex::icase);
+  const bool named = (columns == 7 || columns == 8 || columns == 17) && std::regex_search(heading, w_first);
   // An index before the time, as of pandas, not RTAB-Map's id behind the pose.
-  if (lines.front().words.size() == 9 && !named && are_units(lines, 5, file) && !are_units(lines, 4, file))
-    order = {1, 2, 3, 4, 5, 6, 7, 8};
-  for (TextLine& line : lines) {
-    if (order.empty() || line.words.size() <= std::ranges::max(order)) continue;
-    std::vector<std::string> words;
-    for (const std::size_t column : order) words.push_back(line.words[column]);
-    line.words = std::move(words);
+  const bool indexed =
+      columns == 9 && units_at(5, lines, file) == lines.size() && units_at(4, lines, file) < lines.size();
+  for (auto& [_, words] : lines) {
+    if (words.size() != columns) continue;
+    if (indexed) words.erase(words.begin());
+    if (columns == 17 && named) words.resize(8);  // EuRoC's velocities and biases
+    if (named) std::rotate(words.end() - 4, words.end() - 3, words.end());
   }
-  const std::size_t columns = lines.front().words.size();
+  columns = lines.front().words.size();
   PoseFile result{file, {}, false, columns == 12 || columns == 13, named};
-  if (named) result.notes.push_back("columns by the heading");
-  if (columns == 7) require_quaternions(lines, file);
+  if (named) result.notes.push_back("qw is before qx, by the heading");
+  if (columns == 7 && units_at(3, lines, file) == 0)
+    throw Error(Error::Kind::data, file.string(), "7 columns whose last four are no unit quaternion",
+                units_at(0, lines, file) == lines.size()
+                    ? "columns 1 to 4 are one: write tx ty tz qx qy qz qw"
+                    : "expected are tx ty tz qx qy qz qw; for time x y z roll pitch yaw write TUM's "
+                      "time tx ty tz qx qy qz qw");
   if (columns == 4) {
     result.poses = read_blocks(lines, file);
   } else {
@@ -183,7 +138,8 @@ PoseFile read_poses(const std::filesystem::path& file) {
   }
   if (columns == 4 || columns == 16 || columns == 17) keep_only_real_stamps(result.poses);
   result.stamped = result.poses.front().stamp_s.has_value();
-  if (result.stamped) convert_stamps(result);
+  if (const std::string unit = result.stamped ? convert_stamps(result.poses) : ""; !unit.empty())
+    result.notes.push_back("times in " + unit);
   return result;
 }
 

@@ -23,7 +23,7 @@ struct PoseFile {
   std::vector<FilePose> poses;
   bool stamped = false;              ///< every pose has a time stamp
   bool kitti = false;                ///< 3×4 in one line
-  bool named = false;                ///< its columns, by a heading
+  bool named = false;                ///< with qw before qx, by its heading
   std::vector<std::string> notes{};  ///< its times' unit, if it is not s; how many poses were left out
 };
 
@@ -38,6 +38,15 @@ bool is_good(const FilePose& pose);
 /// Converts time stamps of one clock from nanoseconds, microseconds or milliseconds since 1970 to seconds and
 /// returns the unit's name; empty: by their size they are in seconds.
 std::string to_seconds(std::vector<double>& stamps);
+/// The same of all that have a stamp.
+template <class Stamped>
+std::string convert_stamps(std::vector<Stamped>& all) {
+  std::vector<double> stamps;
+  for (const Stamped& one : all) stamps.push_back(*one.stamp_s);
+  std::string unit = to_seconds(stamps);
+  for (std::size_t i = 0; i < all.size(); ++i) all[i].stamp_s = stamps[i];
+  return unit;
+}
 
 /// "stamp tx ty tz qx qy qz qw", as in TUM's trajectories; reading it back gives the same pose up to
 /// rounding.

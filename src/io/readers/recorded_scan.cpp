@@ -129,12 +129,10 @@ std::size_t erase_own(Scan& scan, const ListedRecording& recording, const Listed
                   "give the box in the sensor's frame, X Y Z X Y Z alone");
     try {
       return recording.bag->sensor_in(frame, listed.index);
-    } catch (const NotInTf& none) {
-      throw Error(Error::Kind::data, "--self-box " + frame, none.what(),
-                  "name a frame that tf connects with the scans', or none: the box is in theirs then");
     } catch (const NoPose& no_pose) {
-      throw Error(Error::Kind::data, scan.name, std::string("--self-box ") + frame + ": " + no_pose.what(),
-                  "--skip-bad leaves such scans out");
+      throw Error(
+          Error::Kind::data, scan.name, std::string("--self-box ") + frame + ": " + no_pose.what(),
+          "name a frame that tf has, or none: the scans' own; --skip-bad leaves out scans without a pose");
     }
   });
 }

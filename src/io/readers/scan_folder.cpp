@@ -24,14 +24,11 @@ struct Family {
   FileKind kind;
   std::vector<std::string> subfolders;
 };
-const std::vector<Family>& families() {
-  static const std::vector<Family> instance{{FileKind::image, {"", "frames", "depth"}},
-                                            {FileKind::pcd, {"", "scans", "clouds"}},
-                                            {FileKind::velodyne, {"", "velodyne"}},
-                                            {FileKind::graph, {""}},
-                                            {FileKind::bag, {""}}};
-  return instance;
-}
+const std::vector<Family> families{{FileKind::image, {"", "frames", "depth"}},
+                                   {FileKind::pcd, {"", "scans", "clouds"}},
+                                   {FileKind::velodyne, {"", "velodyne"}},
+                                   {FileKind::graph, {""}},
+                                   {FileKind::bag, {""}}};
 
 std::vector<ListedScan> files_of(const fs::path& folder, FileKind family) {
   std::vector<ListedScan> scans;
@@ -97,6 +94,26 @@ ListedRecording list_tum(const fs::path& folder) {
   return recording;
 }
 
+/// Seconds and nanoseconds with a point between, and these without leading zeros: .4 would be 4 ns. A decimal
+/// fraction begins with 0 now and then.
+void refuse_unpadded(const ListedRecording& recording) {
+  constexpr std::size_t whole = 9;  // digits of nanoseconds
+  const ListedScan *longest = nullptr, *shorter = nullptr;
+  for (const ListedScan& scan : recording.scans) {
+    const std::string stem = scan.file.stem().string();
+    const std::size_t point = stem.rfind('.');
+    if (point == std::string::npos || stem.find('_') != std::string::npos) return;
+    const std::string digits = stem.substr(point + 1);
+    if (digits.size() > 1 && digits[0] == '0') return;
+    (digits.size() == whole ? longest : shorter) = &scan;
+  }
+  if (longest != nullptr && shorter != nullptr)
+    throw Error(Error::Kind::data, recording.folder.string(),
+                "called by nanoseconds without their leading zeros, such as " +
+                    shorter->file.filename().string() + " beside " + longest->file.filename().string(),
+                "write nine digits behind the point, or give times.txt");
+}
+
 }  // namespace
 
 bool natural_less(const std::string& a, const std::string& b) { return strverscmp(a.c_str(), b.c_str()) < 0; }
@@ -115,7 +132,7 @@ std::vector<fs::path> around(const fs::path& folder) {
   fs::path whole = fs::absolute(folder).lexically_normal();
   if (!whole.has_filename()) whole = whole.parent_path();  // a trailing slash
   std::vector<fs::path> folders{folder};
-  for (const auto& family : families())
+  for (const auto& family : families)
     for (const auto& name : family.subfolders)
       if (!name.empty() && whole.filename() == name) folders.push_back(whole.parent_path());
   return folders;
@@ -130,7 +147,7 @@ ListedRecording list_folder(const fs::path& folder) {
     return found;
   }
   std::string first_picture;
-  for (const auto& family : families()) {
+  for (const auto& family : families) {
     for (const auto& subfolder : family.subfolders) {
       const fs::path place = subfolder.empty() ? folder : folder / subfolder;
       if (!fs::is_directory(place)) continue;
@@ -202,41 +219,10 @@ std::optional<double> stamp_in_name(const fs::path& file) {
   return {};
 }
 
-namespace {
-
-/// Seconds and nanoseconds with a point between, and these without leading zeros: .4 would be 4 ns. A decimal
-/// fraction begins with 0 now and then.
-void refuse_unpadded(const ListedRecording& recording) {
-  constexpr std::size_t whole = 9;  // digits of nanoseconds
-  const ListedScan *longest = nullptr, *shorter = nullptr;
-  for (const ListedScan& scan : recording.scans) {
-    const std::string stem = scan.file.stem().string();
-    const std::size_t point = stem.rfind('.');
-    if (point == std::string::npos || stem.find('_') != std::string::npos) return;
-    const std::string digits = stem.substr(point + 1);
-    if (digits.size() > 1 && digits[0] == '0') return;
-    (digits.size() == whole ? longest : shorter) = &scan;
-  }
-  if (longest != nullptr && shorter != nullptr)
-    throw Error(Error::Kind::data, recording.folder.string(),
-                "called by nanoseconds without their leading zeros, such as " +
-                    shorter->file.filename().string() + " beside " + longest->file.filename().string(),
-                "write nine digits behind the point, or give times.txt");
-}
-
-void convert_stamps(std::vector<ListedScan>& scans) {
-  std::vector<double> stamps;
-  for (const ListedScan& scan : scans) stamps.push_back(*scan.stamp_s);
-  to_seconds(stamps);
-  for (std::size_t i = 0; i < scans.size(); ++i) scans[i].stamp_s = stamps[i];
-}
-
-}  // namespace
-
 void find_stamps(ListedRecording& recording) {
   auto& scans = recording.scans;
   if (recording.bag) return;
-  if (scans.front().stamp_s) return convert_stamps(scans);  // of depth.txt
+  if (scans.front().stamp_s) return void(convert_stamps(scans));  // of depth.txt
   if (scans.front().kind == FileKind::graph) return;
   const fs::path times = find_beside(around(recording.folder), {"times.txt"}, "");
   if (!times.empty()) {
@@ -244,7 +230,7 @@ void find_stamps(ListedRecording& recording) {
     if (lines.size() != scans.size()) fail_count(times, scans.size(), lines.size(), "time stamp");
     for (std::size_t i = 0; i < scans.size(); ++i)
       scans[i].stamp_s = time_stamp(lines[i].words[0], times, lines[i].number);
-    return convert_stamps(scans);
+    return void(convert_stamps(scans));
   }
   if (!std::ranges::all_of(scans, [](const auto& s) { return stamp_in_name(s.file).has_value(); })) return;
   refuse_unpadded(recording);

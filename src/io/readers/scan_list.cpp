@@ -127,11 +127,8 @@ void name_sensors(ListedRecording& recording, const ScanSourceOptions& options) 
 }
 
 void check_options(const ScanSourceOptions& options) {
-  const auto positive = [](const std::optional<double>& value, const char* name) {
-    if (value && !(std::isfinite(*value) && *value > 0))
-      throw Error(Error::Kind::usage, name, std::to_string(*value) + " is not a positive number");
-  };
-  positive(options.depth_scale, "depth_scale");
+  if (const auto& scale = options.depth_scale; scale && !(std::isfinite(*scale) && *scale > 0))
+    throw Error(Error::Kind::usage, "depth_scale", std::to_string(*scale) + " is not a positive number");
   for (const double value : options.no_return)
     if (!(std::isfinite(value) && value >= 0))
       throw Error(Error::Kind::usage, "no_return", std::to_string(value) + " is not a range in metres");

@@ -69,8 +69,8 @@ void note_times(const std::string& where, const char* what, std::vector<double> 
   const auto again = std::ranges::unique(stamps);
   stamps.erase(again.begin(), again.end());
   if (stamps.size() < all || whole)
-    notes.push_back(where + ": " + count_of(all, what) + " have " + count_of(stamps.size(), "time") +
-                    (whole ? ", whole seconds" : "") + ": if they were rounded, " + mend);
+    notes.push_back(where + formatted(": %zu %s have %zu different times%s: if they were rounded, %s", all,
+                                      what, stamps.size(), whole ? ", whole seconds" : "", mend));
 }
 
 /// " (transforms.json is not read: …)"; empty: there is no such file, as of nerfstudio or Polycam.
@@ -102,19 +102,12 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
     const auto found = std::ranges::count_if(
         stamps, [&](double stamp) { return trajectory->gap_at(to_ns(stamp), largest_pose_gap_ns).empty(); });
     poses.notes.push_back(std::to_string(found) + " of " + count_of(scans, "scan") + " matched by time");
-    for (const ListedRecording* recording : recordings) {
-      if (recording->bag) continue;  // of several sensors
-      std::vector<double> times;
-      for (const ListedScan& scan : recording->scans) times.push_back(*scan.stamp_s);
-      note_times(recording->folder.string(), "scan", std::move(times),
+    if (!recordings.front()->bag)  // else perhaps of several sensors
+      note_times(recordings.front()->folder.string(), "scans", stamps,
                  "give others by times.txt, or poses without times, in the scans' order", notes);
-    }
-    std::vector<double> times;
-    for (std::size_t i = 0; i < poses.poses.size(); ++i)  // what is written twice is one
-      if (i == 0 || poses.poses[i].stamp_s != poses.poses[i - 1].stamp_s ||
-          !poses.poses[i].T.isApprox(poses.poses[i - 1].T))
-        times.push_back(*poses.poses[i].stamp_s);
-    note_times(poses.file.string(), "pose", std::move(times),
+    stamps.clear();
+    for (const FilePose& pose : poses.poses) stamps.push_back(*pose.stamp_s);
+    note_times(poses.file.string(), "poses", stamps,
                "write fractions of a second, or no times: one pose for each scan, in their order", notes);
   } else if (scans == poses.poses.size()) {
     poses.notes.push_back("one pose for each scan, in order");
@@ -123,9 +116,8 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
     poses.notes.push_back("one pose for each of the " + std::to_string(read) + " scans that are read");
   } else {
     fail_count(poses.file, scans, poses.poses.size(), "pose",
-               poses.stamped
-                   ? "; or call the scans by their time (s, ms, us or ns since 1970) to match them by it"
-                   : "; --skip and --first choose the scans that they are of");
+               poses.stamped ? "; or name the scans by time (s, ms, us or ns since 1970) to match them by it"
+                             : "; --skip and --first choose the scans that they are of");
   }
   for (const std::string& note : poses.notes) notes.push_back("poses: " + poses.file.string() + ": " + note);
   std::size_t next = 0;

@@ -114,11 +114,10 @@ MessageReader::MessageReader(std::string_view bytes, MessageEncoding encoding)
   if (bytes.starts_with("\x28\xb5\x2f\xfd"))
     bytes = unpacked_ = decompressed(bytes);  // --compression-mode message
   // Little-endian or big-endian plain CDR; the other encapsulations are parameter lists.
-  if (bytes.size() < 4 || bytes[0] != 0 || (bytes[1] != 0 && bytes[1] != 1))
-    fail_reading("not CDR as ROS 2 writes it, 00 00 or 00 01, but " +
-                 (bytes.size() < 2 ? "empty"
-                                   : formatted("%02x %02x", static_cast<unsigned char>(bytes[0]),
-                                               static_cast<unsigned char>(bytes[1]))));
+  if (bytes.size() < 4) fail_reading("ends too early");
+  if (bytes[0] != 0 || (bytes[1] != 0 && bytes[1] != 1))
+    fail_reading(formatted("not CDR as ROS 2 writes it, 00 00 or 00 01, but %02x %02x",
+                           static_cast<unsigned char>(bytes[0]), static_cast<unsigned char>(bytes[1])));
   big_endian_ = bytes[1] == 0;
   bytes_ = RecordBytes(bytes.substr(4));
 }

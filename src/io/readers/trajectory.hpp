@@ -13,9 +13,7 @@ namespace octosurf::io {
 
 /// No pose is available at the requested time; what() names the frames and the reason.
 struct NoPose : std::runtime_error {
-  explicit NoPose(const std::string& what, std::string of = {})
-      : std::runtime_error(what), frame(std::move(of)) {}
-  std::string frame;  ///< has no pose in its parent then; empty: not so
+  using std::runtime_error::runtime_error;
 };
 
 /// At no time: tf has no such frame, or does not connect it.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <ranges>
 
 namespace octosurf::io {
 std::uint32_t TransformTree::index_of(const std::string& frame) {
@@ -49,10 +50,6 @@ void TransformTree::keep_last(std::int64_t duration_ns) {
         above.track.forget_before(above.track.samples().back().stamp_ns - duration_ns);
 }
 
-std::optional<std::uint32_t> TransformTree::parent_of(const Frame& frame) const {
-  return frame.above.empty() ? std::nullopt : std::optional(frame.above.front().parent);
-}
-
 std::vector<std::string> TransformTree::ancestors(const std::string& frame) const {
   std::vector<std::string> names;
   auto found = indices_.find(frame);
@@ -60,7 +57,7 @@ std::vector<std::string> TransformTree::ancestors(const std::string& frame) cons
   for (std::optional<std::uint32_t> at = found->second; at && names.size() < frames_.size();) {
     const Frame& f = frames_[*at];
     names.push_back(f.name);
-    at = parent_of(f);
+    at = f.above.empty() ? std::nullopt : std::optional(f.above.front().parent);
   }
   return names;
 }
@@ -102,21 +99,17 @@ TransformTree::Doubts TransformTree::doubts_of(const std::string& frame) const {
 std::optional<std::int64_t> TransformTree::newest(const std::string& to, const std::string& from) const {
   std::int64_t earliest = std::numeric_limits<std::int64_t>::max();
   if (to == from) return earliest;
-  const auto meeting = met(to, from);
-  if (!meeting) return {};
-  for (const std::string& side : {from, to})
-    for (const std::string& name : ancestors(side)) {
-      if (name == meeting) break;
+  const std::vector<std::string> above = ancestors(from), above_target = ancestors(to);
+  const auto meeting =
+      std::ranges::find_first_of(above, above_target);  // the lowest that both are below, or are
+  if (meeting == above.end()) return {};
+  for (const auto& side : {above, above_target})
+    for (const std::string& name : side) {
+      if (name == *meeting) break;
       const Frame& frame = frames_[indices_.at(name)];
       if (frame.moves()) earliest = std::min(earliest, frame.above.front().track.samples().back().stamp_ns);
     }
   return earliest;
-}
-
-std::optional<std::string> TransformTree::met(const std::string& to, const std::string& from) const {
-  const std::vector<std::string> above = ancestors(from), above_target = ancestors(to);
-  const auto first = std::ranges::find_first_of(above, above_target);
-  return first == above.end() ? std::nullopt : std::optional(*first);
 }
 
 void TransformTree::forget_moving() {
@@ -145,7 +138,7 @@ TransformTree::Way TransformTree::up(std::uint32_t start, std::optional<std::uin
         way.steps.push_back({above.parent, T * step.T_frame_start});
       } catch (const NoPose& none) {  // ignored if another way leads there
         if (!way.broken)
-          way.broken.emplace("no pose of frame " + frame.name + " at its time: " + none.what(), frame.name);
+          way.broken.emplace("no pose of frame " + frame.name + " at its time: " + none.what());
       }
     }
   }
@@ -171,12 +164,10 @@ Eigen::Isometry3d TransformTree::lookup(const std::string& to, const std::string
 }
 
 std::string TransformTree::lacks(const std::string& frame) const {
-  constexpr std::size_t named = 20;
   std::string list;
-  for (std::size_t i = 0; i < std::min(named, frames_.size()); ++i)
-    list += (i == 0 ? ", but " : ", ") + frames_[i].name;
-  return "tf has no frame '" + frame + "'" + (list.empty() ? ", nor any" : list) +
-         (frames_.size() > named ? ", …" : "");
+  for (const Frame& known : frames_ | std::views::take(20))
+    list += (list.empty() ? ", but " : ", ") + known.name;
+  return "tf has no frame '" + frame + "'" + (list.empty() ? ", nor any" : list);
 }
 
 }  // namespace octosurf::io

@@ -76,10 +76,7 @@ class TransformTree {
     std::uint32_t frame = 0;
     Eigen::Isometry3d T_frame_start = Eigen::Isometry3d::Identity();
   };
-  std::optional<std::uint32_t> parent_of(const Frame& frame) const;
   std::uint32_t index_of(const std::string& frame);
-  /// The lowest frame that both are below, or are.
-  std::optional<std::string> met(const std::string& to, const std::string& from) const;
   Above& above_of(std::uint32_t child, std::uint32_t parent, bool fixed);
   struct Way {
     std::vector<Step> steps;       ///< the frame and all above it, nearest first

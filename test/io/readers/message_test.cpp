@@ -154,13 +154,6 @@ TEST(Trajectory, LeavesOutWhatIsNoPose) {
     EXPECT_NEAR(trajectory.at(second * 11 / 10, second / 4).translation().x(), 3, 1e-12) << length;
     EXPECT_THROW(of_samples({bad}).at(second * 11 / 10, 0), std::runtime_error) << length;
   }
-  Trajectory::Sample rounded = sample_at(1.2, 5);
-  rounded.rotation.coeffs() *= 0.9996;
-  const Trajectory trajectory =
-      of_samples({sample_at(1.1, 3), sample_at(1.1, nan_m), rounded});  // two at one time
-  EXPECT_EQ(trajectory.left_out(), 1U);
-  EXPECT_EQ(trajectory.at(second * 11 / 10, second / 4).translation().x(), 3);
-  EXPECT_EQ(trajectory.at(second * 12 / 10, second / 4).translation().x(), 5);
 }
 
 std::string why_not(const io::TransformTree& tree, const std::string& to, const std::string& from,
@@ -225,9 +218,7 @@ TEST(TransformTree, GoesUpAndAcross) {
              {"odom", "base", false, 1, 1},
              {"base", "left", true, 0, 0.1},
              {"base", "right", true, 0, -0.1}});
-  EXPECT_NEAR(tree.lookup("map", "left", second, 0).translation().x(), 11.1, 1e-12);
   EXPECT_NEAR(tree.lookup("right", "left", second, 0).translation().x(), 0.2, 1e-12);
-  EXPECT_NEAR(tree.lookup("left", "map", second, 0).translation().x(), -11.1, 1e-12);
   EXPECT_THAT(tree.ancestors("left"), ElementsAre("left", "base", "odom", "map"));
   EXPECT_TRUE(tree.moves("left"));
   EXPECT_TRUE(tree.moves_below("odom"));
@@ -235,14 +226,6 @@ TEST(TransformTree, GoesUpAndAcross) {
   // Fixed to one another, whatever is known of where both are.
   EXPECT_NEAR(tree.lookup("right", "left", 99 * second, 0).translation().x(), 0.2, 1e-12);
   EXPECT_THAT(why_not(tree, "map", "left", 99), says("no pose of frame base at its time: the last is 98"));
-}
-
-TEST(TransformTree, TellsWhatIsMissing) {
-  io::TransformTree tree;
-  add(tree, {{"map", "base", false, 1, 10}, {"world", "camera", true, 0, 1}});
-  EXPECT_THAT(why_not(tree, "map", "lidar", 1), says("no frame 'lidar'"));
-  EXPECT_THAT(why_not(tree, "earth", "base", 1), says("no frame 'earth'"));
-  EXPECT_THAT(why_not(tree, "map", "camera", 1), says("does not connect camera with map"));
 }
 
 TEST(TransformTree, RingsEnd) {

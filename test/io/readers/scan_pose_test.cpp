@@ -45,16 +45,13 @@ TEST_F(PoseFiles, FormatsAreToldApartByTheirColumns) {
   EXPECT_EQ(first_stamp(), 17);
 }
 
-TEST_F(PoseFiles, ColumnsAreThoseThatAHeadingNames) {
-  const std::string turn = "0.70710678 0 0 0.70710678",
-                    euroc =
-                        "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], "
-                        "q_RS_y [], q_RS_z [], "
-                        "v_RS_R_x [m s^-1], b_w_RS_S_x [rad s^-1]\n";
-  expect_quarter_turns(euroc + "17 1 2 3 " + turn + " 8 9\n", 1, true);
-  expect_quarter_turns("# by a program\n# timestamp tx ty tz qw qx qy qz\n17 1 2 3 " + turn, 1, true);
-  expect_quarter_turns("# qw qx qy qz x y z\n" + turn + " 1 2 3", 1, false);
-  const auto poses = write("p.txt", "# x y z qw qx qy qz\n1 2 3 " + turn + "\n");
+TEST_F(PoseFiles, AHeadingMaySayThatQwIsFirst) {
+  const std::string turn = " 1 2 3 0.70710678 0 0 0.70710678", rest = " 1 2 3 4 5 6 7 8 9\n";
+  expect_quarter_turns(
+      "#timestamp [ns], p_RS_R_x [m], q_RS_w [], q_RS_x [], v_RS_R_x [m s^-1]\n17" + turn + rest, 1,
+      true);  // EuRoC
+  expect_quarter_turns("# by a program\n# timestamp tx ty tz qw qx qy qz\n17" + turn, 1, true);
+  const auto poses = write("p.txt", "# x y z qw qx qy qz\n" + turn + "\n");
   for (const PoseForm form : {PoseForm::as_given, PoseForm::w_first})  // it is said already
     EXPECT_TRUE(read_all({write_pcd("a.pcd")}, {.poses = poses, .pose_form = form})
                     .at(0)
@@ -132,20 +129,8 @@ TEST_F(PoseFiles, OtherTextsAreNamed) {
               says("is UTF-16 text", "UTF-8"));
   EXPECT_THAT(refusal("0,5 1,25 2 0 0 0,7 0,7\n"),
               says("poses.txt:1: numbers with decimal commas", "points"));
-  EXPECT_THAT(refusal("17 1 2 3 0.707107 0 0 0.707107 1 2 3 4 5 6 7 8 9\n"), says("EuRoC", "heading"));
+  EXPECT_THAT(refusal("17 1 2 3 0.707107 0 0 0.707107 1 2 3 4 5 6 7 8 9\n"), says("last row", "EuRoC"));
   EXPECT_THAT(refusal("timestamp,tx,ty\n"), says("'timestamp' is not a number", "headings begin with #"));
-}
-
-TEST(TimeStamps, AreTakenToSecondsFromTheUnitTheyShow) {
-  const double epoch = 1403636579.5;
-  for (const auto& [factor, unit] : {std::pair(1.0, ""), std::pair(1e3, "milliseconds"),
-                                     std::pair(1e6, "microseconds"), std::pair(1e9, "nanoseconds")}) {
-    std::vector<double> stamps{epoch * factor, (epoch + 0.1) * factor};
-    EXPECT_EQ(io::to_seconds(stamps), unit);
-    EXPECT_NEAR(stamps[1], epoch + 0.1, 1e-6);
-  }
-  std::vector<double> of_a_start{3.1, 3, NAN};
-  EXPECT_EQ(io::to_seconds(of_a_start), "");
 }
 
 TEST(TimeStamps, AreFoundInNames) {
@@ -212,20 +197,20 @@ TEST_F(TimedScans, AreGivenPosesByTimeEvenIfThereAreAsMany) {
 
 TEST_F(TimedScans, ThatWereRoundedAreTold) {
   std::string rounded, exact, times;
-  for (const char* const fraction : {".0", ".25", ".5", ".75"}) {
-    const std::string second = "1403636579", stamp = second + fraction;
+  for (int i = 0; i < 4; ++i) {
+    const std::string stamp = std::to_string(1403636579 + 0.25 * i);
     write_pcd("scans/" + stamp + ".pcd");
-    rounded += second + " " + stamp + " 0 0 0 0 0 1\n";
     exact += stamp + " 0 0 0 0 0 0 1\n";
-    times += second + "\n";
+    rounded += "1403636579 0 0 0 0 0 0 1\n";
+    times += "1403636579\n";
   }
   const auto notes = [&](const std::string& poses) {
     return open_scans({folder / "scans"}, with_poses(write("p.txt", poses)))->notes();
   };
   EXPECT_THAT(notes(exact), Not(Contains(says("rounded"))));
-  EXPECT_THAT(notes(rounded), Contains(says("p.txt: 4 poses have 1 time, whole seconds", "fractions")));
+  EXPECT_THAT(notes(rounded), Contains(says("p.txt: 4 poses have 1 different times, whole seconds")));
   write("scans/times.txt", times);
-  EXPECT_THAT(notes(exact), Contains(says("scans: 4 scans have 1 time, whole seconds", "times.txt")));
+  EXPECT_THAT(notes(exact), Contains(says("scans: 4 scans have 1 different times, whole", "times.txt")));
 }
 
 TEST_F(TimedScans, OfNanosecondsWithoutLeadingZerosAreRefused) {
@@ -260,12 +245,6 @@ TEST_F(TimedScans, LeaveOutBadPosesAndTellOfGaps) {
 
 using ScanFolders = ScanFiles;
 
-std::vector<std::string> names(const std::vector<Scan>& scans) {
-  std::vector<std::string> result;
-  for (const auto& scan : scans) result.push_back(fs::path(scan.name).filename().string());
-  return result;
-}
-
 TEST_F(ScanFolders, SkippedScansAreNotDecodedAndLeaveTheOthersTimesAsTheyAre) {
   for (const char* recording : {"a", "b"})
     for (int i = 0; i < 4; ++i)
@@ -288,17 +267,6 @@ TEST_F(ScanFolders, SkippedScansAreNotDecodedAndLeaveTheOthersTimesAsTheyAre) {
   const auto source = open_scans(inputs, {.skip_bad = true});
   ASSERT_TRUE(source->skip(2));
   EXPECT_EQ(source->next().value().name, all[3].name) << "only good ones count";
-}
-
-TEST_F(ScanFolders, ScansComeInNaturalOrder) {
-  EXPECT_TRUE(io::natural_less("full2.pcd", "full10.pcd"));
-  EXPECT_FALSE(io::natural_less("full10.pcd", "full2.pcd"));
-  EXPECT_TRUE(io::natural_less("a007", "a8"));
-  EXPECT_TRUE(io::natural_less("a", "a1"));
-  EXPECT_TRUE(io::natural_less("a01", "a1") != io::natural_less("a1", "a01"));
-  EXPECT_FALSE(io::natural_less("x", "x"));
-  for (const auto* name : {"full10.pcd", "full2.pcd", "full1.pcd"}) write_pcd(name);
-  EXPECT_THAT(names(read_all({folder})), ElementsAre("full1.pcd", "full2.pcd", "full10.pcd"));
 }
 
 TEST_F(ScanFolders, KindIsToldByContent) {
