@@ -94,6 +94,30 @@ std::size_t units_at(std::size_t column, const std::vector<TextLine>& lines,
   }));
 }
 
+/// Puts the columns into the usual order; true: qw was before qx, as the heading says. Throws for seven of
+/// another meaning.
+bool make_usual(std::vector<TextLine>& lines, const std::string& heading, const std::filesystem::path& file) {
+  const std::size_t columns = lines.front().words.size();
+  static const std::regex words(R"((q|ori)[\w.]*w\b.*(q|ori)[\w.]*x\b)", std::regex::icase);
+  const bool w_first = (columns == 7 || columns == 8 || columns == 17) && std::regex_search(heading, words);
+  // An index before the time, as of pandas, not RTAB-Map's id behind the pose.
+  const bool indexed =
+      columns == 9 && units_at(5, lines, file) == lines.size() && units_at(4, lines, file) < lines.size();
+  for (auto& [_, row] : lines) {
+    if (row.size() != columns) continue;
+    if (indexed) row.erase(row.begin());
+    if (columns == 17 && w_first) row.resize(8);  // EuRoC's velocities and biases
+    if (w_first) std::rotate(row.end() - 4, row.end() - 3, row.end());
+  }
+  if (columns == 7 && units_at(3, lines, file) == 0)
+    throw Error(Error::Kind::data, file.string(), "7 columns whose last four are no unit quaternion",
+                units_at(0, lines, file) == lines.size()
+                    ? "columns 1 to 4 are one: write tx ty tz qx qy qz qw"
+                    : "expected are tx ty tz qx qy qz qw; for time x y z roll pitch yaw write TUM's "
+                      "time tx ty tz qx qy qz qw");
+  return w_first;
+}
+
 }  // namespace
 
 PoseFile read_poses(const std::filesystem::path& file) {
@@ -109,27 +133,10 @@ PoseFile read_poses(const std::filesystem::path& file) {
   if (first[0] != '+' && std::from_chars(first.data(), first.data() + first.size(), value).ec != std::errc())
     refuse_poses(at_line(file, lines.front().number),
                  "'" + printable(first.substr(0, 40)) + "' is not a number");
-  std::size_t columns = lines.front().words.size();
-  static const std::regex w_first(R"((q|ori)[\w.]*w\b.*(q|ori)[\w.]*x\b)", std::regex::icase);
-  const bool named = (columns == 7 || columns == 8 || columns == 17) && std::regex_search(heading, w_first);
-  // An index before the time, as of pandas, not RTAB-Map's id behind the pose.
-  const bool indexed =
-      columns == 9 && units_at(5, lines, file) == lines.size() && units_at(4, lines, file) < lines.size();
-  for (auto& [_, words] : lines) {
-    if (words.size() != columns) continue;
-    if (indexed) words.erase(words.begin());
-    if (columns == 17 && named) words.resize(8);  // EuRoC's velocities and biases
-    if (named) std::rotate(words.end() - 4, words.end() - 3, words.end());
-  }
-  columns = lines.front().words.size();
-  PoseFile result{file, {}, false, columns == 12 || columns == 13, named};
-  if (named) result.notes.push_back("qw is before qx, by the heading");
-  if (columns == 7 && units_at(3, lines, file) == 0)
-    throw Error(Error::Kind::data, file.string(), "7 columns whose last four are no unit quaternion",
-                units_at(0, lines, file) == lines.size()
-                    ? "columns 1 to 4 are one: write tx ty tz qx qy qz qw"
-                    : "expected are tx ty tz qx qy qz qw; for time x y z roll pitch yaw write TUM's "
-                      "time tx ty tz qx qy qz qw");
+  const bool w_first = make_usual(lines, heading, file);
+  const std::size_t columns = lines.front().words.size();
+  PoseFile result{file, {}, false, columns == 12 || columns == 13, w_first};
+  if (w_first) result.notes.push_back("qw is before qx, by the heading");
   if (columns == 4) {
     result.poses = read_blocks(lines, file);
   } else {

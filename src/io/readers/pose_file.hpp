@@ -23,7 +23,7 @@ struct PoseFile {
   std::vector<FilePose> poses;
   bool stamped = false;              ///< every pose has a time stamp
   bool kitti = false;                ///< 3×4 in one line
-  bool named = false;                ///< with qw before qx, by its heading
+  bool w_first = false;              ///< with qw before qx, by its heading
   std::vector<std::string> notes{};  ///< its times' unit, if it is not s; how many poses were left out
 };
 

@@ -124,7 +124,7 @@ void pose_all(const std::vector<ListedRecording*>& recordings, PoseFile poses,
   for (ListedRecording* recording : recordings) {
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)
       find_velodyne_in_camera(*recording, options.pose_form, notes);
-    if (poses.named && recording->pose_form == PoseForm::w_first) recording->pose_form = PoseForm::as_given;
+    if (poses.w_first && recording->pose_form == PoseForm::w_first) recording->pose_form = PoseForm::as_given;
     recording->trajectory = trajectory;
     if (trajectory) continue;
     for (auto& scan : recording->scans) {
