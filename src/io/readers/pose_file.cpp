@@ -7,9 +7,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <regex>
-#include <utility>
 
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
@@ -94,8 +92,7 @@ std::size_t units_at(std::size_t column, const std::vector<TextLine>& lines,
   }));
 }
 
-/// Puts the columns into the usual order; true: qw was before qx, as the heading says. Throws for seven of
-/// another meaning.
+/// Puts columns into the usual order; true: qw was first, by the heading. Throws for 7 of another meaning.
 bool make_usual(std::vector<TextLine>& lines, const std::string& heading, const std::filesystem::path& file) {
   const std::size_t columns = lines.front().words.size();
   static const std::regex words(R"((q|ori)[\w.]*w\b.*(q|ori)[\w.]*x\b)", std::regex::icase);

@@ -148,8 +148,7 @@ void for_each_transform(MessageReader& message, const std::function<void(const T
 
 /// nav_msgs/{Odometry, Path} and geometry_msgs/{PoseStamped, PoseWithCovarianceStamped, TransformStamped}.
 bool is_pose_type(std::string_view type);
-/// Its pose; of a Path, whose poses may have no frames, all: but the last alone, at the Path's time, if that
-/// has none.
+/// Its pose; of a Path all, or, if they have no times, the last at the Path's.
 std::vector<TransformMessage> read_pose_message(MessageReader& message, std::string_view type);
 
 }  // namespace octosurf::io
