@@ -56,8 +56,7 @@ if len(places) > 1:
     if plan.refusal:
         print(f"no plan: {plan.refusal.sentence}")
     else:
-        wrong = octosurf.verify_plan(plan, snapshot, octree, robot)
-        print(f"{len(plan.steps)} steps, cost {plan.cost:.1f}, {len(wrong)} of them wrong")
+        print(f"{len(plan.steps)} steps, cost {plan.cost:.1f}")
 else:
     print(f"no plan: nowhere to stand, because of {', '.join(region.refused)}")
 

@@ -122,15 +122,6 @@ Throws Error(usage).)")
       "snapshot"_a, "from_"_a, "to"_a, "robot"_a = py::none(), "budget"_a = PlanBudget{}, py::kw_only(),
       "octree"_a = py::none(),
       "The same; robot None: Biped() with the map's up; octree None: the snapshot's own.");
-  module.def("verify_plan", &verify_plan, "plan"_a, "snapshot"_a, "octree"_a, "robot"_a, Released());
-  module.def(
-      "verify_plan",
-      [](const FootstepPlan& plan, const Snapshot& snapshot, const Robot& robot,
-         const std::optional<OccupancyView>& octree) {
-        return verify_plan(plan, snapshot, octree_of(snapshot, octree), robot);
-      },
-      "plan"_a, "snapshot"_a, "robot"_a, py::kw_only(), "octree"_a = py::none(), Released(),
-      "The same; octree None: the snapshot's own.");
 }
 
 }  // namespace octosurf::python

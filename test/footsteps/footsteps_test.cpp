@@ -1,3 +1,4 @@
+#include "footsteps/verify_plan.hpp"
 #include "planning/shapes.hpp"
 #include "support/painted_octree.hpp"
 
@@ -8,6 +9,7 @@ namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
+using test::verify_plan;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;

@@ -1,3 +1,5 @@
+#include "footsteps/verify_plan.hpp"
+
 #include "footsteps/gait.hpp"
 #include "geometry/even_odd.hpp"
 #include "planning/contact_shape.hpp"
@@ -13,12 +15,11 @@
 #include <string>
 #include <utility>
 
-#include <octosurf/footsteps.hpp>
 #include <octosurf/up.hpp>
 
 // Boxes are tested against the octree itself, every centimetre; its voxels are read as by the planner.
 
-namespace octosurf {
+namespace octosurf::test {
 namespace {
 
 constexpr double plan_rounding = 1e-6;  // m
@@ -257,4 +258,4 @@ std::vector<std::string> verify_plan(const FootstepPlan& plan, const Snapshot& s
       robot);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::test
