@@ -137,37 +137,6 @@ TEST(ConvexPieces, OfRandomPolygons) {
   }
 }
 
-/// A floor as maps have them: an outline of voxels' readings, feet of furniture standing on it.
-Polygon floor_plan(std::mt19937_64& random, int holes) {
-  std::uniform_real_distribution<double> uniform(0, 1);
-  Polygon floor;
-  const auto along = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to, Ring2& ring) {
-    const int steps = static_cast<int>((to - from).norm() / 0.04);
-    const Eigen::Vector2d side = Eigen::Vector2d(from.y() - to.y(), to.x() - from.x()).normalized();
-    for (int i = 0; i < steps; ++i)
-      ring.push_back(from + (to - from) * (i + 0.5) / steps + 0.015 * (uniform(random) - 0.5) * side);
-  };
-  const Ring2 walls{{0, 0}, {5, 0}, {5, 3}, {3.5, 3}, {3.5, 4}, {0, 4}};
-  for (std::size_t i = 0; i < walls.size(); ++i) along(walls[i], walls[(i + 1) % walls.size()], floor.outer);
-  for (int h = 0; h < holes; ++h) {
-    Ring2 foot;
-    const Ring2 square = box(0.5 + 1.1 * (h % 4), 0.7 + 1.2 * (h / 4), 0.08, 0.08);
-    for (std::size_t i = 0; i < 4; ++i) along(square[i], square[(i + 1) % 4], foot);
-    floor.holes.push_back(reversed(foot));
-  }
-  return floor;
-}
-
-TEST(ConvexPieces, CoverNearlyAllOfAFloor) {
-  std::mt19937_64 random(test::seed());
-  for (const int holes : {0, 1, 2, 4}) {
-    const Surface on = with_voxels(surface(1, {floor_plan(random, holes)}));
-    const ContactRegion region = contact_region(on, ContactShape::rectangle(0.22, 0.11), 0.3);
-    EXPECT_GE(expect_valid(on, region.polygons, 12), 0.95) << holes << " holes";
-    EXPECT_GE(expect_valid(on, on.polygons, 20), 0.95) << holes << " holes";
-  }
-}
-
 TEST(ConvexPieces, CoverTheSavedOfficeAsStated) {
   const std::shared_ptr<const Snapshot> office =
       load_map(test::paths::source() + "/maps/office").map.snapshot();

@@ -42,10 +42,9 @@ TEST(GroundView, SlotsAreNoGroundWhicheverWayTheyRun) {
       mapper.insert(test::camera_scan(scene, test::look_at(eye, {0, 0, 0}), rng, {400, 300, 340}));
     }
     mapper.drain();
-    const auto ground = GroundView(mapper.snapshot(), mapper.map().octree()).supported();
+    const SurfaceIndex ground(GroundView(mapper.snapshot(), mapper.map().octree()).supported());
     const auto stands_at = [&](double x, double y) {
-      const std::optional<Nearest> met =
-          shapes::below(*ground, T_map_slot * Eigen::Vector3d(x, y, 0.1), walkable);
+      const std::optional<Nearest> met = ground.below(T_map_slot * Eigen::Vector3d(x, y, 0.1), walkable);
       return met && std::abs((T_map_slot.inverse() * met->point).z()) < 0.03;
     };
     int beside = 0, stood = 0;
@@ -83,8 +82,8 @@ class Place : public testing::Test {
   bool accepted(const GroundView& ground, const Eigen::Vector3d& at) const {
     return ground.foothold(SurfaceIndex(snapshot).nearest(at)->id, at, 0.3).accepted;
   }
-  bool stands(const Snapshot& on, double x, double y) const {
-    const auto met = shapes::below(on, {x, y, 0.1}, walkable);
+  bool stands(const SurfaceIndex& on, double x, double y) const {
+    const auto met = on.below({x, y, 0.1}, walkable);
     return met && std::abs(met->point.z()) < 0.02;
   }
   std::shared_ptr<const Snapshot> snapshot;
@@ -98,13 +97,13 @@ TEST_F(Place, NoFootIsPutIntoAPoleUnderABoardOrOnAWall) {
   EXPECT_FALSE(accepted(ground, {0.1, 0, 0}));
   EXPECT_FALSE(accepted(ground, {0.55, 0, 0}));
   EXPECT_FALSE(accepted(ground, {0, 1, 1}));
-  const std::shared_ptr<const Snapshot> supported = ground.supported();
+  const SurfaceIndex supported(ground.supported());
   for (double x = -0.02; x <= 0.7; x += 0.01) {
     const bool covered = std::abs(x) < 0.021 || x > 0.4;  // by pole or board
-    EXPECT_FALSE(covered && stands(*supported, x, 0.01)) << x;
+    EXPECT_FALSE(covered && stands(supported, x, 0.01)) << x;
   }
-  EXPECT_TRUE(stands(*supported, -0.5, -0.4));
-  EXPECT_TRUE(stands(*supported, 0.2, 0.1));
+  EXPECT_TRUE(stands(supported, -0.5, -0.4));
+  EXPECT_TRUE(stands(supported, 0.2, 0.1));
 }
 
 TEST_F(Place, OutlinesAsMappedTakeAWord) {

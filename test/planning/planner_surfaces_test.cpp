@@ -30,24 +30,6 @@ Snapshot four_squares() {
 /// m²: of regions of squares, to three cells of 5 mm.
 constexpr double cells = 4 * 0.8 * 0.015;
 
-TEST(PlannerSurfaces, HaveInsetsWhereTheContactHasRoom) {
-  PlannerContact contact;
-  contact.shape = ContactShape::disc(0.1);
-  const Snapshot snapshot = four_squares();
-  const std::vector<PlannerSurface> surfaces = planner_surfaces(snapshot, contact);
-  ASSERT_EQ(surfaces.size(), 4u);
-  for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(surfaces[i].id, snapshot.surfaces[i]->id);
-    EXPECT_TRUE(surfaces[i].T_world_surface.isApprox(snapshot.surfaces[i]->T_map_surface));
-    EXPECT_EQ(surfaces[i].polygons.at(0).outer, snapshot.surfaces[i]->polygons.at(0).outer);
-    EXPECT_TRUE(surfaces[i].pieces.empty()) << "none were asked for";
-  }
-  EXPECT_NEAR(test::area(surfaces[0].insets), 0.8 * 0.8, cells);
-  for (const std::size_t none : {1, 2, 3}) EXPECT_TRUE(surfaces[none].insets.empty()) << none;
-  contact.limits.max_slope_rad = 50 * degree;
-  EXPECT_NEAR(test::area(planner_surfaces(snapshot, contact)[2].insets), 0.8 * 0.8, cells);
-}
-
 TEST(PlannerSurfaces, AreThoseOfRegionsAndPiecesAskedOneByOne) {
   PlannerContact contact;
   contact.shape = ContactShape::rectangle(0.3, 0.1);
@@ -59,6 +41,9 @@ TEST(PlannerSurfaces, AreThoseOfRegionsAndPiecesAskedOneByOne) {
   const std::vector<PlannerSurface> surfaces = planner_surfaces(snapshot, contact);
   for (std::size_t i = 0; i < snapshot.surfaces.size(); ++i) {
     const Surface& surface = *snapshot.surfaces[i];
+    EXPECT_EQ(surfaces[i].id, surface.id);
+    EXPECT_TRUE(surfaces[i].T_world_surface.isApprox(surface.T_map_surface));
+    EXPECT_EQ(surfaces[i].polygons.at(0).outer, surface.polygons.at(0).outer);
     const ContactRegion region = contact_region(surface, contact.shape, contact.yaw_rad, contact.limits);
     ASSERT_EQ(surfaces[i].insets.size(), region.polygons.size());
     for (std::size_t k = 0; k < region.polygons.size(); ++k)
@@ -69,6 +54,8 @@ TEST(PlannerSurfaces, AreThoseOfRegionsAndPiecesAskedOneByOne) {
       EXPECT_EQ(surfaces[i].pieces[k].vertices, pieces[k].vertices);
   }
   EXPECT_FALSE(surfaces[0].pieces.empty());
+  contact.pieces = 0;
+  EXPECT_TRUE(planner_surfaces(snapshot, contact)[0].pieces.empty()) << "none were asked for";
 }
 
 TEST(PlannerSurfaces, AreTurnedWithTheirPieces) {

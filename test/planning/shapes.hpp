@@ -2,7 +2,7 @@
 
 #include "support/testing.hpp"
 
-#include <octosurf/queries.hpp>
+#include <octosurf/surface.hpp>
 
 namespace octosurf::shapes {
 
@@ -117,30 +117,6 @@ inline constexpr double pi = std::numbers::pi;
 inline Eigen::Vector3d random_vector(std::mt19937_64& random, double half) {
   std::uniform_real_distribution<double> uniform(-half, half);
   return {uniform(random), uniform(random), uniform(random)};
-}
-
-/// The best of what indices of single surfaces answer.
-template <class Ask>
-std::optional<Nearest> best_alone(const Snapshot& snapshot, const Ask& ask) {
-  std::optional<Nearest> best;
-  for (const SurfacePtr& surface : snapshot.surfaces) {
-    Snapshot alone;
-    alone.surfaces = {surface};
-    const auto found = ask(SurfaceIndex(std::make_shared<Snapshot>(alone)));
-    if (found && (!best || std::pair(found->distance, found->id) < std::pair(best->distance, best->id)))
-      best = found;
-  }
-  return best;
-}
-
-inline std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& point,
-                                      const SlopeLimit& limit = {}) {
-  return best_alone(snapshot, [&](const SurfaceIndex& index) { return index.nearest(point, limit); });
-}
-
-inline std::optional<Nearest> below(const Snapshot& snapshot, const Eigen::Vector3d& point,
-                                    const SlopeLimit& limit = {}) {
-  return best_alone(snapshot, [&](const SurfaceIndex& index) { return index.below(point, limit); });
 }
 
 }  // namespace octosurf::shapes
