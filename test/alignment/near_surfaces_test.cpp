@@ -77,25 +77,6 @@ TEST(NearSurfaces, WhatIsGoneButPublishedStillIsNotNear) {
   EXPECT_TRUE(near.in(*published, everywhere, &state).empty());
 }
 
-bool inside(const Ring2& ring, const Eigen::Vector2d& p) {
-  bool in = false;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
-    if ((a.y() > p.y()) == (b.y() > p.y())) continue;
-    if (p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) in = !in;
-  }
-  return in;
-}
-
-bool inside(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
-  bool in = false;
-  for (const Polygon& polygon : polygons) {
-    in ^= inside(polygon.outer, p);
-    for (const Ring2& hole : polygon.holes) in ^= inside(hole, p);
-  }
-  return in;
-}
-
 /// With deep bays.
 Polygon star_with_hole(std::mt19937_64& rng, const Eigen::Vector2d& centre) {
   return {shapes::star(rng, centre, 1.2, 3.1, 23),
@@ -115,6 +96,7 @@ TEST(PlaneRaster, CoversCellsWhoseNeighboursAreInside) {
     const std::vector<Polygon> polygons{star_with_hole(rng, centre),
                                         {shapes::star(rng, centre + Eigen::Vector2d(5, 5), 0.1, 1, 7), {}}};
     const alignment::PlaneRaster raster(polygons, edge, everywhere);
+    const Region inside(polygons);
     Eigen::Vector2d low = centre.array() + 1e9, high = centre.array() - 1e9;
     for (const Polygon& polygon : polygons)
       for (const Eigen::Vector2d& vertex : polygon.outer)
@@ -124,7 +106,7 @@ TEST(PlaneRaster, CoversCellsWhoseNeighboursAreInside) {
       for (double y = low.y() - 2.5 * edge; y < high.y() + 3 * edge; y += edge) {
         bool all = true;  // (x, y) is a cell's centre
         for (const double dx : {-edge, 0.0, edge})
-          for (const double dy : {-edge, 0.0, edge}) all = all && inside(polygons, {x + dx, y + dy});
+          for (const double dy : {-edge, 0.0, edge}) all = all && inside.covers({x + dx, y + dy});
         ASSERT_EQ(raster.covers(x, y), all) << "world " << world << " at " << x << ", " << y;
         covered += all;
       }
@@ -172,14 +154,14 @@ TEST(PlaneRaster, OfCellsIsThatOfThePolygonsButAtTheBoundary) {
   std::uniform_real_distribution<double> turn(-3, 3), within(-3.2, 3.2), missing(0, 1);
   std::size_t covered = 0, differ = 0, looked_at = 0;
   for (int world = 0; world < 10; ++world) {
-    const std::vector<Polygon> region{star_with_hole(rng, {0, 0})};
+    const Region region({star_with_hole(rng, {0, 0})});
     surfaces::SurfaceModel model(1, {}, Eigen::Vector3d::Zero(), d);
     const geometry::VoxelGrid grid(d);
     for (double x = -3.2 + d / 2; x < 3.2; x += d)
       for (double y = -3.2 + d / 2; y < 3.2; y += d) {
         const Eigen::Vector3f at(static_cast<float>(x), static_cast<float>(y), 0);
         geometry::VoxelKey key;
-        if (inside(region, {x, y}) && missing(rng) < 0.7 && grid.key_of(at, key)) model.add({key, 0, at});
+        if (region.covers({x, y}) && missing(rng) < 0.7 && grid.key_of(at, key)) model.add({key, 0, at});
       }
     model.derive(h);
     const Eigen::Isometry3d T_frame_surface(Eigen::AngleAxisd(turn(rng), Eigen::Vector3d::UnitZ()));

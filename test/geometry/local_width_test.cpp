@@ -54,41 +54,6 @@ TEST(LocalWidth, IsAStripsWidth) {
   }
 }
 
-TEST(LocalWidth, OfALatticeIsThatOfItsBars) {
-  std::mt19937_64 rng = test::rng();
-  const auto bars = [](double wide) {
-    return [=](const Eigen::Vector2d& p) {
-      const auto on_bar = [&](double x) { return std::abs(x - 0.3 * std::round(x / 0.3)) < wide / 2; };
-      return on_bar(p.x()) || on_bar(p.y());
-    };
-  };
-  for (const double wide : {0.022, 0.05}) {
-    Points lattice = points_in(0.6, 0.01, rng, bars(wide));
-    turn(lattice, rng);
-    Moments extent;
-    for (const Eigen::Vector2d& p : lattice) extent.add({p.x() - lattice[0].x(), p.y() - lattice[0].y(), 0});
-    ASSERT_GT(width_of(extent), 1.0);
-    const std::optional<double> found = median_local_width(lattice, 0.03, 0.01);
-    ASSERT_TRUE(found);
-    EXPECT_EQ(*found < 0.03, wide < 0.03) << *found;
-  }
-}
-
-TEST(LocalWidth, SquaresAsWideOrWiderAreWideEnoughToTheirCorners) {
-  // The median over the points in one corner alone is the smallest that any part of a square could give.
-  std::mt19937_64 rng = test::rng();
-  for (const double edge : {0.06, 0.1, 0.5}) {
-    Points square = points_in(0.3, 0.003, rng, [&](const auto& p) {
-      return std::abs(p.x()) < edge / 2 && std::abs(p.y()) < edge / 2;
-    });
-    turn(square, rng);
-    const std::optional<double> found = median_local_width(square, 0.03, 0.003, 1);  // the first: a corner's
-    ASSERT_TRUE(found);
-    EXPECT_GT(*found, 0.03) << edge;
-    EXPECT_GT(median_local_width(square, 0.03, 0.003).value_or(0), 0.03) << edge;
-  }
-}
-
 TEST(LocalWidth, LinesOfReadingsAreNoMeasure) {
   Points lines;
   for (int line = 0; line < 10; ++line)

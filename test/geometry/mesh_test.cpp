@@ -12,10 +12,6 @@ using namespace shapes;
 
 Eigen::Isometry3d tilted_frame() { return pose({1, -2, 0.5}, 0.7, {3, -5, 1.5}); }
 
-double triangle_area(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
-  return ((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x()) / 2;
-}
-
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
 void expect_valid(const Polygon& polygon) {
@@ -24,7 +20,7 @@ void expect_valid(const Polygon& polygon) {
   double area = 0;
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
   for (const auto& t : triangles) {
-    const double part = triangle_area(vertices[t[0]], vertices[t[1]], vertices[t[2]]);
+    const double part = ring_area({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
     EXPECT_GT(part, 0);
     area += part;
     for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
@@ -116,7 +112,7 @@ TEST(Mesh, WhatIsNoPolygonHasNoTriangles) {
   EXPECT_TRUE(extrude(Surface{}, 0.02).vertices.empty());
   double area = 0;  // of a bow tie, which is cut and not refused
   for (const auto& t : triangulate({{{0, 0}, {2, 2}, {2, 0}, {0, 2}}, {}}, vertices))
-    area += triangle_area(vertices[t[0]], vertices[t[1]], vertices[t[2]]);
+    area += ring_area({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
   EXPECT_NEAR(area, 2, 1e-12);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(triangulate({{{0, 0}, {1, 0}, {nan, 1}}, {}}, vertices), Error);
@@ -144,12 +140,6 @@ bool only_ends_meet(const Edge& e, const Edge& f) {
   return !(cross(e.a, e.b, f.a) * cross(e.a, e.b, f.b) < 0 &&
            cross(f.a, f.b, e.a) * cross(f.a, f.b, e.b) < 0);
 }
-double twice_area(const Ring2& ring) {
-  double sum = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i)
-    sum += cross(Point::Zero(), ring[i], ring[(i + 1) % ring.size()]);
-  return sum;
-}
 int winding(const Ring2& ring, const Point& p) {
   int turns = 0;
   for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -176,7 +166,7 @@ bool sound(const std::vector<Polygon>& polygons) {
       if (std::count(ring.begin(), ring.end(), ring[i]) != 1) return false;
       edges.push_back({ring[i], ring[(i + 1) % ring.size()]});
     }
-    return ring.size() >= 3 && (outer ? twice_area(ring) > 0 : twice_area(ring) < 0);
+    return ring.size() >= 3 && (outer ? ring_area(ring) > 0 : ring_area(ring) < 0);
   };
   for (const Polygon& polygon : polygons) {
     if (!add(polygon.outer, true)) return false;
@@ -206,7 +196,7 @@ Ring2 random_ring(std::mt19937_64& rng, bool outer) {
     std::sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   Ring2 ring;
   for (const auto& [angle, p] : places) ring.push_back(p);
-  if ((twice_area(ring) > 0) != outer && rng() % 8 != 0) std::reverse(ring.begin(), ring.end());
+  if ((ring_area(ring) > 0) != outer && rng() % 8 != 0) std::reverse(ring.begin(), ring.end());
   return ring;
 }
 

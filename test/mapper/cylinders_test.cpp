@@ -72,22 +72,6 @@ TEST(Cylinders, PillarsOfAHall) {
   }
 }
 
-TEST(Cylinders, ARailSeenFromOneSide) {
-  for (const Eigen::Vector3d& along : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0.1, 1, 0.4)}) {
-    std::mt19937_64 rng = test::rng();
-    RoundScene scene;
-    scene.bars.push_back({-0.6 * along.normalized(), 0.6 * along.normalized(), 0.02});
-    CheckedMapper under_test(test::of_voxels(0.01));
-    insert(under_test, arc(scene, {0, 0, 0}, 0.8, 0.9, 6, rng));
-    ASSERT_THAT(cylinders(under_test), SizeIs(1));
-    const Cylinder& rail = *cylinders(under_test)[0];
-    expect_bar(rail, scene.bars[0], 0.003, 1);
-    EXPECT_GT(rail.span_rad, 110 * test::degree);
-    EXPECT_LT(rail.span_rad, 270 * test::degree);
-    test::expect_guarantees(under_test.mapper.map());
-  }
-}
-
 /// Of the bars, those that are one cylinder each.
 std::size_t bars_found(const CheckedMapper& under_test, const std::vector<test::Bar>& bars) {
   return static_cast<std::size_t>(std::count_if(bars.begin(), bars.end(), [&](const test::Bar& bar) {

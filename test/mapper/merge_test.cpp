@@ -171,16 +171,6 @@ TEST(MergedMaps, LieWhereThePoseSays) {
   EXPECT_GT(still_on_surfaces(mapper.map(), other.map(), T), 0.95);
 }
 
-TEST(MergedMaps, GoOn) {
-  std::mt19937_64 rng = test::rng();
-  Mapper mapper = mapped(scans_of_half(rng, -1, 5));
-  mapper.merge(mapped(scans_of_half(rng, 1, 5)).map());
-  for (const Scan& scan : scans_of_half(rng, 1, 3)) mapper.insert(scan);
-  mapper.merge(mapped(scans_of_half(rng, -1, 3)).map());
-  expect_sound(mapper);
-  EXPECT_EQ(mapper.map().size().scans, 16u);
-}
-
 TEST(MergedMaps, AreRefusedBeforeAnythingIsTouched) {
   std::mt19937_64 rng = test::rng();
   const std::vector<Scan> scans = scans_of_half(rng, 1, 2);

@@ -143,21 +143,5 @@ TEST(Succession, AnotherMapsSurfacesShareNone) {
   EXPECT_THAT(check_invariants(after.map), IsEmpty());
 }
 
-/// Going on after renumbering must not stumble over what is kept by id.
-TEST(Succession, ARenumberedMapIsGoneOnWith) {
-  std::mt19937_64 random = rng();
-  const std::vector<Scan> scans = strips({0, 0.5, 1}, random);
-  const Mapped before{map_of(scans, 100), scans};
-  Mapped after{map_of(scans, 1), scans};
-  renumbered(before, after);
-  Mapper mapper(std::move(after.map));
-  for (const Scan& scan : strips({0, 0.5, 1, 1.5}, random)) {
-    mapper.insert(scan);
-    ASSERT_THAT(check_invariants(mapper.map()), IsEmpty());
-  }
-  EXPECT_THAT(ids_of(mapper.map()), Contains(surfaces::state_of(before.map).surfaces.next_id()))
-      << "the fourth strip's";
-}
-
 }  // namespace
 }  // namespace octosurf::test

@@ -46,21 +46,6 @@ Eigen::Matrix3d any_rotation(std::mt19937_64& random) {
       .toRotationMatrix();
 }
 
-TEST(EstimateUp, IsTheFloorsNormalHoweverARoomIsTurned) {
-  std::mt19937_64 random(test::seed());
-  // Wider than high: floor and ceiling have more area than the two longer walls.
-  std::uniform_real_distribution<double> length(4, 8), height(2.2, 2.8), tables(0.5, 4);
-  for (int world = 0; world < 500; ++world) {
-    const double l = length(random);
-    const Planes planes = room(l, 0.8 * l, height(random), tables(random));
-    const Eigen::Matrix3d R = any_rotation(random);
-    const Up up = estimate_up(planes.turned(R));
-    EXPECT_EQ(up.source, Up::Source::surfaces);
-    EXPECT_LT(angle(up.direction, R.col(2)), 1e-7);
-    EXPECT_NEAR(up.direction.norm(), 1, 1e-12);
-  }
-}
-
 TEST(EstimateUp, TurnsWithTheMapWhateverItsSurfacesAre) {
   std::mt19937_64 random(test::seed());
   std::normal_distribution<double> gauss;
