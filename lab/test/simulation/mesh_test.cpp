@@ -3,9 +3,7 @@
 
 #include "accuracy/simulated_map.hpp"
 #include "evaluation/evaluate.hpp"
-#include "simulation/mesh_walk.hpp"
 #include "simulation/terrain.hpp"
-#include "simulation/trajectory.hpp"
 #include "support/paths.hpp"
 
 #include <chrono>
@@ -177,33 +175,6 @@ namespace fs = std::filesystem;
 
 using terrain::area;
 
-Eigen::Vector3d look(const View& view) { return (view.target - view.eye).normalized(); }
-
-class MeshWalk : public terrain::TerrainTest {};
-
-TEST_F(MeshWalk, OverLevelGroundTheCameraIsCarriedEvenlyAndLooksAheadAndDown) {
-  Triangles ground;
-  terrain::add_quad(ground, {{{-1, -2, 0.7}, {4, -2, 0.7}, {4, 0, 0.7}, {-1, 0, 0.7}}});
-  const auto mesh = mesh_of(ground);
-  for (const std::uint64_t seed : octosurf::test::seeds(20)) {
-    const auto path = walk_over(mesh, Random(seed, 2));
-    std::set<double> heights, lanes;
-    std::size_t there = 0;
-    for (const auto& view : path) {
-      heights.insert(std::round((view.eye.z() - 0.7) * 1e4) / 1e4);
-      lanes.insert(std::round(view.eye.y() * 1e3));
-      const double down_deg = std::asin(-look(view).z()) * 180 / std::numbers::pi;
-      EXPECT_TRUE(down_deg >= 30 && down_deg <= 40) << down_deg;
-      EXPECT_NEAR(look(view).y(), 0, 1e-9) << "along the longer side";
-      there += look(view).x() > 0;
-    }
-    ASSERT_EQ(heights.size(), 1u);
-    EXPECT_TRUE(*heights.begin() >= 0.5 && *heights.begin() <= 0.6);
-    EXPECT_EQ(lanes.size(), 3u) << "2 m wide";
-    EXPECT_EQ(there * 2, path.size()) << "there and back";
-  }
-}
-
 class MeshRecording : public terrain::TerrainTest {
  protected:
   SimulationOptions options() const {
@@ -212,23 +183,6 @@ class MeshRecording : public terrain::TerrainTest {
     return options;
   }
 };
-
-TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
-  SimulationOptions some = options();
-  for (const std::string sensor : {"depth", "spinning"}) {
-    SCOPED_TRACE(sensor);
-    some.sensor = sensor;
-    some.frames = sensor == "depth" ? 200 : 40;
-    const evaluation::Truth truth = Recording(some).truth();
-    for (const auto& face : truth.faces) {
-      // At a quarter of the usual scans, 20 cm apart, the last 4 cm of a tread, behind the edge above, may
-      // fall between two of them. Between a lidar's beams cells stay empty: it only has to see each face.
-      const double least = sensor == "depth" ? 0.25 / 0.29 * area(face) : 0.05;
-      EXPECT_TRUE(!face.name.starts_with("terrain/level") || face.visible_area_m2 >= least) << face.name;
-      EXPECT_TRUE(!face.name.starts_with("terrain/overhang") || face.visible_area_m2 == 0) << face.name;
-    }
-  }
-}
 
 TEST_F(MeshRecording, AStairIsMappedStepByStep) {
   SimulationOptions some = options();

@@ -156,27 +156,5 @@ TEST_F(RealCameraTest, OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach) {
   }
 }
 
-TEST_F(RealCameraTest, DropsAsOftenAsItSays) {
-  struct Case {
-    double z, incidence_deg, albedo;
-  };
-  for (const auto& [z, incidence_deg, albedo] :
-       {Case{1, 0, 0.6}, Case{1, 74, 0.6}, Case{1, 78, 0.6}, Case{1, 82, 0.6}, Case{1, 87, 0.6},
-        Case{2, 0, 0.04}, Case{3, 0, 0.04}, Case{4, 68, 0.6}}) {
-    double dropped = 0, expected = 0;
-    Readings readings = wall(z, incidence_deg * degree);
-    for (const float t : readings.t) expected += RealCamera::drop_out(t, incidence_deg * degree, albedo);
-    camera_.drop(std::vector<double>(pixels, albedo), Random(seed_, 300), readings);
-    for (std::size_t k = 0; k < pixels; ++k) {
-      dropped += readings.t[k] == 0;
-      ASSERT_EQ(readings.labels[k], readings.t[k] == 0 ? 0 : 1);
-    }
-    const double share = expected / pixels;
-    EXPECT_NEAR(dropped / pixels, share,
-                sigmas * std::sqrt(share * (1 - share) * pixels_a_mean / pixels) + 1e-6)
-        << z << " m, " << incidence_deg << "°, albedo " << albedo;
-  }
-}
-
 }  // namespace
 }  // namespace octosurf::simulation
