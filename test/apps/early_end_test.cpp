@@ -218,50 +218,6 @@ TEST_F(FailingRun, NoMemoryKeepsWhatWasMapped) {
   EXPECT_GT(named, 0) << "no limit let it map some and then run out of memory";
 }
 
-TEST_F(FailingRun, OutputsAreNotTheMapItself) {
-  write_floor("floor", 2);
-  fs::create_directory_symlink(folder, folder / "here");
-  const auto refused = [&](const std::string& report, const std::string& more = {}) {
-    wrong_use("map floor -o m --report '" + report + "' " + more, {"--report"});
-  };
-  for (const std::string& report :
-       {std::string("m.surfaces"), std::string("./m.bt"), std::string("here/m.bt"),
-        std::string("floor/../m.surfaces"), (folder / "m.surfaces").string()})
-    refused(report);
-  EXPECT_FALSE(exists("m.surfaces") || exists("m.bt")) << "refused before any work is done";
-  for (const std::string map : {"m", "kept", "other"}) run_well("map floor -o " + map);
-  fs::create_hard_link(folder / "m.surfaces", folder / "hard.json");
-  fs::create_symlink("m.bt", folder / "soft.json");
-  for (const char* report : {"m.surfaces", "m.bt", "hard.json", "soft.json"}) refused(report, "--force");
-  refused("other.surfaces", "--force --resume other");
-  write("truth.json", "{}");
-  for (const std::string taken : {"m.surfaces", "hard.json", "truth.json"})
-    wrong_use("evaluate m --truth truth.json --force --json " + taken, {"--json"});
-  wrong_use("view m --force --png m.bt", {"--png"});
-  EXPECT_TRUE(same_maps("m", "kept") && same_maps("other", "kept"));
-  EXPECT_EQ(read("truth.json"), "{}");
-}
-
-TEST_F(FailingRun, OutputsAreNotInputs) {
-  write_floor("floor", 2);
-  run_well("map floor -o old");
-  fs::copy_file(folder / "floor/poses.txt", folder / "poses.txt");
-  fs::copy_file(folder / "floor/intrinsics.txt", folder / "K.txt");
-  write("c.txt", "resolution = 0.02\n");
-  for (const std::string arguments :
-       {"floor -o m --report floor/poses.txt", "floor -o m --report ./floor/1.pgm",
-        "floor -o m --poses poses.txt --report poses.txt", "floor -o m --intrinsics K.txt --report K.txt",
-        "floor -o m --config c.txt --report c.txt", "old.bt -o m --report old.bt", "old.bt -o old"}) {
-    const std::string last = arguments.substr(arguments.rfind(' ') + 1),
-                      file = last == "old" ? "old.bt" : last;
-    const std::string before = read(file);
-    wrong_use("map " + arguments + " --force", {fs::path(file).lexically_normal().string()});
-    EXPECT_EQ(read(file), before);
-  }
-  EXPECT_FALSE(exists("m.surfaces"));
-  run_well("map floor -o m --report floor/new.json");  // a file of its own may stand there
-}
-
 /// How many kills: OCTOSURF_KILLS, else few, so that the suite stays fast.
 int kills() {
   const char* given = std::getenv("OCTOSURF_KILLS");

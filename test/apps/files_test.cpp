@@ -19,34 +19,6 @@ using namespace std::string_literals;
 
 class Files : public FloorTest {};
 
-/// That every key is there and what it holds is test/io's; here real outlines lie on their planes.
-TEST_F(CommandTest, ExportedSurfacesAreThoseOfTheMap) {
-  simulate_room();
-  run_well("map room -o m --first 4 --resolution 0.05");
-  for (const std::string options : {" --as-mapped", " --force"}) {
-    run_well("export m --to m.json" + options);
-    const json surfaces = read_json("m.json").at("surfaces");
-    EXPECT_EQ(surfaces.size(), info("m").at("surfaces"));
-    for (const json& surface : surfaces) {
-      const json &normal = surface.at("plane").at("normal"), &covariance = surface.at("covariance");
-      for (const int variance : {0, 4, 8}) EXPECT_GT(covariance.at(variance), 0);
-      EXPECT_NE(surface.at("polygons").empty(), surface.at("area_m2") > 0);
-      std::vector<json> rings{surface.at("boundary")};
-      for (const json& polygon : surface.at("polygons")) {
-        rings.push_back(polygon.at("outer"));
-        EXPECT_EQ(polygon.at("outer_edges").size(), polygon.at("outer").size());
-        EXPECT_EQ(polygon.at("hole_edges").size(), polygon.at("holes").size());
-      }
-      for (const json& ring : rings)
-        for (const json& p : ring) {
-          double height = 0;
-          for (int i = 0; i < 3; ++i) height += normal.at(i).get<double>() * p.at(i).get<double>();
-          EXPECT_NEAR(height, surface.at("plane").at("offset"), 1e-6);
-        }
-    }
-  }
-}
-
 TEST_F(Files, AnOtIsTheMapsOctreeAsOctomapReadsIt) {
   EXPECT_THAT(run_well("export m --to m.ot").out, says("m.ot: "));
   const std::unique_ptr<octomap::AbstractOcTree> read_back(
@@ -205,8 +177,8 @@ TEST_F(Lock, AMapThatCameDuringARunStays) {
   }
 }
 
-// Parts of the command by themselves: the scans of a range, and the report's numbers, from scans whose every
-// number is known.
+// Parts of the command by themselves: scans that wait, and the report's numbers, from scans whose every
+// number is known. What a range takes, MapRun has.
 
 using nlohmann::json;
 
@@ -227,34 +199,6 @@ class SevenScans : public ScanSource {
   int given_ = 0;
   std::vector<std::string> skipped_;
 };
-
-std::vector<std::string> names_of(ScanFeed& feed) {
-  std::vector<std::string> names;
-  while (const auto scan = feed.next()) names.push_back(scan->name);
-  return names;
-}
-
-TEST(ScanFeed, GivesTheScansOfItsRange) {
-  ScanFeed feed(std::make_unique<SevenScans>(), {1, 2, 100});
-  EXPECT_EQ(feed.size(), 3U);
-  EXPECT_EQ(names_of(feed), (std::vector<std::string>{"1", "3", "5"}));
-}
-
-TEST(ScanFeed, PeeksAtTheNextScan) {
-  ScanFeed feed(std::make_unique<SevenScans>(), {0, 1, 1});
-  const Scan* first = feed.peek();
-  ASSERT_NE(first, nullptr);
-  EXPECT_EQ(feed.peek(), first);
-  EXPECT_TRUE(feed.next());
-  EXPECT_EQ(feed.peek(), nullptr) << "the end";
-}
-
-TEST(ScanFeed, LeavesOutWhatIsNotAcceptedAndCountsItAsTaken) {
-  int looked_at = 0;
-  ScanFeed feed(std::make_unique<SevenScans>(), {1, 1, 5}, [&](const Scan&) { return ++looked_at > 2; });
-  EXPECT_EQ(names_of(feed).size(), 3U) << "five after the first, of which two are refused";
-  EXPECT_EQ(feed.refused(), 2U);
-}
 
 TEST(Arrivals, ScansThatHaveWaitedForLongAreMappedTogether) {
   double now_s = 100;
@@ -294,17 +238,6 @@ class Statistics : public ::testing::Test {
   Map map;
   RunStatistics statistics{map.parameters()};
 };
-
-TEST_F(Statistics, RatesAreOverSensorTime) {
-  add(1, 0, 1, 30);
-  EXPECT_TRUE(report().at("points_per_second").is_null()) << "one scan spans no time";
-  add(2, 5, 6, 20);
-  add(3, 7, 8, 10);
-  EXPECT_EQ(report().at("scans"), 3);
-  EXPECT_EQ(report().at("points_raw"), 3000);
-  EXPECT_EQ(report().at("points_new"), 60);
-  EXPECT_DOUBLE_EQ(report().at("points_per_second"), 20);  // 60 in 3 − 1 s and a mean period
-}
 
 TEST_F(Statistics, FirstDetectionCountsFromTheFirstArrival) {
   add(1, 10, 11, 5);

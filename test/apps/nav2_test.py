@@ -4,7 +4,6 @@ The readers here follow nav2_map_server's map_io.cpp and nav2_route's geojson_gr
 guess at. What is true of the house is read from the simulation's truth.json.
 """
 
-import heapq
 import json
 import math
 import pathlib
@@ -19,18 +18,6 @@ from serving import command
 RADIUS = 0.25
 CELL = 0.05
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
-
-
-def cheapest(start, next_of):
-    """The least cost to each place that can be reached; next_of gives a place's neighbours with what it costs to go there."""
-    queue, cost = [(0, start)], {}
-    while queue:
-        so_far, place = heapq.heappop(queue)
-        if place not in cost:
-            cost[place] = so_far
-            for step, neighbour in next_of(place):
-                heapq.heappush(queue, (so_far + step, neighbour))
-    return cost
 
 
 class Grid:
@@ -73,14 +60,6 @@ class Grid:
         around = [(x + r * math.cos(a / 8 * math.pi), y + r * math.sin(a / 8 * math.pi)) for a in range(16) for r in (reach / 2, reach)]
         return self.at(x, y) == FREE and all(self.at(*place) != OCCUPIED for place in around)
 
-    def way(self, start, goal):
-        """Length of the shortest way over free cells, or None."""
-        index = lambda p: tuple(math.floor((a - o) / self.cell) for a, o in zip(p, self.origin))
-        around = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if (dx, dy) != (0, 0)]
-        next_of = lambda at: [(self.cell * math.hypot(dx, dy), (at[0] + dx, at[1] + dy)) for dx, dy in around
-                              if self.cells.get((at[0] + dx, at[1] + dy)) == FREE]
-        return cheapest(index(start), next_of).get(index(goal))
-
 
 def is_count(value):
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
@@ -120,10 +99,6 @@ class Graph:
             (line,) = geometry["coordinates"]
             assert line[0] == places[properties["startid"]]["coordinates"] and line[-1] == places[properties["endid"]]["coordinates"]
             self.edges.append(properties | {"line": line})
-
-    def ways(self, start):
-        """The cost of the cheapest way to each node, as the route server's Dijkstra finds it."""
-        return cheapest(start, lambda node: [(edge["cost"], edge["endid"]) for edge in self.edges if edge["startid"] == node])
 
 
 class Face:
@@ -231,16 +206,6 @@ class House(unittest.TestCase):
                 self.assertAlmostEqual(node["height_m"], self.ground[node["storey"]].height(*node["at"]), delta=0.02)
             self.assertGreater(edge["cost"], math.dist(first, last))
             self.assertLess(edge["cost"], math.dist(first, last) + 4 * (RADIUS + CELL) + 0.5)
-
-    def test_a_route_leads_from_below_to_above(self):
-        farthest = lambda grid, node: max((p for p in grid.free() if grid.clear(*p)), key=lambda p: math.dist(p, node["at"]))
-        below, above = self.graph.nodes[0], self.graph.nodes[1]
-        start, goal = farthest(self.grids[0], below), farthest(self.grids[1], above)
-        first, last = self.grids[0].way(start, below["at"]), self.grids[1].way(above["at"], goal)
-        self.assertNotIn(None, (first, last))
-        over = self.graph.ways(0)[1]
-        self.assertGreater(first + over + last, math.dist(start, below["at"]) + math.dist(above["at"], goal) + over - CELL)
-        self.assertIn(0, self.graph.ways(1))
 
     def test_operations_are_written_where_they_are_asked_for(self):
         self.assertNotIn("operations", self.graph.edges[0])

@@ -7,7 +7,17 @@
 namespace octosurf::test {
 namespace {
 
-class WrongUse : public FloorTest {};
+class WrongUse : public FloorTest {
+ protected:
+  /// Of all files but what a run has said.
+  std::map<fs::path, std::string> contents() const {
+    std::map<fs::path, std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+      if (entry.is_regular_file() && !entry.path().filename().string().starts_with("."))
+        all[entry.path()] = read_file(entry.path());
+    return all;
+  }
+};
 
 TEST_F(WrongUse, HelpBeginsWithExamplesAndListsTheVerbsALineEach) {
   const std::string all = run_well("--help").out;
@@ -48,7 +58,8 @@ struct Refused {
   int code = 2;
 };
 
-/// In a folder with the scans `floor`, their map `m`, `notes.txt`, `step.obj` and the empty folder `empty`.
+/// In a folder with the scans `floor`, their map `m`, its other names, what else they name, and the empty
+/// folder `empty`.
 const std::vector<Refused>& refused() {
   static const std::string foothold = "query m --foothold 0 0 0 0",
                            plan = "plan m --from 0 0 0 0 --to 1 0 0 0";
@@ -74,6 +85,26 @@ const std::vector<Refused>& refused() {
       {"map floor -o m --resume m --write-poses m.lock", {"--write-poses m.lock"}},
       {"export m --to m.lock --force", {"--to m.lock"}},
       {"view m --html m.lock --force", {"m.lock"}},
+      {"map floor -o n --report n.surfaces", {"--report"}},
+      {"map floor -o n --report ./n.bt", {"--report"}},
+      {"map floor -o n --report here/n.bt", {"--report"}},
+      {"map floor -o n --report floor/../n.surfaces", {"--report"}},
+      {"map floor -o m --force --report m.surfaces", {"--report"}},
+      {"map floor -o m --force --report m.bt", {"--report"}},
+      {"map floor -o m --force --report hard.json", {"--report"}},
+      {"map floor -o m --force --report soft.json", {"--report"}},
+      {"map floor -o n --force --resume m --report m.surfaces", {"--report"}},
+      {"evaluate m --truth truth.json --force --json m.surfaces", {"--json"}},
+      {"evaluate m --truth truth.json --force --json hard.json", {"--json"}},
+      {"evaluate m --truth truth.json --force --json truth.json", {"--json"}},
+      {"view m --force --png m.bt", {"--png"}},
+      {"map floor -o n --force --report floor/poses.txt", {"floor/poses.txt"}},
+      {"map floor -o n --force --report ./floor/1.pgm", {"floor/1.pgm"}},
+      {"map floor -o n --force --poses five.txt --report five.txt", {"five.txt"}},
+      {"map floor -o n --force --intrinsics K.txt --report K.txt", {"K.txt"}},
+      {"map floor -o n --force --config c.txt --report c.txt", {"c.txt"}},
+      {"map m.bt -o n --force --report m.bt", {"m.bt"}},
+      {"map m.bt -o m --force", {"m.bt"}},
       {"map floor -o n --max-hole-size 5", {"max_hole_size", "from 1 to 32 voxels"}},
       {"map floor -o n --viewpoint 0 0 1", {"has a pose already"}},
       {"map floor -o n --detector best", {"likelihood or paper"}},
@@ -149,13 +180,21 @@ TEST_F(WrongUse, IsSaidInOneLineAndLeavesNothing) {
   poses[0].translation().x() = 1e30;
   write_poses("far.txt", poses);
   write_poses("five.txt", floor_poses(5));
-  const std::string before = read("m.surfaces");
-  for (const Refused& one : refused()) ends(one.arguments, one.code, one.words);
+  write("truth.json", "{}");
+  write("c.txt", "resolution = 0.02\n");
+  fs::create_directory_symlink(folder, folder / "here");
+  fs::create_hard_link(folder / "m.surfaces", folder / "hard.json");
+  fs::create_symlink("m.bt", folder / "soft.json");
+  fs::copy_file(folder / "floor/intrinsics.txt", folder / "K.txt");
+  const auto before = contents();
+  for (const Refused& one : refused()) {
+    ends(one.arguments, one.code, one.words);
+    ASSERT_TRUE(contents() == before) << one.arguments;
+  }
+  run_well("map floor -o n --report floor/new.json");  // a file of its own may stand there
   fs::remove(folder / "floor/intrinsics.txt");
-  fails("map floor -o n", {"floor", "--intrinsics"});
-  EXPECT_EQ(read("m.surfaces"), before);
-  for (const char* file : {"n.surfaces", "n.ply", "n.ot", "n.mcap", "n.png", "p.png", "m.html", "s"})
-    EXPECT_FALSE(exists(file)) << file;
+  fails("map floor -o o", {"floor", "--intrinsics"});
+  EXPECT_FALSE(exists("o.surfaces") || exists("s"));
   EXPECT_THAT(run_well("simulate --mesh step.obj -o s --frames 2").out, says("triangles        2"));
   EXPECT_TRUE(exists("s/truth.json"));
 }
@@ -228,16 +267,6 @@ class Config : public CommandTest {
     return values;
   }
 };
-
-TEST_F(Config, WhatIsNotGivenIsDerived) {
-  auto values = in_force("");
-  EXPECT_EQ(values.size(), 23u);
-  EXPECT_EQ(values["align"], "auto");
-  EXPECT_EQ(values["resolution"], "0.02");
-  EXPECT_EQ(values["max_hole_size"], "0.08");
-  EXPECT_EQ(in_force("--resolution 0.05")["max_hole_size"], "0.2");  // 4 d
-  EXPECT_EQ(in_force("--resolution 0.05 --max-hole-size 0.08")["max_hole_size"], "0.08");
-}
 
 TEST_F(Config, ThePapersDetectorBringsThePapersValues) {
   const Parameters paper = Parameters::paper(0.05, 0.01);

@@ -49,10 +49,6 @@ class Documents(unittest.TestCase):
         self.assertEqual(code, 1)
         self.assertIn("docs/a.md:6: exit code 1", told)
 
-    def test_blocks_share_their_shell_and_folder(self):
-        self.assertEqual(self.run_blocks("<!-- setup\nx=1\n-->\n```sh\ntest $x = 1; echo 'print(2)' > b.py\n```\n"
-                                         "```python\nimport b\n```\n<!-- output -->\n```text\n2\n```\n")[0], 0)
-
     def test_output(self):
         shown = "```sh\nprintf 'a 3 ms\\nb 100.0\\nc\\nd\\n'\n```\n<!-- output -->\n```text\n{}\n```\n"
         self.assertEqual(self.run_blocks(shown.format("a 900 ms\nb 99.5\n…\nd"))[0], 0)
@@ -78,12 +74,6 @@ class Documents(unittest.TestCase):
 
     def test_no_fence_is_missed(self):
         self.assertIn("indented", self.run_blocks("- item\n  ```sh\n  false\n  ```\n")[1])
-
-    def test_programs_may_end_without_return(self):
-        unit = blocks.translation_unit(self.document("```cpp\n#include <map>\nint main() {\n}\n```\n```cpp\nint f();\n```\n"))
-        self.assertLess(unit.index("#include <map>"), unit.index("namespace block_2 {"))
-        self.assertIn("return 0;\n}\n\nconst octosurf::docs::Program program(\"docs/a.md:2\", main);", unit)
-        self.assertIn("namespace block_7 {", unit)
 
 
 if __name__ == "__main__":
