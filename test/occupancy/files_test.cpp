@@ -65,15 +65,6 @@ TEST_F(OccupancyFiles, NodesComeBackToTheBit) {
   }
 }
 
-TEST_F(OccupancyFiles, DamagedNodesAreAnError) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  const std::string bytes = bytes_of(mapped(seed, 0.3, 1, 60).ours);
-  for (std::size_t n = 1; n < bytes.size(); ++n)
-    EXPECT_THROW(read_back(bytes.substr(0, n), 0.3, rng, 50), Error) << "cut to " << n << " bytes";
-  EXPECT_THROW(read_back(bytes + '\0', 0.3, rng, 50), Error);
-}
-
 TEST_F(OccupancyFiles, BtIsOctomapsOwn) {
   const std::uint64_t seed = test::seed();
   for (const double resolution : {0.02, 0.05, 0.25}) {

@@ -251,20 +251,6 @@ TEST(PaperDetector, TakesInAnotherMap) {
   test::expect_guarantees(here.map());
 }
 
-// Later readings are better, and would move the plane of any other detector.
-TEST(PaperDetector, NeverFitsAPlaneAgain) {
-  Mapper mapper(papers(), 1, paper_detector());
-  mapper.insert(strip(0, 1));
-  const Plane first = mapper.snapshot()->surfaces.at(0)->plane;
-  for (int i = 0; i < 5; ++i) {
-    Scan lower = strip(0, 1.5);
-    for (Eigen::Vector3f& p : lower.points) p.z() -= 0.005F;
-    mapper.insert(lower);
-  }
-  EXPECT_EQ(mapper.snapshot()->surfaces.at(0)->plane.normal, first.normal);
-  EXPECT_EQ(mapper.snapshot()->surfaces.at(0)->plane.offset, first.offset);
-}
-
 TEST(PaperDetector, SaysWhyThereIsNoSurface) {
   const Eigen::Vector3d eye(0.5, 0.5, 1.5);
   const auto plate = [&](double x, double edge) {

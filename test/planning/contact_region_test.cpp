@@ -21,18 +21,6 @@ using testing::IsEmpty;
 // contact's middle is, and less than one where rings are simplified.
 constexpr double cell = 0.02 / 4, grid_loss = 3 * cell;
 
-double perimeter(const std::vector<Polygon>& polygons) {
-  double sum = 0;
-  const auto add = [&sum](const Ring2& ring) {
-    for (std::size_t i = 0; i < ring.size(); ++i) sum += (ring[(i + 1) % ring.size()] - ring[i]).norm();
-  };
-  for (const Polygon& polygon : polygons) {
-    add(polygon.outer);
-    for (const Ring2& hole : polygon.holes) add(hole);
-  }
-  return sum;
-}
-
 /// The contact's outline about its reference point as it stands on a level surface whose frame is the map's.
 Ring2 turned(const Ring2& outline, double yaw) {
   Ring2 result;
@@ -47,7 +35,7 @@ void expect_exact(const Surface& on, const ContactShape& shape, double yaw) {
   EXPECT_EQ(region.surface, on.id);
   EXPECT_TRUE(exact.covers(region.polygons));
   EXPECT_LE(region.area_m2, exact.area());
-  EXPECT_GT(region.area_m2, exact.area() - grid_loss * (perimeter(region.polygons) + 0.5));
+  EXPECT_GT(region.area_m2, exact.area() - grid_loss * (test::perimeter(region.polygons) + 0.5));
   EXPECT_NEAR(region.area_m2, test::area(region.polygons), 1e-12);
   EXPECT_FALSE(geometry::fault_of(region.polygons));
   EXPECT_EQ(region.polygons.empty(), !region.refused.empty());
@@ -125,7 +113,8 @@ TEST(ContactRegion, TurnsWithTheMap) {
   limits.up = T.linear() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector2d zero = heading_on(moved, 0, limits.up);
   const ContactRegion there = contact_region(moved, sole, -std::atan2(zero.y(), zero.x()), limits);
-  EXPECT_LT(test::exact_difference(here.polygons, there.polygons), grid_loss * perimeter(here.polygons));
+  EXPECT_LT(test::exact_difference(here.polygons, there.polygons),
+            grid_loss * test::perimeter(here.polygons));
 }
 
 TEST(ContactHeading, IsTheMapsProjectedOntoThePlane) {

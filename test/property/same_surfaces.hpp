@@ -36,20 +36,10 @@ inline constexpr double counted = 0.05;  // m²: what a foot needs; as many of t
 /// one.
 inline constexpr std::ptrdiff_t most_cuts = 2;
 
-inline double length_of_rings(const Surface& surface) {
-  double length = 0;
-  const auto add = [&](const Ring2& ring) {
-    for (std::size_t i = 0; i < ring.size(); ++i) length += (ring[(i + 1) % ring.size()] - ring[i]).norm();
-  };
-  for (const Polygon& polygon : surface.polygons) {
-    add(polygon.outer);
-    for (const Ring2& hole : polygon.holes) add(hole);
-  }
-  return length;
-}
-
 /// What of a surface's area hangs on where the voxels' borders lie: a voxel along its rings.
-inline double area_in_doubt(const Surface& surface) { return surface.resolution * length_of_rings(surface); }
+inline double area_in_doubt(const Surface& surface) {
+  return surface.resolution * perimeter(surface.polygons);
+}
 
 inline double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));

@@ -71,21 +71,6 @@ TEST(NoiseModel, MeasuresEachDistanceByItself) {
   EXPECT_EQ(noise.sigma(2), s);
 }
 
-TEST(NoiseModel, ADifferenceThatIsAlwaysTheSame) {
-  // Ranges that alternate by ±δ/2: every second difference is 2δ, which falls into a bin of 1.5 mm, whose
-  // middle counts. The rms of what is kept is that, and σ is 1.148/√6 of it.
-  constexpr double bin = 0.0015, delta = 0.0157;
-  std::mt19937_64 rng = test::rng();
-  const Parameters parameters;
-  NoiseModel noise(parameters);
-  Scan scan = sphere(2, 0, 2000 * looked_at_once, rng);
-  for (std::size_t i = 0; i < scan.points.size(); ++i)
-    scan.points[i] *= 1 + static_cast<float>((i % 2 == 0 ? 0.5 : -0.5) * delta / 2);
-  noise.observe(scan);
-  const double middle = (std::floor(2 * delta / bin) + 0.5) * bin;
-  EXPECT_NEAR(noise.measured_sigma(range_class_of(2)), middle * 1.148 / std::sqrt(6.0), 1e-9);
-}
-
 TEST(NoiseModel, AClassHasNoSayBeforeAThousandReadings) {
   std::mt19937_64 rng = test::rng();
   const Parameters parameters;

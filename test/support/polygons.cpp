@@ -48,6 +48,10 @@ double area(const std::vector<Polygon>& polygons) {
   return sum;
 }
 
+double perimeter(const std::vector<Polygon>& polygons) {
+  return static_cast<double>(bg::perimeter(to_boost(polygons)));
+}
+
 bool overlap(const Polygon& a, const Polygon& b) { return bg::overlaps(to_boost(a), to_boost(b)); }
 
 double difference(const std::vector<Polygon>& a, const std::vector<Polygon>& b) {

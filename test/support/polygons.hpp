@@ -16,6 +16,7 @@ std::string invalid(const std::vector<Polygon>& polygons);
 
 double area(const Polygon& polygon);
 double area(const std::vector<Polygon>& polygons);
+double perimeter(const std::vector<Polygon>& polygons);  ///< of outer rings and holes
 
 /// They share more than parts of their rings, and neither holds the other.
 bool overlap(const Polygon& a, const Polygon& b);

@@ -12,19 +12,24 @@ using test::h;
 /// Sites of intersections are rounded to an eighth of a cell along each axis.
 constexpr double rounding = d / 8;
 
+/// Readings over a rectangle from the origin of `pose` along its x and y, by voxel. `spacing`: m, along both.
+std::vector<Inlier> voxels_of_rectangle(const Eigen::Isometry3d& pose, const Eigen::Vector2d& size,
+                                        const Eigen::Vector2d& spacing = {0.001, 0.001}) {
+  test::VoxelMeans voxels(d);
+  for (double u = spacing.x() / 2; u < size.x(); u += spacing.x())
+    for (double v = spacing.y() / 2; v < size.y(); v += spacing.y())
+      voxels.add(pose * Eigen::Vector3d(u, v, 0));
+  return voxels.inliers();
+}
+
 /// Rectangular faces in a store, of readings on a grid; a voxel is the first's that has readings in it, as
 /// the octree has it.
 class Faces {
  public:
-  /// A rectangle from the origin of `pose` along its x and y. `spacing`: m, of readings along both.
   SurfaceModel& add(const Eigen::Isometry3d& pose, const Eigen::Vector2d& size,
                     const Eigen::Vector2d& spacing = {0.001, 0.001}) {
-    test::VoxelMeans voxels(d);
-    for (double u = spacing.x() / 2; u < size.x(); u += spacing.x())
-      for (double v = spacing.y() / 2; v < size.y(); v += spacing.y())
-        voxels.add(pose * Eigen::Vector3d(u, v, 0));
     SurfaceModel& model = store.create(test::plane_of(pose), pose.translation());
-    for (const Inlier& inlier : voxels.inliers())
+    for (const Inlier& inlier : voxels_of_rectangle(pose, size, spacing))
       if (taken_.insert(inlier.key.packed()).second) store.add(model, inlier);
     return model;
   }
@@ -198,15 +203,6 @@ TEST(Intersections, DoNotDependOnHistory) {
 
 using test::model_of;
 using test::noise_of;
-
-/// Readings every millimetre over a rectangle of a plane, by voxel.
-std::vector<Inlier> voxels_of_rectangle(const Eigen::Isometry3d& pose, const Eigen::Vector2d& size) {
-  constexpr double spacing = 0.001;
-  test::VoxelMeans voxels(d);
-  for (double u = spacing / 2; u < size.x(); u += spacing)
-    for (double v = spacing / 2; v < size.y(); v += spacing) voxels.add(pose * Eigen::Vector3d(u, v, 0));
-  return voxels.inliers();
-}
 
 /// How far a model's polygons end inside the rectangle, m, mean over its sides less their corners, where
 /// they are not met at all counting as 5 cm; negative: outside.

@@ -75,21 +75,6 @@ TEST_F(PictureTest, OneLooksPastWhatIsSeenFromBehind) {
       << "but if it is alone";
 }
 
-TEST_F(PictureTest, WhatIsNearerHidesWhatIsBehindIt) {
-  SnapshotBuilder builder;
-  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();
-  builder.add({0, 0, 0}, x, z, {{box_ring(0, 0, 4, 4), {}}}, 16);
-  builder.add({1, 1, 0.5}, x, z, {{box_ring(0, 0, 2, 2), {}}}, 4);
-  const Snapshot snapshot = builder.take();
-  for (const ViewFrom from : {ViewFrom::iso, ViewFrom::top}) {
-    const Picture image = render(snapshot, square(300, from));
-    EXPECT_TRUE(has_color_of(image.at(0.5, 0.5), *snapshot.surfaces[1]));
-    if (from == ViewFrom::top) {
-      EXPECT_TRUE(has_color_of(image.at(0.5, 0.85), *snapshot.surfaces[0]));
-    }
-  }
-}
-
 TEST_F(PictureTest, StraySurfaceDoesNotShrinkTheRest) {
   SnapshotBuilder builder;
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();

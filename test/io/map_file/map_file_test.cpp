@@ -299,18 +299,17 @@ TEST_F(MapFileTest, TheScansThatAMapHoldsAreKnownByPoseAndReadings) {
   EXPECT_FALSE(map.holds(moved));
 }
 
-/// Four scans of a room whose walls are known, and two of three single points each, as a commit of this
-/// format's version saved them, and a removal and poses that were made up.
+/// Two of three single points, as a commit of this format's version saved them among the walls of a room,
+/// with poses and a removal that were made up. The next one has surfaces.
 TEST_F(MapFileTest, AFileThatWasWrittenBeforeIsRead) {
   const fs::path corpus = fs::path(test::paths::source()) / "test/fuzz/corpus";
   fs::copy_file(corpus / "surfaces/room.surfaces", folder / "room.surfaces");
   fs::copy_file(corpus / "octomap/room.bt", folder / "room.bt");
-  LoadedMap loaded = load_map(folder / "room");
+  const LoadedMap loaded = load_map(folder / "room");
   const Map& map = loaded.map;
   EXPECT_EQ(loaded.warning, "");
   EXPECT_THAT(check_invariants(map), IsEmpty());
   EXPECT_EQ(map.parameters().occupancy.resolution, 0.1);
-  EXPECT_EQ(map.size().scans, 6U);
   ASSERT_THAT(loaded.scans.poses, SizeIs(6));
   EXPECT_EQ(loaded.scans.poses[5].translation(), Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(map.snapshot()->removals.size(), 1U);
@@ -318,23 +317,13 @@ TEST_F(MapFileTest, AFileThatWasWrittenBeforeIsRead) {
     EXPECT_EQ(removal, (Removal{Removal::Of::surface, removal.id, 1, 2, 3, {1, 2}}));
   });
   EXPECT_GE(surfaces::state_of(map).queue.fresh.size(), 6U);
-  const Eigen::Vector3d centre(0.3, -0.2, 0.1), half(0.9, 1.1, 0.7), single(0.3, -0.1, 2.4);
-  EXPECT_EQ(map.at(centre).state, OccupancyView::State::free);
+  EXPECT_EQ(map.at({0.3, -0.2, 0.1}).state, OccupancyView::State::free);
+  const Eigen::Vector3d single(0.3, -0.1, 2.4);
   const OccupancyView::Voxel waiting = map.at(single);
   ASSERT_EQ(waiting.state, OccupancyView::State::occupied);
   EXPECT_EQ(waiting.surface, 0U);
   EXPECT_LT((waiting.point - single).norm(), 0.1 / 128);
   EXPECT_LT((waiting.view + single.normalized()).norm(), 0.06) << "seen from the origin";
-  ASSERT_THAT(map.snapshot()->surfaces, SizeIs(6));
-  for (const SurfacePtr& wall : map.snapshot()->surfaces) {
-    int axis = 0;
-    EXPECT_GT(wall->plane.normal.cwiseAbs().maxCoeff(&axis), 0.999);
-    EXPECT_NEAR(wall->plane.signed_distance(centre), half[axis], 0.01) << "its normal points inward";
-    EXPECT_NEAR(wall->area_m2 / (4 * half.prod() / half[axis]), 0.925, 0.125);
-  }
-  Mapper mapper(std::move(loaded.map));
-  mapper.insert(changing_room(6)[3]);
-  EXPECT_THAT(check_invariants(mapper.map()), IsEmpty()) << "after going on";
 }
 
 /// A floor, a wall, a pillar, and a table top that was carried off between two runs, as commit 0eb820e3 saved
