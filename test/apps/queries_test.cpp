@@ -168,6 +168,8 @@ TEST_F(PlanVerb, ClimbsTheStairAndWritesThePlan) {
   run_well("view m --png bare.png");
   EXPECT_FALSE(read("bare.png") == read("plan.png")) << "footprints are drawn";
   wrong_use("plan m" + way + " --png plan.png", {"plan.png"});
+  run_well("export m --to m.json");
+  EXPECT_EQ(read_json("m.json").at("surfaces").size(), info("m").at("surfaces"));
 }
 
 TEST_F(PlanVerb, SaysWhyNotInOneLineAndInJson) {

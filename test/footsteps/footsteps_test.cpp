@@ -3,7 +3,6 @@
 #include "support/painted_octree.hpp"
 
 #include <octosurf/footsteps.hpp>
-#include <octosurf/mapper.hpp>
 
 namespace octosurf::planning {
 namespace {
@@ -233,19 +232,16 @@ TEST(Footsteps, MoreExpansionsNeverMakeAPlanDearer) {
   }
 }
 
-/// A mapped octree with a box of occupied voxels in it, out of a scan of the box's points.
-OccupancyView octree_with(const std::vector<Eigen::AlignedBox3d>& boxes) {
-  Parameters parameters;
-  parameters.align = false;
-  parameters.occupancy.max_range = 100;
-  Scan scan;
-  for (const Eigen::AlignedBox3d& box : boxes)
-    for (double x = box.min().x(); x <= box.max().x(); x += 0.02)
-      for (double y = box.min().y(); y <= box.max().y(); y += 0.02)
-        for (double z = box.min().z(); z <= box.max().z(); z += 0.02) scan.points.emplace_back(x, y, z);
-  Mapper mapper(parameters);
-  mapper.insert(scan);
-  return mapper.map().octree();
+/// Occupied in a box's voxels.
+OccupancyView octree_with(const Eigen::AlignedBox3d& box) {
+  constexpr double d = 0.02;
+  test::PaintedOctree octree(d);
+  const Eigen::Array3i from = (box.min() / d).array().round().cast<int>(),
+                       to = (box.max() / d).array().round().cast<int>();
+  for (int x = from.x(); x < to.x(); ++x)
+    for (int y = from.y(); y < to.y(); ++y)
+      for (int z = from.z(); z < to.z(); ++z) octree.occupy(x, y, z, 2, 0);
+  return octree.view();
 }
 
 /// Of such an octree, in which most is unknown.
@@ -264,7 +260,7 @@ TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
   std::optional<FootstepPlanner> kept;
   for (const auto& [low, high] : {std::pair{0.02, 0.3}, {0.3, 0.4}, {1.0, 1.1}}) {
     const OccupancyView octree =
-        octree_with({{Eigen::Vector3d(0.8, -0.5, low), Eigen::Vector3d(1.0, 0.3, high)}});
+        octree_with({Eigen::Vector3d(0.8, -0.5, low), Eigen::Vector3d(1.0, 0.3, high)});
     const FootstepPlan around = FootstepPlanner(floor, octree, robot).plan(from, to);
     ASSERT_TRUE(around.found()) << around.refusal->sentence;
     EXPECT_THAT(verify_plan(around, *floor, octree, robot), IsEmpty());
@@ -285,7 +281,7 @@ TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
   // it found nothing.
   const Biped robot = of_obstacles_alone();
   const auto floor = snapshot_of({slab(1, 0, -5, 0, 12, 10)});
-  const OccupancyView octree = octree_with({{Eigen::Vector3d(6, -5, 0.6), Eigen::Vector3d(6.1, 3.5, 0.8)}});
+  const OccupancyView octree = octree_with({Eigen::Vector3d(6, -5, 0.6), Eigen::Vector3d(6.1, 3.5, 0.8)});
   FootstepPlanner planner(floor, octree, robot);
   const FootstepPlan plan = planner.plan({{4, -2, 0}, 0}, {{8, -2, 0}, 0});
   ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
@@ -295,7 +291,7 @@ TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
 TEST(Footsteps, AWallAcrossTheWayIsRefusedForItsClearance) {
   const auto floor = snapshot_of({slab(1, -0.4, -0.4, 0, 3.4, 0.8)});
   const OccupancyView octree =
-      octree_with({{Eigen::Vector3d(0.9, -0.6, 0.02), Eigen::Vector3d(0.94, 0.6, 1.0)}});
+      octree_with({Eigen::Vector3d(0.9, -0.6, 0.02), Eigen::Vector3d(0.94, 0.6, 1.0)});
   FootstepPlanner planner(floor, octree, of_obstacles_alone());
   const FootstepPlan plan = planner.plan({{0, 0, 0}, 0}, {{2.2, 0, 0}, 0});
   ASSERT_FALSE(plan.found());
