@@ -164,9 +164,9 @@ Proposal LikelihoodDetector::segment_all(const MapView& map) const {
 namespace {
 
 /// A part while it is segmented.
-struct Segmented : ViewedPart {
-  Segmented(const MapView& whole, const Part& ids, bool alone)
-      : ViewedPart(whole, ids, alone), to_label(labelled_in(map, part)), readings(map, to_label.around) {
+struct Segmented {
+  Segmented(const MapView& view, const Part& part, int its_thread)
+      : map(view), thread(its_thread), to_label(labelled_in(map, part)), readings(map, to_label.around) {
     if (!part.points.empty())
       for (Readings::Index i = 0; i < readings.size(); ++i)
         if (readings[i].surface != 0)
@@ -174,6 +174,8 @@ struct Segmented : ViewedPart {
     seen = seen_among(readings, map.surfaces);
   }
 
+  const MapView& map;
+  int thread;  // whose view it is
   ToLabel to_label;
   Readings readings;
   std::map<SurfaceId, SurfaceSeen> seen;
@@ -187,18 +189,19 @@ std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Pa
   const std::vector<Part> parts = divided(map, part);
   if (parts.empty()) return {};
   std::vector<std::unique_ptr<Segmented>> all(parts.size());
-  geometry::share_among(threads, parts.size(), [&](std::size_t i) {
-    all[i] = std::make_unique<Segmented>(map, parts[i], parts.size() == 1);
+  look_at_parts(map, parts, threads, [&](std::size_t k, const MapView& view, const Part& its, int thread) {
+    all[k] = std::make_unique<Segmented>(view, its, thread);
   });
   std::map<SurfaceId, SurfaceSeen> seen;
   for (const auto& one : all)
     for (const auto& [id, in_part] : one->seen) seen[id].add(in_part);
-  geometry::share_among(threads, parts.size(), [&](std::size_t i) {
-    Segmented& one = *all[i];
-    one.proposal =
-        proposal_of(one.map, one.readings,
-                    segmented(one.map, one.readings,
-                              known_about(one.readings, one.map.surfaces, seen, one.to_label.anew)));
+  geometry::in_parallel(threads, [&](int thread) {
+    for (const auto& one : all)
+      if (one->thread == thread)
+        one->proposal =
+            proposal_of(one->map, one->readings,
+                        segmented(one->map, one->readings,
+                                  known_about(one->readings, one->map.surfaces, seen, one->to_label.anew)));
   });
   JointProposal joint(map);
   for (const auto& one : all) joint.add(one->proposal, one->map.window);
@@ -222,10 +225,9 @@ std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span
                                                    int threads) const {
   const std::vector<Part> parts = divided(map, {.points = {fresh.begin(), fresh.end()}});
   std::vector<std::vector<std::pair<VoxelKey, SurfaceId>>> gained(parts.size());
-  geometry::share_among(threads, parts.size(), [&](std::size_t i) {
-    const ViewedPart one(map, parts[i], parts.size() == 1);
-    for (const auto& [point, id] : detection::expand(one.map, one.part.points))
-      gained[i].emplace_back(one.map.window[point].key, id);
+  look_at_parts(map, parts, threads, [&](std::size_t k, const MapView& view, const Part& its, int) {
+    for (const auto& [point, id] : detection::expand(view, its.points))
+      gained[k].emplace_back(view.window[point].key, id);
   });
   std::vector<Assignment> all;
   occupancy::PointSet taken;

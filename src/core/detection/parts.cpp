@@ -1,11 +1,13 @@
 #include "detection/parts.hpp"
 
 #include "detection/voxel_blocks.hpp"
+#include "geometry/parallel.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <optional>
 #include <tsl/robin_map.h>
 #include <utility>
 
@@ -44,20 +46,21 @@ class TouchingCubes {
   tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> index_;
 };
 
-std::vector<PointId> ids_in(const surfaces::MapView& whole, const surfaces::MapView& view,
-                            const std::vector<PointId>& points) {
-  std::vector<PointId> ids;
-  ids.reserve(points.size());
-  for (const PointId i : points) ids.push_back(view.window.find(whole.window[i].key));
-  return ids;
+std::vector<geometry::VoxelKey> keys_of(const surfaces::MapView& map, const std::vector<PointId>& points) {
+  std::vector<geometry::VoxelKey> keys;
+  keys.reserve(points.size());
+  for (const PointId i : points) keys.push_back(map.window[i].key);
+  return keys;
+}
+
+std::vector<PointId> points_at(const surfaces::MapView& map, const std::vector<geometry::VoxelKey>& keys) {
+  std::vector<PointId> points;
+  points.reserve(keys.size());
+  for (const geometry::VoxelKey key : keys) points.push_back(map.window.find(key));
+  return points;
 }
 
 }  // namespace
-
-ViewedPart::ViewedPart(const surfaces::MapView& whole, const Part& ids, bool alone)
-    : map(alone ? whole : own.emplace(whole)),
-      part(alone ? ids : Part{ids_in(whole, map, ids.points), ids.surfaces, ids_in(whole, map, ids.gained)}) {
-}
 
 std::vector<Part> divided(const surfaces::MapView& map, const Part& part) {
   std::size_t all = part.points.size() + part.gained.size();
@@ -113,6 +116,24 @@ std::vector<Part> divided(const surfaces::MapView& map, const Part& part) {
   std::vector<Part> parts;
   for (SizedPart& one : sized) parts.push_back(std::move(one.part));
   return parts;
+}
+
+void look_at_parts(const surfaces::MapView& map, const std::vector<Part>& parts, int threads,
+                   const LookAtPart& look) {
+  struct Keys {
+    std::vector<geometry::VoxelKey> points, gained;
+  };
+  std::vector<Keys> keys;  // taken before thread 0 loads more into the map's window
+  if (threads > 1 && parts.size() > 1)
+    for (const Part& part : parts) keys.push_back({keys_of(map, part.points), keys_of(map, part.gained)});
+  map.for_threads.prepare(threads);
+  geometry::share_among(threads, parts.size(), [&](std::size_t k, int thread) {
+    const surfaces::MapView& view = map.for_threads.of(thread);
+    thread == 0
+        ? look(k, view, parts[k], thread)
+        : look(k, view, {points_at(view, keys[k].points), parts[k].surfaces, points_at(view, keys[k].gained)},
+               thread);
+  });
 }
 
 void JointProposal::add(const Proposal& part, const occupancy::PointWindow& from) {

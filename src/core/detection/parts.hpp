@@ -3,26 +3,22 @@
 #include "detection/detector.hpp"
 #include "geometry/disjoint_sets.hpp"
 
+#include <functional>
 #include <map>
-#include <optional>
 #include <vector>
 
 namespace octosurf::detection {
-
-/// A part of a map: one of several has a view of its own, so that threads can look at them side by side.
-struct ViewedPart {
-  /// `ids`: in the window of `whole`.
-  ViewedPart(const surfaces::MapView& whole, const Part& ids, bool alone);
-
-  std::optional<surfaces::LoadedView> own;
-  const surfaces::MapView& map;
-  Part part;
-};
 
 /// Divides a part into some that do not touch: points in adjacent cubes as wide as h and a cell are in one
 /// part, and so are the inliers of a surface; small parts are put together. The result depends on nothing
 /// else. O(points).
 std::vector<Part> divided(const surfaces::MapView& map, const Part& part);
+
+/// Calls look(k, view, parts[k], thread) for each part of a map, in parallel: in the thread's view, with the
+/// part's points as there.
+using LookAtPart = std::function<void(std::size_t, const surfaces::MapView&, const Part&, int)>;
+void look_at_parts(const surfaces::MapView& map, const std::vector<Part>& parts, int threads,
+                   const LookAtPart& look);
 
 /// Proposals for parts of a map as one. Planes in which a surface goes on, in part after part, are one plane;
 /// a point that two parts have labelled keeps the first label.

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <exception>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace octosurf::geometry {
@@ -35,12 +36,17 @@ void in_parallel(int threads, const Work& work) {
     if (failure) std::rethrow_exception(failure);
 }
 
-/// Calls work(i) for 0 … n − 1, each in one of the threads; in this order where there is one.
+/// Calls work(i), or work(i, thread), for 0 … n − 1, each in one of the threads; in this order where there is
+/// one.
 template <class Work>
 void share_among(int threads, std::size_t n, const Work& work) {
   std::atomic<std::size_t> next{0};
-  in_parallel(std::clamp(static_cast<int>(n), 1, threads), [&](int) {
-    for (std::size_t i = next++; i < n; i = next++) work(i);
+  in_parallel(std::clamp(static_cast<int>(n), 1, threads), [&](int thread) {
+    for (std::size_t i = next++; i < n; i = next++)
+      if constexpr (std::is_invocable_v<Work, std::size_t, int>)
+        work(i, thread);
+      else
+        work(i);
   });
 }
 

@@ -71,6 +71,9 @@ class PointWindow {
     return present ? PointId{index_in(block, key)} : PointId::none;
   }
 
+  /// Whether the block of 8³ voxels around it has been read.
+  bool is_loaded(geometry::VoxelKey key) const { return index_.contains(key.packed() >> 3 & block_mask); }
+
   /// Sorts points by key, and removes repeated ones.
   void put_in_order(std::vector<PointId>& points) const {
     std::sort(points.begin(), points.end(),

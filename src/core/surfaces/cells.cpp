@@ -40,7 +40,8 @@ Cells::Coarse::Coarse(const MapView& v, const Cells& cells, int level)
       grid(parameters.occupancy.resolution),
       window([this](VoxelKey corner, std::vector<VoxelPoint>& points) { read_block(corner, points); }),
       neighbours(window, grid.resolution()),
-      map{parameters, v.octree, grid, v.surfaces, v.cylinders, v.noise, window, neighbours, cells, level} {}
+      map{parameters, v.octree,   grid,  v.surfaces,    v.cylinders, v.noise,
+          window,     neighbours, cells, v.for_threads, level} {}
 
 void Cells::Coarse::read_block(VoxelKey corner, std::vector<VoxelPoint>& points) {
   constexpr unsigned cells = 512;
@@ -93,6 +94,7 @@ SurfaceId Cells::Coarse::most_common_surface(std::span<const PointId> its) const
 VoxelPoint Cells::Coarse::represent(std::span<PointId> its, VoxelKey cell) const {
   const SurfaceId surface = most_common_surface(its);
   const auto is_of_it = [&](PointId i) { return voxels.window[i].surface == surface; };
+  std::sort(its.begin(), its.end());  // sums do not depend on what was in front before
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   float count = 0;
   for (const PointId i : its) {
@@ -146,6 +148,26 @@ void Cells::reassigned(PointId voxel) {
   const std::uint32_t from = coarse_->first[index_of(cell)], to = coarse_->first[index_of(cell) + 1];
   coarse_->window.replace(cell, coarse_->represent(std::span(coarse_->members).subspan(from, to - from),
                                                    coarse_->window[cell].key));
+}
+
+ThreadViews::~ThreadViews() = default;
+
+void ThreadViews::prepare(int threads) const {
+  if (others_.size() + 1 < static_cast<std::size_t>(threads))
+    others_.resize(static_cast<std::size_t>(threads - 1));
+}
+
+const MapView& ThreadViews::of(int thread) const {
+  if (thread == 0) return own_;
+  auto& [view, told] = others_[static_cast<std::size_t>(thread - 1)];
+  if (view == nullptr) {
+    view = std::make_unique<LoadedView>(own_);
+    told = assigned_.size();
+  }
+  for (; told < assigned_.size(); ++told)
+    if (const auto& [key, surface] = assigned_[told]; view->window.is_loaded(key))
+      view->assign(view->window.find(key), surface);
+  return *view;
 }
 
 }  // namespace octosurf::surfaces

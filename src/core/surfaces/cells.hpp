@@ -3,6 +3,7 @@
 #include "surfaces/map_view.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -67,6 +68,34 @@ class Cells {
   std::optional<Coarse> coarse_;  // of level 1 and more
 };
 
+class LoadedView;
+
+/// Views of one map, one for each thread, each of which loads its blocks once however often it is used, and
+/// learns what has been assigned meanwhile.
+class ThreadViews {
+ public:
+  explicit ThreadViews(const MapView& own) : own_(own) {}
+  ~ThreadViews();
+
+  /// Call it before threads use their views.
+  void prepare(int threads) const;
+  /// Thread 0 has the map itself. Each thread may ask for its own, while nothing is assigned.
+  const MapView& of(int thread) const;
+  /// Call it after a voxel's surface has changed.
+  void reassigned(PointId voxel) {
+    if (!others_.empty()) assigned_.emplace_back(own_.window[voxel].key, own_.window[voxel].surface);
+  }
+
+ private:
+  struct Other {
+    std::unique_ptr<LoadedView> view;
+    std::size_t told = 0;  // of `assigned_`
+  };
+  const MapView& own_;
+  mutable std::vector<Other> others_;
+  std::vector<std::pair<geometry::VoxelKey, SurfaceId>> assigned_;
+};
+
 /// A view with what it loads.
 class LoadedView : public MapView {
  public:
@@ -74,9 +103,9 @@ class LoadedView : public MapView {
   explicit LoadedView(const MapState& state) : LoadedView(state, occupancy::PointWindow(state.occupancy)) {}
   /// For another thread.
   explicit LoadedView(const MapView& map)
-      : MapView{map.parameters,  map.octree, map.grid, map.surfaces,
-                map.cylinders,   map.noise,  points_,  neighbours_of_points_,
-                cells_of_points_},
+      : MapView{map.parameters,   map.octree, map.grid, map.surfaces,
+                map.cylinders,    map.noise,  points_,  neighbours_of_points_,
+                cells_of_points_, views_},
         points_(map.octree),
         neighbours_of_points_(points_, grid.resolution()),
         cells_of_points_(*this) {}
@@ -84,9 +113,16 @@ class LoadedView : public MapView {
   LoadedView& operator=(const LoadedView&) = delete;
 
  protected:
+  friend ThreadViews;
+  void assign(PointId i, SurfaceId surface) {
+    points_.assign(i, surface);
+    cells_of_points_.reassigned(i);
+    views_.reassigned(i);
+  }
+
   LoadedView(const MapState& state, occupancy::PointWindow points)
-      : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces,  state.cylinders,
-                state.noise,      points_,         neighbours_of_points_,  cells_of_points_},
+      : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces,   state.cylinders,
+                state.noise,      points_,         neighbours_of_points_,  cells_of_points_, views_},
         points_(std::move(points)),
         neighbours_of_points_(points_, grid.resolution()),
         cells_of_points_(*this) {}
@@ -94,6 +130,7 @@ class LoadedView : public MapView {
   occupancy::PointWindow points_;
   occupancy::Neighbours neighbours_of_points_;
   Cells cells_of_points_;
+  ThreadViews views_{*this};
 };
 
 }  // namespace octosurf::surfaces

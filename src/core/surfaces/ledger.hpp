@@ -113,10 +113,6 @@ class Ledger : public LoadedView {
     state_.surfaces.remove(surface, window[i].key, position);
     return surface;
   }
-  void assign(PointId i, SurfaceId surface) {
-    points_.assign(i, surface);
-    cells_of_points_.reassigned(i);
-  }
   void release(PointId i, const Eigen::Vector3f& before) {
     changes.shrunk.insert(remove(i, before).id());
     assign(i, 0);

@@ -8,6 +8,7 @@
 namespace octosurf::surfaces {
 
 class Cells;
+class ThreadViews;
 
 /// Read access for stages: the map's surfaces, and its points around the changes. Blocks of points
 /// and their neighbours are loaded on first access.
@@ -20,8 +21,9 @@ struct MapView {
   const sensing::NoiseModel& noise;
   const occupancy::PointWindow& window;
   const occupancy::Neighbours& neighbours;
-  const Cells& cells;  ///< coarser ones, on which planes are found
-  int level = 0;       ///< the window's points are those of cells of 2^level voxels along each edge
+  const Cells& cells;              ///< coarser ones, on which planes are found
+  const ThreadViews& for_threads;  ///< the same view for other threads
+  int level = 0;  ///< the window's points are those of cells of 2^level voxels along each edge
 
   /// Key of the cell that holds a voxel. Cells, too, begin at coordinate 0.
   geometry::VoxelKey cell_of(geometry::VoxelKey voxel) const {
