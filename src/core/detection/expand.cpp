@@ -3,58 +3,47 @@
 #include "detection/constants.hpp"
 #include "detection/expansion.hpp"
 #include "detection/voxel_blocks.hpp"
+#include "detection/voxel_marks.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <map>
 #include <tsl/robin_map.h>
-#include <tuple>
 #include <utility>
 
 namespace octosurf::detection {
 namespace {
 
-/// Pending points: the fresh ones, or the others, or all.
-enum class Pending { fresh, others, all };
+/// Pending points: all, or those that are not fresh.
+enum class Pending { all, others };
 
-/// Walks from the rims of surfaces through the octree.
+/// Walks over the rims of surfaces through the octree.
 class RimWalk {
  public:
-  /// `left`: pending points that no rim was compared with; `joined`: cells that were compared with no pending
-  /// point.
+  /// `left`: pending points that were compared with no rim; `joined`: cells that were compared with no
+  /// pending point.
   RimWalk(const surfaces::MapView& cells, std::span<const PointId> left, std::span<const PointId> joined)
-      : map_(cells), expansion_(cells), left_(left), rims_(rims_near(left)) {
+      : map_(cells), expansion_(cells), left_(left), fresh_(left) {
     for (const PointId i : joined)
       if (is_at_rim(i)) new_rims_.push_back({i, map_.window[i].surface});
   }
 
   std::vector<Assignment> run() {
-    std::vector<Assignment> cells = beside(rims_, Pending::fresh);
+    std::vector<Assignment> cells = beside_rims();
     append(beside(new_rims_, Pending::others), cells);
     complete(cells);
-    std::vector<PointId> within = within_gap(rims_, Pending::fresh);
+    std::vector<PointId> within = within_gap_of_rims();
     append(within_gap(new_rims_, Pending::others), within);
     while (!cells.empty() || !within.empty()) {
       append(within_gap(cells, Pending::all), within);
-      cells = across_gaps(std::move(within));
+      cells = across_gaps(std::exchange(within, {}));
       complete(cells);
-      within.clear();
     }
     return expansion_.accepted();
   }
 
  private:
-  /// Cells at most h from these points, not all around which their surface has cells. Points of cells h
-  /// apart along a plane are up to a voxel farther apart.
-  std::vector<Assignment> rims_near(std::span<const PointId> left) const {
-    std::vector<Assignment> rims;
-    occupancy::PointSet looked_at;
-    for (const auto& [place, box] : blocks_.boxes(map_.window, left, expansion_.gap() + 1))
-      map_.window.for_each_in(occupancy::key_of(box.low), occupancy::key_of(box.high), [&](PointId i) {
-        const SurfaceId id = map_.window[i].surface;
-        if (id != 0 && looked_at.insert(i) && is_at_rim(i)) rims.push_back({i, id});
-      });
-    return rims;
-  }
+  /// Not all around it its surface has cells.
   bool is_at_rim(PointId i) const {
     const surfaces::SurfaceModel& surface = model(map_.window[i].surface);
     return !surface.surrounded(surface.cell_of(map_.window[i].position));
@@ -65,22 +54,52 @@ class RimWalk {
     return *last_;
   }
 
-  /// One round: what surfaces gain of the pending points that have one of these cells as neighbour.
-  std::vector<Assignment> beside(const std::vector<Assignment>& cells, Pending which) {
-    std::vector<PointId> points;
-    for (const Assignment& cell : cells) points.push_back(cell.point);
-    const occupancy::PointSet from(points);
-    occupancy::PointSet looked_at;
+  /// What surfaces gain of the fresh points that have a rim's cell as neighbour.
+  std::vector<Assignment> beside_rims() {
+    occupancy::PointSet asked, rims;
+    const auto is_rim = [&](PointId i) {
+      if (map_.window[i].surface == 0) return false;
+      if (asked.insert(i) && is_at_rim(i)) rims.insert(i);
+      return rims.contains(i);
+    };
     std::vector<Assignment> gained;
-    for_each_near(points, expansion_.reach(), which, [&](PointId i) {
-      if (!looked_at.insert(i)) return;
-      bool beside = false;
-      map_.neighbours.for_each_within(i, expansion_.reach(), [&](PointId j) { beside |= from.contains(j); });
-      if (!beside) return;
-      if (const SurfaceId id = expansion_.surface_beside(i); id != 0) gained.push_back({i, id});
+    for (const PointId i : left_) gain_if_beside(i, is_rim, gained);
+    expansion_.gain(gained);
+    return gained;
+  }
+  /// One round: what surfaces gain of the pending points that have one of these cells as neighbour. Those
+  /// beyond the 26 voxels around have it only if they have few beside them.
+  std::vector<Assignment> beside(const std::vector<Assignment>& cells, Pending which) {
+    VoxelMarks adjacent, farther;
+    occupancy::PointSet from;
+    std::vector<PointId> points;
+    for (const Assignment& cell : cells) {
+      from.insert(cell.point);
+      points.push_back(cell.point);
+      adjacent.add(map_.window[cell.point].key, 1);
+    }
+    if (expansion_.reach() > 1)
+      for (const auto& [place, box] : boxes_.boxes(map_.window, points, expansion_.reach())) farther.add(box);
+    std::vector<Assignment> gained;
+    const auto is_from = [&](PointId i) { return from.contains(i); };
+    adjacent.for_each_point(map_.window, [&](PointId i) {
+      if (is_asked(i, which)) gain_if_beside(i, is_from, gained);
+    });
+    farther.for_each_point(map_.window, adjacent, [&](PointId i) {
+      if (is_asked(i, which) && !map_.neighbours.are_adjacent(i)) gain_if_beside(i, is_from, gained);
     });
     expansion_.gain(gained);
     return gained;
+  }
+  template <class IsCell>
+  void gain_if_beside(PointId i, IsCell&& is_cell, std::vector<Assignment>& gained) {
+    bool beside = false;
+    map_.neighbours.for_each_within(i, expansion_.reach(), [&](PointId j) { beside = beside || is_cell(j); });
+    if (!beside) return;
+    if (const SurfaceId id = expansion_.surface_beside(i); id != 0) gained.push_back({i, id});
+  }
+  bool is_asked(PointId i, Pending which) const {
+    return expansion_.owner(i) == 0 && !(which == Pending::others && fresh_.contains(i));
   }
   /// Adds what is beside these, round after round, until none is left.
   void complete(std::vector<Assignment>& cells) {
@@ -91,17 +110,6 @@ class RimWalk {
   template <class Item>
   static void append(const std::vector<Item>& some, std::vector<Item>& to) {
     to.insert(to.end(), some.begin(), some.end());
-  }
-
-  /// visit(PointId) for the pending points in boxes around the points in each block, `reach` voxels wider.
-  template <class Visit>
-  void for_each_near(std::span<const PointId> points, int reach, Pending which, Visit&& visit) {
-    for (const auto& [place, box] : blocks_.boxes(map_.window, points, reach))
-      map_.window.for_each_in(occupancy::key_of(box.low), occupancy::key_of(box.high), [&](PointId i) {
-        if (expansion_.owner(i) == 0 &&
-            (which == Pending::all || left_.contains(i) == (which == Pending::fresh)))
-          visit(i);
-      });
   }
 
   /// Pieces of what is pending around these points.
@@ -119,56 +127,100 @@ class RimWalk {
     return gained;
   }
 
+  /// The fresh points that fit a surface of which a rim's cell is at most h away along its plane.
+  std::vector<PointId> within_gap_of_rims() {
+    const VoxelBlocks blocks(8);  // effort: voxels, as the octree's
+    const int reach = (expansion_.gap() + 1) << map_.level;
+    VoxelBlocks::Place last = ~VoxelBlocks::Place{0};
+    std::vector<SurfaceId> ids;  // near the last point's block
+    std::vector<PointId> within;
+    for (const PointId i : left_) {
+      if (expansion_.owner(i) != 0) continue;
+      if (const VoxelBlocks::Place place = blocks.of(map_.window[i].key); place != last) {
+        last = place;
+        auto [x, y, z] = occupancy::ints(geometry::VoxelKey::unpack(place));
+        const surfaces::SurfaceStore::Ids near =
+            map_.surfaces.near(map_.first_voxel_of(occupancy::key_of({8 * x + 4, 8 * y + 4, 8 * z + 4})),
+                               reach + (4 << map_.level));
+        ids.assign(near.begin(), near.end());
+      }
+      for (const SurfaceId id : ids)
+        if (expansion_.fits(id, i) && comes_near(i, id, model(id).raster(), Cells::at_rim))
+          within.push_back(i);
+    }
+    return within;
+  }
   /// The pending points that fit the surface of a cell which is at most h away along its plane.
   std::vector<PointId> within_gap(const std::vector<Assignment>& cells, Pending which) {
-    std::vector<std::tuple<SurfaceId, VoxelBlocks::Place, PointId>> in_order;
-    for (const auto& [cell, id] : cells) in_order.emplace_back(id, blocks_.of(map_.window[cell].key), cell);
-    std::sort(in_order.begin(), in_order.end());
-    std::vector<PointId> within, points;
-    std::vector<RimCell> of_block;
-    for (auto at = in_order.begin(); at != in_order.end();) {
-      const auto [id, place, first] = *at;
-      points.clear();
-      of_block.clear();
-      for (; at != in_order.end() && std::get<0>(*at) == id && std::get<1>(*at) == place; ++at) {
-        points.push_back(std::get<2>(*at));
-        of_block.push_back({id, model(id).cell_of(map_.window[points.back()].position)});
+    std::map<SurfaceId, std::vector<PointId>> of_surface;
+    for (const auto& [cell, id] : cells) of_surface[id].push_back(cell);
+    std::vector<PointId> within;
+    for (const auto& [its, points] : of_surface) {
+      const SurfaceId id = its;
+      VoxelMarks marks;
+      geometry::CellBits raster;
+      for (const PointId cell : points) {
+        marks.add(map_.window[cell].key, expansion_.gap() + 1);
+        raster.change(model(id).cell_of(map_.window[cell].position), true);
       }
-      for_each_near(points, expansion_.gap() + 1, which, [&](PointId i) {
-        if (expansion_.fits(of_block.front().surface, i) && comes_near(i, of_block)) within.push_back(i);
+      marks.for_each_point(map_.window, [&](PointId i) {
+        if (is_asked(i, which) && expansion_.fits(id, i) && comes_near(i, id, raster, Cells::all))
+          within.push_back(i);
       });
     }
     return within;
   }
 
-  /// Keeps the nearest of these cells of one surface, if it is nearer than the one before.
-  bool comes_near(PointId i, const std::vector<RimCell>& cells) {
-    const SurfaceId id = cells.front().surface;
+  enum class Cells { all, at_rim };
+  /// Keeps the nearest of a surface's cells in a raster, if it is at most h away and nearer than the one
+  /// before. False if none is that near.
+  bool comes_near(PointId i, SurfaceId id, const geometry::CellBits& raster, Cells which) {
+    constexpr int columns = 64, within_columns = columns - 2;  // without those beside the others
     const geometry::PlaneCell from = model(id).cell_of(map_.window[i].position);
-    const auto distance = [&](const RimCell& rim) {
-      const int u = rim.cell.u - from.u, v = rim.cell.v - from.v;
-      return std::pair(u * u + v * v, rim.cell.packed());
-    };
-    const RimCell nearest = *std::min_element(
-        cells.begin(), cells.end(), [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-    if (distance(nearest).first > expansion_.plane_gap() * expansion_.plane_gap()) return false;
+    const int gap = expansion_.plane_gap();
+    std::pair<int, std::uint64_t> nearest(gap * gap + 1, 0);  // squared distance, and cell
+    rows_.resize(static_cast<std::size_t>(2 * gap + 3));
+    for (int u = -gap; u <= gap; u += within_columns) {
+      const int width = std::min(within_columns, gap - u + 1);
+      raster.rows_from({from.u + u - 1, from.v - gap - 1}, width + 2, rows_);
+      for (int v = -gap; v <= gap; ++v) {
+        const std::uint64_t* row = &rows_[static_cast<std::size_t>(v + gap + 1)];
+        std::uint64_t cells = row[0] & ((std::uint64_t{1} << width) - 1) << 1;
+        const auto three = [](std::uint64_t r) { return r << 1 & r & r >> 1; };
+        if (which == Cells::at_rim) cells &= ~(three(row[-1]) & row[0] << 1 & row[0] >> 1 & three(row[1]));
+        for (; cells != 0; cells &= cells - 1) {
+          const int along = u - 1 + std::countr_zero(cells);
+          nearest = std::min(nearest, std::pair(along * along + v * v,
+                                                geometry::PlaneCell{from.u + along, from.v + v}.packed()));
+        }
+      }
+    }
+    if (nearest.first > gap * gap) return false;
     std::vector<RimCell>& known = nearest_[i];
     const auto at =
         std::find_if(known.begin(), known.end(), [&](const RimCell& r) { return r.surface == id; });
+    const geometry::PlaneCell cell = geometry::PlaneCell::unpack(nearest.second);
+    const auto before = [&] {
+      const int along = at->cell.u - from.u, across = at->cell.v - from.v;
+      return std::pair(along * along + across * across, at->cell.packed());
+    };
     if (at == known.end())
-      known.push_back(nearest);
-    else if (distance(nearest) < distance(*at))
-      *at = nearest;
+      known.push_back({id, cell});
+    else if (nearest < before())
+      at->cell = cell;
     return true;
   }
 
   const surfaces::MapView& map_;
   Expansion expansion_;
   mutable const surfaces::SurfaceModel* last_ = nullptr;
-  VoxelBlocks blocks_{8};  // effort: voxels, as the octree's
-  occupancy::PointSet left_;
-  std::vector<Assignment> rims_, new_rims_;
+  VoxelBlocks boxes_{
+      4};  // effort: voxels; fewer are near none of a block's points, but there are more blocks
+  std::span<const PointId> left_;
+  occupancy::PointSet fresh_;
+  std::vector<Assignment> new_rims_;
   tsl::robin_map<PointId, std::vector<RimCell>> nearest_;  // one cell of each surface within h
+  std::vector<std::uint64_t> rows_;                        // scratch
 };
 
 }  // namespace

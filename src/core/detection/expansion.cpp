@@ -127,14 +127,25 @@ std::vector<Assignment> Expansion::accepted() const {
   return kept;
 }
 
+/// The same for all points around which the same blocks are.
 const std::vector<SurfaceId>& Expansion::ids_near(PointId i) {
-  const auto [at, fresh] = ids_near_.try_emplace(i);
+  const geometry::VoxelKey key = map_.first_voxel_of(map_.window[i].key);
+  const int reach = 1 << map_.level;
+  std::uint64_t blocks = 1;
+  for (const int k : {key.x, key.y, key.z}) {
+    const int first = geometry::VoxelGrid::clamped(k - reach) >> surfaces::SurfaceStore::block_bits,
+              last = geometry::VoxelGrid::clamped(k + reach) >> surfaces::SurfaceStore::block_bits;
+    blocks = blocks << 20 | static_cast<std::uint64_t>(first << 7 | (last - first));
+  }
+  if (blocks == last_blocks_) return *last_ids_;
+  const auto [at, fresh] = ids_near_.try_emplace(blocks);
   if (fresh) {
-    const surfaces::SurfaceStore::Ids ids =
-        map_.surfaces.near(map_.first_voxel_of(map_.window[i].key), 1 << map_.level);
+    const surfaces::SurfaceStore::Ids ids = map_.surfaces.near(key, reach);
     at.value().assign(ids.begin(), ids.end());
   }
-  return at->second;
+  last_blocks_ = blocks;
+  last_ids_ = &at->second;
+  return *last_ids_;
 }
 
 /// Neighbours assigned to the same surface.

@@ -4,6 +4,7 @@
 #include "detection/sure_plane.hpp"
 #include "geometry/disjoint_sets.hpp"
 
+#include <map>
 #include <tsl/robin_map.h>
 #include <vector>
 
@@ -16,16 +17,20 @@ class SurePlanes {
 
   const sensing::ReadingModel& model() const { return model_; }
   Patch patch(SurfaceId id) const { return patch_of(*map_.surfaces.find(id), model_); }
-  double log_ratio(SurfaceId id, PointId i) {
-    auto at = planes_.find(id);
-    if (at == planes_.end()) at = planes_.emplace(id, SurePlane(patch(id), model_)).first;
-    return at->second.log_ratio(map_.window[i]);
-  }
+  double log_ratio(SurfaceId id, PointId i) { return plane(id).log_ratio(map_.window[i]); }
+  bool fits(SurfaceId id, PointId i) { return plane(id).fits(map_.window[i]); }
 
  private:
+  const SurePlane& plane(SurfaceId id) {
+    if (last_ == planes_.end() || last_->first != id) last_ = planes_.find(id);
+    if (last_ == planes_.end()) last_ = planes_.emplace(id, SurePlane(patch(id), model_)).first;
+    return last_->second;
+  }
+
   const surfaces::MapView& map_;
   sensing::ReadingModel model_;
-  tsl::robin_map<SurfaceId, SurePlane> planes_;
+  std::map<SurfaceId, SurePlane> planes_;
+  std::map<SurfaceId, SurePlane>::iterator last_ = planes_.end();  // points near each other mostly ask for it
 };
 
 /// A cell of a surface's plane within h of a pending point.
@@ -47,13 +52,13 @@ class Expansion {
 
   SurfaceId owner(PointId i) const {
     if (map_.window[i].surface != 0) return map_.window[i].surface;
-    const auto gained = gained_.find(i);
-    return gained == gained_.end() ? 0 : gained->second;
+    return has_gained_.contains(i) ? gained_.at(i) : 0;
   }
   void gain(const std::vector<Assignment>& some) {
-    for (const auto& [i, id] : some) gained_.emplace(i, id);
+    for (const auto& [i, id] : some)
+      if (has_gained_.insert(i)) gained_.emplace(i, id);
   }
-  bool fits(SurfaceId id, PointId i) { return planes_.log_ratio(id, i) > 0; }
+  bool fits(SurfaceId id, PointId i) { return planes_.fits(id, i); }
 
   /// The surface that explains a pending point best, of those that own its neighbours; 0: none.
   SurfaceId surface_beside(PointId i);
@@ -77,7 +82,10 @@ class Expansion {
   SurePlanes planes_;
   int reach_, gap_, plane_gap_;
   tsl::robin_map<PointId, SurfaceId> gained_;
-  tsl::robin_map<PointId, std::vector<SurfaceId>> ids_near_;
+  occupancy::PointSet has_gained_;
+  tsl::robin_map<std::uint64_t, std::vector<SurfaceId>, geometry::PackedKeyHash> ids_near_;  // by blocks
+  std::uint64_t last_blocks_ = 0;                                                            // none have this
+  const std::vector<SurfaceId>* last_ids_ = nullptr;
 };
 
 }  // namespace octosurf::detection

@@ -18,6 +18,11 @@ class SurePlane {
   /// Nats for the least favourable of the planes within two standard deviations of the fit: a plane with few
   /// inliers does not extrapolate. Cost: a square root more than ReadingModel::log_ratio.
   double log_ratio(const occupancy::VoxelPoint& point) const;
+  /// Whether that is positive.
+  bool fits(const occupancy::VoxelPoint& point) const {
+    return !model_->out_of_reach(plane_.signed_distance(point.position.cast<double>()), point.range_class) &&
+           log_ratio(point) > 0;
+  }
 
  private:
   const sensing::ReadingModel* model_;

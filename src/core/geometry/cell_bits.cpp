@@ -5,20 +5,28 @@
 namespace octosurf::geometry {
 
 std::uint32_t CellBits::around(PlaneCell cell) const {
-  const PlaneCell first = tile_of({cell.u - 2, cell.v - 2}), last = tile_of({cell.u + 2, cell.v + 2});
-  std::array<std::array<std::uint64_t, 2>, 2> tiles{};
-  for (int v = first.v; v <= last.v; ++v)
-    for (int u = first.u; u <= last.u; ++u)
-      if (const auto tile = tiles_.find(PlaneCell{u, v}.packed()); tile != tiles_.end())
-        tiles[v - first.v][u - first.u] = tile->second.occupied;
+  std::array<std::uint64_t, 5> rows;
+  rows_from({cell.u - 2, cell.v - 2}, 5, rows);
   std::uint32_t around = 0;
-  for (int v = 0; v < 5; ++v) {
-    const int row = cell.v - 2 + v;
-    const auto& side = tiles[(row >> 3) - first.v];
-    const std::uint64_t cells = (side[0] >> (row & 7) * 8 & 0xff) | (side[1] >> (row & 7) * 8 & 0xff) << 8;
-    around |= static_cast<std::uint32_t>(cells >> ((cell.u - 2) & 7) & 0x1f) << 5 * v;
-  }
+  for (unsigned v = 0; v < 5; ++v) around |= static_cast<std::uint32_t>(rows[v]) << 5 * v;
   return around;
+}
+
+void CellBits::rows_from(PlaneCell first, int columns, std::span<std::uint64_t> rows) const {
+  std::fill(rows.begin(), rows.end(), 0);
+  const int end = first.v + static_cast<int>(rows.size());
+  const PlaneCell last = tile_of({first.u + columns - 1, end - 1});
+  for (int tv = first.v >> 3; tv <= last.v; ++tv)
+    for (int tu = first.u >> 3; tu <= last.u; ++tu) {
+      const auto tile = tiles_.find(PlaneCell{tu, tv}.packed());
+      if (tile == tiles_.end()) continue;
+      const int shift = 8 * tu - first.u;
+      for (int v = std::max(8 * tv, first.v); v < std::min(8 * tv + 8, end); ++v) {
+        const std::uint64_t row = tile->second.occupied >> (v & 7) * 8 & 0xff;
+        rows[static_cast<std::size_t>(v - first.v)] |= shift < 0 ? row >> -shift : row << shift;
+      }
+    }
+  for (std::uint64_t& row : rows) row &= ~std::uint64_t{0} >> (64 - columns);
 }
 
 bool CellBits::change(PlaneCell cell, bool occupied) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <tsl/robin_map.h>
 #include <vector>
 
@@ -52,6 +53,8 @@ class CellBits {
   }
   /// Occupied cells among the 5 × 5 around one: bit 5·(v + 2) + u + 2 for the cell at offset (u, v).
   std::uint32_t around(PlaneCell cell) const;
+  /// Occupied cells from this one on: bit u of rows[v] for the cell at offset (u, v), u < `columns` ≤ 64.
+  void rows_from(PlaneCell first, int columns, std::span<std::uint64_t> rows) const;
   /// As of the last take_changes().
   bool deep_inside(PlaneCell cell) const {
     const auto tile = tiles_.find(tile_of(cell).packed());

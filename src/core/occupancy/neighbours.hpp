@@ -32,6 +32,10 @@ class Neighbours {
     for (const PointId j : near.points)
       if (near.reach <= reach || distance(i, j) <= reach) visit(j);
   }
+  /// Whether they are those in the 26 voxels around.
+  bool are_adjacent(PointId i) const {
+    return farthest_ == 1 || window_.count_near(window_[i].key, 1) > enough;
+  }
 
  private:
   static constexpr std::size_t enough = 6;  // effort: as in a hexagonal grid

@@ -100,6 +100,15 @@ class PointWindow {
   template <class Visit>
   void for_each_in(geometry::VoxelKey low, geometry::VoxelKey high, Visit&& visit) const;
 
+  /// Of a block of 8³ voxels: slice z, bit 8·y + x.
+  using Slices = std::array<std::uint64_t, 8>;
+  /// The same for those of a block, given by its packed key divided by 8, whose bits are set.
+  template <class Visit>
+  void for_each_of_block(std::uint64_t packed_block, const Slices& wanted, Visit&& visit) const {
+    const std::uint32_t b = block_of(packed_block);
+    for (unsigned z = 0; z < 8; ++z) visit_points(b, z, blocks_[b].slices[z] & wanted[z], visit);
+  }
+
   /// Number of the points near a voxel. Cost: blocks met.
   std::size_t count_near(geometry::VoxelKey key, int reach) const {
     std::size_t count = 0;
@@ -118,7 +127,7 @@ class PointWindow {
   static constexpr std::uint64_t block_mask = 0x1fff1fff1fffULL;  // three 13-bit fields
   static constexpr std::uint32_t unknown = ~std::uint32_t{0};
   struct Block {
-    std::array<std::uint64_t, 8> slices{};       // slice z; bit 8·y + x
+    Slices slices{};
     std::array<std::uint64_t, 8> rows_before{};  // byte y: points in the slice's rows before row y
     std::array<std::uint16_t, 8> slices_before{};
     std::uint32_t first = 0, count = 0;

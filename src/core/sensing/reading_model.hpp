@@ -80,10 +80,13 @@ class ReadingModel {
     const double met = 2 * std::max(cosine, view_error);
     return log_scale_ - 0.5 * std::log(variance(range_class, cosine) / (met * met));
   }
-  /// log_ratio if it is positive, else 0. Readings seen head-on have the largest reach, so most others need
-  /// no logarithm.
+  /// Whether no reading so far off belongs to the plane: those seen head-on have the largest reach.
+  bool out_of_reach(double distance, unsigned range_class) const {
+    return distance * distance > farthest2_[range_class];
+  }
+  /// log_ratio if it is positive, else 0. Most readings that do not belong need no logarithm.
   double gain(double distance, unsigned range_class, double cosine) const {
-    if (distance * distance > farthest2_[range_class]) return 0;
+    if (out_of_reach(distance, range_class)) return 0;
     return std::max(0.0, log_ratio(distance, range_class, cosine));
   }
   /// The cosine at which readings have this variance, m², clamped to [0, 1].
