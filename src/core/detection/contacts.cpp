@@ -29,12 +29,12 @@ class Gaps {
     std::vector<bool> at_boundary(readings_.size_with_context());
     for (Index i = 0; i < at_boundary.size(); ++i) at_boundary[i] = is_at_boundary(i);
     const LabelBlocks blocks(readings_, labels_, at_boundary);
-    blocks.for_each_block(voxels(), [&](const Groups& groups, const std::vector<LabelBlocks::Near>& near) {
-      for (const LabelBlocks::Group& group : groups) {
-        if (group.context) continue;  // both are context: their contact was evaluated before
-        for (const LabelBlocks::Near& block : near) look_from(group, block);
-      }
-    });
+    blocks.for_each_group(
+        voxels(),
+        [](const auto& group) { return !group.context; },  // contacts of context were evaluated before
+        [&](const LabelBlocks::Group& group, const std::vector<LabelBlocks::Near>& near) {
+          for (const LabelBlocks::Near& block : near) look_from(group, block);
+        });
   }
 
   void report(PatchGraph& graph) const {
@@ -50,7 +50,6 @@ class Gaps {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of the open lines' middles
     bool goes_on() const { return planes && lines < most_lines; }
   };
-  using Groups = std::vector<LabelBlocks::Group>;
 
   Eigen::Vector3d position(Index i) const { return readings_[i].position.cast<double>(); }
   int voxels() const { return static_cast<int>(reach_ / readings_.resolution()); }

@@ -2,6 +2,7 @@
 
 #include "detection/readings.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -62,11 +63,17 @@ class LabelBlocks {
     /// Within `reach` voxels of `key` along each axis.
     BoxMask within(geometry::VoxelKey key, int reach) const;
   };
-  /// Calls visit(groups, blocks) for each block, in order, with the blocks that may have something within
-  /// `reach` voxels of its readings, in order of z, y, x. Cost: blocks met.
-  template <class Visit>
-  void for_each_block(int reach, Visit&& visit) const {
-    for (const Block& block : blocks_) visit(block.groups, near(block, reach));
+  /// Calls visit(group, blocks) for each group of which looks_around(group) is true, block by block in order,
+  /// with the blocks that may have something within `reach` voxels of its readings, in order of z, y, x.
+  /// Cost: blocks met.
+  template <class LooksAround, class Visit>
+  void for_each_group(int reach, LooksAround&& looks_around, Visit&& visit) const {
+    for (const Block& block : blocks_)
+      if (std::any_of(block.groups.begin(), block.groups.end(), looks_around)) {
+        const std::vector<Near> around = near(block, reach);
+        for (const Group& group : block.groups)
+          if (looks_around(group)) visit(group, around);
+      }
   }
 
  private:

@@ -3,7 +3,7 @@
 #include "detection/labelling.hpp"
 #include "detection/seed_patches.hpp"
 #include "detection/voxel_blocks.hpp"
-#include "occupancy/key_box.hpp"
+#include "detection/voxel_marks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -90,20 +90,20 @@ class Collector {
   /// Adds pending points within h as candidates; boundaries and neighbours become context.
   Neighbourhood with_surroundings() && {
     const std::vector<PointId> inside = around_.points;
-    for (const auto& [place, boxes] : boxes_within_gap(inside))
-      blocks_.for_each_point(map_.window, place, [&, &near = boxes](PointId i) {
-        const occupancy::VoxelPoint& point = map_.window[i];
-        const occupancy::Key3 key = occupancy::ints(point.key);
-        if (std::none_of(near.begin(), near.end(), [&](const auto& box) { return box.holds(key); })) return;
-        if (point.surface == 0) {
-          if (taken_.insert(i)) around_.may_join.push_back(i);
-          return;
-        }
-        const SurfaceModel& surface = *map_.surfaces.find(point.surface);
-        if (!surface.surrounded(surface.cell_of(point.position)) && is_first_of_its_cube(point) &&
-            taken_.insert(i))
-          around_.boundary.push_back(i);
-      });
+    VoxelMarks within_gap;
+    for (const auto& [place, box] : blocks_.boxes(map_.window, inside, gap_)) within_gap.add(box);
+    const SurfaceModel* surface = nullptr;  // the last one: neighbouring points mostly have the same
+    within_gap.for_each_point(map_.window, [&](PointId i) {
+      const occupancy::VoxelPoint& point = map_.window[i];
+      if (point.surface == 0) {
+        if (taken_.insert(i)) around_.may_join.push_back(i);
+        return;
+      }
+      if (surface == nullptr || surface->id() != point.surface) surface = map_.surfaces.find(point.surface);
+      if (!surface->surrounded(surface->cell_of(point.position)) && is_first_of_its_cube(point) &&
+          taken_.insert(i))
+        around_.boundary.push_back(i);
+    });
     add_neighbours_of(inside);
     add_neighbours_of(std::vector(around_.may_join));
     for (const PointId i : inside) add_along_ray(i);
@@ -111,15 +111,6 @@ class Collector {
   }
 
  private:
-  /// By block, the boxes widened by h around the points in nearby blocks.
-  std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> boxes_within_gap(
-      const std::vector<PointId>& points) const {
-    std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> near;
-    for (const auto& [place, box] : blocks_.boxes(map_.window, points, gap_))
-      for (const VoxelBlocks::Place beside : blocks_.widened({place}, gap_)) near[beside].push_back(box);
-    return near;
-  }
-
   /// Effort: one boundary reading in each cube of a quarter of h suffices to search across gaps.
   bool is_first_of_its_cube(const occupancy::VoxelPoint& point) {
     const auto [at, fresh] = boundary_.try_emplace(cubes_.of(point.key), point.surface);

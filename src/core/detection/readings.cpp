@@ -44,9 +44,7 @@ Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
 void Readings::add(std::span<const PointId> points, std::span<const PointId> others) {
   std::vector<PointId> all(points.begin(), points.end());
   all.insert(all.end(), others.begin(), others.end());
-  std::sort(all.begin(), all.end(), [&](PointId a, PointId b) {
-    return std::pair(block_of(window_[a].key), a) < std::pair(block_of(window_[b].key), b);
-  });
+  window_.put_in_order(all, block_of);
   places_.resize(window_.size(), none);
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios matter
   for (const PointId i : all) {
@@ -78,9 +76,8 @@ void Readings::find_neighbours(const occupancy::Neighbours& all, Index i) {
 
 void Readings::add_to(Patch& patch, Index i) const {
   const Reading& r = readings_[i];
-  const double cos_incidence = r.cos_incidence(patch.plane);
-  patch.moments.add(r.position.cast<double>() - patch.origin, model_.weight(r.range_class, cos_incidence));
-  patch.log_peaks += model_.log_peak(r.range_class, cos_incidence);
+  add_moments(patch, i);
+  patch.log_peaks += model_.log_peak(r.range_class, r.cos_incidence(patch.plane));
   patch.readings += 1;
   patch.pose_variance = model_.pose_variance();
   patch.hits += r.hits;

@@ -96,6 +96,11 @@ class Readings {
   Patch patch_of(const Indices& indices, const Plane& about, const Patch& beyond = {}) const;
 
  private:
+  void add_moments(Patch& patch, Index i) const {  // what a fit needs, without a logarithm
+    const Reading& r = readings_[i];
+    patch.moments.add(r.position.cast<double>() - patch.origin,
+                      model_.weight(r.range_class, r.cos_incidence(patch.plane)));
+  }
   void add(std::span<const PointId> points, std::span<const PointId> others);
   void find_neighbours(const occupancy::Neighbours& all, Index i);
 
@@ -121,7 +126,7 @@ Patch Readings::patch_of(const Indices& indices, const Plane& about, const Patch
     next.plane = patch.plane;
     if (!(beyond.readings > 0))
       next.origin = readings_[*std::begin(indices)].position.template cast<double>();
-    for (const Index i : indices) add_to(next, i);
+    for (const Index i : indices) round == 0 ? add_moments(next, i) : add_to(next, i);
     next.fit();
     patch = next;
   }

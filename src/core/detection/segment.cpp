@@ -177,11 +177,10 @@ std::vector<double> count_clutter_around(const Readings& readings, const Segment
         if (group.label != clutter) count(i, group, part);
     }
   };
-  blocks.for_each_block(
-      reach, [&](const std::vector<LabelBlocks::Group>& groups, const std::vector<LabelBlocks::Near>& near) {
-        for (const LabelBlocks::Group& group : groups)
-          if (group.label == clutter)
-            for (const Index i : group.members) count_around(i, near);
+  blocks.for_each_group(
+      reach, [](const auto& group) { return group.label == clutter; },
+      [&](const LabelBlocks::Group& group, const std::vector<LabelBlocks::Near>& near) {
+        for (const Index i : group.members) count_around(i, near);
       });
   return counts;
 }

@@ -6,16 +6,18 @@ namespace octosurf::occupancy {
 
 Neighbours::Found Neighbours::search(PointId i) const {
   const geometry::VoxelKey key = window_[i].key;
-  int reach = 1;
-  while (reach < farthest_ && window_.count_near(key, reach) <= enough) ++reach;
-  const std::size_t count = window_.count_near(key, reach) - 1;
-  if (chunks_.empty() || chunks_.back().capacity() - chunks_.back().size() < count)
-    chunks_.emplace_back().reserve(std::max(chunk, count));
+  int reach = 0;
+  while (reach == 0 || (reach < farthest_ && met_.size() < enough)) {
+    met_.clear();
+    window_.for_each_near(key, ++reach, [&](PointId j) {
+      if (j != i) met_.push_back(j);
+    });
+  }
+  if (chunks_.empty() || chunks_.back().capacity() - chunks_.back().size() < met_.size())
+    chunks_.emplace_back().reserve(std::max(chunk, met_.size()));
   std::vector<PointId>& points = chunks_.back();
   const std::size_t first = points.size();
-  window_.for_each_near(key, reach, [&](PointId j) {
-    if (j != i) points.push_back(j);
-  });
+  points.insert(points.end(), met_.begin(), met_.end());
   if (found_.size() < window_.size()) found_.resize(window_.size());
   return found_[index_of(i)] = {std::span<const PointId>(points).subspan(first), reach};
 }

@@ -55,6 +55,7 @@ class Neighbours {
   int farthest_;
   mutable std::vector<Found> found_;  // by point
   mutable std::vector<std::vector<PointId>> chunks_;
+  mutable std::vector<PointId> met_;  // scratch
 };
 
 }  // namespace octosurf::occupancy

@@ -76,9 +76,19 @@ class PointWindow {
 
   /// Sorts points by key, and removes repeated ones.
   void put_in_order(std::vector<PointId>& points) const {
-    std::sort(points.begin(), points.end(),
-              [this](PointId a, PointId b) { return (*this)[a].key < (*this)[b].key; });
+    put_in_order(points, [](geometry::VoxelKey key) { return key.packed(); });
     points.erase(std::unique(points.begin(), points.end()), points.end());
+  }
+  /// Sorts them by a number of their keys; those of one number by their ids.
+  template <class NumberOf>
+  void put_in_order(std::vector<PointId>& points, const NumberOf& number_of) const {
+    std::vector<std::pair<std::uint64_t, PointId>>
+        numbered;  // beside the ids, for sorting looks at them often
+    numbered.reserve(points.size());
+    for (const PointId i : points) numbered.emplace_back(number_of((*this)[i].key), i);
+    if (std::is_sorted(numbered.begin(), numbered.end())) return;
+    std::sort(numbered.begin(), numbered.end());
+    std::transform(numbered.begin(), numbered.end(), points.begin(), [](const auto& n) { return n.second; });
   }
 
   /// Assigns the point to a surface (0: pending), here and, if writable, in the octree.
