@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -27,6 +28,12 @@ namespace {
 using Index = Readings::Index;
 
 constexpr int rounds = 3;  // effort: merge and relabel, which may split patches again
+/// Effort: a round that changes one reading in so many was the last one.
+constexpr std::size_t settled_share = 1000;
+/// Effort: shapes are judged again where one reading in so many came or went.
+constexpr std::size_t judged_share = 10;
+/// Effort: places where a patch's width is measured; of 100 the median is off by an eighth of their spread.
+constexpr std::size_t width_places = 100;
 
 /// `gap`: m, over which patches may merge; 0: touching ones only.
 void merge(const Readings& readings, double gap, const Junctions& junctions, Segmentation& segmentation) {
@@ -68,7 +75,7 @@ double width_in_most_places(const Readings& readings, const SegmentLimits& limit
   constexpr double unknown = std::numeric_limits<double>::infinity();
   const double spacing = readings.resolution();
   const auto median_width = [&](double width, double along) {
-    return geometry::median_local_width(crossing, width, spacing, 400, spread, along);
+    return geometry::median_local_width(crossing, width, spacing, width_places, spread, along);
   };
   if (const auto width = median_width(limits.least_width, unknown)) return *width;
   if (limits.gap <= spacing) return unknown;
@@ -277,10 +284,20 @@ void keep_labels(const Readings& readings, Segmentation& segmentation, std::vect
   segmentation.follow(into, std::move(kept));
 }
 
+/// `judged`: the size of each patch when its shape was accepted, if it was.
 void accept(const Readings& readings, const SegmentLimits& limits, Crossings& crossings,
-            Segmentation& segmentation, std::vector<Refused>* refused) {
+            Segmentation& segmentation, std::vector<Refused>* refused,
+            const std::vector<std::size_t>& judged = {}) {
+  const auto is_as_judged = [&](Label label, std::size_t size, double outside) {
+    if (judged.empty() || static_cast<double>(size) + outside < static_cast<double>(limits.fewest_points))
+      return false;
+    const std::size_t before = judged[label];
+    return judged_share * (std::max(before, size) - std::min(before, size)) <= before;
+  };
   keep_labels(readings, segmentation, refused,
-              [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
+              [&, outside = sums_outside(segmentation)](
+                  Label label, const std::vector<Index>& indices) -> std::optional<Refusal> {
+                if (is_as_judged(label, indices.size(), outside[label].readings)) return {};
                 const auto why = refusal_by_shape(readings, limits, segmentation.labels,
                                                   segmentation.patches[label], indices, outside[label]);
                 if (why && why->reason == Reason::too_few_points)
@@ -320,19 +337,26 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segm
   Segmentation result = std::move(known);
   Junctions junctions(readings, result.labels, result.patches);
   for (int round = 0; round < rounds; ++round) {
+    const std::vector<Label> before = result.labels;
     // Seed patches are no larger than a gap, so nearly every reading would be at a boundary.
     merge(readings, round == 0 ? 0 : limits.gap, junctions, result);
     relabel(readings, result.patches, result.labels);
     junctions = Junctions(readings, result.labels, result.patches);
     part_into_pieces(readings, junctions, result);
     junctions.renew(result.labels, result.patches);
+    // Pieces are numbered in the order of their first readings, so that the same ones have the same labels.
+    const std::size_t changed = std::transform_reduce(before.begin(), before.end(), result.labels.begin(),
+                                                      std::size_t{0}, std::plus(), std::not_equal_to());
+    if (round > 0 && settled_share * changed <= readings.size()) break;
   }
   merge(readings, limits.gap, junctions, result);
   Crossings crossings(readings);
   accept(readings, limits, crossings, result, refused);
+  std::vector<std::size_t> judged;
+  for (const std::vector<Index>& its : by_label(readings, result)) judged.push_back(its.size());
   relabel(readings, result.patches, result.labels);
   refit_patches(readings, Junctions(readings, result.labels, result.patches), result);
-  accept(readings, limits, crossings, result, refused);
+  accept(readings, limits, crossings, result, refused, judged);
   return result;
 }
 
