@@ -16,9 +16,8 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 /// points that have one of them as neighbour (Neighbours, at most h away), each of which joins the surface
 /// that explains it best; then from these, until none is left. Then to pieces of pending points across a gap,
 /// at most h away along the plane from such a cell, and from these again. `fresh`: points that came or joined
-/// a surface since the last expansion. Those that are pending look for all
-/// rims; the others, if at a rim, and what is gained are looked for by all that is pending: no other pair of
-/// the two is new.
+/// a surface since the last expansion. Those that are pending look for all rims; the others, if at a rim, and
+/// what is gained are looked for by all that is pending: no other pair of the two is new.
 ///
 /// 1. A point must fit every plane within two standard deviations of the surface's.
 /// 2. Expansion does not cross a surface at an angle, nor a gap in which readings lie off the plane.

@@ -20,22 +20,23 @@ class VoxelMarks {
     add({{x - reach, y - reach, z - reach}, {x + reach, y + reach, z + reach}});
   }
   void add(const occupancy::KeyBox& box) {
-    const occupancy::KeyBox inside = box.cut({});
-    const auto part = [](int first, int last, int block) {  // bits of a block's voxels along an axis
-      const int from = std::max(first - 8 * block, 0), to = std::min(last - 8 * block, 7);
-      return (0xffU >> (7 - to + from)) << from;
+    const auto [low, high] = box.cut({});
+    const auto first = [&, &from = low](std::size_t axis, int block) {  // voxel of the block
+      return static_cast<unsigned>(std::max(from[axis] - 8 * block, 0));
     };
-    const auto& [low, high] = inside;
+    const auto last = [&, &to = high](std::size_t axis, int block) {
+      return static_cast<unsigned>(std::min(to[axis] - 8 * block, 7));
+    };
     for (int z = low[2] >> 3; z <= high[2] >> 3; ++z)
-      for (int y = low[1] >> 3; y <= high[1] >> 3; ++y)
+      for (int y = low[1] >> 3; y <= high[1] >> 3; ++y) {
+        const std::uint64_t rows = ~0ULL >> 8 * (7 - last(1, y) + first(1, y)) << 8 * first(1, y);
         for (int x = low[0] >> 3; x <= high[0] >> 3; ++x) {
-          std::uint64_t slice = 0;
-          for (unsigned rows = part(low[1], high[1], y); rows != 0; rows &= rows - 1)
-            slice |= std::uint64_t{part(low[0], high[0], x)} << 8 * std::countr_zero(rows);
+          const unsigned row = 0xffU >> (7 - last(0, x) + first(0, x)) << first(0, x);
+          const std::uint64_t slice = row * 0x0101010101010101ULL & rows;
           Slices& slices = slices_of(occupancy::key_of({x, y, z}).packed());
-          for (unsigned of = part(low[2], high[2], z); of != 0; of &= of - 1)
-            slices[static_cast<std::size_t>(std::countr_zero(of))] |= slice;
+          for (unsigned k = first(2, z); k <= last(2, z); ++k) slices[k] |= slice;
         }
+      }
   }
 
   /// visit(PointId) for the points in them but not in `others`, block by block in the order of addition.

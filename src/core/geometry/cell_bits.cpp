@@ -5,10 +5,19 @@
 namespace octosurf::geometry {
 
 std::uint32_t CellBits::around(PlaneCell cell) const {
-  std::array<std::uint64_t, 5> rows;
-  rows_from({cell.u - 2, cell.v - 2}, 5, rows);
+  const PlaneCell first = tile_of({cell.u - 2, cell.v - 2}), last = tile_of({cell.u + 2, cell.v + 2});
+  std::array<std::array<std::uint64_t, 2>, 2> tiles{};
+  for (int v = first.v; v <= last.v; ++v)
+    for (int u = first.u; u <= last.u; ++u)
+      if (const auto tile = tiles_.find(PlaneCell{u, v}.packed()); tile != tiles_.end())
+        tiles[v - first.v][u - first.u] = tile->second.occupied;
   std::uint32_t around = 0;
-  for (unsigned v = 0; v < 5; ++v) around |= static_cast<std::uint32_t>(rows[v]) << 5 * v;
+  for (int v = 0; v < 5; ++v) {
+    const int row = cell.v - 2 + v;
+    const auto& side = tiles[(row >> 3) - first.v];
+    const std::uint64_t cells = (side[0] >> (row & 7) * 8 & 0xff) | (side[1] >> (row & 7) * 8 & 0xff) << 8;
+    around |= static_cast<std::uint32_t>(cells >> ((cell.u - 2) & 7) & 0x1f) << 5 * v;
+  }
   return around;
 }
 

@@ -1,6 +1,8 @@
 #include "surfaces/plane_hash.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 
@@ -26,9 +28,21 @@ geometry::PlaneCell PlaneHash::cell_of(const Eigen::Vector3f& p) const {
 }
 
 std::optional<geometry::PlaneCell> PlaneHash::nearest(geometry::PlaneCell cell, int reach) const {
-  for (int ring = 0; ring <= reach; ++ring)
-    for (int v = -ring; v <= ring; ++v)
-      for (int u = -ring; u <= ring; u += std::abs(v) == ring ? 1 : 2 * ring)
+  if (occupied(cell)) return cell;
+  constexpr int farthest = 31;  // cells on either side, of which a row of 64 has room for
+  std::array<std::uint64_t, 2 * farthest + 1> rows;
+  const int side = std::min(reach, farthest), width = 2 * side + 1;
+  raster_.rows_from({cell.u - side, cell.v - side}, width, std::span(rows).first(width));
+  for (int k = 1; k <= side; ++k)
+    for (int v = -k; v <= k; ++v) {
+      const std::uint64_t first = std::uint64_t{1} << (side - k), last = first << 2 * k;
+      const std::uint64_t around = std::abs(v) == k ? 2 * last - first : first | last;
+      if (const std::uint64_t met = rows[v + side] & around; met != 0)
+        return geometry::PlaneCell{cell.u + std::countr_zero(met) - side, cell.v + v};
+    }
+  for (int k = farthest + 1; k <= reach; ++k)
+    for (int v = -k; v <= k; ++v)
+      for (int u = -k; u <= k; u += std::abs(v) == k ? 1 : 2 * k)
         if (const geometry::PlaneCell at{cell.u + u, cell.v + v}; occupied(at)) return at;
   return {};
 }

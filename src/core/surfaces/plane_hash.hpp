@@ -46,6 +46,7 @@ class PlaneHash {
   std::vector<Inlier> sorted_inliers() const;
 
  protected:
+  static constexpr std::uint32_t ring = 0b00000'01110'01010'01110'00000;  ///< neighbours, of raster_.around()
   void insert(const Inlier& inlier);
   /// `position` must be the one it was added with. None if it is not an inlier.
   std::optional<Inlier> take_out(geometry::VoxelKey key, const Eigen::Vector3f& position);
@@ -58,7 +59,7 @@ class PlaneHash {
  private:
   /// Number with inliers.
   unsigned neighbours(geometry::PlaneCell cell) const {
-    return geometry::bit_count(raster_.around(cell) & 0b00000'01110'01010'01110'00000);
+    return geometry::bit_count(raster_.around(cell) & ring);
   }
 
   double resolution_;

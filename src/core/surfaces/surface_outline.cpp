@@ -49,8 +49,8 @@ Eigen::Vector2d SurfaceOutline::outline_point(const Eigen::Vector3f& p) const {
 std::optional<Eigen::Vector3d> SurfaceOutline::outward(geometry::PlaneCell cell) const {
   constexpr std::uint32_t row = 0b11111, column = 0x108421;
   constexpr int clear = 5;
-  if (surrounded(cell)) return {};
   const std::uint32_t around = raster_.around(cell);
+  if ((around & ring) == ring) return {};
   Eigen::Vector2i inward(0, 0);
   for (const int k : {-2, -1, 1, 2})
     inward += k * Eigen::Vector2i(geometry::bit_count(around & column << (k + 2)),
