@@ -6,12 +6,12 @@
 #include "io/text_file.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
+#include "run_statistics.hpp"
 #include "scan_feed.hpp"
 #include "sensing/pose_form.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -39,9 +39,6 @@ lie in the map already, values for no return, repeated scans, a jump. A cause is
 agrees as a right one does; then follows the command that maps it so, or what to do by hand. --write-poses writes
 the poses by that meaning, one line (tx ty tz qx qy qz qw) a scan. Exit code 1: no cause is known.
 )";
-
-/// That `map` has not, or means otherwise.
-constexpr std::array<std::string_view, 3> own_options{"--write-poses", "--force", "--threads"};
 
 struct CheckOptions {
   std::vector<std::string> inputs;
@@ -91,47 +88,28 @@ void write_poses(const CheckOptions& options, const check::Recording& recording,
   });
 }
 
-/// `use`: called with each scan.
-template <class Use>
-check::Recording read(const CheckOptions& options, const Parameters& parameters,
-                      std::unique_ptr<ScanSource> source, const Use& use) {
+/// `mapped`: what `map` would have of it.
+check::Recording read(const CheckOptions& options, std::unique_ptr<ScanSource> source,
+                      std::optional<RunStatistics>* mapped = nullptr) {
+  const Parameters parameters = ParameterChoice(options.parameters).in_force({}, source->sensor());
   check::Recording recording(parameters);
+  Mapper mapper(parameters, options.threads);
+  if (mapped != nullptr) mapped->emplace(parameters);
   ScanFeed feed(std::move(source), options.range);
   while (const std::optional<Scan> scan = feed.next()) {
     recording.add(*scan);
-    use(*scan);
+    if (mapped != nullptr) (*mapped)->add(*scan, mapper.insert(*scan), 0, 0);
   }
   return recording;
 }
 
-check::Recording read(const CheckOptions& options, std::unique_ptr<ScanSource> source) {
-  const Parameters parameters = ParameterChoice(options.parameters).in_force({}, source->sensor());
-  return read(options, parameters, std::move(source), [](const Scan&) {});
+/// Whether `map` would warn of nothing. Scans that fit nowhere are as doubtful as pairs that contradict: a
+/// tenth, and two.
+bool agrees(const RunStatistics& mapped) {
+  const std::size_t left_out = mapped.scans_with(AlignmentOutcome::rejected);
+  return !mapped.judgement().contradicts() && check::sees_enough(mapped.judgement()) &&
+         (left_out < 2 || 10 * left_out <= mapped.scans());
 }
-
-/// What `map` judges: the scans that it maps, where it maps them.
-struct AsMapped {
-  explicit AsMapped(const Parameters& parameters, int threads)
-      : mapper(parameters, threads), judge(parameters) {}
-  void add(const Scan& scan) {
-    const Alignment alignment = mapper.insert(scan).alignment;
-    ++scans;
-    if (alignment.outcome == AlignmentOutcome::rejected)
-      ++left_out;
-    else
-      judge.add(scan, alignment.T_map_sensor);
-  }
-  bool agrees() const {
-    const Judgement judgement = judge.judge();
-    // Scans that fit nowhere are as doubtful as pairs that contradict: a tenth, and two.
-    const bool many_left_out = left_out >= 2 && 10 * left_out > scans;
-    return !judgement.contradicts() && check::sees_enough(judgement) && !many_left_out;
-  }
-
-  Mapper mapper;
-  RecordingJudge judge;
-  std::size_t scans = 0, left_out = 0;
-};
 
 std::unique_ptr<ScanSource> open(const CheckOptions& options, const ScanSourceOptions& source) {
   return open_scans({options.inputs.begin(), options.inputs.end()}, source);
@@ -191,7 +169,7 @@ Mend mend_of(const CheckOptions& options, const check::Recording& recording, con
 
 /// The verb's own words, but for those that a mend replaces, and the mend's.
 std::string command_with(const CLI::App& check, const Mend& mend) {
-  std::vector<std::string_view> but(own_options.begin(), own_options.end());
+  std::vector<std::string_view> but;
   for (const auto& [name, value] : mend.options) but.emplace_back(name);
   std::string text = "octosurf map" + words_for(check, check, but);
   for (const auto& [name, value] : mend.options) text += " " + name + (value.empty() ? "" : " " + value);
@@ -215,12 +193,10 @@ void run_check(const CLI::App& verb, const CheckOptions& options) {
   auto source = open(options, options.source);
   for (const std::string& note : source->notes()) std::printf("%s\n", note.c_str());
   const Eigen::Vector3d origin = source->origin();
-  const Parameters parameters = ParameterChoice(options.parameters).in_force({}, source->sensor());
-  AsMapped mapped(parameters, options.threads);
-  const check::Recording recording =
-      read(options, parameters, std::move(source), [&](const Scan& scan) { mapped.add(scan); });
-  print_judgement("as mapped    ", mapped.judge.judge());
-  if (mapped.agrees()) {
+  std::optional<RunStatistics> mapped;
+  const check::Recording recording = read(options, std::move(source), &mapped);
+  print_judgement("as mapped    ", mapped->judgement());
+  if (agrees(*mapped)) {
     std::printf("The scans agree with each other as `map` maps them, with these options.\n");
     return;
   }

@@ -14,7 +14,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -216,9 +215,7 @@ void add_map(CLI::App& app) {
   add_scan_options(*verb, options->source, options->range);
   add_parameter_options(*verb, options->parameters);
   verb->callback([&app, verb, options] {
-    constexpr std::array<std::string_view, 2> other{"--write-poses", "--force"};
-    if (!options->inputs.empty())
-      options->check = "octosurf check" + words_for(*app.get_subcommand("check"), *verb, other);
+    options->check = "octosurf check" + words_for(*app.get_subcommand("check"), *verb, {});
     run_map(*options);
   });
 }

@@ -61,26 +61,25 @@ Up up_in_force(const Map& map, const std::string& text) {
 
 namespace {
 
-/// What surfaces alone say against a direction: the largest level one is seen from below, and none a quarter
-/// as large from above below it; or none is level to 15°, and most of their area is not upright either.
+/// What surfaces alone say against a direction: the largest level one is seen from below, and none below it
+/// from above; or none is level to 15°, and most of their area is not upright either.
 std::string doubt_of_up(const Snapshot& snapshot, const Eigen::Vector3d& up) {
-  constexpr double cos_level = 0.966, sin_level = 0.259, as_large = 0.25;
+  constexpr double cos_level = 0.966;
   SurfacePtr level;
-  double area = 0, leaning = 0;
+  double leaning = 0;  // m², more than is level or upright
   for (const SurfacePtr& surface : snapshot.surfaces) {
-    const double cosine = std::fabs(surface->plane.normal.dot(up));
-    area += surface->area_m2;
-    if (cosine < cos_level && cosine > sin_level) leaning += surface->area_m2;
+    const double cosine = std::fabs(surface->plane.normal.dot(up)),
+                 sine = std::sqrt(std::max(0., 1 - cosine * cosine));
+    leaning += (std::max(cosine, sine) < cos_level ? 1 : -1) * surface->area_m2;
     if (cosine >= cos_level && (!level || surface->area_m2 > level->area_m2)) level = surface;
   }
   if (!level)
-    return 2 * leaning > area ? "nothing is level within 15 degrees of up, " + axis_name(up) +
-                                    ": --up auto, or level the poses"
-                              : "";
+    return leaning > 0 ? "nothing is level within 15 degrees of up, " + axis_name(up) +
+                             ": --up auto, or level the poses"
+                       : "";
   // Heights are offsets along the normal: the level one's faces down.
   const auto is_floor = [&](const SurfacePtr& surface) {
-    return surface->plane.normal.dot(up) >= cos_level && surface->area_m2 >= as_large * level->area_m2 &&
-           surface->plane.offset < -level->plane.offset;
+    return surface->plane.normal.dot(up) >= cos_level && surface->plane.offset < -level->plane.offset;
   };
   if (level->plane.normal.dot(up) > 0 || std::ranges::any_of(snapshot.surfaces, is_floor)) return "";
   return io::formatted(

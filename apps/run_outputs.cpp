@@ -127,7 +127,6 @@ void report(RunState& run, const std::filesystem::path& kept_scans) {
   print_summary(run, kept_scans);
   std::fflush(stdout);  // warnings follow the summary
   warn_of_missing_poses(run);
-  // Of what scans that contradict each other make nothing follows.
   if (!run.statistics.judgement().contradicts()) warn_of_up(map);
   warn_of(run.statistics.judgement(), run.options.check);
 }

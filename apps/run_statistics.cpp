@@ -219,11 +219,9 @@ void print_agreement(const Judgement& judgement) {
   if (judgement.views == 0) return;
   std::printf("%-12s %zu of %zu pairs of views", "agreement", judgement.pairs - judgement.contradicting,
               judgement.pairs);
-  if (judgement.alone > 0)
-    std::printf("; %zu of %zu views see nothing that others see, and were not compared", judgement.alone,
-                judgement.views);
-  if (judgement.sparse > 0)
-    std::printf("; %zu of %zu views have too few readings to compare", judgement.sparse, judgement.views);
+  if (judgement.alone + judgement.sparse > 0)
+    std::printf("; of %zu views %zu see nothing that others see, %zu have too few readings to compare",
+                judgement.views, judgement.alone, judgement.sparse);
   std::printf("\n");
 }
 

@@ -1,5 +1,5 @@
 // Maps of one place beside one another: what of a map's surfaces changes from one scan to the next where the
-// octree did not change (and of the same map segmented anew at each scan), and whether two maps agree, each
+// octree did not change, and whether two maps agree, each
 // of every second scan of a real recording: no labels are needed.
 
 #include "bench/bench.hpp"
@@ -141,18 +141,15 @@ class Agreement {
 
 void steadiness(const Options& options) {
   for_each_run(options, options.every, [&](Json row, const auto& scans) {
-    for (const bool anew : {false, true}) {
-      Mapper mapper(parameters_at(options.resolutions.front(), options.set));
-      mapper.share_octree();
-      Steadiness steadiness;
-      scans([&](const Scan& scan) {
-        mapper.insert(scan);
-        if (anew) mapper.resegment();
-        steadiness.next(mapper.snapshot());
-      });
-      row["surfaces"] = anew ? "segmented anew" : "kept";
-      write(row, steadiness.numbers());
-    }
+    Mapper mapper(parameters_at(options.resolutions.front(), options.set));
+    mapper.share_octree();
+    Steadiness steadiness;
+    scans([&](const Scan& scan) {
+      mapper.insert(scan);
+      steadiness.next(mapper.snapshot());
+    });
+    row["surfaces"] = "kept";
+    write(row, steadiness.numbers());
   });
 }
 

@@ -35,8 +35,7 @@ set(OCTOSURF_SLOW_io DamagedMapFiles.*
     Removals.ComeBackWithWhoTookThemIn Removals.ManyComeBackInOrder ExportTest.FilesAreReadByPython
     MapFileTest.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
     PictureTest.IsoShowsFloorAndDefaultSize RecordStream.DamageBehindTheFrameIsSeen)
-set(OCTOSURF_SLOW_detection Resegment.*
-    Segment.ABoardOfThreeCentimetresPartsAWall LikelihoodDetector.*)
+set(OCTOSURF_SLOW_detection Segment.ABoardOfThreeCentimetresPartsAWall LikelihoodDetector.*)
 set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndRailsAreOneEach
     Cylinders.FlatThingsAreNone
     Cylinders.PillarsOfAHall Cylinders.PlanesAreTheSameWithAndWithout FinerFaces.* InsertAll.*

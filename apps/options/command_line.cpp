@@ -128,7 +128,8 @@ std::string words_for(const CLI::App& reader, const CLI::App& given, std::span<c
   };
   for (const CLI::Option* const option : given.get_options()) {
     const std::string name = option->get_positional() ? "" : option->get_name();
-    if (option->count() == 0 || std::ranges::find(but, name) != but.end()) continue;
+    const bool writes = name == "--write-poses" || name == "--force";
+    if (option->count() == 0 || writes || std::ranges::find(but, name) != but.end()) continue;
     if (!name.empty() && reader.get_option_no_throw(name) == nullptr) continue;
     if (!name.empty()) add(name);
     if (option->get_type_size() > 0)

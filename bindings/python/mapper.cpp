@@ -229,7 +229,6 @@ rays. Throws Error(usage).)")
            "Scan.from_depth(depth, intrinsics, T_map_camera, …) inserted: an image (H, W), uint16 units or "
            "metres.")
       .def("drain", changed(&Mapper::drain))
-      .def("resegment", changed(&Mapper::resegment))
       .def("detect_in_occupancy", changed(&Mapper::detect_in_occupancy))
       .def("replace_occupancy", &M::replace_occupancy, "other"_a)
       .def("merge", &M::merge, "other"_a, no_motion())

@@ -50,8 +50,7 @@ struct Judgement {
   double range_m = 0;       ///< median of readings
   double resolution_m = 0;  ///< of the map
 
-  bool many_pairs() const;        ///< contradict: a tenth, and two
-  bool many_along_axis() const;   ///< the same share, of those that see how they lie along it
+  bool many_pairs() const;        ///< contradict: a tenth, and two, of all or of those that measure the axis
   bool many_outvoted() const;     ///< a twentieth of the judged views, and two
   bool has_common_error() const;  ///< it explains a quarter, and moves places by a fifth of a voxel
   /// Most views stand alone, and scans lie farther apart than they see: no sensor moves so.

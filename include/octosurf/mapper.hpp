@@ -187,16 +187,6 @@ class Mapper {
   /// In the report, points_raw is the number of the other map's points.
   ScanReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
-  /// Replaces all surfaces by those that the detector finds among all points of the octree at once, free of
-  /// the order of scans. A surface keeps its id in the new surface with most of its points, unless that one
-  /// has more of another's; removals record the succession, and the evidence of a plane from later scans
-  /// passes to the surface with its points. Octree and poses do not change.
-  ///
-  /// Processes every point, so it is meant for the end of a run. Throws Error(data), and leaves the map
-  /// unchanged, if surface ids run out; see 2 above. `born`, `merged` and `gone` of the report list the
-  /// changes.
-  ScanReport resegment();
-
   /// Clears a region: its voxels become unknown, or as after one free reading, and leave their surfaces,
   /// which readers see as after a scan; `shrunk` and `gone` of the report list them. Later scans map it
   /// again. Throws Error(usage) for a part that is empty or not finite; see 2 above.

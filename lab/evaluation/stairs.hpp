@@ -22,8 +22,6 @@ struct StairScore {
   double width_m = 0;       ///< error of the width
   double heading_rad = 0;   ///< error of the heading
   bool right_kind = false;  ///< straight, turning or spiral as built
-  bool wholly_seen() const { return seen >= 0.7; }  ///< what noses hide of treads is a tenth
-  bool right_count() const { return pieces == 1 && found == steps; }
 };
 
 struct StairScores {

@@ -57,7 +57,6 @@ std::vector<Eigen::Vector3f> Meaning::readings_of(const Scan& scan) const {
     if (no_return && std::fabs((camera ? z : static_cast<double>(p.norm())) - *no_return) <= same_m) continue;
     if (reading == Reading::range) p *= p.z() / p.norm();
     if (reading == Reading::inverse_depth) p *= static_cast<float>(constant / (z * z));
-    if (reading == Reading::z_buffer) p *= static_cast<float>(constant / ((1 - z / largest) * z));
     if (reading == Reading::in_map) p = T_sensor_map * p;
     if (focal != 1 || !aside.isZero()) p.head<2>() = focal_factor * p.head<2>() + p.z() * aside.cast<float>();
     if (mirrored) p.y() = -p.y();
@@ -81,9 +80,9 @@ std::string Meaning::by_hand() const {
 }
 
 bool Meaning::same_readings(const Meaning& other) const {
-  return reading == other.reading && constant == other.constant && largest == other.largest &&
-         mirrored == other.mirrored && readings_scale == other.readings_scale && focal == other.focal &&
-         aside == other.aside && no_return == other.no_return;
+  return reading == other.reading && constant == other.constant && mirrored == other.mirrored &&
+         readings_scale == other.readings_scale && focal == other.focal && aside == other.aside &&
+         no_return == other.no_return;
 }
 
 }  // namespace octosurf::check

@@ -18,14 +18,12 @@ struct Meaning {
     points,
     range,          ///< a camera's depths are distances from its centre
     inverse_depth,  ///< depth is `constant` over it
-    z_buffer,       ///< depth is `constant` over what it lacks to its largest value
     in_map          ///< points lie in the map already; poses say where they were seen from
   };
 
   // Of the readings.
   Reading reading = Reading::points;
   double constant = 1;
-  double largest = 1;     ///< of z_buffer
   bool mirrored = false;  ///< their y axis
   double readings_scale = 1;
   double focal = 1;                                 ///< factor of a camera's focal length

@@ -25,7 +25,7 @@ std::optional<Eigen::Hyperplane<double, 3>> floor_of(const Scan& scan, double re
   const Eigen::Vector3f up = scan.T_map_sensor.linear().row(2).transpose().cast<float>();
   judgement::View view;
   view.points = readings_of(scan);
-  view.finish(resolution);
+  view.finish();
   std::vector<std::pair<std::size_t, Eigen::Hyperplane<float, 3>>> levels;  // with readings on them
   for (const judgement::Sample& sample : view.samples) {
     const Eigen::Vector3f normal = sample.normal.dot(up) < 0 ? -sample.normal : sample.normal;
@@ -94,25 +94,9 @@ std::optional<std::size_t> Recording::jump() const {
 }
 
 std::string facts_of(const Recording& recording) {
-  const auto& poses = recording.poses();
-  std::string facts;
-  if (poses.size() < 3) return facts;
-  std::size_t turned = 0, moved = 0, rounded = 0;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::Isometry3d &T = poses[i].T_map_sensor, &before = poses[i > 0 ? i - 1 : 1].T_map_sensor;
-    turned += T.linear() != before.linear();
-    moved += T.translation() != before.translation();
-    const Eigen::Vector3d cm = 100 * T.translation();
-    rounded += (cm - cm.array().round().matrix()).isZero(1e-6);
-  }
-  const auto say = [&](const std::string& what) { facts += what + "; "; };
-  if (turned == 0) say("all poses have one rotation: where the sensor turned nobody knows");
-  if (moved == 0) say("all poses have one position");
-  if (turned > 0 && moved > 0 && 10 * moved < 9 * poses.size())
-    say(std::to_string(poses.size() - moved) + " of " + std::to_string(poses.size()) +
-        " positions are those of the pose before");
-  if (moved > 0 && rounded == poses.size()) say("positions are rounded to centimetres");
-  return facts;
+  for (const Recording::Pose& pose : recording.poses())
+    if (pose.T_map_sensor.linear() != recording.poses().front().T_map_sensor.linear()) return "";
+  return "all poses have one rotation: where the sensor turned nobody knows; ";
 }
 
 }  // namespace octosurf::check

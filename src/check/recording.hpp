@@ -56,8 +56,7 @@ class Recording {
   judgement::Oddities oddities_;
 };
 
-/// What stands out of the poses as numbers: all positions or all rotations are one, many are repeated, or
-/// positions have no more than two decimals. Empty, or ends with "; ".
+/// Whether all rotations are one. Empty, or ends with "; ".
 std::string facts_of(const Recording& recording);
 
 }  // namespace octosurf::check

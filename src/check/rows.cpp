@@ -180,7 +180,7 @@ Meanings ranges(const Recording& recording, const Meaning& from) {
                                : Meanings{};
 }
 
-/// Depths of a room from a value that falls with them, or grows ever slower.
+/// Depths of a room from a value that falls with them.
 Meanings inverse_depths(const Recording& recording, const Meaning& from) {
   Meanings all;
   if (!recording.is_camera()) return all;
@@ -189,23 +189,13 @@ Meanings inverse_depths(const Recording& recording, const Meaning& from) {
     all.push_back(from);
     all.back().reading = Meaning::Reading::inverse_depth;
     all.back().constant = depth * median;
-    for (const double most : {1.0, 13.107, 65.535}) {  // of floats, and of 16 bits at 5000 and 1000 a metre
-      if (most < median) continue;
-      all.push_back(from);
-      all.back().reading = Meaning::Reading::z_buffer;
-      all.back().largest = most;
-      all.back().constant = depth * (1 - median / most);
-    }
   }
   return all;
 }
 
 std::string words_of_inverse_depth(const Recording&, const Meaning& meaning) {
-  if (meaning.reading == Meaning::Reading::inverse_depth)
-    return io::formatted("depth images hold inverse depth or disparity: depth is some %.3g over it",
-                         meaning.constant);
-  return io::formatted("depth images hold a z-buffer: depth is some %.3g / (1 - value / %.6g)",
-                       meaning.constant, meaning.largest);
+  return io::formatted("depth images hold inverse depth or disparity: depth is some %.3g over it",
+                       meaning.constant);
 }
 
 Meanings in_map(const Recording&, const Meaning& from) {

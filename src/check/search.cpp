@@ -160,7 +160,7 @@ class Search {
     const double angle = turn.norm();
     if (angle > 0) meaning.mount.rotate(Eigen::AngleAxisd(angle, turn / angle));
     meaning.mount.pretranslate(by.segment<3>(3));
-    if (meaning.reading == Meaning::Reading::inverse_depth || meaning.reading == Meaning::Reading::z_buffer)
+    if (meaning.reading == Meaning::Reading::inverse_depth)
       meaning.constant *= std::exp(by[6]);
     else
       meaning.pose_scale *= std::exp(-by[6]);

@@ -18,7 +18,7 @@ Views::Views(const Recording& recording, const Meaning& readings, std::size_t co
     view.scan = scan.index;
     view.camera = scan.scan.sensor == SensorKind::depth_camera;
     view.points = readings.readings_of(scan.scan);
-    view.finish(recording.parameters().occupancy.resolution);
+    view.finish();
     views_.push_back(std::move(view));
   }
 }

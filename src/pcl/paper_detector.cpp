@@ -239,16 +239,7 @@ detection::Due PaperDetector::due(const MapView& map, const surfaces::PendingQue
 }
 
 std::optional<Proposal> PaperDetector::segment(const MapView& map, const detection::Part& part, int) const {
-  if (!part.all) return part.points.empty() ? std::nullopt : std::optional(proposal_of(map, part.points));
-  std::vector<PointId> all;
-  map.octree.for_each_point([&](const occupancy::VoxelPoint& p) { all.push_back(map.window.find(p.key)); });
-  map.window.put_in_order(all);
-  const std::vector<PointId> kept = filtered(map, all);
-  Proposal proposal = proposal_of(map, kept);
-  const occupancy::PointSet labelled(kept);
-  for (const PointId i : all)
-    if (!labelled.contains(i)) proposal.points.push_back({i, 0});
-  return proposal;
+  return part.points.empty() ? std::nullopt : std::optional(proposal_of(map, part.points));
 }
 
 std::map<PointId, surfaces::Refusal> PaperDetector::refusals(const MapView& map,

@@ -4,6 +4,7 @@
 #include "detection/constants.hpp"
 #include "detection/junctions.hpp"
 #include "detection/label_blocks.hpp"
+#include "detection/readings_of_all.hpp"
 #include "detection/seed_patches.hpp"
 #include "detection/segment.hpp"
 #include "detection/voxel_blocks.hpp"
@@ -105,7 +106,7 @@ TEST(Neighbourhood, WhatIsKnownOfASurfaceIsAllOfIt) {
   Patch nothing;
   nothing.plane = floor.plane();
   const Patch whole = sums_of(readings, known.outside.front().sums);
-  const Patch expected = sums_of(Readings(scene.points_.ledger), nothing);
+  const Patch expected = sums_of(test::readings_of_all(scene.points_.ledger), nothing);
   // What is not among the readings weighs as those of its class of distance do, on the mean.
   EXPECT_NEAR(whole.moments.count / expected.moments.count, 1, 0.05);
   const Eigen::Vector3d off = whole.centroid() - expected.centroid();
@@ -304,7 +305,7 @@ class WallAndBoard {
   explicit WallAndBoard(std::mt19937_64& rng)
       : turn_(std::uniform_real_distribution(0.0, 6.28)(rng), Eigen::Vector3d::UnitZ()),
         points_(look(rng)),
-        readings_(points_.ledger) {
+        readings_(test::readings_of_all(points_.ledger)) {
     for (const Eigen::Vector4d& face : faces()) {
       Patch patch;
       patch.plane = {turn_ * face.head<3>(), face.w()};

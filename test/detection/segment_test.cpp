@@ -1,6 +1,7 @@
 #include "detection/segment.hpp"
 
 #include "detection/labelling.hpp"
+#include "detection/readings_of_all.hpp"
 #include "support/pending_points.hpp"
 #include "support/round_scene.hpp"
 
@@ -14,7 +15,7 @@ struct Segmented {
   explicit Segmented(const std::vector<Scan>& scans, const Parameters& told = parameters(),
                      double shakes_m = 0)
       : points(scans, told),
-        readings((observe(points.state.noise, scans, shakes_m), points.ledger)),
+        readings((observe(points.state.noise, scans, shakes_m), test::readings_of_all(points.ledger))),
         segmentation(segment(readings, {})) {}
 
   /// σ is 2 mm, told.

@@ -285,14 +285,6 @@ TEST(UpdateSurfaces, RequeuedPointsThatASurfaceTakesDoNotWait) {
   EXPECT_THAT(scene.state.queue.fresh, ElementsAreArray(scene.above));
 }
 
-TEST(UpdateSurfaces, NoPointWaitsAfterAllHaveBeenSegmentedAnew) {
-  FloorWithStrays scene;
-  scene.state.queue.fresh = scene.above;
-  scene.state.queue.blocks = {scene.above.front()};
-  scene.update(Effort::anew);
-  EXPECT_EQ(scene.state.queue, surfaces::PendingQueue{});
-}
-
 // How sure published planes say they are, against the truth, after whole scans.
 
 /// Slopes and offset of the true plane over the published one, in its frame.

@@ -268,18 +268,5 @@ TEST(PaperDetector, SaysWhyThereIsNoSurface) {
   EXPECT_EQ(few.figures.at(0).at_least, 51);
 }
 
-TEST(PaperDetector, LooksAtAWholeMapAsThePapersAlgorithmDoes) {
-  const Parameters parameters = papers();
-  Mapper mapper(parameters, 1, paper_detector());
-  for (const Scan& scan : recording("room", 6)) mapper.insert(scan);
-  PaperTwin twin(parameters);
-  twin.insert(mapper.map());
-  mapper.resegment();
-  test::expect_guarantees(mapper.map());
-  EXPECT_GE(twin.surfaces.size(), 3U);
-  expect_same(*mapper.snapshot(), twin.surfaces, 2,
-              std::sqrt(3) / 4 * std::pow(parameters.max_hole_size(), 2));
-}
-
 }  // namespace
 }  // namespace octosurf

@@ -20,12 +20,11 @@ struct Due {
   std::size_t waiting = 0;  ///< number of points of left.fresh in blocks of left.blocks
 };
 
-/// What Detector::segment() looks at: leftovers, or surfaces whose evidence has changed, or all points.
+/// What Detector::segment() looks at: leftovers, or surfaces whose evidence has changed.
 struct Part {
   std::vector<PointId> points{};      ///< pending, key order
   std::vector<SurfaceId> surfaces{};  ///< entire ones, ascending
   std::vector<PointId> gained{};      ///< by surfaces, which may be one with others there
-  bool all = false;                   ///< owned and pending alike
 };
 
 /// The stages that decide about planes (paper, III-B and III-C; docs/design.md §4), called by

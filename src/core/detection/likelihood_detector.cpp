@@ -150,17 +150,6 @@ Segmentation LikelihoodDetector::segmented(const MapView& map, const Readings& r
                             refused);
 }
 
-Proposal LikelihoodDetector::segment_all(const MapView& map) const {
-  const Readings readings(map);
-  Segmentation nothing;
-  nothing.labels.assign(readings.size_with_context(), clutter);
-  JointProposal proposal(map);
-  proposal.add(proposal_of(map, readings, segmented(map, readings, std::move(nothing))), map.window);
-  Proposal all = std::move(proposal).take();
-  all.unprocessed.clear();
-  return all;
-}
-
 namespace {
 
 /// A part while it is segmented.
@@ -185,7 +174,6 @@ struct Segmented {
 }  // namespace
 
 std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Part& part, int threads) const {
-  if (part.all) return segment_all(map);
   const std::vector<Part> parts = divided(map, part);
   if (parts.empty()) return {};
   std::vector<std::unique_ptr<Segmented>> all(parts.size());

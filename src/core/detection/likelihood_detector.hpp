@@ -30,7 +30,6 @@ class LikelihoodDetector final : public Detector {
   SegmentLimits limits_in_cells(const surfaces::MapView& map) const;
   Segmentation segmented(const surfaces::MapView& map, const Readings& readings, Segmentation known,
                          std::vector<Refused>* refused = nullptr) const;
-  Proposal segment_all(const surfaces::MapView& map) const;
 
   bool see_through_;
 };

@@ -6,21 +6,10 @@
 namespace octosurf::detection {
 namespace {
 
-std::vector<PointId> all_of(const surfaces::MapView& map) {
-  std::vector<PointId> cells;
-  map.octree.for_each_point(
-      [&](const occupancy::VoxelPoint& p) { cells.push_back(map.cells.of(map.window.find(p.key))); });
-  map.cells.map().window.put_in_order(cells);
-  return cells;
-}
-
 /// Of 8³ voxels, as the window's.
 std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
 
 }  // namespace
-
-Readings::Readings(const surfaces::MapView& map)
-    : Readings(map, {.points = all_of(map), .may_join = {}, .context = {}, .boundary = {}}) {}
 
 Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
     : cells_(map.cells),

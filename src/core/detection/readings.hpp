@@ -47,9 +47,7 @@ class Readings {
   using Index = std::uint32_t;
   static constexpr Index none = ~Index{0};
 
-  /// All points, which are loaded into the map's window. O(points).
-  explicit Readings(const surfaces::MapView& map);
-  /// Some points. O(points), plus a word for each point that the window has loaded.
+  /// O(points), plus a word for each point that the window has loaded.
   Readings(const surfaces::MapView& map, const Neighbourhood& around);
 
   /// Number of readings to be labelled; higher indices are context.

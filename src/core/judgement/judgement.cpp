@@ -13,9 +13,9 @@ namespace {
 /// fifth of a voxel does not blur a map.
 constexpr double pairs_share = 0.1, outvoted_share = 0.05, explained_share = 0.25, moved_voxels = 0.2;
 /// A robot that is elsewhere for once sees nothing in common, too, but not a dozen times.
-constexpr std::size_t fewest_pairs = 2, fewest_outvoted = 2, enough_alone = 12;
+constexpr std::size_t fewest = 2, enough_alone = 12;
 
-bool is_share(std::size_t part, std::size_t all, double share, std::size_t fewest) {
+bool is_share(std::size_t part, std::size_t all, double share) {
   return part >= fewest && static_cast<double>(part) > share * static_cast<double>(all);
 }
 
@@ -28,13 +28,10 @@ std::string print(const char* format, Values... values) {
 
 }  // namespace
 
-bool Judgement::many_pairs() const { return is_share(contradicting, pairs, pairs_share, fewest_pairs); }
-bool Judgement::many_along_axis() const {
-  return is_share(axis_contradicting, axis_pairs, pairs_share, fewest_pairs);
+bool Judgement::many_pairs() const {
+  return is_share(contradicting, pairs, pairs_share) || is_share(axis_contradicting, axis_pairs, pairs_share);
 }
-bool Judgement::many_outvoted() const {
-  return is_share(outvoted.size(), judged, outvoted_share, fewest_outvoted);
-}
+bool Judgement::many_outvoted() const { return is_share(outvoted.size(), judged, outvoted_share); }
 bool Judgement::has_common_error() const {
   return common_error > explained_share && common_error_m > moved_voxels * resolution_m;
 }
@@ -42,8 +39,7 @@ bool Judgement::too_far_apart() const {
   return alone >= enough_alone && 2 * alone > views && step_m > range_m;
 }
 bool Judgement::contradicts() const {
-  return many_pairs() || many_along_axis() || many_outvoted() || has_common_error() || too_far_apart() ||
-         !oddities.empty();
+  return many_pairs() || many_outvoted() || has_common_error() || too_far_apart() || !oddities.empty();
 }
 
 std::string Judgement::describe() const {
@@ -58,7 +54,7 @@ std::string Judgement::describe() const {
   if (worst_places > 0)
     text += print(", most %s and %s, in %zu of %zu places", worst[0].c_str(), worst[1].c_str(), worst_apart,
                   worst_places);
-  if (many_along_axis())
+  if (axis_contradicting > 0)
     text += print("; %zu of the %zu that see surfaces facing (%.1f, %.1f, %.1f) are shifted along it",
                   axis_contradicting, axis_pairs, axis.x(), axis.y(), axis.z());
   if (many_outvoted())

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace octosurf::judgement {
 namespace {
@@ -19,9 +20,9 @@ constexpr std::size_t fewest_places = 30, off_in = 4, fewest_surfaces = 10;
 
 /// Where a surface is searched for along the normal, in tolerances.
 constexpr float search_reach = 4;
-/// Points of 3 × 3 cells: without three nothing is known, and with four what is seen there has no gaps. One
-/// offset in three is kept, for effort: 30,000 of a run determine nine numbers well.
-constexpr std::size_t fewest_seen = 3, fewest_filled = 4, offsets_in = 3;
+/// Points of 3 × 3 cells: with four what is seen there has no gaps. One offset in three is kept, for effort:
+/// 30,000 of a run determine nine numbers well.
+constexpr std::size_t fewest_seen = 4, offsets_in = 3;
 
 /// Places count as moved from two tolerances on: along their normals all are off then, as most in all
 /// directions are. By one motion: within these, and a tenth of the way, by which a turn of 25° differs from
@@ -37,8 +38,7 @@ constexpr float first_range = 0.06F, classes_of_octave = 3, usual_noise = 0.005F
 
 using Motion = Eigen::Matrix<double, 6, 1>;  // turn, times the range, and shift
 
-/// A surface that both views see.
-struct Surface {
+struct Surface {      // that both views see
   Motion by;          // derivative of its distance by a motion of the first view
   double off = 0;     // m, how far that is to move it; 0: it agrees, or no motion does
   double within = 0;  // m
@@ -51,10 +51,28 @@ struct Seen {
   Eigen::Vector3f sum_beside = Eigen::Vector3f::Zero();
   float nearest = std::numeric_limits<float>::infinity();  // m
 
-  /// They are of a plane parallel to the sample's.
-  bool parallel(float off, float tolerance) const {
+  /// In 3 × 3 cells about a sample at `p`; beside it: by `reach` along its normal, and less than `aside`
+  /// across.
+  void look(const View& into, Cell cell, const Eigen::Vector3f& p, const Eigen::Vector3f& normal, float reach,
+            float aside) {
+    *this = {std::move(offsets), std::move(beside)};
+    offsets.clear();
+    beside.clear();
+    into.around(cell, 1, [&](const Eigen::Vector3f& q) {
+      const Eigen::Vector3f d = q - p;
+      const float along = d.dot(normal);
+      nearest = std::min(nearest, q.norm());
+      offsets.push_back(along);
+      if (std::fabs(along) > reach || d.squaredNorm() - along * along >= aside * aside) return;
+      beside.push_back(along);
+      sum_beside += q;
+    });
+  }
+  /// They are of a parallel plane farther on; `away`: where the view looks, along the normal.
+  bool lie_beyond(float off, float away, float reach, float tolerance) const {
     const auto [low, high] = std::ranges::minmax(offsets);
-    return high - low < moved_tolerances * tolerance + moved_share * std::fabs(off);
+    return off * away > 0 && std::fabs(off) > reach &&
+           high - low < moved_tolerances * tolerance + moved_share * std::fabs(off);
   }
 };
 
@@ -125,24 +143,12 @@ void Comparison::compare(const View& from, const View& into, double sign) {
   const auto resolution = static_cast<float>(tolerance_->resolution());
   Seen seen;
   for (const Sample& sample : from.samples) {
-    seen.offsets.clear();
-    seen.beside.clear();
-    seen.sum_beside.setZero();
-    seen.nearest = std::numeric_limits<float>::infinity();
     const Eigen::Vector3f p = T * sample.point;
     const float range = p.norm(), w = tolerance_->at(range, sample.range), reach = search_reach * w;
     const Cell cell = into.cell_of(p);
     const Eigen::Vector3f normal = T.linear() * sample.normal;
     const float aside = std::max(resolution, sample.spread);
-    into.around(cell, 1, [&](const Eigen::Vector3f& q) {
-      const Eigen::Vector3f d = q - p;
-      const float along = d.dot(normal);
-      seen.nearest = std::min(seen.nearest, q.norm());
-      seen.offsets.push_back(along);
-      if (!sample.flat || std::fabs(along) > reach || d.squaredNorm() - along * along > aside * aside) return;
-      seen.beside.push_back(along);
-      seen.sum_beside += q;
-    });
+    seen.look(into, cell, p, normal, reach, sample.flat ? aside : 0);
     if (seen.offsets.size() < fewest_seen) continue;
     const float away = normal.dot(p);
     const bool same_side = away * sample.normal.dot(sample.point) > 0;
@@ -150,16 +156,15 @@ void Comparison::compare(const View& from, const View& into, double sign) {
       if (!same_side) continue;  // it is another face of the thing, as a wall has two
       const float off = geometry::median_of(seen.beside);
       ++(std::fabs(off) < w ? places_.agree : places_.off);
-      note_surface(from, sample, sign, std::fabs(off) < moved_tolerances * w ? 0 : off, w);
+      note_surface(from, sample, sign, off, w);
       if ((places_.agree + places_.off) % offsets_in == 0)
         offsets_->push_back(
             offset_of(from, sample, into, seen.sum_beside / static_cast<float>(seen.beside.size()), off));
       continue;
     }
-    if (seen.offsets.size() < fewest_filled) continue;
     // Behind what is seen it is hidden: that says nothing.
     const float off = geometry::median_of(seen.offsets);
-    if (sample.flat && same_side && off * away > 0 && std::fabs(off) > reach && seen.parallel(off, w)) {
+    if (sample.flat && same_side && seen.lie_beyond(off, away, reach, w)) {
       ++places_.through;
       note_surface(from, sample, sign, off, w);
       continue;
@@ -179,7 +184,7 @@ void Comparison::note_surface(const View& from, const Sample& sample, double sig
   Surface surface;
   surface.by << at.cross(normal) / lever_, normal;
   surface.by *= sign;
-  surface.off = static_cast<double>(off);
+  surface.off = std::fabs(off) < moved_tolerances * tolerance ? 0 : static_cast<double>(off);
   surface.within = static_cast<double>(moved_tolerances * tolerance + moved_share * std::fabs(off));
   surfaces_.push_back(surface);
 }

@@ -56,7 +56,6 @@ void judge_axes(const std::vector<Places>& pairs, Judgement& verdict) {
   Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
   for (const Places& pair : pairs) normals += pair.normals;
   const Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normals).eigenvectors();
-  double most = 0;
   for (Eigen::Index k = 0; k < 3; ++k) {
     std::size_t measured = 0, moved = 0;
     for (const Places& pair : pairs) {
@@ -66,11 +65,8 @@ void judge_axes(const std::vector<Places>& pairs, Judgement& verdict) {
       ++measured;
       moved += pair.moves() && nearest == k;
     }
-    if (moved < 2 || static_cast<double>(moved) <= most * static_cast<double>(measured)) continue;
-    most = static_cast<double>(moved) / static_cast<double>(measured);
-    verdict.axis = axes.col(k);
-    if (Eigen::Index largest = 0; verdict.axis.cwiseAbs().maxCoeff(&largest), verdict.axis[largest] < 0)
-      verdict.axis = -verdict.axis;
+    if (moved < 2 || moved * verdict.axis_pairs < verdict.axis_contradicting * measured) continue;
+    verdict.axis = axes.col(k).sum() < 0 ? Eigen::Vector3d(-axes.col(k)) : Eigen::Vector3d(axes.col(k));
     verdict.axis_pairs = measured;
     verdict.axis_contradicting = moved;
   }
@@ -180,7 +176,7 @@ void RecordingJudge::Impl::add(const Scan& scan, const Eigen::Isometry3d& T_map_
     if (scan.points.size() >= judgement::enough_readings && odd[*kind].wants()) {
       View view = view_of(scan, T_map_sensor);
       view.points = readings_of(scan);
-      view.finish(occupancy.resolution);
+      view.finish();
       odd[*kind].take(std::move(view));
     }
   }
@@ -211,7 +207,7 @@ void RecordingJudge::Impl::join(const Scan& scan, const Eigen::Isometry3d& T_map
 void RecordingJudge::Impl::keep_open_view() {
   if (wanted && !open->points.empty()) {
     open->points = judgement::thinned(open->points);
-    open->finish(occupancy.resolution);
+    open->finish();
     lever_m = static_cast<double>(open->range);
     views.take(std::move(*open));
   }
@@ -224,7 +220,7 @@ Judgement RecordingJudge::Impl::judge() const {
   if (open && wanted && !open->points.empty()) {
     all.push_back(*open);
     all.back().points = thinned(open->points);
-    all.back().finish(occupancy.resolution);
+    all.back().finish();
   }
   const std::vector<const View*> compared = chosen(all);
   std::vector<float> ranges;

@@ -13,10 +13,10 @@ namespace {
 constexpr std::size_t most_samples = 200;
 /// Cells of an edge: from 1.4° to 11°, within two of which a room has hardly a plane.
 constexpr int most_cells = 64, fewest_cells = 8;
-/// A sample's neighbours lie within two cells, and two voxels or three times as far as these two are wide:
-/// readings of a floor that is seen at 20° lie so far apart.
+/// A sample's neighbours lie within two cells, and five times as far as these two are wide: readings of a
+/// floor that is seen at 11° lie so far apart.
 constexpr int near_cells = 2;
-constexpr float near_voxels = 2, near_widths = 5;
+constexpr float near_widths = 5;
 /// For three parameters of a plane and a scatter that is known to a third.
 constexpr std::size_t fewest_neighbours = 8;
 /// Flat: they spread four times as far along the plane as across it. And not along one line only, whose plane
@@ -30,11 +30,10 @@ int cell_of_tangent(float tangent, int cells_of_edge) {
   return std::clamp(static_cast<int>(share * cells), 0, cells_of_edge - 1);
 }
 
-Sample sample_at(const View& view, const Eigen::Vector3f& point, Cell cell, double resolution) {
+Sample sample_at(const View& view, const Eigen::Vector3f& point, Cell cell) {
   Sample sample{point, point.norm(), Eigen::Vector3f::Zero()};
   const float width = near_cells * static_cast<float>(std::numbers::pi / 2 / view.cells_of_edge);
-  const float reach =
-      std::max(near_voxels * static_cast<float>(resolution), near_widths * width * sample.range);
+  const float reach = near_widths * width * sample.range;
   std::size_t count = 0;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
@@ -90,7 +89,6 @@ void View::sort_points() {
   std::vector<Eigen::Vector3f> sorted;
   sorted.reserve(points.size());
   cells.clear();
-  cells.reserve(points.size());
   for (const auto& [cell, index] : order) {
     cells.push_back(cell);
     sorted.push_back(points[index]);
@@ -98,7 +96,7 @@ void View::sort_points() {
   points = std::move(sorted);
 }
 
-void View::finish(double resolution) {
+void View::finish() {
   std::vector<float> ranges;
   for (const Eigen::Vector3f& point : points) ranges.push_back(point.norm());
   range = ranges.empty() ? 0 : geometry::median_of(ranges);
@@ -108,7 +106,7 @@ void View::finish(double resolution) {
     samples.clear();
     for (std::size_t k = 0; k < count; ++k) {  // by cell, and so evenly over what was seen
       const std::size_t at = k * points.size() / count;
-      samples.push_back(sample_at(*this, points[at], cells[at], resolution));
+      samples.push_back(sample_at(*this, points[at], cells[at]));
     }
     sparse = 2 * static_cast<std::size_t>(std::ranges::count_if(samples, &Sample::known)) < count;
     if (!sparse || cells_of_edge == fewest_cells) break;

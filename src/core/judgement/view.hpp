@@ -44,7 +44,7 @@ struct View {
   bool sparse = false;  ///< most readings have no neighbours in the largest cells
 
   /// Sorts the points and takes samples.
-  void finish(double resolution);
+  void finish();
   Cell cell_of(const Eigen::Vector3f& direction) const;
   /// Calls f(point) for those in the cells up to `reach` cells around on the same face.
   template <class F>

@@ -278,13 +278,6 @@ ScanReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other)
   });
 }
 
-ScanReport Mapper::resegment() {
-  return impl_->change_map(mapper::Effort::anew, [](mapper::MapChange& change) {
-    change.begin();
-    change.update();
-  });
-}
-
 ScanReport Mapper::clear(const SpacePart& part, bool as_free) {
   require_rigid(part.T_map_part, "T_map_part");
   if (!(part.half_size.minCoeff() > 0) || !part.half_size.allFinite())

@@ -95,24 +95,13 @@ class SurfaceUpdate {
     cylinders::update_cylinders(ledger_, ledger_.pending(all), std::move(curved_));
   }
 
-  /// Algorithm 2 for all points of the map.
-  void start_anew() {
-    Proposal planes = *detector_.segment(ledger_, {.all = true}, threads_);
-    ledger_.apply(planes, Ledger::Planes::all, detector_.traits.refits);
-    ledger_.queue() = {};
-    enqueue(planes.unprocessed);
-    ledger_.changes.unprocessed.clear();
-    curved_ = std::move(planes.curved);
-    fresh_.clear();
-  }
-
  private:
   /// The points that have a surface now, and had none.
   std::vector<PointId> apply(const Proposal& found) {
     std::vector<PointId> explained;
     for (const auto& [point, label] : found.points)
       if (label != 0 && ledger_.window[point].surface == 0) explained.push_back(point);
-    ledger_.apply(found, Ledger::Planes::touched, detector_.traits.refits);
+    ledger_.apply(found, detector_.traits.refits);
     return explained;
   }
 
@@ -160,16 +149,12 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, in
                      ScanReport& report) {
   Stopwatch time(report);
   SurfaceUpdate update(ledger, detector, threads, report);
-  if (effort == Effort::anew) {
-    time(Stage::detect, [&] { update.start_anew(); });
-  } else {
-    time(Stage::derive, [&] { update.update_outlines(); });
-    time(Stage::add_inliers, [&] { update.add_inliers(); });
-    time(Stage::expand, [&] { update.expand(); });
-    update.detect(effort == Effort::all ? std::nullopt : std::optional(ledger.revision()));
-    time(Stage::revise, [&] { update.revise(); });
-    update.accumulate();
-  }
+  time(Stage::derive, [&] { update.update_outlines(); });
+  time(Stage::add_inliers, [&] { update.add_inliers(); });
+  time(Stage::expand, [&] { update.expand(); });
+  update.detect(effort == Effort::all ? std::nullopt : std::optional(ledger.revision()));
+  time(Stage::revise, [&] { update.revise(); });
+  update.accumulate();
   time(Stage::cylinders, [&] { update.update_cylinders(); });
 }
 

@@ -73,11 +73,11 @@ class Ledger::Writer {
     }
   }
 
-  void set_planes(Planes which, bool refit) {
+  void set_planes(bool refit) {
     const std::set<SurfaceId> touched = ledger_.changes.touched();
     for (Label label = 1; label < surfaces_.size(); ++label) {
       SurfaceModel& surface = *surfaces_[label];
-      if (which == Planes::touched && !touched.contains(surface.id())) continue;
+      if (!touched.contains(surface.id())) continue;
       surface.set_plane(proposal_.planes[label].plane);
       if (refit)
         ledger_.fit(surface);
@@ -120,13 +120,13 @@ class Ledger::Writer {
   std::vector<SurfaceModel*> surfaces_;  // by label; null for no plane
 };
 
-void Ledger::apply(const Proposal& proposal, Planes which, bool refit) {
+void Ledger::apply(const Proposal& proposal, bool refit) {
   Writer writer(*this, proposal);
   writer.name_planes();
   writer.hand_on_evidence();
   writer.hand_over_points();
   writer.remove_unclaimed();
-  writer.set_planes(which, refit);
+  writer.set_planes(refit);
   writer.note_checked();
 }
 

@@ -49,11 +49,10 @@ class Ledger : public LoadedView {
   /// readings; of several in one plane the one with most readings there stays, and the others merge into it.
   /// Other planes get new ids, and the surface that had most of their readings as parent. Evidence of later
   /// scans is kept where nine tenths of a surface's readings are. Points that lose their surface are
-  /// unprocessed. `all`: each plane becomes the proposal's; else only those of surfaces whose points changed.
-  /// `refit`: to all readings of its surface. Surfaces entirely among the points are marked as checked. Cost:
-  /// the proposal, and the reassigned points.
-  enum class Planes { all, touched };
-  void apply(const Proposal& proposal, Planes which = Planes::touched, bool refit = true);
+  /// unprocessed. Planes of surfaces whose points changed become the proposal's. `refit`: to all readings of
+  /// its surface. Surfaces entirely among the points are marked as checked. Cost: the proposal, and the
+  /// reassigned points.
+  void apply(const Proposal& proposal, bool refit = true);
 
   SurfaceModel* find(SurfaceId id) { return state_.surfaces.find(id); }
   /// Creates a surface without points.
