@@ -172,7 +172,8 @@ std::string command_with(const CLI::App& check, const Mend& mend) {
   std::vector<std::string_view> but;
   for (const auto& [name, value] : mend.options) but.emplace_back(name);
   std::string text = "octosurf map" + words_for(check, check, but);
-  for (const auto& [name, value] : mend.options) text += " " + name + (value.empty() ? "" : " " + value);
+  for (const auto& [name, value] : mend.options)
+    text += shell_word(name) + (value.empty() ? "" : shell_word(value));
   return text + " -o MAP";
 }
 

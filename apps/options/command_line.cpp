@@ -120,20 +120,20 @@ int run_command(CLI::App& app, int argc, char** argv) {
   return finish(program, verb);
 }
 
+std::string shell_word(const std::string& word) {
+  return word.find_first_of(" '\"$\\*?&;()<>|") == std::string::npos ? " " + word : " '" + word + "'";
+}
+
 std::string words_for(const CLI::App& reader, const CLI::App& given, std::span<const std::string_view> but) {
   std::string text;
-  const auto add = [&](const std::string& word) {
-    const bool plain = word.find_first_of(" '\"$\\*?&;()<>|") == std::string::npos;
-    text += plain ? " " + word : " '" + word + "'";
-  };
   for (const CLI::Option* const option : given.get_options()) {
     const std::string name = option->get_positional() ? "" : option->get_name();
     const bool writes = name == "--write-poses" || name == "--force";
-    if (option->count() == 0 || writes || std::ranges::find(but, name) != but.end()) continue;
-    if (!name.empty() && reader.get_option_no_throw(name) == nullptr) continue;
-    if (!name.empty()) add(name);
+    const bool other = !name.empty() && reader.get_option_no_throw(name) == nullptr;
+    if (option->count() == 0 || writes || other || std::ranges::find(but, name) != but.end()) continue;
+    if (!name.empty()) text += shell_word(name);
     if (option->get_type_size() > 0)
-      for (const std::string& value : option->results()) add(value);
+      for (const std::string& value : option->results()) text += shell_word(value);
   }
   return text;
 }

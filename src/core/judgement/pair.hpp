@@ -34,11 +34,9 @@ struct Places {
   std::size_t agree = 0;
   std::size_t off = 0;      ///< a surface beside the reading, along its normal
   std::size_t through = 0;  ///< the other view has seen through there
-  /// One motion of a view would bring together so much of what faces along it: a share. What is wrong along
-  /// one axis moves only the places that face it, a quarter of a room.
+  /// Share of what faces along one motion of a view that it would bring together: an error's along one axis.
   double moved = 0;
-  Eigen::Vector3d along =
-      Eigen::Vector3d::Zero();  ///< the shift of that motion, map axes; of a turn and it, 1
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();    ///< that motion's shift, map axes
   Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();  ///< of surfaces that both see: sum of squares, map axes
 
   std::size_t all() const { return agree + off + through; }
