@@ -221,10 +221,10 @@ TEST(LabelBlocks, FindWhatAWalkOverAllFinds) {
         EXPECT_EQ(readings.is_context(i), group.context);
         for (const LabelBlocks::Near& block : blocks)
           for (const LabelBlocks::Group& other : *block.groups) {
-            const LabelBlocks::BoxMask part = block.within(readings[i].key, reach);
+            const occupancy::BlockPart part = block.within(readings[i].key, reach);
             const std::size_t before = near[i].size();
-            part.for_each_of(other, [&](Index j) { near[i].emplace(j, other.label); });
-            EXPECT_EQ(part.any_of(other), near[i].size() > before);
+            LabelBlocks::for_each_of(other, part, [&](Index j) { near[i].emplace(j, other.label); });
+            EXPECT_EQ(LabelBlocks::any_of(other, part), near[i].size() > before);
           }
       }
     };

@@ -1,5 +1,6 @@
 #include "detection/contacts.hpp"
 
+#include "detection/clear_way.hpp"
 #include "detection/constants.hpp"
 #include "detection/label_blocks.hpp"
 
@@ -74,7 +75,7 @@ class Gaps {
       if (other.label == group.label || other.members.back() <= group.members.front()) continue;
       Gap& gap = gap_between(group.label, other.label);
       for (auto i = group.members.begin(); i != group.members.end() && gap.goes_on(); ++i)
-        block.within(readings_[*i].key, voxels()).for_each_of(other, [&](Index j) {
+        LabelBlocks::for_each_of(other, block.within(readings_[*i].key, voxels()), [&](Index j) {
           if (j > *i && (position(j) - position(*i)).squaredNorm() <= reach_ * reach_) look_along(*i, j, gap);
         });
     }
@@ -105,22 +106,11 @@ class Gaps {
     const Plane& plane = graph_[labels_[i]].plane;
     const double above =
         readings_.model().reach(reading.range_class, reading.cos_incidence(plane)) + readings_.resolution();
-    return open(i, j, Eigen::Vector3d::Zero()) && open(i, j, above * plane.normal);
-  }
-
-  /// Whether the line between the two, moved by `lift`, is unobstructed.
-  bool open(Index i, Index j, const Eigen::Vector3d& lift) const {
-    const Eigen::Vector3d from = position(i) + lift, line = position(j) - position(i);
-    const int steps = static_cast<int>(2 * line.norm() / readings_.resolution());
-    for (int k = 1; k < steps; ++k) {
-      geometry::VoxelKey key;
-      const Eigen::Vector3d at = from + line * (static_cast<double>(k) / steps);
-      if (!readings_.grid().key_of(at.cast<float>(), key)) return false;
-      const Index on_it = readings_.find(key);
-      if (on_it == Readings::none) continue;
-      if (labels_[on_it] != labels_[i] && labels_[on_it] != labels_[j]) return false;
-    }
-    return true;
+    return is_clear_way(
+        readings_.grid(), position(i), position(j), above * plane.normal, [&](geometry::VoxelKey key) {
+          const Index on_it = readings_.find(key);
+          return on_it != Readings::none && labels_[on_it] != labels_[i] && labels_[on_it] != labels_[j];
+        });
   }
 
   const Readings& readings_;

@@ -29,10 +29,7 @@ Points voxels_of(const Readings& readings, const Patch& patch, std::span<const R
   for (const Readings::Index i : indices) {
     bool first = true;
     readings.for_each_voxel(i, [&](PointId, const occupancy::VoxelPoint& p) {
-      if (std::exchange(first, false) ||
-          readings.model().log_ratio(patch.plane.signed_distance(p.position.cast<double>()), p.range_class,
-                                     patch.plane.normal.dot(p.view.cast<double>())) > 0)
-        points.push_back(p);
+      if (std::exchange(first, false) || readings.model().belongs(p, patch.plane)) points.push_back(p);
     });
   }
   return points;

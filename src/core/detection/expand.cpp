@@ -56,10 +56,10 @@ class RimWalk {
 
   /// What surfaces gain of the fresh points that have a rim's cell as neighbour.
   std::vector<Assignment> beside_rims() {
-    occupancy::PointSet asked, rims;
+    occupancy::PointSet tested, rims;
     const auto is_rim = [&](PointId i) {
       if (map_.window[i].surface == 0) return false;
-      if (asked.insert(i) && is_at_rim(i)) rims.insert(i);
+      if (tested.insert(i) && is_at_rim(i)) rims.insert(i);
       return rims.contains(i);
     };
     std::vector<Assignment> gained;
@@ -83,10 +83,10 @@ class RimWalk {
     std::vector<Assignment> gained;
     const auto is_from = [&](PointId i) { return from.contains(i); };
     adjacent.for_each_point(map_.window, [&](PointId i) {
-      if (is_asked(i, which)) gain_if_beside(i, is_from, gained);
+      if (may_gain(i, which)) gain_if_beside(i, is_from, gained);
     });
     farther.for_each_point(map_.window, adjacent, [&](PointId i) {
-      if (is_asked(i, which) && !map_.neighbours.are_adjacent(i)) gain_if_beside(i, is_from, gained);
+      if (may_gain(i, which) && !map_.neighbours.are_adjacent(i)) gain_if_beside(i, is_from, gained);
     });
     expansion_.gain(gained);
     return gained;
@@ -98,7 +98,7 @@ class RimWalk {
     if (!beside) return;
     if (const SurfaceId id = expansion_.surface_beside(i); id != 0) gained.push_back({i, id});
   }
-  bool is_asked(PointId i, Pending which) const {
+  bool may_gain(PointId i, Pending which) const {
     return expansion_.owner(i) == 0 && !(which == Pending::others && fresh_.contains(i));
   }
   /// Adds what is beside these, round after round, until none is left.
@@ -164,7 +164,7 @@ class RimWalk {
         raster.change(model(id).cell_of(map_.window[cell].position), true);
       }
       marks.for_each_point(map_.window, [&](PointId i) {
-        if (is_asked(i, which) && expansion_.fits(id, i) && comes_near(i, id, raster, Cells::all))
+        if (may_gain(i, which) && expansion_.fits(id, i) && comes_near(i, id, raster, Cells::all))
           within.push_back(i);
       });
     }

@@ -1,5 +1,6 @@
 #include "detection/expansion.hpp"
 
+#include "detection/clear_way.hpp"
 #include "detection/constants.hpp"
 #include "detection/neighbour_labels.hpp"
 #include "detection/patch_graph.hpp"
@@ -40,7 +41,7 @@ SurfaceId Expansion::surface_across(PointId i, const std::vector<RimCell>& neare
     const geometry::PlaneCell from = surface.cell_of(map_.window[i].position);
     const double log_ratio = planes_.log_ratio(id, i);
     if (!(log_ratio > most) || std::max(std::abs(cell.u - from.u), std::abs(cell.v - from.v)) <= beside ||
-        !is_open(surface, i, surface.centre_of(cell).cast<float>()))
+        !is_open(surface, i, surface.centre_of(cell)))
       continue;
     most = log_ratio;
     best = id;
@@ -65,29 +66,19 @@ bool Expansion::is_separated(PointId i, PointId j, SurfaceId id) {
   });
 }
 
-/// No reading off the plane lies between the two or just above: it would be of an object on the plane, such
-/// as a board, or of a wall.
 bool Expansion::is_open(const surfaces::SurfaceModel& surface, PointId i,
-                        const Eigen::Vector3f& boundary) const {
+                        const Eigen::Vector3d& boundary) const {
   const Eigen::Vector3d& normal = surface.plane().normal;
-  const auto on_plane = [&](const Eigen::Vector3f& p) {
-    return Eigen::Vector3f(p - (surface.distance(p) * normal).cast<float>());
+  const auto on_plane = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+    return p - surface.plane().signed_distance(p) * normal;
   };
-  const Eigen::Vector3f from = on_plane(map_.window[i].position), line = on_plane(boundary) - from;
   const double above = planes_.model().reach(map_.window[i].range_class, 1) + map_.grid.resolution();
-  const int steps = static_cast<int>(2 * line.norm() / map_.grid.resolution());
-  for (int k = 1; k < steps; ++k)
-    for (const double height : {0.0, above}) {
-      geometry::VoxelKey key;
-      const Eigen::Vector3f at =
-          from + line * (static_cast<float>(k) / static_cast<float>(steps)) + (height * normal).cast<float>();
-      if (!map_.grid.key_of(at, key)) return false;
-      const PointId there = map_.window.find(key);
-      if (there != PointId::none && owner(there) != surface.id() &&
-          !planes_.model().belongs(map_.window[there], surface.plane()))
-        return false;
-    }
-  return true;
+  return is_clear_way(map_.grid, on_plane(map_.window[i].position.cast<double>()), on_plane(boundary),
+                      above * normal, [&](geometry::VoxelKey key) {
+                        const PointId there = map_.window.find(key);
+                        return there != PointId::none && owner(there) != surface.id() &&
+                               !planes_.model().belongs(map_.window[there], surface.plane());
+                      });
 }
 
 std::vector<PointId> Expansion::piece_of(PointId seed, SurfaceId id, occupancy::PointSet& looked_at) {

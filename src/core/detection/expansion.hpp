@@ -73,7 +73,7 @@ class Expansion {
 
  private:
   bool is_separated(PointId i, PointId j, SurfaceId id);
-  bool is_open(const surfaces::SurfaceModel& surface, PointId i, const Eigen::Vector3f& boundary) const;
+  bool is_open(const surfaces::SurfaceModel& surface, PointId i, const Eigen::Vector3d& boundary) const;
   const std::vector<SurfaceId>& ids_near(PointId i);
   geometry::DisjointSets connected(const std::vector<Assignment>& gained) const;
   bool merges(SurfaceId id, const std::vector<PointId>& points) const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "detection/readings.hpp"
+#include "occupancy/key_box.hpp"
 
 #include <algorithm>
 #include <array>
@@ -27,41 +28,32 @@ class LabelBlocks {
   /// `wanted`: by reading; the others are skipped.
   LabelBlocks(const Readings& readings, const std::vector<Label>& labels, const std::vector<bool>& wanted);
 
-  /// The part of a block inside a box.
-  class BoxMask {
-   public:
-    bool empty() const { return slice_ == 0; }
-    bool any_of(const Group& group) const {
-      std::uint64_t found = 0;
-      for (unsigned z = first_; z <= last_; ++z) found |= group.slices[z] & slice_;
-      return found != 0;
-    }
-    /// visit(Index) for those of a group, in order.
-    template <class Visit>
-    void for_each_of(const Group& group, Visit&& visit) const {
-      std::size_t before = 0;
-      for (unsigned z = 0; z < first_; ++z) before += count(group.slices[z]);
-      for (unsigned z = first_; z <= last_; ++z) {
-        for (std::uint64_t left = group.slices[z] & slice_; left != 0; left &= left - 1) {
-          const std::uint64_t below = (left & -left) - 1;
-          visit(group.members[before + count(group.slices[z] & below)]);
-        }
-        before += count(group.slices[z]);
-      }
-    }
-
-   private:
-    friend LabelBlocks;
-    static std::size_t count(std::uint64_t bits) { return static_cast<std::size_t>(std::popcount(bits)); }
-    unsigned first_ = 0, last_ = 0;  // slices
-    std::uint64_t slice_ = 0;        // mask within each slice
-  };
+  /// Those of a group in a box.
+  static bool any_of(const Group& group, const occupancy::BlockPart& part) {
+    std::uint64_t found = 0;
+    for (unsigned z = part.first; z <= part.last; ++z) found |= group.slices[z] & part.slice;
+    return found != 0;
+  }
+  /// visit(Index) for them, in order.
+  template <class Visit>
+  static void for_each_of(const Group& group, const occupancy::BlockPart& part, Visit&& visit) {
+    const auto count = [](std::uint64_t bits) { return static_cast<std::size_t>(std::popcount(bits)); };
+    std::size_t before = 0;
+    for (unsigned z = 0; z <= part.last; before += count(group.slices[z++]))
+      for (std::uint64_t left = z < part.first ? 0 : group.slices[z] & part.slice; left != 0;
+           left &= left - 1)
+        visit(group.members[before + count(group.slices[z] & ((left & -left) - 1))]);
+  }
   /// A block that may contain neighbours of another block's readings.
   struct Near {
-    std::array<int, 3> corner;  ///< voxel
+    occupancy::Key3 block;  ///< its place, voxels divided by 8
     const std::vector<Group>* groups;
     /// Within `reach` voxels of `key` along each axis.
-    BoxMask within(geometry::VoxelKey key, int reach) const;
+    occupancy::BlockPart within(geometry::VoxelKey key, int reach) const {
+      return {{key.x - reach, key.y - reach, key.z - reach},
+              {key.x + reach, key.y + reach, key.z + reach},
+              block};
+    }
   };
   /// Calls visit(group, blocks) for each group of which looks_around(group) is true, block by block in order,
   /// with the blocks that may have something within `reach` voxels of its readings, in order of z, y, x.
@@ -78,10 +70,9 @@ class LabelBlocks {
 
  private:
   struct Block {
-    std::array<int, 3> place;  // voxel key divided by 8
+    occupancy::Key3 place;
     std::vector<Group> groups;
   };
-  static std::uint64_t packed(int x, int y, int z);
   std::vector<Near> near(const Block& block, int reach) const;
 
   std::vector<Block> blocks_;

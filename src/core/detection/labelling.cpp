@@ -32,14 +32,6 @@ Label best_label(const Readings& readings, const std::vector<Patch>& patches,
   return near.best([&](Label label) { return readings.log_ratio(i, patches[label].plane); });
 }
 
-std::vector<std::vector<Index>> readings_by_label(const Readings& readings, const std::vector<Label>& labels,
-                                                  std::size_t count) {
-  std::vector<std::vector<Index>> of(count);
-  for (Index i = 0; i < readings.size(); ++i)
-    if (labels[i] != clutter) of[labels[i]].push_back(i);
-  return of;
-}
-
 /// Connects neighbouring readings that no plane separates. Those at the border are connected with the part
 /// outside of the same label, and so with each other.
 geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentation& segmentation,
@@ -161,7 +153,7 @@ void part_into_pieces(const Readings& readings, const Junctions& junctions, Segm
 
 void refit_patches(const Readings& readings, const Junctions& junctions, Segmentation& segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
-  const std::vector<std::vector<Index>> of = readings_by_label(readings, segmentation.labels, patches.size());
+  const std::vector<std::vector<Index>> of = segmentation.by_label(readings.size());
   const std::vector<Patch> outside = sums_outside(segmentation);
   for (Label label = 1; label < patches.size(); ++label) {
     std::vector<Index> clear;

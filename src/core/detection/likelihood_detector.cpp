@@ -42,16 +42,14 @@ class VoxelLabels {
   using Index = Readings::Index;
   using VoxelPoint = occupancy::VoxelPoint;
 
-  double log_ratio(const VoxelPoint& p, const Plane& plane) const {
-    return readings_.model().log_ratio(plane.signed_distance(p.position.cast<double>()), p.range_class,
-                                       plane.normal.dot(p.view.cast<double>()));
-  }
   Label best_of(const NeighbourLabels& near, const VoxelPoint& p) const {
-    return near.best([&](Label label) { return log_ratio(p, found_.patches[label].plane); });
+    return near.best(
+        [&](Label label) { return readings_.model().log_ratio(p, found_.patches[label].plane); });
   }
   /// It has another surface than its cell, one that is not beside it and still explains it.
   bool stays(const VoxelPoint& p, SurfaceId of_cell) const {
-    return p.surface != 0 && p.surface != of_cell && log_ratio(p, map_.surfaces.find(p.surface)->plane()) > 0;
+    return p.surface != 0 && p.surface != of_cell &&
+           readings_.model().belongs(p, map_.surfaces.find(p.surface)->plane());
   }
 
   const MapView& map_;
@@ -87,17 +85,16 @@ std::vector<PointId> inliers_of(const MapView& map, const surfaces::SurfaceModel
   return inliers;
 }
 
-/// Cells of other surfaces beside these inliers that the surface explains, too.
-std::vector<PointId> contested(const MapView& map, SurfaceId id, std::span<const PointId> inliers) {
-  const MapView& cells = map.cells.map();
-  SurePlanes planes(cells);
-  std::vector<PointId> found;
+/// Adds the cells of other surfaces beside these inliers that the surface explains, too.
+void add_contested(const MapView& map, SurfaceId id, std::span<const PointId> inliers,
+                   std::vector<PointId>& cells) {
+  const MapView& coarse = map.cells.map();
+  SurePlanes planes(coarse);
   for (const PointId i : inliers)
-    for (const PointId j : cells.neighbours.of(map.cells.of(i)))
-      if (const SurfaceId other = cells.window[j].surface;
+    for (const PointId j : coarse.neighbours.of(map.cells.of(i)))
+      if (const SurfaceId other = coarse.window[j].surface;
           other != 0 && other != id && planes.log_ratio(id, j) > 0)
-        found.push_back(j);
-  return found;
+        cells.push_back(j);
 }
 
 /// Effort, cells: larger surfaces whose size has changed are segmented only where they meet others that may
@@ -113,25 +110,24 @@ struct ToLabel {
 
 ToLabel labelled_in(const MapView& map, const Part& part) {
   ToLabel result;
-  std::vector<PointId> looked_at = touching(map, part.gained), cells;
-  const auto look_at = [&](const std::vector<PointId>& some) {
-    looked_at.insert(looked_at.end(), some.begin(), some.end());
+  std::vector<PointId> cells;
+  const auto add = [&](const std::vector<PointId>& voxels) {
+    for (const PointId i : voxels) cells.push_back(map.cells.of(i));
   };
-  look_at(part.points);
+  add(touching(map, part.gained));
+  add(part.points);
   for (const SurfaceId id : part.surfaces) {
     const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
     const std::vector<PointId> its = inliers_of(map, surface);
     if (!surface.size_has_changed()) {
-      look_at(its);
-      const std::vector<PointId> both = contested(map, id, its);
-      cells.insert(cells.end(), both.begin(), both.end());
+      add(its);
+      add_contested(map, id, its, cells);
     } else if (surface.size() >> 2 * map.cells.map().level <= largest_segmented_whole) {
       result.anew.push_back(id);
     } else {
-      look_at(touching(map, its));
+      add(touching(map, its));
     }
   }
-  for (const PointId i : looked_at) cells.push_back(map.cells.of(i));
   result.around = neighbourhood_of(map, cells, result.anew);
   return result;
 }

@@ -1,16 +1,11 @@
 #include "detection/readings.hpp"
 
+#include "detection/voxel_blocks.hpp"
+
 #include <algorithm>
 #include <limits>
 
 namespace octosurf::detection {
-namespace {
-
-/// Of 8³ voxels, as the window's.
-std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
-
-}  // namespace
-
 Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
     : cells_(map.cells),
       voxels_(map.window),
@@ -33,7 +28,8 @@ Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
 void Readings::add(std::span<const PointId> points, std::span<const PointId> others) {
   std::vector<PointId> all(points.begin(), points.end());
   all.insert(all.end(), others.begin(), others.end());
-  window_.put_in_order(all, block_of);
+  window_.put_in_order(all,
+                       [](geometry::VoxelKey key) { return VoxelBlocks(8).of(key); });  // as the window's
   places_.resize(window_.size(), none);
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios matter
   for (const PointId i : all) {

@@ -77,10 +77,7 @@ class Readings {
   double resolution() const { return grid_.resolution(); }
   const geometry::VoxelGrid& grid() const { return grid_; }
 
-  double log_ratio(Index i, const Plane& plane) const {
-    const Reading& r = readings_[i];
-    return model_.log_ratio(r.distance(plane), r.range_class, r.cos_incidence(plane));
-  }
+  double log_ratio(Index i, const Plane& plane) const { return model_.log_ratio(readings_[i], plane); }
   /// The same if it is positive, else 0.
   double gain(Index i, const Plane& plane) const {
     const Reading& r = readings_[i];

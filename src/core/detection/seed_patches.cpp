@@ -1,6 +1,7 @@
 #include "detection/seed_patches.hpp"
 
 #include "detection/constants.hpp"
+#include "detection/voxel_blocks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -122,16 +123,13 @@ class Ransac {
 };
 
 /// Readings without a label that may seed a plane, by block.
-std::map<std::uint64_t, std::vector<Index>> blocks_of(const Readings& readings,
-                                                      const std::vector<Label>& labels, int edge) {
-  std::map<std::uint64_t, std::vector<Index>> blocks;
-  const auto part = [edge](std::uint16_t k) { return static_cast<std::uint16_t>(k / edge); };
-  for (Index i = 0; i < readings.size(); ++i) {
-    if (labels[i] != clutter || !readings[i].may_seed) continue;
-    const geometry::VoxelKey key = readings[i].key;
-    blocks[geometry::VoxelKey{part(key.x), part(key.y), part(key.z)}.packed()].push_back(i);
-  }
-  return blocks;
+std::map<VoxelBlocks::Place, std::vector<Index>> by_block(const Readings& readings,
+                                                          const std::vector<Label>& labels,
+                                                          const VoxelBlocks& blocks) {
+  std::map<VoxelBlocks::Place, std::vector<Index>> all;
+  for (Index i = 0; i < readings.size(); ++i)
+    if (labels[i] == clutter && readings[i].may_seed) all[blocks.of(readings[i].key)].push_back(i);
+  return all;
 }
 
 }  // namespace
@@ -143,8 +141,8 @@ int seed_patch_edge(double resolution) {
 Segmentation with_seed_patches(const Readings& readings, Segmentation segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
   for (int level = 0; level < seed_patch_levels; ++level) {
-    const int edge = seed_patch_edge(readings.resolution()) << level;
-    for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
+    const VoxelBlocks blocks(seed_patch_edge(readings.resolution()) << level);
+    for (auto& [place, indices] : by_block(readings, segmentation.labels, blocks)) {
       Ransac ransac(readings, std::move(indices), place);
       while (const std::optional<Ransac::FittedPlane> found = ransac.next()) {
         for (const Index i : found->indices) segmentation.labels[i] = static_cast<Label>(patches.size());

@@ -44,12 +44,6 @@ void merge(const Readings& readings, double gap, const Junctions& junctions, Seg
   segmentation.follow(merged.into, std::move(merged.patches));
 }
 
-std::vector<std::vector<Index>> by_label(const Readings& readings, const Segmentation& segmentation) {
-  std::vector<std::vector<Index>> of(segmentation.patches.size());
-  for (Index i = 0; i < readings.size(); ++i) of[segmentation.labels[i]].push_back(i);
-  return of;
-}
-
 /// Gaps, at most h wide, between the lines of a plane that scan lines show. Rings of a spinning laser are up
 /// to 1.4° from one to the next, 12 cm at 5 m, and h is 8 cm or more; a wider search meets the next corner.
 constexpr int gaps_between_lines = 2;
@@ -165,21 +159,21 @@ std::vector<double> count_clutter_around(const Readings& readings, const Segment
   const LabelBlocks blocks(readings, segmentation.labels, wanted);
   std::vector<double> counts(segmentation.patches.size(), 0);
   std::vector<Index> tested_from(counts.size(), Readings::none), settled_from = tested_from;
-  const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::BoxMask& part) {
+  const auto count = [&](Index i, const LabelBlocks::Group& group, const occupancy::BlockPart& part) {
     const Label label = group.label;
     if (settled_from[label] == i) return;
     const bool out_of_depth =
         tested_from[label] != i &&
         std::fabs(readings[i].distance(segmentation.patches[label].plane)) > half_depth[label];
     tested_from[label] = i;
-    const bool beside = !out_of_depth && part.any_of(group);
+    const bool beside = !out_of_depth && LabelBlocks::any_of(group, part);
     if (beside) counts[label] += readings[i].hits;
     if (beside || out_of_depth) settled_from[label] = i;
   };
   const auto count_around = [&](Index i, const std::vector<LabelBlocks::Near>& near) {
     for (const LabelBlocks::Near& block : near) {
-      const LabelBlocks::BoxMask part = block.within(readings[i].key, reach);
-      if (part.empty()) continue;
+      const occupancy::BlockPart part = block.within(readings[i].key, reach);
+      if (part.slice == 0) continue;
       for (const LabelBlocks::Group& group : *block.groups)
         if (group.label != clutter) count(i, group, part);
     }
@@ -270,7 +264,7 @@ Refusal refusal_of(const Readings& readings, const Segmentation& segmentation, c
 template <class RefusalOf>
 void keep_labels(const Readings& readings, Segmentation& segmentation, std::vector<Refused>* refused,
                  RefusalOf&& refusal_of) {
-  const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
+  const std::vector<std::vector<Index>> of = segmentation.by_label(readings.size());
   std::vector<Label> into(segmentation.patches.size(), clutter);
   std::vector<Patch> kept(1);
   for (Label label = 1; label < segmentation.patches.size(); ++label) {
@@ -307,7 +301,7 @@ void accept(const Readings& readings, const SegmentLimits& limits, Crossings& cr
                 return why;
               });
   const std::vector<double> around = count_clutter_around(readings, segmentation);
-  const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
+  const std::vector<std::vector<Index>> of = segmentation.by_label(readings.size());
   std::vector<double> explained(of.size(), 0);
   for (Label label = 1; label < of.size(); ++label)
     explained[label] = explained_by(readings, segmentation.patches[label], of[label], around[label]);
@@ -353,7 +347,7 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segm
   Crossings crossings(readings);
   accept(readings, limits, crossings, result, refused);
   std::vector<std::size_t> judged;
-  for (const std::vector<Index>& its : by_label(readings, result)) judged.push_back(its.size());
+  for (const std::vector<Index>& its : result.by_label(readings.size())) judged.push_back(its.size());
   relabel(readings, result.patches, result.labels);
   refit_patches(readings, Junctions(readings, result.labels, result.patches), result);
   accept(readings, limits, crossings, result, refused, judged);

@@ -22,6 +22,13 @@ struct Segmentation {
   std::vector<Readings::Index> too_few;                ///< readings of planes rejected for their number alone
   std::vector<std::vector<Readings::Index>> curved;  ///< readings of patches rejected as curved or too narrow
 
+  /// Those of each label but clutter among the first `size` readings, the ones to be labelled.
+  std::vector<std::vector<Readings::Index>> by_label(std::size_t size) const {
+    std::vector<std::vector<Readings::Index>> of(patches.size());
+    for (Readings::Index i = 0; i < size; ++i)
+      if (labels[i] != clutter) of[labels[i]].push_back(i);
+    return of;
+  }
   /// Renames labels, and replaces the patches.
   void follow(std::span<const Label> into, std::vector<Patch> now) {
     for (Label& label : labels) label = into[label];

@@ -1,10 +1,7 @@
 #pragma once
 
-#include "occupancy/key_box.hpp"
 #include "occupancy/point_window.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cstdint>
 #include <tsl/robin_map.h>
 #include <vector>
@@ -21,22 +18,13 @@ class VoxelMarks {
   }
   void add(const occupancy::KeyBox& box) {
     const auto [low, high] = box.cut({});
-    const auto first = [&, &from = low](std::size_t axis, int block) {  // voxel of the block
-      return static_cast<unsigned>(std::max(from[axis] - 8 * block, 0));
-    };
-    const auto last = [&, &to = high](std::size_t axis, int block) {
-      return static_cast<unsigned>(std::min(to[axis] - 8 * block, 7));
-    };
     for (int z = low[2] >> 3; z <= high[2] >> 3; ++z)
-      for (int y = low[1] >> 3; y <= high[1] >> 3; ++y) {
-        const std::uint64_t rows = ~0ULL >> 8 * (7 - last(1, y) + first(1, y)) << 8 * first(1, y);
+      for (int y = low[1] >> 3; y <= high[1] >> 3; ++y)
         for (int x = low[0] >> 3; x <= high[0] >> 3; ++x) {
-          const unsigned row = 0xffU >> (7 - last(0, x) + first(0, x)) << first(0, x);
-          const std::uint64_t slice = row * 0x0101010101010101ULL & rows;
+          const occupancy::BlockPart part(low, high, {x, y, z});
           Slices& slices = slices_of(occupancy::key_of({x, y, z}).packed());
-          for (unsigned k = first(2, z); k <= last(2, z); ++k) slices[k] |= slice;
+          for (unsigned k = part.first; k <= part.last; ++k) slices[k] |= part.slice;
         }
-      }
   }
 
   /// visit(PointId) for the points in them but not in `others`, block by block in the order of addition.

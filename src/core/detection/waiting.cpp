@@ -41,8 +41,34 @@ struct WaitingBlock {
   bool waits = true;
 };
 
-/// Scans in which each block that has a surface is looked at once: more new points at a time cost less each.
-constexpr std::uint64_t turns = 3;
+/// The largest blocks of seed patches with pending points, oldest first.
+class WaitingBlocks {
+ public:
+  explicit WaitingBlocks(int edge) : blocks_(edge) {}
+
+  void add(VoxelKey cell) {
+    if (places_.try_emplace(blocks_.of(cell), all.size()).second) all.push_back({cell, {}});
+  }
+  WaitingBlock* find(VoxelKey cell) {
+    const auto at = places_.find(blocks_.of(cell));
+    return at == places_.end() ? nullptr : &all[at->second];
+  }
+  VoxelKey place_of(const WaitingBlock& block) const { return VoxelKey::unpack(blocks_.of(block.cell)); }
+
+  std::vector<WaitingBlock> all;
+
+ private:
+  VoxelBlocks blocks_;
+  tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> places_;
+};
+
+/// Each block that has a surface is looked at in one of three scans: more new points at a time cost less
+/// each.
+bool has_turn(const surfaces::MapView& map, VoxelKey place, VoxelKey cell, std::uint64_t turn) {
+  constexpr std::uint64_t turns = 3;
+  return (place.x + place.y + place.z + turn) % turns == 0 ||
+         map.surfaces.in_regions_near(map.first_voxel_of(cell), 0).empty();
+}
 
 /// At least a quarter: after eight scans a tenth of a backlog is left, however large.
 std::size_t budget_of(const Parameters& parameters, std::size_t waiting) {
@@ -83,69 +109,62 @@ std::vector<PointId> new_cells(const surfaces::MapView& map, std::span<const Vox
   return come;
 }
 
+/// The pending cells of a block's blocks of each size in which enough is new.
+std::vector<PointId> due_of(const surfaces::MapView& map, int edge, const WaitingBlock& block,
+                            PointSet& in_due) {
+  const std::size_t fewest =
+      std::max(Constants::fewest_of_plane,
+               static_cast<std::size_t>(map.parameters.min_surface_points()) / Constants::looks);
+  const std::vector<PointId> come = new_cells(map, block.come);
+  std::vector<PointId> due;
+  for (int level = 0; level < seed_patch_levels; ++level)
+    add_due(map, VoxelBlocks(edge << level), come, fewest, in_due, due);
+  return due;
+}
+
 }  // namespace
 
 Due due_to_segment(const surfaces::MapView& voxels, const surfaces::PendingQueue& before,
                    std::span<const PointId> fresh, std::optional<std::uint64_t> turn) {
   const surfaces::MapView& map = voxels.cells.map();
   const int edge = seed_patch_edge(map.grid.resolution());
-  const VoxelBlocks largest(edge << (seed_patch_levels - 1));
-  std::vector<WaitingBlock> queue;
-  tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> place_in_queue;
-  const auto enqueue = [&](VoxelKey cell) {
-    if (place_in_queue.try_emplace(largest.of(cell), queue.size()).second) queue.push_back({cell, {}});
-  };
-  const auto block_of = [&](VoxelKey cell) {
-    const auto at = place_in_queue.find(largest.of(cell));
-    return at == place_in_queue.end() ? nullptr : &queue[at->second];
-  };
+  WaitingBlocks queue(edge << (seed_patch_levels - 1));
   std::vector<VoxelKey> fresh_keys;
-  for (const VoxelKey key : before.blocks) enqueue(map.cell_of(key));
+  for (const VoxelKey key : before.blocks) queue.add(map.cell_of(key));
   for (const PointId i : fresh) {
     fresh_keys.push_back(voxels.window[i].key);
-    if (voxels.is_pending(i)) enqueue(map.cell_of(fresh_keys.back()));
+    if (voxels.is_pending(i)) queue.add(map.cell_of(fresh_keys.back()));
   }
   Due result;
-  std::vector<PointId> cells;  // due
   std::set_union(before.fresh.begin(), before.fresh.end(), fresh_keys.begin(), fresh_keys.end(),
                  std::back_inserter(result.left.fresh));
   std::size_t come = 0;
   for (const VoxelKey key : result.left.fresh)
-    if (WaitingBlock* block = block_of(map.cell_of(key))) {
+    if (WaitingBlock* block = queue.find(map.cell_of(key))) {
       block->come.push_back(map.cell_of(key));
       ++come;
     }
   const std::size_t budget = turn ? budget_of(map.parameters, come) : std::numeric_limits<std::size_t>::max();
-  const std::size_t fewest =
-      std::max(Constants::fewest_of_plane,
-               static_cast<std::size_t>(map.parameters.min_surface_points()) / Constants::looks);
-  const bool limited = map.parameters.detection.detection_budget > 0;
-  const auto has_turn = [&](VoxelKey cell) {
-    const VoxelKey block = VoxelKey::unpack(largest.of(cell));
-    return !turn || !limited || (block.x + block.y + block.z + *turn) % turns == 0 ||
-           map.surfaces.in_regions_near(map.first_voxel_of(cell), 0).empty();
-  };
+  const bool in_turns = turn && map.parameters.detection.detection_budget > 0;
+  std::vector<PointId> cells;  // due
   PointSet in_due;
   bool over = false;
-  for (WaitingBlock& block : queue) {
-    std::vector<PointId> points;
-    block.waits = over || cells.size() >= budget || !has_turn(block.cell);
+  for (WaitingBlock& block : queue.all) {
+    block.waits = over || cells.size() >= budget ||
+                  (in_turns && !has_turn(map, queue.place_of(block), block.cell, *turn));
     if (!block.waits) {
-      const std::vector<PointId> of_block = new_cells(map, block.come);
-      for (int level = 0; level < seed_patch_levels; ++level)
-        add_due(map, VoxelBlocks(edge << level), of_block, fewest, in_due, points);
-      const std::size_t left = budget - cells.size();
-      over = points.size() > left;
-      if (over) cut_to(map, left, cells.empty(), edge, points);
+      std::vector<PointId> points = due_of(map, edge, block, in_due);
+      over = points.size() > budget - cells.size();
+      if (over) cut_to(map, budget - cells.size(), cells.empty(), edge, points);
+      cells.insert(cells.end(), points.begin(), points.end());
     }
-    cells.insert(cells.end(), points.begin(), points.end());
     if (!block.waits && !over) continue;
     result.left.blocks.push_back(map.first_voxel_of(block.cell));
     result.waiting += block.come.size();
   }
   const PointSet due(cells);
   std::erase_if(result.left.fresh, [&](VoxelKey key) {
-    const WaitingBlock* block = block_of(map.cell_of(key));
+    const WaitingBlock* block = queue.find(map.cell_of(key));
     if (block == nullptr || block->waits) return false;
     const PointId i = map.find(key);
     return !map.is_pending(i) || due.contains(i);

@@ -70,6 +70,26 @@ struct KeyBox {
   }
 };
 
+/// The part in a box of a block of 8³ voxels: slices z, and the bits 8·y + x of each.
+struct BlockPart {
+  unsigned first = 0, last = 0;  ///< slices
+  std::uint64_t slice = 0;       ///< none: the box does not meet the block
+
+  /// `block`: its place, voxels divided by 8. Both ends of the box are included.
+  BlockPart(const Key3& low, const Key3& high, const Key3& block) {
+    std::array<unsigned, 3> from, to;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (low[i] > 8 * block[i] + 7 || high[i] < 8 * block[i]) return;
+      from[i] = static_cast<unsigned>(std::max(low[i] - 8 * block[i], 0));
+      to[i] = static_cast<unsigned>(std::min(high[i] - 8 * block[i], 7));
+    }
+    first = from[2];
+    last = to[2];
+    const std::uint64_t row = 0xffU >> (7 - to[0] + from[0]) << from[0];
+    slice = row * 0x0101010101010101ULL & ~0ULL >> 8 * (7 - to[1] + from[1]) << 8 * from[1];
+  }
+};
+
 /// Throws Error(usage).
 inline void require_box(const Eigen::AlignedBox3d& box) {
   if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");

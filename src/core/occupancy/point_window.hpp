@@ -1,6 +1,7 @@
 #pragma once
 
 #include "geometry/morton.hpp"
+#include "occupancy/key_box.hpp"
 #include "occupancy/occupancy_map.hpp"
 
 #include <algorithm>
@@ -122,10 +123,9 @@ class PointWindow {
   /// Number of the points near a voxel. Cost: blocks met.
   std::size_t count_near(geometry::VoxelKey key, int reach) const {
     std::size_t count = 0;
-    for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
-      const std::uint64_t slice = box.slice();
-      for (unsigned z = box.z0; z <= box.z1; ++z)
-        count += static_cast<std::size_t>(geometry::bit_count(blocks_[b].slices[z] & slice));
+    for_each_block_near(key, reach, [&](std::uint32_t b, const BlockPart& part) {
+      for (unsigned z = part.first; z <= part.last; ++z)
+        count += static_cast<std::size_t>(geometry::bit_count(blocks_[b].slices[z] & part.slice));
     });
     return count;
   }
@@ -152,20 +152,11 @@ class PointWindow {
     return block.first + block.slices_before[z] +
            static_cast<std::uint32_t>(block.rows_before[z] >> (8 * y) & 0xff);
   }
-  /// The part of a block inside a box.
-  struct Box {
-    unsigned row;  // bits of x
-    unsigned y0, y1, z0, z1;
-    std::uint64_t slice() const {
-      return row * 0x0101010101010101ULL & (~0ULL >> (8 * (7 - y1 + y0))) << (8 * y0);
-    }
-  };
   template <class Visit>
   void for_each_block_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
   /// `home`: a block; those beside it are looked up once.
   template <class Visit>
-  void for_each_block_in(const std::array<int, 3>& low, const std::array<int, 3>& high,
-                         const std::array<int, 3>& home, Visit&& visit) const;
+  void for_each_block_in(const Key3& low, const Key3& high, const Key3& home, Visit&& visit) const;
   template <class Visit>
   void visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit) const;
   /// Its voxel must hold a point.
@@ -211,9 +202,8 @@ void PointWindow::for_each_block_near(geometry::VoxelKey key, int reach, Visit&&
 }
 
 template <class Visit>
-void PointWindow::for_each_block_in(const std::array<int, 3>& low, const std::array<int, 3>& high,
-                                    const std::array<int, 3>& home, Visit&& visit) const {
-  const auto cut = [](int v, int b) { return static_cast<unsigned>(std::clamp(v - 8 * b, 0, 7)); };
+void PointWindow::for_each_block_in(const Key3& low, const Key3& high, const Key3& home,
+                                    Visit&& visit) const {
   const auto packed = [](int x, int y, int z) {
     return (static_cast<std::uint64_t>(z) << 32) | (static_cast<std::uint64_t>(y) << 16) |
            static_cast<std::uint64_t>(x);
@@ -228,26 +218,24 @@ void PointWindow::for_each_block_in(const std::array<int, 3>& low, const std::ar
             beside ? block_beside(at_home, static_cast<std::size_t>(9 * dz + 3 * dy + dx + 13),
                                   packed(bx, by, bz))
                    : block_of(packed(bx, by, bz));
-        if (blocks_[b].count == 0) continue;
-        const unsigned x0 = cut(low[0], bx), x1 = cut(high[0], bx);
-        visit(b, Box{(0xffU >> (7 - x1 + x0)) << x0, cut(low[1], by), cut(high[1], by), cut(low[2], bz),
-                     cut(high[2], bz)});
+        if (blocks_[b].count > 0) visit(b, BlockPart(low, high, {bx, by, bz}));
       }
 }
 
 template <class Visit>
 void PointWindow::for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
-  for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
-    for (unsigned z = box.z0; z <= box.z1; ++z) visit_points(b, z, blocks_[b].slices[z] & box.slice(), visit);
+  for_each_block_near(key, reach, [&](std::uint32_t b, const BlockPart& part) {
+    for (unsigned z = part.first; z <= part.last; ++z)
+      visit_points(b, z, blocks_[b].slices[z] & part.slice, visit);
   });
 }
 
 template <class Visit>
 void PointWindow::for_each_in(geometry::VoxelKey low, geometry::VoxelKey high, Visit&& visit) const {
   for_each_block_in({low.x, low.y, low.z}, {high.x, high.y, high.z}, {low.x >> 3, low.y >> 3, low.z >> 3},
-                    [&](std::uint32_t b, const Box& box) {
-                      for (unsigned z = box.z0; z <= box.z1; ++z)
-                        visit_points(b, z, blocks_[b].slices[z] & box.slice(), visit);
+                    [&](std::uint32_t b, const BlockPart& part) {
+                      for (unsigned z = part.first; z <= part.last; ++z)
+                        visit_points(b, z, blocks_[b].slices[z] & part.slice, visit);
                     });
 }
 

@@ -69,11 +69,15 @@ class ReadingModel {
     if (cosine < -view_error) return -std::numeric_limits<double>::infinity();
     return log_peak(range_class, cosine) - 0.5 * distance * distance * weight(range_class, cosine);
   }
-  /// Whether a point with a range class and a view direction belongs to a plane.
+  /// Of a point with a range class and a view direction.
+  template <class Point>
+  double log_ratio(const Point& p, const Plane& plane) const {
+    return log_ratio(plane.signed_distance(p.position.template cast<double>()), p.range_class,
+                     plane.normal.dot(p.view.template cast<double>()));
+  }
   template <class Point>
   bool belongs(const Point& p, const Plane& plane) const {
-    return log_ratio(plane.signed_distance(p.position.template cast<double>()), p.range_class,
-                     plane.normal.dot(p.view.template cast<double>())) > 0;
+    return log_ratio(p, plane) > 0;
   }
   /// log_ratio for a reading on the plane.
   double log_peak(unsigned range_class, double cosine) const {

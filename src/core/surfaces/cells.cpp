@@ -159,13 +159,13 @@ void ThreadViews::prepare(int threads) const {
 
 const MapView& ThreadViews::of(int thread) const {
   if (thread == 0) return own_;
-  auto& [view, told] = others_[static_cast<std::size_t>(thread - 1)];
+  auto& [view, applied] = others_[static_cast<std::size_t>(thread - 1)];
   if (view == nullptr) {
     view = std::make_unique<LoadedView>(own_);
-    told = assigned_.size();
+    applied = assigned_.size();
   }
-  for (; told < assigned_.size(); ++told)
-    if (const auto& [key, surface] = assigned_[told]; view->window.is_loaded(key))
+  for (; applied < assigned_.size(); ++applied)
+    if (const auto& [key, surface] = assigned_[applied]; view->window.is_loaded(key))
       view->assign(view->window.find(key), surface);
   return *view;
 }

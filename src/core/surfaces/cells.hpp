@@ -71,7 +71,7 @@ class Cells {
 class LoadedView;
 
 /// Views of one map, one for each thread, each of which loads its blocks once however often it is used, and
-/// learns what has been assigned meanwhile.
+/// repeats what has been assigned meanwhile.
 class ThreadViews {
  public:
   explicit ThreadViews(const MapView& own) : own_(own) {}
@@ -89,7 +89,7 @@ class ThreadViews {
  private:
   struct Other {
     std::unique_ptr<LoadedView> view;
-    std::size_t told = 0;  // of `assigned_`
+    std::size_t applied = 0;  // of `assigned_`
   };
   const MapView& own_;
   mutable std::vector<Other> others_;
