@@ -7,9 +7,7 @@
 #include "detection/parts.hpp"
 #include "detection/seed_patches.hpp"
 #include "detection/waiting.hpp"
-#include "geometry/parallel.hpp"
 
-#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -134,61 +132,29 @@ ToLabel labelled_in(const MapView& map, const Part& part) {
 
 }  // namespace
 
-SegmentLimits LikelihoodDetector::limits_in_cells(const MapView& map) const {
-  SegmentLimits limits = limits_of(map.cells.map().parameters);
-  limits.see_through = see_through_;
-  return limits;
-}
-
 Segmentation LikelihoodDetector::segmented(const MapView& map, const Readings& readings, Segmentation known,
                                            std::vector<Refused>* refused) const {
-  return detection::segment(readings, limits_in_cells(map), with_seed_patches(readings, std::move(known)),
-                            refused);
+  SegmentLimits limits = limits_of(map.cells.map().parameters);
+  limits.see_through = see_through_;
+  return detection::segment(readings, limits, with_seed_patches(readings, std::move(known)), refused);
 }
-
-namespace {
-
-/// A part while it is segmented.
-struct Segmented {
-  Segmented(const MapView& view, const Part& part, int its_thread)
-      : map(view), thread(its_thread), to_label(labelled_in(map, part)), readings(map, to_label.around) {
-    if (!part.points.empty())
-      for (Readings::Index i = 0; i < readings.size(); ++i)
-        if (readings[i].surface != 0)
-          throw std::logic_error("detection: a reading of a surface is no leftover");
-    seen = seen_among(readings, map.surfaces);
-  }
-
-  const MapView& map;
-  int thread;  // whose view it is
-  ToLabel to_label;
-  Readings readings;
-  std::map<SurfaceId, SurfaceSeen> seen;
-  Proposal proposal;
-};
-
-}  // namespace
 
 std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Part& part, int threads) const {
   const std::vector<Part> parts = divided(map, part);
   if (parts.empty()) return {};
-  std::vector<std::unique_ptr<Segmented>> all(parts.size());
-  look_at_parts(map, parts, threads, [&](std::size_t k, const MapView& view, const Part& its, int thread) {
-    all[k] = std::make_unique<Segmented>(view, its, thread);
-  });
-  std::map<SurfaceId, SurfaceSeen> seen;
-  for (const auto& one : all)
-    for (const auto& [id, in_part] : one->seen) seen[id].add(in_part);
-  geometry::in_parallel(threads, [&](int thread) {
-    for (const auto& one : all)
-      if (one->thread == thread)
-        one->proposal =
-            proposal_of(one->map, one->readings,
-                        segmented(one->map, one->readings,
-                                  known_about(one->readings, one->map.surfaces, seen, one->to_label.anew)));
+  std::vector<std::pair<Proposal, const occupancy::PointWindow*>> found(parts.size());
+  look_at_parts(map, parts, threads, [&](std::size_t k, const MapView& view, const Part& its) {
+    const ToLabel to_label = labelled_in(view, its);
+    const Readings readings(view, to_label.around);
+    for (Readings::Index i = 0; i < readings.size() && !its.points.empty(); ++i)
+      if (readings[i].surface != 0)
+        throw std::logic_error("detection: a reading of a surface is no leftover");
+    found[k] = {proposal_of(view, readings,
+                            segmented(view, readings, known_about(readings, view.surfaces, to_label.anew))),
+                &view.window};
   });
   JointProposal joint(map);
-  for (const auto& one : all) joint.add(one->proposal, one->map.window);
+  for (const auto& [proposal, window] : found) joint.add(proposal, *window);
   Proposal proposal = std::move(joint).take();
   // Some voxels of a pending cell may belong to a surface, and surfaces of which a few readings are here are
   // not judged by these.
@@ -209,7 +175,7 @@ std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span
                                                    int threads) const {
   const std::vector<Part> parts = divided(map, {.points = {fresh.begin(), fresh.end()}});
   std::vector<std::vector<std::pair<VoxelKey, SurfaceId>>> gained(parts.size());
-  look_at_parts(map, parts, threads, [&](std::size_t k, const MapView& view, const Part& its, int) {
+  look_at_parts(map, parts, threads, [&](std::size_t k, const MapView& view, const Part& its) {
     for (const auto& [point, id] : detection::expand(view, its.points))
       gained[k].emplace_back(view.window[point].key, id);
   });

@@ -27,7 +27,6 @@ class LikelihoodDetector final : public Detector {
                                                 std::span<const PointId> pending) const override;
 
  private:
-  SegmentLimits limits_in_cells(const surfaces::MapView& map) const;
   Segmentation segmented(const surfaces::MapView& map, const Readings& readings, Segmentation known,
                          std::vector<Refused>* refused = nullptr) const;
 

@@ -2,11 +2,13 @@
 
 #include "detection/labelling.hpp"
 #include "detection/seed_patches.hpp"
+#include "detection/sure_plane.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "detection/voxel_marks.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <tsl/robin_map.h>
 
 namespace octosurf::detection {
@@ -15,60 +17,11 @@ namespace {
 using Index = Readings::Index;
 using surfaces::SurfaceModel;
 
-/// The sums of a surface's inliers that are not to be labelled.
-class Surroundings {
- public:
-  Surroundings(const Readings& readings, const SurfaceModel& surface, const SurfaceSeen& seen)
-      : readings_(readings), surface_(surface), seen_(seen) {}
-
-  void add(Index i) {
-    if (readings_.is_context(i)) return;
-    readings_.for_each_voxel(i, [&](PointId, const occupancy::VoxelPoint& p) {
-      if (p.surface != surface_.id()) return;
-      inside_[p.range_class].add(p.position.cast<double>() - surface_.reference());
-      ++count_;
-    });
-  }
-
-  Patch outside() const {
-    Patch sums;
-    sums.plane = surface_.plane();
-    sums.origin = surface_.reference();
-    sums.pose_variance = readings_.model().pose_variance();
-    if (surface_.size() == count_) return sums;
-    const double cells_a_voxel = seen_.all.count / seen_.voxels;
-    for (unsigned c = 0; c < inside_.size(); ++c) add_class(c, cells_a_voxel, sums);
-    sums.readings = static_cast<double>(surface_.size() - count_) * cells_a_voxel;
-    sums.hits = sums.readings * seen_.hits / seen_.all.count;
-    return sums;
-  }
-
- private:
-  void add_class(unsigned c, double cells_a_voxel, Patch& sums) const {
-    geometry::Moments left = surface_.moments_of_class(c);
-    left.add(inside_[c], -1);
-    if (left.count < 0.5) return;
-    const SurfaceSeen::Views& own = seen_.classes[c].count > 0 ? seen_.classes[c] : seen_.all;
-    const sensing::ReadingModel& model = readings_.model();
-    const double cosine =
-        std::max(own.cos_incidence / own.count, model.cos_incidence_of(c, scatter_of(left)));
-    sums.moments.add(left, cells_a_voxel * model.weight(c, cosine));
-    sums.log_peaks += cells_a_voxel * left.count * model.log_peak(c, cosine);
-  }
-
-  /// m², about the surface's plane. The readings here may be a corner seen at a grazing angle, with less
-  /// scatter; readings elsewhere that scatter more were seen more head-on.
-  double scatter_of(const geometry::Moments& moments) const {
-    const Plane& plane = surface_.plane();
-    const double off = plane.signed_distance(surface_.reference() + moments.mean());
-    return plane.normal.dot(moments.covariance() * plane.normal) + off * off;
-  }
-
-  const Readings& readings_;
-  const SurfaceModel& surface_;
-  const SurfaceSeen& seen_;
-  std::array<geometry::Moments, sensing::NoiseModel::classes> inside_;  // about the reference, unweighted
-  std::size_t count_ = 0;
+/// A surface's voxels among the readings.
+struct Among {
+  const SurfaceModel* surface;
+  ClassMoments labelled{};        // of those that are to be labelled
+  double readings = 0, hits = 0;  // with context
 };
 
 /// Collects points, each in one list.
@@ -160,57 +113,38 @@ Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const Poi
   return std::move(collector).with_surroundings();
 }
 
-std::map<SurfaceId, SurfaceSeen> seen_among(const Readings& readings,
-                                            const surfaces::SurfaceStore& surfaces) {
-  std::map<SurfaceId, SurfaceSeen> all;
-  for (Index i = 0; i < readings.size_with_context(); ++i) {
-    const Reading& reading = readings[i];
-    if (reading.surface == 0) continue;
-    SurfaceSeen& seen = all[reading.surface];
-    const double cos_incidence = reading.cos_incidence(surfaces.find(reading.surface)->plane());
-    for (SurfaceSeen::Views* views : {&seen.all, &seen.classes[reading.range_class]}) {
-      ++views->count;
-      views->cos_incidence += cos_incidence;
-    }
-    seen.hits += reading.hits;
-    readings.for_each_voxel(
-        i, [&](PointId, const occupancy::VoxelPoint& p) { seen.voxels += p.surface == reading.surface; });
-  }
-  return all;
-}
-
-void SurfaceSeen::add(const SurfaceSeen& other) {
-  const auto sum = [](Views& to, const Views& some) {
-    to.count += some.count;
-    to.cos_incidence += some.cos_incidence;
-  };
-  sum(all, other.all);
-  for (std::size_t c = 0; c < classes.size(); ++c) sum(classes[c], other.classes[c]);
-  voxels += other.voxels;
-  hits += other.hits;
-}
-
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
-                         const std::map<SurfaceId, SurfaceSeen>& seen, std::span<const SurfaceId> forgotten) {
+                         std::span<const SurfaceId> forgotten) {
   Segmentation known;
   known.labels.assign(readings.size_with_context(), clutter);
-  std::map<SurfaceId, Label> label_of;
-  std::vector<Surroundings> around;  // of label - 1
+  std::map<SurfaceId, Label> label_of{{0, clutter}};
+  std::vector<Among> among(1);  // by label
   for (const SurfaceId id : forgotten) label_of[id] = clutter;
-  label_of[0] = clutter;
   for (Index i = 0; i < readings.size_with_context(); ++i) {
     const SurfaceId id = readings[i].surface;
-    const auto [entry, fresh] = label_of.try_emplace(id, static_cast<Label>(around.size() + 1));
-    if (fresh) around.emplace_back(readings, *surfaces.find(id), seen.at(id));
+    const auto [entry, fresh] = label_of.try_emplace(id, static_cast<Label>(among.size()));
+    if (fresh) among.push_back({surfaces.find(id)});
     known.labels[i] = entry->second;
-    if (entry->second != clutter) around[entry->second - 1].add(i);
+    if (entry->second == clutter) continue;
+    Among& its = among[entry->second];
+    ++its.readings;
+    its.hits += readings[i].hits;
+    if (readings.is_context(i)) continue;
+    readings.for_each_voxel(i, [&](PointId, const occupancy::VoxelPoint& p) {
+      if (p.surface == id)
+        its.labelled[p.range_class].add(p.position.cast<double>() - its.surface->reference());
+    });
   }
-  known.patches.resize(around.size() + 1);
+  known.patches.resize(among.size());
   for (const auto& [id, label] : label_of) {
     if (label == clutter) continue;
-    known.patches[label].plane = surfaces.find(id)->plane();
-    if (const Patch sums = around[label - 1].outside(); sums.readings > 0)
-      known.outside.push_back({id, label, sums});
+    const Among& its = among[label];
+    known.patches[label].plane = its.surface->plane();
+    Patch sums = patch_of(*its.surface, readings.model(), its.labelled);
+    if (!(sums.readings > 0)) continue;
+    sums.hits *= its.hits / its.readings;
+    sums.scale(readings.cells_a_voxel());
+    known.outside.push_back({id, label, sums});
   }
   refit_patches(readings, Junctions(readings, known.labels, known.patches), known);
   return known;

@@ -85,14 +85,8 @@ std::vector<Part> divided(const surfaces::MapView& map, const Part& part) {
   for (const PointId i : part.gained) items.push_back({cubes.add(map.window[i].key), 1});
   cubes.join_adjacent();
 
-  std::vector<std::size_t> roots;  // in order of the items
-  std::map<std::size_t, std::size_t> sizes, place;
-  for (auto& [cube, size] : items) {
-    cube = cubes.root(cube);
-    const auto [at, fresh] = sizes.try_emplace(cube, 0);
-    if (fresh) roots.push_back(cube);
-    at->second += size;
-  }
+  std::map<std::size_t, std::size_t> sizes, place;  // by root
+  for (auto& [cube, size] : items) sizes[cube = cubes.root(cube)] += size;
   const std::size_t least = std::max(smallest_part, all / most_parts);
   struct SizedPart {
     std::size_t size = 0;
@@ -100,12 +94,13 @@ std::vector<Part> divided(const surfaces::MapView& map, const Part& part) {
   };
   std::vector<SizedPart> sized;
   std::optional<std::size_t> open;  // takes small parts
-  for (const std::size_t root : roots) {
-    const bool small = sizes[root] < least;
-    place[root] = small && open ? *open : sized.size();
-    if (place[root] == sized.size()) sized.emplace_back();
-    sized[place[root]].size += sizes[root];
-    if (small) open = sized[place[root]].size < least ? std::optional(place[root]) : std::nullopt;
+  for (const Item& item : items) {
+    const bool small = sizes[item.cube] < least;
+    const auto [at, fresh] = place.try_emplace(item.cube, small && open ? *open : sized.size());
+    if (!fresh) continue;
+    if (at->second == sized.size()) sized.emplace_back();
+    sized[at->second].size += sizes[item.cube];
+    if (small) open = sized[at->second].size < least ? std::optional(at->second) : std::nullopt;
   }
   auto item = items.begin();
   const auto next = [&]() -> Part& { return sized[place[item++->cube]].part; };
@@ -129,10 +124,9 @@ void look_at_parts(const surfaces::MapView& map, const std::vector<Part>& parts,
   map.for_threads.prepare(threads);
   geometry::share_among(threads, parts.size(), [&](std::size_t k, int thread) {
     const surfaces::MapView& view = map.for_threads.of(thread);
-    thread == 0
-        ? look(k, view, parts[k], thread)
-        : look(k, view, {points_at(view, keys[k].points), parts[k].surfaces, points_at(view, keys[k].gained)},
-               thread);
+    thread == 0 ? look(k, view, parts[k])
+                : look(k, view,
+                       {points_at(view, keys[k].points), parts[k].surfaces, points_at(view, keys[k].gained)});
   });
 }
 

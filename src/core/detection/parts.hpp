@@ -14,9 +14,9 @@ namespace octosurf::detection {
 /// else. O(points).
 std::vector<Part> divided(const surfaces::MapView& map, const Part& part);
 
-/// Calls look(k, view, parts[k], thread) for each part of a map, in parallel: in the thread's view, with the
-/// part's points as there.
-using LookAtPart = std::function<void(std::size_t, const surfaces::MapView&, const Part&, int)>;
+/// Calls look(k, view, parts[k]) for each part of a map, in parallel: in the thread's view, with the part's
+/// points as there.
+using LookAtPart = std::function<void(std::size_t, const surfaces::MapView&, const Part&)>;
 void look_at_parts(const surfaces::MapView& map, const std::vector<Part>& parts, int threads,
                    const LookAtPart& look);
 

@@ -5,6 +5,7 @@
 #include "surfaces/cells.hpp"
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -73,6 +74,8 @@ class Readings {
   void for_each_voxel(Index i, Visit&& visit) const {
     cells_.for_each_voxel(readings_[i].point, [&](PointId voxel) { visit(voxel, voxels_[voxel]); });
   }
+  /// Of a surface: its area in voxels over that in cells.
+  double cells_a_voxel() const { return std::ldexp(1.0, -2 * cells_.map().level); }
   const sensing::ReadingModel& model() const { return model_; }
   double resolution() const { return grid_.resolution(); }
   const geometry::VoxelGrid& grid() const { return grid_; }

@@ -7,21 +7,24 @@
 
 namespace octosurf::detection {
 
-Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingModel& model) {
+Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingModel& model,
+               const ClassMoments& without) {
   Patch patch;
   patch.plane = surface.plane();
   patch.origin = surface.reference();
   patch.pose_variance = model.pose_variance();
   const double offset = patch.plane.offset - patch.plane.normal.dot(patch.origin);
   for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c) {
-    const geometry::Moments& moments = surface.moments_of_class(c);
+    geometry::Moments moments = surface.moments_of_class(c);
+    moments.add(without[c], -1);
     if (moments.count < 0.5) continue;
     const double variance = moments.mean_squared_distance(patch.plane.normal, offset);
     const double cosine = model.cos_incidence_of(c, variance);
     patch.moments.add(moments, model.weight(c, cosine));
     patch.log_peaks += moments.count * model.log_peak(c, cosine);
+    patch.readings += moments.count;
   }
-  patch.readings = patch.hits = static_cast<double>(surface.size());
+  patch.hits = patch.readings;
   return patch;
 }
 

@@ -4,11 +4,17 @@
 #include "occupancy/occupancy_map.hpp"
 #include "surfaces/surface_model.hpp"
 
+#include <array>
+
 namespace octosurf::detection {
 
-/// Sums over all inliers of a surface, weighted by the scatter of each range class about its plane. Hit
-/// counts are unknown: one each. O(classes).
-Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingModel& model);
+using ClassMoments = std::array<geometry::Moments, sensing::NoiseModel::classes>;
+
+/// Sums over a surface's inliers, but for some: `without`, their moments about the surface's reference, by
+/// range class. Weighted by the scatter of each class about the plane: readings elsewhere that scatter more
+/// than those of a corner were seen more head-on. Hit counts are unknown: one each. O(classes).
+Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingModel& model,
+               const ClassMoments& without = {});
 
 /// A surface's plane with the covariance of its heights.
 class SurePlane {
