@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <tsl/robin_map.h>
+#include <utility>
 
 namespace octosurf::surfaces {
 namespace {
@@ -48,17 +49,10 @@ class Intersections {
     const double d = surface_.resolution(), reach = half_diagonal * d + gap_;
     geometry::VoxelKey key;
     if (!geometry::VoxelGrid(d).key_of(centre.cast<float>(), key)) return false;
-    const Eigen::Vector3d& normal = surface_.plane().normal;
     const int voxels = 1 + cells(reach, d);
-    for (const SurfaceId id : in_regions_near(key, voxels)) {
-      if (id == surface_.id()) continue;
-      const SurfaceModel& other = *surfaces_.find(id);
-      const Eigen::Vector3d across = other.plane().normal - normal.dot(other.plane().normal) * normal;
-      const double sine = across.norm();
-      if (sine < least_sine) continue;
-      if (std::fabs(other.plane().signed_distance(centre)) > sine * reach + d) continue;
-      others_.push_back({&other, across / sine, sine});
-    }
+    for (const Other& other : in_regions_near(key, voxels))
+      if (std::fabs(other.surface->plane().signed_distance(centre)) <= other.sine * reach + d)
+        others_.push_back(other);
     if (others_.empty()) return false;
     const SurfaceStore::Ids near = surfaces_.near(key, voxels);
     std::erase_if(others_, [&](const Other& other) {
@@ -109,8 +103,8 @@ class Intersections {
     double sine;             // of the angle between the two
   };
 
-  /// As the store's. Adjacent tiles mostly need the same regions.
-  const std::vector<SurfaceId>& in_regions_near(geometry::VoxelKey key, int reach) {
+  /// Those at an angle of the store's. Adjacent tiles mostly need the same regions.
+  const std::vector<Other>& in_regions_near(geometry::VoxelKey key, int reach) {
     std::uint64_t regions = 0;
     for (const int k :
          {key.x - reach, key.y - reach, key.z - reach, key.x + reach, key.y + reach, key.z + reach})
@@ -118,8 +112,15 @@ class Intersections {
                 static_cast<std::uint64_t>(geometry::VoxelGrid::clamped(k) >> SurfaceStore::region_bits);
     const auto known = in_regions_.find(regions);
     if (known != in_regions_.end()) return known->second;
-    const SurfaceStore::Ids found = surfaces_.in_regions_near(key, reach);
-    return in_regions_.emplace(regions, std::vector<SurfaceId>(found.begin(), found.end())).first->second;
+    std::vector<Other> found;
+    const Eigen::Vector3d& normal = surface_.plane().normal;
+    for (const SurfaceId id : surfaces_.in_regions_near(key, reach)) {
+      const SurfaceModel& other = *surfaces_.find(id);
+      const Eigen::Vector3d across = other.plane().normal - normal.dot(other.plane().normal) * normal;
+      if (const double sine = across.norm(); id != surface_.id() && sine >= least_sine)
+        found.push_back({&other, across / sine, sine});
+    }
+    return in_regions_.emplace(regions, std::move(found)).first->second;
   }
 
   /// Whether the other surface's inliers start as near to a place on its plane as their mutual spacing.
@@ -141,7 +142,7 @@ class Intersections {
   const SurfaceStore& surfaces_;
   double gap_;
   std::vector<Other> others_;
-  tsl::robin_map<std::uint64_t, std::vector<SurfaceId>, geometry::PackedKeyHash>
+  tsl::robin_map<std::uint64_t, std::vector<Other>, geometry::PackedKeyHash>
       in_regions_;  // earlier look-ups, by first and last
 };
 
