@@ -12,7 +12,7 @@ inline detection::Readings readings_of_all(const surfaces::MapView& map) {
   map.octree.for_each_point(
       [&](const occupancy::VoxelPoint& p) { cells.push_back(map.cells.of(map.window.find(p.key))); });
   map.cells.map().window.put_in_order(cells);
-  return {map, {.points = cells, .may_join = {}, .context = {}, .boundary = {}}};
+  return {map, {.points = cells, .may_join = {}, .context = {}}};
 }
 
 }  // namespace octosurf::test

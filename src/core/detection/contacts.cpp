@@ -27,12 +27,11 @@ class Gaps {
       : readings_(readings), labels_(labels), junctions_(junctions), reach_(reach), graph_(graph) {}
 
   void look() {
-    std::vector<bool> at_boundary(readings_.size_with_context());
-    for (Index i = 0; i < at_boundary.size(); ++i) at_boundary[i] = is_at_boundary(i);
+    std::vector<bool> at_boundary(readings_.size());
+    for (Index i = 0; i < readings_.size(); ++i) at_boundary[i] = is_at_boundary(i);
     const LabelBlocks blocks(readings_, labels_, at_boundary);
     blocks.for_each_group(
-        voxels(),
-        [](const auto& group) { return !group.context; },  // contacts of context were evaluated before
+        voxels(), [](const auto&) { return true; },
         [&](const LabelBlocks::Group& group, const std::vector<LabelBlocks::Near>& near) {
           for (const LabelBlocks::Near& block : near) look_from(group, block);
         });
@@ -58,7 +57,6 @@ class Gaps {
   /// Its neighbours on the same plane lie to one side of it.
   bool is_at_boundary(Index i) const {
     if (labels_[i] == clutter) return false;
-    if (readings_.is_context(i)) return readings_[i].at_boundary;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int same = 0;
     for (const Index j : readings_.near(i)) {

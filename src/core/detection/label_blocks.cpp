@@ -5,12 +5,10 @@
 namespace octosurf::detection {
 namespace {
 
-void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, bool context, geometry::VoxelKey key,
+void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, geometry::VoxelKey key,
                    Readings::Index i) {
-  auto group = std::find_if(groups.begin(), groups.end(), [&](const LabelBlocks::Group& g) {
-    return g.label == label && g.context == context;
-  });
-  if (group == groups.end()) group = groups.insert(group, {label, context, {}, {}});
+  auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.label == label; });
+  if (group == groups.end()) group = groups.insert(group, {label, {}, {}});
   group->slices[key.z & 7] |= std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
   group->members.push_back(i);
 }
@@ -19,8 +17,8 @@ void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, bool co
 
 LabelBlocks::LabelBlocks(const Readings& readings, const std::vector<Label>& labels,
                          const std::vector<bool>& wanted) {
-  std::size_t at = 0;  // block of the last one: readings of a block are consecutive, and so is its context
-  for (Index i = 0; i < readings.size_with_context(); ++i) {
+  std::size_t at = 0;  // block of the last one: readings of a block are consecutive
+  for (Index i = 0; i < readings.size(); ++i) {
     const geometry::VoxelKey key = readings[i].key;
     const occupancy::Key3 place{key.x >> 3, key.y >> 3, key.z >> 3};
     if (blocks_.empty() || blocks_[at].place != place) {
@@ -28,7 +26,7 @@ LabelBlocks::LabelBlocks(const Readings& readings, const std::vector<Label>& lab
       at = entry->second;
       if (fresh) blocks_.push_back({place, {}});
     }
-    if (wanted[i]) add_to_groups(blocks_[at].groups, labels[i], readings.is_context(i), key, i);
+    if (wanted[i]) add_to_groups(blocks_[at].groups, labels[i], key, i);
   }
 }
 

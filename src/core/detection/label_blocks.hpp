@@ -12,16 +12,15 @@
 
 namespace octosurf::detection {
 
-/// Readings by block of 8³ voxels and label: the surroundings of many readings are looked up for a whole
-/// block, mostly with bit masks.
+/// The readings to be labelled by block of 8³ voxels and label: the surroundings of many readings are looked
+/// up for a whole block, mostly with bit masks.
 class LabelBlocks {
  public:
   using Index = Readings::Index;
 
-  /// Readings of a block with one label, context or not.
+  /// Readings of a block with one label.
   struct Group {
     Label label;
-    bool context;
     std::array<std::uint64_t, 8> slices;  ///< slice z; bit 8·y + x
     std::vector<Index> members;           ///< ascending: by z, y, x
   };

@@ -18,8 +18,8 @@ class LikelihoodDetector final : public Detector {
   Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue, std::span<const PointId> fresh,
           std::optional<std::uint64_t> turn) const override;
   /// Segmenting all is the batch form; tests compare the incremental one with it. Pending points are
-  /// segmented with those within h of them; surrounding surfaces take part as sums. New planes are merged
-  /// with them across gaps up to h (neighbourhood.hpp), and they with each other; no point leaves one else.
+  /// segmented with those within h of them; surfaces beside these take part as sums. New planes are merged
+  /// with them, and with each other across gaps up to h; no point leaves a surface else.
   /// Surfaces are segmented with contacts where another one may be one with them, and so are the surfaces of
   /// `gained`. Each in parts (parts.hpp).
   std::optional<Proposal> segment(const surfaces::MapView& map, const Part& part, int threads) const override;

@@ -6,10 +6,8 @@
 #include "detection/voxel_blocks.hpp"
 #include "detection/voxel_marks.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
-#include <tsl/robin_map.h>
 
 namespace octosurf::detection {
 namespace {
@@ -30,8 +28,7 @@ class Collector {
   explicit Collector(const surfaces::MapView& voxels)
       : map_(voxels.cells.map()),
         blocks_(seed_patch_edge(map_.grid.resolution())),
-        gap_(static_cast<int>(std::ceil(map_.parameters.max_hole_size() / map_.grid.resolution() - 1e-9))),
-        cubes_(std::max(1, gap_ / 4)) {}
+        gap_(static_cast<int>(std::ceil(map_.parameters.max_hole_size() / map_.grid.resolution() - 1e-9))) {}
 
   void add_point(PointId i) {
     if (taken_.insert(i)) around_.points.push_back(i);
@@ -40,22 +37,13 @@ class Collector {
     surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_point(map_.find(inlier.key)); });
   }
 
-  /// Adds pending points within h as candidates; boundaries and neighbours become context.
+  /// Adds pending points within h as candidates; neighbours become context.
   Neighbourhood with_surroundings() && {
     const std::vector<PointId> inside = around_.points;
     VoxelMarks within_gap;
     for (const auto& [place, box] : blocks_.boxes(map_.window, inside, gap_)) within_gap.add(box);
-    const SurfaceModel* surface = nullptr;  // the last one: neighbouring points mostly have the same
     within_gap.for_each_point(map_.window, [&](PointId i) {
-      const occupancy::VoxelPoint& point = map_.window[i];
-      if (point.surface == 0) {
-        if (taken_.insert(i)) around_.may_join.push_back(i);
-        return;
-      }
-      if (surface == nullptr || surface->id() != point.surface) surface = map_.surfaces.find(point.surface);
-      if (!surface->surrounded(surface->cell_of(point.position)) && is_first_of_its_cube(point) &&
-          taken_.insert(i))
-        around_.boundary.push_back(i);
+      if (map_.window[i].surface == 0) add(i);
     });
     add_neighbours_of(inside);
     add_neighbours_of(std::vector(around_.may_join));
@@ -64,14 +52,6 @@ class Collector {
   }
 
  private:
-  /// Effort: one boundary reading in each cube of a quarter of h suffices to search across gaps.
-  bool is_first_of_its_cube(const occupancy::VoxelPoint& point) {
-    const auto [at, fresh] = boundary_.try_emplace(cubes_.of(point.key), point.surface);
-    if (!fresh && at->second == point.surface) return false;
-    at.value() = point.surface;
-    return true;
-  }
-
   void add_neighbours_of(const std::vector<PointId>& points) {
     for (const PointId point : points)
       for (const PointId i : map_.neighbours.of(point)) add(i);
@@ -96,10 +76,7 @@ class Collector {
   const surfaces::MapView& map_;  // of cells
   VoxelBlocks blocks_;
   int gap_;  // voxels
-  VoxelBlocks cubes_;
   occupancy::PointSet taken_;
-  tsl::robin_map<VoxelBlocks::Place, SurfaceId, geometry::PackedKeyHash>
-      boundary_;  // surface of the last one taken, by cube
   Neighbourhood around_;
 };
 

@@ -8,8 +8,8 @@
 namespace octosurf::detection {
 
 /// The cells to label: `points`, cells, and all of `surfaces`. Pending cells within h of these are
-/// candidates; context are cells of inliers beside all that, on the last part of its rays, and at boundaries
-/// within h. Cost is proportional to the input.
+/// candidates; context are cells of inliers beside all that, and on the last part of its rays. What a surface
+/// has beyond a gap is none: expand() offers it. Cost is proportional to the input.
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> points,
                                std::span<const SurfaceId> surfaces = {});
 

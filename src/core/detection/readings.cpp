@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace octosurf::detection {
 Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
@@ -12,27 +13,25 @@ Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
       window_(map.cells.map().window),
       grid_(map.cells.map().grid),
       model_(map.noise, grid_.resolution()) {
-  readings_.reserve(around.points.size() + around.may_join.size() + around.context.size() +
-                    around.boundary.size());
-  add(around.points, around.may_join);
+  std::vector<PointId> labelled = around.points;
+  labelled.insert(labelled.end(), around.may_join.begin(), around.may_join.end());
+  readings_.reserve(labelled.size() + around.context.size());
+  add(std::move(labelled));
   for (const PointId i : around.may_join) readings_[find(i)].may_seed = false;
   size_ = readings_.size();
-  add(around.context, around.boundary);
-  for (const PointId i : around.boundary) readings_[find(i)].at_boundary = true;
+  add(around.context);
   at_border_.resize(readings_.size());
   first_.reserve(readings_.size() + 1);
   for (Index i = 0; i < readings_.size(); ++i) find_neighbours(map.cells.map().neighbours, i);
   first_.push_back(neighbours_.size());
 }
 
-void Readings::add(std::span<const PointId> points, std::span<const PointId> others) {
-  std::vector<PointId> all(points.begin(), points.end());
-  all.insert(all.end(), others.begin(), others.end());
-  window_.put_in_order(all,
+void Readings::add(std::vector<PointId> points) {
+  window_.put_in_order(points,
                        [](geometry::VoxelKey key) { return VoxelBlocks(8).of(key); });  // as the window's
   places_.resize(window_.size(), none);
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios matter
-  for (const PointId i : all) {
+  for (const PointId i : points) {
     const occupancy::VoxelPoint& p = window_[i];
     const float hits = std::max(1.0F, p.log_odds / one_hit);
     places_[index_of(i)] = static_cast<Index>(readings_.size());

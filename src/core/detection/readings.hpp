@@ -21,7 +21,6 @@ struct Neighbourhood {
   std::vector<PointId> points;    ///< are labelled, and seed planes
   std::vector<PointId> may_join;  ///< were in no plane before: are labelled, but seed no plane
   std::vector<PointId> context;   ///< keep their labels; others may merge with them
-  std::vector<PointId> boundary;  ///< likewise, at the boundary of their surface: merged across gaps
 };
 
 /// The octree's summary of the readings in one voxel, or in one cell of voxels (surfaces::Cells).
@@ -30,10 +29,9 @@ struct Reading {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward the sensor
   std::uint8_t range_class = 0;
-  bool may_seed = true;      ///< planes may begin with it
-  bool at_boundary = false;  ///< of context: its surface ends beside it
-  float hits = 1;            ///< scans that hit the voxel, from its log-odds (at most about four)
-  SurfaceId surface = 0;     ///< its current surface
+  bool may_seed = true;   ///< planes may begin with it
+  float hits = 1;         ///< scans that hit the voxel, from its log-odds (at most about four)
+  SurfaceId surface = 0;  ///< its current surface
   PointId point{};
 
   double cos_incidence(const Plane& plane) const { return plane.normal.dot(view.cast<double>()); }
@@ -99,7 +97,7 @@ class Readings {
     patch.moments.add(r.position.cast<double>() - patch.origin,
                       model_.weight(r.range_class, r.cos_incidence(patch.plane)));
   }
-  void add(std::span<const PointId> points, std::span<const PointId> others);
+  void add(std::vector<PointId> points);
   void find_neighbours(const occupancy::Neighbours& all, Index i);
 
   const surfaces::Cells& cells_;

@@ -154,9 +154,7 @@ std::vector<double> count_clutter_around(const Readings& readings, const Segment
   half_depth[clutter] = 0;
   const double farthest = *std::max_element(half_depth.begin(), half_depth.end());
   const int reach = std::max(1, static_cast<int>(farthest / readings.resolution()));
-  std::vector<bool> wanted(readings.size(), true);
-  wanted.resize(readings.size_with_context(), false);
-  const LabelBlocks blocks(readings, segmentation.labels, wanted);
+  const LabelBlocks blocks(readings, segmentation.labels, std::vector<bool>(readings.size(), true));
   std::vector<double> counts(segmentation.patches.size(), 0);
   std::vector<Index> tested_from(counts.size(), Readings::none), settled_from = tested_from;
   const auto count = [&](Index i, const LabelBlocks::Group& group, const occupancy::BlockPart& part) {
