@@ -125,7 +125,7 @@ std::vector<Assignment> expand_by_looking_everywhere(const Points& points) {
     const geometry::PlaneCell from = surface.cell_of(map.window[i].position),
                               to = surface.cell_of(map.window[cell.point].position);
     const int u = to.u - from.u, v = to.v - from.v;
-    return std::tuple(u * u + v * v, to.packed(), to);
+    return std::pair(u * u + v * v, to.packed());
   };
   const int most = expansion.plane_gap() * expansion.plane_gap();
   for (std::vector<Assignment> last = cells; !last.empty(); last = gained) {
@@ -134,21 +134,18 @@ std::vector<Assignment> expand_by_looking_everywhere(const Points& points) {
     occupancy::PointSet looked_at;
     for (const PointId seed : by_key) {
       const auto reaches = [&](const Assignment& cell) {
-        return expansion.fits(cell.surface, seed) && std::get<0>(distance(seed, cell)) <= most;
+        return expansion.fits(cell.surface, seed) && distance(seed, cell).first <= most;
       };
       if (expansion.owner(seed) != 0 || looked_at.contains(seed) ||
           std::none_of(last.begin(), last.end(), reaches))
         continue;
-      std::map<SurfaceId, std::tuple<int, std::uint64_t, geometry::PlaneCell>> nearest;
+      NearestCells nearest;
       for (const Assignment& cell : cells)
         if (reaches(cell)) {
-          const auto [at, fresh] = nearest.try_emplace(cell.surface, distance(seed, cell));
-          const auto order = [](const auto& of) { return std::pair(std::get<0>(of), std::get<1>(of)); };
-          if (order(distance(seed, cell)) < order(at->second)) at->second = distance(seed, cell);
+          auto& known = nearest.try_emplace(cell.surface, distance(seed, cell)).first->second;
+          known = std::min(known, distance(seed, cell));
         }
-      std::vector<RimCell> rim;
-      for (const auto& [id, cell] : nearest) rim.push_back({id, std::get<2>(cell)});
-      if (const SurfaceId id = expansion.surface_across(seed, rim); id != 0)
+      if (const SurfaceId id = expansion.surface_across(seed, nearest); id != 0)
         for (const PointId i : expansion.piece_of(seed, id, looked_at)) gained.push_back({i, id});
     }
     expansion.gain(gained);

@@ -212,12 +212,13 @@ TEST(LabelBlocks, FindWhatAWalkOverAllFinds) {
   for (const int reach : {1, 4, 11}) {
     std::vector<std::set<std::pair<Index, Label>>> near(size);  // who, and whose group is met
     const auto looks_around = [](const auto& group) { return group.label != 2; };
-    const auto look = [&](const LabelBlocks::Group& group, const std::vector<LabelBlocks::Near>& blocks) {
+    const auto look = [&](const LabelBlocks::Group& group,
+                          const std::vector<const LabelBlocks::Block*>& blocks) {
       for (const Index i : group.members) {
         EXPECT_FALSE(readings.is_context(i));
-        for (const LabelBlocks::Near& block : blocks)
-          for (const LabelBlocks::Group& other : *block.groups) {
-            const occupancy::BlockPart part = block.within(readings[i].key, reach);
+        for (const LabelBlocks::Block* block : blocks)
+          for (const LabelBlocks::Group& other : block->groups) {
+            const occupancy::BlockPart part = block->within(readings[i].key, reach);
             const std::size_t before = near[i].size();
             LabelBlocks::for_each_of(other, part, [&](Index j) { near[i].emplace(j, other.label); });
             EXPECT_EQ(LabelBlocks::any_of(other, part), near[i].size() > before);

@@ -32,8 +32,8 @@ class Gaps {
     const LabelBlocks blocks(readings_, labels_, at_boundary);
     blocks.for_each_group(
         voxels(), [](const auto&) { return true; },
-        [&](const LabelBlocks::Group& group, const std::vector<LabelBlocks::Near>& near) {
-          for (const LabelBlocks::Near& block : near) look_from(group, block);
+        [&](const LabelBlocks::Group& group, const std::vector<const LabelBlocks::Block*>& near) {
+          for (const LabelBlocks::Block* block : near) look_from(group, *block);
         });
   }
 
@@ -68,8 +68,8 @@ class Gaps {
     return (sum - normal.dot(sum) * normal).norm() >= same * boundary_asymmetry * readings_.resolution();
   }
 
-  void look_from(const LabelBlocks::Group& group, const LabelBlocks::Near& block) {
-    for (const LabelBlocks::Group& other : *block.groups) {
+  void look_from(const LabelBlocks::Group& group, const LabelBlocks::Block& block) {
+    for (const LabelBlocks::Group& other : block.groups) {
       if (other.label == group.label || other.members.back() <= group.members.front()) continue;
       Gap& gap = gap_between(group.label, other.label);
       for (auto i = group.members.begin(); i != group.members.end() && gap.goes_on(); ++i)

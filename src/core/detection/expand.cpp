@@ -129,22 +129,10 @@ class RimWalk {
 
   /// The fresh points that fit a surface of which a rim's cell is at most h away along its plane.
   std::vector<PointId> within_gap_of_rims() {
-    const VoxelBlocks blocks(8);  // effort: voxels, as the octree's
-    const int reach = (expansion_.gap() + 1) << map_.level;
-    VoxelBlocks::Place last = ~VoxelBlocks::Place{0};
-    std::vector<SurfaceId> ids;  // near the last point's block
     std::vector<PointId> within;
     for (const PointId i : left_) {
       if (expansion_.owner(i) != 0) continue;
-      if (const VoxelBlocks::Place place = blocks.of(map_.window[i].key); place != last) {
-        last = place;
-        auto [x, y, z] = occupancy::ints(geometry::VoxelKey::unpack(place));
-        const surfaces::SurfaceStore::Ids near =
-            map_.surfaces.near(map_.first_voxel_of(occupancy::key_of({8 * x + 4, 8 * y + 4, 8 * z + 4})),
-                               reach + (4 << map_.level));
-        ids.assign(near.begin(), near.end());
-      }
-      for (const SurfaceId id : ids)
+      for (const SurfaceId id : expansion_.ids_near(i, expansion_.gap() + 1))
         if (expansion_.fits(id, i) && comes_near(i, id, model(id).raster(), Cells::at_rim))
           within.push_back(i);
     }
@@ -196,18 +184,8 @@ class RimWalk {
       }
     }
     if (nearest.first > gap * gap) return false;
-    std::vector<RimCell>& known = nearest_[i];
-    const auto at =
-        std::find_if(known.begin(), known.end(), [&](const RimCell& r) { return r.surface == id; });
-    const geometry::PlaneCell cell = geometry::PlaneCell::unpack(nearest.second);
-    const auto before = [&] {
-      const int along = at->cell.u - from.u, across = at->cell.v - from.v;
-      return std::pair(along * along + across * across, at->cell.packed());
-    };
-    if (at == known.end())
-      known.push_back({id, cell});
-    else if (nearest < before())
-      at->cell = cell;
+    std::pair<int, std::uint64_t>& known = nearest_[i].try_emplace(id, nearest).first->second;
+    known = std::min(known, nearest);
     return true;
   }
 
@@ -219,8 +197,8 @@ class RimWalk {
   std::span<const PointId> left_;
   occupancy::PointSet fresh_;
   std::vector<Assignment> new_rims_;
-  tsl::robin_map<PointId, std::vector<RimCell>> nearest_;  // one cell of each surface within h
-  std::vector<std::uint64_t> rows_;                        // scratch
+  tsl::robin_map<PointId, NearestCells> nearest_;  // of those within h
+  std::vector<std::uint64_t> rows_;                // scratch
 };
 
 }  // namespace

@@ -31,12 +31,13 @@ SurfaceId Expansion::surface_beside(PointId i) {
   return near.best([&](SurfaceId id) { return planes_.log_ratio(id, i); });
 }
 
-SurfaceId Expansion::surface_across(PointId i, const std::vector<RimCell>& nearest) {
+SurfaceId Expansion::surface_across(PointId i, const NearestCells& nearest) {
   geometry::end_if_interrupted();
   const int beside = (2 << map_.level) - 1;  // points of adjacent cells are at most so far apart
   SurfaceId best = 0;
   double most = 0;
-  for (const auto& [id, cell] : nearest) {
+  for (const auto& [id, place] : nearest) {
+    const geometry::PlaneCell cell = geometry::PlaneCell::unpack(place.second);
     const surfaces::SurfaceModel& surface = *map_.surfaces.find(id);
     const geometry::PlaneCell from = surface.cell_of(map_.window[i].position);
     const double log_ratio = planes_.log_ratio(id, i);
@@ -51,7 +52,7 @@ SurfaceId Expansion::surface_across(PointId i, const std::vector<RimCell>& neare
 
 /// A surface at an angle to that of `j` explains `j`, too, or passes between the two and has inliers there.
 bool Expansion::is_separated(PointId i, PointId j, SurfaceId id) {
-  const std::vector<SurfaceId>& ids = ids_near(j);
+  const std::vector<SurfaceId>& ids = ids_near(j, 1);
   if (ids.size() < 2) return false;
   const Plane& plane = map_.surfaces.find(id)->plane();
   const Eigen::Vector3f a = map_.window[i].position, b = map_.window[j].position;
@@ -119,9 +120,9 @@ std::vector<Assignment> Expansion::accepted() const {
 }
 
 /// The same for all points around which the same blocks are.
-const std::vector<SurfaceId>& Expansion::ids_near(PointId i) {
+const std::vector<SurfaceId>& Expansion::ids_near(PointId i, int cells) {
   const geometry::VoxelKey key = map_.first_voxel_of(map_.window[i].key);
-  const int reach = 1 << map_.level;
+  const int reach = cells << map_.level;
   std::uint64_t blocks = 1;
   for (const int k : {key.x, key.y, key.z}) {
     const int first = geometry::VoxelGrid::clamped(k - reach) >> surfaces::SurfaceStore::block_bits,

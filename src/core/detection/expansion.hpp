@@ -6,6 +6,7 @@
 
 #include <map>
 #include <tsl/robin_map.h>
+#include <utility>
 #include <vector>
 
 namespace octosurf::detection {
@@ -33,11 +34,8 @@ class SurePlanes {
   std::map<SurfaceId, SurePlane>::iterator last_ = planes_.end();  // points near each other mostly ask for it
 };
 
-/// A cell of a surface's plane within h of a pending point.
-struct RimCell {
-  SurfaceId surface;
-  geometry::PlaneCell cell;
-};
+/// The cell of each surface's plane that is nearest to a point: squared distance in cells, and packed cell.
+using NearestCells = std::map<SurfaceId, std::pair<int, std::uint64_t>>;
 
 /// What surfaces have gained in an expansion so far, and the rules of expand() by which they gain. It does
 /// not search: expand() walks from rims, its slow twin in the tests looks at everything.
@@ -45,7 +43,6 @@ class Expansion {
  public:
   explicit Expansion(const surfaces::MapView& cells);
 
-  const surfaces::MapView& map() const { return map_; }
   int reach() const { return reach_; }          ///< voxels, of neighbours
   int gap() const { return gap_; }              ///< voxels, of h
   int plane_gap() const { return plane_gap_; }  ///< cells of planes, of h
@@ -59,11 +56,13 @@ class Expansion {
       if (has_gained_.insert(i)) gained_.emplace(i, id);
   }
   bool fits(SurfaceId id, PointId i) { return planes_.fits(id, i); }
+  /// Surfaces in the blocks within so many cells; valid until the next call.
+  const std::vector<SurfaceId>& ids_near(PointId i, int cells);
 
   /// The surface that explains a pending point best, of those that own its neighbours; 0: none.
   SurfaceId surface_beside(PointId i);
   /// The same of those that end beyond a gap: `nearest` has one cell for each.
-  SurfaceId surface_across(PointId i, const std::vector<RimCell>& nearest);
+  SurfaceId surface_across(PointId i, const NearestCells& nearest);
   /// Connected pending points around `seed` that fit the surface, if there are enough to contradict it, and
   /// more than the points beside them that do not fit or have another surface: another plane passes there.
   std::vector<PointId> piece_of(PointId seed, SurfaceId id, occupancy::PointSet& looked_at);
@@ -74,7 +73,6 @@ class Expansion {
  private:
   bool is_separated(PointId i, PointId j, SurfaceId id);
   bool is_open(const surfaces::SurfaceModel& surface, PointId i, const Eigen::Vector3d& boundary) const;
-  const std::vector<SurfaceId>& ids_near(PointId i);
   geometry::DisjointSets connected(const std::vector<Assignment>& gained) const;
   bool merges(SurfaceId id, const std::vector<PointId>& points) const;
 

@@ -17,29 +17,26 @@ void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, geometr
 
 LabelBlocks::LabelBlocks(const Readings& readings, const std::vector<Label>& labels,
                          const std::vector<bool>& wanted) {
-  std::size_t at = 0;  // block of the last one: readings of a block are consecutive
   for (Index i = 0; i < readings.size(); ++i) {
     const geometry::VoxelKey key = readings[i].key;
     const occupancy::Key3 place{key.x >> 3, key.y >> 3, key.z >> 3};
-    if (blocks_.empty() || blocks_[at].place != place) {
-      const auto [entry, fresh] = index_.try_emplace(occupancy::key_of(place).packed(), blocks_.size());
-      at = entry->second;
-      if (fresh) blocks_.push_back({place, {}});
+    if (blocks_.empty() || blocks_.back().place != place) {
+      index_.emplace(occupancy::key_of(place).packed(), blocks_.size());
+      blocks_.push_back({place, {}});
     }
-    if (wanted[i]) add_to_groups(blocks_[at].groups, labels[i], key, i);
+    if (wanted[i]) add_to_groups(blocks_.back().groups, labels[i], key, i);
   }
 }
 
-std::vector<LabelBlocks::Near> LabelBlocks::near(const Block& block, int reach) const {
+std::vector<const LabelBlocks::Block*> LabelBlocks::near(const Block& block, int reach) const {
   const int blocks = (reach + 7) / 8;
-  std::vector<Near> found;
+  std::vector<const Block*> found;
   const auto [x, y, z] = block.place;
   for (int bz = z - blocks; bz <= z + blocks; ++bz)
     for (int by = y - blocks; by <= y + blocks; ++by)
       for (int bx = x - blocks; bx <= x + blocks; ++bx) {
         const auto at = index_.find(occupancy::key_of({bx, by, bz}).packed());
-        if (at == index_.end() || blocks_[at->second].groups.empty()) continue;
-        found.push_back({{bx, by, bz}, &blocks_[at->second].groups});
+        if (at != index_.end() && !blocks_[at->second].groups.empty()) found.push_back(&blocks_[at->second]);
       }
   return found;
 }

@@ -43,15 +43,13 @@ class LabelBlocks {
            left &= left - 1)
         visit(group.members[before + count(group.slices[z] & ((left & -left) - 1))]);
   }
-  /// A block that may contain neighbours of another block's readings.
-  struct Near {
-    occupancy::Key3 block;  ///< its place, voxels divided by 8
-    const std::vector<Group>* groups;
-    /// Within `reach` voxels of `key` along each axis.
+  struct Block {
+    occupancy::Key3 place;  ///< voxels divided by 8
+    std::vector<Group> groups;
+    /// Its part within `reach` voxels of `key` along each axis.
     occupancy::BlockPart within(geometry::VoxelKey key, int reach) const {
-      return {{key.x - reach, key.y - reach, key.z - reach},
-              {key.x + reach, key.y + reach, key.z + reach},
-              block};
+      const auto [x, y, z] = occupancy::ints(key);
+      return {{x - reach, y - reach, z - reach}, {x + reach, y + reach, z + reach}, place};
     }
   };
   /// Calls visit(group, blocks) for each group of which looks_around(group) is true, block by block in order,
@@ -61,20 +59,16 @@ class LabelBlocks {
   void for_each_group(int reach, LooksAround&& looks_around, Visit&& visit) const {
     for (const Block& block : blocks_)
       if (std::any_of(block.groups.begin(), block.groups.end(), looks_around)) {
-        const std::vector<Near> around = near(block, reach);
+        const std::vector<const Block*> around = near(block, reach);
         for (const Group& group : block.groups)
           if (looks_around(group)) visit(group, around);
       }
   }
 
  private:
-  struct Block {
-    occupancy::Key3 place;
-    std::vector<Group> groups;
-  };
-  std::vector<Near> near(const Block& block, int reach) const;
+  std::vector<const Block*> near(const Block& block, int reach) const;
 
-  std::vector<Block> blocks_;
+  std::vector<Block> blocks_;  // in order of their readings
   tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> index_;
 };
 

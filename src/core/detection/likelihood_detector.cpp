@@ -1,12 +1,10 @@
 #include "detection/likelihood_detector.hpp"
 
-#include "detection/expand.hpp"
 #include "detection/expansion.hpp"
 #include "detection/neighbour_labels.hpp"
 #include "detection/neighbourhood.hpp"
 #include "detection/parts.hpp"
 #include "detection/seed_patches.hpp"
-#include "detection/waiting.hpp"
 
 #include <stdexcept>
 #include <utility>
@@ -166,11 +164,6 @@ std::optional<Proposal> LikelihoodDetector::segment(const MapView& map, const Pa
   return proposal;
 }
 
-std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
-                                                        std::span<const PointId> fresh) const {
-  return detection::add_inliers(map, fresh);
-}
-
 std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> fresh,
                                                    int threads) const {
   const std::vector<Part> parts = divided(map, {.points = {fresh.begin(), fresh.end()}});
@@ -185,11 +178,6 @@ std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span
     for (const auto& [key, id] : of_part)
       if (const PointId i = map.window.find(key); taken.insert(i)) all.push_back({i, id});
   return all;
-}
-
-Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
-                            std::span<const PointId> fresh, std::optional<std::uint64_t> turn) const {
-  return due_to_segment(map, queue, fresh, turn);
 }
 
 std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,

@@ -1,7 +1,8 @@
 #pragma once
 
-#include "detection/detector.hpp"
+#include "detection/expand.hpp"
 #include "detection/segment.hpp"
+#include "detection/waiting.hpp"
 
 namespace octosurf::detection {
 
@@ -12,11 +13,15 @@ class LikelihoodDetector final : public Detector {
   /// `see_through`: rays through a plane speak against it; without, to measure what it is worth.
   explicit LikelihoodDetector(bool see_through = true) : Detector(Traits{}), see_through_(see_through) {}
   std::vector<Assignment> add_inliers(const surfaces::MapView& map,
-                                      std::span<const PointId> fresh) const override;
+                                      std::span<const PointId> fresh) const override {
+    return detection::add_inliers(map, fresh);
+  }
   std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> fresh,
                                  int threads) const override;
   Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue, std::span<const PointId> fresh,
-          std::optional<std::uint64_t> turn) const override;
+          std::optional<std::uint64_t> turn) const override {
+    return due_to_segment(map, queue, fresh, turn);
+  }
   /// Segmenting all is the batch form; tests compare the incremental one with it. Pending points are
   /// segmented with those within h of them; surfaces beside these take part as sums. New planes are merged
   /// with them, and with each other across gaps up to h; no point leaves a surface else.

@@ -48,14 +48,12 @@ class TouchingCubes {
 
 std::vector<geometry::VoxelKey> keys_of(const surfaces::MapView& map, const std::vector<PointId>& points) {
   std::vector<geometry::VoxelKey> keys;
-  keys.reserve(points.size());
   for (const PointId i : points) keys.push_back(map.window[i].key);
   return keys;
 }
 
 std::vector<PointId> points_at(const surfaces::MapView& map, const std::vector<geometry::VoxelKey>& keys) {
   std::vector<PointId> points;
-  points.reserve(keys.size());
   for (const geometry::VoxelKey key : keys) points.push_back(map.window.find(key));
   return points;
 }

@@ -23,7 +23,6 @@ class PatchGraph {
 
   /// Adds a contact of two patches at `at`, with `pairs` pairs of neighbouring voxels: 0 across a gap.
   void meet(Label a, Label b, const Eigen::Vector3d& at, double pairs);
-  std::size_t size() const { return patches_.size(); }
   bool met(Label a, Label b) const { return contacts_[a].contains(b); }
   const Patch& operator[](Label a) const { return patches_[a]; }
 

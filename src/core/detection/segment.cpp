@@ -168,17 +168,17 @@ std::vector<double> count_clutter_around(const Readings& readings, const Segment
     if (beside) counts[label] += readings[i].hits;
     if (beside || out_of_depth) settled_from[label] = i;
   };
-  const auto count_around = [&](Index i, const std::vector<LabelBlocks::Near>& near) {
-    for (const LabelBlocks::Near& block : near) {
-      const occupancy::BlockPart part = block.within(readings[i].key, reach);
+  const auto count_around = [&](Index i, const std::vector<const LabelBlocks::Block*>& near) {
+    for (const LabelBlocks::Block* block : near) {
+      const occupancy::BlockPart part = block->within(readings[i].key, reach);
       if (part.slice == 0) continue;
-      for (const LabelBlocks::Group& group : *block.groups)
+      for (const LabelBlocks::Group& group : block->groups)
         if (group.label != clutter) count(i, group, part);
     }
   };
   blocks.for_each_group(
       reach, [](const auto& group) { return group.label == clutter; },
-      [&](const LabelBlocks::Group& group, const std::vector<LabelBlocks::Near>& near) {
+      [&](const LabelBlocks::Group& group, const std::vector<const LabelBlocks::Block*>& near) {
         for (const Index i : group.members) count_around(i, near);
       });
   return counts;
