@@ -6,6 +6,7 @@
 #include "detection/voxel_blocks.hpp"
 #include "detection/voxel_marks.hpp"
 
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -17,9 +18,31 @@ using surfaces::SurfaceModel;
 
 /// A surface's voxels among the readings.
 struct Among {
+  /// How readings were seen, context or not.
+  struct Views {
+    double readings = 0, cos_incidence = 0, hits = 0;
+    void add(const Reading& reading, const Plane& plane) {
+      ++readings;
+      cos_incidence += reading.cos_incidence(plane);
+      hits += reading.hits;
+    }
+  };
   const SurfaceModel* surface;
-  ClassMoments labelled{};        // of those that are to be labelled
-  double readings = 0, hits = 0;  // with context
+  ClassMoments labelled{};  // of those that are to be labelled
+  Views all{};
+  std::array<Views, sensing::NoiseModel::classes> classes{};
+
+  /// Of the surface's other inliers: seen and hit as those of their class here.
+  Patch outside(const Readings& readings) const {
+    ClassCosines cosines;
+    for (std::size_t c = 0; c < classes.size(); ++c) {
+      const Views& own = classes[c].readings > 0 ? classes[c] : all;
+      cosines[c] = own.cos_incidence / own.readings;
+    }
+    Patch sums = patch_of(*surface, readings.model(), labelled, cosines, readings.cells_a_voxel());
+    sums.hits *= all.hits / all.readings;
+    return sums;
+  }
 };
 
 /// Collects points, each in one list.
@@ -104,8 +127,8 @@ Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore&
     known.labels[i] = entry->second;
     if (entry->second == clutter) continue;
     Among& its = among[entry->second];
-    ++its.readings;
-    its.hits += readings[i].hits;
+    its.all.add(readings[i], its.surface->plane());
+    its.classes[readings[i].range_class].add(readings[i], its.surface->plane());
     if (readings.is_context(i)) continue;
     readings.for_each_voxel(i, [&](PointId, const occupancy::VoxelPoint& p) {
       if (p.surface == id)
@@ -117,11 +140,8 @@ Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore&
     if (label == clutter) continue;
     const Among& its = among[label];
     known.patches[label].plane = its.surface->plane();
-    Patch sums = patch_of(*its.surface, readings.model(), its.labelled);
-    if (!(sums.readings > 0)) continue;
-    sums.hits *= its.hits / its.readings;
-    sums.scale(readings.cells_a_voxel());
-    known.outside.push_back({id, label, sums});
+    if (const Patch sums = its.outside(readings); sums.readings > 0)
+      known.outside.push_back({id, label, sums});
   }
   refit_patches(readings, Junctions(readings, known.labels, known.patches), known);
   return known;

@@ -14,7 +14,7 @@ Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const Poi
                                std::span<const SurfaceId> surfaces = {});
 
 /// The initial segmentation of readings: the labels of their surfaces, except those of `forgotten`, and the
-/// sums of these surfaces' other inliers, including context (patch_of()), hit as often as their readings
+/// sums of these surfaces' other inliers, including context (patch_of()), seen and hit like their readings
 /// here. All inliers of `forgotten` must be among the readings, none as context.
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
                          std::span<const SurfaceId> forgotten);

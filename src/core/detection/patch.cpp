@@ -14,11 +14,6 @@ void Patch::add(const Patch& other) {
   log_peaks += other.log_peaks;
 }
 
-void Patch::scale(double times) {
-  moments.add(moments, times - 1);
-  for (double* sum : {&readings, &hits, &log_peaks}) *sum *= times;
-}
-
 void Patch::take(const Patch& other) {
   add(other);
   fit();

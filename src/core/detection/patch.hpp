@@ -25,8 +25,6 @@ struct Patch {
   Eigen::Vector3d centroid() const { return origin + moments.mean(); }
   /// Adds the other's sums; fits nothing.
   void add(const Patch& other);
-  /// As if there were so many times as many readings.
-  void scale(double times);
   /// Adds the other's readings and fits the plane to all. The other may face another way.
   void take(const Patch& other);
   /// Fits the least-squares plane of the moments, facing the side of `plane`.

@@ -3,12 +3,13 @@
 #include "detection/constants.hpp"
 #include "geometry/plane_frame.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace octosurf::detection {
 
 Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingModel& model,
-               const ClassMoments& without) {
+               const ClassMoments& without, const ClassCosines& least, double times) {
   Patch patch;
   patch.plane = surface.plane();
   patch.origin = surface.reference();
@@ -19,10 +20,10 @@ Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingMode
     moments.add(without[c], -1);
     if (moments.count < 0.5) continue;
     const double variance = moments.mean_squared_distance(patch.plane.normal, offset);
-    const double cosine = model.cos_incidence_of(c, variance);
-    patch.moments.add(moments, model.weight(c, cosine));
-    patch.log_peaks += moments.count * model.log_peak(c, cosine);
-    patch.readings += moments.count;
+    const double cosine = std::max(least[c], model.cos_incidence_of(c, variance));
+    patch.moments.add(moments, times * model.weight(c, cosine));
+    patch.log_peaks += times * moments.count * model.log_peak(c, cosine);
+    patch.readings += times * moments.count;
   }
   patch.hits = patch.readings;
   return patch;

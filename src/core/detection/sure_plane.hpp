@@ -8,13 +8,15 @@
 
 namespace octosurf::detection {
 
+using ClassCosines = std::array<double, sensing::NoiseModel::classes>;
 using ClassMoments = std::array<geometry::Moments, sensing::NoiseModel::classes>;
 
 /// Sums over a surface's inliers, but for some: `without`, their moments about the surface's reference, by
-/// range class. Weighted by the scatter of each class about the plane: readings elsewhere that scatter more
-/// than those of a corner were seen more head-on. Hit counts are unknown: one each. O(classes).
+/// range class. Weighted by the scatter of each class about the plane, as seen at cosines of at least
+/// `least`: those that scatter more were seen more head-on. Hit counts are unknown: one each. As if there
+/// were so many `times` as many. O(classes).
 Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingModel& model,
-               const ClassMoments& without = {});
+               const ClassMoments& without = {}, const ClassCosines& least = {}, double times = 1);
 
 /// A surface's plane with the covariance of its heights.
 class SurePlane {
