@@ -1,10 +1,14 @@
 #include "checkpoints.hpp"
 
+#include "io/map_file/map_file.hpp"
 #include "output_files.hpp"
 #include "run_statistics.hpp"
 
+#include <chrono>
 #include <cstdio>
+#include <memory>
 #include <new>
+#include <utility>
 
 #include <octosurf/error.hpp>
 
@@ -21,22 +25,49 @@ Checkpoints::Version Checkpoints::version() const {
   return std::pair(std::filesystem::file_size(file, failure), time);
 }
 
-void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept) {
+void Checkpoints::require_known() const {
   if (const Version now = version(); !force_ && now && now != known_)
     throw Error(Error::Kind::output, files_of_map(stem_).front(),
                 "was written by another since this run began", "move it elsewhere before this run ends");
+}
+
+void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept) {
+  finish();
+  require_known();
   RunContext().warn(save_map(map, stem_, kept));
   known_ = version();
   scans_ = scans;
   any_ = true;
-  failing_ = false;
 }
 
 void Checkpoints::try_to_save(const Map& map, std::size_t scans, const KeptScans& kept) try {
-  save(map, scans, kept);
-} catch (const std::exception& error) {  // no space or no memory: the next one may succeed
-  if (failing_) return;
-  failing_ = true;
+  finish();
+  require_known();
+  const auto save = std::make_shared<io::MapSave>(map, stem_, kept, false);
+  saving_scans_ = scans;
+  saving_ = std::async(std::launch::async, [save] { (*save)(); });
+} catch (const std::exception& error) {
+  fail(scans, error);
+}
+
+bool Checkpoints::is_saving() const {
+  return saving_.valid() && saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+}
+
+void Checkpoints::finish() try {
+  if (!saving_.valid()) return;
+  saving_.get();
+  known_ = version();
+  scans_ = saving_scans_;
+  any_ = true;
+  failing_ = false;
+} catch (const std::exception& error) {
+  fail(saving_scans_, error);
+}
+
+// No space, no memory or no thread: the next one may succeed.
+void Checkpoints::fail(std::size_t scans, const std::exception& error) {
+  if (std::exchange(failing_, true)) return;
   std::fprintf(stderr, "warning: no checkpoint of %zu scans, %s; %s, the run goes on\n", scans,
                reason_of(error), last().c_str());
 }

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <exception>
 #include <filesystem>
+#include <future>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,8 +12,8 @@
 
 namespace octosurf {
 
-/// Saves checkpoints of a run. A failed one is reported once on stderr, and the run continues with the
-/// previous one.
+/// Saves checkpoints of a run, of the .surfaces alone, in another thread. A failed one is reported once on
+/// stderr, and the run continues with the previous one.
 class Checkpoints {
  public:
   /// Every `period_s` seconds; 0: never. `force`: over a map that has come, or was written, since now.
@@ -20,11 +21,11 @@ class Checkpoints {
 
   /// The period runs from here.
   void start(double now_s) { tried_s_ = now_s; }
-  bool due(double now_s) const { return period_s_ > 0 && now_s - tried_s_ >= period_s_; }
-  /// Saves, or warns.
+  bool due(double now_s) const { return period_s_ > 0 && now_s - tried_s_ >= period_s_ && !is_saving(); }
+  /// Begins to save, or warns, also of the one before.
   void try_to_save(const Map& map, std::size_t scans, const KeptScans& kept);
-  /// Saves, or throws what save_map() throws, or Error(output) for a map there that is not as this run knew
-  /// it. `scans`: of this run, in the map.
+  /// Saves both files, or throws what save_map() throws, or Error(output) for a map there that is not as this
+  /// run knew it. `scans`: of this run, in the map.
   void save(const Map& map, std::size_t scans, const KeptScans& kept);
 
   bool any() const { return any_; }
@@ -36,6 +37,10 @@ class Checkpoints {
   /// Size and time of the file that is there; none: it is not.
   using Version = std::optional<std::pair<std::uintmax_t, std::filesystem::file_time_type>>;
   Version version() const;
+  void require_known() const;
+  bool is_saving() const;
+  void finish();  ///< waits for the one that was begun
+  void fail(std::size_t scans, const std::exception& error);
 
   std::string stem_;
   double period_s_;
@@ -44,6 +49,8 @@ class Checkpoints {
   double tried_s_ = 0;
   std::size_t scans_ = 0;
   bool any_ = false, failing_ = false;
+  std::future<void> saving_;
+  std::size_t saving_scans_ = 0;
 };
 
 /// what(), or words for what has none. Valid as long as the exception.

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -28,12 +29,13 @@ constexpr const char* info_description = R"(Prints what is in a map, or in a bag
 Examples:
   octosurf info maps/office
   octosurf info maps/office --json
+  octosurf info maps/office --digest     sixteen digits: the same for the same scans, however often it was saved
   octosurf info walk.mcap                topics of a bag (.bag, .db3, .mcap, or its folder)
 )";
 
 struct InfoArguments {
   std::string map, up;
-  bool json = false;
+  bool json = false, digest = false;
 };
 
 constexpr std::size_t listed_surfaces = 10;
@@ -110,6 +112,7 @@ void run_info(const InfoArguments& arguments) {
     return;
   }
   const LoadedMap loaded = load_with_warning(arguments.map);
+  if (arguments.digest) return void(std::puts(digest_of(loaded.map).c_str()));
   print_answer(json_of(loaded, arguments.up), arguments.json);
 }
 
@@ -126,6 +129,7 @@ void add_info(CLI::App& app) {
       ->required();
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "print JSON");
+  verb->add_flag("--digest", arguments->digest, "print only what tells a map's content from others'");
   verb->callback([arguments] { run_info(*arguments); });
 }
 

@@ -96,7 +96,7 @@ NewFile::~NewFile() {
   ::close(descriptor_);
 }
 
-void NewFile::make() {
+void NewFile::create() {
   ::unlink(temporary_.c_str());
   std::error_code ignored;
   // Accessible to the owner only until commit() sets the permissions of the file it replaces.
@@ -106,7 +106,7 @@ void NewFile::make() {
 }
 
 void NewFile::write(const std::function<void(std::ostream&)>& fill) {
-  make();
+  create();
   const int descriptor = ::dup(descriptor_);
   if (descriptor < 0) fail_to_write(file_, not_written, errno);
   __gnu_cxx::stdio_filebuf<char> buffer(descriptor, std::ios::out | std::ios::binary, 65536);

@@ -21,8 +21,10 @@ class NewFile {
 
   const std::filesystem::path& temporary() const { return temporary_; }
 
-  /// Creates the temporary file and calls `fill` with a binary stream to it. Call at most once. Throws
-  /// Error(output) if the file cannot be created or a write fails.
+  /// Creates the temporary file. Call at most one of these two, once. Throws Error(output).
+  void create();
+  /// Creates the temporary file and calls `fill` with a binary stream to it. Throws Error(output) if the file
+  /// cannot be created or a write fails.
   void write(const std::function<void(std::ostream&)>& fill);
 
   /// Waits until the data are on disk (fsync). Throws Error(output).
@@ -33,8 +35,6 @@ class NewFile {
   void commit();
 
  private:
-  void make();
-
   std::filesystem::path file_;
   std::filesystem::path temporary_;
   int descriptor_ = -1;

@@ -83,11 +83,10 @@ TEST_P(Contract, StopsAfterEveryScanChangeNothing) {
   EXPECT_EQ(difference(run.map, resumed->map()), "");
   save_map(resumed->map(), folder / "again");
   save_map(run.map, folder / "unstopped");
-  for (const char* ending : {".surfaces", ".bt"})
-    for (const char* other : {"again", "unstopped"})
-      EXPECT_TRUE(read_file(folder / (std::string("map") + ending)) ==
-                  read_file(folder / (std::string(other) + ending)))
-          << other << ending;
+  for (const char* other : {"again", "unstopped"}) {
+    EXPECT_EQ(digest_of(load_map(folder / "map").map), digest_of(load_map(folder / other).map));
+    EXPECT_TRUE(read_file(folder / "map.bt") == read_file(folder / (other + std::string(".bt"))));
+  }
 }
 
 /// The map of the scans in groups of one to three; `prepare` returns the group of some scans.

@@ -3,6 +3,7 @@
 #include "io/map_file/map_file.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "support/invariants.hpp"
+#include "support/packed_map.hpp"
 
 #include <random>
 #include <sstream>
@@ -42,15 +43,11 @@ void plan_on(const Map& map) {
   }
 }
 
-std::string saved(const Map& map) {
-  std::ostringstream out;
-  io::write_map(surfaces::state_of(map), {}, out);
-  return out.str();
-}
+std::string saved(const Map& map) { return test::map_file_of(surfaces::state_of(map)); }
 
 std::optional<Map> loaded(const std::string& bytes) {
-  std::istringstream in(bytes);
-  auto file = accepted([&] { return io::read_map(in, bytes.size(), "input"); });
+  const test::MapBytes input(bytes);
+  auto file = accepted([&] { return io::read_map(input.path()); });
   if (!file) return {};
   return surfaces::map_of(std::move(file->state));
 }
@@ -91,7 +88,7 @@ void fuzz_octomap(Bytes bytes) {
   });
   if (!map) return;
   std::ostringstream bt;
-  map->write_bt(bt);
+  occupancy::write_bt(map->now(), bt);
   map->size();
 }
 

@@ -27,17 +27,9 @@ Both mapped(std::uint64_t seed, double resolution, int scans, std::size_t rays) 
 
 using test::bytes_of;
 
-/// Reads in pieces of random size.
-OccupancyMap read_back(const std::string& bytes, double resolution, std::mt19937_64& rng, std::size_t piece) {
+OccupancyMap read_back(const std::map<std::uint64_t, std::string>& parts, double resolution) {
   OccupancyMap map(test::with_resolution(resolution));
-  std::size_t at = 0;
-  map.read_nodes(
-      [&] {
-        const std::size_t n = std::min(bytes.size() - at, 1 + rng() % piece);
-        at += n;
-        return bytes.substr(at - n, n);
-      },
-      "test");
+  for (const auto& [path, nodes] : parts) map.read_part(path, nodes, "test");
   return map;
 }
 
@@ -48,19 +40,39 @@ using OccupancyFiles = test::FolderTest;
 
 TEST_F(OccupancyFiles, NodesComeBackToTheBit) {
   const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
   for (const double resolution : {0.02, 0.1}) {
-    const Both both = mapped(seed, resolution, 3, 4000);
-    const std::string bytes = bytes_of(both.ours);
-    for (const std::size_t piece : {std::size_t{3}, bytes.size()}) {
-      const OccupancyMap back = read_back(bytes, resolution, rng, piece);
-      EXPECT_TRUE(bytes_of(back) == bytes);
-      EXPECT_EQ(back.size().nodes, both.ours.size().nodes);
-      test::expect_equal(back, both.theirs);
-      const std::vector<VoxelPoint> points = test::points_of(both.ours), again = test::points_of(back);
-      ASSERT_EQ(again.size(), points.size());
-      for (std::size_t i = 0; i < points.size(); ++i)
-        test::expect_same_point(again[i], points[i], points[i].surface);
+    Both both = mapped(seed, resolution, 3, 4000);
+    const OccupancyMap back = read_back(test::parts_of(both.ours), resolution);
+    EXPECT_TRUE(bytes_of(back) == bytes_of(both.ours));
+    EXPECT_EQ(back.size().nodes, both.ours.size().nodes);
+    test::expect_equal(back, both.theirs);
+    const std::vector<VoxelPoint> points = test::points_of(both.ours), again = test::points_of(back);
+    ASSERT_EQ(again.size(), points.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+      test::expect_same_point(again[i], points[i], points[i].surface);
+  }
+}
+
+/// Parts that are said to be as they were have the same nodes as before; what an assignment changes is told.
+TEST_F(OccupancyFiles, PartsThatAreAsTheyWereAreTold) {
+  Both both = mapped(test::seed(), 0.02, 3, 4000);
+  std::mt19937_64 random = test::rng();
+  for (int round = 0; round < 4; ++round) {
+    const auto before = test::parts_of(both.ours);
+    const std::uint32_t shares = both.ours.share().tree()->shares();
+    if (round == 1) both.ours.assign(test::points_of(both.ours).front().key, 5);
+    if (round == 2)
+      for (const VoxelPoint& point : test::points_of(both.ours)) both.ours.assign(point, 7);
+    if (round == 3) test::insert(both.ours, test::room_scan(random, 100, {1.5, 1.2, 0.9}, {0.3, -2, 1}), 1e9);
+    const auto after = test::parts_of(both.ours);
+    std::size_t kept = 0;
+    occupancy::for_each_part(both.ours.share(), shares, [&](std::uint64_t path, const std::string& nodes) {
+      if (!nodes.empty()) return;
+      ++kept;
+      EXPECT_TRUE(after.at(path) == before.at(path)) << round;
+    });
+    if (round < 2) {
+      EXPECT_GT(kept, 0U) << round;
     }
   }
 }
@@ -138,8 +150,7 @@ TEST_F(OccupancyFiles, WhatIsLeftOverIsAnError) {
 TEST_F(OccupancyFiles, AnEmptyMapIsNoBytesAndItsBtAnEmptyMap) {
   OccupancyMap empty{OccupancyParameters{}};
   EXPECT_TRUE(bytes_of(empty).empty());
-  std::mt19937_64 rng = test::rng();
-  EXPECT_EQ(read_back("", 0.02, rng, 1).size().nodes, 0U);
+  EXPECT_EQ(read_back({}, 0.02).size().nodes, 0U);
   EXPECT_EQ(test::through_bt(empty).size(), 0U);
   EXPECT_EQ(empty.share().octomap_data(), "");
   EXPECT_EQ(OccupancyView().octomap_data(), "");

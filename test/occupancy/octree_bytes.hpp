@@ -23,10 +23,16 @@ inline void insert(occupancy::OccupancyMap& map, const Scan& scan, double max_ra
   map.insert(downsample(scan, 0, max_range), downsample, nullptr);
 }
 
-/// All nodes, as a map file has them.
+/// All nodes, as a map file has them, by path.
+inline std::map<std::uint64_t, std::string> parts_of(const occupancy::OccupancyMap& map) {
+  std::map<std::uint64_t, std::string> parts;
+  occupancy::for_each_part(map.now(), {},
+                           [&](std::uint64_t path, const std::string& nodes) { parts[path] = nodes; });
+  return parts;
+}
 inline std::string bytes_of(const occupancy::OccupancyMap& map) {
   std::string bytes;
-  map.write_nodes([&](const std::string& chunk) { bytes += chunk; });
+  for (const auto& [path, nodes] : parts_of(map)) bytes += std::to_string(path) + nodes;
   return bytes;
 }
 
@@ -103,7 +109,7 @@ inline occupancy::OccupancyMap octree_of_file(const std::string& bytes,
 }
 inline std::string bt_of(const occupancy::OccupancyMap& map) {
   std::ostringstream bt;
-  map.write_bt(bt);
+  occupancy::write_bt(map.now(), bt);
   return std::move(bt).str();
 }
 

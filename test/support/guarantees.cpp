@@ -1,6 +1,5 @@
 #include "support/guarantees.hpp"
 
-#include "io/map_file/map_file.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "support/slow_polygons.hpp"
 #include "surfaces/map_state.hpp"
@@ -86,12 +85,6 @@ Leaves leaves_of(const Map& map) {
     for (const OccupancyView::Leaf& leaf : leaves) all.emplace_back(leaf.corner, leaf.level, leaf.log_odds);
   });
   return all;
-}
-
-std::string digest(const Map& map) {
-  std::ostringstream out;
-  io::write_map(surfaces::state_of(map), {}, out);
-  return out.str();
 }
 
 }  // namespace octosurf::test

@@ -30,26 +30,49 @@ void SeenPatch::add(const Observation& observation, double way, double span) {
   until = way;
 }
 
-std::vector<SeenPatches::Change> SeenPatches::all() const {
-  std::vector<Change> all(patches_.begin(), patches_.end());
-  std::sort(all.begin(), all.end(), [](const Change& a, const Change& b) { return a.first < b.first; });
+std::vector<SeenPatches::Key> SeenPatches::blocks() const {
+  std::vector<Key> all;
+  for (const auto& [block, keys] : blocks_) all.push_back(block);
+  std::ranges::sort(all);
   return all;
 }
 
+std::vector<SeenPatches::Change> SeenPatches::in_block(Key block) const {
+  std::vector<Change> all;
+  if (const auto keys = blocks_.find(block); keys != blocks_.end())
+    for (const Key key : keys->second) all.emplace_back(key, *find(key));
+  std::ranges::sort(all, {}, &Change::first);
+  return all;
+}
+
+std::vector<SeenPatches::Key> SeenPatches::take_changed_blocks() const {
+  std::vector<Key> blocks(changed_.begin(), changed_.end());
+  changed_.clear();
+  return blocks;
+}
+
 void SeenPatches::set(Key key, const SeenPatch& patch) {
+  const Key block = block_of(key);
   const auto at = patches_.find(key);
-  before_.emplace_back(key, at == patches_.end() ? std::nullopt : std::optional(at->second));
+  const bool is_new = at == patches_.end();
+  before_.emplace_back(key, is_new ? std::nullopt : std::optional(at->second));
+  changed_.insert(block);
   patches_[key] = patch;
+  if (is_new) blocks_[block].push_back(key);
 }
 
 void SeenPatches::roll_back() noexcept {
   for (auto change = before_.rbegin(); change != before_.rend(); ++change) {
-    const auto at = patches_.find(change->first);
+    const auto& [key, before] = *change;
+    const auto at = patches_.find(key);
     if (at == patches_.end()) continue;  // the change that failed
-    if (change->second)
-      at.value() = *change->second;
-    else
-      patches_.erase(at);
+    if (before) {
+      at.value() = *before;
+      continue;
+    }
+    patches_.erase(at);
+    if (const auto block = blocks_.find(block_of(key)); block != blocks_.end())
+      std::erase(block.value(), key);
   }
   before_.clear();
 }

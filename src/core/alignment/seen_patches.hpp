@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <tsl/robin_map.h>
+#include <tsl/robin_set.h>
 #include <utility>
 #include <vector>
 
@@ -48,9 +49,15 @@ class SeenPatches {
     return at == patches_.end() ? nullptr : &at->second;
   }
   std::size_t size() const { return patches_.size(); }
-  /// Ascending keys.
-  std::vector<Change> all() const;
   void set(Key key, const SeenPatch& patch);
+
+  /// Files keep patches in blocks of 8 × 8 columns along an axis: a key without its columns' low bits and its
+  /// height.
+  static Key block_of(Key key) { return key & ~(Key{7} << 40 | Key{7} << 20 | 0xfffff); }
+  std::vector<Change> in_block(Key block) const;  ///< ascending keys
+  std::vector<Key> blocks() const;                ///< ascending
+  /// Those of patches that were set, or taken back, since the last call.
+  std::vector<Key> take_changed_blocks() const;
 
   /// Starts recording the previous state until commit() or roll_back(), which need no memory.
   void begin_changes() noexcept { before_.clear(); }
@@ -59,6 +66,8 @@ class SeenPatches {
 
  private:
   tsl::robin_map<Key, SeenPatch> patches_;
+  tsl::robin_map<Key, std::vector<Key>> blocks_;  // their keys
+  mutable tsl::robin_set<Key> changed_;           // blocks
   std::vector<std::pair<Key, std::optional<SeenPatch>>> before_;
 };
 

@@ -4,6 +4,7 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -93,39 +94,24 @@ std::optional<float> write_ot(const occupancy::VoxelTree::Node& node, const occu
   return value;
 }
 
-class NodeWriter {
- public:
-  explicit NodeWriter(const std::function<void(const std::string&)>& sink) : sink_(sink) {}
-
-  void write(const occupancy::VoxelTree::Node& node) {
-    std::uint8_t mask = 0;
-    if (node.has_children())
-      for (unsigned c = 0; c < 8; ++c) mask |= static_cast<std::uint8_t>(node.child(c).exists() << c);
-    put(mask);
-    if (mask == 0) {
-      const occupancy::VoxelPayload* payload = node.payload();
-      put(node.log_odds());
-      put(static_cast<std::uint8_t>(payload != nullptr));
-      if (payload != nullptr) put(*payload);
-    }
-    for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) write(node.child(c));
+/// Appends a map's own nodes, in preorder: a byte of child bits; without any log-odds, and its point.
+void write_own(const occupancy::VoxelTree::Node& node, std::string& out) {
+  const auto put = [&out](const auto& value) {
+    out.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  std::uint8_t mask = 0;
+  if (node.has_children())
+    for (unsigned c = 0; c < 8; ++c) mask |= static_cast<std::uint8_t>(node.child(c).exists() << c);
+  put(mask);
+  if (mask == 0) {
+    const occupancy::VoxelPayload* payload = node.payload();
+    put(node.log_odds());
+    put(static_cast<std::uint8_t>(payload != nullptr));
+    if (payload != nullptr) put(*payload);
   }
-  void flush() {
-    if (!chunk_.empty()) sink_(chunk_);
-    chunk_.clear();
-  }
-
- private:
-  template <class T>
-  void put(const T& value) {
-    const auto* bytes = reinterpret_cast<const char*>(&value);
-    chunk_.append(bytes, sizeof value);
-    if (chunk_.size() >= chunk_bytes) flush();
-  }
-  const std::function<void(const std::string&)>& sink_;
-  std::string chunk_;
-};
+  for (unsigned c = 0; c < 8; ++c)
+    if (mask >> c & 1) write_own(node.child(c), out);
+}
 
 /// Reads a tree's nodes in preorder, in one of three formats. Throws Error(data) for all that is not one.
 class TreeReader {
@@ -141,7 +127,7 @@ class TreeReader {
              std::size_t most_bytes = std::numeric_limits<std::size_t>::max())
       : tree_(tree), source_(source), subject_(std::move(subject)), most_bytes_(most_bytes) {}
 
-  /// A map's own: a byte of child bits; without any log-odds, and its point.
+  /// As write_own() has them.
   void read_own(const Key& corner = {}, int level = top) {
     const auto mask = get<std::uint8_t>();
     if (mask == 0) {
@@ -355,11 +341,11 @@ class OctomapFile {
 
 }  // namespace
 
-void occupancy::OccupancyMap::write_bt(std::ostream& out) const {
-  const BtWriter writer(*tree_);
+void occupancy::write_bt(const OccupancyView& view, std::ostream& out) {
+  const BtWriter writer(*view.tree());
   out << "# Octomap OcTree binary file\n"
          "# (feel free to add / change comments, but leave the first line as it is!)\n#\nid OcTree\nsize "
-      << writer.nodes() << "\nres " << grid_.resolution() << "\ndata\n";
+      << writer.nodes() << "\nres " << view.resolution() << "\ndata\n";
   out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
 }
 
@@ -372,19 +358,32 @@ std::string OccupancyView::octomap_data(const Eigen::AlignedBox3d& box, bool ful
   return nodes;
 }
 
-void occupancy::OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
-  if (tree_->empty()) return;
-  NodeWriter writer(sink);
-  writer.write(tree_->root());
-  writer.flush();
+void occupancy::for_each_part(const OccupancyView& view, std::optional<std::uint32_t> since,
+                              const std::function<void(std::uint64_t, const std::string&)>& visit) {
+  if (view.tree() == nullptr || view.tree()->empty()) return;
+  std::string nodes;
+  const auto below = [&](const auto& self, const VoxelTree::Node& node, std::uint64_t path) -> void {
+    if (node.has_children() && node.level() > part_level) {
+      for (unsigned c = 0; c < 8; ++c)
+        if (const VoxelTree::Node child = node.child(c); child.exists()) self(self, child, path << 3 | c);
+      return;
+    }
+    nodes.clear();
+    if (!since || node.written_since(*since)) write_own(node, nodes);
+    visit(path, nodes);
+  };
+  below(below, view.tree()->root(), 1);
 }
 
-void occupancy::OccupancyMap::read_nodes(const std::function<std::string()>& source,
-                                         const std::string& where) {
-  tree_->clear();
+void occupancy::OccupancyMap::read_part(std::uint64_t path, std::string nodes, const std::string& where) {
+  constexpr std::size_t leaf_bytes = 1 + sizeof(float) + 1;
+  const int bits = static_cast<int>(std::bit_width(path)) - 1, level = VoxelTree::top_level - bits / 3;
+  const bool is_one = bits >= 0 && bits % 3 == 0 && level >= part_level &&
+                      (level == part_level || nodes.size() == leaf_bytes);
+  const std::function<std::string()> source = [&] { return std::exchange(nodes, {}); };
   TreeReader reader(*tree_, source, {where, "damaged octree: ", "restore the file from a backup"});
-  if (reader.at_end()) return;
-  reader.read_own();
+  if (!is_one) reader.fail("there is no such part");
+  reader.read_own(ints(VoxelTree::key_of((path ^ std::uint64_t{1} << bits) << (3 * level))), level);
   reader.require_end();
 }
 

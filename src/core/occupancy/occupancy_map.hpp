@@ -158,11 +158,8 @@ class OccupancyMap {
   void set_leaves(std::span<const OccupancyView::Leaf> leaves);
 
   // Files. OctoMap's readers do not validate their input, so it is checked here first.
-  void write_bt(std::ostream& out) const;  ///< plain OctoMap, maximum likelihood, pruned
-  /// Preorder: per node its child mask, log-odds and payload; lossless. `sink` gets chunks.
-  void write_nodes(const std::function<void(const std::string&)>& sink) const;
-  /// Inverse; `source` returns the next chunk (empty: none). Throws Error(data).
-  void read_nodes(const std::function<std::string()>& source, const std::string& where);
+  /// Adds a part that for_each_part() has given. Throws Error(data).
+  void read_part(std::uint64_t path, std::string nodes, const std::string& where);
   /// Reads a .bt or .ot, its own resolution; Error(data), also over 32 MiB + 64 times the file's size.
   static OccupancyMap read_octomap(const std::filesystem::path& file, OccupancyParameters parameters);
 
@@ -171,5 +168,18 @@ class OccupancyMap {
   geometry::VoxelGrid grid_;
   std::unique_ptr<VoxelTree> tree_;
 };
+
+/// A plain OctoMap .bt: maximum likelihood, pruned.
+void write_bt(const OccupancyView& view, std::ostream& out);
+
+/// Edge of an octree's parts in map files, as a power of two. The larger, the fewer bytes all of them take,
+/// and the more are written after one scan.
+inline constexpr int part_level = 5;
+
+/// Calls `visit(path, nodes)` for the octree's cubes of 2^part_level voxels and for the undivided ones above,
+/// in Morton order. The path is a 1, then three bits for each level from the root on: which child. `nodes`,
+/// without loss, are empty if the part is as when the octree had been shared `since` times.
+void for_each_part(const OccupancyView& view, std::optional<std::uint32_t> since,
+                   const std::function<void(std::uint64_t path, const std::string& nodes)>& visit);
 
 }  // namespace octosurf::occupancy

@@ -98,7 +98,7 @@ class LeafCollector {
 class History {
  public:
   History(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now)
-      : related_(now.same_history(before)),
+      : related_(now.history() == before.history()),
         forward_(now.shares() >= before.shares()),
         shares_(std::min(before.shares(), now.shares())) {}
 

@@ -78,8 +78,9 @@ class Pool {
     close();
   }
 
+  std::size_t size() const { return used_ - free_.size(); }  ///< objects in use
   /// Of the objects in use: the reserve depends on history, this does not.
-  std::size_t bytes() const { return (used_ - free_.size()) * sizeof(T); }
+  std::size_t bytes() const { return size() * sizeof(T); }
 
  private:
   static constexpr std::size_t chunk_size = std::size_t{1} << chunk_bits;

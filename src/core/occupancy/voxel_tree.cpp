@@ -154,11 +154,15 @@ void VoxelTree::mark_way_to(geometry::VoxelKey brick) {
   }
 }
 
-std::shared_ptr<const VoxelTree> VoxelTree::share() {
+void VoxelTree::mark_assigned() {
   std::sort(assigned_.begin(), assigned_.end());
   assigned_.erase(std::unique(assigned_.begin(), assigned_.end()), assigned_.end());
   for (const std::uint64_t brick : assigned_) mark_way_to(key_of(brick << (3 * brick_level)));
   assigned_.clear();
+}
+
+std::shared_ptr<const VoxelTree> VoxelTree::share() {
+  mark_assigned();
   if (!settled_) {
     without_points_ = false;
     settle(root_, top_level);
@@ -176,6 +180,7 @@ std::shared_ptr<const VoxelTree> VoxelTree::share() {
 }
 
 void VoxelTree::begin_changes() {
+  if (assigned_.size() > bricks_.size()) mark_assigned();  // it may be long until the next share
   groups_.begin_changes();
   bricks_.begin_changes();
   payloads_.begin_changes();

@@ -97,8 +97,8 @@ class VoxelTree {
   std::shared_ptr<const VoxelTree> share();
   /// Number of earlier shares of this tree, including those of the tree it was shared from.
   std::uint32_t shares() const { return shares_; }
-  /// Whether one was shared from the other, or both from one.
-  bool same_history(const VoxelTree& other) const { return history_ == other.history_; }
+  /// The same of two only if one was shared from the other, or both from one.
+  std::uint64_t history() const { return history_; }
 
   /// Starts recording the previous state until commit() or roll_back(): copies each chunk written to.
   void begin_changes();
@@ -195,6 +195,7 @@ class VoxelTree {
   void forget(Slot& slot, int level);
   void settle(Slot& slot, int level);
   void mark_way_to(geometry::VoxelKey brick);
+  void mark_assigned();
   VoxelPayload& payload(Brick& b, unsigned i);
 
   bool saturated(const Slot& slot) const { return slot.link == leaf && slot.value <= model_.clamp_min; }

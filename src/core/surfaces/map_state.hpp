@@ -53,7 +53,9 @@ struct MapState {
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< Map::origin()
   Published snapshot;                                ///< the state that readers in other threads see
-  bool octree_shared = false;                        ///< snapshots include it; a setting of the process
+  /// What io knows of the file with this map (io/map_file/map_file.hpp).
+  mutable std::shared_ptr<void> saved;
+  bool octree_shared = false;  ///< snapshots include it; a setting of the process
 
   /// A change failed, and its rollback is incomplete for lack of memory (mapper::MapChange).
   bool unrestored = false;

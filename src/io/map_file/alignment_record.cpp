@@ -115,12 +115,14 @@ void write_patch(alignment::SeenPatches::Change change, map_file::SeenPatches& r
   PatchNumbers(record, nullptr)(change.second);
 }
 
-void read_patches(map_file::SeenPatches& record, const std::string& where, alignment::SeenPatches& patches,
-                  std::optional<alignment::SeenPatches::Key>& last) {
+void read_patches(map_file::SeenPatches& record, alignment::SeenPatches::Key block, const std::string& where,
+                  alignment::SeenPatches& patches) {
   const Damage damage{where, "the alignment "};
   PatchNumbers numbers(record, &damage);
+  std::optional<alignment::SeenPatches::Key> last;
   for (const alignment::SeenPatches::Key key : record.keys()) {
-    damage.require(!last || key > *last, "has patches out of order");
+    damage.require(alignment::SeenPatches::block_of(key) == block && (!last || key > *last),
+                   "has patches out of order");
     last = key;
     alignment::SeenPatch patch;
     numbers(patch);

@@ -1,14 +1,18 @@
 #include "io/map_file/map_file.hpp"
 
+#include "alignment/alignment_state.hpp"
 #include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
+#include "occupancy/voxel_tree.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
@@ -50,22 +54,30 @@ std::string hint_of(const fs::path& bt, const MapPaths& files) {
          " takes over its occupancy";
 }
 
+bool is_own(const fs::path& bt, const io::MapFiles& files) {
+  return std::ranges::any_of(files.bt, [&](const io::FileSum& sum) { return is_own(bt, sum); });
+}
+
 /// Empty if the .bt is the one that was written with the map.
-std::string warning_of(const MapPaths& files, const io::FileSum& expected) {
+std::string warning_of(const MapPaths& files, const io::MapFiles& expected, std::uint64_t revision) {
   std::error_code ignored;
   const std::string bt = files.bt.string();
   if (!fs::exists(files.bt, ignored)) return bt + ": is missing; saving the map writes it again";
-  if (is_own(files.bt, expected)) return {};
-  return bt + ": is not the one that was saved with the .surfaces, which alone is read" + hint_of(bt, files);
+  if (!is_own(files.bt, expected))
+    return bt + ": is not the one that was saved with the .surfaces, which alone is read" +
+           hint_of(bt, files);
+  if (expected.bt_revision != revision || !is_own(files.bt, expected.bt.front()))
+    return bt + ": is older than the .surfaces, which alone is read; saving the map writes it again";
+  return {};
 }
 
 /// Keeps a .bt that was not written with a whole .surfaces beside it, such as one that another tool has made
 /// or edited, as it may be somebody else's only copy: as NAME.edited.bt, NAME.edited-2.bt …, the first that
 /// is free or the same, but no link to it. Returns a warning, empty if there is none.
-std::string set_aside_foreign_octree(const MapPaths& files) {
+std::string set_aside_foreign_octree(const MapPaths& files, const io::MapFiles& own) {
   std::error_code failure;
   if (const std::uintmax_t bytes = fs::file_size(files.bt, failure); failure || bytes == 0) return {};
-  if (const auto own = io::octree_sum_of(files.surfaces); own && is_own(files.bt, *own)) return {};
+  if (is_own(files.bt, own)) return {};
   const std::optional<io::FileSum> sum = io::sum_of(files.bt);
   fs::path kept = io::file_of_map(files.bt, ".edited.bt");
   for (int n = 2; fs::exists(fs::symlink_status(kept, failure)); ++n) {
@@ -83,13 +95,15 @@ std::string set_aside_foreign_octree(const MapPaths& files) {
          hint_of(kept, files);
 }
 
+fs::path resolved(const fs::path& file) {
+  std::error_code ignored;
+  return fs::weakly_canonical(fs::absolute(file, ignored), ignored);
+}
+
 /// `path` relative to `folder`; absolute if there is no relative path.
 fs::path seen_from(const fs::path& folder, const fs::path& path) {
-  std::error_code failure;
-  const fs::path from = fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder, failure), failure);
-  const fs::path to = fs::weakly_canonical(fs::absolute(path, failure), failure);
-  const fs::path relative = to.lexically_relative(from);
-  return failure || relative.empty() ? fs::absolute(path, failure) : relative;
+  const fs::path relative = resolved(path).lexically_relative(resolved(folder.empty() ? "." : folder));
+  return relative.empty() ? resolved(path) : relative;
 }
 
 void require_map(const MapPaths& files) {
@@ -107,38 +121,134 @@ void require_map(const MapPaths& files) {
 
 }  // namespace
 
+struct io::MapSave::State {
+  State(const Map& saved_map, const fs::path& stem, const KeptScans& scans, bool bt)
+      : files(stem), with_bt(bt), path(resolved(files.surfaces)) {
+    const surfaces::MapState& map = surfaces::state_of(saved_map);
+    saved_of(map);
+    saved = std::static_pointer_cast<SavedMap>(map.saved);
+    saved->turn.acquire();
+    turn.reset(&saved->turn);
+    kept = files_of(files.surfaces);
+    in_place = kept.sum != 0 && saved->file == path && kept.sum == saved->rows.files_sum();
+    for (const auto block : alignment::record_of(map).patches.take_changed_blocks())
+      saved->changed_blocks.insert(static_cast<std::int64_t>(block));
+    head.emplace(map, saved_map.octree(), in_place ? saved.get() : nullptr);
+    next = kept;
+    next.scans = scans;
+    if (!scans.folder.empty()) next.scans.folder = seen_from(files.surfaces.parent_path(), scans.folder);
+  }
+
+  std::string run() {
+    const MapLock lock(files.surfaces);
+    NewFile bt(files.bt, true), surfaces(files.surfaces, true);
+    if (with_bt) {
+      bt.write([&](std::ostream& out) { occupancy::write_bt(head->octree(), out); });
+      const std::optional<FileSum> sum = sum_of(bt.temporary());
+      if (!sum) fail_to_write(files.bt, "cannot be read back", errno);
+      next.bt.insert(next.bt.begin(), *sum);
+      next.bt.erase(std::unique(next.bt.begin(), next.bt.end()), next.bt.end());
+      if (next.bt.size() > 2) next.bt.resize(2);
+      next.bt_revision = head->revision();
+      bt.sync();
+    }
+    RowSums rows = in_place ? change() : write_anew(surfaces);
+    saved->rows = std::move(rows);
+    saved->file = path;
+    saved->history = head->octree().tree()->history();
+    saved->shares = head->octree().tree()->shares();
+    saved->changed_blocks.clear();
+    std::string warning;
+    if (with_bt) {
+      warning = set_aside_foreign_octree(files, kept);
+      bt.commit();
+    }
+    sync(files.surfaces.parent_path());
+    return warning;
+  }
+
+  /// In one transaction: until it is complete, SQLite's journal takes back what is written.
+  RowSums change() {
+    const Database base(files.surfaces, Database::Access::write);
+    base.run("BEGIN IMMEDIATE");
+    Database::Statement sum(base, "SELECT sum FROM state WHERE key = " + std::to_string(files_key));
+    if (!sum.step() || static_cast<std::uint64_t>(sum.integer(0)) != kept.sum)
+      throw Error(Error::Kind::output, files.surfaces.string(), "was written by another meanwhile",
+                  "save it again");
+    return write(base, saved->rows);
+  }
+
+  RowSums write_anew(NewFile& surfaces) {
+    surfaces.create();
+    RowSums rows;
+    {
+      const Database base(surfaces.temporary(), Database::Access::fill);
+      base.run("BEGIN");
+      make_tables(base);
+      rows = write(base, {});
+    }
+    surfaces.sync();
+    // One of the file that was here before must not be taken for this one's.
+    std::error_code ignored;
+    fs::remove(files.surfaces.string() + "-journal", ignored);
+    surfaces.commit();
+    return rows;
+  }
+
+  RowSums write(const Database& base, RowSums before) {
+    RowWriter rows(&base, std::move(before), head->revision());
+    head->write(rows, next);
+    rows.pad(map_memory.least_file(head->memory(next.scans)));
+    base.run("COMMIT");
+    return std::move(rows.sums());
+  }
+
+  const MapPaths files;
+  const bool with_bt;
+  const fs::path path;
+  std::shared_ptr<SavedMap> saved;
+  struct Release {
+    void operator()(std::binary_semaphore* turn) const { turn->release(); }
+  };
+  std::unique_ptr<std::binary_semaphore, Release> turn;
+  bool in_place = false;
+  MapFiles kept, next;  // in the file of before, and in this one
+  std::optional<MapHead> head;
+};
+
+io::MapSave::MapSave(const Map& map, const fs::path& stem, const KeptScans& scans, bool with_bt) {
+  const MapLock lock(stem);
+  state_ = std::make_unique<State>(map, stem, scans, with_bt);
+}
+io::MapSave::~MapSave() = default;
+std::string io::MapSave::operator()() { return std::exchange(state_, nullptr)->run(); }
+
 std::string save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
-  const MapPaths files(stem);
-  KeptScans from_there = scans;
-  if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
-  const io::MapLock lock(stem);
-  io::NewFile bt(files.bt, true), surfaces(files.surfaces, true);
-  bt.write([&](std::ostream& out) { surfaces::state_of(map).occupancy.write_bt(out); });
-  const std::optional<io::FileSum> sum = io::sum_of(bt.temporary());
-  if (!sum) io::fail_to_write(files.bt, "cannot be read back", errno);
-  surfaces.write([&](std::ostream& out) { io::write_map(surfaces::state_of(map), *sum, out, from_there); });
-  // Both are complete on disk before either is renamed. If the process dies between the two, the old
-  // .surfaces is intact and detects that the .bt is not its own.
-  bt.sync();
-  surfaces.sync();
-  std::string warning = set_aside_foreign_octree(files);
-  bt.commit();
-  surfaces.commit();
-  io::sync(files.surfaces.parent_path());
-  return warning;
+  return io::MapSave(map, stem, scans, true)();
+}
+
+std::string digest_of(const Map& map) {
+  const surfaces::MapState& state = surfaces::state_of(map);
+  io::RowWriter rows(nullptr, {}, 0);
+  io::MapHead(state, state.occupancy.now(), nullptr).write(rows, {});
+  return io::formatted("%016llx", static_cast<unsigned long long>(rows.sums().digest()));
 }
 
 LoadedMap load_map(const fs::path& stem) {
   const MapPaths files(stem);
   require_map(files);
-  std::error_code failure;
-  const std::uintmax_t bytes = fs::file_size(files.surfaces, failure);
-  std::ifstream in(files.surfaces, std::ios::binary);
-  if (failure || !in)
-    throw Error(Error::Kind::data, files.surfaces.string(), "cannot be read", "check its rights");
-  io::MapFile file = io::read_map(in, bytes, files.surfaces.string());
-  if (!file.scans.folder.empty()) file.scans.folder = files.surfaces.parent_path() / file.scans.folder;
-  return {surfaces::map_of(std::move(file.state)), warning_of(files, file.bt), std::move(file.scans)};
+  io::MapFile file = io::read_map(files.surfaces);
+  KeptScans& scans = file.files.scans;
+  if (!scans.folder.empty()) scans.folder = files.surfaces.parent_path() / scans.folder;
+  const std::uint64_t revision = file.state->revision;
+  LoadedMap loaded{surfaces::map_of(std::move(file.state)), warning_of(files, file.files, revision),
+                   std::move(scans)};
+  io::SavedMap& saved = io::saved_of(surfaces::state_of(std::as_const(loaded.map)));
+  const OccupancyView octree = loaded.map.octree();
+  saved.file = resolved(files.surfaces);
+  saved.history = octree.tree()->history();
+  saved.shares = octree.tree()->shares();
+  return loaded;
 }
 
 }  // namespace octosurf

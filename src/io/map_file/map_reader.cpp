@@ -5,17 +5,11 @@
 #include "map_file.pb.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/wire_format_lite.h>
 #include <limits>
 #include <optional>
 #include <set>
-#include <string_view>
 #include <unordered_map>
 #include <utility>
 
@@ -25,47 +19,36 @@ namespace octosurf::io {
 namespace {
 
 constexpr std::size_t longest_path = 4096;
-constexpr std::size_t small_record_limit = std::size_t{1} << 20;
-constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
-/// Parameters of earlier versions that have a fixed value now, or none.
-constexpr std::array<std::string_view, 5> retired_parameters{
-    "normal_radius", "smoothness_angle", "max_curvature", "ransac_iterations", "mesh_thickness"};
 constexpr double largest_integer = 1e9;  // limit of a parameter; real ones are far below
-
-/// A parsed record: its field number, and that field's bytes.
-struct RecordView {
-  int field = 0;
-  std::string_view content;
-};
 
 class MapReader : Damage {
  public:
-  MapReader(std::istream& in, std::uint64_t file_bytes, const std::string& name)
-      : Damage{name, {}},
-        records_(in, map_stream.most(file_bytes), where),
-        most_memory_(map_memory.most(file_bytes)) {
-    advance();
-  }
+  explicit MapReader(const std::filesystem::path& file)
+      : Damage{file.string(), {}}, rows_(file), most_memory_(map_memory.most(rows_.file_bytes())) {}
 
   MapFile operator()() {
-    read_header();
+    const map_file::Files sums = read_state();
     read_octree();
     read_queue();
-    read_scan_poses();
+    read_held();
     read_surfaces();
     read_cylinders();
     read_removals();
     read_seen_patches();
-    read_footer();
+    read_kept_scans();
+    require(sums.rows() == rows_.sums().count() && sums.digest() == rows_.sums().digest(),
+            "rows are missing");
     publish();
+    saved_of(*file_.state).rows = rows_.sums();
     return std::move(file_);
   }
-  FileSum octree_sum() {
-    read_header();
-    while (record_.field != 0 && record_.field != map_file::Record::kFooter) advance();
-    read_footer();
-    return file_.bt;
+  MapFiles files() {
+    rows_.for_each(Table::state, [&](std::int64_t key, std::string& content) {
+      if (key == files_key) read_files(content);
+    });
+    file_.files.sum = rows_.sums().files_sum();
+    return std::move(file_.files);
   }
 
  private:
@@ -78,36 +61,54 @@ class MapReader : Damage {
     require(memory_ + passing <= most_memory_, "it takes far more memory than its size allows");
   }
 
-  /// The next record in canonical form: one field with all of its bytes. Its memory is charged by type before
-  /// it is parsed.
-  void advance() {
-    record_ = {};
-    if (!records_.next(bytes_)) return;
-    google::protobuf::io::CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes_.data()),
-                                              static_cast<int>(bytes_.size()));
-    std::uint32_t tag = 0, length = 0;
-    require(in.ReadVarint32(&tag) && (tag & 7) == length_delimited && in.ReadVarint32(&length) &&
-                static_cast<std::size_t>(in.CurrentPosition()) + length == bytes_.size(),
-            "a record is not one field");
-    record_ = {static_cast<int>(tag >> 3), std::string_view(bytes_).substr(bytes_.size() - length)};
-  }
-
   template <class Message>
-  Message parse(std::size_t limit) const {
+  Message parse(const std::string& content) const {
     Message message;
-    require(record_.content.size() <= limit &&
-                message.ParseFromArray(record_.content.data(), static_cast<int>(record_.content.size())),
-            "a record cannot be read");
+    require(message.ParseFromString(content), "a row cannot be read");
     return message;
   }
+  template <class Message, class Visit>
+  void for_each(Table table, const Visit& visit) {
+    rows_.for_each(table, [&](std::int64_t key, std::string& content) {
+      check_memory(content.size());
+      Message message = parse<Message>(content);
+      visit(key, message);
+    });
+  }
 
-  void read_header() {
-    require(record_.field == map_file::Record::kHeader, "it does not begin with a header");
-    auto header = parse<map_file::Header>(small_record_limit);
+  map_file::Files read_state() {
+    map_file::Files files;
+    bool begun = false;
+    rows_.for_each(Table::state, [&](std::int64_t key, std::string& content) {
+      require(key == (begun ? files_key : header_key), "its state is not as this format has it");
+      if (std::exchange(begun, true))
+        files = read_files(content);
+      else
+        read_header(parse<map_file::Header>(content));
+    });
+    require(begun && files.has_rows() && files.has_digest(), "it has no state");
+    return files;
+  }
+
+  map_file::Files read_files(const std::string& content) {
+    auto files = parse<map_file::Files>(content);
+    MapFiles& read = file_.files;
+    require(files.bt_bytes_size() == files.bt_crc32_size() && files.bt_bytes_size() <= 2,
+            "its .bt makes no sense");
+    for (int i = 0; i < files.bt_bytes_size(); ++i) read.bt.push_back({files.bt_bytes(i), files.bt_crc32(i)});
+    read.bt_revision = files.bt_revision();
+    require(files.kept_scans().size() <= longest_path && files.kept_scans().find('\0') == std::string::npos,
+            "the name of the scans' folder makes no sense");
+    read.scans.folder = files.kept_scans();
+    read.scans.shared = files.kept_scans_shared();
+    return files;
+  }
+
+  void read_header(map_file::Header header) {
     file_.state = std::make_unique<surfaces::MapState>(read_parameters(header));
     surfaces::MapState& state = *file_.state;
     require(header.has_revision() && header.has_scans() && header.has_points() && header.has_next_id() &&
-                header.has_range_noise() && header.has_bt_bytes() && header.has_bt_crc32(),
+                header.has_range_noise(),
             "the header is not complete");
     state.revision = header.revision();
     state.scans = header.scans();
@@ -127,19 +128,12 @@ class MapReader : Damage {
     if (header.has_alignment())
       alignment::record_of(state).state = read_alignment(*header.mutable_alignment(), where);
     read_noise(header);
-    file_.bt = {header.bt_bytes(), header.bt_crc32()};
-    require(header.kept_scans().size() <= longest_path && header.kept_scans().find('\0') == std::string::npos,
-            "the name of the scans' folder makes no sense");
-    file_.scans.folder = header.kept_scans();
-    file_.scans.shared = header.kept_scans_shared();
-    advance();
   }
 
   Parameters read_parameters(const map_file::Header& header) const {
     Parameters parameters;
     const auto& infos = parameter_infos();
     for (const map_file::Parameter& p : header.parameters()) {
-      if (std::ranges::find(retired_parameters, p.name()) != retired_parameters.end()) continue;
       const bool known =
           std::ranges::any_of(infos, [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)
@@ -205,7 +199,10 @@ class MapReader : Damage {
 
   void read_octree() {
     surfaces::MapState& state = *file_.state;
-    state.occupancy.read_nodes([this] { return next_nodes(); }, where);
+    rows_.for_each(Table::octree, [&](std::int64_t path, std::string& nodes) {
+      state.occupancy.read_part(static_cast<std::uint64_t>(path), std::move(nodes), where);
+      check_memory(state.occupancy.bytes());
+    });
     std::size_t points = 0;
     charge(state.occupancy.bytes(), 1);
     state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
@@ -217,104 +214,95 @@ class MapReader : Damage {
     require(points == state.points, "the octree holds another number of points");
   }
 
-  /// A part of the octree's nodes, small enough to check the memory limit in time.
-  std::string next_nodes() {
-    constexpr std::size_t piece = std::size_t{16} << 10;  // 0.6 MB at most: eight bytes a brick of 280
-    if (record_.field != map_file::Record::kOctree) return {};
-    require(!record_.content.empty(), "an octree chunk is empty");
-    require(file_.state->occupancy.bytes() <= most_memory_, "it takes far more memory than its size allows");
-    std::string nodes(record_.content.substr(0, piece));
-    record_.content.remove_prefix(nodes.size());
-    if (record_.content.empty()) advance();
-    return nodes;
-  }
-
   void read_queue() {
     surfaces::PendingQueue& queue = file_.state->queue;
-    KeySteps steps;
-    for (; record_.field == map_file::Record::kAccumulated; advance()) {
-      const auto accumulated = parse<map_file::Accumulated>(small_record_limit);
-      charge(static_cast<std::uint64_t>(accumulated.steps_size() + accumulated.blocks_size()), waiting_cost);
-      require(accumulated.steps().empty() || queue.blocks.empty(), "waiting points follow waiting blocks");
-      for (const std::uint64_t step : accumulated.steps()) {
-        const auto key = steps.from(step);
-        if (!key) fail("a waiting point lies outside the octree, or out of order");
-        queue.fresh.push_back(*key);
-      }
-      for (const std::uint64_t block : accumulated.blocks()) {
-        require(block < std::uint64_t{1} << 48, "a waiting block lies outside the octree");
-        queue.blocks.push_back(geometry::VoxelKey::unpack(block));
-      }
-    }
+    for_each<map_file::Accumulated>(
+        Table::waiting, [&](std::int64_t at, const map_file::Accumulated& record) {
+          charge(static_cast<std::uint64_t>(record.steps_size() + record.blocks_size()), waiting_cost);
+          require((at < first_blocks ? record.blocks() : record.steps()).empty(),
+                  "waiting points follow waiting blocks");
+          KeySteps steps;
+          for (const std::uint64_t step : record.steps()) {
+            const auto key = steps.from(step);
+            if (!key || cube_of(*key) != at) fail("a waiting point lies outside the octree, or out of order");
+            queue.fresh.push_back(*key);
+          }
+          for (const std::uint64_t block : record.blocks()) {
+            require(block < std::uint64_t{1} << 48, "a waiting block lies outside the octree");
+            queue.blocks.push_back(geometry::VoxelKey::unpack(block));
+          }
+        });
+    std::sort(queue.fresh.begin(), queue.fresh.end());
   }
 
-  void read_scan_poses() {
-    std::vector<Eigen::Isometry3d>& poses = file_.scans.poses;
-    std::vector<std::uint32_t>& marks = file_.scans.marks;
-    for (; record_.field == map_file::Record::kScanPoses; advance()) {
-      auto record = parse<map_file::ScanPoses>(small_record_limit);
+  void read_held() {
+    std::vector<std::uint64_t>& held = file_.state->held;
+    for_each<map_file::Held>(Table::held, [&](std::int64_t, const map_file::Held& record) {
+      const auto more = static_cast<std::size_t>(record.scans_size());
+      require(more <= file_.state->scans - held.size(), "it holds scans that are not there");
+      charge(more, held_cost);
+      held.insert(held.end(), record.scans().begin(), record.scans().end());
+    });
+  }
+
+  void read_kept_scans() {
+    std::vector<Eigen::Isometry3d>& poses = file_.files.scans.poses;
+    std::vector<std::uint32_t>& marks = file_.files.scans.marks;
+    for_each<map_file::ScanPoses>(Table::kept_scans, [&](std::int64_t, map_file::ScanPoses& record) {
       const auto count = static_cast<std::size_t>(record.values_size()) / 12;
-      const auto held = static_cast<std::size_t>(record.held_size());
       require(count <= file_.state->scans - poses.size(), "it has poses of scans that are not there");
-      require(held <= file_.state->scans - file_.state->held.size(), "it holds scans that are not there");
       charge(count, pose_cost);
-      charge(held + static_cast<std::size_t>(record.marks_size()), held_cost);
+      charge(static_cast<std::size_t>(record.marks_size()), held_cost);
       marks.insert(marks.end(), record.marks().begin(), record.marks().end());
-      file_.state->held.insert(file_.state->held.end(), record.held().begin(), record.held().end());
       for (RecordNumbers<double> values(*record.mutable_values(), this, finite_numbers); !values.at_end();) {
         values(poses.emplace_back(Eigen::Isometry3d::Identity()));
         require_rigid(poses.back(), where);
       }
-    }
-    require(file_.scans.folder.empty() || poses.size() == file_.state->scans,
+    });
+    require(file_.files.scans.folder.empty() || poses.size() == file_.state->scans,
             "poses of its scans are missing");
     require(marks.empty() || marks.size() == poses.size(), "marks of its scans are missing");
   }
 
   void read_surfaces() {
     surfaces::MapState& state = *file_.state;
-    SurfaceId last = 0;
-    for (; record_.field == map_file::Record::kSurface; advance()) {
-      check_memory(record_.content.size());
-      auto record = parse<map_file::Surface>(record_limit);
+    const SurfaceLimits limits{state.parameters, state.revision, state.surfaces.next_id()};
+    for_each<map_file::Surface>(Table::surfaces, [&](std::int64_t id, map_file::Surface& record) {
       const auto vertices = static_cast<std::uint64_t>(record.polygons().uv_size()) / 2;
       const auto rings = static_cast<std::uint64_t>(record.polygons().vertices_size());
       charge(1, surface_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(record.parents_size()));
       charge(vertices + rings, vertex_cost);
       check_memory(vertices * check_cost);
-      require(record.id() > last && record.id() < state.surfaces.next_id(),
+      require(record.id() == id && id > 0 && record.id() < limits.next_id,
               "a surface's id is out of order, or not given out yet");
-      last = record.id();
-      state.surfaces.restore(read_surface(record, take_inliers(last), state, where));
-    }
+      surfaces::SurfaceModel::State surface = read_surface(record, limits, where);
+      surface.inliers = take_inliers(surface.id);
+      require_inliers(surface, record.inliers(), where);
+      state.surfaces.restore(surface);
+    });
     if (!inliers_.empty()) fail("voxels belong to a surface that is not there");
   }
 
   void read_cylinders() {
     surfaces::MapState& state = *file_.state;
-    CylinderId last = 0;
-    for (; record_.field == map_file::Record::kCylinder; advance()) {
-      check_memory(record_.content.size());
-      auto record = parse<map_file::Cylinder>(record_limit);
+    for_each<map_file::Cylinder>(Table::cylinders, [&](std::int64_t id, map_file::Cylinder& record) {
       charge(static_cast<std::uint64_t>(record.steps_size()), inlier_cost);
       require(state.parameters.detection.detect_cylinders, "it has cylinders but is not to have any");
-      require(record.id() > last && record.id() < state.cylinders.next_id(),
+      require(record.id() == id && id > 0 && record.id() < state.cylinders.next_id(),
               "a cylinder's id is out of order, or not given out yet");
-      last = record.id();
       state.cylinders.restore(read_cylinder(record, state, where));
-    }
+    });
   }
 
   void read_removals() {
-    for (; record_.field == map_file::Record::kRemovals; advance()) {
-      const auto record = parse<map_file::Removals>(small_record_limit);
+    for_each<map_file::Removals>(Table::removals, [&](std::int64_t, const map_file::Removals& record) {
       std::vector<Removal> removals;
       for (const map_file::Removal& removal : record.removals()) {
         charge(1, removal_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(removal.parents_size()));
         removals.push_back(read_removal(removal));
       }
       file_.state->removals = file_.state->removals.with(removals);
-    }
+    });
   }
 
   /// Checks that the id was assigned, has gone, and departs once and in order.
@@ -343,12 +331,13 @@ class MapReader : Damage {
   }
 
   void read_seen_patches() {
-    std::optional<alignment::SeenPatches::Key> last;
-    for (; record_.field == map_file::Record::kSeenPatches; advance()) {
-      auto record = parse<map_file::SeenPatches>(small_record_limit);
-      charge(static_cast<std::uint64_t>(record.keys_size()), patch_cost);
-      read_patches(record, where, alignment::record_of(*file_.state).patches, last);
-    }
+    alignment::SeenPatches& patches = alignment::record_of(*file_.state).patches;
+    for_each<map_file::SeenPatches>(
+        Table::seen_patches, [&](std::int64_t block, map_file::SeenPatches& record) {
+          charge(static_cast<std::uint64_t>(record.keys_size()), patch_cost);
+          read_patches(record, static_cast<alignment::SeenPatches::Key>(block), where, patches);
+        });
+    patches.take_changed_blocks();
   }
 
   std::vector<surfaces::Inlier> take_inliers(SurfaceId id) {
@@ -358,15 +347,6 @@ class MapReader : Damage {
     std::ranges::sort(inliers,
                       [](const surfaces::Inlier& a, const surfaces::Inlier& b) { return a.key < b.key; });
     return inliers;
-  }
-
-  void read_footer() {
-    require(record_.field == map_file::Record::kFooter, "records are missing, or out of order");
-    const auto footer = parse<map_file::Footer>(small_record_limit);
-    require(footer.has_records() && footer.records() == records_.records() - 1, "records are missing");
-    require(footer.has_crc32() && footer.crc32() == records_.crc32_before_last(), "the checksum differs");
-    advance();
-    require(record_.field == 0, "records follow the last one");
   }
 
   void publish() {
@@ -380,52 +360,20 @@ class MapReader : Damage {
     state.snapshot.store(std::move(snapshot));
   }
 
-  RecordReader records_;
+  RowReader rows_;
   std::uint64_t most_memory_, memory_ = 0;
-  std::string bytes_;
-  RecordView record_;  // into bytes_; field 0 after the last one
   MapFile file_;
   std::unordered_map<SurfaceId, std::vector<surfaces::Inlier>> inliers_;
   std::set<std::pair<bool, std::uint32_t>> gone_;  // cylinder or not, and id
   std::uint64_t last_gone_ = 0;                    // in which revision
 };
 
-void check_version(std::istream& in, const std::string& where) {
-  const Damage damage{where, {}};
-  std::array<char, map_file_magic.size() + 4> head{};
-  in.read(head.data(), head.size());
-  const std::string_view bytes(head.data(), static_cast<std::size_t>(in.gcount()));
-  if (!bytes.starts_with(map_file_magic))
-    throw Error(Error::Kind::data, where, "is not an octosurf map",
-                "expected a .surfaces file of octosurf map");
-  damage.require(bytes.size() == head.size(), "it ends too early");
-  std::uint32_t version = 0;
-  for (std::size_t i = 0; i < 4; ++i)
-    version |= std::uint32_t{static_cast<unsigned char>(bytes[map_file_magic.size() + i])} << (8 * i);
-  damage.require(version > 0, "it has no version");
-  if (version != map_file_version)
-    throw Error(Error::Kind::data, where,
-                "has version " + std::to_string(version) + " of the format, this octosurf reads version " +
-                    std::to_string(map_file_version),
-                version > map_file_version
-                    ? "use the newer octosurf that wrote it"
-                    : "make the map anew from its scans, or use the octosurf that wrote it");
-}
-
 }  // namespace
 
-MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where) {
-  check_version(in, where);
-  return MapReader(in, file_bytes, where)();
-}
+MapFile read_map(const std::filesystem::path& file) { return MapReader(file)(); }
 
-std::optional<FileSum> octree_sum_of(const std::filesystem::path& file) try {
-  std::error_code failure;
-  const std::uintmax_t bytes = std::filesystem::file_size(file, failure);
-  std::ifstream in(file, std::ios::binary);
-  if (failure || !in) return {};
-  check_version(in, file.string());
-  return MapReader(in, bytes, file.string()).octree_sum();
+MapFiles files_of(const std::filesystem::path& file) try {
+  return MapReader(file).files();
 } catch (const Error&) {
   return {};
 }

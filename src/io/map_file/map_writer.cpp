@@ -2,6 +2,7 @@
 #include "io/map_file/record_numbers.hpp"
 #include "io/map_file/records.hpp"
 #include "map_file.pb.h"
+#include "occupancy/voxel_tree.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -10,15 +11,6 @@
 
 namespace octosurf::io {
 namespace {
-
-constexpr std::size_t keys_in_record = 65536;  // or fingerprints
-constexpr std::size_t poses_in_record = 8192;
-constexpr std::size_t removals_bytes = 1U << 16;
-constexpr std::size_t patches_in_record = 1000;
-
-void put_record(const map_file::Record& record, RecordWriter& records) {
-  records.put(record.SerializeAsString());
-}
 
 /// Reads a record as it will be read: what a reader would refuse shall not replace a map that it takes.
 template <class Read>
@@ -33,8 +25,8 @@ void read_back(const Read& read) {
   }
 }
 
-void write_header(const surfaces::MapState& state, const FileSum& bt, const KeptScans& scans,
-                  map_file::Header& header) {
+std::string header_of(const surfaces::MapState& state) {
+  map_file::Header header;
   for (const ParameterInfo& info : parameter_infos()) {
     map_file::Parameter& parameter = *header.add_parameters();
     parameter.set_name(info.name);
@@ -60,32 +52,17 @@ void write_header(const surfaces::MapState& state, const FileSum& bt, const Kept
   if (const alignment::AlignmentState& known = alignment::record_of(state).state; !known.hypotheses.empty())
     write_alignment(known, *header.mutable_alignment());
   if (header.has_alignment()) read_back([&] { read_alignment(*header.mutable_alignment(), {}); });
-  header.set_bt_bytes(bt.bytes);
-  header.set_bt_crc32(bt.crc32);
-  if (scans.folder.empty()) return;
-  header.set_kept_scans(scans.folder.string());
-  if (scans.shared) header.set_kept_scans_shared(true);
+  return header.SerializeAsString();
 }
 
-/// Writes records of up to `of_each` values.
-template <class Value, class Add>
-void put_in_records(const std::vector<Value>& values, std::size_t of_each, RecordWriter& records,
-                    const Add& add) {
-  for (std::size_t i = 0; i < values.size();) {
-    map_file::Record record;
-    for (const std::size_t end = std::min(values.size(), i + of_each); i < end; ++i) add(values[i], record);
-    put_record(record, records);
+/// Puts rows of up to values_per_row values, from `key` on.
+template <class Message, class Values, class Add>
+void put_in_rows(RowWriter& rows, Table table, std::int64_t key, const Values& values, const Add& add) {
+  for (std::size_t i = 0; i < values.size(); ++key) {
+    Message message;
+    for (const std::size_t end = std::min(values.size(), i + values_per_row); i < end; ++i) add(i, message);
+    rows.put(table, key, message.SerializeAsString());
   }
-}
-
-void put_queue(const surfaces::PendingQueue& queue, RecordWriter& records) {
-  KeySteps steps;
-  put_in_records(queue.fresh, keys_in_record, records, [&](const geometry::VoxelKey& key, auto& record) {
-    record.mutable_accumulated()->add_steps(steps.to(key));
-  });
-  put_in_records(queue.blocks, keys_in_record, records, [](const geometry::VoxelKey& key, auto& record) {
-    record.mutable_accumulated()->add_blocks(key.packed());
-  });
 }
 
 void write_removal(const Removal& removal, map_file::Removal& record) {
@@ -97,26 +74,110 @@ void write_removal(const Removal& removal, map_file::Removal& record) {
   for (const SurfaceId parent : removal.parents) record.add_parents(parent);
 }
 
-void put_removals(const RemovalLog& log, RecordWriter& records) {
-  map_file::Record record;
-  log.for_each_since(0, [&](const Removal& removal) {
-    write_removal(removal, *record.mutable_removals()->add_removals());
-    if (record.ByteSizeLong() < removals_bytes) return;
-    put_record(record, records);
-    record.Clear();
-  });
-  if (record.has_removals()) put_record(record, records);
+}  // namespace
+
+SavedMap& saved_of(const surfaces::MapState& state) {
+  if (!state.saved) state.saved = std::make_shared<SavedMap>();
+  return *static_cast<SavedMap*>(state.saved.get());
 }
 
-/// Memory for reading it, as the reader counts; a quarter more, because pools grow in steps.
-std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans) {
-  std::uint64_t bytes = state.occupancy.bytes() +
-                        waiting_cost * (state.queue.fresh.size() + state.queue.blocks.size()) +
-                        pose_cost * scans.poses.size() +
-                        held_cost * (state.held.size() + scans.marks.size()) +
-                        patch_cost * alignment::record_of(state).patches.size(),
+MapHead::MapHead(const surfaces::MapState& state, OccupancyView octree, const SavedMap* before)
+    : limits_{state.parameters, state.revision, state.surfaces.next_id()},
+      header_(header_of(state)),
+      octree_(std::move(octree)),
+      memory_(state.occupancy.bytes()),
+      anew_(before == nullptr),
+      queue_(state.queue),
+      held_(state.held),
+      removals_(state.removals),
+      snapshot_(state.snapshot.read()) {
+  if (before != nullptr && before->history == octree_.tree()->history()) since_ = before->shares;
+  for (const auto& [id, surface] : state.surfaces) surfaces_.emplace_back(surface.head(), surface.size());
+  for (const auto& [id, cylinder] : state.cylinders) {
+    map_file::Cylinder record;
+    write_cylinder(cylinder, record);
+    read_back([&] { read_cylinder(record, state, {}); });
+    cylinders_.emplace_back(id, record.SerializeAsString());
+    memory_ += inlier_cost * cylinder.inliers.size();
+  }
+  const alignment::SeenPatches& patches = alignment::record_of(state).patches;
+  memory_ += patch_cost * patches.size();
+  const auto take = [&](const auto& blocks) {
+    for (const auto block : blocks)
+      patches_.emplace_back(block, patches.in_block(static_cast<alignment::SeenPatches::Key>(block)));
+  };
+  before != nullptr ? take(before->changed_blocks) : take(patches.blocks());
+}
+
+void MapHead::write_surfaces(RowWriter& rows) const {
+  for (const auto& [head, inliers] : surfaces_) {
+    surfaces::SurfaceModel::State surface = head;
+    surface.polygons = snapshot_->find(head.id)->polygons;
+    map_file::Surface record;
+    write_surface(surface, inliers, record);
+    rows.put(Table::surfaces, head.id, record.SerializeAsString());
+    read_back([&] { read_surface(record, limits_, {}); });
+  }
+}
+
+void MapHead::write_queue(RowWriter& rows) const {
+  std::map<std::int64_t, std::pair<KeySteps, map_file::Accumulated>> cubes;
+  for (const geometry::VoxelKey& key : queue_.fresh) {
+    auto& [steps, record] = cubes[cube_of(key)];
+    record.add_steps(steps.to(key));
+  }
+  for (const auto& [cube, steps] : cubes) rows.put(Table::waiting, cube, steps.second.SerializeAsString());
+  put_in_rows<map_file::Accumulated>(
+      rows, Table::waiting, first_blocks, queue_.blocks,
+      [&](std::size_t i, auto& record) { record.add_blocks(queue_.blocks[i].packed()); });
+}
+
+void MapHead::write(RowWriter& rows, const MapFiles& files) const {
+  rows.put(Table::state, header_key, header_);
+  occupancy::for_each_part(octree_, since_, [&](std::uint64_t path, const std::string& nodes) {
+    const auto key = static_cast<std::int64_t>(path);
+    nodes.empty() ? rows.keep(Table::octree, key) : rows.put(Table::octree, key, nodes);
+  });
+  write_queue(rows);
+  put_in_rows<map_file::Held>(rows, Table::held, 0, held_,
+                              [&](std::size_t i, auto& record) { record.add_scans(held_[i]); });
+  write_surfaces(rows);
+  for (const auto& [id, content] : cylinders_) rows.put(Table::cylinders, id, content);
+  std::vector<Removal> removals;
+  removals_.for_each_since(0, [&](const Removal& removal) { removals.push_back(removal); });
+  put_in_rows<map_file::Removals>(rows, Table::removals, 0, removals, [&](std::size_t i, auto& record) {
+    write_removal(removals[i], *record.add_removals());
+  });
+  if (!anew_) rows.keep_all(Table::seen_patches);
+  for (const auto& [block, patches] : patches_) {
+    map_file::SeenPatches record;
+    for (const alignment::SeenPatches::Change& patch : patches) write_patch(patch, record);
+    rows.put(Table::seen_patches, static_cast<std::int64_t>(block), record.SerializeAsString());
+  }
+  const KeptScans& scans = files.scans;
+  put_in_rows<map_file::ScanPoses>(rows, Table::kept_scans, 0, scans.poses, [&](std::size_t i, auto& record) {
+    for (int k = 0; k < 12; ++k) record.add_values(scans.poses[i](k / 4, k % 4));
+    if (i < scans.marks.size()) record.add_marks(scans.marks[i]);
+  });
+  rows.finish();
+  map_file::Files record;
+  for (const FileSum& bt : files.bt) {
+    record.add_bt_bytes(bt.bytes);
+    record.add_bt_crc32(bt.crc32);
+  }
+  record.set_bt_revision(files.bt_revision);
+  if (!scans.folder.empty()) record.set_kept_scans(scans.folder.string());
+  if (scans.shared) record.set_kept_scans_shared(true);
+  record.set_rows(rows.sums().count());
+  record.set_digest(rows.sums().digest());
+  rows.put(Table::state, files_key, record.SerializeAsString());
+}
+
+std::uint64_t MapHead::memory(const KeptScans& scans) const {
+  std::uint64_t bytes = memory_ + waiting_cost * (queue_.fresh.size() + queue_.blocks.size()) +
+                        pose_cost * scans.poses.size() + held_cost * (held_.size() + scans.marks.size()),
                 checking = 0;
-  for (const auto snapshot = state.snapshot.read(); const SurfacePtr& surface : snapshot->surfaces) {
+  for (const SurfacePtr& surface : snapshot_->surfaces) {
     std::uint64_t vertices = 0, rings = 0;
     for (const Polygon& polygon : surface->polygons) {
       vertices += polygon.outer.size();
@@ -127,61 +188,9 @@ std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans)
              vertex_cost * (vertices + rings);
     checking = std::max(checking, check_cost * vertices);
   }
-  for (const auto& [id, cylinder] : state.cylinders) bytes += inlier_cost * cylinder.inliers.size();
-  state.removals.for_each_since(
+  removals_.for_each_since(
       0, [&](const Removal& removal) { bytes += removal_cost + sizeof(SurfaceId) * removal.parents.size(); });
   return (bytes + checking) / 4 * 5;
-}
-
-void put_surface(surfaces::SurfaceModel::State surface, const surfaces::MapState& state,
-                 RecordWriter& records) {
-  map_file::Record record;
-  write_surface(surface, *record.mutable_surface());
-  read_back([&] { read_surface(*record.mutable_surface(), std::move(surface.inliers), state, {}); });
-  put_record(record, records);
-}
-
-}  // namespace
-
-void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream& out,
-               const KeptScans& scans) {
-  out.write(map_file_magic.data(), map_file_magic.size());
-  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(map_file_version >> shift & 0xff));
-
-  RecordWriter records(out);
-  map_file::Record header;
-  write_header(state, bt, scans, *header.mutable_header());
-  put_record(header, records);
-  state.occupancy.write_nodes([&](const std::string& chunk) {
-    map_file::Record record;
-    record.set_octree(chunk);
-    put_record(record, records);
-  });
-  put_queue(state.queue, records);
-  put_in_records(scans.poses, poses_in_record, records, [](const Eigen::Isometry3d& T, auto& record) {
-    for (int k = 0; k < 12; ++k) record.mutable_scan_poses()->add_values(T(k / 4, k % 4));
-  });
-  put_in_records(state.held, keys_in_record, records,
-                 [](std::uint64_t scan, auto& record) { record.mutable_scan_poses()->add_held(scan); });
-  put_in_records(scans.marks, keys_in_record, records,
-                 [](std::uint32_t mark, auto& record) { record.mutable_scan_poses()->add_marks(mark); });
-  const std::shared_ptr<const Snapshot> snapshot = state.snapshot.read();
-  for (const auto& [id, surface] : state.surfaces) put_surface(surface.state(snapshot.get()), state, records);
-  for (const auto& [id, cylinder] : state.cylinders) {
-    map_file::Record record;
-    write_cylinder(cylinder, *record.mutable_cylinder());
-    read_back([&] { read_cylinder(*record.mutable_cylinder(), state, {}); });
-    put_record(record, records);
-  }
-  put_removals(state.removals, records);
-  put_in_records(alignment::record_of(state).patches.all(), patches_in_record, records,
-                 [](const auto& patch, auto& record) { write_patch(patch, *record.mutable_seen_patches()); });
-  map_file::Record footer;
-  footer.mutable_footer()->set_records(records.records());
-  footer.mutable_footer()->set_crc32(records.crc32());
-  put_record(footer, records);
-  records.finish(
-      std::max(map_stream.least_file(records.bytes()), map_memory.least_file(memory_of(state, scans))));
 }
 
 }  // namespace octosurf::io

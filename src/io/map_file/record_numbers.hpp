@@ -1,7 +1,7 @@
 #pragma once
 
 #include "geometry/voxel_key.hpp"
-#include "io/map_file/record_stream.hpp"
+#include "io/map_file/map_rows.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -71,6 +71,11 @@ void visit_numbers(google::protobuf::RepeatedField<Real>* list, const Damage* da
   RecordNumbers<Real> numbers(*list, damage, rule);
   numbers(values...);
   if (damage) damage->require(numbers.at_end(), "lacks numbers, or has too many");
+}
+
+/// Key of a row: of the cube of 64³ voxels that holds this one.
+inline std::int64_t cube_of(const geometry::VoxelKey& key) {
+  return static_cast<std::int64_t>(key.packed() >> 6 & 0x3ff03ff03ff);
 }
 
 /// Ascending voxel keys as differences of packed keys.

@@ -102,20 +102,11 @@ void check_frames(const State& s, const Damage& damage, double reach) {
                  "has a frame that is not its plane's");
 }
 
-void check_moments(const State& s, const Damage& damage, double reach) {
-  std::array<geometry::Moments, sensing::NoiseModel::classes> sums;
-  for (const surfaces::Inlier& inlier : s.inliers)
-    sums[inlier.range_class].add(inlier.position.cast<double>() - s.reference);
-  const auto near = [](const auto& a, const auto& b) {
-    return (a - b).norm() <= moments_slack * (1 + b.norm());
-  };
-  for (std::size_t c = 0; c < s.moments.size(); ++c)
-    damage.require(s.moments[c].count == sums[c].count && near(s.moments[c].sum, sums[c].sum) &&
-                       near(s.moments[c].outer, sums[c].outer),
-                   "has moments that are not its inliers'");
+/// Of a surface with `inliers`, which are not looked at.
+void check_evidence(const State& s, std::uint64_t inliers, const Damage& damage, double reach) {
   const geometry::Moments& m = s.evidence.moments;
   const auto bounded = [&](const auto& x, double limit) { return x.cwiseAbs().maxCoeff() <= limit; };
-  const double readings = most_readings * static_cast<double>(s.inliers.size());
+  const double readings = most_readings * static_cast<double>(inliers);
   damage.require(s.evidence.readings >= 0 && s.evidence.readings <= readings && m.count >= 0 &&
                      m.count <= most_weight * readings && bounded(m.sum, reach * m.count + plane_slack) &&
                      bounded(m.outer, reach * reach * m.count + plane_slack) &&
@@ -133,7 +124,7 @@ void visit(map_file::Cylinder& record, geometry::CylinderShape& shape, const Dam
 
 }  // namespace
 
-void write_surface(State& surface, map_file::Surface& record) {
+void write_surface(State& surface, std::uint64_t inliers, map_file::Surface& record) {
   record.set_id(surface.id);
   visit(record, surface, nullptr);
   visit(*record.mutable_polygons(), surface.polygons, nullptr, 0);
@@ -142,43 +133,53 @@ void write_surface(State& surface, map_file::Surface& record) {
   if (surface.born > 0) record.set_born(surface.born);
   record.set_revision(surface.revision);
   if (surface.checked_size > 0) record.set_checked_inliers(surface.checked_size);
-  record.set_inliers(surface.inliers.size());
+  record.set_inliers(inliers);
 }
 
-State read_surface(map_file::Surface& record, std::vector<surfaces::Inlier> inliers,
-                   const surfaces::MapState& state, const std::string& where) {
+void require_inliers(const State& s, std::uint64_t inliers, const std::string& where) {
+  const Damage damage{where, "surface " + std::to_string(s.id) + " "};
+  damage.require(inliers == s.inliers.size() && inliers > 0, "has other inliers than the octree");
+  std::array<geometry::Moments, sensing::NoiseModel::classes> sums;
+  for (const surfaces::Inlier& inlier : s.inliers)
+    sums[inlier.range_class].add(inlier.position.cast<double>() - s.reference);
+  const auto near = [](const auto& a, const auto& b) {
+    return (a - b).norm() <= moments_slack * (1 + b.norm());
+  };
+  for (std::size_t c = 0; c < s.moments.size(); ++c)
+    damage.require(s.moments[c].count == sums[c].count && near(s.moments[c].sum, sums[c].sum) &&
+                       near(s.moments[c].outer, sums[c].outer),
+                   "has moments that are not its inliers'");
+}
+
+State read_surface(map_file::Surface& record, const SurfaceLimits& limits, const std::string& where) {
   const Damage damage{where, "surface " + std::to_string(record.id()) + " "};
   const auto require = [&](bool holds, const char* what) { damage.require(holds, what); };
-  const double reach = std::ldexp(state.parameters.occupancy.resolution, 18);
+  const double reach = std::ldexp(limits.parameters.occupancy.resolution, 18);
   State s;
   s.id = record.id();
-  s.inliers = std::move(inliers);
-  require(record.has_inliers() && record.inliers() == s.inliers.size() && !s.inliers.empty(),
-          "has other inliers than the octree");
   visit(record, s, &damage);
   check_frames(s, damage, reach);
-  check_moments(s, damage, reach);
+  check_evidence(s, record.inliers(), damage, reach);
   s.covariance = Eigen::Matrix3d(s.covariance.selfadjointView<Eigen::Upper>());
   require(s.covariance.cwiseAbs().maxCoeff() <= reach * reach && s.covariance.llt().info() == Eigen::Success,
           "has a covariance that no fit gives");
   visit(*record.mutable_polygons(), s.polygons, &damage, 2 * reach);
   if (const auto fault = geometry::fault_of(s.polygons)) damage.fail("has " + std::string(*fault));
-  const double longest = state.parameters.max_hole_size() * (1 + edge_slack);
+  const double longest = limits.parameters.max_hole_size() * (1 + edge_slack);
   for (const Polygon& polygon : s.polygons)
     require(!has_long_edge(polygon.outer, longest) &&
                 std::ranges::none_of(polygon.holes,
                                      [&](const Ring2& hole) { return has_long_edge(hole, longest); }),
             "has boundary points more than h apart");
   s.parents.assign(record.parents().begin(), record.parents().end());
-  require(
-      std::ranges::all_of(s.parents, [&](SurfaceId id) { return id > 0 && id < state.surfaces.next_id(); }),
-      "has a parent that never was");
+  require(std::ranges::all_of(s.parents, [&](SurfaceId id) { return id > 0 && id < limits.next_id; }),
+          "has a parent that never was");
   s.polygons_stale = record.polygons_stale();
   s.born = record.born();
   s.revision = record.revision();
   s.checked_size = record.checked_inliers();
   require(s.checked_size <= largest_count, "has counts that make no sense");
-  require(record.has_polygons_stale() && record.has_revision() && s.revision <= state.revision,
+  require(record.has_polygons_stale() && record.has_revision() && s.revision <= limits.revision,
           "has no revision, or one that is to come");
   require(s.born <= s.revision, "changed before it was there");
   return s;

@@ -12,7 +12,9 @@ namespace {
 
 std::string octree_of(const surfaces::MapState& state) {
   std::string bytes;
-  state.occupancy.write_nodes([&](const std::string& chunk) { bytes += chunk; });
+  occupancy::for_each_part(state.occupancy.now(), {}, [&](std::uint64_t path, const std::string& nodes) {
+    bytes += std::to_string(path) + nodes;
+  });
   return bytes;
 }
 
@@ -135,11 +137,7 @@ Map map_of(const std::vector<Scan>& scans, const Parameters& parameters) {
   return std::move(mapper).release();
 }
 
-std::string bytes_of(const Map& map) {
-  std::ostringstream out;
-  io::write_map(surfaces::state_of(map), {}, out);
-  return out.str();
-}
+std::string bytes_of(const Map& map) { return map_file_of(surfaces::state_of(map)); }
 
 /// Every number of it, exactly.
 std::string alignment_bytes(const surfaces::MapState& state) {
@@ -150,8 +148,10 @@ std::string alignment_bytes(const surfaces::MapState& state) {
 
 std::string patch_bytes(const surfaces::MapState& state) {
   map_file::SeenPatches record;
-  for (const alignment::SeenPatches::Change& patch : alignment::record_of(state).patches.all())
-    io::write_patch(patch, record);
+  const alignment::SeenPatches& patches = alignment::record_of(state).patches;
+  for (const alignment::SeenPatches::Key block : patches.blocks())
+    for (const alignment::SeenPatches::Change& patch : patches.in_block(block))
+      io::write_patch(patch, record);
   return record.SerializeAsString();
 }
 

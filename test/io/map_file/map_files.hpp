@@ -28,14 +28,14 @@ std::vector<Scan> pillar(std::size_t scans, std::size_t gone = 0, std::mt19937_6
 
 Map map_of(const std::vector<Scan>& scans, const Parameters& parameters = coarse());
 
-/// A map file as write_map() writes it, with an empty FileSum.
+/// A new map file.
 std::string bytes_of(const Map& map);
 
 /// What differs between two maps, field by field; empty if nothing does.
 std::string difference(const Map& a, const Map& b);
 
-/// A map file taken apart and put together again, with a footer that is true.
-std::vector<map_file::Record> unpack(const std::string& file);  ///< footer left out
+/// A map file taken apart and put together again, with sums that are true.
+std::vector<map_file::Record> unpack(const std::string& file);
 std::string pack(const std::vector<map_file::Record>& records);
 /// The surface with the largest id. Whether it is the last record differs from world to world.
 map_file::Surface& last_surface(std::vector<map_file::Record>& records);

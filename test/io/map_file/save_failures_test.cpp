@@ -52,35 +52,52 @@ class SaveFails : public MapFiles {
   fs::path stem = folder / "map";
 };
 
-/// That a disk may be full at any byte is ExportTest.FullDiskIsAnErrorAndLeavesNothing's: both write
-/// NewFiles.
-TEST_F(SaveFails, AtEverySystemCallAndWhatLoadsIsWhole) {
+/// Whether the file is written anew, or what has changed since it was read. That a disk may be full at any
+/// byte is ExportTest.FullDiskIsAnErrorAndLeavesNothing's: both write NewFiles.
+class SaveFailsWhile : public SaveFails, public ::testing::WithParamInterface<bool> {};
+
+TEST_P(SaveFailsWhile, AtEverySystemCallAndWhatLoadsIsWhole) {
+  const bool in_place = GetParam();
+  const std::vector<Scan> scans = changing_room(5);
   std::size_t refused = 0, warned = 0;
   for (std::size_t n = 0;; ++n) {
     save_map(before, stem);
+    Mapper mapper(in_place ? load_map(stem).map : Map(very_coarse));
+    for (const Scan& scan : scans) mapper.insert(scan);
     std::string message;
-    fail_call_after(n, EIO);
-    try {
-      save_map(after, stem);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), Error::Kind::output);
-      message = error.what();
+    for (const int error : {EIO, ENOSPC}) {
+      fail_call_after(n, error);
+      try {
+        save_map(mapper.map(), stem);
+        message.clear();
+      } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), Error::Kind::output);
+        message = error.what();
+        ++refused;
+      }
+      if (!struck) break;
+      stop_failing_calls();
+      EXPECT_THAT(message, AnyOf(HasSubstr("Input/output error"), HasSubstr("No space left"), IsEmpty()))
+          << "call " << n;
+      const LoadedMap loaded = load_map(stem);
+      EXPECT_TRUE(difference(loaded.map, before).empty() || difference(loaded.map, mapper.map()).empty())
+          << "call " << n;
+      warned += !loaded.warning.empty();
+      EXPECT_EQ(count_files(), 2U) << "a temporary file is left; call " << n;
     }
     if (!stop_failing_calls()) {  // as many as there are
       EXPECT_EQ(message, "");
       break;
     }
-    EXPECT_THAT(message, AnyOf(HasSubstr("Input/output error"), IsEmpty())) << "call " << n;
-    refused += !message.empty();
-    const LoadedMap loaded = load_map(stem);
-    EXPECT_TRUE(difference(loaded.map, before).empty() || difference(loaded.map, after).empty())
-        << "call " << n;
-    warned += !loaded.warning.empty();
-    EXPECT_EQ(count_files(), 2U) << "a temporary file is left; call " << n;
+    save_map(mapper.map(), stem);
+    EXPECT_EQ(difference(load_map(stem).map, mapper.map()), "");
   }
-  EXPECT_GE(refused, 7U) << "two files written, synced and renamed, and their folder synced";
-  EXPECT_LE(warned, 2U) << "only between the two renames a .bt is not the map's own";
+  EXPECT_GE(refused, 14U) << "two files written, synced and renamed, and their folder synced";
+  EXPECT_LE(warned, 8U) << "only between the two a .bt is older";
 }
+
+INSTANTIATE_TEST_SUITE_P(, SaveFailsWhile, ::testing::Bool(),
+                         [](const auto& in_place) { return in_place.param ? "InPlace" : "Anew"; });
 
 /// Nor is another's .bt lost, whatever fails.
 TEST_F(SaveFails, AtEverySystemCallAndWhatWasSomebodyElsesIsThere) {
@@ -231,6 +248,14 @@ extern "C" {
 ssize_t write(int file, const void* bytes, size_t count) {
   return octosurf::test::call(SYS_write, file, bytes, count);
 }
+ssize_t pwrite64(int file, const void* bytes, size_t count, off64_t at) {
+  return octosurf::test::call(SYS_pwrite64, file, bytes, count, at);
+}
+int fdatasync(int file) { return static_cast<int>(octosurf::test::call(SYS_fdatasync, file)); }
+int ftruncate64(int file, off64_t size) noexcept {
+  return static_cast<int>(octosurf::test::call(SYS_ftruncate, file, size));
+}
+int unlink(const char* path) noexcept { return static_cast<int>(octosurf::test::call(SYS_unlink, path)); }
 int fsync(int file) {
   octosurf::test::calls.push_back("sync " + octosurf::test::name_of(file));
   return static_cast<int>(octosurf::test::call(SYS_fsync, file));
