@@ -56,8 +56,9 @@ bool Checkpoints::is_saving() const {
 
 void Checkpoints::finish() try {
   if (!saving_.valid()) return;
+  saving_.wait();
+  known_ = version();  // taking back what could not be written makes a new one, too
   saving_.get();
-  known_ = version();
   scans_ = saving_scans_;
   any_ = true;
   failing_ = false;

@@ -73,9 +73,12 @@ void Database::fail(int code) const {
   if (access_ < Access::write)
     throw Error(Error::Kind::data, file_.string(), "is damaged: " + says,
                 "restore it from a backup, or repair it by sqlite3's .recover");
-  const int system = sqlite3_system_errno(base_.get()), kind = code & 0xff;
-  if (kind == SQLITE_FULL || kind == SQLITE_IOERR || kind == SQLITE_CANTOPEN)
-    fail_to_write(file_, "cannot be written", kind == SQLITE_FULL ? ENOSPC : system != 0 ? system : EIO);
+  int failure = 0;  // of the file itself; of its journal nobody is told
+  sqlite3_file_control(base_.get(), nullptr, SQLITE_FCNTL_LAST_ERRNO, &failure);
+  const int kind = code & 0xff;
+  if (kind == SQLITE_FULL || kind == SQLITE_IOERR)
+    fail_to_write(file_, "cannot be written", kind == SQLITE_FULL ? ENOSPC : failure != 0 ? failure : EIO);
+  if (kind == SQLITE_CANTOPEN) fail_to_write(file_, "cannot be written", sqlite3_system_errno(base_.get()));
   throw Error(Error::Kind::output, file_.string(), "cannot be written: " + says,
               "wait until others have closed it, or give another name");
 }

@@ -106,15 +106,17 @@ std::string mutated_map(std::string_view file, unsigned seed,
     const std::size_t head = std::min<std::size_t>(one.size(), one.size() < 130     ? 2
                                                                : one.size() < 16388 ? 3
                                                                                     : 4);
-    std::string content = one.substr(head);
+    map_file::Record key;
+    if (record.ParseFromString(one)) key.set_key(record.key());
+    const std::string end = key.SerializeAsString();
+    std::string content = one.substr(head, one.size() - std::min(one.size(), head + end.size()));
     mutate(content);
-    map_file::Record whole;
     const auto tag = static_cast<char>(one.empty() ? 0 : one[0]);
     std::string length;
     std::size_t rest = content.size();
     for (; rest >= 128; rest >>= 7) length.push_back(static_cast<char>(rest | 128));
     length.push_back(static_cast<char>(rest));
-    one = tag + length + content;
+    one = tag + length + content + end;
   }
   return test::map_file_of(records);
 }

@@ -2,6 +2,7 @@
 #include "io/files.hpp"
 
 #include "occupancy/octomap_twin.hpp"
+#include "occupancy/voxel_tree.hpp"
 #include "support/random_scans.hpp"
 
 namespace octosurf::occupancy {
