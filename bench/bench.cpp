@@ -253,7 +253,7 @@ int main(int argc, char** argv) {
   // clang-format off
   const std::map<std::string, Benchmark*> benchmarks{
       {"accuracy", accuracy}, {"departures", departures}, {"footholds", footholds}, {"ground", ground},
-      {"kitchen", kitchen}, {"labelled", labelled}, {"repeatability", repeatability},
+      {"kitchen", kitchen}, {"labelled", labelled}, {"life", life}, {"repeatability", repeatability},
       {"speed", speed}, {"steadiness", steadiness}, {"table1", table1}};
   // clang-format on
   try {

@@ -61,7 +61,7 @@ struct Options {
 };
 
 using Benchmark = void(const Options& options);
-Benchmark accuracy, departures, footholds, ground, kitchen, labelled, repeatability, speed, steadiness,
+Benchmark accuracy, departures, footholds, ground, kitchen, labelled, life, repeatability, speed, steadiness,
     table1;
 
 /// Writes a line, at once: both objects as one.

@@ -126,6 +126,8 @@ BENCHES = {
     "repeatability": ((), None, {"scenes": ["kitchen"]},
                       "Maps of every second scan, and of the others, of kitchen or hall (or folders): of what both have seen, the share "
                       "of the surfaces' area where the other has one within d, across and along it; where it has points only, where nothing."),
+    "life": ((), None, {"count": 100000, "resolutions": [0.04]},
+             "A month of a robot's rounds through an office, killed once a day: what a day, and by its end."),
     "steadiness": ((), None, {"scenes": ["office", "room", "change", "stairs", "stones"], "every": 4, "frames": 60},
                    "Of the area of polygons about which the octree did not change from one scan to the next: what came or went, and "
                    "what got another id."),
