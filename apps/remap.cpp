@@ -191,7 +191,7 @@ class Remap {
     print_agreement(statistics_.judgement());
     std::printf("%-12s %zu of %zu points\n", "pending", map.size().pending, map.size().points);
     std::printf("%-12s %.1f s; %.1f ms a scan, of which mapping %.1f ms\n", "time", now_s(),
-                1e3 * now_s() / static_cast<double>(count), statistics_.scan_ms_percentile(0.5));
+                1e3 * now_s() / static_cast<double>(count), statistics_.scan_ms().percentile(0.5));
     const std::vector<std::string> files = files_of_map(options_.output);
     std::printf("%-12s %s, %s", "written", files[0].c_str(), files[1].c_str());
     for (const std::string& file : {options_.write_poses, options_.report})

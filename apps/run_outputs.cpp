@@ -59,7 +59,7 @@ void print_summary(const RunState& run, const std::filesystem::path& kept_scans)
   std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*snapshot));
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", run.now_s(),
-              statistics.scan_ms_percentile(0.5), statistics.scan_ms_percentile(0.95));
+              statistics.scan_ms().percentile(0.5), statistics.scan_ms().percentile(0.95));
   std::printf("%-12s %s.surfaces, %s.bt", "written", run.options.output.c_str(), run.options.output.c_str());
   for (const std::string& file : {kept_scans.string(), run.options.write_poses, run.options.report})
     if (!file.empty()) std::printf(", %s", file.c_str());

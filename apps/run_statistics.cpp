@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <sys/resource.h>
 #include <utility>
 
@@ -18,45 +17,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+const std::vector<std::pair<const char*, double>> shares{{"p50", 0.5}, {"p95", 0.95}};
+
 /// The most memory that the process has had.
 double peak_rss_mb() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
   return 1024e-6 * static_cast<double>(usage.ru_maxrss);
-}
-
-/// `values` ascending and not empty.
-double percentile(const std::vector<double>& values, double share) {
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
-  return values[std::clamp<std::size_t>(rank, 1, values.size()) - 1];
-}
-
-Json spread(std::vector<double> values, const std::vector<std::pair<const char*, double>>& shares) {
-  std::ranges::sort(values);
-  Json json;
-  for (const auto& [name, share] : shares)
-    json[name] = values.empty() ? Json() : Json(percentile(values, share));
-  json["max"] = values.empty() ? Json() : Json(values.back());
-  return json;
-}
-
-/// Percentiles over points, each with the lag of the scan that brought it.
-template <class Lags>
-Json lag_json(Lags lags) {
-  std::ranges::sort(lags, [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
-  double points = 0, sum = 0;
-  for (const auto& lag : lags) {
-    points += static_cast<double>(lag.points);
-    sum += lag.seconds * static_cast<double>(lag.points);
-  }
-  if (points == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"max", nullptr}};
-  const auto at = [&](double share) {
-    double seen = 0;
-    for (const auto& lag : lags)
-      if ((seen += static_cast<double>(lag.points)) >= share * points) return lag.seconds;
-    return lags.back().seconds;
-  };
-  return {{"mean", sum / points}, {"p50", at(0.5)}, {"p95", at(0.95)}, {"max", lags.back().seconds}};
 }
 
 Json to_json_value(const std::string& text) {
@@ -75,8 +42,8 @@ Json alignment_json(const AlignmentTotals& totals) {
   Json json{{"scans", Json::object()}};
   for (std::size_t outcome = 0; outcome < totals.outcomes.size(); ++outcome)
     json["scans"][std::string(alignment_outcome_names[outcome])] = totals.outcomes[outcome];
-  json["correction_m"] = spread(totals.corrections_m, {{"p50", 0.5}, {"p95", 0.95}});
-  json["correction_deg"] = spread(totals.corrections_deg, {{"p50", 0.5}, {"p95", 0.95}});
+  json["correction_m"] = totals.corrections_m.to_json(shares);
+  json["correction_deg"] = totals.corrections_deg.to_json(shares);
   return json;
 }
 
@@ -99,6 +66,36 @@ Json judgement_json(const Judgement& judgement) {
 
 }  // namespace
 
+void Spread::add(double value, double weight) {
+  constexpr std::size_t most = std::size_t{1} << 14;  // a rank is then off by some 0.1 % of them
+  sum_ += value * weight;
+  weight_ += weight;
+  max_ = count_ == 0 ? value : std::max(max_, value);
+  if (count_++ % step_ != 0) return;
+  kept_.emplace_back(value, weight);
+  if (kept_.size() < most) return;
+  step_ *= 2;
+  std::size_t k = 0;
+  std::erase_if(kept_, [&k](const auto&) { return k++ % 2 != 0; });
+}
+
+double Spread::percentile(double share) const {
+  std::vector<std::pair<double, double>> sorted = kept_;
+  std::ranges::sort(sorted);
+  double all = 0, seen = 0;
+  for (const auto& [value, weight] : sorted) all += weight;
+  for (const auto& [value, weight] : sorted)
+    if ((seen += weight) >= share * all) return value;
+  return sorted.empty() ? 0 : sorted.back().first;
+}
+
+Json Spread::to_json(const std::vector<std::pair<const char*, double>>& at) const {
+  Json json;
+  for (const auto& [name, share] : at) json[name] = weight_ > 0 ? Json(percentile(share)) : Json();
+  json["max"] = weight_ > 0 ? Json(max_) : Json();
+  return json;
+}
+
 bool is_pause(std::optional<double> last_stamp_s, double stamp_s) {
   return last_stamp_s && stamp_s - *last_stamp_s > 1;
 }
@@ -113,9 +110,9 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
   ++alignment_.outcomes[static_cast<std::size_t>(alignment.outcome)];
   if (alignment.outcome == AlignmentOutcome::corrected || alignment.outcome == AlignmentOutcome::recovered) {
     const Eigen::Isometry3d& used = alignment.T_map_sensor;
-    alignment_.corrections_m.push_back((used.translation() - scan.T_map_sensor.translation()).norm());
+    alignment_.corrections_m.add((used.translation() - scan.T_map_sensor.translation()).norm());
     const Eigen::AngleAxisd turn(used.linear() * scan.T_map_sensor.linear().transpose());
-    alignment_.corrections_deg.push_back(turn.angle() * deg_per_rad);
+    alignment_.corrections_deg.add(turn.angle() * deg_per_rad);
   }
   if (alignment.outcome != AlignmentOutcome::rejected) judge_.add(scan, alignment.T_map_sensor);
   add_occupancy(report, arrival_s, done_s);
@@ -132,33 +129,25 @@ bool RunStatistics::drain(Mapper& mapper, const std::function<double()>& now_s) 
   const ScanReport report = mapper.drain();
   if (mapper.snapshot() == before) return false;
   const double done_s = now_s();
-  drain_ms_.push_back(1e3 * (done_s - start_s));
+  drain_ms_.add(1e3 * (done_s - start_s));
   if (first_detection_s_ < 0 && !report.born.empty()) first_detection_s_ = done_s - first_arrival_s_;
   totals_.detected += report.detected;
   return true;
 }
 
 void RunStatistics::add_occupancy(const ScanReport& report, double arrival_s, double done_s) {
-  if (scan_ms_.empty()) first_arrival_s_ = arrival_s;
+  if (first_arrival_s_ < 0) first_arrival_s_ = arrival_s;
   if (first_detection_s_ < 0 && !report.born.empty()) first_detection_s_ = done_s - first_arrival_s_;
-  scan_ms_.push_back(report.total_ms);
-  waiting_.push_back(static_cast<double>(report.waiting));
-  for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage)
-    stage_ms_[stage].push_back(report.stage_ms[stage]);
-  if (report.categorized > 0) lags_.push_back({done_s - arrival_s, report.categorized});
+  scan_ms_.add(report.total_ms);
+  waiting_.add(static_cast<double>(report.waiting));
+  for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage) stage_ms_[stage].add(report.stage_ms[stage]);
+  if (report.categorized > 0) lag_s_.add(done_s - arrival_s, static_cast<double>(report.categorized));
   for (const auto count :
        {&ScanReport::points_raw, &ScanReport::points_not_finite, &ScanReport::points_too_near,
         &ScanReport::points_beyond_range, &ScanReport::points_out_of_map, &ScanReport::voxels,
         &ScanReport::appeared, &ScanReport::vanished, &ScanReport::categorized, &ScanReport::added,
         &ScanReport::expanded, &ScanReport::detected})
     totals_.*count += report.*count;
-}
-
-double RunStatistics::scan_ms_percentile(double share) const {
-  if (scan_ms_.empty()) return 0;
-  std::vector<double> sorted = scan_ms_;
-  std::ranges::sort(sorted);
-  return percentile(sorted, share);
 }
 
 std::string RunStatistics::to_json(const Map& map, const RunContext& context) const {
@@ -186,20 +175,22 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["points_new"] = totals_.appeared;
   json["points_per_second"] = span_s > 0 ? Json(static_cast<double>(totals_.appeared) / span_s) : Json();
   json["time_to_first_detection_s"] = first_detection_s_ >= 0 ? Json(first_detection_s_) : Json();
-  json["detection_lag_s"] = lag_json(lags_);
+  json["detection_lag_s"] = lag_s_.to_json(shares);
+  json["detection_lag_s"]["mean"] = lag_s_.sum() > 0 ? Json(lag_s_.mean()) : Json();
   json["categorized_percent"] =
       categorizable > 0 ? Json(100 * static_cast<double>(size.inliers) / static_cast<double>(categorizable))
                         : Json();
   json["new_inliers"] = {
       {"added", totals_.added}, {"expanded", totals_.expanded}, {"detected", totals_.detected}};
-  json["scan_ms"] = spread(scan_ms_, {{"p50", 0.5}, {"p95", 0.95}, {"p99", 0.99}});
+  json["scan_ms"] = scan_ms_.to_json({{"p50", 0.5}, {"p95", 0.95}, {"p99", 0.99}});
   for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage) {
     Json& entry = json["stage_ms"][std::string(stage_names[stage])];
-    entry = spread(stage_ms_[stage], {{"p50", 0.5}, {"p95", 0.95}});
-    entry["total"] = std::accumulate(stage_ms_[stage].begin(), stage_ms_[stage].end(), 0.0);
+    entry = stage_ms_[stage].to_json(shares);
+    entry["total"] = stage_ms_[stage].sum();
   }
-  json["waiting_points"] = spread(waiting_, {{"p50", 0.5}, {"p95", 0.95}});
-  json["drain_ms"] = drain_ms_;
+  json["waiting_points"] = waiting_.to_json(shares);
+  json["drain_ms"] = drain_ms_.to_json(shares);
+  json["drain_ms"]["count"] = drain_ms_.count();
   json["alignment"] = alignment_json(alignment_);
   json["judgement"] = judgement_json(judgement());
   const Up up = up_of(map);

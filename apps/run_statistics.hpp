@@ -25,14 +25,31 @@ struct RunContext {
   void warn(const std::string& warning);
 };
 
+/// Values of a run's scans. Percentiles are nearest-rank, by weight: of all values up to 2¹⁴, then of every
+/// second, fourth, … one, so that memory is bounded.
+class Spread {
+ public:
+  void add(double value, double weight = 1);
+  double percentile(double share) const;  ///< 0 without values
+  nlohmann::ordered_json to_json(const std::vector<std::pair<const char*, double>>& shares) const;
+  std::uint64_t count() const { return count_; }
+  double sum() const { return sum_; }  ///< of all, each times its weight
+  double mean() const { return sum_ / weight_; }
+
+ private:
+  std::vector<std::pair<double, double>> kept_;  // value and weight
+  std::uint64_t count_ = 0, step_ = 1;
+  double sum_ = 0, weight_ = 0, max_ = 0;
+};
+
 /// Alignment of one run's poses.
 struct AlignmentTotals {
   std::array<std::size_t, alignment_outcome_names.size()> outcomes{};  ///< scans
-  std::vector<double> corrections_m, corrections_deg;  ///< of the scans that were corrected or recovered
+  Spread corrections_m, corrections_deg;  ///< of the scans that were corrected or recovered
 };
 
 /// Collects the results of one run's scans for the report (docs/formats.md §1). Times are in seconds on one
-/// clock of the caller's; percentiles are nearest-rank.
+/// clock of the caller's.
 class RunStatistics {
  public:
   explicit RunStatistics(const Parameters& parameters) : parameters_(parameters), judge_(parameters) {}
@@ -57,22 +74,18 @@ class RunStatistics {
   }
   const Judgement& judgement() const;                   ///< of the scans that were mapped
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
-  double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
+  const Spread& scan_ms() const { return scan_ms_; }
 
  private:
-  struct Lag {
-    double seconds;
-    std::size_t points;  ///< categorised by one scan
-  };
   Parameters parameters_;
   ScanReport totals_;
   std::uint64_t scans_ = 0, scans_at_origin_ = 0;
   double first_stamp_s_ = 0, last_stamp_s_ = 0;
-  double first_arrival_s_ = 0, first_detection_s_ = -1;  // -1: none yet
-  std::vector<double> scan_ms_, drain_ms_;
-  std::vector<double> waiting_;  // readings, after each scan
-  std::array<std::vector<double>, stage_names.size()> stage_ms_;
-  std::vector<Lag> lags_;
+  double first_arrival_s_ = -1, first_detection_s_ = -1;  // -1: none yet
+  Spread scan_ms_, drain_ms_;
+  Spread waiting_;  // readings, after each scan
+  std::array<Spread, stage_names.size()> stage_ms_;
+  Spread lag_s_;  // by the points that each scan categorised
   AlignmentTotals alignment_;
   RecordingJudge judge_;
   mutable Judgement judgement_;

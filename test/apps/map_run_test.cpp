@@ -79,7 +79,7 @@ TEST_F(MapRun, WhatWaitsIsLookedAtWhereScansPauseAndInTheEnd) {
     const json report = read_json("r.json");
     EXPECT_GT(report.at("waiting_points").at("max"), 0);
     EXPECT_EQ(report.at("surfaces"), 1);
-    return report.at("drain_ms").size();
+    return report.at("drain_ms").at("count");
   };
   EXPECT_EQ(drained(" --first 1"), 1U) << "in the end";
   write_times("floor", 4, 2);
