@@ -22,16 +22,6 @@ Eigen::Isometry3d read_pose(const Meaning& meaning, const Eigen::Isometry3d& giv
   return T * meaning.mount;
 }
 
-/// As given, but upright on the floor, which is at z = 0.
-std::optional<Eigen::Isometry3d> on_floor(const Recording::Pose& pose) {
-  if (!pose.floor) return {};
-  const Eigen::Vector3d up = pose.T_map_sensor.linear().row(2).transpose();
-  Eigen::Isometry3d T = pose.T_map_sensor;
-  T.linear() *= Eigen::Quaterniond::FromTwoVectors(pose.floor->normal(), up).toRotationMatrix();
-  T.translation().z() = pose.floor->offset();
-  return T;
-}
-
 }  // namespace
 
 std::optional<Eigen::Isometry3d> Meaning::pose_of(const Recording& recording, std::size_t index) const {
@@ -40,7 +30,6 @@ std::optional<Eigen::Isometry3d> Meaning::pose_of(const Recording& recording, st
   const double place = static_cast<double>(index) + late, before = std::floor(place);
   if (before < 0 || place > static_cast<double>(poses.size() - 1)) return {};
   const auto i = static_cast<std::size_t>(before);
-  if (above_floor) return on_floor(poses[i]);
   const Eigen::Isometry3d T = read_pose(*this, poses[i].T_map_sensor);
   if (place == before) return T;
   return geometry::pose_between(T, read_pose(*this, poses[i + 1].T_map_sensor), place - before);

@@ -36,7 +36,6 @@ struct Meaning {
   double pose_scale = 1;
   Eigen::Matrix3d sensor_axes = Eigen::Matrix3d::Identity();
   Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();
-  bool above_floor = false;  ///< the sensor's height and tilt are as the floor has them in each scan
   // Of the scans.
   bool without_odd = false;                                             ///< those that stand out are left out
   std::size_t first_session = std::numeric_limits<std::size_t>::max();  ///< scans in it

@@ -9,7 +9,6 @@
 #include <utility>
 
 namespace octosurf::check {
-
 namespace {
 
 /// Thinned, without what is no reading.
@@ -19,45 +18,12 @@ std::vector<Eigen::Vector3f> readings_of(const Scan& scan) {
   return readings;
 }
 
-/// The plane that is large and nearly level below the sensor.
-std::optional<Eigen::Hyperplane<double, 3>> floor_of(const Scan& scan, double resolution) {
-  constexpr float cos_level = 0.94F;  // of 20°: a robot sways by less
-  const Eigen::Vector3f up = scan.T_map_sensor.linear().row(2).transpose().cast<float>();
-  judgement::View view;
-  view.points = readings_of(scan);
-  view.finish();
-  std::vector<std::pair<std::size_t, Eigen::Hyperplane<float, 3>>> levels;  // with readings on them
-  for (const judgement::Sample& sample : view.samples) {
-    const Eigen::Vector3f normal = sample.normal.dot(up) < 0 ? -sample.normal : sample.normal;
-    if (!sample.flat || normal.dot(up) < cos_level || normal.dot(sample.point) >= 0) continue;
-    const Eigen::Hyperplane<float, 3> plane(normal, sample.point);
-    const auto is_on = [&](const Eigen::Vector3f& p) {
-      return plane.absDistance(p) < static_cast<float>(resolution);
-    };
-    levels.emplace_back(std::ranges::count_if(view.points, is_on), plane);
-  }
-  if (levels.empty()) return {};
-  const auto count = [](const auto& level) { return level.first; };
-  auto floor = std::ranges::max(levels, {}, count);
-  // Tables stand on the floor: a level half as large and lower by more than the readings' noise is it.
-  constexpr float lower_m = 0.1F;
-  std::erase_if(levels, [&](const auto& level) {
-    return 2 * level.first < floor.first || level.second.offset() < floor.second.offset() + lower_m;
-  });
-  if (!levels.empty()) floor = std::ranges::max(levels, {}, count);
-  return floor.second.template cast<double>();
-}
-
 }  // namespace
 
 void Recording::add(const Scan& scan) {
-  constexpr double same_height_m = 1e-6;  // as written, not as measured
-  constexpr double lever_m = 2;           // a room's: what turns move by
+  constexpr double lever_m = 2;  // a room's: what turns move by
   poses_.push_back(
-      {scan.name, scan.stamp_s, scan.T_map_sensor, oddities_.add(scan, scan.T_map_sensor, lever_m), {}});
-  planar_ = planar_ && std::fabs(scan.T_map_sensor.translation().z() -
-                                 poses_.front().T_map_sensor.translation().z()) < same_height_m;
-  if (planar_) poses_.back().floor = floor_of(scan, parameters_.occupancy.resolution);
+      {scan.name, scan.stamp_s, scan.T_map_sensor, oddities_.add(scan, scan.T_map_sensor, lever_m)});
   if (!kept_.wants()) return;
   KeptScan kept{poses_.size() - 1, {}};
   kept.scan.name = scan.name;

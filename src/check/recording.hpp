@@ -22,8 +22,6 @@ class Recording {
     double stamp_s = 0;
     Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
     std::optional<judgement::Oddities::Kind> oddity;
-    /// The floor below the sensor, sensor frame, normal up; while poses are planar.
-    std::optional<Eigen::Hyperplane<double, 3>> floor;
   };
   struct KeptScan {
     std::size_t index = 0;  ///< of its pose
@@ -37,8 +35,6 @@ class Recording {
   const std::vector<Pose>& poses() const { return poses_; }
   const std::vector<KeptScan>& kept() const { return kept_.kept(); }
   bool is_camera() const { return !kept().empty() && kept().front().scan.sensor == SensorKind::depth_camera; }
-  /// All poses have one height.
-  bool is_planar() const { return planar_; }
   /// m, of the kept scans' readings.
   double median_range() const;
   /// m: the range (of a camera: the depth) that more readings have than any other, to the millimetre; empty
@@ -50,7 +46,6 @@ class Recording {
  private:
   static constexpr std::size_t most_kept = 72;  // twice as many as views are compared
   Parameters parameters_;
-  bool planar_ = true;
   std::vector<Pose> poses_;
   judgement::Spread<KeptScan> kept_{most_kept};
   judgement::Oddities oddities_;

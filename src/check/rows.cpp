@@ -169,10 +169,6 @@ std::string words_of_focal(const Recording&, const Meaning& meaning) {
                                                       meaning.aside.x(), meaning.aside.y()));
 }
 
-Meanings above_floor(const Recording& recording, const Meaning& from) {
-  return recording.is_planar() ? Meanings{with(from, &Meaning::above_floor, true)} : Meanings{};
-}
-
 // What readings are.
 
 Meanings ranges(const Recording& recording, const Meaning& from) {
@@ -262,7 +258,6 @@ const std::vector<Row>& rows() {
       {delays, words_of_delay, free_at({8})},
       {focals, words_of_focal, free_at({7, 9, 10})},
       {itself, words_of_mount, free_at({0, 1, 2, 3, 4, 5})},
-      {above_floor, always("poses have one height, but the sensor moves up, down or tilts above the floor")},
       {ranges, always("depth images hold distances from the camera's centre, not depths along its axis")},
       {inverse_depths, words_of_inverse_depth, free_at({6})},
       {without_return, words_of_no_return},

@@ -95,27 +95,6 @@ TEST(Check, NamesWhatALidarsRecordingMeans) {
   expect_named(lidar_walk(random), faults, 0.03);
 }
 
-/// Height and tilt of a sensor whose poses have neither.
-TEST(Check, ReadsHeightAndTiltOffTheFloor) {
-  auto random = rng();
-  Scans scans;
-  for (const double tilt : {-0.1, 0.0, 0.05}) {
-    const Eigen::Isometry3d upright = look_at(middle_of_room, middle_of_room + Eigen::Vector3d(1, 0.3, -1));
-    const Eigen::Isometry3d T =
-        Eigen::Translation3d(0, 0, tilt) * upright * Eigen::AngleAxisd(tilt, Eigen::Vector3d(0.6, 0, 0.8));
-    scans.push_back(
-        camera_scan(furnished_room(), T, random, {.width = 120, .height = 90, .focal = 85, .noise = 0.004}));
-    scans.back().T_map_sensor = upright;
-    scans.back().stamp_s = T.translation().z();  // the truth
-  }
-  const Recording recording = recording_of(scans);
-  ASSERT_TRUE(recording.is_planar());
-  for (const auto& pose : recording.poses()) {
-    ASSERT_TRUE(pose.floor);
-    EXPECT_NEAR(pose.floor->offset(), pose.stamp_s, 0.02);
-  }
-}
-
 TEST(Check, TwoCausesTogetherAreNamedBoth) {
   auto random = rng();
   Scans scans = camera_walk(random);
