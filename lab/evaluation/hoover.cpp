@@ -1,6 +1,7 @@
 #include "evaluation/hoover.hpp"
 
 #include <algorithm>
+#include <array>
 #include <tuple>
 
 namespace octosurf::evaluation {
@@ -65,35 +66,13 @@ void find_under_segmented(const HooverRegions& regions, const std::vector<Overla
 }  // namespace
 
 std::string_view name_of(TruthVerdict verdict) {
-  switch (verdict) {
-    case TruthVerdict::correct:
-      return "correct";
-    case TruthVerdict::over_segmented:
-      return "over-segmented";
-    case TruthVerdict::under_segmented:
-      return "under-segmented";
-    case TruthVerdict::missed:
-      return "missed";
-    case TruthVerdict::not_judged:
-      break;
-  }
-  return "not judged";
+  constexpr std::array names{"correct", "over-segmented", "under-segmented", "missed", "not judged"};
+  return names.at(static_cast<std::size_t>(verdict));
 }
 
 std::string_view name_of(FoundVerdict verdict) {
-  switch (verdict) {
-    case FoundVerdict::correct:
-      return "correct";
-    case FoundVerdict::part:
-      return "part";
-    case FoundVerdict::fused:
-      return "fused";
-    case FoundVerdict::noise:
-      return "noise";
-    case FoundVerdict::not_judged:
-      break;
-  }
-  return "not judged";
+  constexpr std::array names{"correct", "part", "fused", "noise", "not judged"};
+  return names.at(static_cast<std::size_t>(verdict));
 }
 
 HooverResult hoover(const HooverRegions& regions, const std::vector<Overlap>& overlaps, double threshold) {

@@ -89,18 +89,13 @@ void append_fan(const std::vector<Eigen::Vector3d>& ring, Mesh& mesh) {
 }
 
 Mesh mesh_of(const ExportJob& job, const Surface& surface) {
+  const ExportPart part = job.options.parts.front();
+  if (part == ExportPart::polygons) return flat(surface, surface.polygons);
+  if (part == ExportPart::meshes) return extrude(surface, job.options.mesh_thickness);
   Mesh mesh;
-  switch (job.options.parts.front()) {
-    case ExportPart::polygons:
-      return flat(surface, surface.polygons);
-    case ExportPart::meshes:
-      return extrude(surface, job.options.mesh_thickness);
-    case ExportPart::convex:
-      for (const ConvexPiece& piece : job.convex(surface.id)) append_fan(piece.vertices, mesh);
-      return mesh;
-    case ExportPart::points:
-      mesh.vertices = job.points_of(surface.id);
-  }
+  if (part == ExportPart::points) mesh.vertices = job.points_of(surface.id);
+  if (part == ExportPart::convex)
+    for (const ConvexPiece& piece : job.convex(surface.id)) append_fan(piece.vertices, mesh);
   return mesh;
 }
 
