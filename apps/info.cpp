@@ -118,10 +118,6 @@ void run_info(const InfoArguments& arguments) {
 
 }  // namespace
 
-std::string info_json(const LoadedMap& loaded, const std::string& up) {
-  return json_of(loaded, up).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 void add_info(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("info", info_description);
   const auto arguments = std::make_shared<InfoArguments>();

@@ -21,9 +21,6 @@ LoadedMap open_map(const std::string& name);
 /// Whether a verb that reads one map and writes another writes over it.
 bool writes_over(const std::string& read, const std::string& written);
 
-/// What `octosurf info --json` prints. `up`: of --up.
-std::string info_json(const LoadedMap& loaded, const std::string& up);
-
 /// Adds --up to a verb that queries a map; it overrides the map's own.
 void add_up_option(CLI::App& verb, std::string& text);
 

@@ -4,8 +4,8 @@
 #include "io/new_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
+#include "planning/questions.hpp"
 #include "query_fields.hpp"
-#include "serve/served_map.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -95,8 +95,9 @@ void require_sensible_files(const PlanArguments& arguments) {
 
 void run_plan(PlanArguments& arguments) {
   require_sensible_files(arguments);
-  const ServedMap map(open_map(arguments.map), arguments.map, arguments.up);
-  const planning::AskedMap& asked = map.asked;
+  const LoadedMap map = open_map(arguments.map);
+  const planning::AskedMap asked(arguments.map, map.map.snapshot(), map.map.octree(),
+                                 up_in_force(map.map, arguments.up).direction);
   const PlanQuery& query = arguments.query;
   const Robot robot = robot_of(query, asked.up);
   const FootstepPlan plan = planner_on(asked, robot).plan(query.from, query.to, query.budget);

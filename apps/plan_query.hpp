@@ -6,7 +6,7 @@
 #include <octosurf/footsteps.hpp>
 
 namespace octosurf::planning {
-class AskedMap;
+struct AskedMap;
 }
 
 namespace octosurf {

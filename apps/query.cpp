@@ -39,7 +39,9 @@ struct QueryArguments {
 };
 
 void run_query(QueryArguments& arguments) {
-  const ServedMap map(open_map(arguments.map), arguments.map, arguments.up);
+  const LoadedMap loaded = open_map(arguments.map);
+  const planning::AskedMap map(arguments.map, loaded.map.snapshot(), loaded.map.octree(),
+                               up_in_force(loaded.map, arguments.up).direction);
   const Question& question = *arguments.question;
   auto number = arguments.numbers.begin();
   for (const QuestionField& field : question.fields(arguments.asked))
@@ -48,11 +50,9 @@ void run_query(QueryArguments& arguments) {
       field.put({first, number}, std::string("--") + question.flag);
     }
   if (!arguments.json && question.print != nullptr) return question.print(map, arguments.asked);
-  const std::string answer = question.answer(map, arguments.asked);
-  if (arguments.json)
-    std::printf("%s\n", answer.c_str());
-  else
-    print_readable(nlohmann::ordered_json::parse(answer));
+  const nlohmann::ordered_json answer = question.answer(map, arguments.asked);
+  if (!arguments.json) return print_readable(answer);
+  std::printf("%s\n", answer.dump().c_str());
 }
 
 }  // namespace
@@ -63,7 +63,6 @@ void add_query(CLI::App& app) {
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
   CLI::Option_group* group = verb->add_option_group("question", "question; one of");
   for (const Question& question : questions()) {
-    if (*question.flag == 0) continue;
     std::size_t numbers = 0;
     for (const QuestionField& field : question.fields(arguments->asked))
       if (field.required) numbers += field.numbers;

@@ -21,8 +21,7 @@ constexpr double farthest_m = 1e6;
 constexpr double largest_robot_m = 10;
 constexpr double last_id = 4294967295.0;  ///< of 32 bits
 
-/// A field of a question: a parameter of its URL, with a unit in its name ("max_slope_deg"), or an option of
-/// its command ("--max-slope").
+/// A field of a question, with a unit in its name ("max_slope_deg"); as an option "--max-slope".
 struct QuestionField {
   using Take = std::function<void(const std::vector<double>&)>;
 

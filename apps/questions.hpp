@@ -1,34 +1,29 @@
 #pragma once
 
 #include "query_fields.hpp"
-#include "serve/served_map.hpp"
 
-#include <cstdint>
-#include <optional>
-#include <string>
+#include <nlohmann/json_fwd.hpp>
 #include <vector>
 
 namespace octosurf {
 
 /// What may be asked of a map; each question has its part of it.
 struct Request {
-  planning::PlaceQuestion place;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero(), corner = point, direction = point;
+  double radius_m = 0;
   planning::ContactQuestion contact;  ///< its slope and surface are other questions', too
   Standing base;                      ///< of a patch
-  std::optional<std::uint64_t> since;
-  std::string run;
 };
 
-/// A question of `octosurf query`, of `octosurf serve`, or of both. The command's flag takes what is required
-/// together. Where the map has no answer, Error(data) is thrown.
+/// A question of `octosurf query`, whose flag takes what is required together. Where the map has no answer,
+/// Error(data) is thrown.
 struct Question {
-  const char *flag, *takes, *path, *summary;                  ///< empty: no flag, no URL
-  QuestionFields (*fields)(Request&);                         ///< makes it the question that is asked
-  std::string (*answer)(const ServedMap&, const Request&);    ///< JSON; null: of another type
-  void (*print)(const ServedMap&, const Request&) = nullptr;  ///< for readers; null: print_readable()
+  const char *flag, *takes, *summary;
+  QuestionFields (*fields)(Request&);  ///< makes it the question that is asked
+  nlohmann::ordered_json (*answer)(const planning::AskedMap&, const Request&);
+  void (*print)(const planning::AskedMap&,
+                const Request&) = nullptr;  ///< for readers; null: print_readable()
 };
 const std::vector<Question>& questions();
-
-constexpr const char* voxels_path = "/api/voxels";
 
 }  // namespace octosurf

@@ -1,4 +1,4 @@
-// `octosurf serve`: the page, and a planner's questions over HTTP.
+// `octosurf serve`: the page, live, and what it asks.
 #include "bounds.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
@@ -17,19 +17,15 @@ namespace octosurf {
 namespace {
 
 constexpr const char* serve_description =
-    R"help(Serves a map over HTTP to this machine: the page to look at it, and answers in JSON.
+    R"help(Serves a map over HTTP to this machine: the page to look at it.
 
 Prints one line, "serving http://127.0.0.1:PORT/", and runs until Ctrl-C or SIGTERM.
 
 Examples:
   octosurf serve maps/office                     the page is at the address that is printed
   octosurf serve maps/office --port 8080
-  curl 'http://127.0.0.1:8080/api/query/below?point=-4.6,-0.6,1'
-  curl http://127.0.0.1:8080/api                 all questions and their parameters
+  curl http://127.0.0.1:8080/api/changes         the surfaces in JSON; with ?since=N what has changed since revision N
   ssh -L 8080:127.0.0.1:8080 robot               on another machine: there http://127.0.0.1:8080/ is the robot's
-
-/api/query/{box,sphere,ray,voxel,nearest,below,foothold} and /api/regions answer as octosurf query --json does;
-parameters are called as its options, with _ and a unit.
 )help";
 
 struct ServeArguments {

@@ -9,8 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-// What `octosurf serve` answers: the page, the map as JSON, a planner's questions, changes. For any thread.
-// GET /api lists the questions.
+// What `octosurf serve` answers: the page, and what it asks. For any thread.
 
 namespace octosurf {
 

@@ -1,33 +1,17 @@
 #include "serve/served_map.hpp"
 
-#include "io/exporters/export_formats.hpp"
 #include "io/exporters/page_messages.hpp"
 #include "open_map.hpp"
 #include "planning/rings.hpp"
-#include "run_statistics.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
-#include <sstream>
 #include <string_view>
 
 #include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
-#include <octosurf/gaps.hpp>
-#include <octosurf/up.hpp>
 
 namespace octosurf {
-
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-/// As export_surfaces() writes .json.
-std::string export_text(const Snapshot& snapshot, const ExportOptions& options) {
-  std::ostringstream out;
-  io::write_json({snapshot, options}, out);
-  return std::move(out).str();
-}
 
 /// The page that may read from this server, with the run that it follows (web/src/follow.js).
 std::string following(std::string html, const std::string& run) {
@@ -38,12 +22,6 @@ std::string following(std::string html, const std::string& run) {
 }
 
 }  // namespace
-
-std::map<SurfaceId, std::vector<PolygonEdges>> edges_in(const Snapshot& snapshot, const Map& map) {
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  for (const SurfacePtr& surface : snapshot.surfaces) edges[surface->id] = label_edges(map, *surface);
-  return edges;
-}
 
 std::shared_ptr<const Snapshot> ShownSurfaces::of(const GroundView& ground) {
   const auto shown = std::make_shared<Snapshot>(*ground.solid());
@@ -69,15 +47,15 @@ std::shared_ptr<const Snapshot> ShownSurfaces::of(const GroundView& ground) {
 
 ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb)
     : asked{std::move(name), map.map.snapshot(), map.map.octree(), up_in_force(map.map, up).direction},
+      ground_(asked.bare_ground()),
       max_page_mb_(max_page_mb),
-      up_(up),
       map_(std::move(map)) {}
 
 ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
                      Run of, const ServedMap* previous)
-    : asked{std::move(name), snapshot, snapshot->octree, up,
-            previous != nullptr ? &previous->asked : nullptr},
+    : asked{std::move(name), snapshot, snapshot->octree, up},
       run(std::move(of)),
+      ground_(previous != nullptr ? previous->ground_.next(snapshot, snapshot->octree) : asked.bare_ground()),
       max_page_mb_(PageOptions{}.max_mb) {}
 
 template <class Make>
@@ -86,15 +64,12 @@ ServedMap::Text ServedMap::text(const std::string& key, const Make& make) const 
 }
 
 std::shared_ptr<const Snapshot> ServedMap::shown() const {
-  return shown_.get(0, [this] {
-    const GroundView ground = asked.bare_ground();
-    return map_ ? ground.solid() : run.shown->of(ground);
-  });
+  return shown_.get(0, [this] { return map_ ? ground_.solid() : run.shown->of(ground_); });
 }
 
 PageMap ServedMap::page_map() const {
   PageMap map{asked.name, shown(), asked.octree};
-  map.stairs = asked.bare_ground().stairs().stairs;
+  map.stairs = ground_.stairs().stairs;
   return map;
 }
 
@@ -104,42 +79,14 @@ std::string ServedMap::page() const {
   options.max_mb = max_page_mb_;
   PageMap map = page_map();
   // Of a map that grows edges would be outdated at once.
-  if (map_) {
-    map.edges = edges_in(*map.snapshot, map_->map);
-  }
+  if (map_)
+    for (const SurfacePtr& surface : map.snapshot->surfaces)
+      map.edges[surface->id] = label_edges(map_->map, *surface);
   return make_page(map, options);
 }
 
 ServedMap::Text ServedMap::page_html() const {
   return text("page", [this] { return run.name.empty() ? page() : following(page(), run.name); });
-}
-
-ServedMap::Text ServedMap::info() const {
-  return text("info", [this] {
-    if (map_) return info_json(*map_, up_);
-    const Snapshot& snapshot = *asked.snapshot;
-    return Json{{"resolution", snapshot.resolution},
-                {"revision", snapshot.revision},
-                {"surfaces", snapshot.surfaces.size()},
-                {"area_m2", total_area(snapshot)},
-                {"cylinders", snapshot.cylinders.size()}}
-               .dump() +
-           "\n";
-  });
-}
-
-ServedMap::Text ServedMap::surfaces() const {
-  return text("surfaces", [this] {
-    const GroundView ground = asked.bare_ground();
-    ExportOptions options;
-    options.stairs = ground.stairs();
-    // What is clear of obstacles takes seconds, and a growing map has changed by then.
-    if (!map_) return export_text(*shown(), options);
-    const std::shared_ptr<const Snapshot> supported = ground.supported();
-    options.gaps = ground.gaps();
-    options.edges = edges_in(*supported, map_->map);
-    return export_text(*supported, options);
-  });
 }
 
 ServedMap::Text ServedMap::voxels() const {

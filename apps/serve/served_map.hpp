@@ -1,6 +1,5 @@
 #pragma once
 
-#include "io/exporters/page_messages.hpp"
 #include "planning/made_once.hpp"
 #include "planning/questions.hpp"
 
@@ -11,7 +10,6 @@
 #include <optional>
 #include <string>
 
-#include <octosurf/export.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/page.hpp>
 
@@ -33,9 +31,6 @@ class ShownSurfaces {
   std::uint64_t latest_ = 0;
   std::map<SurfaceId, Outline> outlines_;
 };
-
-/// label_edges() of its surfaces.
-std::map<SurfaceId, std::vector<PolygonEdges>> edges_in(const Snapshot& snapshot, const Map& map);
 
 /// A map to be queried from any thread; never changes. Derived data are made once, for all clients.
 class ServedMap {
@@ -60,8 +55,6 @@ class ServedMap {
 
   std::string page() const;
   Text page_html() const;  ///< of a page that asks this server, if the map goes on growing
-  Text info() const;       ///< JSON
-  Text surfaces() const;   ///< the export as JSON
   Text voxels() const;     ///< io::voxels_message()
   /// What has changed since a revision of this `run`, which may be empty; everything, if there is none such.
   std::string changes_json(std::optional<std::uint64_t> since, const std::string& of_run) const;
@@ -73,8 +66,8 @@ class ServedMap {
   PageMap page_map() const;
   std::shared_ptr<const Snapshot> shown() const;
 
+  const GroundView ground_;  ///< bare
   const double max_page_mb_;
-  const std::string up_;
   const std::optional<LoadedMap> map_;
   mutable planning::MadeOnce<std::string, Text> texts_;
   mutable planning::MadeOnce<int, std::shared_ptr<const Snapshot>> shown_;

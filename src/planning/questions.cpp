@@ -1,24 +1,12 @@
 #include "planning/questions.hpp"
 
 #include <charconv>
-#include <cmath>
 #include <variant>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf::planning {
 namespace {
-
-constexpr std::size_t most_kinds = 8;  // cached grounds
-
-void put(const AskedMap& map, SurfaceId id, const Eigen::Vector3d& point, double distance,
-         PlaceAnswer& answer) {
-  answer.found = true;
-  answer.surfaces = {id};
-  answer.point = point;
-  answer.distance_m = distance;
-  answer.normal = map.surface(id).plane.normal;
-}
 
 /// What a foot lowered there meets within half a step above or below: if possible a surface that it may stand
 /// on, not a riser in front of it. Beside all outlines, the nearest such surface within half a step.
@@ -46,27 +34,13 @@ SurfaceId surface_for_foot(const AskedMap& map, const Eigen::Vector3d& at, doubl
 }  // namespace
 
 AskedMap::AskedMap(std::string of, std::shared_ptr<const Snapshot> now, OccupancyView view,
-                   const Eigen::Vector3d& upward, const AskedMap* previous)
-    : name(std::move(of)),
-      snapshot(std::move(now)),
-      octree(std::move(view)),
-      up(upward),
-      index(snapshot, previous != nullptr ? &previous->index : nullptr) {
-  if (previous == nullptr || octree.resolution() <= 0) return;
-  const std::lock_guard lock(previous->mutex_);
-  for (const auto& [kind, ground] : previous->grounds_) grounds_.emplace(kind, ground.next(snapshot, octree));
-}
+                   const Eigen::Vector3d& upward)
+    : name(std::move(of)), snapshot(std::move(now)), octree(std::move(view)), up(upward), index(snapshot) {}
 
 GroundView AskedMap::ground(GroundRules rules) const {
-  // Gaps narrower than a disc of two voxels are never bridged (gaps.hpp).
   const double widest = rules.widest_unseen_m.value_or(widest_unseen_of(rules.foot));
   rules.widest_unseen_m = widest < 2 * octree.resolution() ? 0 : widest;
-  const std::lock_guard lock(mutex_);
-  const Kind kind{rules.as_mapped, *rules.widest_unseen_m};
-  if (!grounds_.contains(kind) && grounds_.size() >= most_kinds) grounds_.clear();
-  auto ground = grounds_.find(kind);
-  if (ground == grounds_.end()) ground = grounds_.emplace(kind, GroundView(snapshot, octree, rules)).first;
-  return ground->second.by(rules);
+  return {snapshot, octree, rules};
 }
 
 GroundView AskedMap::bare_ground() const {
@@ -79,44 +53,6 @@ GroundView AskedMap::bare_ground() const {
 const Surface& AskedMap::surface(SurfaceId id) const {
   if (const Surface* found = snapshot->find(id)) return *found;
   throw Error(Error::Kind::data, name, "has no surface " + std::to_string(id), "octosurf info lists them");
-}
-
-PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question) {
-  PlaceAnswer answer;
-  const SlopeLimit limit{map.up, question.max_slope_rad};
-  switch (question.kind) {
-    case PlaceQuestion::nearest:
-    case PlaceQuestion::below: {
-      const auto place = question.kind == PlaceQuestion::below
-                             ? map.index.below(question.point, limit)
-                             : map.index.nearest(question.point, limit, question.distance_m);
-      if (place) put(map, place->id, place->point, place->distance, answer);
-      break;
-    }
-    case PlaceQuestion::ray:
-      if (const auto hit = map.index.first_on_ray(question.point, question.direction, question.distance_m)) {
-        put(map, hit->id, hit->point, hit->distance, answer);
-        answer.front = hit->front;
-      }
-      break;
-    case PlaceQuestion::sphere:
-      answer.surfaces = map.index.in_sphere(question.point, question.distance_m);
-      break;
-    case PlaceQuestion::box: {
-      Eigen::AlignedBox3d box(question.point);
-      box.extend(question.corner);
-      answer.surfaces = map.index.in(ConvexSpace::box(box));
-      break;
-    }
-    case PlaceQuestion::voxel:
-      if (!question.point.allFinite()) throw Error(Error::Kind::usage, "point", "is not finite");
-      answer.voxel = map.octree.at(question.point);
-      if (answer.voxel.surface != 0) answer.surfaces = {answer.voxel.surface};
-      break;
-    default:
-      throw Error(Error::Kind::usage, "kind", "is none of PlaceQuestion::Kind");
-  }
-  return answer;
 }
 
 ContactShape foot_of(const std::string& text) {

@@ -2,17 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cstddef>
-#include <cstdint>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include <octosurf/boundary.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/footsteps.hpp>
 #include <octosurf/gaps.hpp>
@@ -20,19 +14,17 @@
 #include <octosurf/pieces.hpp>
 #include <octosurf/queries.hpp>
 
-// A planner's questions about a map, and their answers: the command line and HTTP read the ones and
-// print the others. Map frame, m and rad. All throw Error(usage) for a question that makes no sense,
-// Error(data) where the map has no answer.
+// Questions of the command line about a map, and their answers. Map frame, m and rad. All throw Error(usage)
+// for a question that makes no sense, Error(data) where the map has no answer.
 
 namespace octosurf::planning {
 
 /// A map at one moment, for queries from any thread.
-class AskedMap {
- public:
+struct AskedMap {
   /// `name`: for errors. `octree`: of the same scan as the snapshot; may be empty where nobody asks for
-  /// ground. `previous`: the same map earlier, of which what did not change since is kept.
-  AskedMap(std::string name, std::shared_ptr<const Snapshot> snapshot, OccupancyView octree,
-           const Eigen::Vector3d& up, const AskedMap* previous = nullptr);
+  /// ground.
+  AskedMap(std::string of, std::shared_ptr<const Snapshot> now, OccupancyView view,
+           const Eigen::Vector3d& upward);
 
   const std::string name;
   const std::shared_ptr<const Snapshot> snapshot;
@@ -40,38 +32,13 @@ class AskedMap {
   const Eigen::Vector3d up;
   const SurfaceIndex index;
 
-  /// Ground by these rules. What does not depend on margins and limits is made once for all questions.
+  /// Ground by these rules. Gaps narrower than a disc of two voxels are never bridged (gaps.hpp).
   GroundView ground(GroundRules rules) const;
   /// Outlines without voids; no unseen gaps are bridged.
   GroundView bare_ground() const;
   /// Throws Error(data) if there is none of this id.
   const Surface& surface(SurfaceId id) const;
-
- private:
-  using Kind = std::pair<bool, double>;  // as mapped, and the widest unseen gap, m
-  mutable std::mutex mutex_;
-  mutable std::map<Kind, GroundView> grounds_;
 };
-
-struct PlaceQuestion {
-  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel };
-  std::uint8_t kind = nearest;
-  Eigen::Vector3d point = Eigen::Vector3d::Zero(), corner = point, direction = point;
-  double distance_m =
-      std::numeric_limits<double>::infinity();  ///< of what is nearest or on the ray; a radius
-  double max_slope_rad = std::numbers::pi;      ///< of what is nearest or below
-};
-
-struct PlaceAnswer {
-  bool found = false;               ///< of nearest, below and ray: there is such a place
-  std::vector<SurfaceId> surfaces;  ///< in the sphere or box; else whose place or voxel it is, if anyone's
-  Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = point;
-  double distance_m = 0;
-  bool front = false;  ///< the ray meets the side that the surface was seen from
-  OccupancyView::Voxel voxel{};
-};
-
-PlaceAnswer answer(const AskedMap& map, const PlaceQuestion& question);
 
 /// Of footholds and contact regions; by default the robot's.
 struct ContactQuestion {
