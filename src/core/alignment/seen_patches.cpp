@@ -71,8 +71,10 @@ void SeenPatches::roll_back() noexcept {
       continue;
     }
     patches_.erase(at);
-    if (const auto block = blocks_.find(block_of(key)); block != blocks_.end())
-      std::erase(block.value(), key);
+    const auto block = blocks_.find(block_of(key));
+    if (block == blocks_.end()) continue;
+    std::erase(block.value(), key);
+    if (block->second.empty()) blocks_.erase(block);
   }
   before_.clear();
 }

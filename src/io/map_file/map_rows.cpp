@@ -155,48 +155,34 @@ void RowWriter::pad(std::uint64_t least_bytes) {
 
 namespace {
 
-/// A file's first bytes: SQLite's header, numbers with their highest byte first.
-struct Head {
-  explicit Head(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw Error(Error::Kind::data, file.string(), "cannot be read", "check its rights");
-    in.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
-    size = static_cast<std::size_t>(in.gcount());
-  }
-  bool begins(std::string_view with) const {
-    return std::string_view(reinterpret_cast<const char*>(bytes.data()), size).starts_with(with);
-  }
-  std::uint32_t number(std::size_t from, std::size_t of_bytes = 4) const {
-    std::uint32_t all = 0;
-    for (std::size_t i = from; i < from + of_bytes; ++i) all = all << 8 | bytes[i];
-    return all;
-  }
-  std::array<unsigned char, 100> bytes{};
-  std::size_t size = 0;
-};
-
-/// Throws Error(data) unless its first bytes are a map file's of this version.
+/// Throws Error(data) unless its first bytes, SQLite's header, are a map file's of this version.
 void require_kind(const fs::path& file) {
-  const Head head(file);
+  std::string head(100, '\0');
+  std::ifstream in(file, std::ios::binary);
   const std::string where = file.string(), ours = std::to_string(map_file_version);
-  if (head.begins("\x89OCTSF\r\n"))
+  if (!in) throw Error(Error::Kind::data, where, "cannot be read", "check its rights");
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  const auto number = [&head](std::size_t from, std::size_t bytes) {  // the highest byte first
+    std::uint32_t all = 0;
+    for (std::size_t i = from; i < from + bytes; ++i) all = all << 8 | static_cast<unsigned char>(head[i]);
+    return all;
+  };
+  if (head.starts_with("\x89OCTSF\r\n"))
     throw Error(Error::Kind::data, where,
                 "was written by an older octosurf, this one reads version " + ours + " of the format",
                 "make the map anew from its scans, or use the octosurf that wrote it");
-  if (head.size < head.bytes.size() || !head.begins(std::string_view("SQLite format 3\0", 16)) ||
-      head.number(68) != map_file_id)
+  if (!head.starts_with(std::string_view("SQLite format 3\0", 16)) || number(68, 4) != map_file_id)
     throw Error(Error::Kind::data, where, "is not an octosurf map",
                 "expected a .surfaces file of octosurf map");
-  if (const std::uint32_t version = head.number(60); version != map_file_version)
+  if (const std::uint32_t version = number(60, 4); version != map_file_version)
     throw Error(
         Error::Kind::data, where,
         "has version " + std::to_string(version) + " of the format, this octosurf reads version " + ours,
         version > map_file_version ? "use the newer octosurf that wrote it"
                                    : "make the map anew from its scans");
   // No log beside it, nothing reserved in a page.
-  Damage{where, {}}.require(
-      head.number(16, 2) == page_bytes && head.number(18, 2) == 0x0101 && head.number(20, 1) == 0,
-      "its pages are not as this format has them");
+  Damage{where, {}}.require(number(16, 2) == page_bytes && number(18, 3) == 0x010100,
+                            "its pages are not as this format has them");
 }
 
 /// A save that was interrupted has left its journal beside the file: SQLite takes back what it had written.
