@@ -131,7 +131,7 @@ void export_for_nav2(const Map& map, const Up& up, const RobotGround& options, c
     std::printf("route.geojson: %zu nodes, %zu edges, %zu stairs\n", route.nodes.size(), route.edges.size(),
                 stairs.size() - route.without_landing.size());
   for (const std::size_t i : route.without_landing)
-    std::fprintf(stderr, "left out: stair %u, an end of which is in no storey\n", stairs[i].id);
+    std::fprintf(stderr, "left out: stair %ju, an end of which is in no storey\n", stairs[i].id);
   if (limits.turn.angularDistance(Eigen::Quaterniond::Identity()) > 0)
     std::printf("turned so that up is +z, by the quaternion x %.9g y %.9g z %.9g w %.9g\n", limits.turn.x(),
                 limits.turn.y(), limits.turn.z(), limits.turn.w());

@@ -83,7 +83,7 @@ std::string doubt_of_up(const Snapshot& snapshot, const Eigen::Vector3d& up) {
   };
   if (level->plane.normal.dot(up) > 0 || std::ranges::any_of(snapshot.surfaces, is_floor)) return "";
   return io::formatted(
-             "the largest level surface, %u (%.1f m²), is seen from below, and no floor from above: ",
+             "the largest level surface, %ju (%.1f m²), is seen from below, and no floor from above: ",
              level->id, level->area_m2) +
          "--up " + axis_name(-up) +
          " if the map is upside down; else the sensor's place in its frame is wrong";

@@ -55,7 +55,7 @@ void print(const FootstepPlan& plan) {
   std::printf(" step  foot         surface        x        y        z      yaw   margin\n");
   const auto line = [](const std::string& number, const Footstep& step) {
     const Eigen::Vector3d p = step.T_map_foot.translation();
-    std::printf("%5s  %-11s  %7u  %7.3f  %7.3f  %7.3f  %6.1f°  %6.3f\n", number.c_str(),
+    std::printf("%5s  %-11s  %7ju  %7.3f  %7.3f  %7.3f  %6.1f°  %6.3f\n", number.c_str(),
                 foot_name(step.foot).data(), step.surface, p.x(), p.y(), p.z(),
                 std::remainder(step.yaw_rad / rad_per_deg, 360.0), step.margin_m);
   };

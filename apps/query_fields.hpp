@@ -19,7 +19,6 @@ namespace octosurf {
 constexpr double farthest_m = 1e6;
 // Larger than any robot; what stands within it of a foot is looked at voxel by voxel.
 constexpr double largest_robot_m = 10;
-constexpr double last_id = 4294967295.0;  ///< of 32 bits
 
 /// A field of a question, with a unit in its name ("max_slope_deg"); as an option "--max-slope".
 struct QuestionField {

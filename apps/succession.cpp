@@ -19,15 +19,14 @@ SurfaceId surface_at(const surfaces::MapState& map, geometry::VoxelKey key) {
 
 /// By id in the rebuilt map, those that its surfaces or cylinders get. Advances `next`.
 template <class Store>
-std::map<std::uint32_t, std::uint32_t> ids_for(const Store& after, const Store& before,
-                                               const std::map<std::uint32_t, std::uint32_t>& keepers,
-                                               std::uint32_t& next) {
-  if (after.size() - keepers.size() > before.ids_left())
-    throw Error(Error::Kind::data, "remap", "the ids of surfaces run out", "start a new map");
+std::map<std::uint64_t, std::uint64_t> ids_for(const Store& after, const Store& before,
+                                               const std::map<std::uint64_t, std::uint64_t>& keepers,
+                                               std::uint64_t& next) {
   next = before.next_id();
-  std::map<std::uint32_t, std::uint32_t> ids;
+  std::map<std::uint64_t, std::uint64_t> ids;
   for (const auto& [id, one] : after) {
     const auto keeper = keepers.find(id);
+    if (keeper == keepers.end()) next = before.free_id(next);
     ids[id] = keeper != keepers.end() ? keeper->second : next++;
   }
   return ids;
@@ -101,6 +100,8 @@ Succeeded Succession::renumber(surfaces::MapState& after) const {
   after.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
     if (p.surface != 0) after.occupancy.assign(p, ids.at(p.surface));
   });
+  for (const auto& [id, surface] : after.surfaces) after.occupancy.remove_surface(id);
+  for (const auto& [id, surface] : surfaces) after.occupancy.add_surface(id);
   after.surfaces = std::move(surfaces);
   after.cylinders = std::move(cylinders);
   after.removals = before_.removals.with(removals);

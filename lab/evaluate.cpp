@@ -81,7 +81,7 @@ void print(const evaluation::Evaluation& scores) {
     std::printf("%5u  %-28s %8.3f %7.1f%% %8.2f ", face.id, face.name.c_str(), face.visible_m2,
                 100 * face.covered, face.multiplicity);
     if (face.surface != 0) {
-      std::printf("%8u %7.2f %9.1f  ", face.surface, deg_per_rad * face.normal_rad, 1e3 * face.offset_m);
+      std::printf("%8ju %7.2f %9.1f  ", face.surface, deg_per_rad * face.normal_rad, 1e3 * face.offset_m);
     } else {
       std::printf("%8s %7s %9s  ", "-", "-", "-");
     }
@@ -128,7 +128,7 @@ void print(const evaluation::LabelEvaluation& scores) {
   for (const evaluation::LabelScore& label : scores.label_scores) {
     std::printf("%6u %9zu %8.1f %7.1f%% ", label.label, label.points, 1e3 * label.rms_m, 100 * label.covered);
     if (label.surface != 0) {
-      std::printf("%8u %8.3f %7.2f %9.1f  ", label.surface, label.iou, deg_per_rad * label.normal_rad,
+      std::printf("%8ju %8.3f %7.2f %9.1f  ", label.surface, label.iou, deg_per_rad * label.normal_rad,
                   1e3 * label.offset_m);
     } else {
       std::printf("%8s %8s %7s %9s  ", "-", "-", "-", "-");

@@ -83,7 +83,7 @@ inserts, but for snapshot(), which never waits.)")
            R"(The points of all occupied voxels, in key order; a structured array of its own.
 
 Columns: "point" (3 float64, map frame, m), "view" (3 float64, unit, toward where it was seen from),
-"log_odds" (float32), "surface" (uint32; 0: pending).)")
+"log_odds" (float32), "surface" (uint64; 0: pending).)")
       .def("size", under_lock(&Map::size))
       .def("digest", under_lock(&digest_of), doc_of("digest_of"))
       .def_property_readonly("origin", under_lock(&Map::origin), doc_of("Map.origin"));

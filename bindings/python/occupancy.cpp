@@ -94,7 +94,7 @@ frame, metres. Boxes are closed and given by their corners `low` and `high`, (3,
       .def("occupied", &occupied, "low"_a, "high"_a,
            R"(Every occupied voxel with its centre in the box, in Morton order; a structured array of its own.
 
-Columns: "center" (3 float64, m), "log_odds" (float32), "surface" (uint32; 0: pending).)")
+Columns: "center" (3 float64, m), "log_odds" (float32), "surface" (uint64; 0: pending).)")
       .def(
           "count",
           [](const View& self, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {

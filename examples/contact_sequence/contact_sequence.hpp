@@ -13,7 +13,7 @@ namespace octosurf::examples {
 
 /// A convex place for a foot's reference point: A·p ≤ b in the world, its plane as the last two rows.
 struct ContactPiece {
-  std::uint32_t surface = 0;
+  octosurf::SurfaceId surface = 0;
   std::vector<Eigen::Vector3d> vertices;
   Eigen::Matrix<double, Eigen::Dynamic, 3> A;
   Eigen::VectorXd b;

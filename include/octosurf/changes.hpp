@@ -18,8 +18,8 @@ struct MapChanges {
 
   /// A surface or cylinder of the earlier revision and one of now that contains all or part of it.
   struct Successor {
-    std::uint32_t before = 0;  ///< id at the earlier revision
-    std::uint32_t now = 0;     ///< id now
+    SurfaceId before = 0;  ///< id at the earlier revision
+    SurfaceId now = 0;     ///< id now
     friend bool operator==(const Successor&, const Successor&) = default;
   };
   /// `before` no longer exists; sorted by `before`, then `now`. A split followed by a merger may give
@@ -39,7 +39,8 @@ struct MapChanges {
 /// Surfaces that appeared and disappeared in between are not listed,
 /// but surfaces that took them in still count as their successors.
 ///
-/// Throws Error(usage) if `since` is later than the snapshot. O(surfaces), some ns each, and O(changes).
+/// Throws Error(usage) if `since` is later than the snapshot, Error(data) if it is neither 0
+/// nor as late as Snapshot::removals reaches back. O(surfaces), some ns each, and O(changes).
 MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since);
 
 }  // namespace octosurf

@@ -17,7 +17,7 @@ struct HeightGrid {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< of the whole grid: x, y
   Eigen::MatrixXf elevation;                         ///< m
   std::array<Eigen::MatrixXf, 3> normal;             ///< of the surface there: x, y, z
-  Eigen::MatrixXf surface;                           ///< its id; a float holds every SurfaceId exactly
+  Eigen::MatrixXd surface;                           ///< its id
 
   /// The middle of a cell: x, y.
   Eigen::Vector2d center_of(Eigen::Index row, Eigen::Index column) const {

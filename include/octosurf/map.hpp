@@ -63,9 +63,9 @@ class Map {
   };
   Size size() const;  ///< O(surfaces)
 
-  /// Whether a Mapper with remember_scans() inserted this scan: compares a 64-bit hash of the given pose, the
-  /// number of points and up to 4096 of them, bit by bit. O(1) in the scan's points, 0.3 ns for each
-  /// remembered scan.
+  /// Whether a Mapper with remember_scans() inserted this scan, among the last 10⁵: compares a 64-bit hash of
+  /// the given pose, the number of points and up to 4096 of them, bit by bit. O(1) in the scan's points, 0.3
+  /// ns for each remembered scan.
   bool holds(const Scan& scan) const;
 
  private:

@@ -71,7 +71,7 @@ struct Surface {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   std::uint64_t born = 0;          ///< map revision in which it appeared
   std::uint64_t revision = 0;      ///< map revision of the last change
-  std::vector<SurfaceId> parents;  ///< surfaces merged into this one, or the one it was split from
+  std::vector<SurfaceId> parents;  ///< merged into this one, or what it was split from; 1,000 at most
 
   /// Standard deviation of the normal's tilt in its least certain direction, rad.
   double normal_std_rad() const;

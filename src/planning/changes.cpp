@@ -13,7 +13,7 @@ namespace {
 /// Successions from earlier objects to present ones, for surfaces or for cylinders.
 class Lineage {
  public:
-  using Id = std::uint32_t;
+  using Id = std::uint64_t;
 
   void add_living(Id id) { living_.insert(id); }
   void pass_on(Id from, Id to) { successors_[from].insert(to); }
@@ -76,6 +76,11 @@ Past past_of(const Snapshot& snapshot, std::uint64_t since) {
 }  // namespace
 
 MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since) {
+  if (since != 0 && since < snapshot.removals.complete_since())
+    throw Error(
+        Error::Kind::data, "changes_since",
+        "removals before revision " + std::to_string(snapshot.removals.complete_since()) + " are not kept",
+        "read the snapshot anew");
   if (since > snapshot.revision)
     throw Error(Error::Kind::usage, "changes_since",
                 "the map is at revision " + std::to_string(snapshot.revision) + ", not yet at " +

@@ -262,7 +262,7 @@ class Voids {
         return true;
       const occupancy::VoxelPayload* payload = cube.payloads;
       for (std::uint64_t m = cube.points; m != 0; m &= m - 1, ++payload) {
-        if ((payload->surface == plane_.id) != own) continue;
+        if ((cube.numbers->id(payload->surface) == plane_.id) != own) continue;
         const auto i = static_cast<unsigned>(std::countr_zero(m));
         visit(*payload, corner + middles_[i], [&]() -> Eigen::Vector3d {
           return T_plane_map_ * occupancy::load_point(*payload, grid, key_of(cube, i));

@@ -117,7 +117,7 @@ void GroundReadings::add(const occupancy::Cube& cube) {
     plane[count] = 0;
     if ((cube.points >> i & 1) != 0) {
       in_voxel = Eigen::Array3i(payload->offset_x, payload->offset_y, payload->offset_z).cast<float>() + 0.5F;
-      plane[count] = plane_of(payload->surface);
+      plane[count] = plane_of(cube.numbers->id(payload->surface));
       ++payload;
     }
     for (std::size_t axis = 0; axis < 3; ++axis)

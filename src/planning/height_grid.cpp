@@ -51,7 +51,7 @@ HeightGrid empty_grid(const Eigen::AlignedBox2d& box, double cell) {
   const float nothing = std::numeric_limits<float>::quiet_NaN();
   const auto rows = static_cast<Eigen::Index>(cells.x()), columns = static_cast<Eigen::Index>(cells.y());
   grid.elevation = Eigen::MatrixXf::Constant(rows, columns, nothing);
-  grid.surface = grid.elevation;
+  grid.surface = grid.elevation.cast<double>();
   grid.normal.fill(grid.elevation);
   return grid;
 }
@@ -75,7 +75,7 @@ void paint(const Surface& surface, const HeightGridOptions& options, HeightGrid&
       elevation = static_cast<float>(z);
       for (Eigen::Index axis = 0; axis < 3; ++axis)
         grid.normal[static_cast<std::size_t>(axis)](row, column) = static_cast<float>(n[axis]);
-      grid.surface(row, column) = static_cast<float>(surface.id);
+      grid.surface(row, column) = static_cast<double>(surface.id);
     }
   });
 }

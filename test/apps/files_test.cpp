@@ -266,7 +266,7 @@ TEST_F(Statistics, PercentilesAreNearestRank) {
   const json stage_ms = report().at("stage_ms").at("downsample");
   EXPECT_DOUBLE_EQ(stage_ms.at("p50"), 500);
   EXPECT_DOUBLE_EQ(stage_ms.at("total"), 50500);
-  EXPECT_DOUBLE_EQ(statistics.scan_ms_percentile(0.5), 5000);
+  EXPECT_DOUBLE_EQ(statistics.scan_ms().percentile(0.5), 5000);
 }
 
 TEST_F(Statistics, WhatIsNotDefinedIsNull) {

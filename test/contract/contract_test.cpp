@@ -89,6 +89,38 @@ TEST_P(Contract, StopsAfterEveryScanChangeNothing) {
   }
 }
 
+/// Voxels hold 24 bits of an id. After 2²⁴ surfaces these come again, and nothing but the ids differs.
+TEST_P(Contract, IdsOutlastTheNumbersInVoxels) {
+  std::optional<Mapper> mapper(std::in_place, world.parameters, 1, paper_detector());
+  constexpr SurfaceId late = 3 * occupancy::SurfaceNumbers::count;
+  SurfaceId first_late = 0;
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    if (i == run.scans.size() / 3) {
+      Map map = std::move(*mapper).release();
+      first_late = surfaces::state_of(map).surfaces.next_id();
+      surfaces::state_of(map).surfaces.set_next_id(late);
+      mapper.emplace(std::move(map), 2, paper_detector());
+    } else if (i % 4 == 3) {
+      save_map(mapper->map(), folder / "map");
+      LoadedMap loaded = load_map(folder / "map");
+      ASSERT_EQ(difference(mapper->map(), loaded.map), "") << "before scan " << i;
+      mapper.emplace(std::move(loaded.map), 1, paper_detector());
+    }
+    mapper->insert(run.scans[i]);
+  }
+  EXPECT_THAT(check_invariants(mapper->map()), IsEmpty());
+  const auto now = mapper->snapshot(), plain = run.map.snapshot();
+  ASSERT_EQ(now->surfaces.size(), plain->surfaces.size());
+  for (std::size_t i = 0; i < plain->surfaces.size(); ++i) {
+    const Surface &here = *now->surfaces[i], &there = *plain->surfaces[i];
+    EXPECT_TRUE(there.id < first_late ? here.id == there.id : here.id >= late) << here.id;
+    EXPECT_EQ(here.inliers, there.inliers);
+    EXPECT_EQ(here.plane.normal, there.plane.normal);
+    EXPECT_EQ(here.plane.offset, there.plane.offset);
+    EXPECT_EQ(here.area_m2, there.area_m2);
+  }
+}
+
 /// The map of the scans in groups of one to three; `prepare` returns the group of some scans.
 template <class Prepare>
 std::string grouped(const World& world, std::span<const Scan> scans, int threads, const Prepare& prepare) {
@@ -147,7 +179,7 @@ TEST(MapperContract, AScanThatUsesUpTheIdsIsRefusedUntouchedAndNoOther) {
   Mapper before;
   before.insert(scans[0]);
   Map map = std::move(before).release();
-  surfaces::state_of(map).surfaces.set_next_id(0x1000000);
+  surfaces::state_of(map).surfaces.set_next_id(last_id + 1);
   Mapper mapper(std::move(map));
   const std::string stood = digest(mapper.map());
   const auto snapshot = mapper.snapshot();

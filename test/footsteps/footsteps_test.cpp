@@ -116,7 +116,7 @@ TEST(Footsteps, ClimbAStairInTheMiddleOfTreadsAndComeDown) {
   for (const Footstep& step : up.steps) {
     if (step.surface == 1 || step.surface == 50) continue;
     ++on_treads;
-    EXPECT_NEAR(step.T_map_foot.translation().x(), 0.29 * (step.surface - 1.5), 0.02);
+    EXPECT_NEAR(step.T_map_foot.translation().x(), 0.29 * (static_cast<double>(step.surface) - 1.5), 0.02);
   }
   EXPECT_GE(on_treads, 5U);
   const FootstepPlan down = course.plan({above.at, 180 * deg}, {below.at, 180 * deg});

@@ -9,6 +9,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::SizeIs;
 using Successor = MapChanges::Successor;
 
 SurfacePtr living(SurfaceId id, std::uint64_t born, std::uint64_t revision,
@@ -54,6 +55,23 @@ TEST(Changes, WhatWasTakenInBySomethingThatWentIsGone) {
   const MapChanges changes = changes_since(snapshot, 5);
   EXPECT_THAT(changes.gone, ElementsAre(1, 2));
   EXPECT_THAT(changes.merged, IsEmpty());
+}
+
+TEST(Changes, OldOnesAreRefusedOnceTheirRemovalsAreNotKept) {
+  Snapshot snapshot;
+  snapshot.revision = 150'000;
+  for (SurfaceId id = 1; id <= snapshot.revision; id += 1000) {
+    std::vector<Removal> more;
+    for (SurfaceId k = id; k < id + 1000; ++k) more.push_back(gone(k, 1, k));
+    snapshot.removals = snapshot.removals.with(more);
+  }
+  const std::uint64_t since = snapshot.removals.complete_since();
+  EXPECT_GE(snapshot.removals.size(), 100'000U);
+  EXPECT_LE(snapshot.removals.size(), 101'000U);
+  EXPECT_EQ(since, snapshot.revision - snapshot.removals.size());
+  EXPECT_THAT(changes_since(snapshot, since).gone, SizeIs(snapshot.removals.size()));
+  EXPECT_THROW(changes_since(snapshot, since - 1), Error);
+  EXPECT_THAT(changes_since(snapshot, 0).gone, IsEmpty());
 }
 
 TEST(Changes, CylindersToo) {

@@ -64,7 +64,7 @@ TEST(HeightGrid, EqualsAskingEverySurfaceAtEveryCell) {
         ASSERT_EQ(std::isnan(elevation), highest == nullptr);
         if (highest == nullptr) continue;
         EXPECT_NEAR(elevation, best, 1e-6);
-        EXPECT_EQ(grid.surface(row, column), static_cast<float>(highest->id));
+        EXPECT_EQ(grid.surface(row, column), static_cast<double>(highest->id));
         const Eigen::Vector3d n = options.turn * highest->plane.normal;
         for (Eigen::Index axis = 0; axis < 3; ++axis)
           EXPECT_NEAR(grid.normal[static_cast<std::size_t>(axis)](row, column), n[axis], 1e-6);

@@ -14,8 +14,9 @@ constexpr double degree = std::numbers::pi / 180;
 
 /// A square of `side`, tilted about the map's y axis.
 SurfacePtr square(SurfaceId id, double side, double tilt_rad) {
-  return std::make_shared<const Surface>(shapes::surface(
-      id, {{box(0, 0, side, side), {}}}, shapes::pose({0, 1, 0}, tilt_rad, {1.0 * id, -2, 0.3})));
+  return std::make_shared<const Surface>(
+      shapes::surface(id, {{box(0, 0, side, side), {}}},
+                      shapes::pose({0, 1, 0}, tilt_rad, {static_cast<double>(id), -2, 0.3})));
 }
 
 /// A floor, a ledge too small to stand on, a slope and a wall that faces +x.

@@ -94,8 +94,12 @@ TEST(SurfaceStore, IdsRiseAndAreNeverUsedAgain) {
   store.erase(second);
   EXPECT_EQ(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}).id(), 3U);
   EXPECT_EQ(store.next_id(), 4U);
-  store.set_next_id(0xffffff);
-  EXPECT_EQ(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}).id(), 0xffffffU);
+  // A voxel's 24 bits must stand for one surface: those of 1 and 3 are taken, and 0 is none.
+  store.set_next_id(0x1000000);
+  for (const SurfaceId next : {0x1000002U, 0x1000004U})
+    EXPECT_EQ(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}).id(), next);
+  store.set_next_id(last_id);
+  EXPECT_EQ(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}).id(), last_id);
   EXPECT_ANY_THROW(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}));
 }
 

@@ -49,12 +49,12 @@ Scan to_scan(const pcl::PointCloud<Point>& cloud) {
   return scan;
 }
 
-/// The map's points in its frame, labelled by their surface; 0: pending. O(points).
+/// The map's points in its frame, labelled by their surface, its id's low 32 bits; 0: pending. O(points).
 inline pcl::PointCloud<pcl::PointXYZL> to_labelled_cloud(const Map& map) {
   pcl::PointCloud<pcl::PointXYZL> cloud;
   map.for_each_point([&](const OccupancyView::Voxel& voxel) {
     const Eigen::Vector3f p = voxel.point.cast<float>();
-    cloud.push_back({p.x(), p.y(), p.z(), voxel.surface});
+    cloud.push_back({p.x(), p.y(), p.z(), static_cast<std::uint32_t>(voxel.surface)});
   });
   return cloud;
 }

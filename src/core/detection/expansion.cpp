@@ -23,7 +23,7 @@ Expansion::Expansion(const surfaces::MapView& cells)
 
 SurfaceId Expansion::surface_beside(PointId i) {
   geometry::end_if_interrupted();
-  NeighbourLabels near;
+  NeighbourLabels<SurfaceId> near;
   map_.neighbours.for_each_within(i, reach_, [&](PointId j) {
     const SurfaceId id = owner(j);
     near.add(id != 0 && is_separated(i, j, id) ? clutter : id);

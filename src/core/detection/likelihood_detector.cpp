@@ -38,7 +38,7 @@ class VoxelLabels {
   using Index = Readings::Index;
   using VoxelPoint = occupancy::VoxelPoint;
 
-  Label best_of(const NeighbourLabels& near, const VoxelPoint& p) const {
+  Label best_of(const NeighbourLabels<>& near, const VoxelPoint& p) const {
     return near.best(
         [&](Label label) { return readings_.model().log_ratio(p, found_.patches[label].plane); });
   }

@@ -8,10 +8,11 @@
 
 namespace octosurf::detection {
 
-/// Counts the labels among the neighbours of a reading.
+/// Counts the labels, or the ids of surfaces, among the neighbours of a reading.
+template <class Id = Label>
 class NeighbourLabels {
  public:
-  void add(Label label, int readings = 1) {
+  void add(Id label, int readings = 1) {
     const auto at = std::find_if(counts_.begin(), counts_.end(),
                                  [label](const Count& count) { return count.label == label; });
     if (at == counts_.end())
@@ -20,12 +21,12 @@ class NeighbourLabels {
       at->readings += readings;
   }
   struct Count {
-    Label label;
+    Id label;
     int readings;
   };
   auto begin() const { return counts_.begin(); }
   auto end() const { return counts_.end(); }
-  int of(Label label) const {
+  int of(Id label) const {
     for (const Count& count : counts_)
       if (count.label == label) return count.readings;
     return 0;
@@ -34,9 +35,9 @@ class NeighbourLabels {
   /// The label that explains the reading best: the highest log_ratio(label) (0 for clutter) less
   /// boundary_cost for each neighbour with another label.
   template <class LogRatio>
-  Label best(LogRatio&& log_ratio) const {
+  Id best(LogRatio&& log_ratio) const {
     // boundary_cost of all neighbours is common to all candidates; agreeing ones add it back.
-    Label best = clutter;
+    Id best = clutter;
     double most = Constants::boundary_cost * of(clutter);
     for (const auto& [label, agreeing] : counts_) {
       if (label == clutter) continue;

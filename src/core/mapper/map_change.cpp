@@ -155,6 +155,9 @@ std::vector<ScanReport> MapChange::commit() {
   state_.surfaces.commit();
   state_.cylinders.commit();
   alignment::record_of(state_).patches.commit();
+  constexpr std::ptrdiff_t most_held = 100'000;  // an hour at 30 a second
+  if (std::ssize(state_.held) >= 2 * most_held)
+    state_.held.erase(state_.held.begin(), state_.held.end() - most_held);
   committed_ = true;
   return std::move(reports_);
 }

@@ -23,6 +23,7 @@ using Node = VoxelTree::Node;
 struct OtherTree {
   using Cube = Node;  ///< or the larger leaf that holds it
   const VoxelTree& tree;
+  const SurfaceNumbers& numbers;  ///< here
   const OccupancyModel& model;
   const geometry::VoxelGrid& grid;
   OccupancyDelta delta{};
@@ -37,7 +38,7 @@ struct OtherTree {
     return (brick->known >> voxel & 1) != 0 ? LogOdds(brick->value[voxel]) : LogOdds();
   }
   void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
-    delta.vanished.push_back(point_of(payload, grid, key));
+    delta.vanished.push_back(point_of(payload, numbers, grid, key));
   }
 };
 
@@ -52,16 +53,16 @@ struct Sum : OtherTree {
   static std::uint64_t points(const Cube& cube) { return cube.brick() == nullptr ? 0 : cube.brick()->points; }
   void meet(VoxelPayload& payload, const Cube& cube, unsigned voxel, geometry::VoxelKey key) {
     const VoxelPayload& theirs = tree.payloads_of(*cube.brick())[cube.brick()->rank(voxel)];
-    const VoxelPoint before = point_of(payload, grid, key);
+    const VoxelPoint before = point_of(payload, numbers, grid, key);
     const bool had_point = payload.has_point();
     if (had_point && theirs.range_class >= payload.range_class) return;
     payload = theirs;
-    payload.surface = before.surface & 0xffffff;
+    payload.surface = SurfaceNumbers::of(before.surface) & 0xffffff;
     if (had_point) {
-      delta.refined.push_back({before, point_of(payload, grid, key)});
+      delta.refined.push_back({before, point_of(payload, numbers, grid, key)});
     } else {
-      delta.appeared.push_back(point_of(payload, grid, key));
-      surfaces.push_back(theirs.surface);
+      delta.appeared.push_back(point_of(payload, numbers, grid, key));
+      surfaces.push_back(tree.numbers.id(theirs.surface));
     }
   }
 };
@@ -86,6 +87,7 @@ struct Clearing {
     int level;
     Meets meets;
   };
+  const SurfaceNumbers& numbers;
   const geometry::VoxelGrid& grid;
   const SpacePart& region;
   LogOdds value;
@@ -99,7 +101,7 @@ struct Clearing {
   bool at(const Cube& brick, unsigned voxel) const { return at(cube(brick.morton << 6 | voxel, 0)); }
   LogOdds becomes(LogOdds here, bool inside) const { return here && inside ? value : here; }
   void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
-    delta.vanished.push_back(point_of(payload, grid, key));
+    delta.vanished.push_back(point_of(payload, numbers, grid, key));
   }
 
  private:
@@ -160,14 +162,14 @@ void VoxelTree::combine_brick(Slot& slot, std::uint64_t brick_morton, const type
 }
 
 OccupancyMap::Merged OccupancyMap::merge(const OccupancyMap& other) {
-  Sum sum{{*other.tree_, tree_->model(), grid_}};
+  Sum sum{{*other.tree_, tree_->numbers, tree_->model(), grid_}};
   tree_->expect_leaves_of(*other.tree_);
   tree_->combine(sum);
   return {std::move(sum.delta), std::move(sum.surfaces)};
 }
 
 OccupancyDelta OccupancyMap::replace(const OccupancyMap& other) {
-  Copy copy{{*other.tree_, tree_->model(), grid_}};
+  Copy copy{{*other.tree_, tree_->numbers, tree_->model(), grid_}};
   tree_->expect_leaves();
   tree_->combine(copy);
   copy.delta.appeared = adopt_occupied_voxels();
@@ -175,7 +177,7 @@ OccupancyDelta OccupancyMap::replace(const OccupancyMap& other) {
 }
 
 OccupancyDelta OccupancyMap::clear(const SpacePart& part, bool as_free) {
-  Clearing clearing{grid_, part, as_free ? LogOdds(tree_->model().miss) : LogOdds()};
+  Clearing clearing{tree_->numbers, grid_, part, as_free ? LogOdds(tree_->model().miss) : LogOdds()};
   tree_->combine(clearing);
   return std::move(clearing.delta);
 }

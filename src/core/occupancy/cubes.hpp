@@ -1,5 +1,6 @@
 #pragma once
 
+#include "occupancy/surface_numbers.hpp"
 #include "occupancy/voxel_payload.hpp"
 
 #include <Eigen/Geometry>
@@ -18,6 +19,7 @@ struct Cube {
   std::uint64_t occupied = 0;  ///< likewise
   std::uint64_t points = 0;    ///< voxels whose point is stored, among the occupied ones
   const VoxelPayload* payloads = nullptr;   ///< of these, in their order: payload.hpp decodes them
+  const SurfaceNumbers* numbers = nullptr;  ///< of their surfaces
   SurfaceId surface(unsigned voxel) const;  ///< of an occupied voxel, by Morton index; 0: pending
 };
 

@@ -36,6 +36,7 @@ OccupancyModel model_of(const OccupancyParameters& p) {
 /// Updates the points during the tree's traversal, and decides which misses do not count.
 struct OccupancyMap::Policy {
   const geometry::VoxelGrid& grid;
+  const SurfaceNumbers& numbers;
   const sensing::VoxelScan& scan;
   const std::uint32_t* next_hit;  // the rest of TouchedVoxels::ends
   const PlaneLookup* planes;
@@ -46,11 +47,12 @@ struct OccupancyMap::Policy {
     if (planes == nullptr || payload.surface == 0) return false;
     Plane plane;
     double tolerance = 0;
-    return planes->find(payload.surface, plane, tolerance) && !grazing.crosses(key, plane, tolerance);
+    return planes->find(numbers.id(payload.surface), plane, tolerance) &&
+           !grazing.crosses(key, plane, tolerance);
   }
 
   void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
-    delta.vanished.push_back(point_of(payload, grid, key));
+    delta.vanished.push_back(point_of(payload, numbers, grid, key));
   }
 
   void hit(VoxelPayload& payload, geometry::VoxelKey key) {
@@ -60,16 +62,16 @@ struct OccupancyMap::Policy {
     const Eigen::Vector3f& seen_from = scan.start_of(scan.ends[end]);
     if (!payload.has_point()) {
       store_point(payload, grid, key, centroid, seen_from);
-      delta.appeared.push_back(point_of(payload, grid, key));
+      delta.appeared.push_back(point_of(payload, numbers, grid, key));
     } else if (const float near = nearest_of[payload.range_class];
                (seen_from - centroid).squaredNorm() < near * near &&
                sensing::range_class_of((seen_from - centroid).norm()) < payload.range_class) {
       // A view from clearly nearer replaces the first one.
-      const VoxelPoint before = point_of(payload, grid, key);
+      const VoxelPoint before = point_of(payload, numbers, grid, key);
       store_point(payload, grid, key, centroid, seen_from);
-      delta.refined.push_back({before, point_of(payload, grid, key)});
+      delta.refined.push_back({before, point_of(payload, numbers, grid, key)});
     } else if (payload.surface != 0) {
-      delta.confirmed.push_back({payload.surface, end});
+      delta.confirmed.push_back({numbers.id(payload.surface), end});
     }
   }
 };
@@ -82,7 +84,7 @@ OccupancyMap::~OccupancyMap() = default;
 
 OccupancyDelta OccupancyMap::apply(const TouchedVoxels& touched, const sensing::VoxelScan& scan,
                                    const PlaneLookup* planes) {
-  Policy policy{grid_, scan, touched.ends.data(), planes, GrazingTest(scan, grid_), {}};
+  Policy policy{grid_, tree_->numbers, scan, touched.ends.data(), planes, GrazingTest(scan, grid_), {}};
   tree_->apply(touched.blocks, policy);
   return std::move(policy.delta);
 }
@@ -98,7 +100,7 @@ OccupancyMap::Lookup OccupancyMap::at(geometry::VoxelKey key) const {
   const VoxelTree::Lookup found = tree_->find(key);
   if (!found.known) return {};
   Lookup lookup{tree_->occupied(found.log_odds) ? State::occupied : State::free, found.log_odds, {}};
-  if (found.payload != nullptr) lookup.point = point_of(*found.payload, grid_, key);
+  if (found.payload != nullptr) lookup.point = point_of(*found.payload, tree_->numbers, grid_, key);
   return lookup;
 }
 
@@ -116,6 +118,9 @@ OccupancyView OccupancyMap::now() const {
   return {std::shared_ptr<const VoxelTree>(std::shared_ptr<void>(), tree_.get()), grid_.resolution()};
 }
 
+void OccupancyMap::add_surface(SurfaceId id) { tree_->numbers.add(id); }
+void OccupancyMap::remove_surface(SurfaceId id) { tree_->numbers.remove(id); }
+
 void OccupancyMap::assign(const VoxelPoint& point, SurfaceId surface) {
   if (point.place.run.size_class == 0) return assign(point.key, surface);
   tree_->assign(point.key, point.place, surface);
@@ -129,14 +134,14 @@ void OccupancyMap::assign(geometry::VoxelKey key, SurfaceId surface) {
 void OccupancyMap::read_block(geometry::VoxelKey key, std::vector<VoxelPoint>& out) const {
   tree_->visit_points(
       key, 3, [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place, float log_odds) {
-        out.push_back(point_of(payload, grid_, k, place, log_odds));
+        out.push_back(point_of(payload, tree_->numbers, grid_, k, place, log_odds));
       });
 }
 
 void OccupancyMap::for_each_point(const std::function<void(const VoxelPoint&)>& visit) const {
   tree_->visit_points({}, VoxelTree::top_level,
                       [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place, float) {
-                        visit(point_of(payload, grid_, k, place));
+                        visit(point_of(payload, tree_->numbers, grid_, k, place));
                       });
 }
 

@@ -128,6 +128,10 @@ class OccupancyMap {
   Lookup at(geometry::VoxelKey key) const;
   Lookup at(const Eigen::Vector3d& point) const;  ///< unknown outside
 
+  /// Before voxels are assigned to a surface, after none is. No other surface here may have the same number
+  /// (SurfaceNumbers).
+  void add_surface(SurfaceId id);
+  void remove_surface(SurfaceId id);
   void assign(const VoxelPoint& point, SurfaceId surface);  ///< faster with its `place`
   void assign(geometry::VoxelKey key, SurfaceId surface);   ///< no-op without a point
 

@@ -137,10 +137,11 @@ bool cut_to_octree(Eigen::Vector3d& from, Eigen::Vector3d& to, double resolution
 }
 
 /// Sets what the payload of an occupied voxel says, if it has one.
-void set_readings(Voxel& voxel, const Key3& key, const occupancy::VoxelPayload* payload, double resolution) {
+void set_readings(Voxel& voxel, const Key3& key, const occupancy::VoxelPayload* payload,
+                  const occupancy::SurfaceNumbers& numbers, double resolution) {
   voxel.point = voxel.center;
   if (payload == nullptr) return;
-  voxel.surface = payload->surface;
+  voxel.surface = numbers.id(payload->surface);
   if (!payload->has_point()) return;
   voxel.point = occupancy::load_point(*payload, geometry::VoxelGrid(resolution), key_of(key));
   voxel.view = sensing::views[payload->view].cast<double>();
@@ -174,7 +175,7 @@ Voxel OccupancyView::voxel(const geometry::VoxelKey& key) const {
   if (!found.known) return voxel;
   voxel.state = tree_->occupied(found.log_odds) ? State::occupied : State::free;
   voxel.log_odds = found.log_odds;
-  set_readings(voxel, ints(key), found.payload, resolution_);
+  set_readings(voxel, ints(key), found.payload, tree_->numbers, resolution_);
   return voxel;
 }
 
@@ -203,7 +204,7 @@ void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
   const KeyBox keys = occupancy::keys_in(box, resolution_);
   const auto one = [&](const Key3& key, float log_odds, const occupancy::VoxelPayload* payload) {
     Voxel voxel{State::occupied, log_odds, 0, centre_of(key, resolution_)};
-    set_readings(voxel, key, payload, resolution_);
+    set_readings(voxel, key, payload, tree_->numbers, resolution_);
     return visit(voxel);
   };
   if (keys.voxels() == 0) return;
@@ -249,7 +250,8 @@ OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const 
 }
 
 SurfaceId occupancy::Cube::surface(unsigned voxel) const {
-  return (points >> voxel & 1) == 0 ? 0 : payloads[geometry::bit_count(points & ~(~0ULL << voxel))].surface;
+  if ((points >> voxel & 1) == 0) return 0;
+  return numbers->id(payloads[geometry::bit_count(points & ~(~0ULL << voxel))].surface);
 }
 
 std::vector<Eigen::AlignedBox3d> occupancy::changed_cubes(const OccupancyView& before,
@@ -269,6 +271,7 @@ void occupancy::for_each_cube(const OccupancyView& view, const Eigen::AlignedBox
   const VoxelTree* tree = view.tree();
   if (tree == nullptr || box.isEmpty()) return;
   Cube cube;
+  cube.numbers = &tree->numbers;
   visit_cubes(tree->root(), {0, 0, 0}, keys_that_meet(box, view.resolution()), occupied_only,
               [&](const Node& node, const Key3& corner) {
                 cube.corner = corner_of(corner);

@@ -153,8 +153,9 @@ unsigned changed_octets(const Node& before, const Brick& is) {
 struct Contents {
   std::uint64_t known = 0, occupied = 0;
   std::span<const occupancy::VoxelPayload> payloads{};
+  const occupancy::SurfaceNumbers& numbers;
 
-  Contents(const occupancy::VoxelTree& tree, const Node& node) {
+  Contents(const occupancy::VoxelTree& tree, const Node& node) : numbers(tree.numbers) {
     if (const Brick* brick = node.brick()) {
       known = brick->known;
       occupied = occupied_in(tree, *brick);
@@ -165,7 +166,11 @@ struct Contents {
     }
   }
   bool operator==(const Contents& other) const {
-    return known == other.known && occupied == other.occupied && std::ranges::equal(payloads, other.payloads);
+    const auto same = [&](const occupancy::VoxelPayload& a, const occupancy::VoxelPayload& b) {
+      return a == b && numbers.id(a.surface) == other.numbers.id(b.surface);
+    };
+    return known == other.known && occupied == other.occupied &&
+           std::ranges::equal(payloads, other.payloads, same);
   }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/surface_numbers.hpp"
 #include "occupancy/voxel_payload.hpp"
 #include "sensing/reading_code.hpp"
 
@@ -30,13 +31,14 @@ inline Eigen::Vector3d load_point(const VoxelPayload& payload, const geometry::V
   return sensing::point_at(grid, key,
                            {place(payload.offset_x), place(payload.offset_y), place(payload.offset_z)});
 }
-inline VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid,
-                           geometry::VoxelKey key, PayloadPlace place = {}, float log_odds = 0) {
+inline VoxelPoint point_of(const VoxelPayload& payload, const SurfaceNumbers& numbers,
+                           const geometry::VoxelGrid& grid, geometry::VoxelKey key, PayloadPlace place = {},
+                           float log_odds = 0) {
   return {key,
           load_point(payload, grid, key).cast<float>(),
           sensing::views[payload.view],
           static_cast<std::uint8_t>(payload.range_class),
-          payload.surface,
+          numbers.id(payload.surface),
           log_odds,
           place};
 }

@@ -107,6 +107,7 @@ OccupancyMap OccupancyMap::resampled(const OccupancyMap& other, const Eigen::Iso
   OccupancyMap here(parameters);
   const VoxelTree& from = *other.tree_;
   VoxelTree& to = *here.tree_;
+  to.numbers = from.numbers;
   const Eigen::Isometry3d T_other_here = T_here_other.inverse();
   Resampling(from, here.grid_, T_other_here, to).below({0, 0, 0}, VoxelTree::top_level);
   from.visit_points({}, VoxelTree::top_level,

@@ -4,10 +4,10 @@
 
 namespace octosurf::occupancy {
 
-/// Data of a voxel with a point besides its log-odds, in 8 bytes: id of its surface, its representative point
-/// inside the voxel, and the direction and distance from which the point was seen.
+/// Data of a voxel with a point besides its log-odds, in 8 bytes: number of its surface, its representative
+/// point inside the voxel, and the direction and distance from which the point was seen.
 struct VoxelPayload {
-  std::uint32_t surface : 24 = 0;  ///< 0: pending
+  std::uint32_t surface : 24 = 0;  ///< SurfaceNumbers; 0: pending
   std::uint32_t offset_x : 8 = 0;  ///< 1/256 of the voxel's edge
   std::uint32_t offset_y : 8 = 0;
   std::uint32_t offset_z : 8 = 0;

@@ -173,6 +173,7 @@ std::shared_ptr<const VoxelTree> VoxelTree::share() {
   copy->shares_ = shares_++;
   copy->without_points_ = without_points_;
   copy->root_ = root_;
+  copy->numbers = numbers;
   copy->groups_ = groups_.share();
   copy->bricks_ = bricks_.share();
   copy->payloads_ = payloads_.share();
@@ -185,6 +186,7 @@ void VoxelTree::begin_changes() {
   bricks_.begin_changes();
   payloads_.begin_changes();
   root_before_ = root_;
+  numbers_before_ = numbers;
 }
 
 void VoxelTree::commit() noexcept {
@@ -198,6 +200,7 @@ void VoxelTree::roll_back() noexcept {
   bricks_.roll_back();
   payloads_.roll_back();
   root_ = root_before_;
+  numbers = numbers_before_;
 }
 
 VoxelTree::Node VoxelTree::root() const {

@@ -5,6 +5,7 @@
 #include "geometry/voxel_key.hpp"
 #include "occupancy/payload_store.hpp"
 #include "occupancy/pool.hpp"
+#include "occupancy/surface_numbers.hpp"
 
 #include <array>
 #include <bit>
@@ -87,8 +88,8 @@ class VoxelTree {
   template <class Visit>
   void visit_points(geometry::VoxelKey key, int level, Visit&& visit) const;
   /// Sets the surface of a point of voxel `key`, whose payload is here.
-  void assign(geometry::VoxelKey key, PayloadPlace place, std::uint32_t surface) {
-    payloads_.writable(place.run)[place.rank].surface = surface & 0xffffff;
+  void assign(geometry::VoxelKey key, PayloadPlace place, SurfaceId surface) {
+    payloads_.writable(place.run)[place.rank].surface = SurfaceNumbers::of(surface) & 0xffffff;
     const std::uint64_t brick = geometry::morton_of(key.x, key.y, key.z) >> (3 * brick_level);
     if (shares_ > 0 && (assigned_.empty() || assigned_.back() != brick)) assigned_.push_back(brick);
   }
@@ -151,6 +152,8 @@ class VoxelTree {
     unsigned rank(unsigned i) const { return geometry::bit_count(points & ((std::uint64_t{1} << i) - 1)); }
   };
   const VoxelPayload* payloads_of(const Brick& b) const { return payloads_.at(b.payloads); }
+
+  SurfaceNumbers numbers;  ///< of the payloads; as they were for a shared tree
 
   static geometry::VoxelKey key_of(std::uint64_t morton) {
     return {static_cast<std::uint16_t>(geometry::compact_bits(morton)),
@@ -227,6 +230,7 @@ class VoxelTree {
   bool settled_ = true;                  // no leaf was set since the marks were updated
   std::vector<std::uint64_t> assigned_;  // bricks with a point assigned since the last share
   Slot root_, root_before_;              // the latter: at begin_changes()
+  SurfaceNumbers numbers_before_;        // likewise
   Pool<Group, 10> groups_;
   Pool<Brick, 8> bricks_;
   PayloadStore payloads_;

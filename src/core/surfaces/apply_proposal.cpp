@@ -42,7 +42,7 @@ class Ledger::Writer {
   /// Before points are reassigned: evidence moves with all but the model's share of outliers.
   void hand_on_evidence() {
     for (const auto& [id, shares] : shared_.before()) {
-      const Label successor = shares.most();
+      const auto successor = static_cast<Label>(shares.most());
       const bool most = successor != 0 && shares.all - shares.shared(successor) <=
                                               sensing::ReadingModel::outlier_share * shares.all;
       if (kept_.contains(id) && !most) ledger_.find(id)->forget_evidence();
@@ -68,7 +68,7 @@ class Ledger::Writer {
     for (const auto& [id, shares] : shared_.before()) {
       if (kept_.contains(id)) continue;
       SurfaceModel* successor = surfaces_[shares.most()];
-      if (successor != nullptr) successor->parents().push_back(id);
+      if (successor != nullptr) successor->add_parent(id);
       ledger_.dissolve(*ledger_.find(id), successor == nullptr ? 0 : successor->id());
     }
   }
@@ -98,7 +98,7 @@ class Ledger::Writer {
     const Proposal::FoundPlane& found = proposal_.planes[label];
     SurfaceModel& surface = ledger_.create(found.plane, found.centroid);
     ledger_.changes.born.insert(surface.id());
-    if (origin != 0) surface.parents().push_back(origin);
+    if (origin != 0) surface.add_parent(origin);
     return &surface;
   }
 

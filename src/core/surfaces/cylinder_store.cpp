@@ -31,13 +31,18 @@ CylinderPtr CylinderModel::publish(std::uint64_t map_revision) const {
 }
 
 CylinderModel& CylinderStore::create(const geometry::CylinderShape& shape) {
-  if (ids_left() == 0)
-    throw Error(Error::Kind::data, "cylinder ids", "all 2^32 are used up", "start a new map");
-  CylinderModel& cylinder = models_[next_id_];
-  cylinder.id = next_id_++;
+  const CylinderId id = free_id(next_id_);
+  CylinderModel& cylinder = models_[id];
+  cylinder.id = id;
+  next_id_ = id + 1;
   cylinder.shape = shape;
   touched_.insert(cylinder.id);
   return cylinder;
+}
+
+CylinderId CylinderStore::free_id(CylinderId first) {
+  if (first > last_id) throw Error(Error::Kind::data, "cylinder ids", "none is left", "start a new map");
+  return first;
 }
 
 CylinderModel& CylinderStore::restore(CylinderModel model) {

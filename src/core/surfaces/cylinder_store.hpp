@@ -44,7 +44,7 @@ class CylinderStore {
   const CylinderModel* find(CylinderId id) const;
   std::size_t size() const { return models_.size(); }
   CylinderId next_id() const { return next_id_; }
-  std::size_t ids_left() const { return next_id_ == 0 ? 0 : (std::size_t{1} << 32) - next_id_; }
+  static CylinderId free_id(CylinderId first);  ///< the same; throws Error(data) if there is none
   void set_next_id(CylinderId id) { next_id_ = id; }
   auto begin() const { return models_.begin(); }  ///< ascending id
   auto end() const { return models_.end(); }

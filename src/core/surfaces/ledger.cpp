@@ -24,6 +24,12 @@ std::vector<PointId> Ledger::pending(std::span<const PointId> points) const {
   return pending;
 }
 
+SurfaceModel& Ledger::create(const Plane& plane, const Eigen::Vector3d& origin) {
+  SurfaceModel& surface = state_.surfaces.create(plane, origin);
+  state_.occupancy.add_surface(surface.id());
+  return surface;
+}
+
 void Ledger::drop(const occupancy::VoxelPoint& vanished) {
   if (SurfaceModel* surface = find(vanished.surface);
       surface != nullptr && state_.surfaces.remove(*surface, vanished.key, vanished.position))
@@ -34,6 +40,7 @@ void Ledger::dissolve(SurfaceModel& surface, SurfaceId into) {
   const SurfaceId id = surface.id();
   for (const Inlier& inlier : surface.sorted_inliers()) requeue(window.find(inlier.key));
   state_.surfaces.erase(id, into);
+  state_.occupancy.remove_surface(id);
   (into == 0 ? changes.gone : changes.merged).insert(id);
 }
 

@@ -56,9 +56,7 @@ class Ledger : public LoadedView {
 
   SurfaceModel* find(SurfaceId id) { return state_.surfaces.find(id); }
   /// Creates a surface without points.
-  SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin) {
-    return state_.surfaces.create(plane, origin);
-  }
+  SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   CylinderStore& cylinder_store() { return state_.cylinders; }
 
   /// Sets the surface's plane to the estimate from its readings.

@@ -47,7 +47,7 @@ struct MapState {
   PendingQueue queue;
   std::size_t points = 0;  ///< voxels with a point
   std::uint64_t scans = 0;
-  std::vector<std::uint64_t> held;  ///< fingerprints of remembered scans, in order of insertion
+  std::vector<std::uint64_t> held;  ///< fingerprints of the last remembered scans, 10⁵ or more, oldest first
   std::uint64_t revision = 0;
   /// Sum over the scans of their sensor's up direction, unit vectors in the map frame: for up_of().
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();

@@ -16,6 +16,7 @@ void RemovalLog::for_each_since(std::uint64_t revision,
 
 RemovalLog RemovalLog::with(const std::vector<Removal>& more) const {
   constexpr std::size_t chunk_size = 256;
+  constexpr std::size_t most = 100'000;  // some 10 MB; a busy robot's week
   RemovalLog log = *this;
   std::shared_ptr<Chunk> last;
   for (const Removal& removal : more) {
@@ -29,6 +30,13 @@ RemovalLog RemovalLog::with(const std::vector<Removal>& more) const {
     last->push_back(removal);
   }
   log.size_ += more.size();
+  std::size_t old = 0;  // chunks
+  for (; log.size_ > most && log.size_ - log.chunks_[old]->size() >= most; ++old) {
+    log.size_ -= log.chunks_[old]->size();
+    log.left_out_ += log.chunks_[old]->size();
+    log.complete_since_ = log.chunks_[old]->back().revision;
+  }
+  log.chunks_.erase(log.chunks_.begin(), log.chunks_.begin() + static_cast<std::ptrdiff_t>(old));
   return log;
 }
 

@@ -9,7 +9,7 @@ namespace octosurf::surfaces {
 /// Matches surfaces before a change of the map with those after it, by the readings that they share.
 class SharedReadings {
  public:
-  using Id = std::uint32_t;
+  using Id = std::uint64_t;
   struct Shares {
     double all = 0;             ///< readings, also those that nothing shares
     std::map<Id, double> with;  ///< of them, shared with each

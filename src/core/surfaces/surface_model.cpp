@@ -9,7 +9,7 @@
 namespace octosurf::surfaces {
 
 std::array<float, 3> color_of(SurfaceId id) {
-  const double hue = 6 * std::fmod(id * std::numbers::phi, 1.0);
+  const double hue = 6 * std::fmod(static_cast<double>(id) * std::numbers::phi, 1.0);
   // Two levels of lightness separate neighbouring hues.
   const double value = id % 2 == 0 ? 0.95 : 0.75, saturation = 0.65;
   const auto channel = [&](double shift) {
@@ -45,6 +45,12 @@ SurfaceModel::State SurfaceModel::state(const Snapshot* published) const {
   state.inliers = sorted_inliers();
   state.polygons = published != nullptr ? published->find(id_)->polygons : polygons_;
   return state;
+}
+
+void SurfaceModel::add_parent(SurfaceId id) {
+  constexpr std::size_t most = 1000;
+  parents_.push_back(id);
+  if (parents_.size() > most) parents_.erase(parents_.begin() + most / 2);
 }
 
 void SurfaceModel::add(const Inlier& inlier) {

@@ -18,7 +18,9 @@ class SurfaceModel : public PlaneEstimate, public SurfaceOutline {
   SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution);
 
   SurfaceId id() const { return id_; }
-  std::vector<SurfaceId>& parents() { return parents_; }
+  /// Of more than a thousand, the first and the last ones stay: a floor takes in fragments for months, and
+  /// removals say, too, what took them in.
+  void add_parent(SurfaceId id);
   const std::vector<SurfaceId>& parents() const { return parents_; }
 
   void add(const Inlier& inlier);

@@ -7,15 +7,22 @@
 namespace octosurf::surfaces {
 
 SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& origin) {
-  if (ids_left() == 0)
-    throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
-  const SurfaceId id = next_id_;
+  const SurfaceId id = free_id(next_id_);
+  numbers_.insert(occupancy::SurfaceNumbers::of(id));
   SurfaceModel& model = models_.try_emplace(id, id, plane, origin, resolution_).first->second;
-  ++next_id_;
+  next_id_ = id + 1;
   return model;
 }
 
+SurfaceId SurfaceStore::free_id(SurfaceId first) const {
+  const SurfaceId end = std::min(first + occupancy::SurfaceNumbers::count, last_id + 1);
+  for (SurfaceId id = first; id < end; ++id)
+    if (occupancy::SurfaceNumbers::of(id) != 0 && !has_number_of(id)) return id;
+  throw Error(Error::Kind::data, "surface ids", "none is left", "start a new map");
+}
+
 SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
+  numbers_.insert(occupancy::SurfaceNumbers::of(state.id));
   SurfaceModel& model = models_.try_emplace(state.id, state, resolution_).first->second;
   for (const Inlier& inlier : state.inliers) places_.add(inlier.key, state.id);
   return model;
@@ -25,6 +32,7 @@ void SurfaceStore::erase(SurfaceId id, SurfaceId into) {
   const auto found = models_.find(id);
   const SurfaceModel& model = kept(found->second);
   removals_.push_back({Removal::Of::surface, id, into, model.born, 0, model.parents()});
+  numbers_.erase(occupancy::SurfaceNumbers::of(id));
   models_.erase(found);
 }
 
@@ -117,8 +125,14 @@ void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapsh
     models.try_emplace(id, state, resolution_);
   }
 
+  tsl::robin_set<std::uint32_t> numbers;
+  for (const auto* all : {&models_, &models})
+    for (const auto& [id, model] : *all)
+      if (id < next_id_before_) numbers.insert(occupancy::SurfaceNumbers::of(id));
+
   // From here on nothing can fail.
   models_.erase(models_.lower_bound(next_id_before_), models_.end());
+  std::swap(numbers_, numbers);
   for (const auto& [id, state] : before) models_.erase(id);
   models_.merge(models);
   std::swap(places_, places);

@@ -2,11 +2,13 @@
 
 #include "geometry/voxel_key.hpp"
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/surface_numbers.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <boost/container/small_vector.hpp>
 #include <map>
 #include <tsl/robin_map.h>
+#include <tsl/robin_set.h>
 #include <utility>
 #include <vector>
 
@@ -29,7 +31,10 @@ class SurfaceStore : public occupancy::PlaneLookup {
   const SurfaceModel* find(SurfaceId id) const;  ///< for reading
   std::size_t size() const { return models_.size(); }
   SurfaceId next_id() const { return next_id_; }
-  std::size_t ids_left() const { return last_id + 1 - next_id_; }
+  /// The first id from `first` on whose number (SurfaceNumbers) no surface here has. Throws Error(data) if
+  /// there is none.
+  SurfaceId free_id(SurfaceId first) const;
+  bool has_number_of(SurfaceId id) const { return numbers_.contains(occupancy::SurfaceNumbers::of(id)); }
   void set_next_id(SurfaceId id) { next_id_ = id; }
 
   /// Ascending id.
@@ -60,7 +65,6 @@ class SurfaceStore : public occupancy::PlaneLookup {
   void set_erosion_tolerance(double tolerance) { erosion_tolerance_ = tolerance; }
 
  private:
-  static constexpr SurfaceId last_id = 0xffffff;
   /// Which surfaces are in cubes of 2^bits voxels along each edge.
   class Residents {
    public:
@@ -94,6 +98,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   double erosion_tolerance_ = 0;
   std::map<SurfaceId, SurfaceModel> models_;
   std::vector<Removal> removals_;
+  tsl::robin_set<std::uint32_t> numbers_;  // of models_
   SurfaceId next_id_ = 1;
   Places places_;
 

@@ -137,12 +137,12 @@ void add_voxels(io::PageBlock& block, const std::vector<PageVoxel>& voxels, doub
   const float step = greatest > least ? (greatest - least) / steps : 1;
   std::array<std::vector<std::uint16_t>, 3> places;
   std::vector<std::uint8_t> log_odds;
-  std::vector<SurfaceId> surfaces;
+  std::vector<std::uint32_t> surfaces;
   for (const PageVoxel& voxel : voxels) {
     for (std::size_t k = 0; k < 3; ++k)  // an octree is 65536 voxels wide
       places[k].push_back(static_cast<std::uint16_t>(voxel.zyx[k] - low.zyx[k]));
     log_odds.push_back(static_cast<std::uint8_t>(std::lround((voxel.log_odds - least) / step)));
-    surfaces.push_back(voxel.surface);
+    surfaces.push_back(static_cast<std::uint32_t>(voxel.surface));  // its low 32 bits are its own
   }
   block.json["voxels"] = {{"size", size},
                           {"low", Json::array({low.zyx[2], low.zyx[1], low.zyx[0]})},

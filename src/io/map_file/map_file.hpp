@@ -37,11 +37,11 @@ namespace octosurf::io {
 // A part's bytes are its nodes in preorder. Each begins with a byte that says which of its eight children
 // follow (bit c: child c, which lies in the upper half along x if c & 1, y if c & 2, z if c & 4). Where it is
 // 0, the node is a leaf: a float32 with its log-odds, a byte 1 or 0, and after a 1 the voxel's point in 8
-// bytes, as a uint64 from its low bits on: 24 bits surface id (0: pending), 3 × 8 bits position (x, y, z), 12
-// bits direction it was seen from (two octahedral coordinates of 6 bits, value/31.5 − 1), 4 bits distance
-// class (1 … 15: about 0.25 m · √2^(class−1)). The point is (key − 2¹⁵ + (position + ½)/256) · resolution. An
-// inner node's log-odds is the largest of its children's. A surface's inliers are the points that carry its
-// id; that is the only place they are in.
+// bytes, as a uint64 from its low bits on: 24 bits of its surface's id (0: pending), 3 × 8 bits position (x,
+// y, z), 12 bits direction it was seen from (two octahedral coordinates of 6 bits, value/31.5 − 1), 4 bits
+// distance class (1 … 15: about 0.25 m · √2^(class−1)). The point is (key − 2¹⁵ + (position + ½)/256) ·
+// resolution. An inner node's log-odds is the largest of its children's. A surface's inliers are the points
+// that carry its id; that is the only place they are in.
 //
 // A save replaces the rows that differ, in one transaction. Protobuf's numbered fields allow additions, and
 // parameters are stored by name; other versions are refused. Maps may be untrusted: the schema is compared,

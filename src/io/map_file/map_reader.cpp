@@ -19,7 +19,6 @@ namespace octosurf::io {
 namespace {
 
 constexpr std::size_t longest_path = 4096;
-constexpr std::uint32_t last_next_id = 1U << 24;
 constexpr double largest_integer = 1e9;  // limit of a parameter; real ones are far below
 
 class MapReader : Damage {
@@ -114,12 +113,17 @@ class MapReader : Damage {
     state.scans = header.scans();
     state.points = header.points();
     require(state.revision < largest_count && state.scans < largest_count, "its counts make no sense");
-    require(header.next_id() >= 1 && header.next_id() <= last_next_id, "there is no such next surface id");
+    require(header.next_id() >= 1 && header.next_id() <= last_id + 1, "there is no such next surface id");
     state.surfaces.set_next_id(header.next_id());
     if (header.has_next_cylinder_id()) {
-      require(header.next_cylinder_id() >= 1, "there is no such next cylinder id");
+      require(header.next_cylinder_id() >= 1 && header.next_cylinder_id() <= last_id + 1,
+              "there is no such next cylinder id");
       state.cylinders.set_next_id(header.next_cylinder_id());
     }
+    require(header.removals_left_out() < largest_count && header.removals_left_out() % values_per_row == 0 &&
+                header.removals_complete_since() <= state.revision,
+            "what is said of earlier removals makes no sense");
+    state.removals = RemovalLog(header.removals_left_out(), header.removals_complete_since());
     state.sensors_up = vector_of(header.sensors_up(), static_cast<double>(header.scans()) * (1 + 1e-3),
                                  "the sensors' up direction makes no sense");
     if (header.origin_size() > 0)
@@ -273,8 +277,11 @@ class MapReader : Damage {
       charge(1, surface_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(record.parents_size()));
       charge(vertices + rings, vertex_cost);
       check_memory(vertices * check_cost);
-      require(record.id() == id && id > 0 && record.id() < limits.next_id,
+      require(std::cmp_equal(record.id(), id) && id > 0 && record.id() < limits.next_id,
               "a surface's id is out of order, or not given out yet");
+      require(occupancy::SurfaceNumbers::of(record.id()) != 0 && !state.surfaces.has_number_of(record.id()),
+              "a surface's id is like another's in its low 24 bits");
+      state.occupancy.add_surface(record.id());
       surfaces::SurfaceModel::State surface = read_surface(record, limits, where);
       surface.inliers = take_inliers(surface.id);
       require_inliers(surface, record.inliers(), where);
@@ -288,7 +295,7 @@ class MapReader : Damage {
     for_each<map_file::Cylinder>(Table::cylinders, [&](std::int64_t id, map_file::Cylinder& record) {
       charge(static_cast<std::uint64_t>(record.steps_size()), inlier_cost);
       require(state.parameters.detection.detect_cylinders, "it has cylinders but is not to have any");
-      require(record.id() == id && id > 0 && record.id() < state.cylinders.next_id(),
+      require(std::cmp_equal(record.id(), id) && id > 0 && record.id() < state.cylinders.next_id(),
               "a cylinder's id is out of order, or not given out yet");
       state.cylinders.restore(read_cylinder(record, state, where));
     });
@@ -309,7 +316,7 @@ class MapReader : Damage {
   Removal read_removal(const map_file::Removal& record) {
     const surfaces::MapState& state = *file_.state;
     const bool cylinder = record.cylinder();
-    const std::uint32_t id = record.id(),
+    const std::uint64_t id = record.id(),
                         next_id = cylinder ? state.cylinders.next_id() : state.surfaces.next_id();
     const Damage damage{where, (cylinder ? "cylinder " : "surface ") + std::to_string(id) + " "};
     damage.require(id > 0 && id < next_id, "was never there");
@@ -341,7 +348,7 @@ class MapReader : Damage {
   }
 
   std::vector<surfaces::Inlier> take_inliers(SurfaceId id) {
-    auto entry = inliers_.extract(id);
+    auto entry = inliers_.extract(occupancy::SurfaceNumbers::of(id));
     if (entry.empty()) return {};
     std::vector<surfaces::Inlier> inliers = std::move(entry.mapped());
     std::ranges::sort(inliers,
@@ -363,9 +370,9 @@ class MapReader : Damage {
   RowReader rows_;
   std::uint64_t most_memory_, memory_ = 0;
   MapFile file_;
-  std::unordered_map<SurfaceId, std::vector<surfaces::Inlier>> inliers_;
-  std::set<std::pair<bool, std::uint32_t>> gone_;  // cylinder or not, and id
-  std::uint64_t last_gone_ = 0;                    // in which revision
+  std::unordered_map<SurfaceId, std::vector<surfaces::Inlier>> inliers_;  // by number
+  std::set<std::pair<bool, std::uint64_t>> gone_;                         // cylinder or not, and id
+  std::uint64_t last_gone_ = 0;                                           // in which revision
 };
 
 }  // namespace

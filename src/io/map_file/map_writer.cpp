@@ -37,6 +37,8 @@ std::string header_of(const surfaces::MapState& state) {
   header.set_points(state.points);
   header.set_next_id(state.surfaces.next_id());
   header.set_next_cylinder_id(state.cylinders.next_id());
+  header.set_removals_left_out(state.removals.left_out());
+  header.set_removals_complete_since(state.removals.complete_since());
   header.set_range_noise(state.noise.range_noise());
   for (const auto& range_class : state.noise.histogram())
     for (const std::uint32_t count : range_class) header.add_noise_histogram(count);
@@ -145,11 +147,13 @@ void MapHead::write(RowWriter& rows, const MapFiles& files) const {
   for (const auto& [id, content] : cylinders_) rows.put(Table::cylinders, id, content);
   std::vector<Removal> removals;
   removals_.for_each_since(0, [&](const Removal& removal) { removals.push_back(removal); });
-  put_in_rows<map_file::Removals>(rows, Table::removals, 0, removals, [&](std::size_t i, auto& record) {
-    write_removal(removals[i], *record.add_removals());
-  });
+  const auto first_row = static_cast<std::int64_t>(removals_.left_out() / values_per_row);
+  put_in_rows<map_file::Removals>(
+      rows, Table::removals, first_row, removals,
+      [&](std::size_t i, auto& record) { write_removal(removals[i], *record.add_removals()); });
   if (!anew_) rows.keep_all(Table::seen_patches);
   for (const auto& [block, patches] : patches_) {
+    if (patches.empty()) continue;  // a scan that was taken back had made it: no file has it
     map_file::SeenPatches record;
     for (const alignment::SeenPatches::Change& patch : patches) write_patch(patch, record);
     rows.put(Table::seen_patches, static_cast<std::int64_t>(block), record.SerializeAsString());

@@ -39,11 +39,10 @@ class SnapshotBuilder {
       }
     }
     surface.area_m2 = area_m2;
+    const auto n = static_cast<double>(surface.id);
     surface.inliers = 100 * surface.id;
-    surface.rms_m = 0.001 * surface.id;
-    surface.covariance << 4e-6 * surface.id, 1e-6 * surface.id, 0,  //
-        1e-6 * surface.id, 4e-6 * surface.id, 0,                    //
-        0, 0, 1e-6 * surface.id;
+    surface.rms_m = 0.001 * n;
+    surface.covariance << 4e-6 * n, 1e-6 * n, 0, 1e-6 * n, 4e-6 * n, 0, 0, 0, 1e-6 * n;
     surface.revision = 10 + surface.id;
     if (surface.id > 4) surface.parents = {1, 4};
     snapshot_.surfaces.push_back(std::make_shared<const Surface>(std::move(surface)));

@@ -184,7 +184,7 @@ const std::vector<Spoiled>& spoiled_files() {
       {"a parameter makes no sense", [](S& s) { s.header().mutable_parameters(7)->set_value(1e300); }},
       {"header is not complete", [](S& s) { s.header().clear_revision(); }},
       {"no such next surface id", [](S& s) { s.header().set_next_id(0); }},
-      {"no such next surface id", [](S& s) { s.header().set_next_id((1 << 24) + 1); }},
+      {"no such next surface id", [](S& s) { s.header().set_next_id(last_id + 2); }},
       {"histogram", [](S& s) { s.header().add_noise_histogram(0); }},
       {"noise makes no sense", [](S& s) { s.header().set_range_noise(-1e-9); }},
       {"noise makes no sense", [](S& s) { s.header().set_range_noise(not_a_number); }},
@@ -449,19 +449,22 @@ TEST_F(Removals, ManyComeBackInOrder) {
   std::vector<Removal> many;
   const SurfaceId first = surfaces::state_of(map).surfaces.next_id();
   for (SurfaceId i = 0; i < 20000; ++i)
-    many.push_back({Removal::Of::surface, first + i, i % 3 == 0 ? 1U : 0U, i / 9000, 1 + i / 8000, {1, 2}});
+    many.push_back(
+        {Removal::Of::surface, first + i, i % 3 == 0 ? SurfaceId{1} : 0, i / 9000, 1 + i / 8000, {1, 2}});
   surfaces::state_of(map).surfaces.set_next_id(first + 20000);
-  surfaces::state_of(map).removals = RemovalLog().with(many);
+  surfaces::state_of(map).removals = RemovalLog(640, 1).with(many);
   save_map(map, folder / "a");
   const LoadedMap loaded = load_map(folder / "a");
   std::vector<Removal> read;
   loaded.map.snapshot()->removals.for_each_since(0, [&](const Removal& d) { read.push_back(d); });
   EXPECT_EQ(read, many);
+  EXPECT_EQ(loaded.map.snapshot()->removals.left_out(), 640U);
+  EXPECT_EQ(loaded.map.snapshot()->removals.complete_since(), 1U);
 }
 
 TEST_F(DamagedMapFiles, RemovalsThatCannotBe) {
   const Records whole = without_history(map_of(changing_room(6)));
-  const std::uint32_t next = whole.front().header().next_id();
+  const std::uint64_t next = whole.front().header().next_id();
   const std::uint64_t revision = whole.front().header().revision();
   using D = map_file::Removal;
   const std::vector<std::pair<const char*, std::function<void(D&, D&)>>> table{

@@ -372,7 +372,7 @@ TEST_F(MapFileTest, AMapThatWasSavedWithAPastIsReadAndGoneOnWith) {
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   ASSERT_THAT(snapshot->surfaces, SizeIs(2));
   const Surface &floor = *snapshot->surfaces[0], &wall = *snapshot->surfaces[1];
-  EXPECT_EQ(std::pair(floor.id, wall.id), std::pair(1U, 3U));
+  EXPECT_EQ(std::pair(floor.id, wall.id), std::pair(SurfaceId{1}, SurfaceId{3}));
   EXPECT_EQ(floor.inliers, 1530U);
   EXPECT_NEAR(floor.area_m2, 5.296549, 1e-6);
   EXPECT_NEAR(wall.area_m2, 2.333531, 1e-6);
