@@ -22,6 +22,7 @@ OTHERWISE = {
     "AlignmentReach": "Parameters",
     "StampedPose": "pairs that deskew() takes",
     "RemovalLog": "Snapshot.removals",
+    "digest_of": "Map.digest",
     "is_occupancy_map": "open_scans() says so",
 }
 TYPE = re.compile(r"^(?:struct|class) (\w+)(?: final)?(?: :[^{;]*)?\s*\{", re.MULTILINE)

@@ -251,7 +251,7 @@ async function followsTheMap(browser, folder) {
     await page.until(`page.map.revision > ${await page.value('page.map.revision')} + 2`, 60);
     assert.equal(await page.text('#details-title'), `Surface ${id}`, 'what was picked stays picked');
     assert.equal(await page.value('page.following.told.whole'), false, 'it is told what changed, not the map');
-    const whole = await (await fetch(`${address}api/surfaces`)).json();
+    const whole = (await (await fetch(`${address}api/changes`)).json()).now;
     await page.until(`page.map.revision >= ${whole.revision}`, 60);
     const drawn = await page.value('page.map.surfaces.map((s) => [s.id, s.revision])');
     const changed = await (await fetch(`${address}api/changes?since=${whole.revision}`)).json();

@@ -166,9 +166,9 @@ bool is_occupancy_map(const fs::path& input) {
   }
   if (fs::is_directory(status)) return false;
   const io::FileKind kind = fs::is_regular_file(status) ? io::kind_of(input) : io::FileKind::unknown;
-  if (kind != io::FileKind::unknown) return kind == io::FileKind::occupancy_map;
   if (input.extension() == ".surfaces")
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "resume it by --resume");
+  if (kind != io::FileKind::unknown) return kind == io::FileKind::occupancy_map;
   io::files_of_bag(input);  // throws for a compressed one
   throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
               "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a bag (.bag, .db3, .mcap), a "

@@ -11,6 +11,6 @@ int main() {
   octosurf::Mapper mapper;
   mapper.insert(scan);
   for (const octosurf::SurfacePtr& surface : mapper.snapshot()->surfaces)
-    std::printf("surface %u: %.2f m², %zu polygons, normal z %.3f\n", surface->id, surface->area_m2,
+    std::printf("surface %ju: %.2f m², %zu polygons, normal z %.3f\n", surface->id, surface->area_m2,
                 surface->polygons.size(), surface->plane.normal.z());
 }
