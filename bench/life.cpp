@@ -1,5 +1,5 @@
-// A month of a robot's rounds through an office: people walk, doors open, chairs move every day, tables once a
-// week; every day the process is killed and goes on from its last checkpoint. What grows, and what is lost?
+// A month of a robot's rounds through an office: people walk, doors open, chairs move every day, tables once
+// a week; every day the process is killed and goes on from its last checkpoint. What grows, and what is lost?
 
 #include "bench/bench.hpp"
 #include "evaluation/evaluate.hpp"
@@ -27,7 +27,10 @@ constexpr std::size_t days = 30, laps_a_day = 8, saves_a_day = 10;
 class Office {
  public:
   Office(std::uint64_t seed, std::size_t scans)
-      : seed_(seed), scans_a_day_(scans / days), sensor_(simulation::make_sensor("spinning")) {
+      // Each day ends with a save, so that the next one, in which the process is killed, begins anew.
+      : seed_(seed),
+        scans_a_day_(scans / days / saves_a_day * saves_a_day),
+        sensor_(simulation::make_sensor("spinning")) {
     const simulation::Scene office = simulation::make_scene("office", Random(seed, 0), 0);
     poses_ = simulation::walk_path(office.path, scans_a_day_, laps_a_day);
     for (const simulation::View& view : office.path) floor_.extend(view.eye.head<2>());
@@ -95,11 +98,12 @@ class Office {
     Eigen::Isometry3d leaf = Eigen::Isometry3d::Identity();
     leaf.translation() << floor_.max().x(), floor_.center().y(), 1;
     leaf.rotate(Eigen::AngleAxisd(open ? std::numbers::pi / 2 : 0, Eigen::Vector3d::UnitZ()));
-    simulation::add_box(scene, simulation::add_object(scene, "door"),
-                        leaf * Eigen::Translation3d(0.45, 0, 0), {0.9, 0.04, 2});
+    simulation::add_box(scene, simulation::add_object(scene, "door"), leaf * Eigen::Translation3d(0.45, 0, 0),
+                        {0.9, 0.04, 2});
     // People walk the round the other way, a third and two thirds of it off; nobody is nearer than 0.7 m.
     for (std::size_t k = 1; k <= 2; ++k) {
-      const auto at = (2 * scans_a_day_ + k * scans_a_day_ / laps_a_day / 3 - i % scans_a_day_) % scans_a_day_;
+      const auto at =
+          (2 * scans_a_day_ + k * scans_a_day_ / laps_a_day / 3 - i % scans_a_day_) % scans_a_day_;
       Eigen::Vector3d person = poses_[at].position;
       if ((person - poses_[i % scans_a_day_].position).norm() < 0.7) person.z() = -10;
       person.z() -= simulation::head_height;
