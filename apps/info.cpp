@@ -125,7 +125,7 @@ void add_info(CLI::App& app) {
       ->required();
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "print JSON");
-  verb->add_flag("--digest", arguments->digest, "print only what tells a map's content from others'");
+  verb->add_flag("--digest", arguments->digest, "print only the digest of the map's content");
   verb->callback([arguments] { run_info(*arguments); });
 }
 

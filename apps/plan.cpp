@@ -100,9 +100,10 @@ void run_plan(PlanArguments& arguments) {
                                  up_in_force(map.map, arguments.up).direction);
   const PlanQuery& query = arguments.query;
   const Robot robot = robot_of(query, asked.up);
-  const FootstepPlan plan = planner_on(asked, robot).plan(query.from, query.to, query.budget);
-  const GroundView ground = asked.ground(GroundRules::of(robot, asked.octree.resolution()));
-  write(arguments, *ground.solid(), plan, robot, asked.up);
+  const auto solid = asked.ground(GroundRules::of(robot, asked.octree.resolution())).solid();
+  const FootstepPlan plan =
+      FootstepPlanner(solid, asked.octree, robot).plan(query.from, query.to, query.budget);
+  write(arguments, *solid, plan, robot, asked.up);
   if (arguments.json) std::printf("%s\n", to_json(plan, robot).c_str());
   if (!plan.found()) throw Error(Error::Kind::data, arguments.map, plan.refusal->sentence);
   if (!arguments.json) print(plan);

@@ -12,7 +12,6 @@
 #include <octosurf/error.hpp>
 
 namespace octosurf {
-
 namespace {
 
 /// A limit of a robot in a file, and where each has it; null: the robot has none.
@@ -114,10 +113,6 @@ Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up) {
       },
       robot);
   return robot;
-}
-
-FootstepPlanner planner_on(const planning::AskedMap& map, const Robot& robot) {
-  return {map.ground(GroundRules::of(robot, map.octree.resolution())).solid(), map.octree, robot};
 }
 
 }  // namespace octosurf

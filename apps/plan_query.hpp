@@ -5,10 +5,6 @@
 
 #include <octosurf/footsteps.hpp>
 
-namespace octosurf::planning {
-struct AskedMap;
-}
-
 namespace octosurf {
 
 struct PlanQuery {
@@ -26,9 +22,5 @@ Robot robot_in(const std::string& name_or_file);
 std::string name_of(const Robot& robot);
 
 Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up);
-
-/// A planner on the surfaces as the robot's feet meet them: without voids, and without unseen gaps that are
-/// too wide for a foot (gaps.hpp).
-FootstepPlanner planner_on(const planning::AskedMap& map, const Robot& robot);
 
 }  // namespace octosurf

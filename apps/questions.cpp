@@ -118,17 +118,16 @@ Json foothold_json(const planning::AskedMap& map, const Request& asked) {
   Json shares;
   for (std::size_t k = 0; k < answer.ground.size(); ++k)
     shares[std::string(ground_names[k])] = answer.ground[k];
-  const Json json{{"surface", found.surface},
-                  {"accepted", found.accepted},
-                  {"refused", found.refused ? Json(contact_refusal_name(*found.refused)) : Json()},
-                  {"supported", found.supported},
-                  {"ground", shares},
-                  {"margin_m", found.margin_m},
-                  {"off_m", answer.off_m},
-                  {"point", Eigen::Vector3d(found.T_map_contact.translation())},
-                  {"normal", Eigen::Vector3d(found.T_map_contact.linear().col(2))},
-                  {"heading", Eigen::Vector3d(found.T_map_contact.linear().col(0))}};
-  return json;
+  return {{"surface", found.surface},
+          {"accepted", found.accepted},
+          {"refused", found.refused ? Json(contact_refusal_name(*found.refused)) : Json()},
+          {"supported", found.supported},
+          {"ground", shares},
+          {"margin_m", found.margin_m},
+          {"off_m", answer.off_m},
+          {"point", Eigen::Vector3d(found.T_map_contact.translation())},
+          {"normal", Eigen::Vector3d(found.T_map_contact.linear().col(2))},
+          {"heading", Eigen::Vector3d(found.T_map_contact.linear().col(0))}};
 }
 
 Fields one_region_fields(Request& asked) {

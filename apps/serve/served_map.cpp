@@ -96,9 +96,10 @@ ServedMap::Text ServedMap::voxels() const {
 }
 
 std::string ServedMap::changes_json(std::optional<std::uint64_t> since, const std::string& of_run) const {
-  if ((!of_run.empty() && of_run != run.name) || since > asked.snapshot->revision) since.reset();
-  std::optional<MapChanges> changes;
-  if (since) changes = changes_since(*asked.snapshot, *since);
+  std::optional<MapChanges> changes;  // none: the page starts anew
+  if (since && (of_run.empty() || of_run == run.name) && *since <= asked.snapshot->revision &&
+      *since >= asked.snapshot->removals.complete_since())
+    changes = changes_since(*asked.snapshot, *since);
   return io::surfaces_message(page_map(), asked.up, run.name, changes).document();
 }
 

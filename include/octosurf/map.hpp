@@ -83,15 +83,15 @@ struct KeptScans {
   std::vector<std::uint32_t> marks{};      ///< by which the file of each is known; empty: not known
 };
 
-/// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap). The first is changed in one transaction,
-/// where this map was read from it or saved to it last, by what has changed since; else it is written to a
-/// temporary file that is synced and renamed, as the second is. After a failure or crash the .surfaces is the
-/// old one or the new one. A .bt that was not saved with
-/// a whole .surfaces beside it, such as one that another tool has made or edited, is first kept, synced, as
-/// `stem`.edited.bt, or .edited-2.bt … where an earlier one has that name; the warning that is returned, else
-/// empty, says so. The file records the location of the map's `scans`, relative to itself if possible; by
-/// default none. Throws Error(usage) if `stem` names a folder, Error(output), also for a symbolic link or a
-/// read-only file in the place of either, and Error(incomplete) for an incomplete map.
+/// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap). The first is changed in one
+/// transaction, where this map was read from it or saved to it last, by what has changed since; else it is
+/// written to a temporary file that is synced and renamed, as the second is. After a failure or crash the
+/// .surfaces is the old one or the new one. A .bt that was not saved with a whole .surfaces beside it, such
+/// as one that another tool has made or edited, is first kept, synced, as `stem`.edited.bt, or .edited-2.bt …
+/// where an earlier one has that name; the warning that is returned, else empty, says so. The file records
+/// the location of the map's `scans`, relative to itself if possible; by default none. Throws Error(usage) if
+/// `stem` names a folder, Error(output), also for a symbolic link or a read-only file in the place of either,
+/// and Error(incomplete) for an incomplete map.
 std::string save_map(const Map& map, const std::filesystem::path& stem, const KeptScans& scans = {});
 
 /// Sixteen digits for what a .surfaces holds of a map: the same for the same scans and parameters, whoever

@@ -73,7 +73,7 @@ void Database::fail(int code) const {
   if (access_ < Access::write)
     throw Error(Error::Kind::data, file_.string(), "is damaged: " + says,
                 "restore it from a backup, or repair it by sqlite3's .recover");
-  int failure = 0;  // of the file itself; of its journal nobody is told
+  int failure = 0;  // of the file itself; SQLite keeps its journal's to itself
   sqlite3_file_control(base_.get(), nullptr, SQLITE_FCNTL_LAST_ERRNO, &failure);
   const int kind = code & 0xff;
   if (kind == SQLITE_FULL || kind == SQLITE_IOERR)

@@ -9,7 +9,6 @@
 
 #include <octosurf/contact.hpp>
 #include <octosurf/footsteps.hpp>
-#include <octosurf/gaps.hpp>
 #include <octosurf/ground.hpp>
 #include <octosurf/pieces.hpp>
 #include <octosurf/queries.hpp>
@@ -21,8 +20,7 @@ namespace octosurf::planning {
 
 /// A map at one moment, for queries from any thread.
 struct AskedMap {
-  /// `name`: for errors. `octree`: of the same scan as the snapshot; may be empty where nobody asks for
-  /// ground.
+  /// `of`: its name, for errors. `view`: of the same scan as the snapshot.
   AskedMap(std::string of, std::shared_ptr<const Snapshot> now, OccupancyView view,
            const Eigen::Vector3d& upward);
 

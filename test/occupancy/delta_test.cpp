@@ -282,6 +282,12 @@ std::vector<std::uint64_t> walked(const GridOrigin& from, std::span<const GridRa
 }
 
 TEST(LaneWalker, SetsTheSameBitsSideBySide) {
+#ifdef OCTOSURF_HAS_LANES
+  const bool side_by_side = __builtin_cpu_supports("avx2");
+#else
+  const bool side_by_side = false;
+#endif
+  if (!side_by_side) GTEST_SKIP() << "this processor walks one ray at a time";
   std::mt19937_64 rng(test::seed());
   std::uniform_int_distribution<int> voxels(-55, 55);
   const geometry::VoxelGrid grid(0.02);

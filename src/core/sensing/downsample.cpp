@@ -30,10 +30,7 @@ template <class V, class T>
 }
 
 /// `rows`: 3×4, row-major.
-#if defined(__x86_64__)
-[[gnu::target_clones("avx2", "default")]]  // the same operations, a third faster in AVX's encoding
-#endif
-void locate_fours(const Eigen::Vector3f* points, std::size_t fours,
+[[gnu::always_inline]] inline void locate_fours(const Eigen::Vector3f* points, std::size_t fours,
                                                 const double* rows, double per_metre, LocatedPoints& out) {
   constexpr double reach = geometry::VoxelGrid::origin;
   float* const positions[3] = {out.x.data(), out.y.data(), out.z.data()};
@@ -61,6 +58,23 @@ void locate_fours(const Eigen::Vector3f* points, std::size_t fours,
   }
 }
 
+using Locate = void (*)(const Eigen::Vector3f*, std::size_t, const double*, double, LocatedPoints&);
+
+void locate_anywhere(const Eigen::Vector3f* points, std::size_t fours, const double* rows, double per_metre,
+                     LocatedPoints& out) {
+  locate_fours(points, fours, rows, per_metre, out);
+}
+#if defined(__x86_64__)
+// The same operations, a third faster in AVX's encoding.
+[[gnu::target("avx2")]] void locate_with_avx2(const Eigen::Vector3f* points, std::size_t fours,
+                                              const double* rows, double per_metre, LocatedPoints& out) {
+  locate_fours(points, fours, rows, per_metre, out);
+}
+const Locate best = __builtin_cpu_supports("avx2") ? locate_with_avx2 : locate_anywhere;
+#else
+const Locate best = locate_anywhere;
+#endif
+
 /// Transforms up to LocatedPoints::most points to the map frame, in double, and finds their voxels as
 /// VoxelGrid::key_of does. Four at a time, with the same rounding as one by one, with AVX2 or without. About
 /// 4 ns a point.
@@ -69,12 +83,12 @@ void locate(std::span<const Eigen::Vector3f> points, const Eigen::Isometry3d& T_
   const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = T_map_sensor.matrix().topRows<3>();
   const double per_metre = grid.per_metre();
   const std::size_t fours = points.size() / 4;
-  locate_fours(points.data(), fours, rows.data(), per_metre, out);
+  best(points.data(), fours, rows.data(), per_metre, out);
   if (points.size() % 4 == 0) return;
   std::array<Eigen::Vector3f, 4> rest;
   for (std::size_t i = 0; i < 4; ++i) rest[i] = points[std::min(4 * fours + i, points.size() - 1)];
   LocatedPoints last;
-  locate_fours(rest.data(), 1, rows.data(), per_metre, last);
+  best(rest.data(), 1, rows.data(), per_metre, last);
   for (std::size_t i = 0; 4 * fours + i < points.size(); ++i) {
     const std::size_t to = 4 * fours + i;
     out.x[to] = last.x[i], out.y[to] = last.y[i], out.z[to] = last.z[i];

@@ -71,10 +71,10 @@ struct MapFiles {
   std::uint64_t sum = 0;          ///< RowSums::files_sum()
 };
 
-/// What is known of the file that a map was read from or saved to last: MapState::saved.
+/// The file that a map was read from or saved to last: MapState::saved.
 struct SavedMap {
   std::binary_semaphore turn{1};            ///< of one save at a time
-  std::filesystem::path file{};             ///< canonical; empty: none, or nobody knows what is in it
+  std::filesystem::path file{};             ///< canonical; empty: none, or of unknown content
   RowSums rows{};                           ///< in it
   std::uint64_t history = 0;                ///< of the octree in it …
   std::uint32_t shares = 0;                 ///< … and how often that had been shared before

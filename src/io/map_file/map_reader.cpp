@@ -122,7 +122,7 @@ class MapReader : Damage {
     }
     require(header.removals_left_out() < largest_count && header.removals_left_out() % values_per_row == 0 &&
                 header.removals_complete_since() <= state.revision,
-            "what is said of earlier removals makes no sense");
+            "its counts of earlier removals make no sense");
     state.removals = RemovalLog(header.removals_left_out(), header.removals_complete_since());
     state.sensors_up = vector_of(header.sensors_up(), static_cast<double>(header.scans()) * (1 + 1e-3),
                                  "the sensors' up direction makes no sense");

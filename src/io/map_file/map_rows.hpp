@@ -58,7 +58,7 @@ struct RowSums {
 
   /// Of the map's content, whoever saved it however often: without the row of its files and the kept scans.
   std::uint64_t digest() const;
-  std::uint64_t files_sum() const;  ///< of the row of its files, which tells a save from others; 0: none
+  std::uint64_t files_sum() const;  ///< of the row of its files, which identifies a save; 0: none
   std::uint64_t count() const;      ///< of rows, without that of the files
   std::uint64_t bytes() const;      ///< of all contents
 };
