@@ -33,8 +33,8 @@ set(OCTOSURF_SLOW_fuzz Corpus/EveryByte.*
     Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
 set(OCTOSURF_SLOW_io DamagedMapFiles.*
     Removals.ComeBackWithWhoTookThemIn Removals.ManyComeBackInOrder ExportTest.FilesAreReadByPython
-    MapFileTest.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
-    PictureTest.IsoShowsFloorAndDefaultSize RecordStream.DamageBehindTheFrameIsSeen)
+    MapFileTest.ALargeFloorWithoutNoiseComesBack MapFileTest.AMonthOfDaysIsSavedInPlace PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
+    PictureTest.IsoShowsFloorAndDefaultSize)
 set(OCTOSURF_SLOW_detection Segment.ABoardOfThreeCentimetresPartsAWall LikelihoodDetector.*)
 set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndRailsAreOneEach
     Cylinders.FlatThingsAreNone

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <fstream>
 #include <new>
 #include <sqlite3.h>
 #include <utility>
@@ -19,6 +20,17 @@ constexpr int steps_between_looks = 1000;
 constexpr std::uint64_t steps_per_byte = 10, free_steps = 1000000;
 constexpr int patience_ms = 10000;  // for others' locks: a large map is read, or a save written, in less
 
+/// SQLite deletes the file that a journal names as the one above it, whichever that is, after taking back
+/// what the journal holds. octosurf's journals name none.
+void require_own_journal(const std::string& file) {
+  std::ifstream journal(file + "-journal", std::ios::binary);
+  std::string end(8, '\0');
+  journal.seekg(-8, std::ios::end).read(end.data(), 8);
+  if (journal && end == "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7")
+    throw Error(Error::Kind::data, file + "-journal", "names another file, which would be deleted",
+                "remove the journal: octosurf has not written it");
+}
+
 }  // namespace
 
 Database::Database(std::filesystem::path file, Access access, std::uint64_t largest)
@@ -28,6 +40,7 @@ Database::Database(std::filesystem::path file, Access access, std::uint64_t larg
     uri += c == '%' ? "%25" : c == '?' ? "%3f" : c == '#' ? "%23" : std::string(1, c);
   if (access == Access::read_still) uri += "?immutable=1";
   const bool reads = access < Access::write;
+  if (!reads) require_own_journal(file_.string());
   sqlite3* base = nullptr;
   const int code = sqlite3_open_v2(uri.c_str(), &base,
                                    SQLITE_OPEN_URI | (reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE),

@@ -190,7 +190,8 @@ void recover(const fs::path& file) try {
   std::error_code ignored;
   if (fs::exists(file.string() + "-journal", ignored))
     Database(file, Database::Access::write).run("SELECT count(*) FROM sqlite_master");
-} catch (const Error&) {  // it may not be written here: reading says whether that matters
+} catch (const Error& error) {  // where it may not be written, reading says whether that matters
+  if (error.kind() == Error::Kind::data) throw;
 }
 
 }  // namespace

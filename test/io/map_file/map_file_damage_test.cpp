@@ -119,6 +119,40 @@ TEST_F(DamagedMapFiles, NothingButItsTables) {
   }
 }
 
+/// A save that was killed in the middle is taken back. SQLite then deletes the file that the journal's end
+/// names as the one above it, which may be anybody's.
+TEST_F(DamagedMapFiles, JournalsThatNameAnotherFile) {
+  const fs::path map = folder / "cut.surfaces", journal = folder / "cut.surfaces-journal";
+  write_file(folder / "saved.surfaces", good);
+  std::string half, taken_back;
+  {
+    const io::Database save(folder / "saved.surfaces", io::Database::Access::write);
+    save.run("PRAGMA cache_spill = ON; PRAGMA cache_size = 1; BEGIN");
+    save.run("UPDATE octree SET content = zeroblob(length(content))");
+    half = read_file(folder / "saved.surfaces");
+    taken_back = read_file(folder / "saved.surfaces-journal");
+  }
+  ASSERT_NE(half, good);
+  const std::string other = (folder / "other.txt").string();
+  unsigned sum = 0;
+  for (const char c : other) sum += static_cast<unsigned char>(c);
+  const auto number = [](std::uint32_t n) {
+    return std::string{char(n >> 24), char(n >> 16 & 0xff), char(n >> 8 & 0xff), char(n & 0xff)};
+  };
+  // The page of SQLite's locks, the name, its length and sum, and what a journal begins with.
+  const std::string named = number((1U << 30) / 4096 + 1) + other +
+                            number(static_cast<std::uint32_t>(other.size())) + number(sum) +
+                            "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7";
+  write_file(other, "somebody's");
+  write_file(map, half);
+  write_file(journal, taken_back + named);
+  EXPECT_THAT(failure(Error::Kind::data, [&] { load_map(folder / "cut"); }),
+              says("cut.surfaces-journal", "names another file"));
+  EXPECT_EQ(read_file(other), "somebody's");
+  write_file(journal, taken_back);
+  EXPECT_EQ(bytes_of(load_map(folder / "cut").map), good);
+}
+
 using Records = std::vector<map_file::Record>;
 using Kind = map_file::Record::ContentCase;
 

@@ -353,6 +353,46 @@ TEST_F(MapFileTest, AFileThatWasWrittenBeforeIsRead) {
   EXPECT_LT((waiting.view + single.normalized()).norm(), 0.06) << "seen from the origin";
 }
 
+/// A room whose table stands elsewhere every day. The process is killed once a day, goes on from what it
+/// saved last, and ends the day with a save. Nothing of that shows in the map, and its file does not grow.
+TEST_F(MapFileTest, AMonthOfDaysIsSavedInPlace) {
+  constexpr int days = 25, of_a_day = 80, places = 4;
+  std::mt19937_64 random = rng();
+  const auto scan_of = [&](int day, int i) {
+    const double x = -0.9 + 0.6 * (day % places), y = day % 2 == 0 ? 0.5 : -1.1;
+    Scene scene;
+    scene.box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({x, y, 0.01}, {x + 0.6, y + 0.6, 0.52});
+    const double a = 2 * std::numbers::pi * i / of_a_day;
+    const Eigen::Vector3d eye(-0.6 + 0.1 * std::cos(a), 0.1 * std::sin(a), 1.4);
+    return camera_scan(scene, look_at(eye, eye + Eigen::Vector3d(std::cos(a), std::sin(a), -0.6)), random,
+                       {40, 40, 30});
+  };
+  Mapper unbroken(of_voxels(0.05));
+  save_map(unbroken.map(), folder / "month");
+  std::vector<std::uintmax_t> bytes;
+  for (int day = 0; day < days; ++day) {
+    std::vector<Scan> scans;
+    for (int i = 0; i < of_a_day; ++i) scans.push_back(scan_of(day, i));
+    for (const Scan& scan : scans) unbroken.insert(scan);
+    const int saved_at = of_a_day / 2, killed_at = saved_at + day;
+    for (const auto& [first, save, end] :
+         {std::tuple(0, saved_at, killed_at), {saved_at, of_a_day, of_a_day}}) {
+      Mapper mapper(load_map(folder / "month").map);
+      for (int i = first; i < end; ++i) {
+        mapper.insert(scans[static_cast<std::size_t>(i)]);
+        if (i + 1 == save) save_map(mapper.map(), folder / "month");
+      }
+    }
+    bytes.push_back(fs::file_size(folder / "month.surfaces"));
+  }
+  const LoadedMap month = load_map(folder / "month");
+  EXPECT_EQ(digest_of(month.map), digest_of(unbroken.map()));
+  EXPECT_THAT(check_invariants(month.map), IsEmpty());
+  const auto once_each = bytes.begin() + 2 * places;  // the table has stood at each place twice
+  EXPECT_LE(static_cast<double>(bytes.back()),
+            1.05 * static_cast<double>(*std::max_element(once_each - places, once_each)));
+}
+
 /// A floor, a wall, a pillar, and a table top that was carried off between two runs, as commit 0eb820e3 saved
 /// them, with the files of the past that it kept.
 TEST_F(MapFileTest, AMapThatWasSavedWithAPastIsReadAndGoneOnWith) {
