@@ -76,6 +76,7 @@ TASKS = {
     "kitchen-1cm": Task("kitchen", "the kitchen, d = 1 cm, every third frame", "kitchen", {"resolutions": [0.01], "every": 3}, RED),
     "steadiness": Task("ground", "surfaces where nothing changed", "steadiness", needs=RED),
     "ground": Task("ground", "ground kept up", "ground", needs=RED, timed=True),
+    "life": Task("life", "a month in an office", "life", timed=True),
     "table1": Task("table1", "the paper's Table I by both detectors", "table1", {"seeds": [1, 2, 3, 4, 5], "threads": os.cpu_count()}, RED,
                    timed=True),
     "speed-sides": Task("speed", "insertion, whole scans, memory and loading", "speed", needs=RED, timed=True),
@@ -247,6 +248,16 @@ def steadiness_section(records):
                                *(percent(max(row[key] for row in kept), 2) for key in ("flipped", "renamed"))]])
 
 
+def life_section(records):
+    """Days 2 and 30, and what the latter is of the former."""
+    columns = {"heap, MB": "heap_mb", "a scan, p50, ms": "scan_p50_ms", "p99": "scan_p99_ms", "a save, kB": "save_p50_kb", "file, MB": "file_mb"}
+    first, last = ([row for row in content(records, "life") if "faces" in row] + [None, None])[:2]
+    def line(row, title):
+        return [title, *(bench.plain(row[key]) for key in columns.values()), f'{row["next_id"]:,}', f'{row["correct"]} of {row["faces"]}', row["noise"]]
+    return first and markdown(["", *columns, "next id", "correct", "noise"], [
+        line(first, "day 2"), line(last, "day 30"), ["ratio", *(f"{last[key] / first[key]:.2f}" for key in columns.values()), "", "", ""]])
+
+
 def labelled_section(records):
     """A line for each method; in its cells what it found of a cloud's planes."""
     rows = content(records, "labelled")
@@ -312,6 +323,8 @@ SECTIONS = [
     ("Surfaces where nothing changed", "ground", steadiness_section,
      "Of the area of polygons about which no voxel changed from one scan to the next: the share that came or went, and that got another "
      "id, in the worst of the recordings."),
+    ("A month in an office", "life", life_section,
+     "100,000 scans of a small lidar among people, doors and furniture that moves, killed and resumed each day."),
     ("Ground kept up", "ground",
      table({"scene": "scene", "scan": "insert_ms", "ground of the next snapshot": "next_ms", "a foothold": "foothold_ms",
             "a region within 2 m": "region_2m_ms", "all ground": "all_ms"}, "ground"),
