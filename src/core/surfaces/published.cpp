@@ -19,7 +19,7 @@ std::map<SurfaceId, OutlineChange> Published::folded(const Batches& batches, std
 std::shared_ptr<const Published::State> Published::next(std::shared_ptr<const Snapshot> snapshot,
                                                         std::vector<OutlineChange> changes) const {
   constexpr std::size_t most_batches = 16;  // then one is made of them: a sixteenth of its cost a scan
-  const std::uint64_t applied = applied_.load();
+  const std::uint64_t applied = readers_->applied.load();
   const Batches& before = state_.load()->batches;
   auto next = std::make_shared<State>(State{std::move(snapshot), {}});
   for (const auto& batch : before)
@@ -35,33 +35,47 @@ std::shared_ptr<const Published::State> Published::next(std::shared_ptr<const Sn
   return next;
 }
 
-std::shared_ptr<const Snapshot> Published::complete(const State& state, const Complete& before) const {
+std::shared_ptr<const Snapshot> Published::Readers::read(const State& state) {
+  const std::shared_ptr<const Complete> before = complete.load();
+  if (before->of == state.snapshot) return before->snapshot;
   auto next = std::make_shared<Snapshot>(*state.snapshot);
-  std::map<SurfaceId, OutlineChange> changes = folded(state.batches, applied_, *next);
+  std::map<SurfaceId, OutlineChange> changes = folded(state.batches, applied, *next);
   std::size_t i = 0;
   for (SurfacePtr& surface : next->surfaces) {
-    while (i < before.of->surfaces.size() && before.of->surfaces[i]->id < surface->id) ++i;
-    if (i < before.of->surfaces.size() && before.of->surfaces[i] == surface) {
-      surface = before.snapshot->surfaces[i];
+    while (i < before->of->surfaces.size() && before->of->surfaces[i]->id < surface->id) ++i;
+    if (i < before->of->surfaces.size() && before->of->surfaces[i] == surface) {
+      surface = before->snapshot->surfaces[i];
     } else if (const auto change = changes.find(surface->id); change != changes.end()) {
       auto whole = std::make_shared<Surface>(*surface);
       geometry::set_polygons(*whole, polygons_with(change->second));
       surface = std::move(whole);
     }
   }
-  return next;
+  auto done = std::make_shared<Complete>(Complete{state.snapshot, std::move(next)});
+  if (!state.batches.empty()) applied = state.batches.back()->number;
+  complete.store(done);
+  return done->snapshot;
+}
+
+void Published::Readers::read(Kept& one) {
+  if (!one.snapshot) one.snapshot = read(*one.state);
 }
 
 std::shared_ptr<const Snapshot> Published::read() const {
-  if (const auto done = complete_.load(); done->of == state_.load()->snapshot) return done->snapshot;
-  const std::lock_guard lock(making_);
-  const std::shared_ptr<const Complete> before = complete_.load();
-  const std::shared_ptr<const State> state = state_.load();
-  if (before->of == state->snapshot) return before->snapshot;
-  auto done = std::make_shared<Complete>(Complete{state->snapshot, complete(*state, *before)});
-  if (!state->batches.empty()) applied_ = state->batches.back()->number;
-  complete_.store(done);
-  return done->snapshot;
+  if (const auto done = readers_->complete.load(); done->of == state_.load()->snapshot) return done->snapshot;
+  const std::lock_guard lock(readers_->making);
+  if (const std::shared_ptr<Kept> kept = readers_->kept.load()) readers_->read(*kept);
+  return readers_->read(*state_.load());
+}
+
+std::function<std::shared_ptr<const Snapshot>()> Published::keep() const {
+  const auto kept = std::make_shared<Kept>(Kept{state_.load(), nullptr});
+  readers_->kept.store(kept);
+  return [readers = readers_, kept] {
+    const std::lock_guard lock(readers->making);
+    readers->read(*kept);
+    return kept->snapshot;
+  };
 }
 
 }  // namespace octosurf::surfaces

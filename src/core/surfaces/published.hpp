@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -31,8 +32,7 @@ class Published {
   };
 
   explicit Published(std::shared_ptr<const Snapshot> snapshot)
-      : state_(std::make_shared<State>(State{snapshot, {}})),
-        complete_(std::make_shared<Complete>(Complete{snapshot, snapshot})) {}
+      : state_(std::make_shared<State>(State{snapshot, {}})), readers_(std::make_shared<Readers>(snapshot)) {}
 
   /// Of the last store(), complete. From any thread; never waits for the mapper, but for another reader while
   /// that makes the outlines both need. Some 3 µs for each place on an outline that changed since the last
@@ -41,6 +41,9 @@ class Published {
 
   // In the mapper's thread:
 
+  /// What reads the state of now, later and in any thread, whatever is stored and read meanwhile: whoever
+  /// reads a later state makes this one's outlines first. One at a time.
+  std::function<std::shared_ptr<const Snapshot>()> keep() const;
   /// The same, without polygons, boundary and area of surfaces whose outlines were left to the reader. O(1).
   std::shared_ptr<const Snapshot> latest() const { return state_.load()->snapshot; }
   /// A state that store() may publish: with `changes` of the outlines of surfaces in the snapshot, those that
@@ -56,14 +59,27 @@ class Published {
   struct Complete {
     std::shared_ptr<const Snapshot> of, snapshot;
   };
+  struct Kept {
+    std::shared_ptr<const State> state;
+    std::shared_ptr<const Snapshot> snapshot;  // of it, complete; null until somebody reads on
+  };
+  /// What readers share. They wait for each other only.
+  struct Readers {
+    explicit Readers(const std::shared_ptr<const Snapshot>& snapshot)
+        : complete(std::make_shared<Complete>(Complete{snapshot, snapshot})) {}
+    std::shared_ptr<const Snapshot> read(const State& state);  // under `making`
+    void read(Kept& kept);                                     // likewise
+
+    AtomicSharedPtr<const Complete> complete;  // stored under `making`
+    AtomicSharedPtr<Kept> kept{nullptr};
+    std::mutex making;
+    std::atomic<std::uint64_t> applied{0};  // number of the last batch in the outlines
+  };
   static std::map<SurfaceId, OutlineChange> folded(const Batches& batches, std::uint64_t after,
                                                    const Snapshot& snapshot);
-  std::shared_ptr<const Snapshot> complete(const State& state, const Complete& before) const;
 
   AtomicSharedPtr<const State> state_;
-  mutable AtomicSharedPtr<const Complete> complete_;  // stored under making_
-  mutable std::mutex making_;                         // among readers
-  mutable std::atomic<std::uint64_t> applied_{0};     // number of the last batch in the outlines
+  std::shared_ptr<Readers> readers_;
 };
 
 }  // namespace octosurf::surfaces

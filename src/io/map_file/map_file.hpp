@@ -88,9 +88,10 @@ class MapHead {
  public:
   /// `before`: whose rows of what has not changed are kept; null: all are written.
   MapHead(const surfaces::MapState& state, OccupancyView octree, const SavedMap* before);
-  /// Throws Error(output), also if a reader would refuse a row.
+  /// Makes the outlines that nobody has read. Throws Error(output), also if a reader would refuse a row.
   void write(RowWriter& rows, const MapFiles& files) const;
-  /// Memory for reading it, as the reader counts; a quarter more, because pools grow in steps.
+  /// Once it was written: memory for reading it, as the reader counts; a quarter more, because pools grow in
+  /// steps.
   std::uint64_t memory(const KeptScans& scans) const;
   const OccupancyView& octree() const { return octree_; }
   std::uint64_t revision() const { return limits_.revision; }
@@ -109,7 +110,8 @@ class MapHead {
   std::vector<std::uint64_t> held_;
   RemovalLog removals_;
   std::vector<std::pair<surfaces::SurfaceModel::State, std::uint64_t>> surfaces_;  // and inliers
-  std::shared_ptr<const Snapshot> snapshot_;
+  std::function<std::shared_ptr<const Snapshot>()> read_snapshot_;
+  mutable std::shared_ptr<const Snapshot> snapshot_;  // from write() on
   std::vector<std::pair<CylinderId, std::string>> cylinders_;
   std::vector<std::pair<alignment::SeenPatches::Key, std::vector<alignment::SeenPatches::Change>>> patches_;
 };

@@ -92,7 +92,7 @@ MapHead::MapHead(const surfaces::MapState& state, OccupancyView octree, const Sa
       queue_(state.queue),
       held_(state.held),
       removals_(state.removals),
-      snapshot_(state.snapshot.read()) {
+      read_snapshot_(state.snapshot.keep()) {
   if (before != nullptr && before->history == octree_.tree()->history()) since_ = before->shares;
   for (const auto& [id, surface] : state.surfaces) surfaces_.emplace_back(surface.head(), surface.size());
   for (const auto& [id, cylinder] : state.cylinders) {
@@ -135,6 +135,7 @@ void MapHead::write_queue(RowWriter& rows) const {
 }
 
 void MapHead::write(RowWriter& rows, const MapFiles& files) const {
+  snapshot_ = read_snapshot_();
   rows.put(Table::state, header_key, header_);
   occupancy::for_each_part(octree_, since_, [&](std::uint64_t path, const std::string& nodes) {
     const auto key = static_cast<std::int64_t>(path);

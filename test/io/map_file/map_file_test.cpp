@@ -353,6 +353,24 @@ TEST_F(MapFileTest, AFileThatWasWrittenBeforeIsRead) {
   EXPECT_LT((waiting.view + single.normalized()).norm(), 0.06) << "seen from the origin";
 }
 
+/// It is written by another thread, while scans go on and readers see them.
+TEST_F(MapFileTest, ASaveIsOfItsMomentWhateverIsReadMeanwhile) {
+  const std::vector<Scan> scans = changing_room(14);
+  Mapper mapper, until_then;
+  for (std::size_t i = 0; i < 6; ++i) mapper.insert(scans[i]), until_then.insert(scans[i]);
+  std::optional<io::MapSave> save(std::in_place, mapper.map(), folder / "moment", KeptScans(), true);
+  for (std::size_t i = 6; i < scans.size(); ++i) {
+    mapper.insert(scans[i]);
+    if (i % 3 == 0) mapper.snapshot();
+  }
+  (*save)();
+  save.reset();
+  EXPECT_EQ(difference(until_then.map(), load_map(folder / "moment").map), "");
+  EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
+  save_map(mapper.map(), folder / "moment");
+  EXPECT_EQ(difference(mapper.map(), load_map(folder / "moment").map), "");
+}
+
 /// A room whose table stands elsewhere every day. The process is killed once a day, goes on from what it
 /// saved last, and ends the day with a save. Nothing of that shows in the map, and its file does not grow.
 TEST_F(MapFileTest, AMonthOfDaysIsSavedInPlace) {
