@@ -133,7 +133,7 @@ namespace pybind11::detail {
 using octosurf::MapChanges;
 template <>
 struct type_caster<MapChanges::Successor> {
-  using Ids = std::pair<std::uint32_t, std::uint32_t>;
+  using Ids = std::pair<octosurf::SurfaceId, octosurf::SurfaceId>;
   PYBIND11_TYPE_CASTER(MapChanges::Successor, make_caster<Ids>::name);
 
   bool load(handle source, bool) {

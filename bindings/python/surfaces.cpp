@@ -45,7 +45,7 @@ py::array_t<double> to_map(const Surface& surface, const Dense<double>& uv) {
 
 std::string text_of_surface(const Surface& surface) {
   const Eigen::Vector3d& n = surface.plane.normal;
-  return io::formatted("<Surface %u: %.3f m², normal (%.3f, %.3f, %.3f), offset %.3f m>", surface.id,
+  return io::formatted("<Surface %ju: %.3f m², normal (%.3f, %.3f, %.3f), offset %.3f m>", surface.id,
                        surface.area_m2, n.x(), n.y(), n.z(), surface.plane.offset);
 }
 

@@ -1,9 +1,10 @@
 #include "geometry/directions.hpp"
-#include "planning/box_tree.hpp"
 #include "planning/polygon_index.hpp"
 #include "planning/rings.hpp"
 
 #include <algorithm>
+#include <boost/geometry.hpp>
+#include <boost/geometry/index/rtree.hpp>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -33,6 +34,16 @@ struct Entry {
   }
 };
 using EntryPtr = std::shared_ptr<const Entry>;
+
+namespace bg = boost::geometry;
+using BoostPoint = bg::model::point<double, 3, bg::cs::cartesian>;
+using BoostBox = bg::model::box<BoostPoint>;
+using BoxTree = bg::index::rtree<std::pair<BoostBox, const Entry*>, bg::index::quadratic<16>>;
+
+BoostPoint boost_point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+BoostBox boost_box(const Eigen::AlignedBox3d& box) {
+  return {boost_point(box.min()), boost_point(box.max())};
+}
 
 void require_point(const Eigen::Vector3d& point, const char* where) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
@@ -92,34 +103,23 @@ bool meets(const ConvexSpace& space, const Entry& entry) {
   return met || entry.polygons.contains((entry.T_surface_map * part.front()).head<2>());
 }
 
-/// Distance at which a ray enters a box; infinity if it does not.
-double entry_distance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from,
-                      const Eigen::Vector3d& along) {
-  double first = 0, last = HUGE_VAL;
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    if (along[i] == 0) {
-      if (from[i] < box.min()[i] || from[i] > box.max()[i]) return HUGE_VAL;
-      continue;
-    }
-    const double a = (box.min()[i] - from[i]) / along[i], b = (box.max()[i] - from[i]) / along[i];
-    first = std::max(first, std::min(a, b));
-    last = std::min(last, std::max(a, b));
-  }
-  return first <= last ? first : HUGE_VAL;
-}
-
 /// The best answer so far: the nearest, on a tie the lower id.
 template <class Answer>
 class Best {
  public:
   explicit Best(double within) : limit(within) {}
   void offer(const Answer& answer) {
-    if (answer.distance > limit || (found && answer.distance == limit && answer.id > found->id)) return;
-    found = answer;
+    if (answer.distance > limit || (any_ && answer.distance == limit && answer.id > found_.id)) return;
+    any_ = true;
+    found_ = answer;
     limit = answer.distance;
   }
-  std::optional<Answer> found;
+  std::optional<Answer> found() const { return any_ ? std::optional(found_) : std::nullopt; }
   double limit;
+
+ private:
+  bool any_ = false;
+  Answer found_{};
 };
 
 }  // namespace
@@ -136,15 +136,15 @@ ConvexSpace ConvexSpace::box(const Eigen::AlignedBox3d& box) {
 struct SurfaceIndex::Impl {
   std::shared_ptr<const Snapshot> snapshot;
   std::vector<EntryPtr> entries;  ///< of surfaces with polygons; ascending id
+  Eigen::AlignedBox3d bounds;
   BoxTree tree;
 
-  template <class Meets, class Test>
-  std::vector<SurfaceId> list(const Meets& near, const Test& test) const {
+  /// Of those whose box is in the given one.
+  template <class Test>
+  std::vector<SurfaceId> list(const Eigen::AlignedBox3d& box, const Test& test) const {
     std::vector<SurfaceId> ids;
-    const auto distance = [&](const Eigen::AlignedBox3d& box) { return near(box) ? 0 : HUGE_VAL; };
-    tree.nearest_first(distance, 0, [&](std::size_t i) {
-      if (test(*entries[i])) ids.push_back(entries[i]->surface->id);
-    });
+    for (auto at = tree.qbegin(bg::index::intersects(boost_box(box))); at != tree.qend(); ++at)
+      if (test(*at->second)) ids.push_back(at->second->surface->id);
     std::sort(ids.begin(), ids.end());
     return ids;
   }
@@ -152,19 +152,22 @@ struct SurfaceIndex::Impl {
   std::optional<RayHit> cast(const Eigen::Vector3d& from, const Eigen::Vector3d& along, double within,
                              const SlopeLimit* limit) const {
     Best<RayHit> best(within);
-    const auto enters = [&](const Eigen::AlignedBox3d& box) { return entry_distance(box, from, along); };
-    tree.nearest_first(enters, best.limit, [&](std::size_t i) {
-      const Entry& entry = *entries[i];
-      if (limit != nullptr && !octosurf::within(*limit, *entry.surface)) return;
+    if (entries.empty()) return {};
+    const double farthest = (bounds.center() - from).norm() + bounds.diagonal().norm();
+    const bg::model::segment<BoostPoint> ray(boost_point(from),
+                                             boost_point(from + std::min(within, farthest) * along));
+    for (auto at = tree.qbegin(bg::index::intersects(ray)); at != tree.qend(); ++at) {
+      const Entry& entry = *at->second;
+      if (limit != nullptr && !octosurf::within(*limit, *entry.surface)) continue;
       const Eigen::Vector3d start = entry.T_surface_map * from, way = entry.T_surface_map.linear() * along;
-      if (std::fabs(way.z()) < 1e-9) return;  // parallel to the plane
+      if (std::fabs(way.z()) < 1e-9) continue;  // parallel to the plane
       const double distance = -start.z() / way.z();
-      if (distance < 0 || distance > best.limit) return;
+      if (distance < 0 || distance > best.limit) continue;
       const Eigen::Vector2d uv = (start + distance * way).head<2>();
       if (entry.polygons.contains(uv))
         best.offer({entry.surface->id, entry.surface->to_map(uv), distance, way.z() < 0});
-    });
-    return best.found;
+    }
+    return best.found();
   }
 };
 
@@ -176,15 +179,16 @@ SurfaceIndex::SurfaceIndex(std::shared_ptr<const Snapshot> snapshot, const Surfa
   static const std::vector<EntryPtr> none;
   const std::vector<EntryPtr>& known = previous != nullptr ? previous->impl_->entries : none;
   auto at = known.begin();
-  std::vector<Eigen::AlignedBox3d> boxes;
+  std::vector<BoxTree::value_type> boxes;
   for (const SurfacePtr& surface : impl_->snapshot->surfaces) {
     while (at != known.end() && (*at)->surface->id < surface->id) ++at;
     EntryPtr entry = at != known.end() && (*at)->surface == surface ? *at : std::make_shared<Entry>(surface);
     if (entry->box.isEmpty()) continue;
-    boxes.push_back(entry->box);
+    boxes.emplace_back(boost_box(entry->box), entry.get());
+    impl_->bounds.extend(entry->box);
     impl_->entries.push_back(std::move(entry));
   }
-  impl_->tree = BoxTree(std::move(boxes));
+  impl_->tree = BoxTree(boxes);
 }
 SurfaceIndex::SurfaceIndex(SurfaceIndex&&) noexcept = default;
 SurfaceIndex& SurfaceIndex::operator=(SurfaceIndex&&) noexcept = default;
@@ -196,19 +200,17 @@ std::vector<SurfaceId> SurfaceIndex::in(const ConvexSpace& space) const {
   for (const Plane& plane : space.planes)
     if (!plane.normal.allFinite() || std::isnan(plane.offset))
       throw Error(Error::Kind::usage, "space", "has a plane that is not finite");
-  return impl_->list([&](const Eigen::AlignedBox3d& box) { return may_meet(space, box); },
-                     [&](const Entry& entry) { return meets(space, entry); });
+  return impl_->list(impl_->bounds,
+                     [&](const Entry& entry) { return may_meet(space, entry.box) && meets(space, entry); });
 }
 
 std::vector<SurfaceId> SurfaceIndex::in_sphere(const Eigen::Vector3d& center, double radius) const {
   require_point(center, "in_sphere");
   require_distance(radius, "radius");
-  return impl_->list(
-      [&](const Eigen::AlignedBox3d& box) { return box.squaredExteriorDistance(center) <= radius * radius; },
-      [&](const Entry& entry) {
-        const auto uv = entry.polygons.closest((entry.T_surface_map * center).head<2>(), radius);
-        return uv && (entry.surface->to_map(*uv) - center).norm() <= radius;
-      });
+  return impl_->list(box_about(Eigen::AlignedBox3d(center), radius), [&](const Entry& entry) {
+    const auto uv = entry.polygons.closest((entry.T_surface_map * center).head<2>(), radius);
+    return uv && (entry.surface->to_map(*uv) - center).norm() <= radius;
+  });
 }
 
 std::optional<Nearest> SurfaceIndex::nearest(const Eigen::Vector3d& point, const SlopeLimit& limit,
@@ -217,17 +219,20 @@ std::optional<Nearest> SurfaceIndex::nearest(const Eigen::Vector3d& point, const
   require_distance(within, "within");
   require_limit(limit);
   Best<Nearest> best(within);
-  const auto distance = [&](const Eigen::AlignedBox3d& box) { return box.exteriorDistance(point); };
-  impl_->tree.nearest_first(distance, best.limit, [&](std::size_t i) {
-    const Entry& entry = *impl_->entries[i];
+  const BoxTree& tree = impl_->tree;
+  if (tree.empty()) return {};
+  for (auto at = tree.qbegin(bg::index::nearest(boost_point(point), static_cast<unsigned>(tree.size())));
+       at != tree.qend(); ++at) {
+    const Entry& entry = *at->second;
+    if (entry.box.exteriorDistance(point) > best.limit) break;  // the others are farther
     const Eigen::Vector3d local = entry.T_surface_map * point;
-    if (std::fabs(local.z()) > best.limit || !octosurf::within(limit, *entry.surface)) return;
+    if (std::fabs(local.z()) > best.limit || !octosurf::within(limit, *entry.surface)) continue;
     const auto uv = entry.polygons.closest(local.head<2>(), best.limit);
-    if (!uv) return;
+    if (!uv) continue;
     const Eigen::Vector3d on_surface = entry.surface->to_map(*uv);
     best.offer({entry.surface->id, on_surface, (on_surface - point).norm()});
-  });
-  return best.found;
+  }
+  return best.found();
 }
 
 std::optional<Nearest> SurfaceIndex::below(const Eigen::Vector3d& point, const SlopeLimit& limit) const {

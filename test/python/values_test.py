@@ -98,6 +98,14 @@ class Results(unittest.TestCase):
         with_fields = {cls for cls in classes() if hasattr(cls, "to_dict") and not hasattr(cls, "from_dict")}
         self.assertEqual(with_fields - seen, set(), "nothing of these classes was looked at")
 
+    def test_ids_are_of_64_bits(self):
+        first, second = 2**40 + 1, 2**52 + 2
+        changes = made(octosurf.MapChanges, 1, 2, [first], [], [], [(first, second)], [], [], [], [], [])
+        self.assertEqual((changes.appeared, changes.merged), ([first], [(first, second)]))
+        self.assertEqual(made(octosurf.Removal, "surface", second, first, 1, 5, []).into, first)
+        (surface,) = mapped_floor().snapshot().surfaces
+        self.assertIn("<Surface 1: ", repr(surface))
+
     def test_every_class_says_what_it_is(self):
         self.assertEqual([cls.__name__ for cls in classes() if cls.__repr__ is object.__repr__], [])
         documented = [(cls, "__doc__") for cls in classes()] + [(cls, name) for cls in classes() for name in properties_of(cls)]
