@@ -269,6 +269,80 @@ std::vector<Level> level_surfaces(const Snapshot& snapshot, const Eigen::Vector3
   return levels;
 }
 
+/// The highest of the levels near a sample of an outline's edge, just before it; none where one at about the
+/// same height continues the outline's.
+struct Before {
+  const Level* level = nullptr;
+  bool adjoins = false;  ///< it begins right there
+};
+
+Before level_before(const EdgeSample& sample, const Level& upper, const std::vector<const Level*>& near) {
+  const double height = upper.height(sample.at);
+  for (const double distance : before_edge) {
+    const Eigen::Vector2d before = sample.at + distance * sample.outward;
+    if (upper.contains(before)) break;
+    const Level* lower = nullptr;
+    double highest = height - greatest_riser;
+    for (const Level* other : near) {
+      const double its = other->height(before);
+      if (its < highest || its > height + least_riser || !other->contains(before)) continue;
+      lower = other;
+      highest = its;
+    }
+    if (lower == nullptr) continue;
+    if (highest > height - least_riser) break;
+    return {lower, distance == before_edge.front()};
+  }
+  return {};
+}
+
+/// The step along an edge between two levels. `samples`: of the upper one's outline.
+UprightStep step_along(const std::vector<EdgeSample>& edge, const std::vector<EdgeSample>& samples,
+                       const Level& upper, const Level& lower) {
+  EdgeLine line(edge);
+  line.widen(samples, upper, lower);
+  UprightStep step;
+  const auto adjoining = std::ranges::count_if(edge, [](const EdgeSample& e) { return e.adjoins; });
+  step.adjoins = 2 * adjoining >= std::ssize(edge);
+  step.step.lower = lower.surface->id;
+  step.step.upper = upper.surface->id;
+  step.lower = {step.step.lower};
+  step.upper = {step.step.upper};
+  const Eigen::Vector2d outward(line.along.y(), -line.along.x());
+  step.step.riser_m = upper.height_beside(line.middle, -outward) - lower.height_beside(line.middle, outward);
+  for (std::size_t end = 0; end < 2; ++end) {
+    // Left of the heading is against the ring's course.
+    const Eigen::Vector2d at = line.middle + (end == 0 ? line.low : line.high) * line.along;
+    step.ends[end] << at, upper.height(at);
+  }
+  measure(step);
+  return step;
+}
+
+/// Adds those from a level down to others.
+void add_steps_down(const Level& upper, const std::vector<const Level*>& near,
+                    std::vector<UprightStep>& steps) {
+  std::vector<EdgeSample> samples;
+  for_each_ring(upper.surface->polygons, [&](const Ring2& ring) { sample_outline(upper, ring, samples); });
+  std::map<SurfaceId, std::pair<const Level*, std::vector<EdgeSample>>> edges;  // by the lower surface
+  for (const EdgeSample& sample : samples)
+    if (const auto [level, adjoins] = level_before(sample, upper, near); level != nullptr) {
+      edges[level->surface->id].first = level;
+      edges[level->surface->id].second.push_back({sample.at, sample.outward, adjoins});
+    }
+  for (auto& [id, found] : edges) {
+    auto& [lower, rest] = found;
+    while (static_cast<double>(rest.size()) * sample_spacing >= least_step_width) {
+      const std::vector<EdgeSample> edge = take_edge(rest);
+      if (static_cast<double>(edge.size()) * sample_spacing < least_step_width) continue;
+      const UprightStep step = step_along(edge, samples, upper, *lower);
+      const double riser = step.step.riser_m;
+      if (step.step.width_m >= least_step_width && riser >= least_riser && riser <= greatest_riser)
+        steps.push_back(step);
+    }
+  }
+}
+
 }  // namespace
 
 void add_ids(const std::vector<SurfaceId>& added, std::vector<SurfaceId>& ids) {
@@ -286,64 +360,7 @@ std::vector<UprightStep> find_steps(const Snapshot& snapshot, const Eigen::Vecto
     std::vector<const Level*> near;
     for (const Level& other : levels)
       if (&other != &upper && other.box.intersects(reach)) near.push_back(&other);
-    if (near.empty()) continue;
-    std::vector<EdgeSample> samples;
-    for_each_ring(upper.surface->polygons, [&](const Ring2& ring) { sample_outline(upper, ring, samples); });
-    std::map<SurfaceId, std::pair<const Level*, std::vector<EdgeSample>>> edges;  // by the lower surface
-    for (const EdgeSample& s : samples) {
-      const double height = upper.height(s.at);
-      const Level* lower = nullptr;
-      bool adjoins = false;
-      for (const double distance : before_edge) {
-        const Eigen::Vector2d before = s.at + distance * s.outward;
-        if (upper.contains(before)) break;
-        // The highest there; one at about the same height continues it.
-        double highest = height - greatest_riser;
-        for (const Level* other : near) {
-          const double its = other->height(before);
-          if (its < highest || its > height + least_riser || !other->contains(before)) continue;
-          lower = other;
-          highest = its;
-        }
-        if (lower == nullptr) continue;
-        if (highest > height - least_riser) lower = nullptr;
-        adjoins = distance == before_edge.front();
-        break;
-      }
-      if (lower == nullptr) continue;
-      auto& [level, list] = edges[lower->surface->id];
-      level = lower;
-      list.push_back({s.at, s.outward, adjoins});
-    }
-    for (auto& [id, found] : edges) {
-      auto& [lower, rest] = found;
-      while (static_cast<double>(rest.size()) * sample_spacing >= least_step_width) {
-        const std::vector<EdgeSample> edge = take_edge(rest);
-        if (static_cast<double>(edge.size()) * sample_spacing < least_step_width) continue;
-        EdgeLine line(edge);
-        line.widen(samples, upper, *lower);
-        UprightStep found_step;
-        found_step.adjoins =
-            2 * std::count_if(edge.begin(), edge.end(), [](const EdgeSample& e) { return e.adjoins; }) >=
-            std::ssize(edge);
-        Step& step = found_step.step;
-        step.lower = id;
-        step.upper = upper.surface->id;
-        found_step.lower = {step.lower};
-        found_step.upper = {step.upper};
-        const Eigen::Vector2d outward(line.along.y(), -line.along.x());
-        step.riser_m =
-            upper.height_beside(line.middle, -outward) - lower->height_beside(line.middle, outward);
-        for (std::size_t end = 0; end < 2; ++end) {
-          // Left of the heading is against the ring's course.
-          const Eigen::Vector2d at = line.middle + (end == 0 ? line.low : line.high) * line.along;
-          found_step.ends[end] << at, upper.height(at);
-        }
-        measure(found_step);
-        if (step.width_m < least_step_width) continue;
-        if (step.riser_m >= least_riser && step.riser_m <= greatest_riser) steps.push_back(found_step);
-      }
-    }
+    if (!near.empty()) add_steps_down(upper, near, steps);
   }
   steps = join_parts(std::move(steps));
   std::sort(steps.begin(), steps.end(), [](const UprightStep& a, const UprightStep& b) {
