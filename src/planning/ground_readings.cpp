@@ -11,7 +11,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <span>
 
 namespace octosurf::planning {
 namespace {
@@ -29,15 +31,17 @@ constexpr auto farthest_moved = static_cast<float>(sensing::ReadingModel::clutte
 using geometry::Lanes;
 constexpr std::size_t lanes = 4;
 
+constexpr float none = -std::numeric_limits<float>::infinity();
+
+}  // namespace
+
 /// A level plane beside a place, by its readings.
-struct LevelPlane {
+struct GroundReadings::LevelPlane {
   std::uint32_t plane = 0;
   float height = 0, nearest = 0;                    // over the place; squared distance of the nearest reading
   Eigen::Vector3f aside = Eigen::Vector3f::Zero();  // sum of their offsets, and their number
   float off_middle() const { return aside.hnormalized().norm(); }
 };
-
-}  // namespace
 
 GroundReadings::GroundReadings(const GroundView& view, const Eigen::Isometry3d& T_map_patch,
                                const PatchLayout& layout, float highest_ground)
@@ -187,21 +191,37 @@ bool GroundReadings::is_open(const Eigen::Vector2f& place, float height, float d
   return is_free(place, height - depth * d_, true);
 }
 
-Look GroundReadings::look(const Eigen::Vector2f& place, float ground, std::optional<float> depth) const {
-  const auto step = static_cast<float>(layout_.max_step_m), headroom = static_cast<float>(layout_.headroom_m);
-  constexpr float none = -std::numeric_limits<float>::infinity();
-  float hanging = none, topmost = none, steep = none, lower = none;  // above a step, within it, below it
-  std::array<LevelPlane, 8> planes;
+/// What was read around a place, by its height over the ground.
+struct GroundReadings::Around {
+  float ground, step, headroom;
+  std::array<LevelPlane, 8> planes{};
   std::size_t count = 0;
+  float hanging = none, lower = none;  // what covers the place, more than a step above and below
+  float topmost = none, steep = none;  // within a step: pending, and of steep surfaces
+
   /// Of what covers the place.
-  const auto note = [&](float height, float& within_step) {
+  void note(float height, float& within_step) {
     if (height < ground - step)
       lower = std::max(lower, height);
     else if (height <= ground + step)
       within_step = std::max(within_step, height);
     else if (height <= ground + headroom)
       hanging = std::max(hanging, height);
-  };
+  }
+  /// That of a level surface; null: of another one, or of too many.
+  LevelPlane* plane_of(std::uint32_t plane, const PlaneOver& over, const Eigen::Vector2f& place) {
+    std::size_t k = 0;
+    while (k < count && planes[k].plane != plane) ++k;
+    if (k == count) {
+      if (!over.level || count == planes.size()) return nullptr;
+      planes[count++] = {plane, over.height.dot(place.homogeneous()), std::numeric_limits<float>::max()};
+    }
+    return &planes[k];
+  }
+};
+
+GroundReadings::Around GroundReadings::around(const Eigen::Vector2f& place, float ground) const {
+  Around found{ground, static_cast<float>(layout_.max_step_m), static_cast<float>(layout_.headroom_m)};
   const Eigen::Array2i from = array_at(place.array() - reach_).max(0),
                        to = array_at(place.array() + reach_).min(size_ - 1);
   for (int x = from.x(); x <= to.x(); ++x)
@@ -210,44 +230,47 @@ Look GroundReadings::look(const Eigen::Vector2f& place, float ground, std::optio
       const Eigen::Vector2f off = one.place - place;
       const float distance = off.squaredNorm();
       if (distance > reach_ * reach_) continue;
-      std::size_t k = 0;
-      while (k < count && planes[k].plane != one.plane) ++k;
-      if (k == count) {
-        const PlaneOver& over = planes_[one.plane];
-        if (over.level && count < planes.size())
-          planes[count++] = {one.plane, over.height.dot(place.homogeneous()), distance};
-      }
-      if (k < count) {
-        planes[k].nearest = std::min(planes[k].nearest, distance);
-        planes[k].aside += off.homogeneous();
+      if (LevelPlane* const level = found.plane_of(one.plane, planes_[one.plane], place)) {
+        level->nearest = std::min(level->nearest, distance);
+        level->aside += off.homogeneous();
       } else if (distance <= covered_ * covered_) {
         // A riser is seen from above only where its step's planes are not.
-        note(one.height, one.plane == 0 ? topmost : steep);
+        found.note(one.height, one.plane == 0 ? found.topmost : found.steep);
       }
     }
-  // The highest whose readings lie all around; else, as at the edge of a step, that of the nearest reading.
+  for (const LevelPlane& level : std::span(found.planes).first(found.count))
+    if (std::fabs(level.height - ground) > found.step && level.nearest <= covered_ * covered_) {
+      float none_within = none;
+      found.note(level.height, none_within);
+    }
+  return found;
+}
+
+/// The highest level plane within a step whose readings lie all around; else, as at the edge of a step, that
+/// of the nearest reading; null: none within half the widest gap.
+const GroundReadings::LevelPlane* GroundReadings::ground_of(const Around& found) const {
   const auto is_around = [this](const LevelPlane& p) {
     return p.nearest <= covered_ * covered_ && p.off_middle() <= lopsided * reach_;
   };
   const LevelPlane* best = nullptr;
-  for (std::size_t k = 0; k < count; ++k) {
-    const LevelPlane& one = planes[k];
-    if (std::fabs(one.height - ground) > step) {
-      float none_within = none;
-      if (one.nearest <= covered_ * covered_) note(one.height, none_within);
-      continue;
-    }
-    if (one.nearest > bridged_ * bridged_) continue;
+  for (const LevelPlane& one : std::span(found.planes).first(found.count)) {
+    if (std::fabs(one.height - found.ground) > found.step || one.nearest > bridged_ * bridged_) continue;
     const bool around = is_around(one);
     if (best == nullptr || (around != is_around(*best) ? around
                             : around                   ? one.height > best->height
                                                        : one.nearest < best->nearest))
       best = &one;
   }
+  return best;
+}
+
+Look GroundReadings::look(const Eigen::Vector2f& place, float ground, std::optional<float> depth) const {
+  const Around found = around(place, ground);
+  const LevelPlane* const best = ground_of(found);
   const float on_plane = best != nullptr ? best->height : none;
   const float to_depth = depth.value_or(planes_[best != nullptr ? best->plane : 0].depth);
-  if (hanging > none) return {PatchCell::occupied, hanging};
-  if (topmost > on_plane + beside_plane * d_) return {PatchCell::occupied, topmost};
+  if (found.hanging > none) return {PatchCell::occupied, found.hanging};
+  if (found.topmost > on_plane + beside_plane * d_) return {PatchCell::occupied, found.topmost};
   if (best != nullptr && (best->nearest <= covered_ * covered_ || !is_open(place, on_plane, to_depth)))
     return {PatchCell::supported,
             on_plane,
@@ -255,9 +278,9 @@ Look GroundReadings::look(const Eigen::Vector2f& place, float ground, std::optio
             planes_[best->plane].id,
             best->nearest > covered_ * covered_,
             best->off_middle() > lopsided * reach_};
-  if (steep > none) return {PatchCell::occupied, steep};
+  if (found.steep > none) return {PatchCell::occupied, found.steep};
   const float level = best != nullptr ? on_plane : ground;
-  if (lower > none) return is_free(place, level) ? Look{PatchCell::below, lower} : Look{};
+  if (found.lower > none) return is_free(place, level) ? Look{PatchCell::below, found.lower} : Look{};
   return is_open(place, level, to_depth) ? Look{PatchCell::below} : Look{};
 }
 

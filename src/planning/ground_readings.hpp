@@ -90,6 +90,10 @@ class GroundReadings {
     return at_hand.second;
   }
   std::uint32_t find_plane(SurfaceId id);
+  struct LevelPlane;
+  struct Around;
+  Around around(const Eigen::Vector2f& place, float ground) const;
+  const LevelPlane* ground_of(const Around& found) const;
   bool is_free(const Eigen::Vector2f& place, float height, bool or_occupied = false) const;
   bool is_open(const Eigen::Vector2f& place, float height, float depth) const;
 
