@@ -52,26 +52,15 @@ CylinderModel& CylinderStore::restore(CylinderModel model) {
 
 void CylinderStore::erase(CylinderId id, CylinderId into) {
   const auto found = models_.find(id);
-  keep(found->second);
+  kept(id, found->second);
   removals_.push_back({Removal::Of::cylinder, id, into, found->second.born, 0, {}});
   for (const auto& [key, inlier] : found->second.inliers) owners_.erase(key.packed());
   models_.erase(found);
   touched_.erase(id);
 }
 
-CylinderModel* CylinderStore::find(CylinderId id) {
-  const auto found = models_.find(id);
-  if (found == models_.end()) return nullptr;
-  keep(found->second);
-  return &found->second;
-}
-const CylinderModel* CylinderStore::find(CylinderId id) const {
-  const auto found = models_.find(id);
-  return found == models_.end() ? nullptr : &found->second;
-}
-
 void CylinderStore::add(CylinderModel& cylinder, const Inlier& inlier) {
-  keep(cylinder);
+  kept(cylinder.id, cylinder);
   release(inlier.key);
   cylinder.inliers[inlier.key] = inlier;
   owners_[inlier.key.packed()] = cylinder.id;
@@ -84,7 +73,7 @@ void CylinderStore::release(geometry::VoxelKey key) {
   const auto owner = owners_.find(key.packed());
   if (owner == owners_.end()) return;
   CylinderModel& cylinder = models_.at(owner->second);
-  keep(cylinder);
+  kept(cylinder.id, cylinder);
   cylinder.inliers.erase(key);
   ++cylinder.unchecked;
   touched_.insert(cylinder.id);
@@ -95,7 +84,7 @@ void CylinderStore::move(const Inlier& inlier) {
   const CylinderId id = owner(inlier.key);
   if (id == 0) return;
   CylinderModel& cylinder = models_.at(id);
-  keep(cylinder);
+  kept(cylinder.id, cylinder);
   cylinder.inliers[inlier.key] = inlier;
   ++cylinder.unchecked;
   touched_.insert(id);
@@ -104,7 +93,7 @@ void CylinderStore::move(const Inlier& inlier) {
 std::vector<CylinderPtr> CylinderStore::publish(std::uint64_t map_revision) {
   for (const CylinderId id : touched_) {
     CylinderModel& cylinder = models_.at(id);
-    keep(cylinder);
+    kept(cylinder.id, cylinder);
     if (cylinder.revision == 0) cylinder.born = map_revision;
     cylinder.revision = map_revision;
     cylinder.published = cylinder.publish(map_revision);
@@ -121,18 +110,11 @@ std::vector<CylinderPtr> CylinderStore::publish(std::uint64_t map_revision) {
 
 void CylinderStore::begin_changes() {
   touched_before_ = touched_;
-  next_id_before_ = next_id_;
-  open_ = true;
-}
-
-/// Call before the model is changed.
-void CylinderStore::keep(const CylinderModel& model) {
-  if (open_ && model.id < next_id_before_) before_.try_emplace(model.id, model);
+  open();
 }
 
 void CylinderStore::commit() noexcept {
-  open_ = false;
-  before_.clear();
+  close();
   touched_before_.clear();
 }
 
@@ -146,14 +128,10 @@ void CylinderStore::roll_back() {
     if (id < next_id_before_ && !before_.contains(id)) settle(model);
 
   // From here on nothing can fail.
-  models_.erase(models_.lower_bound(next_id_before_), models_.end());
-  for (const auto& [id, model] : before_) models_.erase(id);
-  models_.merge(before_);
   owners_.swap(owners);
   touched_.swap(touched_before_);
-  next_id_ = next_id_before_;
-  removals_.clear();
-  commit();
+  put_back(before_);
+  touched_before_.clear();
 }
 
 }  // namespace octosurf::surfaces

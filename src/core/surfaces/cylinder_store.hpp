@@ -1,16 +1,15 @@
 #pragma once
 
 #include "geometry/cylinder_fit.hpp"
+#include "surfaces/model_store.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <map>
 #include <set>
 #include <tsl/robin_map.h>
-#include <utility>
 #include <vector>
 
 #include <octosurf/cylinder.hpp>
-#include <octosurf/removals.hpp>
 
 namespace octosurf::surfaces {
 
@@ -31,23 +30,13 @@ struct CylinderModel {
 /// All cylinders. A pending voxel supports at most one; it leaves when it vanishes or a surface takes it.
 ///
 /// Unchanged cylinders keep their published form, so the cost follows the change.
-class CylinderStore {
+class CylinderStore : public ModelStore<CylinderModel, CylinderModel> {
  public:
   CylinderModel& create(const geometry::CylinderShape& shape);
   CylinderModel& restore(CylinderModel model);
   /// Frees its voxels; `into` is the cylinder that absorbed it, if any.
   void erase(CylinderId id, CylinderId into = 0);
-  /// Removals since the last call, in order of erasure; their revision is not set yet.
-  std::vector<Removal> take_removals() { return std::exchange(removals_, {}); }
-
-  CylinderModel* find(CylinderId id);
-  const CylinderModel* find(CylinderId id) const;
-  std::size_t size() const { return models_.size(); }
-  CylinderId next_id() const { return next_id_; }
-  static CylinderId free_id(CylinderId first);  ///< the same; throws Error(data) if there is none
-  void set_next_id(CylinderId id) { next_id_ = id; }
-  auto begin() const { return models_.begin(); }  ///< ascending id
-  auto end() const { return models_.end(); }
+  static CylinderId free_id(CylinderId first);  ///< that one; throws Error(data) if there is none
 
   /// The cylinder that the voxel supports, or 0. O(1).
   CylinderId owner(geometry::VoxelKey key) const {
@@ -72,18 +61,9 @@ class CylinderStore {
   std::vector<CylinderPtr> publish(std::uint64_t map_revision);
 
  private:
-  void keep(const CylinderModel& model);
-
-  std::map<CylinderId, CylinderModel> models_;
-  CylinderId next_id_ = 1;
   tsl::robin_map<std::uint64_t, CylinderId, geometry::PackedKeyHash> owners_;
   std::set<CylinderId> touched_;
-  std::vector<Removal> removals_;
-
-  bool open_ = false;                           // between begin_changes() and its end
-  CylinderId next_id_before_ = 1;               // at begin_changes()
-  std::set<CylinderId> touched_before_;         // likewise
-  std::map<CylinderId, CylinderModel> before_;  // those changed since
+  std::set<CylinderId> touched_before_;  // at begin_changes()
 };
 
 }  // namespace octosurf::surfaces

@@ -30,19 +30,10 @@ SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
 
 void SurfaceStore::erase(SurfaceId id, SurfaceId into) {
   const auto found = models_.find(id);
-  const SurfaceModel& model = kept(found->second);
+  const SurfaceModel& model = kept(id, found->second);
   removals_.push_back({Removal::Of::surface, id, into, model.born, 0, model.parents()});
   numbers_.erase(occupancy::SurfaceNumbers::of(id));
   models_.erase(found);
-}
-
-SurfaceModel* SurfaceStore::find(SurfaceId id) {
-  const auto found = models_.find(id);
-  return found == models_.end() ? nullptr : &kept(found->second);
-}
-const SurfaceModel* SurfaceStore::find(SurfaceId id) const {
-  const auto found = models_.find(id);
-  return found == models_.end() ? nullptr : &found->second;
 }
 
 void SurfaceStore::add(SurfaceModel& surface, const Inlier& inlier) {
@@ -92,25 +83,8 @@ SurfaceStore::Ids SurfaceStore::Residents::near(geometry::VoxelKey key, int reac
   return ids;
 }
 
-void SurfaceStore::begin_changes() {
-  open_ = true;
-  next_id_before_ = next_id_;
-}
-
-/// Call before the model is changed.
-SurfaceModel& SurfaceStore::kept(SurfaceModel& model) {
-  if (open_ && model.id() < next_id_before_ && !heads_before_.contains(model.id()))
-    heads_before_.emplace(model.id(), model.head());
-  return model;
-}
-
-void SurfaceStore::commit() noexcept {
-  open_ = false;
-  heads_before_.clear();
-}
-
 void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapshot& published) {
-  std::map<SurfaceId, SurfaceModel::State> before = heads_before_;
+  std::map<SurfaceId, SurfaceModel::State> before = before_;
   Places places;
   points.for_each_point([&](const occupancy::VoxelPoint& p) {
     if (p.surface != 0) places.add(p.key, p.surface);
@@ -131,14 +105,9 @@ void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapsh
       if (id < next_id_before_) numbers.insert(occupancy::SurfaceNumbers::of(id));
 
   // From here on nothing can fail.
-  models_.erase(models_.lower_bound(next_id_before_), models_.end());
   std::swap(numbers_, numbers);
-  for (const auto& [id, state] : before) models_.erase(id);
-  models_.merge(models);
   std::swap(places_, places);
-  next_id_ = next_id_before_;
-  removals_.clear();
-  commit();
+  put_back(models);
 }
 
 bool SurfaceStore::find(SurfaceId id, Plane& plane, double& tolerance) const {

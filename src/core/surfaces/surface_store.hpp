@@ -3,48 +3,37 @@
 #include "geometry/voxel_key.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/surface_numbers.hpp"
+#include "surfaces/model_store.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <boost/container/small_vector.hpp>
-#include <map>
 #include <tsl/robin_map.h>
 #include <tsl/robin_set.h>
-#include <utility>
 #include <vector>
 
 namespace octosurf::surfaces {
 
 /// All surfaces, indexed by id and by place (8³-voxel blocks with inliers), so that a point is compared only
 /// with nearby surfaces.
-class SurfaceStore : public occupancy::PlaneLookup {
+class SurfaceStore : public ModelStore<SurfaceModel, SurfaceModel::State>, public occupancy::PlaneLookup {
  public:
+  using ModelStore::find;
+
   explicit SurfaceStore(double resolution) : resolution_(resolution) {}
 
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   SurfaceModel& restore(const SurfaceModel::State& state);
   /// Its inliers must have been removed; `into` is the surface that absorbed it, if any.
   void erase(SurfaceId id, SurfaceId into = 0);
-  /// Removals since the last call, in order of erasure; their revision is not set yet.
-  std::vector<Removal> take_removals() { return std::exchange(removals_, {}); }
-
-  SurfaceModel* find(SurfaceId id);              ///< for modification
-  const SurfaceModel* find(SurfaceId id) const;  ///< for reading
-  std::size_t size() const { return models_.size(); }
-  SurfaceId next_id() const { return next_id_; }
   /// The first id from `first` on whose number (SurfaceNumbers) no surface here has. Throws Error(data) if
   /// there is none.
   SurfaceId free_id(SurfaceId first) const;
   bool has_number_of(SurfaceId id) const { return numbers_.contains(occupancy::SurfaceNumbers::of(id)); }
-  void set_next_id(SurfaceId id) { next_id_ = id; }
-
-  /// Ascending id.
-  auto begin() const { return models_.begin(); }
-  auto end() const { return models_.end(); }
 
   /// Starts recording the previous state until commit() or roll_back(): O(1) for each surface accessed for
   /// modification.
-  void begin_changes();
-  void commit() noexcept;
+  void begin_changes() { open(); }
+  void commit() noexcept { close(); }
   /// Restores the state at begin_changes(). `points`: the octree of that time, which has the inliers;
   /// `published`: the snapshot of that time, which has the polygons. Changes nothing if it throws, and can be
   /// called again. O(points of the octree).
@@ -92,19 +81,11 @@ class SurfaceStore : public occupancy::PlaneLookup {
     }
     Residents blocks{block_bits}, regions{region_bits};
   };
-  SurfaceModel& kept(SurfaceModel& model);
 
   double resolution_;
   double erosion_tolerance_ = 0;
-  std::map<SurfaceId, SurfaceModel> models_;
-  std::vector<Removal> removals_;
   tsl::robin_set<std::uint32_t> numbers_;  // of models_
-  SurfaceId next_id_ = 1;
   Places places_;
-
-  bool open_ = false;                                      // between begin_changes() and its end
-  SurfaceId next_id_before_ = 1;                           // at begin_changes()
-  std::map<SurfaceId, SurfaceModel::State> heads_before_;  // of those accessed for modification since
 };
 
 }  // namespace octosurf::surfaces
