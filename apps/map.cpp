@@ -175,8 +175,8 @@ void run_map(MapOptions& options) {
       std::printf("%s\n", said.c_str());
   }
   if (source) start->set_origin(source->origin());
-  KeptScans kept = choose_folder(options.keep_scans, goes_on_in_place(options), *start, before, context);
-  MapRun mapping(options, *std::move(start), std::move(kept), std::move(context), begin);
+  ScanKeeper keeper(choose_folder(options.keep_scans, goes_on_in_place(options), *start, before, context));
+  MapRun mapping(options, *std::move(start), std::move(keeper), std::move(context), begin);
   mapping.run(inputs.octree, std::move(source));
 }
 

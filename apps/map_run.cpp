@@ -1,26 +1,65 @@
 #include "map_run.hpp"
 
+#include "geometry/interruption.hpp"
+#include "geometry/median.hpp"
 #include "interrupt_guard.hpp"
 #include "io/text_file.hpp"
 #include "progress.hpp"
 #include "run_outputs.hpp"
-#include "run_scans.hpp"
+#include "sensing/fingerprint.hpp"
+#include "surfaces/map_state.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <future>
 #include <new>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf {
+namespace {
 
-MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context,
+/// Throws Error(data) for a lidar's scan that reaches farther than one sees.
+void require_metres(const Scan& scan) {
+  constexpr double farthest =
+      300;  // m: no robot's sensor reaches so far, and such rays take hours and all memory
+  if (scan.sensor != SensorKind::lidar) return;
+  std::vector<float> ranges;
+  for (const Eigen::Vector3f& point : scan.points)
+    if (const float range = point.norm(); std::isfinite(range)) ranges.push_back(range);
+  if (ranges.empty() || static_cast<double>(geometry::median_of(ranges)) <= farthest) return;
+  throw Error(Error::Kind::data, scan.name,
+              "most of its readings reach farther than 300 m, as if not in metres",
+              "--depth-scale 1000 for millimetres, 100 for centimetres; 1, if they are metres");
+}
+
+/// Throws Error(data) for a pose that is no place.
+void require_near(const Scan& scan, const Eigen::Vector3d& origin) {
+  constexpr double farthest = 1e8;  // m: nothing on Earth is, and doubles resolve 10 nm there
+  const Eigen::Vector3d place = scan.T_map_sensor.translation() + origin;
+  if (place.lpNorm<Eigen::Infinity>() <= farthest) return;
+  throw Error(Error::Kind::data, scan.name, "its pose lies " + io::text_of(place) + " m from 0",
+              "check that poses are in metres, and of the form that --pose-form says");
+}
+
+/// Returns how many there are.
+std::size_t print_notes(const std::vector<std::string>& notes, std::size_t begin) {
+  for (std::size_t i = begin; i < notes.size(); ++i) std::printf("%s\n", notes[i].c_str());
+  return notes.size();
+}
+
+}  // namespace
+
+MapRun::MapRun(const MapOptions& options, Map start, ScanKeeper keeper, RunContext context,
                RunState::Clock::time_point begin)
     : options_(options),
       run_(options, std::move(start), std::move(context), begin),
-      keeper_(std::move(kept)),
+      keeper_(std::move(keeper)),
       poses_(options.write_poses, options.force, run_.mapper.map().origin()),
       checkpoints_(options.output, options.checkpoint_s, options.force && options.resume.empty()),
       live_(options.serve_port ? live_view(run_) : nullptr),
@@ -29,6 +68,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
 
 void MapRun::run(const std::optional<std::filesystem::path>& octree, std::unique_ptr<ScanSource> source) {
   const InterruptGuard guard;
+  run_.mapper.remember_scans();
   bool cut_short = false;
   try {
     if (octree) take_over(*octree);
@@ -53,6 +93,17 @@ void MapRun::run(const std::optional<std::filesystem::path>& octree, std::unique
                 "--resume " + options_.output + " goes on");
 }
 
+void MapRun::rebuild(std::unique_ptr<ScanSource> source, const Finish& finish) {
+  map_scans(std::move(source));
+  drain();
+  geometry::end_if_interrupted();
+  Map map = std::move(run_.mapper).release();
+  run_.context.succeeded = finish(map, keeper_.kept().poses);
+  run_.mapper = Mapper(std::move(map), options_.threads, paper_detector());
+  geometry::end_if_interrupted();
+  save(Saving::end);
+}
+
 void MapRun::take_over(const std::filesystem::path& octree) {
   const double arrival_s = run_.now_s();
   ScanReport report =
@@ -66,14 +117,35 @@ void MapRun::take_over(const std::filesystem::path& octree) {
 }
 
 void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
-  RunScans scans(run_, std::move(source));
+  const Map& map = run_.mapper.map();
+  const Eigen::Vector3d origin = map.origin();
+  const std::size_t listed = source->size(), printed = print_notes(source->notes(), 0);
+  std::vector<std::uint64_t> held = surfaces::state_of(map).held;  // scans of before this run
+  std::ranges::sort(held);
+  bool checks_unit = !map.parameters().occupancy.max_range && !options_.source.depth_scale;
+  ScanFeed feed(std::move(source), options_.range, [&](const Scan& scan) {
+    if (std::exchange(checks_unit, false)) require_metres(scan);
+    require_near(scan, origin);
+    return held.empty() || !std::ranges::binary_search(held, sensing::fingerprint_of(scan));
+  });
+  if (feed.size() == 0)
+    throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
+  const auto finish = [&] {
+    print_notes(feed.notes(), printed);
+    std::vector<std::string>& skipped = run_.context.skipped_scans;
+    skipped.insert(skipped.begin(), feed.skipped().begin(), feed.skipped().end());
+    run_.context.mapped_before = feed.refused();
+    if (feed.refused() > 0)
+      std::printf("%s left out: %s in the map already\n", io::count_of(feed.refused(), "scan").c_str(),
+                  feed.refused() == 1 ? "it is" : "they are");
+  };
   try {
-    insert_all(scans.feed());
+    insert_all(feed);
   } catch (const Error&) {  // the report is still written
-    scans.finish();
+    finish();
     throw;
   }
-  scans.finish();
+  finish();
 }
 
 void MapRun::insert_all(ScanFeed& feed) {
@@ -156,7 +228,7 @@ void MapRun::save(Saving saving) {
     if (options_.strict) require_agreement(run_.statistics.judgement(), options_.output);
     checkpoints_.save(map, scans, keeper_.kept());
     poses_.save(saving);
-    report(run_, keeper_.kept().folder);
+    report(run_, keeper_.folder_written());
   }
   checkpoints_.start(run_.now_s());
 }

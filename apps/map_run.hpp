@@ -10,9 +10,11 @@
 #include <cstddef>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <octosurf/mapper.hpp>
 #include <octosurf/scan_source.hpp>
@@ -24,13 +26,17 @@ namespace octosurf {
 /// is never overwritten by an incomplete map.
 class MapRun {
  public:
-  /// `kept`: location of the scans of `start` and of the new ones. `context`: input and the warnings so far.
+  /// `keeper`: of the scans of `start` and of the new ones. `context`: input and the warnings so far.
   /// `begin`: of the whole run.
-  MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context,
+  MapRun(const MapOptions& options, Map start, ScanKeeper keeper, RunContext context,
          RunState::Clock::time_point begin);
 
   /// Finds surfaces in an octree, if any, or carries those of a resumed map over to it; then maps the scans.
   void run(const std::optional<std::filesystem::path>& octree, std::unique_ptr<ScanSource> source);
+
+  using Finish = std::function<Succeeded(Map& map, const std::vector<Eigen::Isometry3d>& poses)>;
+  /// Maps all scans, or saves nothing. `finish`: before the map is saved; gets the poses of its scans.
+  void rebuild(std::unique_ptr<ScanSource> source, const Finish& finish);
 
  private:
   void take_over(const std::filesystem::path& octree);

@@ -57,6 +57,9 @@ void print_summary(const RunState& run, const std::filesystem::path& kept_scans)
   print_alignment(statistics);
   print_agreement(statistics.judgement());
   std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*snapshot));
+  if (const auto& ids = run.context.succeeded)
+    std::printf("%-12s %zu as before, %zu new; %zu of those before are gone\n", "ids", ids->kept, ids->born,
+                ids->gone.size());
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", run.now_s(),
               statistics.scan_ms().percentile(0.5), statistics.scan_ms().percentile(0.95));
@@ -125,9 +128,11 @@ void report(RunState& run, const std::filesystem::path& kept_scans) {
     io::write_file(file, run.options.force,
                    [&](std::ostream& out) { out << run.statistics.to_json(map, run.context) << '\n'; });
   print_summary(run, kept_scans);
-  std::fflush(stdout);  // warnings follow the summary
-  warn_of_missing_poses(run);
-  if (!run.statistics.judgement().contradicts()) warn_of_up(map);
+  std::fflush(stdout);           // warnings follow the summary
+  if (!run.context.succeeded) {  // else the run that built it has told
+    warn_of_missing_poses(run);
+    if (!run.statistics.judgement().contradicts()) warn_of_up(map);
+  }
   warn_of(run.statistics.judgement(), run.options.check);
 }
 

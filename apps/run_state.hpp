@@ -17,7 +17,7 @@
 
 namespace octosurf {
 
-/// Options of `octosurf map`.
+/// Options of `octosurf map`; a run of `octosurf remap` has them, too.
 struct MapOptions {
   std::vector<std::string> inputs;
   std::string output, resume, report;   ///< stems of maps; file
@@ -43,9 +43,7 @@ struct RunState {
         mapper(std::move(start), options.threads, paper_detector()),
         statistics(mapper.map().parameters()),
         context(std::move(run_context)),
-        begin(begin_time) {
-    mapper.remember_scans();
-  }
+        begin(begin_time) {}
 
   const MapOptions& options;
   Mapper mapper;

@@ -159,7 +159,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
 
   Json json;
   json["version"] = OCTOSURF_VERSION;
-  json["parameters"] = parameters_object(parameters_);
+  json["parameters"] = parameters_object(map.parameters());
   json["input"] = context.input;
   if (const Eigen::Vector3d origin = map.origin(); !origin.isZero(0))
     json["origin"] = {origin.x(), origin.y(), origin.z()};
@@ -202,6 +202,8 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["peak_rss_mb"] = peak_rss_mb();
   json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
   json["wall_s"] = context.wall_s;
+  if (const auto& ids = context.succeeded)
+    json["remap"] = {{"kept", ids->kept}, {"new", ids->born}, {"gone", ids->gone}};
   // A file name may be invalid UTF-8; the bytes in question are replaced.
   return json.dump(1, ' ', false, Json::error_handler_t::replace);
 }

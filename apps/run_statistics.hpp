@@ -1,5 +1,7 @@
 #pragma once
 
+#include "succession.hpp"
+
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -19,7 +21,8 @@ struct RunContext {
   std::vector<std::string> skipped_scans;  ///< a line each: which, and why
   std::size_t mapped_before = 0;           ///< scans left out, as the map has them
   std::vector<std::string> warnings;
-  double wall_s = 0;  ///< the whole run, reading and saving included
+  double wall_s = 0;                   ///< the whole run, reading and saving included
+  std::optional<Succeeded> succeeded;  ///< surfaces, of a map that was rebuilt
 
   /// Prints a warning, and keeps it; nothing if it is empty.
   void warn(const std::string& warning);
@@ -52,7 +55,7 @@ struct AlignmentTotals {
 /// clock of the caller's.
 class RunStatistics {
  public:
-  explicit RunStatistics(const Parameters& parameters) : parameters_(parameters), judge_(parameters) {}
+  explicit RunStatistics(const Parameters& parameters) : judge_(parameters) {}
 
   /// `arrival_s`: when the scan was available, `done_s`: when its surfaces could be read.
   void add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
@@ -77,7 +80,6 @@ class RunStatistics {
   const Spread& scan_ms() const { return scan_ms_; }
 
  private:
-  Parameters parameters_;
   ScanReport totals_;
   std::uint64_t scans_ = 0, scans_at_origin_ = 0;
   double first_stamp_s_ = 0, last_stamp_s_ = 0;

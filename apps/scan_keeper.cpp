@@ -10,8 +10,8 @@
 #include <octosurf/error.hpp>
 
 namespace octosurf {
-ScanKeeper::ScanKeeper(KeptScans kept) : kept_(std::move(kept)) {
-  if (!kept_.folder.empty())
+ScanKeeper::ScanKeeper(KeptScans kept, bool there) : kept_(std::move(kept)) {
+  if (!there && !kept_.folder.empty())
     writer_ = std::make_unique<io::ScanWriter>(kept_.folder, kept_.poses.size(), kept_.marks);
 }
 
@@ -30,9 +30,9 @@ void ScanKeeper::keep(const Work& work) {
 }
 
 void ScanKeeper::add(Scan scan, const Eigen::Isometry3d& T_map_sensor) {
+  if (!kept_.folder.empty()) kept_.poses.push_back(T_map_sensor);
   keep([&] {
     scan.T_map_sensor = T_map_sensor;
-    kept_.poses.push_back(T_map_sensor);
     RunContext().warn(writer_->add(scan));
   });
 }

@@ -3,6 +3,7 @@
 #include "io/kept_scans.hpp"
 #include "run_statistics.hpp"
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -14,9 +15,9 @@ namespace octosurf {
 /// before the map, which so finds all its scans whenever the power fails.
 class ScanKeeper {
  public:
-  /// Goes on behind the scans of the map; does nothing if kept.folder is empty. Throws Error(output),
-  /// Error(data).
-  explicit ScanKeeper(KeptScans kept);
+  /// Goes on behind the scans of the map; does nothing if kept.folder is empty. `there`: all scans are in the
+  /// folder, and only their poses are new. Throws Error(output), Error(data).
+  explicit ScanKeeper(KeptScans kept, bool there = false);
 
   /// Both throw Error(output). Then the folder misses a scan, and the map that is saved afterwards names
   /// none: a warning says so.
@@ -25,6 +26,8 @@ class ScanKeeper {
 
   /// What to save with the map.
   const KeptScans& kept() const { return kept_; }
+  /// Empty: it has written none.
+  std::filesystem::path folder_written() const { return writer_ ? kept_.folder : ""; }
 
  private:
   template <class Work>
