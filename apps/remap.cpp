@@ -5,7 +5,7 @@
 #include "io/kept_scans.hpp"
 #include "io/map_lock.hpp"
 #include "io/new_file.hpp"
-#include "io/readers/recorded_scan.hpp"
+#include "io/readers/scan_list.hpp"
 #include "map_run.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"

@@ -2,7 +2,7 @@
 #include "io/kept_scans.hpp"
 
 #include "io/map_file/map_files.hpp"
-#include "io/readers/recorded_scan.hpp"
+#include "io/readers/scan_list.hpp"
 #include "support/room_tour.hpp"
 
 #include <octosurf/scan_source.hpp>

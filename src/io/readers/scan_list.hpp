@@ -56,6 +56,11 @@ struct ScanList {
 /// Finds the scans of open_scans() with their poses, intrinsics and time stamps; same errors.
 ScanList list_scans(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
 
+/// Points as their file or message has them, in metres by options.depth_scale, with the pose that the
+/// recording has for them. Throws Error(data) if the scan or its pose is bad.
+RawScan read_posed(const ListedRecording& recording, const ListedScan& listed,
+                   const ScanSourceOptions& options);
+
 /// Seconds, if the file is called like a time: 1305031102.160407.png, 000012_1305031102.160407.pcd, or
 /// s, ms, us or ns since 1970, or 1305031102_160407000.
 std::optional<double> stamp_in_name(const std::filesystem::path& file);
