@@ -37,7 +37,6 @@ void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept)
   RunContext().warn(save_map(map, stem_, kept));
   known_ = version();
   scans_ = scans;
-  any_ = true;
 }
 
 void Checkpoints::try_to_save(const Map& map, std::size_t scans, const KeptScans& kept) try {
@@ -60,7 +59,6 @@ void Checkpoints::finish() try {
   known_ = version();  // taking back what could not be written makes a new one, too
   saving_.get();
   scans_ = saving_scans_;
-  any_ = true;
   failing_ = false;
 } catch (const std::exception& error) {
   fail(saving_scans_, error);
@@ -74,8 +72,8 @@ void Checkpoints::fail(std::size_t scans, const std::exception& error) {
 }
 
 std::string Checkpoints::last() const {
-  if (!any_) return "no checkpoint of this run was complete";
-  return "the last complete checkpoint is " + stem_ + " with " + std::to_string(scans_) +
+  if (!scans_) return "no checkpoint of this run was complete";
+  return "the last complete checkpoint is " + stem_ + " with " + std::to_string(*scans_) +
          " scans of this run";
 }
 

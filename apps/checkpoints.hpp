@@ -28,8 +28,8 @@ class Checkpoints {
   /// run knew it. `scans`: of this run, in the map.
   void save(const Map& map, std::size_t scans, const KeptScans& kept);
 
-  bool any() const { return any_; }
-  std::size_t scans() const { return scans_; }  ///< in the last complete one
+  /// In the last complete one, if there is any.
+  std::optional<std::size_t> scans() const { return scans_; }
   /// Names the last complete one, or says that there is none.
   std::string last() const;
 
@@ -47,8 +47,8 @@ class Checkpoints {
   bool force_;
   Version known_;
   double tried_s_ = 0;
-  std::size_t scans_ = 0;
-  bool any_ = false, failing_ = false;
+  std::optional<std::size_t> scans_;
+  bool failing_ = false;
   std::future<void> saving_;
   std::size_t saving_scans_ = 0;
 };

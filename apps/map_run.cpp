@@ -237,7 +237,7 @@ void MapRun::end_early(const std::exception& failure) {
   reserve_.reset();
   const bool mapping = !saving_last_;
   const std::size_t scans = run_.statistics.scans();
-  const auto all_saved = [&] { return checkpoints_.any() && checkpoints_.scans() == scans; };
+  const auto all_saved = [&] { return checkpoints_.scans() == scans; };
   std::string line = reason_of(failure);
   if (dynamic_cast<const std::bad_alloc*>(&failure) != nullptr)
     line += " after " + std::to_string(scans) + " scans";
@@ -254,8 +254,8 @@ void MapRun::end_early(const std::exception& failure) {
     line +=
         "; " + io::count_of(scans, "scan") + " mapped and saved" + (can_skip ? ", --skip-bad skips it" : "");
   } else {
-    line +=
-        "; " + checkpoints_.last() + (checkpoints_.any() ? ", --resume " + options_.output + " goes on" : "");
+    line += "; " + checkpoints_.last() +
+            (checkpoints_.scans() ? ", --resume " + options_.output + " goes on" : "");
   }
   throw std::runtime_error(line);
 }

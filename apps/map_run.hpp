@@ -34,7 +34,7 @@ class MapRun {
   /// Finds surfaces in an octree, if any, or carries those of a resumed map over to it; then maps the scans.
   void run(const std::optional<std::filesystem::path>& octree, std::unique_ptr<ScanSource> source);
 
-  using Finish = std::function<Succeeded(Map& map, const std::vector<Eigen::Isometry3d>& poses)>;
+  using Finish = std::function<surfaces::Succeeded(Map& map, const std::vector<Eigen::Isometry3d>& poses)>;
   /// Maps all scans, or saves nothing. `finish`: before the map is saved; gets the poses of its scans.
   void rebuild(std::unique_ptr<ScanSource> source, const Finish& finish);
 

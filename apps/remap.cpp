@@ -87,9 +87,9 @@ class KeptSource : public ScanSource {
 };
 
 /// Matches old and new surfaces by the readings they share: of each scan one in every voxel it ends in.
-Succeeded renumber(const LoadedMap& before, const KeptSource& scans,
-                   const std::vector<Eigen::Isometry3d>& poses, surfaces::MapState& after) {
-  Succession succession(surfaces::state_of(before.map));
+surfaces::Succeeded renumber(const LoadedMap& before, const KeptSource& scans,
+                             const std::vector<Eigen::Isometry3d>& poses, surfaces::MapState& after) {
+  surfaces::Succession succession(surfaces::state_of(before.map));
   const geometry::VoxelGrid& grid = after.occupancy.grid();
   sensing::Downsampler by_voxel(grid);
   const double min_range = after.parameters.occupancy.min_range;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "succession.hpp"
+#include "surfaces/succession.hpp"
 
 #include <array>
 #include <cstdint>
@@ -21,8 +21,8 @@ struct RunContext {
   std::vector<std::string> skipped_scans;  ///< a line each: which, and why
   std::size_t mapped_before = 0;           ///< scans left out, as the map has them
   std::vector<std::string> warnings;
-  double wall_s = 0;                   ///< the whole run, reading and saving included
-  std::optional<Succeeded> succeeded;  ///< surfaces, of a map that was rebuilt
+  double wall_s = 0;                             ///< the whole run, reading and saving included
+  std::optional<surfaces::Succeeded> succeeded;  ///< surfaces, of a map that was rebuilt
 
   /// Prints a warning, and keeps it; nothing if it is empty.
   void warn(const std::string& warning);

@@ -1,5 +1,5 @@
 // Who keeps an id when a map is built anew.
-#include "succession.hpp"
+#include "surfaces/succession.hpp"
 
 #include "support/invariants.hpp"
 #include "support/scene.hpp"
@@ -9,6 +9,8 @@
 namespace octosurf::test {
 namespace {
 
+using surfaces::Succeeded;
+using surfaces::Succession;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;

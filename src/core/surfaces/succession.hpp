@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// Surfaces of a map that was rebuilt, by what became of the old map's.
 struct Succeeded {
@@ -22,18 +22,18 @@ struct Succeeded {
 class Succession {
  public:
   /// Must outlive it.
-  explicit Succession(const surfaces::MapState& before) : before_(before) {}
+  explicit Succession(const MapState& before) : before_(before) {}
 
   /// Records a point by its voxels in the old map and in the new one, if it is in that. O(1).
-  void add(geometry::VoxelKey before, const surfaces::MapState& after, std::optional<geometry::VoxelKey> now);
+  void add(geometry::VoxelKey before, const MapState& after, std::optional<geometry::VoxelKey> now);
 
   /// Octree, stores, lineage, snapshot; everything is marked as changed in one revision after the old map's.
   /// Throws Error(data) if ids run out.
-  Succeeded renumber(surfaces::MapState& after) const;
+  Succeeded renumber(MapState& after) const;
 
  private:
-  const surfaces::MapState& before_;
-  surfaces::SharedReadings surfaces_, cylinders_;
+  const MapState& before_;
+  SharedReadings surfaces_, cylinders_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -1,4 +1,4 @@
-#include "succession.hpp"
+#include "surfaces/succession.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -9,44 +9,46 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
-SurfaceId surface_at(const surfaces::MapState& map, geometry::VoxelKey key) {
+SurfaceId surface_at(const MapState& map, geometry::VoxelKey key) {
   const occupancy::OccupancyMap::Lookup voxel = map.occupancy.at(key);
   return voxel.point ? voxel.point->surface : 0;
 }
 
-/// By id in the rebuilt map, those that its surfaces or cylinders get. Advances `next`.
+/// By id in the rebuilt map, those that its surfaces or cylinders get in `renamed`.
 template <class Store>
 std::map<std::uint64_t, std::uint64_t> ids_for(const Store& after, const Store& before,
                                                const std::map<std::uint64_t, std::uint64_t>& keepers,
-                                               std::uint64_t& next) {
-  next = before.next_id();
+                                               Store& renamed) {
+  std::uint64_t next = before.next_id();
   std::map<std::uint64_t, std::uint64_t> ids;
   for (const auto& [id, one] : after) {
     const auto keeper = keepers.find(id);
     if (keeper == keepers.end()) next = before.free_id(next);
     ids[id] = keeper != keepers.end() ? keeper->second : next++;
   }
+  renamed.set_next_id(next);
   return ids;
 }
 
 }  // namespace
 
-void Succession::add(geometry::VoxelKey before, const surfaces::MapState& after,
+void Succession::add(geometry::VoxelKey before, const MapState& after,
                      std::optional<geometry::VoxelKey> now) {
   surfaces_.add(surface_at(before_, before), now ? surface_at(after, *now) : 0);
   cylinders_.add(before_.cylinders.owner(before), now ? after.cylinders.owner(*now) : 0);
 }
 
-Succeeded Succession::renumber(surfaces::MapState& after) const {
+Succeeded Succession::renumber(MapState& after) const {
   const std::uint64_t revision = before_.revision + 1;
   const auto keepers = surfaces_.keepers(), origins = surfaces_.origins();
-  SurfaceId next = 0;
-  CylinderId next_cylinder = 0;
-  const auto ids = ids_for(after.surfaces, before_.surfaces, keepers, next);
-  const auto cylinder_ids = ids_for(after.cylinders, before_.cylinders, cylinders_.keepers(), next_cylinder);
+  SurfaceStore surfaces(after.parameters.occupancy.resolution);
+  surfaces.set_erosion_tolerance(after.parameters.surface_tolerance());
+  CylinderStore cylinders;
+  const auto ids = ids_for(after.surfaces, before_.surfaces, keepers, surfaces);
+  const auto cylinder_ids = ids_for(after.cylinders, before_.cylinders, cylinders_.keepers(), cylinders);
   Succeeded result{keepers.size(), after.surfaces.size() - keepers.size(), {}};
 
   std::map<SurfaceId, std::vector<SurfaceId>> merged;  // by id in the rebuilt map
@@ -63,13 +65,11 @@ Succeeded Succession::renumber(surfaces::MapState& after) const {
         {Removal::Of::surface, id, into != 0 ? ids.at(into) : 0, surface.born, revision, surface.parents()});
   }
 
-  surfaces::SurfaceStore surfaces(after.parameters.occupancy.resolution);
-  surfaces.set_erosion_tolerance(after.parameters.surface_tolerance());
   const std::shared_ptr<const Snapshot> published = after.snapshot.read();
   for (const auto& [id, surface] : after.surfaces) {
-    surfaces::SurfaceModel::State renamed = surface.state(published.get());
+    SurfaceModel::State renamed = surface.state(published.get());
     renamed.id = ids.at(id);
-    const surfaces::SurfaceModel* same = before_.surfaces.find(renamed.id);
+    const SurfaceModel* same = before_.surfaces.find(renamed.id);
     renamed.parents = same != nullptr ? same->parents() : std::vector<SurfaceId>{};
     if (const auto origin = origins.find(id); same == nullptr && origin != origins.end())
       renamed.parents.push_back(origin->second);
@@ -80,19 +80,16 @@ Succeeded Succession::renumber(surfaces::MapState& after) const {
     renamed.revision = revision;
     surfaces.restore(renamed);
   }
-  surfaces.set_next_id(next);
 
-  surfaces::CylinderStore cylinders;
   for (const auto& [id, cylinder] : after.cylinders) {
-    surfaces::CylinderModel renamed = cylinder;
+    CylinderModel renamed = cylinder;
     renamed.id = cylinder_ids.at(id);
-    const surfaces::CylinderModel* same = before_.cylinders.find(renamed.id);
+    const CylinderModel* same = before_.cylinders.find(renamed.id);
     renamed.born = same != nullptr ? same->born : revision;
     renamed.revision = revision;
     renamed.published.reset();
     cylinders.restore(std::move(renamed));
   }
-  cylinders.set_next_id(next_cylinder);
   for (const auto& [id, cylinder] : before_.cylinders)
     if (cylinders.find(id) == nullptr)
       removals.push_back({Removal::Of::cylinder, id, 0, cylinder.born, revision, {}});
@@ -114,4 +111,4 @@ Succeeded Succession::renumber(surfaces::MapState& after) const {
   return result;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces
