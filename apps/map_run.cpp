@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf {
@@ -58,7 +59,10 @@ std::size_t print_notes(const std::vector<std::string>& notes, std::size_t begin
 MapRun::MapRun(const MapOptions& options, Map start, ScanKeeper keeper, RunContext context,
                RunState::Clock::time_point begin)
     : options_(options),
-      run_(options, std::move(start), std::move(context), begin),
+      run_{.options = options,
+           .mapper = Mapper(std::move(start), options.threads, paper_detector()),
+           .context = std::move(context),
+           .begin = begin},
       keeper_(std::move(keeper)),
       poses_(options.write_poses, options.force, run_.mapper.map().origin()),
       checkpoints_(options.output, options.checkpoint_s, options.force && options.resume.empty()),

@@ -21,16 +21,13 @@ void PoseLog::add(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
   lines_ += '\n';
 }
 
-void PoseLog::write() {
+void PoseLog::save(Saving saving) try {
+  if (file_.empty()) return;
   io::write_file(file_, force_, [&](std::ostream& out) {
     out << "# stamp tx ty tz qx qy qz qw, sensor to map\n" << lines_;
   });
   force_ = true;  // from now on it is ours
   failing_ = false;
-}
-
-void PoseLog::save(Saving saving) try {
-  if (!file_.empty()) write();
 } catch (const Error& error) {
   if (saving == Saving::end) throw;
   if (!std::exchange(failing_, true)) std::fprintf(stderr, "warning: %s; the run goes on\n", error.what());

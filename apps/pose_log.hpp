@@ -23,8 +23,6 @@ class PoseLog {
   void save(Saving saving);
 
  private:
-  void write();
-
   std::string file_;
   bool force_, failing_ = false;
   Eigen::Vector3d origin_;

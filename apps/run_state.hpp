@@ -7,10 +7,8 @@
 #include <chrono>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/scan_source.hpp>
@@ -37,18 +35,11 @@ struct MapOptions {
 struct RunState {
   using Clock = std::chrono::steady_clock;
 
-  /// `begin_time`: of the whole run, reading of the map that it resumes included.
-  RunState(const MapOptions& map_options, Map start, RunContext run_context, Clock::time_point begin_time)
-      : options(map_options),
-        mapper(std::move(start), options.threads, paper_detector()),
-        statistics(mapper.map().parameters()),
-        context(std::move(run_context)),
-        begin(begin_time) {}
-
   const MapOptions& options;
   Mapper mapper;
-  RunStatistics statistics;
   RunContext context;
+  Clock::time_point begin;  ///< of the whole run, reading of the map that it resumes included
+  RunStatistics statistics{mapper.map().parameters()};
   bool changed = false;  ///< the map, by this run
 
   double now_s() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
@@ -58,9 +49,6 @@ struct RunState {
     throw Error(Error::Kind::data, context.input.empty() ? "" : context.input.front(),
                 what + "; nothing is written", hint);
   }
-
- private:
-  Clock::time_point begin;
 };
 
 }  // namespace octosurf

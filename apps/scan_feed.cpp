@@ -12,7 +12,7 @@ ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range,
                    std::function<bool(const Scan&)> accept)
     : source_(std::move(source)), range_(range), accept_(std::move(accept)) {
   const std::size_t left = source_->size() - std::min(range_.skip, source_->size());
-  size_ = range_.first = std::min(range_.first, (left + range_.every - 1) / range_.every);
+  range_.first = std::min(range_.first, (left + range_.every - 1) / range_.every);
 }
 
 std::optional<Scan> ScanFeed::read() try {

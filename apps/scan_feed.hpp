@@ -33,7 +33,7 @@ class ScanFeed {
            std::function<bool(const Scan&)> accept = {});
 
   /// Number of scans, if none is bad and all are accepted.
-  std::size_t size() const { return size_; }
+  std::size_t size() const { return range_.first; }
 
   /// The next scan, or empty at the end. Throws what ScanSource::next() throws, and Error(data) for a scan
   /// that does not fit into memory. Do not call it again after that.
@@ -50,9 +50,9 @@ class ScanFeed {
   std::optional<Scan> read();
 
   std::unique_ptr<ScanSource> source_;
-  ScanRange range_;
+  ScanRange range_;  // first: at most as many as there are
   std::function<bool(const Scan&)> accept_;
-  std::size_t size_ = 0, asked_ = 0, refused_ = 0;  // scans
+  std::size_t asked_ = 0, refused_ = 0;  // scans
   std::optional<Scan> peeked_;
   std::exception_ptr failure_;  // of peek()
 };
