@@ -5,6 +5,7 @@
 #include "support/scene.hpp"
 
 #include <array>
+#include <functional>
 #include <map>
 
 #include <octosurf/ground.hpp>

@@ -129,7 +129,7 @@ PoseFile read_poses(const std::filesystem::path& file) {
   double value = 0;
   if (first[0] != '+' && std::from_chars(first.data(), first.data() + first.size(), value).ec != std::errc())
     refuse_poses(at_line(file, lines.front().number),
-                 "'" + printable(first.substr(0, 40)) + "' is not a number");
+                 std::string("'") + printable(first.substr(0, 40)) + "' is not a number");
   const bool w_first = make_usual(lines, heading, file);
   const std::size_t columns = lines.front().words.size();
   PoseFile result{file, {}, false, columns == 12 || columns == 13, w_first};

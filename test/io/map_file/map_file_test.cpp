@@ -1,7 +1,9 @@
 // Map files: everything comes back, resuming changes nothing, the .bt is OctoMap's.
 #include "io/database.hpp"
+#include "io/map_file/map_file.hpp"
 #include "map_files.hpp"
 #include "support/invariants.hpp"
+#include "support/packed_map.hpp"
 #include "support/paths.hpp"
 #include "support/scene.hpp"
 #include "surfaces/map_state.hpp"
