@@ -4,8 +4,8 @@
 #include "io/new_file.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
+#include "plan_query.hpp"
 #include "planning/questions.hpp"
-#include "query_fields.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -116,9 +116,23 @@ void add_plan(CLI::App& app) {
   const auto arguments = std::make_shared<PlanArguments>();
   verb->add_option("map", arguments->map, "map to walk on: name without ending, as given to map -o")
       ->required();
-  add_options(*verb, plan_fields(arguments->query));
+  PlanQuery& query = arguments->query;
+  const auto add_standing = [verb](const char* name, Standing& to, const char* description) {
+    verb->add_option_function<std::vector<double>>(
+            name,
+            [&to](const std::vector<double>& v) {
+              to = {{v[0], v[1], v[2]}, v[3] * rad_per_deg};
+            },
+            description)
+        ->expected(4)
+        ->required();
+  };
+  add_standing("--from", query.from,
+               "X Y Z YAW: start, on the ground between the feet, and the heading, degrees");
+  add_standing("--to", query.to, "X Y Z YAW: goal");
+  add_robot_options(*verb, query.robot, query.foot, query.unknown_is_free);
   add_up_option(*verb, arguments->up);
-  verb->add_option("--seconds,--time", arguments->query.budget.time_s, "most seconds of search [no limit]")
+  verb->add_option("--seconds,--time", query.budget.time_s, "most seconds of search [no limit]")
       ->check(at_least(0));
   verb->add_flag("--json", arguments->json, "print JSON");
   verb->add_option(

@@ -3,6 +3,7 @@
 #include "geometry/degrees.hpp"
 #include "planning/questions.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -113,6 +114,22 @@ Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up) {
       },
       robot);
   return robot;
+}
+
+void add_robot_options(CLI::App& verb, Robot& robot, std::optional<ContactShape>& foot,
+                       bool& unknown_is_free) {
+  verb.add_option_function<std::string>(
+          "--robot", [&robot](const std::string& given) { robot = robot_in(given); },
+          "biped or quadruped: whose foot and limits hold (or a JSON file)")
+      ->default_str("biped");
+  verb.add_option_function<std::string>(
+      "--foot", [&foot](const std::string& given) { foot = planning::foot_of(given); },
+      "LENGTHxWIDTH of a sole, or the radius of a disc, m [the robot's]");
+  verb.add_option_function<std::string>(
+          "--unknown", [&unknown_is_free](const std::string& given) { unknown_is_free = given == "free"; },
+          "what space over a foot is that nobody saw: blocked or free")
+      ->check(CLI::IsMember({"blocked", "free"}))
+      ->default_str("blocked");
 }
 
 }  // namespace octosurf

@@ -5,6 +5,10 @@
 
 #include <octosurf/footsteps.hpp>
 
+namespace CLI {
+class App;
+}  // namespace CLI
+
 namespace octosurf {
 
 struct PlanQuery {
@@ -22,5 +26,9 @@ Robot robot_in(const std::string& name_or_file);
 std::string name_of(const Robot& robot);
 
 Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up);
+
+/// --robot, --foot and --unknown.
+void add_robot_options(CLI::App& verb, Robot& robot, std::optional<ContactShape>& foot,
+                       bool& unknown_is_free);
 
 }  // namespace octosurf

@@ -1,5 +1,8 @@
 // `octosurf query`: a planner's questions from the shell.
+#include "bounds.hpp"
+#include "geometry/degrees.hpp"
 #include "open_map.hpp"
+#include "plan_query.hpp"
 #include "questions.hpp"
 #include "readable.hpp"
 
@@ -7,8 +10,8 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace octosurf {
@@ -33,7 +36,6 @@ Examples:
 struct QueryArguments {
   std::string map, up;
   const Question* question = nullptr;
-  std::vector<double> numbers;  ///< of the question
   Request asked;
   bool json = false;
 };
@@ -43,16 +45,47 @@ void run_query(QueryArguments& arguments) {
   const planning::AskedMap map(arguments.map, loaded.map.snapshot(), loaded.map.octree(),
                                up_in_force(loaded.map, arguments.up).direction);
   const Question& question = *arguments.question;
-  auto number = arguments.numbers.begin();
-  for (const QuestionField& field : question.fields(arguments.asked))
-    if (field.required) {
-      const auto first = std::exchange(number, number + static_cast<std::ptrdiff_t>(field.numbers));
-      field.put({first, number}, std::string("--") + question.flag);
-    }
   if (!arguments.json && question.print != nullptr) return question.print(map, arguments.asked);
   const nlohmann::ordered_json answer = question.answer(map, arguments.asked);
   if (!arguments.json) return print_readable(answer);
   std::printf("%s\n", answer.dump().c_str());
+}
+
+void add_contact_options(CLI::App& verb, planning::ContactQuestion& question) {
+  add_robot_options(verb, question.robot, question.foot, question.unknown_is_free);
+  const auto metres = [&](const char* name, std::optional<double>& to, const char* description) {
+    verb.add_option(name, to, description)->check(at_least(0));
+  };
+  const auto degrees = [&](const char* name, std::optional<double>& to, double low, double high,
+                           const char* description) {
+    verb.add_option_function<double>(
+            name, [&to](double given) { to = given * rad_per_deg; }, description)
+        ->check(between(low, high));
+  };
+  degrees("--max-slope", question.max_slope_rad, 0, 180,
+          "degrees: leave out steeper surfaces; 90 leaves out ceilings [180; of a foot 30]");
+  metres("--edge-margin", question.edge_margin_m, "m: from the foot to every edge [the map's resolution]");
+  metres("--obstacle-margin", question.obstacle_margin_m,
+         "m: from the foot to obstacles up to the clearance [the map's resolution]");
+  metres("--clearance", question.clearance_m,
+         "m: height over the foot that must be clear; 0: not checked [the robot's height]");
+  verb.add_flag("--as-mapped", question.as_mapped,
+                "outlines of the readings, which are no ground: without margins, clearance and voids");
+  verb.add_option("--unseen", question.unseen_share,
+                  "widest unseen gap that a foot may span, as a share of its narrower side")
+      ->check(between(0, 1))
+      ->capture_default_str();
+  degrees("--yaw", question.yaw_rad, -3600, 3600, "heading of the foot, degrees [any heading]");
+  verb.add_option("--pieces", question.pieces, "also the region as at most N convex pieces")
+      ->capture_default_str();
+  verb.add_option_function<std::vector<double>>(
+          "--about",
+          [&question](const std::vector<double>& given) { question.at = Eigen::Vector3d(given.data()); },
+          "X Y Z: of the region only what is near this place [all of it]")
+      ->expected(3);
+  verb.add_option("--reach", question.reach_m, "m: from a place, along the surface's axes")
+      ->check(at_least(0.001))
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -62,21 +95,19 @@ void add_query(CLI::App& app) {
   const auto arguments = std::make_shared<QueryArguments>();
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
   CLI::Option_group* group = verb->add_option_group("question", "question; one of");
+  constexpr double farthest_m = 1e6;  // octrees end before, and numbers still keep their micrometres there
   for (const Question& question : questions()) {
-    std::size_t numbers = 0;
-    for (const QuestionField& field : question.fields(arguments->asked))
-      if (field.required) numbers += field.numbers;
-    const auto take = [arguments, &question](const std::vector<double>& v) {
+    const auto take = [arguments, &question](const std::vector<double>& numbers) {
       arguments->question = &question;
-      arguments->numbers = v;
+      arguments->asked.numbers = numbers;
     };
-    group
-        ->add_option_function<std::vector<double>>(std::string("--") + question.flag, take,
-                                                   question.takes + std::string(": ") + question.summary)
-        ->expected(static_cast<int>(numbers));
+    CLI::Option* option = group->add_option_function<std::vector<double>>(
+        std::string("--") + question.flag, take, question.takes + std::string(": ") + question.summary);
+    option->expected(question.numbers);
+    if (question.numbers > 1) option->check(between(-farthest_m, farthest_m).description(""));
   }
   group->require_option(1);
-  add_options(*verb, region_fields(arguments->asked.contact));
+  add_contact_options(*verb, arguments->asked.contact);
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "print JSON");
   verb->callback([arguments] { run_query(*arguments); });

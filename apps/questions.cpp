@@ -4,6 +4,7 @@
 #include "io/exporters/stairs_json.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -16,22 +17,14 @@ namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Fields = QuestionFields;
 
 constexpr std::array<const char*, 3> state_names{"unknown", "free", "occupied"};  // by State
 
-// Places.
-
-Fields point_fields(Request& asked) { return {point_field("point", "m", asked.point).needed()}; }
-
-Fields slope_fields(Request& asked) {
-  Fields fields = point_fields(asked);
-  fields.push_back(number_field("max_slope_deg",
-                                "only surfaces that slope so much at most; 90 leaves out ceilings",
-                                asked.contact.max_slope_rad, 0, 180, rad_per_deg)
-                       .by_default("180"));
-  return fields;
+Eigen::Vector3d point_at(const Request& asked, std::size_t first = 0) {
+  return Eigen::Vector3d(asked.numbers.data() + first);
 }
+
+// Places.
 
 SlopeLimit limit_of(const planning::AskedMap& map, const Request& asked) {
   return {map.up, asked.contact.max_slope_rad.value_or(std::numbers::pi)};
@@ -51,42 +44,27 @@ Json place_json(const planning::AskedMap& map, const std::optional<Nearest>& pla
 }
 
 Json nearest_json(const planning::AskedMap& map, const Request& asked) {
-  return place_json(map, map.index.nearest(asked.point, limit_of(map, asked)), "has no such surfaces");
+  return place_json(map, map.index.nearest(point_at(asked), limit_of(map, asked)), "has no such surfaces");
 }
 
 Json below_json(const planning::AskedMap& map, const Request& asked) {
-  return place_json(map, map.index.below(asked.point, limit_of(map, asked)),
+  return place_json(map, map.index.below(point_at(asked), limit_of(map, asked)),
                     "has no such surface below that place");
 }
 
-Fields box_fields(Request& asked) {
-  return {point_field("min", "a corner, m", asked.point).needed(),
-          point_field("max", "the opposite one, m", asked.corner).needed()};
-}
-
 Json box_json(const planning::AskedMap& map, const Request& asked) {
-  Eigen::AlignedBox3d box(asked.point);
-  box.extend(asked.corner);
+  Eigen::AlignedBox3d box(point_at(asked));
+  box.extend(point_at(asked, 3));
   return Json{{"surfaces", map.index.in(ConvexSpace::box(box))}};
 }
 
-Fields sphere_fields(Request& asked) {
-  return {point_field("center", "m", asked.point).needed(),
-          number_field("radius_m", "m", asked.radius_m, 0, farthest_m).needed()};
-}
-
 Json sphere_json(const planning::AskedMap& map, const Request& asked) {
-  return Json{{"surfaces", map.index.in_sphere(asked.point, asked.radius_m)}};
-}
-
-Fields ray_fields(Request& asked) {
-  return {point_field("from", "where it begins, m", asked.point).needed(),
-          point_field("direction", "of any length", asked.direction).needed()};
+  return Json{{"surfaces", map.index.in_sphere(point_at(asked), asked.numbers[3])}};
 }
 
 /// A ray may meet nothing.
 Json ray_json(const planning::AskedMap& map, const Request& asked) {
-  const auto hit = map.index.first_on_ray(asked.point, asked.direction);
+  const auto hit = map.index.first_on_ray(point_at(asked), point_at(asked, 3));
   if (!hit) return Json{{"surface", nullptr}};
   return Json{{"surface", hit->id},
               {"point", hit->point},
@@ -95,7 +73,7 @@ Json ray_json(const planning::AskedMap& map, const Request& asked) {
 }
 
 Json voxel_json(const planning::AskedMap& map, const Request& asked) {
-  const OccupancyView::Voxel voxel = map.octree.at(asked.point);
+  const OccupancyView::Voxel voxel = map.octree.at(point_at(asked));
   const bool known = voxel.state != OccupancyView::State::unknown;
   return Json{{"state", state_names.at(static_cast<std::size_t>(voxel.state))},
               {"log_odds", known ? Json(voxel.log_odds) : Json()},
@@ -104,16 +82,11 @@ Json voxel_json(const planning::AskedMap& map, const Request& asked) {
 
 // Footholds and contact regions.
 
-Fields foothold_fields(Request& asked) {
-  Fields fields = contact_fields(asked.contact);
-  fields.push_back(point_field("point", "m", asked.contact.at).needed());
-  fields.push_back(
-      number_field("yaw_deg", "heading, degrees", asked.contact.yaw_rad, -3600, 3600, rad_per_deg).needed());
-  return fields;
-}
-
 Json foothold_json(const planning::AskedMap& map, const Request& asked) {
-  const planning::FoundFoothold answer = planning::find_foothold(map, asked.contact);
+  planning::ContactQuestion question = asked.contact;
+  question.at = point_at(asked);
+  question.yaw_rad = asked.numbers[3] * rad_per_deg;
+  const planning::FoundFoothold answer = planning::find_foothold(map, question);
   const Foothold& found = answer.foothold;
   Json shares;
   for (std::size_t k = 0; k < answer.ground.size(); ++k)
@@ -130,12 +103,6 @@ Json foothold_json(const planning::AskedMap& map, const Request& asked) {
           {"heading", Eigen::Vector3d(found.T_map_contact.linear().col(0))}};
 }
 
-Fields one_region_fields(Request& asked) {
-  Fields fields = region_fields(asked.contact);
-  fields.push_back(number_field("surface", "its id", asked.contact.surface, 1, double{last_id}).needed());
-  return fields;
-}
-
 Json ring_json(const Surface& surface, const Ring2& ring) {
   Json points = Json::array();
   for (const Eigen::Vector2d& uv : ring) points.push_back(surface.to_map(uv));
@@ -143,7 +110,12 @@ Json ring_json(const Surface& surface, const Ring2& ring) {
 }
 
 Json region_json(const planning::AskedMap& map, const Request& asked) {
-  const auto& [surface, region, pieces] = planning::find_region(map, asked.contact);
+  planning::ContactQuestion question = asked.contact;
+  const double id = asked.numbers[0];
+  if (!(id >= 1 && id <= double{last_id} && id == std::floor(id)))
+    throw Error(Error::Kind::usage, "--regions", "is no surface's id", "octosurf info lists them");
+  question.surface = static_cast<SurfaceId>(id);
+  const auto& [surface, region, pieces] = planning::find_region(map, question);
   Json json{{"surface", region.surface}, {"revision", region.revision}};
   // Divided, not multiplied by the inverse: most headings that were given in degrees come back to the digit.
   json["yaw_deg"] = region.yaw_rad ? Json(*region.yaw_rad / rad_per_deg) : Json();
@@ -164,29 +136,24 @@ Json region_json(const planning::AskedMap& map, const Request& asked) {
 
 // Stairs and patches.
 
-constexpr double anywhere_m = std::numeric_limits<double>::infinity();
-
-Fields stair_fields(Request& asked) { return {point_field("point", "m", asked.point, anywhere_m).needed()}; }
-
 Stair find_stair(const planning::AskedMap& map, const Request& asked) {
   const GroundView ground = map.bare_ground();
-  if (const Stair* stair = nearest_stair(*map.snapshot, ground.stairs().stairs, asked.point)) return *stair;
+  if (const Stair* stair = nearest_stair(*map.snapshot, ground.stairs().stairs, point_at(asked)))
+    return *stair;
   throw Error(Error::Kind::data, map.name, "has no stair", "map more of it first");
 }
 
-Fields patch_fields(Request& asked) { return {standing_field("base", "of a robot", asked.base, anywhere_m)}; }
-
-GroundPatch find_patch(const planning::AskedMap& map, const Standing& base) {
+GroundPatch find_patch(const planning::AskedMap& map, const Request& asked) {
   GroundRules rules = GroundRules::of(Biped{}, map.octree.resolution());
   rules.limits.up = map.up;
   Eigen::Isometry3d T_map_base(upright(map.up).inverse() *
-                               Eigen::AngleAxisd(base.yaw_rad, Eigen::Vector3d::UnitZ()));
-  T_map_base.translation() = base.at;
+                               Eigen::AngleAxisd(asked.numbers[3] * rad_per_deg, Eigen::Vector3d::UnitZ()));
+  T_map_base.translation() = point_at(asked);
   return ground_patch(map.ground(rules), T_map_base, PatchLayout::grid());
 }
 
 Json patch_json(const planning::AskedMap& map, const Request& asked) {
-  const GroundPatch patch = find_patch(map, asked.base);
+  const GroundPatch patch = find_patch(map, asked);
   Json cells = Json::array();
   for (const PatchCell cell : patch.cell)
     cells.push_back(patch_cell_names.at(static_cast<std::size_t>(cell)));
@@ -200,7 +167,7 @@ Json patch_json(const planning::AskedMap& map, const Request& asked) {
 }
 
 void print_patch(const planning::AskedMap& map, const Request& asked) {
-  const GroundPatch patch = find_patch(map, asked.base);
+  const GroundPatch patch = find_patch(map, asked);
   const std::vector<Eigen::Vector2d> points = PatchLayout::grid().points;
   std::printf("heights in cm from the base, seen from above, ahead up: # occupied, v below, . unseen\n");
   for (std::size_t i = points.size(); i-- > 0;) {
@@ -216,26 +183,23 @@ void print_patch(const planning::AskedMap& map, const Request& asked) {
 
 const std::vector<Question>& questions() {
   static const std::vector<Question> all{
-      {"nearest", "X Y Z", "the place on a surface that is nearest to a point", slope_fields, nearest_json},
-      {"below", "X Y Z", "the place on a surface that is met first straight below a point", slope_fields,
-       below_json},
-      {"box", "X Y Z X Y Z", "the surfaces in a box between two corners", box_fields, box_json},
-      {"sphere", "X Y Z R", "the surfaces within R metres of a point", sphere_fields, sphere_json},
-      {"ray", "X Y Z DX DY DZ", "the first surface along a ray from a point, in a direction", ray_fields,
-       ray_json},
-      {"voxel", "X Y Z", "the voxel that holds a point: its state, and whose it is", point_fields,
-       voxel_json},
+      {"nearest", "X Y Z", "the place on a surface that is nearest to a point", 3, nearest_json},
+      {"below", "X Y Z", "the place on a surface that is met first straight below a point", 3, below_json},
+      {"box", "X Y Z X Y Z", "the surfaces in a box between two corners", 6, box_json},
+      {"sphere", "X Y Z R", "the surfaces within R metres of a point", 4, sphere_json},
+      {"ray", "X Y Z DX DY DZ", "the first surface along a ray from a point, in a direction", 6, ray_json},
+      {"voxel", "X Y Z", "the voxel that holds a point: its state, and whose it is", 3, voxel_json},
       {"foothold", "X Y Z YAW",
        "what a foot at this heading (degrees) would stand on, on the surface below a point, or why it "
        "cannot",
-       foothold_fields, foothold_json},
-      {"regions", "ID", "where on a surface the middle of a foot may be, so that all of it is supported",
-       one_region_fields, region_json},
-      {"stair", "X Y Z", "the stair nearest to this point: risers, treads, width, heading", stair_fields,
+       4, foothold_json},
+      {"regions", "ID", "where on a surface the middle of a foot may be, so that all of it is supported", 1,
+       region_json},
+      {"stair", "X Y Z", "the stair nearest to this point: risers, treads, width, heading", 3,
        [](const planning::AskedMap& map, const Request& asked) { return Json(find_stair(map, asked)); }},
       {"patch", "X Y Z YAW",
-       "heights of the ground around a robot whose base is there, 32 x 20 cells of 5 cm", patch_fields,
-       patch_json, print_patch}};
+       "heights of the ground around a robot whose base is there, 32 x 20 cells of 5 cm", 4, patch_json,
+       print_patch}};
   return all;
 }
 
