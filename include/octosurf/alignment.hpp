@@ -5,7 +5,9 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string_view>
+#include <vector>
 
 #include <octosurf/scan.hpp>
 #include <octosurf/surface.hpp>
@@ -68,6 +70,29 @@ struct AlignmentReach {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< unit, map frame
 };
 
+/// Whether a run of scans has a place in a map.
+enum class Finding {
+  found,           ///< one place fits, and no other one nearly as well
+  several_places,  ///< more than one does
+  not_here,        ///< none does
+  undecided        ///< too little was seen to tell
+};
+/// By Finding.
+inline constexpr std::array<std::string_view, 4> finding_names{"found", "several places", "not here",
+                                                               "undecided"};
+
+/// Where in a map a run of scans was taken.
+struct Whereabouts {
+  Finding finding = Finding::undecided;
+  /// The frame of the scans' poses to the map's, if found.
+  Eigen::Isometry3d T_map_scans = Eigen::Isometry3d::Identity();
+  /// Poses of the last scan's sensor that fit, best first; evidence is that of all scans.
+  std::vector<Alignment> places;
+  /// By how much more of the readings the first place explains, less what contradicts, than any other.
+  double margin = 0;
+  double seen_rad = 0;  ///< directions about `up` in which the first place explains what is seen
+};
+
 /// Localises scans against the surfaces of a finished map, without odometry between scans.
 /// `scan.T_map_sensor` is a first guess, at most `reach` off. The pose moves only along directions that the
 /// visible surfaces determine; outcome `unexplained` means that the scan fits nowhere, or several places
@@ -89,6 +114,20 @@ class Localizer {
   ~Localizer();
   /// Estimates the pose of `scan`; one thread at a time.
   Alignment operator()(const Scan& scan);
+  /// Finds the place of a run of scans without a guess: their poses are right against each other, to some
+  /// per cent of the way, and about `up`, to a few degrees; unless `upright`, one of their planes is level.
+  /// A place is searched for its last sensor in `region` (map frame; empty: anywhere).
+  ///
+  /// 1. Found is one place that explains most of what it knows, that a tenth of the readings contradict at
+  ///    most, and all others by a tenth of the readings less. Changes of a place do no more than that.
+  /// 2. More places that fit are several_places, with the poses: rooms alike, a corridor's length.
+  /// 3. What explains only half of the directions around is undecided: a corner fits every room.
+  ///    A camera turns by 180°, a lidar need not move.
+  ///
+  /// Branch and bound over translations and turns of the octree's maxima (src/core/alignment/place_search.hpp
+  /// says what of that is not exact). 0.1 to 2 s, the first time also 20 ns for each voxel. Needs an octree.
+  /// Throws Error(usage) without scans, Error(data) if a pose is not rigid.
+  Whereabouts find(std::span<const Scan> scans, const Eigen::AlignedBox3d& region = {}, bool upright = true);
 
  private:
   struct Impl;

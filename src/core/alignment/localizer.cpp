@@ -2,6 +2,7 @@
 #include "alignment/contradiction.hpp"
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
+#include "alignment/run_places.hpp"
 #include "geometry/degrees.hpp"
 #include "sensing/downsample.hpp"
 #include "sensing/noise_model.hpp"
@@ -172,6 +173,7 @@ struct Localizer::Impl {
   AlignmentReach reach;
   OccupancyView octree;
   alignment::NearSurfaces surfaces, surfaces_around;
+  std::optional<alignment::CellPyramid> cells{};
 };
 
 Localizer::Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach) {
@@ -195,6 +197,14 @@ Alignment Localizer::operator()(const Scan& scan) {
   const alignment::PoseSearch search(*impl_->map, impl_->surfaces, scan, noise, limits, scan.T_map_sensor,
                                      impl_->reach);
   return locate_scan(search, {*impl_->map, impl_->octree, impl_->surfaces_around});
+}
+
+Whereabouts Localizer::find(std::span<const Scan> scans, const Eigen::AlignedBox3d& region, bool upright) {
+  if (!impl_->cells) impl_->cells.emplace(impl_->octree, alignment::PlaceLimits().cell_m);
+  const alignment::RunPlaces places =
+      places_of(scans, {*impl_->map, impl_->octree, impl_->surfaces_around}, *impl_->cells, impl_->reach.up,
+                region, upright);
+  return judge(places, scans.back().T_map_sensor);
 }
 
 /// The points on the other map's surfaces are treated as one scan.

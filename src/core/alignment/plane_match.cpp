@@ -28,16 +28,16 @@ constexpr double least_readings = 6;  // of a patch: three for its plane, and as
 constexpr double same_normal = 0.99;  // cosine: patches' normals are accurate to a few degrees
 constexpr double same_plane = 2;      // voxels: distance from the plane
 
-struct ScanPatch {
-  geometry::Moments moments;  ///< about the sensor
-  double variance = 0;        ///< Σ of the readings' along the line of sight
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ(), centroid = Eigen::Vector3d::Zero();
-  bool on_plane = false;  ///< on the plane that is being collected
-};
+/// Toward the sensor.
+Eigen::Vector3d normal_of(const geometry::PlaneFit& fit) {
+  return fit.normal.dot(fit.centroid) > 0 ? Eigen::Vector3d(-fit.normal) : fit.normal;
+}
 
-/// In the order of the scan's first reading in each.
-std::vector<ScanPatch> collect(const Scan& scan, const sensing::NoiseModel& noise, const RangeLimits& limits,
-                               double edge) {
+}  // namespace
+
+std::vector<ScanPatch> patches_of(const Scan& scan, const sensing::NoiseModel& noise,
+                                  const RangeLimits& limits, double resolution) {
+  const double edge = patch_edge * resolution;
   std::vector<ScanPatch> patches;
   tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> places;
   const std::size_t step = std::max<std::size_t>(1, scan.points.size() / most_readings);
@@ -47,7 +47,7 @@ std::vector<ScanPatch> collect(const Scan& scan, const sensing::NoiseModel& nois
     if (!limits.hold(range) || range > edge * (1 << 19)) continue;
     const auto [at, added] = places.try_emplace(
         geometry::packed_cell((point / edge).array().floor().cast<int>().matrix()), patches.size());
-    if (added) patches.emplace_back();
+    if (added) patches.emplace_back().reading = point;
     ScanPatch& patch = patches[at->second];
     patch.moments.add(point);
     const double spread = noise.measured_sigma(sensing::range_class_of(static_cast<float>(range)));
@@ -56,24 +56,16 @@ std::vector<ScanPatch> collect(const Scan& scan, const sensing::NoiseModel& nois
   return patches;
 }
 
-/// Toward the sensor.
-Eigen::Vector3d normal_of(const geometry::PlaneFit& fit) {
-  return fit.normal.dot(fit.centroid) > 0 ? Eigen::Vector3d(-fit.normal) : fit.normal;
+bool ScanPatch::fit_plane() {
+  const geometry::PlaneFit fit = geometry::fit_plane(moments);
+  centroid = fit.centroid;
+  normal = normal_of(fit);
+  const double noise = variance / moments.count;
+  return moments.count >= least_readings && fit.variances[0] <= 2 * noise &&
+         fit.variances[1] >= 4 * fit.variances[0];
 }
 
-/// Keeps the flat ones, with their planes; most readings first.
-void keep_flat(std::vector<ScanPatch>& patches) {
-  std::erase_if(patches, [](ScanPatch& patch) {
-    if (patch.moments.count < least_readings) return true;
-    const geometry::PlaneFit fit = geometry::fit_plane(patch.moments);
-    patch.centroid = fit.centroid;
-    patch.normal = normal_of(fit);
-    const double noise = patch.variance / patch.moments.count;
-    return fit.variances[0] > 2 * noise || fit.variances[1] < 4 * fit.variances[0];
-  });
-  std::stable_sort(patches.begin(), patches.end(),
-                   [](const ScanPatch& a, const ScanPatch& b) { return a.moments.count > b.moments.count; });
-}
+namespace {
 
 /// A plane that many readings of one scan lie on, sensor's frame.
 struct ScanPlane {
@@ -86,8 +78,10 @@ struct ScanPlane {
 /// joined where they are coplanar. Uses some ten thousand readings, independent of their order. O(readings).
 std::vector<ScanPlane> planes_of_scan(const Scan& scan, const sensing::NoiseModel& noise,
                                       const RangeLimits& limits, double resolution) {
-  std::vector<ScanPatch> patches = collect(scan, noise, limits, patch_edge * resolution);
-  keep_flat(patches);
+  std::vector<ScanPatch> patches = patches_of(scan, noise, limits, resolution);
+  std::erase_if(patches, [](ScanPatch& patch) { return !patch.fit_plane(); });
+  std::stable_sort(patches.begin(), patches.end(),
+                   [](const ScanPatch& a, const ScanPatch& b) { return a.moments.count > b.moments.count; });
   std::vector<ScanPlane> planes;
   while (!patches.empty() && planes.size() < most_found) {
     geometry::Moments all = patches.front().moments;
@@ -200,6 +194,19 @@ std::vector<Triple> triples_of(std::span<const ScanPlane> planes) {
 }
 
 }  // namespace
+
+std::vector<Eigen::Vector3d> directions_of(const Scan& scan, const sensing::NoiseModel& noise,
+                                           const RangeLimits& limits, double resolution) {
+  std::vector<Eigen::Vector3d> directions;
+  for (const ScanPlane& plane : planes_of_scan(scan, noise, limits, resolution)) {
+    const auto is_parallel = [&](const Eigen::Vector3d& other) {
+      return std::fabs(other.dot(plane.normal)) > same_normal;
+    };
+    if (std::ranges::none_of(directions, is_parallel)) directions.push_back(plane.normal);
+    if (directions.size() == 4) break;  // in rooms two of three walls are in view, and the floor
+  }
+  return directions;
+}
 
 std::vector<Eigen::Isometry3d> poses_by_planes(const Scan& scan, const sensing::NoiseModel& noise,
                                                const RangeLimits& limits, double resolution,

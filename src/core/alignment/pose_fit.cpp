@@ -121,11 +121,14 @@ void PoseFitter::for_each_facing(const Eigen::Isometry3d& pose, std::size_t ever
   }
   Eigen::VectorXf along(count);
   for (std::uint32_t i = 0; i < samples_.size(); i += static_cast<std::uint32_t>(every)) {
-    const Eigen::Vector3f relative = (pose.linear() * samples_[i].point).cast<float>();
-    along.noalias() = planes.leftCols<3>() * relative;
-    const float cos_incidence = static_cast<float>(sensing::ReadingModel::grazing_cosine * samples_[i].range);
+    const Sample& sample = samples_[i];
+    along.noalias() = planes.leftCols<3>() * (pose.linear() * sample.sight()).cast<float>();
+    const Eigen::Vector3f origin = (pose.linear() * sample.origin).cast<float>();
+    const float cos_incidence = static_cast<float>(sensing::ReadingModel::grazing_cosine * sample.range);
     for (Eigen::Index s = 0; s < count; ++s)
-      if (along[s] < -cos_incidence) visit(i, static_cast<std::uint32_t>(s), along[s] + planes(s, 3));
+      if (along[s] < -cos_incidence)
+        visit(i, static_cast<std::uint32_t>(s),
+              along[s] + planes.row(s).head<3>().dot(origin) + planes(s, 3));
   }
 }
 
@@ -145,11 +148,11 @@ std::size_t PoseFitter::behind_surfaces(const Eigen::Isometry3d& pose) const {
     if (behind[i] != 0 || distance > static_cast<float>(-errors_.gate_m)) return;
     const Sample& sample = samples_[i];
     const AlignedSurface& surface = *surfaces_[s];
-    const Eigen::Vector3d sensor = pose.translation();
+    const Eigen::Vector3d sensor = pose * sample.origin;
     if (surface.plane.signed_distance(sensor) <= errors_.gate_m) return;
     // A mean of readings on both sides of an edge lies on neither.
     const auto crosses = [&](const Eigen::Vector3d& point) {
-      const Sighting sighting(surface, sensor, pose.linear() * point);
+      const Sighting sighting(surface, sensor, pose.linear() * (point - sample.origin));
       return sighting.distance < -errors_.gate_m && sighting.covered_by(surface);
     };
     behind[i] = crosses(sample.point) && crosses(sample.first) && crosses(sample.last);
@@ -194,13 +197,14 @@ PoseFitter::Matched PoseFitter::match(const Eigen::Isometry3d& pose, double gate
                                       std::span<const Pairing> candidates) const {
   Matched matched{candidates.front().sample};
   const Sample& sample = samples_[matched.sample];
-  const Eigen::Vector3d sensor = pose.translation(), arm = pose.linear() * sample.point;
+  const Eigen::Vector3d arm = pose.linear() * sample.point;  // by which turns move it
+  const Eigen::Vector3d sensor = pose * sample.origin, sight = pose.linear() * sample.sight();
   std::optional<Sighting> best;
   double nearest = gate;
   std::uint32_t which = 0;
   for (const Pairing& candidate : candidates) {
     const AlignedSurface& surface = *surfaces_[candidate.surface];
-    const Sighting sighting(surface, sensor, arm);
+    const Sighting sighting(surface, sensor, sight);
     if (matched.known && std::fabs(sighting.distance) >= nearest) continue;
     if (!sighting.covered_by(surface)) continue;
     matched.known = true;
@@ -212,8 +216,8 @@ PoseFitter::Matched PoseFitter::match(const Eigen::Isometry3d& pose, double gate
   if (!best) return matched;
   const AlignedSurface& surface = *surfaces_[which];
   // A mean of readings on both sides of an edge lies on neither.
-  const Sighting first(surface, sensor, pose.linear() * sample.first),
-      last(surface, sensor, pose.linear() * sample.last);
+  const Sighting first(surface, sensor, pose.linear() * (sample.first - sample.origin)),
+      last(surface, sensor, pose.linear() * (sample.last - sample.origin));
   matched.known = first.covered_by(surface) && last.covered_by(surface);
   if (!matched.known || std::fabs(first.distance) >= gate || std::fabs(last.distance) >= gate) return matched;
 
@@ -222,7 +226,7 @@ PoseFitter::Matched PoseFitter::match(const Eigen::Isometry3d& pose, double gate
   row.head<3>() = arm.cross(n);
   row.segment<3>(3) = n;
   row.tail<3>() << -best->in_surface.x(), -best->in_surface.y(), -1;
-  const double cosine = std::max(sensing::ReadingModel::view_error, std::fabs(n.dot(arm)) / sample.range);
+  const double cosine = std::max(sensing::ReadingModel::view_error, std::fabs(n.dot(sight)) / sample.range);
   const double spread = errors_.noise_factor * sample.spread, along_normal = spread * cosine;
   const double reading = along_normal * along_normal;
   const Eigen::Vector3d by_surface = row.tail<3>();
@@ -258,7 +262,7 @@ void PoseFitter::add_match(const Matched& matched, const TwistCovariance& uncert
   sum.counted += robust / sample.overlap;
   sum.samples += 1 / sample.overlap;
   sum.weight += weight;
-  sums.squared_range += robust * sample.range * sample.range;
+  sums.squared_range += robust * sample.point.squaredNorm();
   sums.weight += robust;
 }
 
@@ -342,7 +346,7 @@ std::vector<sensing::NoiseModel::Residual> PoseFitter::residuals(const Eigen::Is
     const Sample& sample = samples_[matched.sample];
     const auto& [surface, distance, reading, certain, row] = *matched.match;
     const Eigen::Vector3d& normal = surfaces_[surface]->plane.normal;
-    const double cos_incidence = -normal.dot(pose.linear() * sample.point) / sample.range;
+    const double cos_incidence = -normal.dot(pose.linear() * sample.sight()) / sample.range;
     if (cos_incidence < least_cos_for_errors) return;
     const auto range_class =
         static_cast<std::uint8_t>(sensing::range_class_of(static_cast<float>(sample.range)));
@@ -353,18 +357,19 @@ std::vector<sensing::NoiseModel::Residual> PoseFitter::residuals(const Eigen::Is
 }
 
 double PoseFitter::agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const {
-  const Eigen::Vector3d sensor = pose.translation();
   double sum = 0;
   for_each_sample(pairings, [&](auto candidates) {
-    const Eigen::Vector3d arm = pose.linear() * samples_[candidates.front().sample].point;
+    const Sample& sample = samples_[candidates.front().sample];
+    const Eigen::Vector3d sensor = pose * sample.origin, sight = pose.linear() * sample.sight();
     double best = 0;
     for (const Pairing& candidate : candidates) {
       const AlignedSurface& surface = *surfaces_[candidate.surface];
       const Eigen::Vector3d& n = surface.plane.normal;
-      const double along = n.dot(arm),
+      const double along = n.dot(sight),
                    share = (surface.plane.signed_distance(sensor) + along) / errors_.gate_m;
       const double nearness = 1 - share * share;
-      if (nearness > best && along < 0 && Sighting(surface, sensor, arm).covered_by(surface)) best = nearness;
+      if (nearness > best && along < 0 && Sighting(surface, sensor, sight).covered_by(surface))
+        best = nearness;
     }
     sum += best;
   });

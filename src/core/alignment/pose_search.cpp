@@ -28,7 +28,7 @@ Eigen::AlignedBox3d reachable_box(std::span<const Sample> samples, const Eigen::
   double farthest = 0;
   for (const Sample& sample : samples) {
     box.extend(T * sample.point);
-    farthest = std::max(farthest, sample.range);
+    farthest = std::max(farthest, sample.point.norm());
   }
   if (box.isEmpty()) return box;
   box.min().array() -= margin + turn_rad * farthest;
@@ -43,7 +43,7 @@ FitErrors with_gate(FitErrors errors, double gate_m) {
 
 double range_of(std::span<const Sample> samples) {
   double squares = 0;
-  for (const Sample& sample : samples) squares += sample.range * sample.range;
+  for (const Sample& sample : samples) squares += sample.point.squaredNorm();
   return samples.empty() ? 0 : std::sqrt(squares / static_cast<double>(samples.size()));
 }
 

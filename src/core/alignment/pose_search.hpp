@@ -24,6 +24,7 @@ class PoseSearch {
   const sensing::NoiseModel& noise() const { return noise_; }
   const RangeLimits& limits() const { return limits_; }
   std::size_t samples() const { return samples_.size(); }
+  const std::vector<Sample>& all_samples() const { return samples_; }
   const AlignmentReach& reach() const { return reach_; }
   /// Point-to-plane registration from `start`, with an error of `prior` and a voxel.
   PoseFit fine(const Eigen::Isometry3d& start, const TwistCovariance& prior) const;

@@ -50,7 +50,9 @@ std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noi
     if (place >= 1) place -= 1;
     const std::size_t first = std::min(static_cast<std::size_t>(place * static_cast<double>(size)), size - 1);
     const Eigen::Vector3d start = scan.points[first].cast<double>();
-    const double range = start.norm();
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    if (first < scan.origins.size()) origin = scan.origins[first].cast<double>();
+    const double range = (start - origin).norm();
     if (!limits.hold(range)) continue;
     Eigen::Vector3d sum = start, before = start;
     std::size_t at = first + 1;
@@ -65,7 +67,7 @@ std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noi
     const double spread =
         noise.measured_sigma(sensing::range_class_of(static_cast<float>(range))) / std::sqrt(readings);
     if (!(spread <= most_spread)) continue;
-    samples.push_back({mean, start, before, mean.norm(), spread});
+    samples.push_back({mean, start, before, origin, (mean - origin).norm(), spread});
     of_sample.push_back({first, at});
   }
   note_overlap(of_sample, samples, size);

@@ -13,9 +13,11 @@ namespace octosurf::alignment {
 struct Sample {
   Eigen::Vector3d point;        ///< mean, sensor frame
   Eigen::Vector3d first, last;  ///< of them
-  double range = 0;             ///< |point|
+  Eigen::Vector3d origin;       ///< from where they were taken, sensor frame
+  double range = 0;             ///< |point - origin|
   double spread = 0;            ///< m: standard deviation of `point` along the line of sight
   double overlap = 1;           ///< mean number of samples that share each of its readings
+  Eigen::Vector3d sight() const { return point - origin; }
 };
 
 /// Of the readings used, m.
