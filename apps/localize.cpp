@@ -1,6 +1,7 @@
 // `octosurf localize`: where scans were taken, in a finished map.
 #include "geometry/degrees.hpp"
 #include "io/new_file.hpp"
+#include "locate.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
@@ -23,16 +24,18 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* localize_description = R"(Finds the poses of scans in a finished map, from guesses.
+constexpr const char* localize_description = R"(Finds the poses of scans in a finished map.
 
 Examples:
   octosurf localize maps/office more --write-poses found.txt      poses of 7-Scenes, TUM, PCD … scans
-  octosurf localize maps/office scan.pcd                          one cloud, its VIEWPOINT the guess
-  octosurf localize maps/office depth --poses guess.txt --intrinsics K.txt --json
-  octosurf localize maps/office more --reach 0.5 --turn 10        guesses up to 50 cm and 10° off
-  octosurf localize maps/office more --reach 3 --turn 180         poses in another frame, about the same vertical
+  octosurf localize maps/office scan.pcd                          one cloud of a lidar
+  octosurf localize maps/office depth --poses odometry.txt --intrinsics K.txt --json
+  octosurf localize maps/office more --guess                      their poses are in the map, up to 30 cm and 5° off
+  octosurf localize maps/office more --guess --reach 3 --turn 180
 
-Scans are treated one by one: first the scan's planes are matched with the map's surfaces, then its readings. One
+Without --guess poses need only be right against each other, about the same vertical: the first scans tell where in
+the map they were taken, if one place fits, and no other nearly as well. A camera must turn by 180° for that. Then
+scans are treated one by one: first the scan's planes are matched with the map's surfaces, then its readings. One
 line per scan: the error of the guess; how many of the six directions the surfaces in view determine (along the
 others the guess stays), and how precisely; and how much of the scan they explain. A scan that fits nowhere within
 reach, or equally well in several places, or that the map contradicts where it fits, is reported as unexplained and
@@ -45,7 +48,7 @@ struct LocalizeOptions {
   ScanSourceOptions source;
   ScanRange range;
   double reach_m = 0.3, turn_deg = 5;
-  bool json = false, force = false;
+  bool guess = false, json = false, force = false;
 };
 
 /// A little motion's length and angle; the covariance's, of the worst direction that is determined.
@@ -111,7 +114,11 @@ void run_localize(const LocalizeOptions& options) {
   Localizer localizer(loaded.map, {options.reach_m, options.turn_deg * rad_per_deg});
   ScanSourceOptions source_options = options.source;
   source_options.origin = loaded.map.origin();
-  auto source = open_scans({options.scans.begin(), options.scans.end()}, source_options);
+  const auto open = [&] { return open_scans({options.scans.begin(), options.scans.end()}, source_options); };
+  auto source = open();
+  if (!options.guess)
+    source = moved(std::move(source),
+                   locate(loaded.map, options.map, ScanFeed(open(), options.range), !options.json));
   PoseLog poses(options.write_poses, options.force, loaded.map.origin());
   for (const std::string& note : source->notes()) std::fprintf(stderr, "%s\n", note.c_str());
   ScanFeed feed(std::move(source), options.range);
@@ -146,6 +153,7 @@ void add_localize(CLI::App& app) {
   verb->add_option("--write-poses", options->write_poses,
                    "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found keeps its guess")
       ->type_name("FILE");
+  verb->add_flag("--guess", options->guess, "their poses are guesses in the map's frame");
   verb->add_option("--reach", options->reach_m, "largest error of a guess, m")->capture_default_str();
   verb->add_option(
           "--turn", options->turn_deg,

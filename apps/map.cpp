@@ -4,6 +4,7 @@
 #include "io/map_lock.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
+#include "locate.hpp"
 #include "map_run.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
@@ -37,6 +38,7 @@ Examples:
   octosurf map kitchen -o maps/kitchen                          a folder of depth images with poses
   octosurf map kitchen -o maps/kitchen --resolution 0.01 --report kitchen.json
   octosurf map more -o maps/kitchen --resume maps/kitchen       continue a map with the scans it does not have
+  octosurf map today -o maps/kitchen --resume maps/kitchen --locate   its poses in any frame about the vertical
   octosurf map depth --poses trajectory.txt --intrinsics K.txt --depth-scale 5000 -o maps/lab
   octosurf map velodyne --poses poses.txt --resolution 0.05 -o maps/street
   octosurf map walk.mcap -o maps/walk                           a bag; info walk.mcap tells its topics
@@ -154,6 +156,8 @@ void run_map(MapOptions& options) {
     throw Error(Error::Kind::usage, "INPUT", "is missing", "name a folder or file of scans");
   if (options.output.empty())
     throw Error(Error::Kind::usage, "-o", "is missing", "name the map to write, as in -o maps/office");
+  if (options.locate && options.resume.empty())
+    throw Error(Error::Kind::usage, "--locate", "needs a map", "name it with --resume");
   if (options.resume.empty()) choice.in_force();  // reject invalid values before reading anything
   probe_map_outputs(options);
   const Inputs inputs = sort_inputs(options);
@@ -166,8 +170,12 @@ void run_map(MapOptions& options) {
   if (goes_on(options, inputs)) start = start_of(options, choice, inputs, {}, context, before);
   if (!inputs.scans.empty()) {
     const Parameters parameters = start ? start->parameters() : choice.in_force();
-    source = open_scans(inputs.scans,
-                        source_options(options, parameters.occupancy.resolution, start ? &*start : nullptr));
+    const ScanSourceOptions how =
+        source_options(options, parameters.occupancy.resolution, start ? &*start : nullptr);
+    source = open_scans(inputs.scans, how);
+    if (options.locate)
+      source = moved(std::move(source),
+                     locate(*start, options.resume, ScanFeed(open_scans(inputs.scans, how), options.range)));
   }
   if (!start) {
     start = start_of(options, choice, inputs, source->sensor(), context, before);
@@ -192,6 +200,8 @@ void add_map(CLI::App& app) {
           "map to continue; may be the one of -o. It takes over the occupancy of an input that is an "
           "OctoMap (.bt, .ot), where its surfaces stay and grow on their planes")
       ->type_name("MAP");
+  verb->add_flag("--locate", options->locate,
+                 "find by the first scans where in the resumed map they were taken");
   verb->add_option("--report", options->report, "write a report of the run to this file (JSON)")
       ->type_name("FILE");
   verb->add_option("--keep-scans", options->keep_scans, "keep the scans in this folder, for remap")

@@ -93,8 +93,7 @@ void require_same_frame(RunState& run) {
   if (map.empty() || 2 * rejected <= scans) return;
   run.refuse(std::to_string(rejected) + " of " + io::count_of(scans, "scan") + " contradict " + map +
                  " where their poses put them",
-             "if the poses are in another frame, octosurf localize " + map + " " + run.context.input.front() +
-                 " --reach 5 --turn 180 --write-poses FILE finds them, for --poses FILE");
+             "if the poses are in another frame, --locate finds it in the map");
 }
 
 void require_readings(RunState& run) {

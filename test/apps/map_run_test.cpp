@@ -305,7 +305,7 @@ TEST_F(MapRun, LocalizeFindsWhatTheMapFixes) {
   run_well("map floor -o m");
   // The camera 4 cm too high; along the floor nothing tells where it is.
   write_floor("high", 6, 0.04);
-  const json found = json_of("localize m high --json --write-poses found.txt");
+  const json found = json_of("localize m high --guess --json --write-poses found.txt");
   ASSERT_EQ(found.size(), 6U);
   for (std::size_t i = 0; i < found.size(); ++i) {
     EXPECT_EQ(found[i].at("outcome"), "corrected");
@@ -315,11 +315,11 @@ TEST_F(MapRun, LocalizeFindsWhatTheMapFixes) {
   }
   const std::string lines = read("found.txt");
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 7) << "a heading, and a line a scan";
-  EXPECT_THAT(run_well("localize m high").out, says("3 of 6 directions"));
+  EXPECT_THAT(run_well("localize m high --guess").out, says("3 of 6 directions"));
   wrong_use("localize m high --write-poses found.txt", {"found.txt"});
   fails("localize nothing high", {"nothing"});
   fs::rename(folder / "floor", folder / "fl\xF6r");  // no UTF-8
-  EXPECT_THAT(json_of("localize m fl\xF6r --json").at(5).at("name").get<std::string>(),
+  EXPECT_THAT(json_of("localize m fl\xF6r --guess --json").at(5).at("name").get<std::string>(),
               says("fl\xEF\xBF\xBDr"));
 }
 

@@ -1,0 +1,94 @@
+#include "locate.hpp"
+
+#include "geometry/degrees.hpp"
+#include "io/text_file.hpp"
+#include "judgement/spread.hpp"
+
+#include <cstdio>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <octosurf/alignment.hpp>
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+class MovedScans final : public ScanSource {
+ public:
+  MovedScans(std::unique_ptr<ScanSource> source, const Eigen::Isometry3d& T)
+      : source_(std::move(source)), T_(T) {}
+  std::size_t size() const override { return source_->size(); }
+  std::optional<Scan> next() override {
+    std::optional<Scan> scan = source_->next();
+    if (scan) scan->T_map_sensor = T_ * scan->T_map_sensor;
+    return scan;
+  }
+  bool skip(std::size_t count) override { return source_->skip(count); }
+  const std::vector<std::string>& skipped() const override { return source_->skipped(); }
+  std::vector<std::string> notes() const override { return source_->notes(); }
+  SensorKind sensor() const override { return source_->sensor(); }
+  Eigen::Vector3d origin() const override { return source_->origin(); }
+
+ private:
+  std::unique_ptr<ScanSource> source_;
+  Eigen::Isometry3d T_;
+};
+
+std::string text_of(const Eigen::Isometry3d& T) {
+  const Eigen::Vector3d ahead = T.linear().col(0);
+  return io::formatted("%.2f %.2f %.2f, turned %.0f°", T.translation().x(), T.translation().y(),
+                       T.translation().z(), deg_per_rad * std::atan2(ahead.y(), ahead.x()));
+}
+
+[[noreturn]] void refuse(const std::string& map, const std::string& name, const Whereabouts& where) {
+  const std::string turn = "with poses in the map's frame no place is searched for";
+  if (where.finding == Finding::not_here)
+    throw Error(Error::Kind::data, name, "was not taken anywhere in " + map, turn);
+  if (where.finding == Finding::undecided)
+    throw Error(Error::Kind::data, name, "shows too little to tell where in " + map + " it was taken",
+                "turn the sensor by 180° or drive on; " + turn);
+  std::string places;
+  for (const Alignment& place : where.places)
+    places += (places.empty() ? "" : " and ") + text_of(place.T_map_sensor);
+  throw Error(Error::Kind::data, name,
+              "fits several places in " + map + " alike, with the sensor at " + places,
+              "drive on to where they differ; " + turn);
+}
+
+}  // namespace
+
+Eigen::Isometry3d locate(const Map& map, const std::string& name, ScanFeed recording, bool says) {
+  constexpr std::size_t most_scans = 600;  // 20 s of a camera's, 60 of a lidar's
+  judgement::Spread<Scan> run(16);         // as many as are looked at
+  Localizer localizer(map);
+  Whereabouts where;
+  std::string last;
+  for (std::size_t scans = 1, tried = 0; scans <= most_scans; ++scans) {
+    std::optional<Scan> scan = recording.next();
+    if (scan) {
+      last = scan->name;
+      if (run.wants()) run.take(*std::move(scan));
+    }
+    // With each half as many scans more; in the end with all.
+    if (const bool end = recording.peek() == nullptr; !end && 2 * scans < 3 * tried) continue;
+    tried = scans;
+    if (run.kept().empty()) break;
+    where = localizer.find(run.kept());
+    if (where.finding == Finding::found) {
+      if (says)
+        std::printf("%-12s by %s, at %s\n", "located", io::count_of(scans, "scan").c_str(),
+                    text_of(where.places.front().T_map_sensor).c_str());
+      return where.T_map_scans;
+    }
+    if (recording.peek() == nullptr) break;
+  }
+  refuse(name, last, where);
+}
+
+std::unique_ptr<ScanSource> moved(std::unique_ptr<ScanSource> source, const Eigen::Isometry3d& T) {
+  return std::make_unique<MovedScans>(std::move(source), T);
+}
+
+}  // namespace octosurf
