@@ -66,6 +66,7 @@ OCTOSURF_NAMES(Up::Source, "source", up_source_names);
 OCTOSURF_NAMES(DetectorKind, "detector", detector_names);
 OCTOSURF_NAMES(Removal::Of, "kind", removed_names);
 OCTOSURF_NAMES(AlignmentOutcome, "outcome", alignment_outcome_names);
+OCTOSURF_NAMES(Finding, "finding", finding_names);
 OCTOSURF_NAMES(EdgeKind, "kind of edge", edge_kind_names);
 OCTOSURF_NAMES(ContactRefusal, "refusal", contact_refusal_names);
 OCTOSURF_NAMES(FootName, "foot", foot_names);

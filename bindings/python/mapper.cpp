@@ -70,6 +70,8 @@ Twists are (6,): three rotations (rad), then three translations (m), map axes, a
       .fields(OCTOSURF_FIELDS(A, outcome, T_map_sensor, covariance, directions, determined, lever_m, samples,
                               known, explained, contradicted))
       .def("explained_share", &A::explained_share);
+  Value<Whereabouts>(module, "Whereabouts", "Where in a map a run of scans was taken.")
+      .fields(OCTOSURF_FIELDS(Whereabouts, finding, T_map_scans, places, margin, seen_rad));
   const AlignmentReach reach;
   using SharedLocalizer = Locked<Localizer>;
   Class<SharedLocalizer>(module, "Localizer")
@@ -91,7 +93,16 @@ Twists are (6,): three rotations (rad), then three translations (m), map axes, a
           "scan"_a,
           R"(Alignment of a Scan, whose T_map_sensor is a first guess.
 
-Outcome "unexplained": it fits nowhere or at several places alike, or what it sees contradicts the map. Throws Error(data) if the pose is not rigid.)");
+Outcome "unexplained": it fits nowhere or at several places alike, or what it sees contradicts the map. Throws Error(data) if the pose is not rigid.)")
+      .def(
+          "find",
+          [](SharedLocalizer& self, const std::vector<Scan>& scans, const std::optional<Eigen::Vector3d>& low,
+             const std::optional<Eigen::Vector3d>& high, bool upright) {
+            const Eigen::AlignedBox3d region =
+                low && high ? Eigen::AlignedBox3d(*low, *high) : Eigen::AlignedBox3d();
+            return self.use([&](Localizer& localizer) { return localizer.find(scans, region, upright); });
+          },
+          "scans"_a, "low"_a = py::none(), "high"_a = py::none(), py::kw_only(), "upright"_a = true);
 }
 
 /// What Python calls of a Mapper.

@@ -62,7 +62,7 @@ def results():
     return [
         made(octosurf.Storey, 0.05, [0, 0], 2, 1, 0.5, 1.0, [7], {1: [0, 0, 1]}, [1, 2], [0.5, 0.25]), node, edge,
         made(octosurf.StoreyRoute, [node], [edge], [3]),
-        octosurf.Localizer(whole).localize(scan), octosurf.align_maps(snapshot, other.map()), merged,
+        octosurf.Localizer(whole).localize(scan), octosurf.Localizer(whole).find([scan]), octosurf.align_maps(snapshot, other.map()), merged,
         octosurf.changes_since(snapshot, 0), foot, region, octosurf.foothold(surface, foot, [0, 0, 0], 0),
         *octosurf.label_edges(whole, surface), octosurf.explain(whole, [0, 0, 0]), octosurf.explain(whole, [0, 0, 0.3]),
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])),
