@@ -118,8 +118,8 @@ class Localizer {
   /// per cent of the way, and about `up`, to a few degrees; unless `upright`, one of their planes is level.
   /// A place is searched for its last sensor in `region` (map frame; empty: anywhere).
   ///
-  /// 1. Found is one place that explains most of what it knows, that a tenth of the readings contradict at
-  ///    most, and all others by a tenth of the readings less. Changes of a place do no more than that.
+  /// 1. Found is one place that explains nine tenths of what it knows, that hardly a reading contradicts, and
+  ///    that fits better than all others by a sixteenth of the readings. What has changed is undecided.
   /// 2. More places that fit are several_places, with the poses: rooms alike, a corridor's length.
   /// 3. What explains only half of the directions around is undecided: a corner fits every room.
   ///    A camera turns by 180°, a lidar need not move.

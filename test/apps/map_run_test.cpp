@@ -3,7 +3,9 @@
 #include "apps/command.hpp"
 
 #include <octomap/octomap.h>
+#include <iomanip>
 #include <regex>
+#include <sstream>
 
 namespace octosurf::test {
 namespace {
@@ -298,6 +300,38 @@ TEST_F(MapRun, SeveralInputsAreOneRecording) {
   run_well("map b -o some --every 2 --report s.json");
   EXPECT_EQ(read_json("s.json").at("scans"), 2);  // of three: the first and the last
   EXPECT_NEAR(info("some").at("extent").at("max").at(0), 39.5 / 60 + 0.2, 0.02);
+}
+
+/// Poses in a frame of their own, as odometry's: the map's turned by 180° about the vertical, and shifted.
+TEST_F(MapRun, ASessionInAnotherFrameFindsItselfInTheMap) {
+  run_well("simulate office -o office --sensor spinning --frames 24");
+  std::istringstream lines(read("office/poses.txt"));
+  std::ostringstream session;
+  std::vector<double> places;  // x in the map
+  session << std::setprecision(15);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream numbers(line);
+    double stamp, x, y, z, qx, qy, qz, qw;
+    if (!(numbers >> stamp >> x >> y >> z >> qx >> qy >> qz >> qw)) continue;
+    places.push_back(x);
+    session << stamp << ' ' << 7 - x << ' ' << -4 - y << ' ' << z << ' ' << -qy << ' ' << qx << ' ' << qw
+            << ' ' << -qz << '\n';
+  }
+  ASSERT_EQ(places.size(), 24U);
+  write("session.txt", session.str());
+  run_well("map office -o m --first 12");
+  run_well("map office -o whole");
+  const json found = json_of("localize m office --poses session.txt --json");
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i].at("position")[0], places[i], 0.02) << i;
+  EXPECT_THAT(run_well("map office -o m --resume m --locate --poses session.txt --skip 12").out,
+              says("located"));
+  EXPECT_EQ(info("m").at("scans"), 24);
+  for (const char* end : {"min", "max"})
+    for (const int axis : {0, 1, 2})
+      EXPECT_NEAR(info("m").at("extent").at(end)[axis], info("whole").at("extent").at(end)[axis], 0.05);
+  write_floor();
+  fails("map floor -o m --resume m --locate", {"m"});
+  wrong_use("map floor -o n --locate", {"--locate"});
 }
 
 TEST_F(MapRun, LocalizeFindsWhatTheMapFixes) {

@@ -104,9 +104,11 @@ Whereabouts judge(const RunPlaces& places, const Eigen::Isometry3d& T_scans_sens
   };
   const auto best = std::ranges::find_if(places.placed, fits);
   if (best == places.placed.end()) {
-    // Without any place nothing looks like this, however little was seen.
-    const bool enough = places.placed.empty() || places.placed.front().seen_rad > std::numbers::pi;
-    if (places.complete && enough) result.finding = Finding::not_here;
+    // Without any place nothing looks like this, however little was seen. What explains most of it may be the
+    // place, with things moved.
+    const bool none = places.placed.empty() || (places.placed.front().seen_rad > std::numbers::pi &&
+                                                places.placed.front().value() < 0.5);
+    if (places.complete && none) result.finding = Finding::not_here;
     return result;
   }
   result.places.push_back(best->alignment);
