@@ -83,7 +83,7 @@ inline constexpr std::array<std::string_view, 4> finding_names{"found", "several
 
 /// Where in a map a run of scans was taken.
 struct Whereabouts {
-  Finding finding = Finding::undecided;
+  Finding finding = Finding::undecided;  ///< what is known of it
   /// The frame of the scans' poses to the map's, if found.
   Eigen::Isometry3d T_map_scans = Eigen::Isometry3d::Identity();
   /// Poses of the last scan's sensor that fit, best first; evidence is that of all scans.

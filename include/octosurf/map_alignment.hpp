@@ -12,8 +12,8 @@ namespace octosurf {
 struct MapAlignment {
   /// The other map's frame to this one's; the given guess unless `scan.outcome` is corrected.
   Eigen::Isometry3d T_map_other = Eigen::Isometry3d::Identity();
-  /// Alignment of the other map's points as one scan, taken at `scan.T_map_sensor`: a place near its sensors
-  /// that most of its surfaces face. Outcome corrected, unexplained or nothing_known.
+  /// Alignment of the other map's points as one scan of a sensor that moved about `scan.T_map_sensor`.
+  /// Outcome corrected, unexplained or nothing_known.
   Alignment scan;
 };
 

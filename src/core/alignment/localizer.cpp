@@ -7,7 +7,6 @@
 #include "sensing/downsample.hpp"
 #include "sensing/noise_model.hpp"
 #include "sensing/reading_code.hpp"
-#include "sensing/reading_model.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <Eigen/Geometry>
@@ -77,8 +76,8 @@ Alignment locate_scan(const alignment::PoseSearch& search, const alignment::Chec
 
 /// A point on a surface, in the frame of its map.
 struct Reading {
-  Eigen::Vector3d point, normal;
-  Eigen::Vector3d sensor;  ///< approximate sensor position
+  Eigen::Vector3d point;
+  Eigen::Vector3d sensor;  ///< approximate position
   double off = 0;          ///< distance from its surface's plane, m
 };
 
@@ -116,49 +115,23 @@ std::vector<Reading> readings_near(const surfaces::MapState& other, const Eigen:
     const Eigen::Vector3d point = p.position.cast<double>();
     if (p.surface == 0 || !near.holds(T_map_other * point)) return;
     const Plane& plane = other.surfaces.find(p.surface)->plane();
-    of_surface[p.surface].push_back({point, plane.normal,
-                                     point + sensing::range_of_class(p.range_class) * p.view.cast<double>(),
-                                     plane.signed_distance(point)});
+    const Eigen::Vector3d sensor = point + sensing::range_of_class(p.range_class) * p.view.cast<double>();
+    of_surface[p.surface].push_back({point, sensor, plane.signed_distance(point)});
   });
   std::vector<Reading> all;
   for (const auto& [id, readings] : of_surface) all.insert(all.end(), readings.begin(), readings.end());
   return all;
 }
 
-/// A surface seen at a grazing angle is not used.
-bool faces(const Reading& reading, const Eigen::Vector3d& place) {
-  const Eigen::Vector3d sight = place - reading.point;
-  return reading.normal.dot(sight) > sensing::ReadingModel::grazing_cosine * sight.norm();
-}
-
-/// The sensor position that most readings face.
-Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
-  constexpr std::size_t places = 100, judges = 1000;
-  const std::size_t step = std::max<std::size_t>(1, readings.size() / places);
-  const std::size_t stride = std::max<std::size_t>(1, readings.size() / judges);
-  Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  std::size_t most = 0;
-  for (std::size_t i = 0; i < readings.size(); i += step) {
-    std::size_t cos_incidence = 0;
-    for (std::size_t k = 0; k < readings.size(); k += stride)
-      cos_incidence += faces(readings[k], readings[i].sensor);
-    if (cos_incidence <= most) continue;
-    most = cos_incidence;
-    best = readings[i].sensor;
-  }
-  return best;
-}
-
 /// Ratio of the deviation of neighbouring points from their planes to the sensor's noise: poses that drifted
 /// during mapping cause common errors, unlike a scan's noise.
-double noise_factor(const std::vector<Reading>& readings, const Eigen::Vector3d& place,
-                    const sensing::NoiseModel& noise) {
+double noise_factor(const std::vector<Reading>& readings, const sensing::NoiseModel& noise) {
   double squares = 0, expected = 0;
   for (std::size_t i = 0; i + alignment::most_in_a_row <= readings.size(); i += alignment::most_in_a_row) {
     double off = 0;
     for (std::size_t k = i; k < i + alignment::most_in_a_row; ++k)
       off += readings[k].off / alignment::most_in_a_row;
-    const auto range = static_cast<float>((readings[i].point - place).norm());
+    const auto range = static_cast<float>((readings[i].point - readings[i].sensor).norm());
     const double spread = noise.measured_sigma(sensing::range_class_of(range));
     squares += off * off;
     expected += spread * spread / alignment::most_in_a_row;
@@ -201,41 +174,40 @@ Alignment Localizer::operator()(const Scan& scan) {
 
 Whereabouts Localizer::find(std::span<const Scan> scans, const Eigen::AlignedBox3d& region, bool upright) {
   if (!impl_->cells) impl_->cells.emplace(impl_->octree, alignment::PlaceLimits().cell_m);
-  const alignment::RunPlaces places =
-      places_of(scans, {*impl_->map, impl_->octree, impl_->surfaces_around}, *impl_->cells, impl_->reach.up,
-                region, upright);
+  const alignment::RunPlaces places = places_of(scans, {*impl_->map, impl_->octree, impl_->surfaces_around},
+                                                *impl_->cells, impl_->reach.up, region, upright);
   return judge(places, scans.back().T_map_sensor);
 }
 
-/// The points on the other map's surfaces are treated as one scan.
+/// The points on the other map's surfaces are one scan from many places, as of a moving sensor.
 MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& other,
                         const Eigen::Isometry3d& T_map_other, const AlignmentReach& reach) {
   require_rigid(T_map_other, "T_map_other");
   require_reach(map, reach);
   const surfaces::MapState& theirs = surfaces::state_of(other);
-  std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
+  const std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
   Eigen::Isometry3d T_other_sensor = Eigen::Isometry3d::Identity();
-  T_other_sensor.translation() = best_place(readings);
+  for (const Reading& reading : readings)
+    T_other_sensor.translation() += reading.sensor / static_cast<double>(readings.size());
   Scan scan;
   scan.name = "the other map";
   scan.sensor = SensorKind::lidar;  // no range limit
   scan.T_map_sensor = T_map_other * T_other_sensor;
-  const Eigen::Vector3d place = T_other_sensor.translation();
-  std::erase_if(readings, [&](const Reading& reading) { return !faces(reading, place); });
-  for (const Reading& reading : readings) scan.points.push_back((reading.point - place).cast<float>());
+  for (const Reading& reading : readings) {
+    scan.points.push_back((reading.point - T_other_sensor.translation()).cast<float>());
+    scan.origins.push_back((reading.sensor - T_other_sensor.translation()).cast<float>());
+  }
   MapAlignment result{T_map_other, {}};
   result.scan.outcome = AlignmentOutcome::nothing_known;
   result.scan.T_map_sensor = scan.T_map_sensor;
-  if (!scan.points.empty()) {
-    alignment::FitErrors errors;
-    errors.noise_factor = noise_factor(readings, place, theirs.noise);
-    alignment::NearSurfaces surfaces;
-    const alignment::RangeLimits all{0, std::numeric_limits<double>::infinity()};
-    const alignment::PoseSearch search(*map, surfaces, scan, theirs.noise, all, scan.T_map_sensor, reach,
-                                       errors);
-    // Without an octree, as its points were not seen from one place.
-    result.scan = locate_scan(search, {*map, OccupancyView(), surfaces});
-  }
+  if (readings.empty()) return result;
+  alignment::FitErrors errors;
+  errors.noise_factor = noise_factor(readings, theirs.noise);
+  alignment::NearSurfaces surfaces, surfaces_around;
+  const alignment::RangeLimits all{0, std::numeric_limits<double>::infinity()};
+  const alignment::PoseSearch search(*map, surfaces, scan, theirs.noise, all, scan.T_map_sensor, reach,
+                                     errors);
+  result.scan = locate_scan(search, {*map, map->octree, surfaces_around});
   if (result.scan.outcome == AlignmentOutcome::corrected)
     result.T_map_other = result.scan.T_map_sensor * T_other_sensor.inverse();
   return result;
