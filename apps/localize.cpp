@@ -31,7 +31,7 @@ Examples:
   octosurf localize maps/office scan.pcd                          one cloud of a lidar
   octosurf localize maps/office depth --poses odometry.txt --intrinsics K.txt --json
   octosurf localize maps/office more --guess                      their poses are in the map, up to 30 cm and 5° off
-  octosurf localize maps/office more --guess --reach 3 --turn 180
+  octosurf localize maps/office more --reach 3 --turn 180
 
 Without --guess poses need only be right against each other, about the same vertical: the first scans tell where in
 the map they were taken, if one place fits, and no other nearly as well. A camera must turn by 180° for that. Then
@@ -116,10 +116,10 @@ void run_localize(const LocalizeOptions& options) {
   source_options.origin = loaded.map.origin();
   const auto open = [&] { return open_scans({options.scans.begin(), options.scans.end()}, source_options); };
   auto source = open();
+  PoseLog poses(options.write_poses, options.force, loaded.map.origin());
   if (!options.guess)
     source = moved(std::move(source),
                    locate(loaded.map, options.map, ScanFeed(open(), options.range), !options.json));
-  PoseLog poses(options.write_poses, options.force, loaded.map.origin());
   for (const std::string& note : source->notes()) std::fprintf(stderr, "%s\n", note.c_str());
   ScanFeed feed(std::move(source), options.range);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
@@ -154,10 +154,13 @@ void add_localize(CLI::App& app) {
                    "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found keeps its guess")
       ->type_name("FILE");
   verb->add_flag("--guess", options->guess, "their poses are guesses in the map's frame");
-  verb->add_option("--reach", options->reach_m, "largest error of a guess, m")->capture_default_str();
-  verb->add_option(
-          "--turn", options->turn_deg,
-          "largest error of its rotation, degrees, at most 180; more than 20 about the vertical only")
+  const auto is_guess = [options](const std::string&) { options->guess = true; };
+  verb->add_option("--reach", options->reach_m, "largest error of a guess, m; says that they are guesses")
+      ->each(is_guess)
+      ->capture_default_str();
+  verb->add_option("--turn", options->turn_deg,
+                   "likewise of its rotation, degrees, at most 180; more than 20 about the vertical only")
+      ->each(is_guess)
       ->capture_default_str();
   verb->add_flag("--json", options->json, "one array for programs");
   verb->add_flag("--force", options->force, "overwrite the file of poses");

@@ -43,7 +43,7 @@ std::string text_of(const Eigen::Isometry3d& T) {
 }
 
 [[noreturn]] void refuse(const std::string& map, const std::string& name, const Whereabouts& where) {
-  const std::string turn = "with poses in the map's frame no place is searched for";
+  const std::string turn = "poses in the map's frame need no search (localize --guess, map without --locate)";
   if (where.finding == Finding::not_here)
     throw Error(Error::Kind::data, name, "was not taken anywhere in " + map, turn);
   if (where.finding == Finding::undecided)
