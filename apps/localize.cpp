@@ -115,13 +115,13 @@ void run_localize(const LocalizeOptions& options) {
   ScanSourceOptions source_options = options.source;
   source_options.origin = loaded.map.origin();
   const auto open = [&] { return open_scans({options.scans.begin(), options.scans.end()}, source_options); };
-  auto source = open();
   PoseLog poses(options.write_poses, options.force, loaded.map.origin());
+  ScanRange range = options.range;
   if (!options.guess)
-    source = moved(std::move(source),
-                   locate(loaded.map, options.map, ScanFeed(open(), options.range), !options.json));
+    range.T_map_poses = locate(loaded.map, options.map, ScanFeed(open(), options.range), !options.json);
+  auto source = open();
   for (const std::string& note : source->notes()) std::fprintf(stderr, "%s\n", note.c_str());
-  ScanFeed feed(std::move(source), options.range);
+  ScanFeed feed(std::move(source), range);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   std::size_t scans = 0, unexplained = 0;
   while (const std::optional<Scan> scan = feed.next()) {

@@ -15,27 +15,6 @@
 namespace octosurf {
 namespace {
 
-class MovedScans final : public ScanSource {
- public:
-  MovedScans(std::unique_ptr<ScanSource> source, const Eigen::Isometry3d& T)
-      : source_(std::move(source)), T_(T) {}
-  std::size_t size() const override { return source_->size(); }
-  std::optional<Scan> next() override {
-    std::optional<Scan> scan = source_->next();
-    if (scan) scan->T_map_sensor = T_ * scan->T_map_sensor;
-    return scan;
-  }
-  bool skip(std::size_t count) override { return source_->skip(count); }
-  const std::vector<std::string>& skipped() const override { return source_->skipped(); }
-  std::vector<std::string> notes() const override { return source_->notes(); }
-  SensorKind sensor() const override { return source_->sensor(); }
-  Eigen::Vector3d origin() const override { return source_->origin(); }
-
- private:
-  std::unique_ptr<ScanSource> source_;
-  Eigen::Isometry3d T_;
-};
-
 std::string text_of(const Eigen::Isometry3d& T) {
   const Eigen::Vector3d ahead = T.linear().col(0);
   return io::formatted("%.2f %.2f %.2f, turned %.0f°", T.translation().x(), T.translation().y(),
@@ -85,10 +64,6 @@ Eigen::Isometry3d locate(const Map& map, const std::string& name, ScanFeed recor
     if (recording.peek() == nullptr) break;
   }
   refuse(name, last, where);
-}
-
-std::unique_ptr<ScanSource> moved(std::unique_ptr<ScanSource> source, const Eigen::Isometry3d& T) {
-  return std::make_unique<MovedScans>(std::move(source), T);
 }
 
 }  // namespace octosurf

@@ -3,19 +3,14 @@
 #include "scan_feed.hpp"
 
 #include <Eigen/Geometry>
-#include <memory>
 #include <string>
 
 #include <octosurf/map.hpp>
-#include <octosurf/scan_source.hpp>
 
 namespace octosurf {
 
 /// The frame of a recording's poses in a map's frame, found by its first scans without a guess; says where,
 /// if it may. Throws Error(data), with the places, if none or several fit, or too little was seen.
 Eigen::Isometry3d locate(const Map& map, const std::string& name, ScanFeed recording, bool says = true);
-
-/// The scans of a source, with every pose moved by T.
-std::unique_ptr<ScanSource> moved(std::unique_ptr<ScanSource> source, const Eigen::Isometry3d& T);
 
 }  // namespace octosurf

@@ -172,10 +172,10 @@ void run_map(MapOptions& options) {
     const Parameters parameters = start ? start->parameters() : choice.in_force();
     const ScanSourceOptions how =
         source_options(options, parameters.occupancy.resolution, start ? &*start : nullptr);
-    source = open_scans(inputs.scans, how);
     if (options.locate)
-      source = moved(std::move(source),
-                     locate(*start, options.resume, ScanFeed(open_scans(inputs.scans, how), options.range)));
+      options.range.T_map_poses =
+          locate(*start, options.resume, ScanFeed(open_scans(inputs.scans, how), options.range));
+    source = open_scans(inputs.scans, how);
   }
   if (!start) {
     start = start_of(options, choice, inputs, source->sensor(), context, before);

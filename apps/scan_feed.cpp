@@ -19,6 +19,7 @@ std::optional<Scan> ScanFeed::read() try {
   while (asked_ < range_.first) {
     if (!source_->skip(asked_++ == 0 ? range_.skip : range_.every - 1)) return {};
     std::optional<Scan> scan = source_->next();
+    if (scan) scan->T_map_sensor = range_.T_map_poses * scan->T_map_sensor;
     if (!scan || !accept_ || accept_(*scan)) return scan;
     ++refused_;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <exception>
 #include <functional>
@@ -20,6 +21,7 @@ namespace octosurf {
 /// Selects scans of a source: skips `skip`, then takes every `every`-th, at most `first`.
 struct ScanRange {
   std::size_t skip = 0, every = 1, first = std::numeric_limits<std::size_t>::max();
+  Eigen::Isometry3d T_map_poses = Eigen::Isometry3d::Identity();  ///< by which their poses are moved
 };
 
 /// Options for reading and selecting scans.
