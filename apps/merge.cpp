@@ -4,6 +4,7 @@
 #include "interrupt_guard.hpp"
 #include "io/map_lock.hpp"
 #include "io/text_file.hpp"
+#include "occupancy/agreement.hpp"
 #include "open_map.hpp"
 #include "output_files.hpp"
 #include "run_statistics.hpp"
@@ -110,28 +111,24 @@ void require_pose(const MergeOptions& options, const MapAlignment& found, const 
          "--align merges it there, --anyway where it was said to be");
 }
 
-/// Of a map's points on surfaces those where another has looked, and of these those on or beside its points.
+/// Of a map's points on surfaces, in numbers: those where another has looked, and of these those on or beside
+/// its points. By 100,000 of them a share is known to 0.3 %.
 struct Overlap {
-  std::size_t all = 0, known = 0, agree = 0;
+  double all = 0, known = 0, agree = 0;
 };
 
 Overlap overlap_of(const Map& map, const Map& other, const Eigen::Isometry3d& T_other_map) {
-  const double d = other.parameters().occupancy.resolution;
-  const auto state_at = [&](const Eigen::Vector3d& p) { return other.at(p).state; };
-  Overlap overlap;
+  const std::size_t step = 1 + map.size().points / 100000;
+  std::size_t count = 0;
+  std::vector<occupancy::ReadingEnd> some;
   map.for_each_point([&](const OccupancyView::Voxel& voxel) {
-    if (voxel.surface == 0) return;
-    ++overlap.all;
-    const Eigen::Vector3d p = T_other_map * voxel.point;
-    if (state_at(p) == OccupancyView::State::unknown) return;
-    ++overlap.known;
-    bool beside = state_at(p) == OccupancyView::State::occupied;
-    for (int axis = 0; axis < 3 && !beside; ++axis)
-      for (const double step : {-d, d})
-        if (state_at(p + step * Eigen::Vector3d::Unit(axis)) == OccupancyView::State::occupied) beside = true;
-    if (beside) ++overlap.agree;
+    if (voxel.surface != 0 && count++ % step == 0)
+      some.push_back({T_other_map * voxel.point, other.parameters().occupancy.resolution});
   });
-  return overlap;
+  const occupancy::Agreement found = occupancy::agreement_of(some, other.octree());
+  const auto times = static_cast<double>(step), agree = static_cast<double>(found.agrees);
+  return {times * static_cast<double>(some.size()),
+          times * (agree + static_cast<double>(found.in_free_space)), times * agree};
 }
 
 /// Where one map has looked, the other's surfaces must be its own, too. Of maps of one place, 96 % and more
@@ -144,15 +141,13 @@ void require_common_place(const MergeOptions& options, const Map& first, const M
   const std::string hint =
       std::string(options.align ? "give a nearer --pose" : "--align finds the pose between two maps") +
       ", --anyway merges them as they are";
-  if (const double known = static_cast<double>(in_first.known + in_second.known);
-      known <= least_known * static_cast<double>(std::min(in_first.all, in_second.all)))
+  if (in_first.known + in_second.known <= least_known * std::min(in_first.all, in_second.all))
     refuse(options, "has no place in common with " + options.first, hint);
   for (const Overlap& overlap : {in_first, in_second})
-    if (const double agree = static_cast<double>(overlap.agree), known = static_cast<double>(overlap.known);
-        agree < least_agreement * known)
+    if (overlap.agree < least_agreement * overlap.known)
       refuse(options,
              "does not fit " + options.first + ": of the surfaces of one where the other has looked, only " +
-                 std::to_string(std::lround(100 * agree / known)) + " % are there in both",
+                 std::to_string(std::lround(100 * overlap.agree / overlap.known)) + " % are there in both",
              hint);
 }
 

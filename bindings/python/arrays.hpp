@@ -81,11 +81,6 @@ void rows_from(const pybind11::handle& given, std::vector<Element>& rows) {
   std::memcpy(rows.front().data(), array.data(), rows.size() * sizeof(Element));
 }
 
-inline void rows_from(const pybind11::handle& given, std::vector<Ring2>& rings) {
-  rings.clear();
-  for (const pybind11::handle ring : given) rows_from(ring, rings.emplace_back());
-}
-
 /// Whether Python sees the field itself: view_of().
 template <class Field>
 inline constexpr bool is_viewed = std::is_same_v<Field, std::vector<Ring2>>;

@@ -124,24 +124,16 @@ void bind_storeys(Module& module) {
       .def_static("of", &L::of, "robot"_a);
   Value<Storey>(module, "Storey")
       .fields(OCTOSURF_FIELDS(Storey, cell_m, origin, columns, rows, height_m, area_m2, surfaces, seams))
-      .field<std::vector<std::uint8_t>>(
-          "cells", part_view<std::uint8_t>(&Storey::cells),
-          [](Storey& storey, const std::vector<std::uint8_t>& cells) {
-            for (const std::uint8_t cell : cells) storey.cells.push_back(StoreyCell{cell});
-          },
-          "(rows * columns,) uint8: 0 unknown, 1 free, 2 occupied; a view.")
-      .field<std::vector<float>>(
-          "elevation", part_view<float>(&Storey::elevation),
-          [](Storey& storey, const std::vector<float>& heights) { storey.elevation = heights; },
-          "Likewise float32, m; a view.")
+      .field("cells", part_view<std::uint8_t>(&Storey::cells),
+             "(rows * columns,) uint8: 0 unknown, 1 free, 2 occupied; a view.")
+      .field("elevation", part_view<float>(&Storey::elevation), "Likewise float32, m; a view.")
       .def("center_of", &Storey::center_of, "cell"_a)
       .def("cell_at", &Storey::cell_at, "point"_a);
   Value<RouteNode>(module, "RouteNode").fields(OCTOSURF_FIELDS(RouteNode, place, storey, at));
   using E = RouteEdge;
   Value<E>(module, "RouteEdge")
-      .field<std::size_t>(
-          "from_", [](const E& edge) { return edge.from; },
-          [](E& edge, std::size_t node) { edge.from = node; }, "Index of a node.")
+      .field(
+          "from_", [](const E& edge) { return edge.from; }, "Index of a node.")
       .fields(OCTOSURF_FIELDS(E, to, length_m, stair, up, heading_rad, over_stair));
   Value<StoreyRoute>(module, "StoreyRoute")
       .fields(OCTOSURF_FIELDS(StoreyRoute, nodes, edges, without_landing));

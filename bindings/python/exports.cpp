@@ -56,10 +56,8 @@ void bind_height_grid(Module& module) {
   using G = HeightGrid;
   Value<G>(module, "HeightGrid")
       .fields(OCTOSURF_FIELDS(G, cell, center, elevation))
-      .field<std::array<Eigen::MatrixXf, 3>>(
-          "normal", &normals_of,
-          [](G& self, const std::array<Eigen::MatrixXf, 3>& normal) { self.normal = normal; },
-          "(x, y, z) of the surface's normal there, (rows, columns) float32 each; views.")
+      .field("normal", &normals_of,
+             "(x, y, z) of the surface's normal there, (rows, columns) float32 each; views.")
       .fields(OCTOSURF_FIELDS(G, surface))
       .def("center_of", &G::center_of, "row"_a, "column"_a);
   module.def(

@@ -28,7 +28,7 @@ std::shared_ptr<T> of_map(std::shared_ptr<const T> one, std::shared_ptr<const Ma
   return std::shared_ptr<T>(raw, OfMap<T>{std::move(one), std::move(up)});
 }
 
-/// Null if it did not come from a map, but from a pickle.
+/// Null if it did not come from a map.
 template <class T>
 std::shared_ptr<const MapUp> map_up(const std::shared_ptr<T>& one) {
   const auto* const map = std::get_deleter<OfMap<T>>(one);

@@ -90,9 +90,8 @@ std::string open_scans_doc() {
 void bind_scan(Module& module) {
   Value<Scan>(module, "Scan", "One posed scan, which owns its points; does not change.")
       .fields(OCTOSURF_FIELDS(Scan, points, origins, free_rays))
-      .field<Times>(
+      .field(
           "times_s", [](const Scan& self) { return moved_array(std::vector<float>(self.times_s)); },
-          &set_times,
           "(N,) float32, when each reading was taken, s after stamp_s; empty: all at once; a copy.")
       .fields(OCTOSURF_FIELDS(Scan, T_map_sensor, stamp_s, sensor, name))
       .def(

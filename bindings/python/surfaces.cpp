@@ -68,8 +68,7 @@ void bind_surface(Module& module) {
           "up"_a = py::none(),
           R"(Angle between normal and up, rad: 0 a floor, pi/2 a wall.
 
-up: (3,), map frame; None: what the map's parameters give. Throws Error(usage) where they leave it open, and for a surface
-out of a pickle: give snapshot.up().)")
+up: (3,), map frame; None: what the map's parameters give. Throws Error(usage) where they leave it open: give snapshot.up().)")
       .def("simplified", &simplified, Released(), doc_of("simplified"))
       .def(
           "mesh", [](const Surface& self) { return io::flat(self, simplified(self)); }, Released(),

@@ -6,7 +6,6 @@
 #include <boost/preprocessor/seq/enum.hpp>
 #include <boost/preprocessor/seq/transform.hpp>
 #include <boost/preprocessor/variadic/to_seq.hpp>
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -125,7 +124,7 @@ class Class : public py::class_<T, Options...> {
   std::string header_;
 };
 
-/// A result of the library: its fields are readable, and define its text, its dict and its pickle.
+/// A result of the library: its fields are readable, and define its text and its dict.
 template <class T, class... Options>
 class Value : public Class<T, Options...> {
  public:
@@ -135,17 +134,6 @@ class Value : public Class<T, Options...> {
         "to_dict", [names = names_](const py::object& self) { return dict_of(*names, self); },
         "The fields by name, as JSON can hold them.");
     this->text([names = names_](const py::object& self) { return described(*names, self); });
-    this->def(py::pickle(
-        [names = names_](const py::object& self) {
-          py::tuple state(names->size());
-          for (std::size_t i = 0; i < names->size(); ++i) state[i] = self.attr((*names)[i].c_str());
-          return state;
-        },
-        [setters = setters_](const py::tuple& state) {
-          T value{};
-          for (std::size_t i = 0; i < setters->size(); ++i) (*setters)[i](value, state[i]);
-          return value;
-        }));
   }
 
   /// OCTOSURF_FIELDS(T, …).
@@ -155,52 +143,37 @@ class Value : public Class<T, Options...> {
     return *this;
   }
 
-  /// Of what Python has in another form: `set(T&, Given)` takes back what `get` gives.
-  template <class Given, class Get, class Set>
-  Value& field(const char* name, Get get, Set set, const char* doc) {
+  /// Of what Python has in another form.
+  template <class Get>
+  Value& field(const char* name, Get get, const char* doc) {
     this->def_property_readonly(name, get, doc);
-    return add(name, [set](T& value, const py::handle& given) { set(value, given.cast<Given>()); });
+    names_->emplace_back(name);
+    return *this;
   }
 
   /// An array whose elements have the names: a dict.
   template <class Number, std::size_t Size>
   Value& field(const char* name, std::array<Number, Size> T::*member,
                const std::array<std::string_view, Size>& names) {
-    using Dict = std::map<std::string, Number>;
-    return field<Dict>(
+    return field(
         name, [member, &names](const T& self) { return by_name(self.*member, names); },
-        [member, &names](T& self, const Dict& dict) {
-          for (std::size_t i = 0; i < Size; ++i) (self.*member)[i] = dict.at(std::string(names[i]));
-        },
-        this->template doc_of_field<Dict>(name).c_str());
+        this->template doc_of_field<std::map<std::string, Number>>(name).c_str());
   }
 
  private:
-  using Setter = std::function<void(T&, const py::handle&)>;
-
   template <class Owner, class Field>
   void field(const char* name, Field Owner::*member) {
     const std::string doc = this->template doc_of_field<Field>(name);
-    if constexpr (is_viewed<Field>) {
-      const auto view = [member](const py::object& self) {
-        return view_of(self.cast<const T&>().*member, self);
-      };
-      this->def_property_readonly(name, view, doc.c_str());
-      add(name, [member](T& value, const py::handle& given) { rows_from(given, value.*member); });
-    } else {
+    if constexpr (is_viewed<Field>)
+      this->def_property_readonly(
+          name, [member](const py::object& self) { return view_of(self.cast<const T&>().*member, self); },
+          doc.c_str());
+    else
       this->def_readonly(name, member, doc.c_str());
-      add(name, [member](T& value, const py::handle& given) { value.*member = given.cast<Field>(); });
-    }
-  }
-
-  Value& add(const char* name, Setter setter) {
     names_->emplace_back(name);
-    setters_->push_back(std::move(setter));
-    return *this;
   }
 
   std::shared_ptr<FieldNames> names_ = std::make_shared<FieldNames>();
-  std::shared_ptr<std::vector<Setter>> setters_ = std::make_shared<std::vector<Setter>>();
 };
 
 /// What the constructor of settings takes by name: their fields, and fields of those that are settings.

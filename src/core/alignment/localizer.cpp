@@ -85,26 +85,18 @@ struct Reading {
 class Neighbourhood {
  public:
   Neighbourhood(const Snapshot& map, const AlignmentReach& reach) : reach_(reach) {
-    Eigen::AlignedBox3d all;
-    for (const SurfacePtr& surface : map.surfaces) {
-      Eigen::AlignedBox3d box;
-      for (const Eigen::Vector3d& vertex : surface->boundary) box.extend(vertex);
-      if (box.isEmpty()) continue;
-      boxes_.push_back(box);
-      all.extend(box);
-    }
-    if (!all.isEmpty()) centre_ = all.center();
+    for (const SurfacePtr& surface : map.surfaces)
+      for (const Eigen::Vector3d& vertex : surface->boundary) box_.extend(vertex);
   }
   bool holds(const Eigen::Vector3d& p) const {
-    const double off = reach_.translation_m + reach_.rotation_rad * (p - centre_).norm();
-    return std::any_of(boxes_.begin(), boxes_.end(),
-                       [&](const auto& box) { return box.squaredExteriorDistance(p) <= off * off; });
+    if (box_.isEmpty()) return false;
+    const double off = reach_.translation_m + reach_.rotation_rad * (p - box_.center()).norm();
+    return box_.squaredExteriorDistance(p) <= off * off;
   }
 
  private:
   AlignmentReach reach_;
-  std::vector<Eigen::AlignedBox3d> boxes_;
-  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+  Eigen::AlignedBox3d box_;
 };
 
 /// Surface by surface, so that neighbours in the list are mostly neighbours on one surface, as in a scan.
