@@ -23,7 +23,6 @@
 
 #include <octosurf/adapters/octomap_files.hpp>
 #include <octosurf/adapters/octree.hpp>
-#include <octosurf/boundary.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/gaps.hpp>
@@ -38,7 +37,7 @@ namespace {
 constexpr const char* export_description = R"(Writes a map's surfaces to a file other programs read.
 
 Examples:
-  octosurf export maps/office --to office.json                 edges labelled: real, occluded, …
+  octosurf export maps/office --to office.json
   octosurf export maps/office --to office.json --what convex   convex pieces for planners, too
   octosurf export maps/office --to office.glb --what meshes    closed solids, for any 3-D viewer
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
@@ -138,16 +137,13 @@ void export_for_nav2(const Map& map, const Up& up, const RobotGround& options, c
 }
 
 /// What the wanted parts take that the snapshot lacks.
-void add_parts(const Map& map, const Snapshot& snapshot, const ExportArguments& arguments,
-               ExportOptions& options) {
+void add_parts(const Map& map, const Snapshot& snapshot, ExportOptions& options) {
   const auto wants = [&](ExportPart part) {
     return std::ranges::find(options.parts, part) != options.parts.end();
   };
-  const bool labelled = io::ending_of(arguments.file) == ".json";
-  for (const SurfacePtr& surface : snapshot.surfaces) {
-    if (wants(ExportPart::convex)) options.convex[surface->id] = convex_pieces(*surface, surface->polygons);
-    if (labelled) options.edges[surface->id] = label_edges(map, *surface);
-  }
+  if (wants(ExportPart::convex))
+    for (const SurfacePtr& surface : snapshot.surfaces)
+      options.convex[surface->id] = convex_pieces(*surface, surface->polygons);
   if (wants(ExportPart::points)) {
     map.for_each_point([&](const OccupancyView::Voxel& voxel) {
       if (voxel.surface != 0) options.points[voxel.surface].push_back(voxel.point);
@@ -180,7 +176,7 @@ void export_by_ending(const Map& map, const Up& up, const ExportArguments& argum
     without_ground = static_cast<std::size_t>(std::ranges::count_if(
         snapshot->surfaces, [](const SurfacePtr& surface) { return surface->polygons.empty(); }));
   }
-  add_parts(map, *snapshot, arguments, options);
+  add_parts(map, *snapshot, options);
   options.stairs = std::move(stairs);
   export_surfaces(*snapshot, arguments.file, options);
   std::printf("%s: %zu surfaces%s\n", arguments.file.c_str(), snapshot->surfaces.size(),

@@ -23,7 +23,7 @@ namespace {
 constexpr const char* view_description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
-The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels
+The page is one HTML file that fetches nothing: surfaces, cylinders, voxels
 and stairs. Without --html it is written to MAP.html in the current folder.
 
 Examples:

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <string_view>
 
-#include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
 
 namespace octosurf {
@@ -77,12 +76,7 @@ std::string ServedMap::page() const {
   PageOptions options;
   options.up = asked.up;
   options.max_mb = max_page_mb_;
-  PageMap map = page_map();
-  // Of a map that grows edges would be outdated at once.
-  if (map_)
-    for (const SurfacePtr& surface : map.snapshot->surfaces)
-      map.edges[surface->id] = label_edges(map_->map, *surface);
-  return make_page(map, options);
+  return make_page(page_map(), options);
 }
 
 ServedMap::Text ServedMap::page_html() const {

@@ -43,7 +43,7 @@ class ServedMap {
     std::string name;
     std::shared_ptr<ShownSurfaces> shown = std::make_shared<ShownSurfaces>();
   };
-  /// A map that goes on growing, which has no kinds of edges yet. The snapshot has its octree. `previous`:
+  /// A map that goes on growing. The snapshot has its octree. `previous`:
   /// the same earlier, null: none.
   ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up, Run run,
             const ServedMap* previous);

@@ -19,7 +19,6 @@
 #include <vector>
 
 #include <octosurf/alignment.hpp>
-#include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
@@ -67,7 +66,6 @@ OCTOSURF_NAMES(DetectorKind, "detector", detector_names);
 OCTOSURF_NAMES(Removal::Of, "kind", removed_names);
 OCTOSURF_NAMES(AlignmentOutcome, "outcome", alignment_outcome_names);
 OCTOSURF_NAMES(Finding, "finding", finding_names);
-OCTOSURF_NAMES(EdgeKind, "kind of edge", edge_kind_names);
 OCTOSURF_NAMES(ContactRefusal, "refusal", contact_refusal_names);
 OCTOSURF_NAMES(FootName, "foot", foot_names);
 OCTOSURF_NAMES(RoutePlace, "place", route_place_names);

@@ -13,7 +13,6 @@ namespace octosurf::python {
 namespace {
 
 namespace fs = std::filesystem;
-using SurfaceEdges = std::map<SurfaceId, std::vector<PolygonEdges>>;
 
 /// Rows of Map.points(): only "point" and "surface" are read.
 std::map<SurfaceId, std::vector<Eigen::Vector3d>> rows_as_points(const py::object& rows) {
@@ -28,11 +27,10 @@ std::map<SurfaceId, std::vector<Eigen::Vector3d>> rows_as_points(const py::objec
 
 void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<ExportPart> parts,
                  double mesh_thickness, const std::optional<Eigen::Vector3d>& up, bool force,
-                 std::map<SurfaceId, std::vector<ConvexPiece>> convex, const py::object& points,
-                 SurfaceEdges edges) {
-  ExportOptions options{std::move(parts),        mesh_thickness,  up_in(snapshot, up),
-                        Eigen::Vector3d::Zero(), force,           std::move(convex),
-                        rows_as_points(points),  std::move(edges)};
+                 std::map<SurfaceId, std::vector<ConvexPiece>> convex, const py::object& points) {
+  ExportOptions options{std::move(parts),        mesh_thickness, up_in(snapshot, up),
+                        Eigen::Vector3d::Zero(), force,          std::move(convex),
+                        rows_as_points(points)};
   const py::gil_scoped_release others_run;
   export_surfaces(*snapshot, file, options);
 }
@@ -113,12 +111,11 @@ void bind_exports(Module& module) {
              "parts"_a = std::vector<ExportPart>{ExportPart::polygons}, "mesh_thickness"_a = 0.02,
              "up"_a = py::none(), "force"_a = false,
              "convex"_a = std::map<SurfaceId, std::vector<ConvexPiece>>{}, "points"_a = py::none(),
-             "edges"_a = SurfaceEdges{},
              R"(Writes the surfaces in the format the file's ending names: .json, .ply, .glb.
 
 parts: "polygons", "meshes", "convex", "points"; .json takes any number, others exactly one.
 convex: by surface id, for that part. points: an array as Map.points() gives it, likewise.
-edges: label_edges() by surface id, go into .json. mesh_thickness: m. up: (3,), map frame; None: snapshot.up(). force: write over a file that exists.
+mesh_thickness: m. up: (3,), map frame; None: snapshot.up(). force: write over a file that exists.
 Map frame, m. The file is complete or not there. Throws Error(usage, data, output).)");
   module.def("render_png", &picture, "snapshot"_a, "file"_a, py::kw_only(), "width"_a = 1280,
              "height"_a = 960, "view"_a = ViewFrom::iso, "up"_a = py::none(), "force"_a = false,

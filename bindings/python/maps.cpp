@@ -1,5 +1,5 @@
-// octosurf/map.hpp, up.hpp, boundary.hpp and explain.hpp in Python: maps, how they are saved and loaded, what
-// their edges are, and why not.
+// octosurf/map.hpp, up.hpp and explain.hpp in Python: maps, how they are saved and loaded, and why there is no
+// surface.
 #include "map_holder.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -9,7 +9,6 @@
 #ifdef OCTOSURF_PCL
 #include <octosurf/adapters/paper_detector.hpp>
 #endif
-#include <octosurf/boundary.hpp>
 #include <octosurf/explain.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/up.hpp>
@@ -90,12 +89,6 @@ Columns: "point" (3 float64, map frame, m), "view" (3 float64, unit, toward wher
 }
 
 void bind_diagnosis(Module& module) {
-  Value<PolygonEdges>(module, "PolygonEdges")
-      .fields(OCTOSURF_FIELDS(PolygonEdges, outer, holes))
-      .def(py::init<std::vector<EdgeKind>, std::vector<std::vector<EdgeKind>>>(), "outer"_a, "holes"_a,
-           "Labels by ring.");
-  module.def("label_edges", under_lock(&label_edges), "map"_a, "surface"_a);
-
   Value<Figure>(module, "Figure").fields(OCTOSURF_FIELDS(Figure, name, value, unit, at_least));
   Value<Explanation>(module, "Explanation")
       .fields(OCTOSURF_FIELDS(Explanation, reason, sentence, asked, looked_at, surface, cylinder, nearest,

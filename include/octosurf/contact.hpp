@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include <octosurf/boundary.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 

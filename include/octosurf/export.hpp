@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include <octosurf/boundary.hpp>
 #include <octosurf/gaps.hpp>
 #include <octosurf/pieces.hpp>
 #include <octosurf/stairs.hpp>
@@ -39,7 +38,6 @@ struct ExportOptions {
   bool force = false;                                          ///< overwrite an existing file
   std::map<SurfaceId, std::vector<ConvexPiece>> convex{};      ///< convex_pieces()
   std::map<SurfaceId, std::vector<Eigen::Vector3d>> points{};  ///< map frame
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges{};      ///< label_edges(), of .json
   std::vector<NamedMesh> meshes{};                             ///< .glb: further objects
   std::map<SurfaceId, std::vector<Gap>> gaps{};                ///< of GroundView, of .json
   std::optional<Stairs> stairs{};                              ///< of find_stairs(), of .json
@@ -56,7 +54,7 @@ struct ExportOptions {
 ///    closed (extrude()).
 /// 5. The file is complete or absent: written to a temporary file and renamed.
 /// Throws Error(usage) for an unsupported extension or part, or an existing file without `force`; Error(data)
-/// for numbers that are not finite and labels of other polygons; Error(output) if it cannot be written.
+/// for numbers that are not finite; Error(output) if it cannot be written.
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
                      const ExportOptions& options = {});
 

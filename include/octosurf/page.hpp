@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <octosurf/boundary.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/stairs.hpp>
 #include <octosurf/surface.hpp>
@@ -17,7 +16,6 @@ struct PageMap {
   std::string name;                                        ///< label; errors name it, too
   std::shared_ptr<const Snapshot> snapshot;                ///< its surfaces and cylinders
   OccupancyView octree{};                                  ///< Map::octree(); if empty, no voxels are shown
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges{};  ///< label_edges(), if edges are drawn by kind
   std::vector<Stair> stairs{};                             ///< of find_stairs(), drawn with their measures
 };
 

@@ -76,6 +76,19 @@ class Examples(unittest.TestCase):
             if value:
                 self.assertAlmostEqual(about["offset"] + about["scale"] * value, height, delta=0.51 * about["scale"])
 
+    def test_frontiers(self):
+        """Edges of the surfaces' own planes; of the tables that the recording went around none."""
+        file = world.FOLDER / "edges.json"
+        told = self.run_python(world.SOURCE / "examples/frontiers.py", world.SOURCE / "maps/office", file)
+        lengths = {int(surface): float(metres) for surface, metres in re.findall(r"surface (\d+): ([\d.]+) m", told)}
+        snapshot = octosurf.load(world.SOURCE / "maps/office").snapshot()
+        self.assertEqual(set(lengths), {surface.id for surface in snapshot.surfaces})
+        self.assertGreater(sum(lengths.values()), 1)
+        self.assertGreater(sum(metres == 0 for metres in lengths.values()), len(lengths) / 4)
+        for edge in json.loads(file.read_text()):
+            plane = snapshot.find(edge["surface"]).plane
+            np.testing.assert_allclose(np.array(edge["edge"]) @ plane.normal, plane.offset, atol=1e-6)
+
     def test_circles(self):
         """Each lies in a piece, and of random points of the piece none is farther from its edges than the centre."""
         exported, file = world.FOLDER / "convex.json", world.FOLDER / "circles.json"

@@ -364,8 +364,6 @@ class Questions(unittest.TestCase):
         self.assertAlmostEqual(again.T_map_sensor[2, 3], 1, delta=0.003)
         self.assertEqual((again.explained_share(), again.determined), (1, 3))
         self.assertEqual(octosurf.explain(self.mapper.map(), [0, 0, 0]).reason, "on_surface")
-        edges = octosurf.label_edges(self.mapper.map(), self.surface)
-        self.assertEqual(len(edges[0].outer), len(self.surface.polygons[0].outer))
 
     def test_merging(self):
         other, whole = mapped_floor(), floor_mapper()
@@ -439,9 +437,8 @@ class Questions(unittest.TestCase):
         self.assertIn((0, True), {(edge.stair, edge.up) for edge in route.edges})
 
     def test_files(self):
-        edges = {self.surface.id: octosurf.label_edges(self.mapper.map(), self.surface)}
         file = world.FOLDER / "floor.json"
-        octosurf.export_surfaces(self.snapshot, file, edges=edges, force=True)
+        octosurf.export_surfaces(self.snapshot, file, force=True)
         self.assertEqual(json.loads(file.read_text())["surfaces"][0]["id"], self.surface.id)
         octosurf.export_surfaces(self.snapshot, world.FOLDER / "floor.ply", parts=["points"],
                                  points=self.mapper.map().points(), force=True)

@@ -86,7 +86,7 @@ def results():
         *stairwell().snapshot().cylinders, *holed.gaps(1), *cleared.snapshot().removals(), too_narrow, *too_narrow.figures,
         octosurf.Localizer(whole).localize(scan), octosurf.Localizer(whole).find([scan]), octosurf.align_maps(snapshot, other.map()), merged,
         octosurf.changes_since(snapshot, 0), foot, region, octosurf.foothold(surface, foot, [0, 0, 0], 0),
-        *octosurf.label_edges(whole, surface), octosurf.explain(whole, [0, 0, 0]), octosurf.explain(whole, [0, 0, 0.3]),
+        octosurf.explain(whole, [0, 0, 0]), octosurf.explain(whole, [0, 0, 0.3]),
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])),
         *octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])).steps,
         octosurf.plan(snapshot, standing, octosurf.Standing(at=[9, 0, 0])).refusal,

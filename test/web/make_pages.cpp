@@ -18,23 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Every side of a polygon another kind, so that all four are to be seen.
-std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Snapshot& snapshot) {
-  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  const auto kinds = [](const Ring2& ring) {
-    std::vector<EdgeKind> list;
-    for (std::size_t k = 0; k < ring.size(); ++k) list.push_back(static_cast<EdgeKind>(k % 4));
-    return list;
-  };
-  for (const SurfacePtr& surface : snapshot.surfaces)
-    for (const Polygon& polygon : surface->polygons) {
-      PolygonEdges& labels = edges[surface->id].emplace_back();
-      labels.outer = kinds(polygon.outer);
-      for (const Ring2& hole : polygon.holes) labels.holes.push_back(kinds(hole));
-    }
-  return edges;
-}
-
 /// Of the room of make_room(): a pending block of 10 × 10 × 10 voxels at (1, 0.5, 1), the floor's voxels
 /// under it.
 OccupancyView room_octree() {
@@ -49,9 +32,8 @@ OccupancyView room_octree() {
 
 PageMap room(const std::string& name) {
   Snapshot snapshot = make_room();
-  const auto edges = edges_of(snapshot);
   std::vector<Stair> stairs = find_stairs(snapshot).stairs;
-  return {name, std::make_shared<Snapshot>(std::move(snapshot)), room_octree(), edges, std::move(stairs)};
+  return {name, std::make_shared<Snapshot>(std::move(snapshot)), room_octree(), std::move(stairs)};
 }
 
 PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
@@ -91,7 +73,7 @@ PageMap hills() {
                 0.28);
   }
   const Snapshot snapshot = builder.take();
-  return {"hills", std::make_shared<Snapshot>(snapshot), octree.view(), edges_of(snapshot)};
+  return {"hills", std::make_shared<Snapshot>(snapshot), octree.view()};
 }
 
 void write_all(const fs::path& folder) {

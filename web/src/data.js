@@ -12,7 +12,6 @@ import { dot, minus } from './vectors.js';
  * @property {number[][]} axes     u, v, normal of its frame
  * @property {Float64Array} u      of all rings' vertices
  * @property {Float64Array} v
- * @property {Uint8Array} edges    kind of the edge from each vertex to the next of its ring; 255: no label
  * @property {{from: number, to: number}[]} rings   vertices of each
  * @property {Uint32Array} corners   three vertices a triangle
  *
@@ -25,31 +24,26 @@ import { dot, minus } from './vectors.js';
  * @property {function(number): number} logOdds
  */
 
-export const edgeKinds = ['real', 'occluded', 'sensor_limit', 'frontier'];
-export const noLabel = 255;
-
 /** A surface's polygons as they are exported. */
 function outlineOf(map, { origin, axes }, polygons) {
-  const u = [], v = [], edges = [], rings = [], corners = [];
-  const add = (ring, kinds) => {
+  const u = [], v = [], rings = [], corners = [];
+  const add = (ring) => {
     const points = ring.map((place) => {
       const at = minus(minus(place, map.origin), origin);
       return new Vector2(dot(at, axes[0]), dot(at, axes[1]));
     });
     rings.push({ from: u.length, to: u.length + points.length });
-    points.forEach((point, i) => {
+    for (const point of points) {
       u.push(point.x);
       v.push(point.y);
-      edges.push(kinds ? edgeKinds.indexOf(kinds[i]) : noLabel);
-    });
+    }
     return points;
   };
-  for (const { outer, holes, outer_edges: kinds, hole_edges: holeKinds } of polygons) {
-    const first = u.length, contour = add(outer, kinds), inner = holes.map((hole, k) => add(hole, holeKinds?.[k]));
+  for (const { outer, holes } of polygons) {
+    const first = u.length, contour = add(outer), inner = holes.map(add);
     for (const corner of ShapeUtils.triangulateShape(contour, inner)) corners.push(...corner.map((i) => first + i));
   }
-  return { u: Float64Array.from(u), v: Float64Array.from(v), edges: Uint8Array.from(edges), rings,
-    corners: Uint32Array.from(corners) };
+  return { u: Float64Array.from(u), v: Float64Array.from(v), rings, corners: Uint32Array.from(corners) };
 }
 
 function surfaceOf(map, exported) {

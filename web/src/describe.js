@@ -1,6 +1,5 @@
 // What the page says about a thing: a line for the pointer, rows for the panel.
-import { edgeKinds, slopeDeg } from './data.js';
-import { edgeLengths } from './layers/edges.js';
+import { slopeDeg } from './data.js';
 
 const fixed = (values, digits) => values.map((value) => value.toFixed(digits)).join('  ');
 const mm = (meters) => `${(1000 * meters).toFixed(meters < 0.01 ? 2 : 1)} mm`;
@@ -27,9 +26,6 @@ export function describe(map, { kind, what, place }) {
 function surfaceRows(map, surface) {
   const { polygons } = surface, holes = polygons.reduce((sum, one) => sum + one.holes.length, 0);
   const c = surface.covariance, std = (k) => Math.sqrt(Math.max(0, c[4 * k]));
-  const lengths = edgeLengths(surface), total = lengths.reduce((sum, one) => sum + one, 0);
-  const edges = edgeKinds.map((kind, k) => [kind.replace('_', ' '), lengths[k]]).filter(([, length]) => length > 0)
-    .sort((a, b) => b[1] - a[1]).map(([kind, length]) => `${kind} ${(100 * length / total).toFixed(0)} %`);
   return [
     ['area', `${surface.area_m2.toFixed(3)} m²`],
     ['slope', `${slopeDeg(surface, map.up).toFixed(2)}°`],
@@ -40,7 +36,6 @@ function surfaceRows(map, surface) {
     ['σ of tilts', `${deg(std(0))} along u, ${deg(std(1))} along v`],
     ['rms', `${mm(surface.rms_m)} of ${surface.inliers} voxels`],
     ['outline', `${polygons.length} polygon${polygons.length === 1 ? '' : 's'}, ${holes} hole${holes === 1 ? '' : 's'}`],
-    ...(total > 0 ? [['edges', edges.join(', ')]] : []),
   ];
 }
 

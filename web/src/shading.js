@@ -11,8 +11,7 @@ export const shadeGlsl = `
   float shade(vec3 normal) { return 0.45 + 0.55 * (0.5 + 0.5 * dot(normal, light)); }
 `;
 
-/** Colours of edges by kind, as in include/octosurf/export.hpp; and of those without one. */
-export const edgeColors = [[0, 0.6, 0.2], [0.85, 0.1, 0.15], [0.1, 0.3, 0.95], [1, 0.6, 0]];
+/** Of edges. */
 export const plainEdge = [0.3, 0.31, 0.34];
 
 const stops = [

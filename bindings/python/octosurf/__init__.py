@@ -1,9 +1,9 @@
 """Contact surfaces on an OctoMap for legged robots.
 
 Metres, radians, seconds; poses are 4x4 arrays, T_a_b from frame b to frame a. Arrays that are views keep alive what they
-look into and cannot be written to; the docstrings say which are copies. Points are rows. Results have to_dict() and can be
-pickled. What fails raises octosurf.Error, in a line that says what, where and the hint. Objects of the library may be shared
-between threads; mapping, planning, loading and saving let other Python threads run.
+look into and cannot be written to; the docstrings say which are copies. Points are rows. Results have to_dict(); settings
+can be pickled, too. What fails raises octosurf.Error, in a line that says what, where and the hint. Objects of the library may be
+shared between threads; mapping, planning, loading and saving let other Python threads run.
 
     mapper = octosurf.Mapper(resolution=0.02)
     for scan in octosurf.open_scans("kitchen"):

@@ -49,9 +49,6 @@ void write_glb(const std::vector<Shape>& shapes, const ExportJob& job, std::ostr
 double finite(double value, const std::string& what);
 double finite(double value, SurfaceId id);  ///< of a surface
 
-/// Throws Error(data) unless there is a label for every edge of the surface's polygons.
-void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges);
-
 /// For formats that cannot be empty.
 Error nothing_to_write(const std::filesystem::path& file);
 

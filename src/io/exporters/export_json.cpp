@@ -29,29 +29,17 @@ Json ring_json(const Ring2& ring, const Surface& surface) {
   return list_of(ring, [&](const Eigen::Vector2d& uv) { return tidy(surface.to_map(uv)); });
 }
 
-Json edges_json(const std::vector<EdgeKind>& edges) { return list_of(edges, edge_kind_name); }
-
 /// Row by row.
 template <class Matrix>
 Json numbers_json(const Matrix& matrix) {
   return list_of(matrix.template reshaped<Eigen::RowMajor>(), [](double number) { return number; });
 }
 
-Json polygons_json(const ExportJob& job, const Surface& surface) {
-  const auto labels = job.options.edges.find(surface.id);
-  const bool labelled = labels != job.options.edges.end();
-  if (labelled) require_labels_of(surface, labels->second);
-  Json list = Json::array();
-  for (std::size_t p = 0; p < surface.polygons.size(); ++p) {
-    const Polygon& polygon = surface.polygons[p];
-    list.push_back(
-        {{"outer", ring_json(polygon.outer, surface)},
-         {"holes", list_of(polygon.holes, [&](const Ring2& r) { return ring_json(r, surface); })}});
-    if (!labelled) continue;
-    list.back()["outer_edges"] = edges_json(labels->second[p].outer);
-    list.back()["hole_edges"] = list_of(labels->second[p].holes, edges_json);
-  }
-  return list;
+Json polygons_json(const Surface& surface) {
+  const auto ring = [&](const Ring2& r) { return ring_json(r, surface); };
+  return list_of(surface.polygons, [&](const Polygon& polygon) {
+    return Json{{"outer", ring(polygon.outer)}, {"holes", list_of(polygon.holes, ring)}};
+  });
 }
 
 Json gap_json(const Gap& gap, const Surface& surface) {
@@ -84,7 +72,7 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
             {"offset_std_m", surface.offset_std_m()},
             {"revision", surface.revision},
             {"parents", surface.parents},
-            {"polygons", polygons_json(job, surface)}};
+            {"polygons", polygons_json(surface)}};
   const auto gaps = job.options.gaps.find(id);
   json["gaps"] = list_of(gaps == job.options.gaps.end() ? std::vector<Gap>() : gaps->second,
                          [&](const Gap& gap) { return gap_json(gap, surface); });

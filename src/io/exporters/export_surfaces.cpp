@@ -55,18 +55,6 @@ double io::finite(double value, SurfaceId id) {
   return std::isfinite(value) ? value : io::finite(value, "surface " + std::to_string(id));
 }
 
-void io::require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges) {
-  const auto same = [](const Ring2& ring, const std::vector<EdgeKind>& kinds) {
-    return ring.size() == kinds.size();
-  };
-  const auto fit = [&](const Polygon& polygon, const PolygonEdges& labels) {
-    return same(polygon.outer, labels.outer) && std::ranges::equal(polygon.holes, labels.holes, same);
-  };
-  if (!std::ranges::equal(surface.polygons, edges, fit))
-    throw Error(Error::Kind::data, "surface " + std::to_string(surface.id),
-                "has edge labels of other polygons", "label the edges of the snapshot that is exported");
-}
-
 Error io::nothing_to_write(const std::filesystem::path& file) {
   return Error(Error::Kind::data, file.string(), "there is nothing to put into it",
                "the map has no surfaces with such parts; .json can be empty");

@@ -69,7 +69,6 @@ void check_page(const PageMap& map, const PageOptions& options) {
 /// As octosurf export writes .json.
 std::string export_text(const PageMap& map, const Snapshot& snapshot) {
   ExportOptions options;
-  options.edges = map.edges;
   if (!map.stairs.empty()) options.stairs = Stairs{map.stairs, {}};
   const io::ExportJob job{snapshot, options, false};
   std::ostringstream out;

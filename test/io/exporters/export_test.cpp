@@ -220,14 +220,6 @@ TEST_F(ExportTest, FilesAreReadByPython) {
   write("room.json", {polygons});
   write("all.json", {meshes, convex, points});
   export_surfaces(Snapshot{}, path("empty.json"));
-  const Surface& floor = *room_.surfaces[0];
-  PolygonEdges edges;
-  edges.outer.assign(floor.polygons[0].outer.size(), EdgeKind::real);
-  edges.outer[1] = EdgeKind::sensor_limit;
-  edges.holes.emplace_back(floor.polygons[0].holes[0].size(), EdgeKind::occluded);
-  edges.holes[0].back() = EdgeKind::frontier;
-  extras_.edges[floor.id] = {edges};
-  write("edges.json", {polygons});
   // Areas by the shoelace formula in 3-D: half the length of the summed cross products.
   std::ofstream(path("read.py")) << R"(
 import json, math, os, sys
@@ -281,40 +273,12 @@ table = next(s for s in d['surfaces'] if s['id'] == 20)
 assert table['convex'][0]['A'] == [[1, 0], [0, 1], [-1, 0], [0, -1]] and table['convex'][0]['b'] == [1.6, 1, 0, 0]
 assert table['convex'][0]['vertices'] == table['polygons'][0]['outer']
 assert table['points'] == [[1.7, 1.4, 0.75], [1.8, 1.3, 0.75]]
-for s in json.load(open('edges.json'))['surfaces']:
-    for p in s['polygons']:
-        if s['id'] != 2:
-            assert set(p) == {'outer', 'holes'}
-            continue
-        assert set(p) == {'outer', 'holes', 'outer_edges', 'hole_edges'}
-        assert p['outer_edges'] == ['real', 'sensor_limit'] + ['real'] * (len(p['outer']) - 2)
-        assert p['hole_edges'] == [['occluded'] * (len(p['holes'][0]) - 1) + ['frontier']]
+assert all(set(p) == {'outer', 'holes'} for s in d['surfaces'] for p in s['polygons'])
 d = json.load(open('empty.json'))
 assert d['surfaces'] == [] and d['cylinders'] == []
 )";
   if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is missing";
   EXPECT_EQ(std::system(("python3 '" + path("read.py").string() + "' '" + folder.string() + "'").c_str()), 0);
-}
-
-TEST_F(ExportTest, EdgeLabelsOfOtherPolygonsAreRefused) {
-  const Surface& floor = *room_.surfaces[0];
-  PolygonEdges edges;
-  edges.outer.assign(floor.polygons[0].outer.size(), EdgeKind::real);
-  edges.holes.emplace_back(floor.polygons[0].holes[0].size(), EdgeKind::real);
-  PolygonEdges short_outer = edges, short_hole = edges;
-  short_outer.outer.pop_back();
-  short_hole.holes[0].pop_back();
-  for (const std::vector<PolygonEdges>& wrong : {std::vector<PolygonEdges>{},
-                                                 {edges, edges},
-                                                 {{edges.outer, {}}},
-                                                 {short_outer},
-                                                 {short_hole},
-                                                 {{edges.holes[0], {edges.holes[0], edges.holes[0]}}}}) {
-    ExportOptions options;
-    options.edges[floor.id] = wrong;
-    expect_refused(Error::Kind::data, [&] { export_surfaces(room_, path("wrong.json"), options); });
-    EXPECT_EQ(count_files(), 0U);
-  }
 }
 
 TEST_F(ExportTest, SameInputSameBytes) {

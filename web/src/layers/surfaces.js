@@ -23,27 +23,21 @@ const colorings = {
 
 const chosen = ({ choice }) => colorings[choice.surfaces] ?? colorings.own;
 
-/** Calls `visit(from, to, kind)` for each edge of the surface. */
-export function forEachEdge(surface, visit) {
-  for (const { from, to } of surface.rings) {
-    for (let k = from; k < to; ++k) {
-      const next = k + 1 < to ? k + 1 : from;
-      visit(onSurface(surface, surface.u[k], surface.v[k]),
-        onSurface(surface, surface.u[next], surface.v[next]), surface.edges[k]);
-    }
-  }
-}
-
 function addSurface(triangles, map, surface, color) {
   const places = Array.from(surface.u, (u, i) => onSurface(surface, u, surface.v[i]));
   triangles.add(map, places, surface.normal, color, surface.corners);
 }
 
-/** @param {function(number): number[]} colorOf a kind @returns {Lines} */
-export function linesOf(shown, colorOf) {
+/** @returns {Lines} the edges of all their rings */
+export function linesOf(shown, color) {
   const lines = new Lines();
   for (const surface of shown)
-    forEachEdge(surface, (from, to, kind) => lines.add(from, to, colorOf(kind), surface.normal));
+    for (const { from, to } of surface.rings)
+      for (let k = from; k < to; ++k) {
+        const next = k + 1 < to ? k + 1 : from;
+        const [a, b] = [k, next].map((i) => onSurface(surface, surface.u[i], surface.v[i]));
+        lines.add(a, b, color, surface.normal);
+      }
   return lines;
 }
 
@@ -51,7 +45,7 @@ export function linesOf(shown, colorOf) {
 export function patches(map, shown, fill, edge, { opacity, width }) {
   const triangles = new Triangles();
   for (const surface of shown) addSurface(triangles, map, surface, fill);
-  return new THREE.Group().add(triangles.mesh(opacity), linesOf(shown, () => edge).object(width));
+  return new THREE.Group().add(triangles.mesh(opacity), linesOf(shown, edge).object(width));
 }
 
 export const surfaces = {
