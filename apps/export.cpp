@@ -144,11 +144,10 @@ void add_parts(const Map& map, const Snapshot& snapshot, ExportOptions& options)
   if (wants(ExportPart::convex))
     for (const SurfacePtr& surface : snapshot.surfaces)
       options.convex[surface->id] = convex_pieces(*surface, surface->polygons);
-  if (wants(ExportPart::points)) {
+  if (wants(ExportPart::points))
     map.for_each_point([&](const OccupancyView::Voxel& voxel) {
       if (voxel.surface != 0) options.points[voxel.surface].push_back(voxel.point);
     });
-  }
 }
 
 void export_by_ending(const Map& map, const Up& up, const ExportArguments& arguments) {

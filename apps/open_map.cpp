@@ -59,6 +59,10 @@ Up up_in_force(const Map& map, const std::string& text) {
   return parameters.up ? Up{*parameters.up, Up::Source::given} : up_from_surfaces(map);
 }
 
+planning::AskedMap asked_map(const LoadedMap& loaded, const std::string& name, const std::string& up) {
+  return {name, loaded.map.snapshot(), loaded.map.octree(), up_in_force(loaded.map, up).direction};
+}
+
 namespace {
 
 /// What surfaces alone say against a direction: the largest level one is seen from below, and none below it

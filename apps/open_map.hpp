@@ -1,5 +1,7 @@
 #pragma once
 
+#include "planning/questions.hpp"
+
 #include <string>
 
 #include <octosurf/map.hpp>
@@ -26,6 +28,8 @@ void add_up_option(CLI::App& verb, std::string& text);
 
 /// A map's up direction, overridden by `text` (of --up). Throws Error(usage) for an invalid direction.
 Up up_in_force(const Map& map, const std::string& text);
+/// For queries, as it is now. `name`: of its errors; `up`: of --up.
+planning::AskedMap asked_map(const LoadedMap& loaded, const std::string& name, const std::string& up);
 
 /// Warns on stderr where surfaces and the way the sensors were held agree on another direction than the
 /// map's.

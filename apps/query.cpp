@@ -42,8 +42,7 @@ struct QueryArguments {
 
 void run_query(QueryArguments& arguments) {
   const LoadedMap loaded = open_map(arguments.map);
-  const planning::AskedMap map(arguments.map, loaded.map.snapshot(), loaded.map.octree(),
-                               up_in_force(loaded.map, arguments.up).direction);
+  const planning::AskedMap map = asked_map(loaded, arguments.map, arguments.up);
   const Question& question = *arguments.question;
   if (!arguments.json && question.print != nullptr) return question.print(map, arguments.asked);
   const nlohmann::ordered_json answer = question.answer(map, arguments.asked);

@@ -35,8 +35,8 @@ struct ServeArguments {
 };
 
 void run_serve(const ServeArguments& arguments) {
-  const auto served = std::make_shared<const ServedMap>(open_map(arguments.map), title_of(arguments.map),
-                                                        arguments.up, arguments.max_mb);
+  const auto served = std::make_shared<const ServedMap>(
+      asked_map(open_map(arguments.map), title_of(arguments.map), arguments.up), arguments.max_mb);
   sigset_t ends;
   sigemptyset(&ends);
   for (const int number : {SIGINT, SIGTERM}) sigaddset(&ends, number);

@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <memory>
 #include <string>
-#include <utility>
 
 #include <octosurf/export.hpp>
 #include <octosurf/ground.hpp>
@@ -47,10 +46,10 @@ void write_html(const ViewArguments& arguments) {
   const std::string title = title_of(arguments.map);
   const std::string html = arguments.html.empty() ? title + ".html" : arguments.html;
   require_apart("--html", html, files_of_map(arguments.map));
-  LoadedMap loaded = open_map(arguments.map);
+  const LoadedMap loaded = open_map(arguments.map);
   io::NewFile output(html, arguments.force);  // first, because making a page takes a while
   if (arguments.up.empty()) warn_of_up(loaded.map);
-  const ServedMap map(std::move(loaded), title, arguments.up, arguments.max_mb);
+  const ServedMap map(asked_map(loaded, title, arguments.up), arguments.max_mb);
   const std::string page = map.page();
   output.write([&](std::ostream& out) { out << page; });
   output.commit();

@@ -47,14 +47,16 @@ class LiveView {
     const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
     const std::lock_guard lock(making_);
     if (!latest_ || latest_->asked.snapshot != snapshot)
-      latest_ = std::make_shared<const ServedMap>(
-          snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, run_, latest_.get());
+      latest_ =
+          std::make_shared<const ServedMap>(planning::AskedMap(name_, snapshot, snapshot->octree,
+                                                               up_ ? *up_ : estimate_up(*snapshot).direction),
+                                            PageOptions{}.max_mb, run_, latest_.get());
     return latest_;
   }
 
   const Mapper& mapper_;
   const std::string name_;
-  const ServedMap::Run run_;
+  const ServedRun run_;
   const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
   std::mutex making_;                        ///< of the latest
   std::shared_ptr<const ServedMap> latest_;

@@ -1,7 +1,6 @@
 #include "serve/served_map.hpp"
 
 #include "io/exporters/page_messages.hpp"
-#include "open_map.hpp"
 #include "planning/rings.hpp"
 
 #include <algorithm>
@@ -44,26 +43,15 @@ std::shared_ptr<const Snapshot> ShownSurfaces::of(const GroundView& ground) {
   return shown;
 }
 
-ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb)
-    : asked{std::move(name), map.map.snapshot(), map.map.octree(), up_in_force(map.map, up).direction},
-      ground_(asked.bare_ground()),
-      max_page_mb_(max_page_mb),
-      map_(std::move(map)) {}
-
-ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-                     Run of, const ServedMap* previous)
-    : asked{std::move(name), snapshot, snapshot->octree, up},
+ServedMap::ServedMap(planning::AskedMap map, double max_page_mb, ServedRun of, const ServedMap* previous)
+    : asked(std::move(map)),
       run(std::move(of)),
-      ground_(previous != nullptr ? previous->ground_.next(snapshot, snapshot->octree) : asked.bare_ground()),
-      max_page_mb_(PageOptions{}.max_mb) {}
-
-template <class Make>
-ServedMap::Text ServedMap::text(const std::string& key, const Make& make) const {
-  return texts_.get(key, [&] { return std::make_shared<const std::string>(make()); });
-}
+      ground_(previous != nullptr ? previous->ground_.next(asked.snapshot, asked.octree)
+                                  : asked.bare_ground()),
+      max_page_mb_(max_page_mb) {}
 
 std::shared_ptr<const Snapshot> ServedMap::shown() const {
-  return shown_.get(0, [this] { return map_ ? ground_.solid() : run.shown->of(ground_); });
+  return shown_.get(0, [this] { return run.name.empty() ? ground_.solid() : run.shown->of(ground_); });
 }
 
 PageMap ServedMap::page_map() const {
@@ -80,12 +68,15 @@ std::string ServedMap::page() const {
 }
 
 ServedMap::Text ServedMap::page_html() const {
-  return text("page", [this] { return run.name.empty() ? page() : following(page(), run.name); });
+  return texts_.get("page", [this] {
+    return std::make_shared<const std::string>(run.name.empty() ? page() : following(page(), run.name));
+  });
 }
 
 ServedMap::Text ServedMap::voxels() const {
-  return text("voxels", [this] {
-    return io::voxels_message({asked.name, asked.snapshot, asked.octree}, max_page_mb_ * 1e6);
+  return texts_.get("voxels", [this] {
+    return std::make_shared<const std::string>(
+        io::voxels_message({asked.name, asked.snapshot, asked.octree}, max_page_mb_ * 1e6));
   });
 }
 

@@ -32,26 +32,23 @@ class ShownSurfaces {
   std::map<SurfaceId, Outline> outlines_;
 };
 
+/// What a map that goes on growing has beside it: of its run, for all its moments.
+struct ServedRun {
+  std::string name;  ///< empty: a finished map
+  std::shared_ptr<ShownSurfaces> shown = std::make_shared<ShownSurfaces>();
+};
+
 /// A map to be queried from any thread; never changes. Derived data are made once, for all clients.
 class ServedMap {
  public:
-  /// `name` for its readers and errors; `up`: of --up.
-  ServedMap(LoadedMap map, std::string name, const std::string& up,
-            double max_page_mb = PageOptions{}.max_mb);
-  /// What a map that goes on growing has beside it: of its run, for all its moments.
-  struct Run {
-    std::string name;
-    std::shared_ptr<ShownSurfaces> shown = std::make_shared<ShownSurfaces>();
-  };
-  /// A map that goes on growing. The snapshot has its octree. `previous`:
-  /// the same earlier, null: none.
-  ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up, Run run,
-            const ServedMap* previous);
+  /// `previous`: the same map earlier in its run; null: none.
+  explicit ServedMap(planning::AskedMap map, double max_page_mb = PageOptions{}.max_mb, ServedRun of = {},
+                     const ServedMap* previous = nullptr);
 
   using Text = std::shared_ptr<const std::string>;
 
   const planning::AskedMap asked;
-  const Run run;  ///< without a name: of a finished map
+  const ServedRun run;
 
   std::string page() const;
   Text page_html() const;  ///< of a page that asks this server, if the map goes on growing
@@ -60,15 +57,12 @@ class ServedMap {
   std::string changes_json(std::optional<std::uint64_t> since, const std::string& of_run) const;
 
  private:
-  template <class Make>
-  Text text(const std::string& key, const Make& make) const;
   /// Surfaces without their voids, and their stairs.
   PageMap page_map() const;
   std::shared_ptr<const Snapshot> shown() const;
 
   const GroundView ground_;  ///< bare
   const double max_page_mb_;
-  const std::optional<LoadedMap> map_;
   mutable planning::MadeOnce<std::string, Text> texts_;
   mutable planning::MadeOnce<int, std::shared_ptr<const Snapshot>> shown_;
 };

@@ -24,11 +24,11 @@ struct AskedMap {
   AskedMap(std::string of, std::shared_ptr<const Snapshot> now, OccupancyView view,
            const Eigen::Vector3d& upward);
 
-  const std::string name;
-  const std::shared_ptr<const Snapshot> snapshot;
-  const OccupancyView octree;
-  const Eigen::Vector3d up;
-  const SurfaceIndex index;
+  std::string name;
+  std::shared_ptr<const Snapshot> snapshot;
+  OccupancyView octree;
+  Eigen::Vector3d up;
+  SurfaceIndex index;
 
   /// Ground by these rules. Gaps narrower than a disc of two voxels are never bridged (gaps.hpp).
   GroundView ground(GroundRules rules) const;
