@@ -39,12 +39,6 @@ void require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentRe
                 "it must be above 0, and 180° at most");
 }
 
-AlignmentOutcome outcome_of(const alignment::PoseFit& fit, bool found) {
-  if (found) return AlignmentOutcome::corrected;
-  return fit.known < alignment::least_known_samples ? AlignmentOutcome::nothing_known
-                                                    : AlignmentOutcome::unexplained;
-}
-
 /// Of a scan's samples, on known surfaces where it is found: of another room of the same size a tenth fits
 /// somewhere. At right poses in maps of half a room 0.29 and more are known.
 constexpr double least_known_share = 0.2;
@@ -70,7 +64,9 @@ Alignment locate_scan(const alignment::PoseSearch& search, const alignment::Chec
     result.T_map_sensor = given;
   else
     result.T_map_sensor = far ? fit.T_map_sensor : alignment::without_undetermined(given, fit, determined);
-  result.outcome = outcome_of(fit, found.has_value());
+  result.outcome = found                                        ? AlignmentOutcome::corrected
+                   : fit.known < alignment::least_known_samples ? AlignmentOutcome::nothing_known
+                                                                : AlignmentOutcome::unexplained;
   return result;
 }
 
@@ -81,31 +77,21 @@ struct Reading {
   double off = 0;          ///< distance from its surface's plane, m
 };
 
-/// The region of the map that the other's points may meet within reach.
-class Neighbourhood {
- public:
-  Neighbourhood(const Snapshot& map, const AlignmentReach& reach) : reach_(reach) {
-    for (const SurfacePtr& surface : map.surfaces)
-      for (const Eigen::Vector3d& vertex : surface->boundary) box_.extend(vertex);
-  }
-  bool holds(const Eigen::Vector3d& p) const {
-    if (box_.isEmpty()) return false;
-    const double off = reach_.translation_m + reach_.rotation_rad * (p - box_.center()).norm();
-    return box_.squaredExteriorDistance(p) <= off * off;
-  }
-
- private:
-  AlignmentReach reach_;
-  Eigen::AlignedBox3d box_;
-};
-
-/// Surface by surface, so that neighbours in the list are mostly neighbours on one surface, as in a scan.
-std::vector<Reading> readings_near(const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other,
-                                   const Neighbourhood& near) {
+/// Of the other map's points, those that may meet the map's surfaces within reach. Surface by surface, so
+/// that neighbours in the list are mostly neighbours on one surface, as in a scan.
+std::vector<Reading> readings_near(const Snapshot& map, const AlignmentReach& reach,
+                                   const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other) {
+  Eigen::AlignedBox3d box;
+  for (const SurfacePtr& surface : map.surfaces)
+    for (const Eigen::Vector3d& vertex : surface->boundary) box.extend(vertex);
+  const auto is_near = [&](const Eigen::Vector3d& p) {
+    const double off = reach.translation_m + reach.rotation_rad * (p - box.center()).norm();
+    return !box.isEmpty() && box.squaredExteriorDistance(p) <= off * off;
+  };
   std::map<SurfaceId, std::vector<Reading>> of_surface;
   other.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
     const Eigen::Vector3d point = p.position.cast<double>();
-    if (p.surface == 0 || !near.holds(T_map_other * point)) return;
+    if (p.surface == 0 || !is_near(T_map_other * point)) return;
     const Plane& plane = other.surfaces.find(p.surface)->plane();
     const Eigen::Vector3d sensor = point + sensing::range_of_class(p.range_class) * p.view.cast<double>();
     of_surface[p.surface].push_back({point, sensor, plane.signed_distance(point)});
@@ -177,7 +163,7 @@ MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& o
   require_rigid(T_map_other, "T_map_other");
   require_reach(map, reach);
   const surfaces::MapState& theirs = surfaces::state_of(other);
-  const std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
+  const std::vector<Reading> readings = readings_near(*map, reach, theirs, T_map_other);
   Eigen::Isometry3d T_other_sensor = Eigen::Isometry3d::Identity();
   for (const Reading& reading : readings)
     T_other_sensor.translation() += reading.sensor / static_cast<double>(readings.size());
