@@ -48,18 +48,20 @@ struct LocalizeOptions {
   ScanSourceOptions source;
   ScanRange range;
   double reach_m = 0.3, turn_deg = 5;
-  bool guess = false, json = false, force = false;
+  bool guess = false, no_up = false, json = false, force = false;
 };
 
 /// A little motion's length and angle; the covariance's, of the worst direction that is determined.
 struct Localized {
   std::string name;
   Alignment alignment;
+  std::string_view outcome;
   double moved_m = 0, turned_deg = 0, std_m = 0;
 };
 
 Localized found_in(const Scan& scan, const Alignment& alignment) {
-  Localized found{scan.name, alignment};
+  const auto outcome = static_cast<std::size_t>(alignment.outcome);
+  Localized found{scan.name, alignment, alignment_outcome_names[outcome]};
   found.moved_m = (alignment.T_map_sensor.translation() - scan.T_map_sensor.translation()).norm();
   const Eigen::AngleAxisd turn(alignment.T_map_sensor.linear() * scan.T_map_sensor.linear().transpose());
   found.turned_deg = turn.angle() * deg_per_rad;
@@ -72,15 +74,11 @@ Localized found_in(const Scan& scan, const Alignment& alignment) {
   return found;
 }
 
-std::string_view name_of(AlignmentOutcome outcome) {
-  return alignment_outcome_names[static_cast<std::size_t>(outcome)];
-}
-
 void print_line(const Localized& found) {
   const Alignment& a = found.alignment;
-  std::printf("%s: %s", found.name.c_str(),
-              a.outcome == AlignmentOutcome::corrected ? "found" : std::string(name_of(a.outcome)).c_str());
-  if (a.outcome == AlignmentOutcome::corrected)
+  const bool is_found = a.outcome == AlignmentOutcome::corrected;
+  std::printf("%s: %s", found.name.c_str(), is_found ? "found" : std::string(found.outcome).c_str());
+  if (is_found)
     std::printf(", %.1f cm and %.2f° from the guess, %d of 6 directions fixed to %.1f mm",
                 100 * found.moved_m, found.turned_deg, a.determined, 1e3 * found.std_m);
   std::printf(", %.0f %% of %zu known readings explained", 100 * a.explained_share(), a.known);
@@ -93,7 +91,7 @@ nlohmann::ordered_json json_of(const Localized& found) {
   const Eigen::Quaterniond q(a.T_map_sensor.linear());
   std::vector<double> covariance(a.covariance.data(), a.covariance.data() + a.covariance.size());
   return {{"name", found.name},
-          {"outcome", name_of(a.outcome)},
+          {"outcome", found.outcome},
           {"position", Eigen::Vector3d(a.T_map_sensor.translation())},
           {"quaternion", q.coeffs()},
           {"moved_m", found.moved_m},
@@ -118,7 +116,8 @@ void run_localize(const LocalizeOptions& options) {
   PoseLog poses(options.write_poses, options.force, loaded.map.origin());
   ScanRange range = options.range;
   if (!options.guess)
-    range.T_map_poses = locate(loaded.map, options.map, ScanFeed(open(), options.range), !options.json);
+    range.T_map_poses =
+        locate(loaded.map, options.map, ScanFeed(open(), options.range), !options.no_up, !options.json);
   auto source = open();
   for (const std::string& note : source->notes()) std::fprintf(stderr, "%s\n", note.c_str());
   ScanFeed feed(std::move(source), range);
@@ -154,6 +153,8 @@ void add_localize(CLI::App& app) {
                    "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found keeps its guess")
       ->type_name("FILE");
   verb->add_flag("--guess", options->guess, "their poses are guesses in the map's frame");
+  verb->add_flag("--no-up", options->no_up, "their frame may be tilted; a level plane says how")
+      ->excludes("--guess");
   const auto is_guess = [options](const std::string&) { options->guess = true; };
   verb->add_option("--reach", options->reach_m, "largest error of a guess, m; says that they are guesses")
       ->each(is_guess)

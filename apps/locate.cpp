@@ -38,7 +38,8 @@ std::string text_of(const Eigen::Isometry3d& T) {
 
 }  // namespace
 
-Eigen::Isometry3d locate(const Map& map, const std::string& name, ScanFeed recording, bool says) {
+Eigen::Isometry3d locate(const Map& map, const std::string& name, ScanFeed recording, bool upright,
+                         bool says) {
   constexpr std::size_t most_scans = 600;  // 20 s of a camera's, 60 of a lidar's
   judgement::Spread<Scan> run(16);         // as many as are looked at
   Localizer localizer(map);
@@ -54,7 +55,7 @@ Eigen::Isometry3d locate(const Map& map, const std::string& name, ScanFeed recor
     if (const bool end = recording.peek() == nullptr; !end && 2 * scans < 3 * tried) continue;
     tried = scans;
     if (run.kept().empty()) break;
-    where = localizer.find(run.kept());
+    where = localizer.find(run.kept(), {}, upright);
     if (where.finding == Finding::found) {
       if (says)
         std::printf("%-12s by %s, at %s\n", "located", io::count_of(scans, "scan").c_str(),

@@ -9,8 +9,9 @@
 
 namespace octosurf {
 
-/// The frame of a recording's poses in a map's frame, found by its first scans without a guess; says where,
-/// if it may. Throws Error(data), with the places, if none or several fit, or too little was seen.
-Eigen::Isometry3d locate(const Map& map, const std::string& name, ScanFeed recording, bool says = true);
+/// The frame of a recording's poses in a map's, found by its first scans (Localizer::find()); says where, if
+/// it may. Throws Error(data), with the places, if none or several fit, or too little was seen.
+Eigen::Isometry3d locate(const Map& map, const std::string& name, ScanFeed recording, bool upright,
+                         bool says = true);
 
 }  // namespace octosurf

@@ -152,12 +152,8 @@ void run_map(MapOptions& options) {
   const ParameterChoice choice(options.parameters, options.realtime);
   options.output = io::file_of_map(options.output.empty() ? options.resume : options.output, "").string();
   options.resume = io::file_of_map(options.resume, "").string();
-  if (options.inputs.empty())
-    throw Error(Error::Kind::usage, "INPUT", "is missing", "name a folder or file of scans");
   if (options.output.empty())
     throw Error(Error::Kind::usage, "-o", "is missing", "name the map to write, as in -o maps/office");
-  if (options.locate && options.resume.empty())
-    throw Error(Error::Kind::usage, "--locate", "needs a map", "name it with --resume");
   if (options.resume.empty()) choice.in_force();  // reject invalid values before reading anything
   probe_map_outputs(options);
   const Inputs inputs = sort_inputs(options);
@@ -173,8 +169,8 @@ void run_map(MapOptions& options) {
     const ScanSourceOptions how =
         source_options(options, parameters.occupancy.resolution, start ? &*start : nullptr);
     if (options.locate)
-      options.range.T_map_poses =
-          locate(*start, options.resume, ScanFeed(open_scans(inputs.scans, how), options.range));
+      options.range.T_map_poses = locate(
+          *start, options.resume, ScanFeed(open_scans(inputs.scans, how), options.range), !options.no_up);
     source = open_scans(inputs.scans, how);
   }
   if (!start) {
@@ -193,7 +189,7 @@ void run_map(MapOptions& options) {
 void add_map(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("map", map_description);
   const auto options = std::make_shared<MapOptions>();
-  verb->add_option("input", options->inputs, "folders or files");
+  verb->add_option("input", options->inputs, "folders or files")->required();
   verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
   verb->add_option(
           "--resume", options->resume,
@@ -201,7 +197,11 @@ void add_map(CLI::App& app) {
           "OctoMap (.bt, .ot), where its surfaces stay and grow on their planes")
       ->type_name("MAP");
   verb->add_flag("--locate", options->locate,
-                 "find by the first scans where in the resumed map they were taken");
+                 "find by the first scans where in the resumed map they were taken")
+      ->needs("--resume");
+  verb->add_flag("--no-up", options->no_up,
+                 "with --locate: their frame may be tilted; a level plane says how")
+      ->needs("--locate");
   verb->add_option("--report", options->report, "write a report of the run to this file (JSON)")
       ->type_name("FILE");
   verb->add_option("--keep-scans", options->keep_scans, "keep the scans in this folder, for remap")

@@ -26,7 +26,7 @@ struct MapOptions {
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
-  bool realtime = false, force = false, locate = false;
+  bool realtime = false, force = false, locate = false, no_up = false;
   bool strict = false;  ///< no map of scans that contradict one another
   std::string check;    ///< the command that finds out why they do
 };
