@@ -56,7 +56,7 @@ set(OCTOSURF_SLOW_octomap Following.EqualsTheTreeMadeAnewAtEachScan*
 set(OCTOSURF_SLOW_octomap_failures *)
 set(OCTOSURF_SLOW_pcl NormalsAgainstPcl.* PaperDetector.IsThePapersAlgorithmWhereNothingIsTakenBack)
 set(OCTOSURF_SLOW_planning Changes.LineageOverManyScansIsThatOverEachOfThem
-    Changes.WhoFollowsThemHasWhatTheSnapshotHas ContactRegion.OfRandomPolygonsIsExact Inset.OfRandomPolygons OneLaw.*)
+    Changes.WhoFollowsThemHasWhatTheSnapshotHas ContactRegion.OfRandomPolygonsIsExact Inset.OfRandomPolygons OneAlign.* OneLaw.*)
 set(OCTOSURF_SLOW_property *)
 set(OCTOSURF_SLOW_simulation Cameras/DepthFolder.IsASevenScenesFolder*
     MeshFacesTest.HeapsOfBoxesAgreeWithThePointwiseTwin MeshRecording.AStairIsMappedStepByStep

@@ -1,11 +1,14 @@
 // Places of runs of scans in a map, without a guess.
 #include "alignment/place_search.hpp"
 #include "alignment/pose_fit.hpp"
+#include "alignment/scan_aligner.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/painted_octree.hpp"
 #include "support/scene.hpp"
 
 #include <octosurf/alignment.hpp>
+#include <octosurf/judgement.hpp>
+#include <octosurf/map_alignment.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::test {
@@ -180,6 +183,89 @@ TEST(FindPlace, SaysNothingOfNothing) {
   EXPECT_EQ(empty.find(scans).finding, Finding::not_here);
   EXPECT_THROW(empty.find({}), Error);
   EXPECT_EQ(Localizer(mapped({flat[0]}, rng)).find(std::vector<Scan>(2)).finding, Finding::undecided);
+}
+
+/// All ways to a pose are given runs at right and at wrong poses, here and in another room of the same size.
+/// What a way accepts must be right, and a right pose must be accepted. They do not agree yet: the counts may
+/// only fall.
+TEST(OneAlign, AWayAcceptsRightPosesAndNoWrongOne) {
+  auto rng = test::rng();
+  const Scene scene = scene_of(flat), elsewhere = scene_of({{{0, 0}, {5, 4.2}, 11}});
+  std::vector<Scan> seen;
+  for (const Furnished& room : flat)
+    for (int i = 0; i < 6; ++i)
+      seen.push_back(run_from(scene, anywhere_in(room, rng), Eye::lidar, 1, rng).front());
+  Mapper mapper(of_voxels(0.05));
+  for (const Scan& scan : seen) mapper.insert(scan);
+  mapper.share_octree();
+  Localizer localizer(mapper.snapshot());
+  using Run = std::vector<Scan>;
+  using Accepted = std::optional<Eigen::Isometry3d>;  // pose of the last scan
+  const auto accepted = [](const Alignment& found, const Eigen::Isometry3d& pose) {
+    const bool fits =
+        found.outcome == AlignmentOutcome::agrees || found.outcome == AlignmentOutcome::corrected;
+    return fits ? Accepted(pose) : std::nullopt;
+  };
+  const auto by_map = [&](const Run& run) {
+    const Alignment found =
+        alignment::ScanAligner()(surfaces::state_of(mapper.map()), run.back(), {0.1, 30}).alignment;
+    return accepted(found, found.T_map_sensor);
+  };
+  const auto by_localize = [&](const Run& run) {
+    const Alignment found = localizer(run.back());
+    return accepted(found, found.T_map_sensor);
+  };
+  const auto by_find = [&](const Run& run) -> Accepted {
+    const Eigen::AlignedBox3d about(run.back().T_map_sensor.translation());
+    const Whereabouts there = localizer.find(run, {about.min().array() - 0.3, about.max().array() + 0.3});
+    return there.finding == Finding::found ? Accepted(there.places.at(0).T_map_sensor) : std::nullopt;
+  };
+  const auto by_merge = [&](const Run& run) {
+    Mapper other(of_voxels(0.05));
+    for (const Scan& scan : run) other.insert(scan);
+    const MapAlignment found = align_maps(mapper.snapshot(), other.map());
+    return accepted(found.scan, found.T_map_other * run.back().T_map_sensor);
+  };
+  const auto by_check = [&](const Run& run) {
+    RecordingJudge judge(of_voxels(0.05));
+    for (const Run& scans : {seen, run})
+      for (const Scan& scan : scans) judge.add(scan, scan.T_map_sensor);
+    return judge.judge().contradicts() ? std::nullopt : Accepted(run.back().T_map_sensor);
+  };
+  const auto turned = [](double angle) {
+    const Eigen::Translation3d middle(2.5, 2.1, 0);
+    return middle * Eigen::AngleAxisd(angle * degree, Eigen::Vector3d::UnitZ()) * middle.inverse();
+  };
+  const auto shifted = [](double x, double y, double z) {
+    return Eigen::Isometry3d(Eigen::Translation3d(x, y, z));
+  };
+  const std::vector<Eigen::Isometry3d> right{shifted(0, 0, 0), shifted(0.03, 0.03, 0.02)},
+      wrong{shifted(0, 0, -0.5), shifted(0.5, 0, 0), turned(90), turned(180)};
+  struct Way {
+    std::string name;
+    std::function<Accepted(const Run&)> align;
+    int most_accepted;  ///< wrong ones of 20
+    int most_refused;   ///< right ones of 4
+  };
+  for (const Way& way :
+       {Way{"map", by_map, 15, 0}, Way{"localize", by_localize, 9, 0}, Way{"find", by_find, 0, 0},
+        Way{"merge", by_merge, 9, 0}, Way{"check", by_check, 15, 2}}) {
+    int accepted_wrong = 0, refused_right = 0;
+    for (const Eye eye : {Eye::lidar, Eye::camera})
+      for (const bool here : {true, false}) {
+        const Run run = run_from(here ? scene : elsewhere, anywhere_in(flat[0], rng), eye, 10, rng);
+        const auto align_at = [&](const Eigen::Isometry3d& error, bool is_right) {
+          const Accepted pose = way.align(in_session(run, error));
+          refused_right += is_right && !pose;
+          accepted_wrong += pose && !(here && is_at(*pose, run.back().T_map_sensor));
+        };
+        for (const Eigen::Isometry3d& error : right) align_at(error, here);
+        for (const Eigen::Isometry3d& error : wrong) align_at(error, false);
+      }
+    EXPECT_LE(accepted_wrong, way.most_accepted) << way.name;
+    EXPECT_LE(refused_right, way.most_refused) << way.name;
+    std::cout << way.name << " accepts " << accepted_wrong << " wrong, refuses " << refused_right << "\n";
+  }
 }
 
 /// Against the definition, voxel by voxel.

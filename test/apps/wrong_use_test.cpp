@@ -119,7 +119,7 @@ const std::vector<Refused>& refused() {
       // what follows from a parameter is said of the one that was given
       {"map floor -o n --resolution 4", {"resolution: is 4", "surface_tolerance is 2.0", "at most 1 m"}},
       // map: inputs and outputs
-      {"map -o n", {"INPUT"}},
+      {"map -o n", {"input"}},
       {"map floor", {"-o"}},
       {"map floor -o maps/", {"maps/"}},
       {"map nowhere -o n", {"nowhere: no such file"}, 1},
