@@ -103,12 +103,18 @@ Succeeded Succession::renumber(MapState& after) const {
   after.cylinders = std::move(cylinders);
   after.removals = before_.removals.with(removals);
   after.revision = revision;
-  auto snapshot = std::make_shared<Snapshot>(Snapshot{revision, after.parameters.occupancy.resolution, {}});
-  for (const auto& [id, surface] : after.surfaces) snapshot->surfaces.push_back(surface.publish(revision));
-  snapshot->cylinders = after.cylinders.publish(revision);
-  snapshot->removals = after.removals;
-  after.snapshot.store(std::move(snapshot));
+  publish_whole(after);
   return result;
+}
+
+void publish_whole(MapState& state) {
+  auto snapshot =
+      std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
+  for (const auto& [id, surface] : state.surfaces)
+    snapshot->surfaces.push_back(surface.publish(surface.revision));
+  snapshot->cylinders = state.cylinders.publish(state.revision);
+  snapshot->removals = state.removals;
+  state.snapshot.store(std::move(snapshot));
 }
 
 }  // namespace octosurf::surfaces

@@ -36,4 +36,8 @@ class Succession {
   SharedReadings surfaces_, cylinders_;
 };
 
+/// Publishes a map whose stores were filled anew: each surface at the revision of its last change.
+/// O(surfaces and cylinders).
+void publish_whole(MapState& state);
+
 }  // namespace octosurf::surfaces

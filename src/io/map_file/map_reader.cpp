@@ -3,6 +3,7 @@
 #include "io/map_file/records.hpp"
 #include "io/text_file.hpp"
 #include "map_file.pb.h"
+#include "surfaces/succession.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +39,7 @@ class MapReader : Damage {
     read_kept_scans();
     require(sums.rows() == rows_.sums().count() && sums.digest() == rows_.sums().digest(),
             "rows are missing");
-    publish();
+    surfaces::publish_whole(*file_.state);
     saved_of(*file_.state).rows = rows_.sums();
     return std::move(file_);
   }
@@ -354,17 +355,6 @@ class MapReader : Damage {
     std::ranges::sort(inliers,
                       [](const surfaces::Inlier& a, const surfaces::Inlier& b) { return a.key < b.key; });
     return inliers;
-  }
-
-  void publish() {
-    surfaces::MapState& state = *file_.state;
-    auto snapshot =
-        std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
-    for (const auto& [id, surface] : state.surfaces)
-      snapshot->surfaces.push_back(surface.publish(surface.revision));
-    snapshot->cylinders = state.cylinders.publish(state.revision);
-    snapshot->removals = state.removals;
-    state.snapshot.store(std::move(snapshot));
   }
 
   RowReader rows_;
