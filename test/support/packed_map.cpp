@@ -96,8 +96,8 @@ std::string map_file_of(const std::vector<std::string>& records,
         rows.put(static_cast<Table>(table), only_key.key(), content);
     }
     map_file::Files files;
-    files.set_rows(rows.sums().count());
-    files.set_digest(rows.sums().digest());
+    files.set_rows(rows.sums().total().count);
+    files.set_digest(rows.sums().total().digest);
     if (spoil) spoil(files);
     rows.put(Table::state, io::files_key, files.SerializeAsString());
     if (padded) rows.pad(0);

@@ -231,7 +231,7 @@ std::string digest_of(const Map& map) {
   const surfaces::MapState& state = surfaces::state_of(map);
   io::RowWriter rows(nullptr, {}, 0);
   io::MapHead(state, state.occupancy.now(), nullptr).write(rows, {});
-  return io::formatted("%016llx", static_cast<unsigned long long>(rows.sums().digest()));
+  return io::formatted("%016llx", static_cast<unsigned long long>(rows.sums().total().digest));
 }
 
 LoadedMap load_map(const fs::path& stem) {

@@ -37,8 +37,8 @@ class MapReader : Damage {
     read_removals();
     read_seen_patches();
     read_kept_scans();
-    require(sums.rows() == rows_.sums().count() && sums.digest() == rows_.sums().digest(),
-            "rows are missing");
+    const RowSums::Total total = rows_.sums().total();
+    require(sums.rows() == total.count && sums.digest() == total.digest, "rows are missing");
     surfaces::publish_whole(*file_.state);
     saved_of(*file_.state).rows = rows_.sums();
     return std::move(file_);

@@ -48,30 +48,22 @@ std::uint64_t sum_of(Table table, std::int64_t key, std::string_view content) {
   return crc << 32 | ::adler32_z(1, reinterpret_cast<const Bytef*>(content.data()), content.size());
 }
 
-template <class Of>
-std::uint64_t total(const RowSums& sums, const Of& of) {
-  std::uint64_t all = 0;
-  for (std::size_t table = 0; table < sums.rows.size(); ++table)
-    for (const auto& [key, row] : sums.rows[table])
-      if (table != at(Table::state) || key != files_key) all += of(table, row);
-  return all;
-}
-
 }  // namespace
 
-std::uint64_t RowSums::digest() const {
-  return total(
-      *this, [](std::size_t table, const Row& row) { return table == at(Table::kept_scans) ? 0 : row.sum; });
+RowSums::Total RowSums::total() const {
+  Total all;
+  for (std::size_t table = 0; table < rows.size(); ++table)
+    for (const auto& [key, row] : rows[table]) {
+      if (table == at(Table::state) && key == files_key) continue;
+      ++all.count;
+      all.bytes += row.bytes;
+      if (table != at(Table::kept_scans)) all.digest += row.sum;
+    }
+  return all;
 }
 std::uint64_t RowSums::files_sum() const {
   const auto row = rows[at(Table::state)].find(files_key);
   return row == rows[at(Table::state)].end() ? 0 : row->second.sum;
-}
-std::uint64_t RowSums::count() const {
-  return total(*this, [](std::size_t, const Row&) { return 1; });
-}
-std::uint64_t RowSums::bytes() const {
-  return total(*this, [](std::size_t, const Row& row) { return row.bytes; });
 }
 
 void make_tables(const Database& base) {
@@ -145,7 +137,7 @@ void RowWriter::pad(std::uint64_t least_bytes) {
                             "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
   pages.run();
   const auto bytes = static_cast<std::uint64_t>(pages.integer(0));
-  least_bytes = std::max(least_bytes, map_contents.least_file(sums_.bytes()));
+  least_bytes = std::max(least_bytes, map_contents.least_file(sums_.total().bytes));
   for (std::uint64_t left = least_bytes - std::min(bytes, least_bytes); left > 0;) {
     const std::uint64_t some = std::min(left, padding_in_row);
     output_->base.run("INSERT INTO padding VALUES (zeroblob(" + std::to_string(some) + "))");

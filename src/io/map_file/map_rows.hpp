@@ -56,11 +56,13 @@ struct RowSums {
   };
   std::array<std::map<std::int64_t, Row>, table_names.size()> rows;
 
-  /// Of the map's content, whoever saved it however often: without the row of its files and the kept scans.
-  std::uint64_t digest() const;
+  /// Of all rows but that of its files.
+  struct Total {
+    std::uint64_t count = 0, bytes = 0;
+    std::uint64_t digest = 0;  ///< of the map's content, whoever saved it: without the kept scans
+  };
+  Total total() const;
   std::uint64_t files_sum() const;  ///< of the row of its files, which identifies a save; 0: none
-  std::uint64_t count() const;      ///< of rows, without that of the files
-  std::uint64_t bytes() const;      ///< of all contents
 };
 
 /// Adds, replaces and removes rows of a map file. Only those that differ from what it holds are written.

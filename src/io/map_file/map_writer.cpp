@@ -173,8 +173,9 @@ void MapHead::write(RowWriter& rows, const MapFiles& files) const {
   record.set_bt_revision(files.bt_revision);
   if (!scans.folder.empty()) record.set_kept_scans(scans.folder.string());
   if (scans.shared) record.set_kept_scans_shared(true);
-  record.set_rows(rows.sums().count());
-  record.set_digest(rows.sums().digest());
+  const RowSums::Total total = rows.sums().total();
+  record.set_rows(total.count);
+  record.set_digest(total.digest);
   rows.put(Table::state, files_key, record.SerializeAsString());
 }
 
