@@ -135,7 +135,8 @@ class MapReader : Damage {
     read_noise(header);
   }
 
-  Parameters read_parameters(const map_file::Header& header) const {
+  /// Reports an invalid parameter as damage of the file.
+  Parameters read_parameters(const map_file::Header& header) const try {
     Parameters parameters;
     const auto& infos = parameter_infos();
     for (const map_file::Parameter& p : header.parameters()) {
@@ -147,21 +148,13 @@ class MapReader : Damage {
             "has a parameter '" + printable(p.name().substr(0, 64)) + "' that this octosurf does not know",
             "use the newer version that wrote it");
       require(!p.has_value() || std::fabs(p.value()) <= largest_integer, "a parameter makes no sense");
-      not_usage([&] {
-        set_parameter_value(parameters, p.name(), p.has_value() ? std::optional(p.value()) : std::nullopt);
-      });
+      set_parameter_value(parameters, p.name(), p.has_value() ? std::optional(p.value()) : std::nullopt);
     }
-    not_usage([&] { parameters.validate(); });
+    parameters.validate();
     return parameters;
-  }
-  /// Reports an invalid parameter as damage of the file.
-  template <class Work>
-  void not_usage(const Work& work) const {
-    try {
-      work();
-    } catch (const Error& error) {
-      fail(error.what());
-    }
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::usage) throw;
+    fail(error.what());
   }
 
   Eigen::Vector3d vector_of(const google::protobuf::RepeatedField<double>& numbers, double longest,
