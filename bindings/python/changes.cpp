@@ -5,9 +5,12 @@
 #include <octosurf/stairs.hpp>
 
 namespace octosurf::python {
-namespace {
 
-void bind_stairs(Module& module) {
+void bind_changes(Module& module) {
+  Value<MapChanges>(module, "MapChanges")
+      .fields(OCTOSURF_FIELDS(MapChanges, since, revision, appeared, changed, gone, merged, split,
+                              cylinders_appeared, cylinders_changed, cylinders_gone, cylinders_merged));
+  module.def("changes_since", &changes_since, "snapshot"_a, "since"_a);
   Value<Step>(module, "Step")
       .fields(OCTOSURF_FIELDS(Step, lower, upper, riser_m, width_m, heading_rad, edge));
   Value<MeanLength>(module, "MeanLength").fields(OCTOSURF_FIELDS(MeanLength, mean_m, std_m));
@@ -31,16 +34,6 @@ void bind_stairs(Module& module) {
         return found == nullptr ? std::optional<Stair>() : *found;
       },
       "snapshot"_a, "stairs"_a, "point"_a);
-}
-
-}  // namespace
-
-void bind_changes(Module& module) {
-  Value<MapChanges>(module, "MapChanges")
-      .fields(OCTOSURF_FIELDS(MapChanges, since, revision, appeared, changed, gone, merged, split,
-                              cylinders_appeared, cylinders_changed, cylinders_gone, cylinders_merged));
-  module.def("changes_since", &changes_since, "snapshot"_a, "since"_a);
-  bind_stairs(module);
 }
 
 }  // namespace octosurf::python

@@ -230,8 +230,7 @@ void bind_ground(Module& module) {
           "The ground of a later Snapshot of the same map: keeps what nothing changed near.")
       .def_property_readonly(
           "rules", [](const G& ground) { return ground.rules(); }, "Its GroundRules; a copy.")
-      .def(
-          "stairs", [](const G& ground) { return ground.stairs(); }, Released())
+      .def("stairs", &G::stairs, Released())
       .def(
           "solid", [](const G& ground) { return ground.of(ground.solid()); }, Released(),
           "Snapshot without voids and wide unseen gaps.")

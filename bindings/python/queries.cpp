@@ -25,7 +25,9 @@ struct PythonIndex : SurfaceIndex {
   Eigen::Vector3d own_up;
 };
 
-void bind_results(Module& module) {
+}  // namespace
+
+void bind_queries(Module& module) {
   Value<Nearest>(module, "Nearest").fields(OCTOSURF_FIELDS(Nearest, id, point, distance));
   Value<RayHit>(module, "RayHit").fields(OCTOSURF_FIELDS(RayHit, id, point, distance, front));
   Value<ConvexSpace>(module, "ConvexSpace")
@@ -37,9 +39,6 @@ void bind_results(Module& module) {
             return ConvexSpace::box(Eigen::AlignedBox3d(low, high));
           },
           "low"_a, "high"_a, "A box by its corners, (3,) each, m.");
-}
-
-void bind_index(Module& module) {
   Class<PythonIndex>(module, "SurfaceIndex",
                      R"(A snapshot's surfaces, indexed by place for repeated queries.
 
@@ -68,13 +67,6 @@ frame; None: Snapshot.up(). Throws Error(usage) for points that are not finite.)
           "point"_a, py::kw_only(), "up"_a = py::none(), "max_slope_rad"_a = any_slope)
       .def("first_on_ray", &PythonIndex::first_on_ray, "from_"_a, "direction"_a, py::kw_only(),
            "within"_a = anywhere);
-}
-
-}  // namespace
-
-void bind_queries(Module& module) {
-  bind_results(module);
-  bind_index(module);
 }
 
 }  // namespace octosurf::python
