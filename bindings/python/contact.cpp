@@ -219,15 +219,13 @@ void bind_ground(Module& module) {
            "snapshot"_a, "octree"_a, "rules"_a = py::none(),
            "rules: None: a biped's, with up as the map has it.")
       .def(
-          "by", [](const G& ground, const R& rules) { return G(ground.by(rules), ground.up); }, "rules"_a,
-          "The same by other GroundRules.")
+          "by", [](const G& ground, const R& rules) { return G(ground.by(rules), ground.up); }, "rules"_a)
       .def(
           "next",
           [](const G& ground, const SnapshotPtr& snapshot, const OccupancyView& octree) {
             return G(ground.next(snapshot, octree), map_up(snapshot));
           },
-          "snapshot"_a, "octree"_a, Released(),
-          "The ground of a later Snapshot of the same map: keeps what nothing changed near.")
+          "snapshot"_a, "octree"_a, Released())
       .def_property_readonly(
           "rules", [](const G& ground) { return ground.rules(); }, "Its GroundRules; a copy.")
       .def("stairs", &G::stairs, Released())
@@ -246,13 +244,11 @@ void bind_ground(Module& module) {
           [](const G& ground, SurfaceId id, const Eigen::Isometry3d& T_map_contact) {
             return by_name(ground.ground_under(id, T_map_contact), ground_names);
           },
-          "id"_a, "T_map_contact"_a, "Shares of the rules' foot over each Ground.")
-      .def("region", &G::region, "id"_a, "yaw_rad"_a = py::none(), Released(),
-           "ContactRegion of the rules' foot on a surface.")
+          "id"_a, "T_map_contact"_a)
+      .def("region", &G::region, "id"_a, "yaw_rad"_a = py::none(), Released())
       .def("region_about", &G::region_about, "id"_a, "about"_a, "reach_m"_a, "yaw_rad"_a = py::none(),
            Released(), "Of region() what lies within reach_m of a place.")
-      .def("foothold", &G::foothold, "id"_a, "at"_a, "yaw_rad"_a, Released(),
-           "Foothold of the rules' foot on a surface.")
+      .def("foothold", &G::foothold, "id"_a, "at"_a, "yaw_rad"_a, Released())
       .def("patch", patch_of, "T_map_base"_a, "layout"_a = py::none(), Released(), "ground_patch() of it.");
   module.def("ground_patch", patch_of, "ground"_a, "T_map_base"_a, "layout"_a = py::none(), Released());
   bind_storeys(module);

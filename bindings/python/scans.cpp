@@ -168,13 +168,11 @@ void bind_scans(Module& module) {
   module.def("deskew", &deskewed, "scan"_a, "poses"_a, py::kw_only(), "times_s"_a = py::none(),
              "Scan.deskewed(), with `poses` as pairs of a stamp, s, ascending, and T_map_sensor, (4, 4).");
   Class<Recording>(module, "ScanSource", "Posed scans, one after the other, decoded one at a time.")
-      .def("__len__", under_lock(&ScanSource::size), "Number of scans listed, bad ones included.")
+      .def("__len__", under_lock(&ScanSource::size), doc_of("ScanSource.size"))
       .def("__iter__", [](Recording& self) -> Recording& { return self; })
       .def("__next__", &next_scan, "Throws Error(data) with its name for a scan that cannot be read.")
-      .def("notes", under_lock(&ScanSource::notes),
-           "What was chosen among what the recording has, a line each.")
-      .def("skipped", under_lock(&ScanSource::skipped),
-           "A line for every scan that was left out so far, and why.")
+      .def("notes", under_lock(&ScanSource::notes))
+      .def("skipped", under_lock(&ScanSource::skipped))
       .def_property_readonly("origin", under_lock(&ScanSource::origin),
                              "Subtracted from all coordinates, (3), m.");
   module.def(
