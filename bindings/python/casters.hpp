@@ -173,8 +173,6 @@ template <>
 struct type_caster<std::shared_ptr<octosurf::Snapshot>> : held_caster<octosurf::Snapshot> {};
 template <>
 struct type_caster<std::shared_ptr<octosurf::Surface>> : held_caster<octosurf::Surface> {};
-template <>
-struct type_caster<std::shared_ptr<octosurf::Cylinder>> : held_caster<octosurf::Cylinder> {};
 
 /// Arrays that are given: dense().
 template <class Number>

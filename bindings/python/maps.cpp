@@ -1,5 +1,4 @@
-// octosurf/map.hpp, up.hpp and explain.hpp in Python: maps, how they are saved and loaded, and why there is no
-// surface.
+// octosurf/map.hpp, up.hpp and explain.hpp in Python.
 #include "map_holder.hpp"
 #include "surfaces/map_state.hpp"
 

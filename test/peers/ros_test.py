@@ -23,8 +23,9 @@ sys.path.append(os.environ["OCTOSURF_SOURCE"] + "/ros/octosurf_ros")
 
 import octosurf  # noqa: E402
 import rclpy  # noqa: E402
+import world  # noqa: E402
 from convex_plane_decomposition_msgs.msg import PlanarTerrain  # noqa: E402
-from geometry_msgs.msg import Point, TransformStamped, Vector3  # noqa: E402
+from geometry_msgs.msg import Point, PoseWithCovarianceStamped, TransformStamped, Vector3  # noqa: E402
 from grid_map_msgs.msg import GridMap  # noqa: E402
 from livox_ros_driver2.msg import CustomMsg, CustomPoint  # noqa: E402
 from nav_msgs.msg import OccupancyGrid  # noqa: E402
@@ -266,7 +267,7 @@ class Room(unittest.TestCase):
                 self.assertTrue(done, f"{self.now()} {self.said()}")
 
     def call(self, service, **request):
-        kind = Trigger if service == "reset" else class_of(service)
+        kind = Trigger if service in ("reset", "locate") else class_of(service)
         client = self.robot.create_client(kind, "/octosurf/" + service)
         self.assertTrue(client.wait_for_service(30), service)
         answer = client.call_async(kind.Request(**request))
@@ -413,6 +414,58 @@ class Mapping(Room):
                if (one.header.frame_id, one.child_frame_id) == ("map", "odom")]
         self.assertEqual((len(off), round(off[0], 9)), (20, 0))
         self.assertAlmostEqual(off[-1], -0.08, delta=0.01)
+
+    def test_finds_itself_in_the_map_and_goes_on(self):
+        """Odometry that begins anywhere: the map's frame turned by 180 degrees and shifted."""
+        world.command("simulate", "office", "--sensor", "spinning", "--frames", 24, "-o", self.folder / "office")
+        world.command("map", self.folder / "office", "-o", self.folder / "live", "--first", 12, "--resolution", 0.05,
+                      "--detection-budget", 0)
+        T_odom_map, walk = np.diag([-1.0, -1, 1, 1]), []
+        T_odom_map[:3, 3] = 7, -4, 0
+        for i, scan in enumerate(octosurf.open_scans(self.folder / "office")):
+            stamp, points = (START_S + i) * 10**9, scan.points.astype("<f4")
+            at, turn = messages.pose(T_odom_map @ scan.T_map_sensor).values()
+            fields = [PointField(name=name, offset=4 * k, datatype=7, count=1) for k, name in enumerate("xyz")]
+            cloud = PointCloud2(width=len(points), height=1, point_step=12, row_step=12 * len(points), fields=fields)
+            cloud.data = points.tobytes()
+            walk += [("/tf", stamp, TFMessage(transforms=[transform("odom", "lidar", stamp, at, turn)])),
+                     (CLOUDS, stamp, stamped(cloud, "lidar", stamp))]
+        heard = []
+        tf = self.robot.create_subscription(TFMessage, "/tf", lambda one: heard.extend(one.transforms), RELIABLE)
+        guess = self.robot.create_publisher(PoseWithCovarianceStamped, "/initialpose", 1)
+        for one in (lambda: self.robot.destroy_subscription(tf), lambda: self.robot.destroy_publisher(guess)):
+            self.addCleanup(one)
+        self.start(cloud=CLOUDS, reliable=True, publish_tf=True, resume=True, locate=True)
+        self.meet(walk)
+        self.assertEqual((self.now().place, self.now().mapped), ("waiting for a scan", 0))
+
+        def found():
+            """Plays until the place is found; the scans by then, of which none was mapped."""
+            mapped = self.now().mapped
+            for k, (topic, _, message) in enumerate(playing):
+                self.publishers[topic].publish(message)
+                if topic == CLOUDS and until(lambda: not self.now().place, 5):
+                    self.assertEqual(self.now().mapped, mapped)
+                    return 1 + k // 2
+            self.fail(f"{self.now().place} {self.said()}")
+
+        playing = iter(walk[24:])
+        self.assertLess(found(), 8)
+        self.play([next(playing), next(playing)])
+        self.assertIn("looking for the place", self.call("locate").message)
+        self.assertTrue(until(lambda: self.now().place))
+        found()
+        there = PoseWithCovarianceStamped()
+        there.pose.pose.position.x, there.pose.pose.position.y, _ = scan.T_map_sensor[:3, 3]
+        guess.publish(there)
+        self.assertTrue(until(lambda: self.now().place))
+        playing = iter(walk[-2:])
+        found()
+        poses = [one.transform for one in heard if (one.header.frame_id, one.child_frame_id) == ("map", "odom")]
+        self.assertEqual(len(poses), 3 + self.now().mapped)
+        for one in poses:
+            self.assertLess(np.hypot(one.translation.x - 7, one.translation.y + 4), 0.1)
+            self.assertGreater(abs(one.rotation.z), 0.999)
 
     def test_goes_on_when_publishers_restart_and_the_clock_goes_back(self):
         self.start(depth=IMAGES, reliable=True)
@@ -565,7 +618,7 @@ class Mapping(Room):
             self.assertFalse((self.folder / "live.lock").exists(), "the next one could not start")
 
     def test_answers_when_it_has_ended(self):
-        options = types.SimpleNamespace(threads=1, checkpoint=0)
+        options = types.SimpleNamespace(locate=False, threads=1, checkpoint=0)
         ended = mapping.Mapping(octosurf.Map(), str(self.folder / "ended"), options, None)
         ended.thread.start()
         ended.finish(0)

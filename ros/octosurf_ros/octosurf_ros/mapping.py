@@ -16,6 +16,7 @@ from octosurf_ros.messages import class_of
 
 PAUSE_NS = 10**9  # without a scan, by time stamps, as `octosurf map`
 PATIENCE_S = 5  # then it is said what does not come
+SCANS_OF_SEARCH = 16  # at most, spread over those since it began
 SCANS_OF_VERDICT = 100  # which takes 0.1 s, as much as a few of them
 
 
@@ -135,6 +136,17 @@ class Mapping:
         ground = Ground(np.array([0.0, 0.0, 1.0]) if up is None else up)  # z: REP 103
         self.moment = self.moment._replace(snapshot=self.mapper.snapshot(), ground=ground)
         self.judge, self.judged, self.contradiction = octosurf.RecordingJudge(start.parameters()), 0, ""
+        self.T_map_given, self.sought, self.place = None, None, ""
+        if self.options.locate and len(self.moment.snapshot):
+            self.look()
+
+    def look(self, low=None, high=None):
+        """Maps nothing until scans have found `odom` in the map, from anywhere or for a last one in this box."""
+        if not self.options.publish_tf:
+            raise ValueError("what is found is published as `frame` -> `odom`; give publish_tf, too")
+        self.localizer, self.box = octosurf.Localizer(self.mapper.map()), (low, high)
+        self.sought, self.came, self.every, self.place = [], 0, 1, "waiting for a scan"
+        return "looking for the place; status says what is known"
 
     # What comes, from the executor's thread.
 
@@ -243,9 +255,27 @@ class Mapping:
         name = f"{sensor.topic} at {stamp_ns / 1e9:.3f} s"
         return received.posed(poses[0], name=name, no_return=sensor.no_return, own=own), stamp_ns
 
+    def find_place(self, scan, stamp_ns):
+        self.came += 1
+        if self.came % self.every:
+            return
+        self.sought.append(scan)
+        if len(self.sought) > SCANS_OF_SEARCH:
+            self.sought, self.every = self.sought[1::2], 2 * self.every
+        there = self.localizer.find(self.sought, *self.box)
+        self.place = f"{there.finding} after {self.came} scans"
+        if there.finding == "found":
+            self.T_map_given, self.sought, self.place = there.T_map_scans, None, ""
+            self.log.info(f"found the place in the map by {self.came} scans")
+            self.corrected(self.T_map_given, stamp_ns)
+
     def map_scan(self, sensor, *message):
         try:
             scan, stamp_ns = self.posed(sensor, *message)
+            if self.sought is not None:
+                return self.find_place(scan, stamp_ns)
+            if self.T_map_given is not None:
+                scan = scan.with_pose(self.T_map_given @ scan.T_map_sensor)
             if self.last_stamp_ns is not None and abs(stamp_ns - self.last_stamp_ns) > PAUSE_NS:
                 self.mapper.drain()
             report = self.mapper.insert(scan)
@@ -261,7 +291,8 @@ class Mapping:
         if rejected:
             return
         if self.corrected:
-            self.corrected(T_map_sensor @ np.linalg.inv(scan.T_map_sensor), stamp_ns)
+            correction = T_map_sensor @ np.linalg.inv(scan.T_map_sensor)
+            self.corrected(correction if self.T_map_given is None else correction @ self.T_map_given, stamp_ns)
         self.judge.add(scan, T_map_sensor)
         self.judged += 1
         if self.judged % SCANS_OF_VERDICT == 0:

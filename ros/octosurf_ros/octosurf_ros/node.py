@@ -8,6 +8,7 @@ import types
 
 import octosurf
 import rclpy
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from octosurf_msgs.msg import Status
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
@@ -41,6 +42,7 @@ PARAMETERS = {
     "frame": ("map", "the map's, in tf"),
     "publish_tf": (False, "poses are looked up in `odom`, and frame -> odom is published as alignment corrects them"),
     "odom": ("odom", "the odometry's frame, for publish_tf"),
+    "locate": (False, "find `odom` in the map that is resumed or loaded, by the first scans; for publish_tf"),
     "base": ("base_link", "the robot's frame in tf, about which patches are read"),
     "tf": ("/tf", "topic of transforms; of fixed ones the same with _static"),
     "wait": (1.0, "s: longest that a scan waits for tf and CameraInfo", 0, 60),
@@ -94,6 +96,7 @@ class MappingNode(Node):
         if options.publish_tf:
             self.corrections = self.create_publisher(TFMessage, options.tf, 100)
             self.mapping.corrected = self.publish_correction
+            self.create_subscription(PoseWithCovarianceStamped, "/initialpose", self.look_about, 1)
         for sensor in sensors:
             self.hear_sensor(sensor)
         self.publications = Publications(self, self.mapping)
@@ -177,6 +180,12 @@ class MappingNode(Node):
             "header": header(self.options.frame, stamp_ns + CORRECTION_LASTS_NS), "child_frame_id": self.options.odom,
             "transform": {"translation": at["position"], "rotation": at["orientation"]}}]}))
 
+    def look_about(self, message):
+        """For the next scans' place within 1 m, at any height: RViz says none."""
+        at = message.pose.pose.position
+        box = [at.x - 1, at.y - 1, -1e4], [at.x + 1, at.y + 1, 1e4]
+        self.mapping.tasks.append(lambda _=None: self.mapping.look(*box))
+
     def publishers_of(self, what):
         return sum(self.count_publishers(one.topic_name)
                    for (of, _), heard in self.heard.items() if of == what for one in heard)
@@ -185,11 +194,10 @@ class MappingNode(Node):
         mapping, moment = self.mapping, self.mapping.moment
         status = Status(revision=moment.snapshot.revision, surfaces=len(moment.snapshot), waiting=len(mapping.queue),
                         lost=self.lost, last_refusal=mapping.last_refusal, scan_ms=mapping.scan_ms,
-                        contradiction=mapping.contradiction, published_bytes=self.publications.bytes,
-                        publish_ms=self.publications.ms, scan_publishers=self.publishers_of("scans"),
+                        contradiction=mapping.contradiction, place=mapping.place, publish_ms=self.publications.ms,
+                        published_bytes=self.publications.bytes, scan_publishers=self.publishers_of("scans"),
                         camera_publishers=self.publishers_of("cameras"),
-                        transform_publishers=self.publishers_of("transforms"),
-                        **mapping.counts)
+                        transform_publishers=self.publishers_of("transforms"), **mapping.counts)
         status.header.frame_id = self.options.frame
         status.header.stamp.sec, status.header.stamp.nanosec = divmod(moment.stamp_ns, 10**9)
         self.status.publish(status)

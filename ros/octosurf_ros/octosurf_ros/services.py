@@ -28,6 +28,7 @@ class Services:
             topic = re.sub("(?<=[a-z])(?=[A-Z])", "_", name).lower()
             self.serve(node, topic, getattr(srv, name), getattr(self, topic))
         self.serve(node, "reset", Trigger, lambda _, answer: answer.update(message=mapping.reset()))
+        self.serve(node, "locate", Trigger, lambda _, one: one.update(message=mapping.between_scans(mapping.look)))
         threading.Thread(target=self.run, daemon=True, name="services").start()
 
     def serve(self, node, topic, kind, work):
