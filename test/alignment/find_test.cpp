@@ -1,6 +1,7 @@
 // Places of runs of scans in a map, without a guess.
 #include "alignment/place_search.hpp"
 #include "alignment/pose_fit.hpp"
+#include "alignment/run_places.hpp"
 #include "alignment/scan_aligner.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "support/painted_octree.hpp"
@@ -183,6 +184,9 @@ TEST(FindPlace, SaysNothingOfNothing) {
   EXPECT_EQ(empty.find(scans).finding, Finding::not_here);
   EXPECT_THROW(empty.find({}), Error);
   EXPECT_EQ(Localizer(mapped({flat[0]}, rng)).find(std::vector<Scan>(2)).finding, Finding::undecided);
+  // A cluttered kitchen: its cells looked like the run, but too little of it was planes to fit.
+  EXPECT_EQ(alignment::judge({{}, true, 4}, {}).finding, Finding::undecided);
+  EXPECT_EQ(alignment::judge({{}, true, 0}, {}).finding, Finding::not_here);
 }
 
 /// All ways to a pose are given runs at right and at wrong poses, here and in another room of the same size.

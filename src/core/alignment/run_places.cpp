@@ -73,8 +73,7 @@ RunPlaces places_of(std::span<const Scan> scans, const CheckedMap& map, const Ce
   reach.up = up;
   FitErrors errors;
   errors.common_m += drift_of(scans);
-  RunPlaces places;
-  places.complete = candidates.complete && !run.points.empty();
+  RunPlaces places{{}, candidates.complete && !run.points.empty(), candidates.poses.size()};
   for (const Eigen::Isometry3d& pose : candidates.poses) {
     const PoseSearch search(map.snapshot, map.surfaces, run, noise, range, pose, reach, errors);
     const std::optional<PoseFit> fit = search.coarse(pose, map.octree);
@@ -104,10 +103,10 @@ Whereabouts judge(const RunPlaces& places, const Eigen::Isometry3d& T_scans_sens
   };
   const auto best = std::ranges::find_if(places.placed, fits);
   if (best == places.placed.end()) {
-    // Without any place nothing looks like this, however little was seen. What explains most of it may be the
-    // place, with things moved.
-    const bool none = places.placed.empty() || (places.placed.front().seen_rad > std::numbers::pi &&
-                                                places.placed.front().value() < 0.5);
+    // Clutter may look like it and be no surface to fit; what explains most of it may have had things moved.
+    const bool none = places.candidates == 0 ||
+                      (!places.placed.empty() && places.placed.front().seen_rad > std::numbers::pi &&
+                       places.placed.front().value() < 0.5);
     if (places.complete && none) result.finding = Finding::not_here;
     return result;
   }
