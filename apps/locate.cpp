@@ -26,7 +26,7 @@ std::string text_of(const Eigen::Isometry3d& T) {
   if (where.finding == Finding::not_here)
     throw Error(Error::Kind::data, name, "was not taken anywhere in " + map, turn);
   if (where.finding == Finding::undecided)
-    throw Error(Error::Kind::data, name, "shows too little to tell where in " + map + " it was taken",
+    throw Error(Error::Kind::data, name, "fits no place in " + map + " well enough to be sure",
                 "turn the sensor by 180° or drive on; " + turn);
   std::string places;
   for (const Alignment& place : where.places)

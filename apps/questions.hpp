@@ -7,10 +7,10 @@
 
 namespace octosurf {
 
-/// What is asked of a map.
+/// Numbers and options of a question.
 struct Request {
   std::vector<double> numbers;        ///< after the question's flag, as many as it takes
-  planning::ContactQuestion contact;  ///< its slope is another questions' limit, too
+  planning::ContactQuestion contact;  ///< other questions use its slope, too
 };
 
 /// A question of `octosurf query`. Where the map has no answer, Error(data) is thrown.

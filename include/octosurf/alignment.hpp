@@ -75,7 +75,7 @@ enum class Finding {
   found,           ///< one place fits, and no other one nearly as well
   several_places,  ///< more than one does
   not_here,        ///< none does
-  undecided        ///< too little was seen to tell
+  undecided        ///< too little was seen, or it fits too poorly, to tell
 };
 /// By Finding.
 inline constexpr std::array<std::string_view, 4> finding_names{"found", "several places", "not here",
@@ -119,7 +119,7 @@ class Localizer {
   /// A place is searched for its last sensor in `region` (map frame; empty: anywhere).
   ///
   /// 1. Found is one place that explains nine tenths of what it knows, that hardly a reading contradicts, and
-  ///    that fits better than all others by a sixteenth of the readings. What has changed is undecided.
+  ///    that fits better than all others by a sixteenth of the readings. Changes and clutter are undecided.
   /// 2. More places that fit are several_places, with the poses: rooms alike, a corridor's length.
   /// 3. What explains only half of the directions around is undecided: a corner fits every room.
   ///    A camera turns by 180°, a lidar need not move.
